@@ -1,0 +1,10 @@
+"""The contact of a finger with a texture: the equations of Fagiani & Barbieri (2016), an equation group a file.
+
+geometry   eqs 2-3   heights of finger and texture, roughness to amplitude
+stiffness  eqs 4-5   contact stiffness and mean indentation from the load
+groups     eqs 6-7   dimensionless groups, both directions
+closed     full contact and no contact in closed form
+patches    the part of one grid cell that touches
+exact      the approach z at any phase and load, to round-off
+response   z as a function of phase and load, as spectra of known error
+"""

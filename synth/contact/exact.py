@@ -1,0 +1,206 @@
+"""The approach z at any phase of the texture, to round-off.
+
+Model   F(z) = mean over [0, L] of max(h - z, 0) = w / k, with h of eq. 2. F is convex and falling, F' = -(touching part of L),
+        F'' = sum of 1 / |h'| over the edges. z follows from Newton's method with the second-order term, from below or
+        from the neighbouring phases; a bracket keeps it safe. Everything is relative to a1 + a2 and to L.
+        The contact length is cut into cells of at most 1/16 of the shortest period. A cell whose bounds on h lie above z
+        touches over its whole width, one whose bounds lie below not at all; the rest is measured by `patches`.
+Source  Fagiani & Barbieri (2016), eq. 1. Newton here is Michelot's projection on the simplex (1986).
+Limits  |error of z| below 2e-13 (a1 + a2) (measured by tests/synth/test_exact.py); below w / k = 1e-10 (a1 + a2) the crest
+        asymptote, in which every touching crest is its parabola.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from synth.contact.crests import crest_approach
+from synth.contact.geometry import Geometry
+from synth.contact.patches import touching_part
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+
+CELLS_PER_PERIOD = 16  # the series of `patches` are exact to round-off up to pi / 16; fewer cells would lose digits
+SMALLEST_INDENTATION = 1e-10  # of a1 + a2: below it the crest asymptote is exact to 1e-12 (design: W / tau = 1e-10)
+MOST_ITERATIONS = 60  # never reached in the suite; it bounds the time of a phase
+
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """The cells of one contact: coefficients solved once, read by the kernel.
+
+    tables: float64 [6, cells]: finger height u1, finger slope v1, then the texture at phase 0: height and slope, and the
+    same a quarter period on. Slopes are per half cell. k1, k2: half a cell in radians, squared, of finger and texture.
+    """
+
+    tables: Array
+    k1: float
+    k2: float
+    texture: float
+    height_scale: float
+
+    @classmethod
+    def of_geometry(cls, geometry: Geometry) -> Grid:
+        """Return the grid of `geometry`; at least one surface must have a height."""
+        scale = geometry.height_scale
+        b1, b2 = geometry.ridge_amplitude / scale, geometry.texture_amplitude / scale
+        shortest = min(
+            geometry.ridge_period if b1 > 0.0 else math.inf, geometry.texture_period if b2 > 0.0 else math.inf
+        )
+        cells = max(4, math.ceil(CELLS_PER_PERIOD * geometry.contact_length / shortest))
+        centres = (np.arange(cells) + 0.5) / cells
+        half1 = math.pi * geometry.ridges / cells
+        half2 = math.pi * geometry.texture_periods / cells
+        angle1 = 2.0 * math.pi * ((geometry.ridges * centres) % 1.0)
+        angle2 = 2.0 * math.pi * ((geometry.texture_periods * centres) % 1.0) + geometry.texture_phase
+        tables = np.stack(
+            [
+                -b1 * np.cos(angle1),
+                b1 * half1 * np.sin(angle1),
+                b2 * np.cos(angle2),
+                -b2 * half2 * np.sin(angle2),
+                b2 * np.sin(angle2),
+                b2 * half2 * np.cos(angle2),
+            ]
+        )
+        return cls(tables, half1 * half1 if b1 else 0.0, half2 * half2 if b2 else 0.0, b2, scale)
+
+
+@dataclass(frozen=True, slots=True)
+class Approaches:
+    """The contact at a number of phases: z, touching part of L, Newton iterations; heights in metres."""
+
+    height: Array
+    touching: Array
+    iterations: np.ndarray[Any, np.dtype[np.int64]]
+
+
+def solve(grid: Grid, phases: Array, indentation: float, guess: Array | None = None) -> Approaches:
+    """Return the approach at each of `phases` (turns of the texture period, theta = p / lambda2).
+
+    indentation: w / k in metres, at least 0. guess: z in metres at each phase, or None to begin from the phases before.
+    """
+    count = len(phases)
+    height, touching = np.empty(count), np.empty(count)
+    iterations = np.zeros(count, dtype=np.int64)
+    begin = np.empty(0) if guess is None else guess / grid.height_scale
+    solve_phases(
+        grid.tables, grid.k1, grid.k2, phases, indentation / grid.height_scale, begin, height, touching, iterations
+    )
+    return Approaches(height * grid.height_scale, touching, iterations)
+
+
+@njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
+def solve_phases(tables, k1, k2, phases, target, guess, height, touching, iterations):  # type: ignore[no-untyped-def]
+    """Write z / (a1 + a2), the touching part of L and the number of iterations at each phase."""
+    cells = tables.shape[1]
+    work = np.empty((5, cells))
+    scratch = np.empty((2, 64))
+    lowest = 0.0
+    for i in range(len(phases)):
+        turn = phases[i] - math.floor(phases[i])
+        mean = fill_cells(tables, k1, k2, math.cos(2.0 * math.pi * turn), math.sin(2.0 * math.pi * turn), work)
+        lowest = mean - target
+        if len(guess) > 0:
+            begin = guess[i]
+        elif i >= 4:
+            begin = 4.0 * (height[i - 1] + height[i - 3]) - 6.0 * height[i - 2] - height[i - 4]
+        elif i >= 1:
+            begin = height[i - 1]
+        else:
+            begin = lowest
+        if target < SMALLEST_INDENTATION:
+            z, part = crest_approach(tables, k1, k2, work, target)
+            iterations[i] = 1
+        else:
+            z, part, iterations[i] = newton(work, tables, k1, k2, target, max(begin, lowest), lowest, scratch)
+        height[i] = z
+        touching[i] = part
+
+
+@njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
+def fill_cells(tables, k1, k2, cosine, sine, work):  # type: ignore[no-untyped-def]
+    """Write height bounds, mean height, and the texture's height and slope of every cell; return the mean of h over L.
+
+    work: rows are the upper bound of h, the lower bound of h, the mean of h, texture height, texture slope.
+    """
+    cells = tables.shape[1]
+    mean1 = 1.0 + k1 * (-1.0 / 6.0 + k1 * (1.0 / 120.0 + k1 * (-1.0 / 5040.0 + k1 * (1.0 / 362880.0))))
+    mean2 = 1.0 + k2 * (-1.0 / 6.0 + k2 * (1.0 / 120.0 + k2 * (-1.0 / 5040.0 + k2 * (1.0 / 362880.0))))
+    for i in range(cells):
+        height = tables[2, i] * cosine + tables[4, i] * sine
+        slope = tables[3, i] * cosine + tables[5, i] * sine
+        centre = height + tables[0, i]
+        bend = 0.52 * (k1 * abs(tables[0, i]) + k2 * abs(height)) + 0.2 * (
+            k1 * abs(tables[1, i]) + k2 * abs(slope)
+        )
+        reach = abs(slope + tables[1, i]) + bend
+        work[0, i] = centre + reach
+        work[1, i] = centre - reach
+        work[2, i] = mean1 * tables[0, i] + mean2 * height
+        work[3, i] = height
+        work[4, i] = slope
+    total = 0.0
+    for i in range(cells):
+        total += work[2, i]
+    return total / cells
+
+
+@njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
+def contact_sum(work, tables, k1, k2, z, scratch):  # type: ignore[no-untyped-def]
+    """Return F(z), the touching part of L, and F''(z), all relative to L and a1 + a2."""
+    cells = tables.shape[1]
+    full = 0.0
+    touching = 0
+    area = 0.0
+    length = 0.0
+    edges = 0.0
+    for i in range(cells):
+        if work[0, i] <= z:
+            continue
+        if work[1, i] >= z:
+            full += work[2, i] - z
+            touching += 1
+            continue
+        u1, v1, u2, v2 = tables[0, i], tables[1, i], work[3, i], work[4, i]
+        bound2 = k1 * (abs(u1) + abs(v1)) + k2 * (abs(u2) + abs(v2))
+        bound3 = k1 * (abs(v1) + k1 * abs(u1)) + k2 * (abs(v2) + k2 * abs(u2))
+        part, width, edge = touching_part((u1, v1, k1, u2, v2, k2, z), bound2, bound3, scratch)
+        area += part
+        length += width
+        edges += edge
+    half = 0.5 / cells
+    return full / cells + area * half, touching / cells + length * half, edges * half
+
+
+@njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
+def newton(work, tables, k1, k2, target, z, lowest, scratch):  # type: ignore[no-untyped-def]
+    """Return z, the touching part of L there, and the number of iterations; F(`lowest`) >= target."""
+    highest = 2.0
+    part = 0.0
+    for iteration in range(1, MOST_ITERATIONS + 1):
+        total, part, bend = contact_sum(work, tables, k1, k2, z, scratch)
+        excess = total - target
+        if excess >= 0.0:
+            lowest = max(lowest, z)
+        else:
+            highest = min(highest, z)
+        if part <= 0.0:
+            z = 0.5 * (lowest + highest)
+            continue
+        step = excess / part
+        crowding = bend / part
+        curved = step * (1.0 + min(max(0.5 * crowding * step, -0.5), 0.5))
+        if (crowding * curved) ** 2 * abs(curved) <= 1e-17 or abs(curved) <= 2e-16:
+            return z + curved, max(part - bend * curved, 0.0), iteration
+        z = z + (curved if abs(crowding * step) < 0.5 else step)
+        if not lowest <= z <= highest:
+            z = 0.5 * (lowest + highest) if highest < 2.0 else lowest
+        if highest - lowest <= 4e-16:
+            return z, part, iteration
+    return z, part, MOST_ITERATIONS

@@ -1,0 +1,64 @@
+"""The two surfaces in contact, in the units of the solver.
+
+Model   h(x) = a2 cos(2 pi (x - p) / lambda2 + phi) - a1 cos(2 pi x / lambda1), 0 <= x <= L; p is the distance that the
+        texture has moved under the finger and theta = p / lambda2 its phase in turns.
+Source  Fagiani & Barbieri (2016), eqs 2 and 3. a1, lambda1: finger ridges; a2, lambda2, phi: texture; L: contact length.
+Limits  both surfaces are single cosines along the scanning direction.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from synth.scene import Scene
+
+
+@dataclass(frozen=True, slots=True)
+class Geometry:
+    """Finger and texture as numbers: lengths in metres, phase in radians."""
+
+    ridge_amplitude: float
+    ridge_period: float
+    texture_amplitude: float
+    texture_period: float
+    texture_phase: float
+    contact_length: float
+
+    @classmethod
+    def of_scene(cls, scene: Scene) -> Geometry:
+        """Return the geometry that `scene` asks for."""
+        finger, texture = scene.finger, scene.texture
+        return cls(
+            ridge_amplitude=finger.ridge_amplitude,
+            ridge_period=finger.ridge_period,
+            texture_amplitude=texture.amplitude,
+            texture_period=texture.period,
+            texture_phase=texture.phase,
+            contact_length=finger.contact_length,
+        )
+
+    @property
+    def height_scale(self) -> float:
+        """a1 + a2 in metres: the scale to which every error of the contact is relative."""
+        return self.ridge_amplitude + self.texture_amplitude
+
+    @property
+    def ridges(self) -> float:
+        """L / lambda1 (tau): the number of finger ridges in the contact."""
+        return self.contact_length / self.ridge_period
+
+    @property
+    def texture_periods(self) -> float:
+        """L / lambda2: the number of texture periods in the contact."""
+        return self.contact_length / self.texture_period
+
+    @property
+    def still(self) -> bool:
+        """True where the texture has no height: z is then constant at a constant load."""
+        return self.texture_amplitude == 0.0
+
+
+def amplitude_of_roughness(roughness: float) -> float:
+    """Return the amplitude a (m) of a cosine whose mean arithmetic roughness Ra is `roughness` (m): a = pi/2 Ra (eq. 3)."""
+    return 0.5 * math.pi * roughness

@@ -1,0 +1,78 @@
+"""How far a load presses the finger in: the equivalent stiffness of the contact.
+
+Model   E* = ((1 - nu1^2) / E1 + (1 - nu2^2) / E2)^-1;  k = 1.18 E* L^2 / a;  a = sqrt(4 w_l R_eq / (pi E*))
+        w_l = w lambda_eq / L^2;  lambda_eq = 2 lambda1 lambda2 / (lambda1 + lambda2)
+        1 / R_eq = 4 pi^2 a1 / lambda1^2 + 4 pi^2 a2 / lambda2^2
+        so k falls as w^-1/2 and the mean indentation w / k grows as w^3/2.
+Source  Fagiani & Barbieri (2016), eqs 4 and 5; 1.18 is the elastic-foundation equivalence for a line contact (eq. 4).
+Limits  Hertzian ridges, quasi-static. Two flat surfaces have no ridge to press: R_eq, and the indentation, are infinite.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from synth.contact.geometry import Geometry
+from synth.scene import Scene
+
+FOUNDATION = 1.18  # k_el / l = 1.18 E* / a, eq. 4; another value scales every indentation
+
+
+@dataclass(frozen=True, slots=True)
+class Stiffness:
+    """The coefficients of eqs 4-5 that do not depend on the load.
+
+    contact_modulus: E* in pascal. ridge_radius: R_eq in metres (infinite for two flat surfaces).
+    shared_period: lambda_eq in metres. contact_length: L in metres.
+    """
+
+    contact_modulus: float
+    ridge_radius: float
+    shared_period: float
+    contact_length: float
+
+    @classmethod
+    def of_scene(cls, scene: Scene) -> Stiffness:
+        """Return the stiffness law of `scene`; a texture without a Young's modulus is rigid."""
+        finger, texture = scene.finger, scene.texture
+        compliance = (1.0 - finger.poisson_ratio**2) / finger.youngs_modulus
+        if texture.youngs_modulus is not None:
+            compliance += (1.0 - texture.poisson_ratio**2) / texture.youngs_modulus
+        return cls.of_contact(Geometry.of_scene(scene), 1.0 / compliance)
+
+    @classmethod
+    def of_contact(cls, geometry: Geometry, contact_modulus: float) -> Stiffness:
+        """Return the law for `geometry` and the contact modulus E* (Pa)."""
+        curvature = 4.0 * math.pi**2 * geometry.ridge_amplitude / geometry.ridge_period**2
+        curvature += 4.0 * math.pi**2 * geometry.texture_amplitude / geometry.texture_period**2
+        lambda1, lambda2 = geometry.ridge_period, geometry.texture_period
+        return cls(
+            contact_modulus=contact_modulus,
+            ridge_radius=1.0 / curvature if curvature > 0.0 else math.inf,
+            shared_period=2.0 * lambda1 * lambda2 / (lambda1 + lambda2),
+            contact_length=geometry.contact_length,
+        )
+
+    def half_width(self, load: float) -> float:
+        """Return a, the half-width (m) of the line contact of one ridge, at `load` (N) (eq. 5)."""
+        line_load = load * self.shared_period / self.contact_length**2
+        return math.sqrt(4.0 * line_load * self.ridge_radius / (math.pi * self.contact_modulus))
+
+    def stiffness(self, load: float) -> float:
+        """Return k (N/m) at `load` (N) (eq. 4); infinite at no load."""
+        half_width = self.half_width(load)
+        return FOUNDATION * self.contact_modulus * self.contact_length**2 / half_width if half_width else math.inf
+
+    def indentation(self, load: float) -> float:
+        """Return w / k (m), the mean of the indentation over the contact length, at `load` (N)."""
+        return load * self.half_width(load) / (FOUNDATION * self.contact_modulus * self.contact_length**2)
+
+    def indentation_slope(self, load: float) -> float:
+        """Return d(w/k)/dw (m/N) at `load` (N): 1.5 / k, since w / k grows as w^3/2."""
+        return 1.5 / self.stiffness(load)
+
+    def load(self, indentation: float) -> float:
+        """Return the load (N) whose mean indentation w / k is `indentation` (m): the inverse of `indentation`."""
+        at_one_newton = self.indentation(1.0)
+        return float((indentation / at_one_newton) ** (2.0 / 3.0))
