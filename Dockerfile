@@ -1,0 +1,53 @@
+# The service in a container. It binds every address, so it starts only with RIDGEWAVE_API_KEYS set:
+#
+#     docker build -t ridgewave .
+#     docker run -p 8000:8000 -e RIDGEWAVE_API_KEYS=choose-a-long-key ridgewave
+#
+# Other commands work too: docker run -v "$PWD:/sound" ridgewave render grating-1mm-31um -o /sound/out.wav
+
+ARG PYTHON=3.11-slim-bookworm
+
+FROM python:${PYTHON} AS build
+ENV PIP_NO_CACHE_DIR=1 PIP_DISABLE_PIP_VERSION_CHECK=1
+WORKDIR /build
+COPY pyproject.toml constraints.txt README.md LICENSE ./
+COPY synth synth
+COPY service service
+COPY clients clients
+RUN python3 -m venv /opt/ridgewave && /opt/ridgewave/bin/pip install -c constraints.txt .
+
+# numba keys its cache on each source file's time, and an image layer drops fractions of a second: whole seconds first.
+RUN find /opt/ridgewave/lib -path '*/site-packages/synth/*.py' -exec touch -d '2000-01-01 00:00:00 UTC' {} + \
+    && /opt/ridgewave/bin/python -m compileall -q /opt/ridgewave/lib/python3*/site-packages/synth
+
+
+FROM python:${PYTHON}
+# Debian keeps one version of a package at a time, so naming it would only break the build later.
+# hadolint ignore=DL3008
+RUN apt-get update \
+    && apt-get install -y --no-install-recommends libportaudio2 \
+    && rm -rf /var/lib/apt/lists/* \
+    && useradd --create-home --uid 10001 ridgewave
+COPY --from=build /opt/ridgewave /opt/ridgewave
+COPY docs/examples /opt/ridgewave/examples
+ENV PATH=/opt/ridgewave/bin:$PATH \
+    NUMBA_CACHE_DIR=/var/cache/ridgewave \
+    PYTHONUNBUFFERED=1
+RUN install -d -o ridgewave -g ridgewave /var/cache/ridgewave
+USER 10001:10001
+WORKDIR /home/ridgewave
+
+# One render of every example compiles the kernels into the image. numba compiles again, once, on another kind of CPU.
+RUN for scene in /opt/ridgewave/examples/*.json; do \
+        ridgewave render "$scene" --duration 0.1 -o /tmp/warm.wav || exit 1; \
+    done \
+    && rm /tmp/warm.wav
+
+# Any answer below 500 is a sign of life: with RIDGEWAVE_ALLOWED_HOSTS set, the service may refuse this Host.
+ENV RIDGEWAVE_HOST=0.0.0.0 RIDGEWAVE_PORT=8000
+EXPOSE 8000
+HEALTHCHECK --interval=10s --timeout=3s --start-period=20s CMD ["python", "-c", "import http.client, os, sys; \
+service = http.client.HTTPConnection('127.0.0.1', int(os.environ['RIDGEWAVE_PORT']), timeout=2); \
+service.request('GET', '/healthz'); sys.exit(service.getresponse().status >= 500)"]
+ENTRYPOINT ["ridgewave"]
+CMD ["serve"]

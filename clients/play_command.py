@@ -1,0 +1,126 @@
+"""`ridgewave play SCENE`: a scene on an audio device of this machine, or into a recording in place of one.
+
+Stage: voice -> sink, live: the voice ramps in and out and ends in the safety limiter; the device sets the pace.
+"""
+
+from __future__ import annotations
+
+import argparse
+import signal
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType
+from typing import TYPE_CHECKING, Any, Protocol
+
+from clients.outcome import DONE, INTERRUPTED, TERMINATED, print_json, warn
+from clients.scene_argument import read_scene
+from service.sinks import Sink, open_sink
+from synth.errors import CannotRender
+from synth.live import LiveVoice
+from synth.scene import scene_document
+from synth.sound_metadata import Metadata
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+BLOCK_SECONDS = 0.01  # s; longer makes Ctrl-C late, shorter makes Python's share of the time felt
+SWITCH_SECONDS = 0.0005  # s; Python's usual 5 ms lets this thread keep the audio callback waiting past its deadline
+
+
+class LiveSound(Protocol):
+    """The part of a live voice that playing needs."""
+
+    @property
+    def sample_rate(self) -> int:
+        """Return the frames a second."""
+
+    @property
+    def finished(self) -> bool:
+        """Return whether the fade-out is over."""
+
+    def render(self, frames: int) -> npt.NDArray[np.float32]:
+        """Return the next float32 block [frames, channels]."""
+
+    def release(self) -> None:
+        """Begin to fade out."""
+
+
+class Stop:
+    """Whether somebody asked to stop, and the exit code that this asks for."""
+
+    def __init__(self) -> None:
+        self.code = DONE
+
+    def asked(self) -> bool:
+        """Return whether to stop."""
+        return self.code != DONE
+
+    def ask(self, number: int, _frame: FrameType | None = None) -> None:
+        """Take note of a signal; a second one ends at once, without the fade."""
+        if self.asked():
+            raise KeyboardInterrupt
+        self.code = INTERRUPTED if number == signal.SIGINT else TERMINATED
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Carry out the command; raises AskedWrong, CannotRender."""
+    scene = read_scene(arguments)
+    sink = open_sink(arguments.device, Path.cwd())
+    voice = LiveVoice(scene)
+    frames = None if arguments.endless else round(scene.output.duration * voice.sample_rate)
+    sys.setswitchinterval(SWITCH_SECONDS)
+    with stopped_by_signals() as stop:
+        metadata = Metadata(voice.full_scale, voice.quantities, scene_document(scene))
+        sink.start(voice.sample_rate, voice.channels, metadata)
+        played = play(voice, sink, frames, stop)
+    if sink.failure:
+        raise CannotRender(sink.failure)
+    _report({"device": sink.name, "seconds": played / voice.sample_rate, "underruns": sink.underruns}, arguments.json)
+    return stop.code
+
+
+def play(voice: LiveSound, sink: Sink, frames: int | None, stop: Stop) -> int:
+    """Play `frames` of `voice` (None: until stopped) into a started `sink`, then its fade-out; return frames played.
+
+    What goes wrong silences the sink at once and is raised.
+    """
+    block = max(1, round(BLOCK_SECONDS * voice.sample_rate))
+    played = 0
+    try:
+        while not stop.asked() and (frames is None or played < frames):
+            count = block if frames is None else min(block, frames - played)
+            sink.write(voice.render(count))
+            played += count
+        voice.release()
+        while not voice.finished:
+            sink.write(voice.render(block))
+            played += block
+    except BaseException:
+        sink.stop()
+        raise
+    sink.close()
+    return played
+
+
+@contextmanager
+def stopped_by_signals() -> Iterator[Stop]:
+    """Let Ctrl-C and SIGTERM ask to stop, so that the sound fades out instead of breaking off."""
+    stop = Stop()
+    before = {number: signal.signal(number, stop.ask) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield stop
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _report(result: dict[str, Any], as_json: bool) -> None:
+    if as_json:
+        print_json(result)
+        return
+    print(f"played {result['seconds']:.3f} s on {result['device']}")
+    if result["underruns"]:
+        warn(f"the device ran dry {result['underruns']} times: this machine did not keep up")

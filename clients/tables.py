@@ -1,0 +1,28 @@
+"""Tables on standard output, for people; programs read `--json`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Sequence
+
+WIDTH = 120  # columns where there is no terminal to ask, so that a file or a pager gets the same table every time
+
+
+def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
+    """Print `rows` under `columns`, with a title unless it is empty; long cells wrap. Cells are text, never markup."""
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    for column in columns:
+        table.add_column(column, overflow="fold")
+    for row in rows:
+        table.add_row(*(Text(cell) for cell in row))
+    console = Console(file=sys.stdout, width=None if sys.stdout.isatty() else WIDTH)
+    if title:
+        console.print(Text(title, style="bold"))
+    console.print(table)
+    if title:
+        console.print()

@@ -1,0 +1,22 @@
+"""`ridgewave textures [NAME]`: the catalogue as a table, or one entry's scene as JSON."""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import asdict
+
+from clients.outcome import DONE, print_json
+from clients.tables import print_table
+from synth.textures import catalogue, lookup
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Carry out the command; raises AskedWrong."""
+    if arguments.name is not None:
+        print_json(lookup(arguments.name).document)
+    elif arguments.json:
+        print_json({"textures": [asdict(entry) for entry in catalogue()]})
+    else:
+        rows = [(entry.name, entry.title, entry.source) for entry in catalogue()]
+        print_table("", ("name", "what it is", "source"), rows)
+    return DONE

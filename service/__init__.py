@@ -1,0 +1,7 @@
+"""The service: carries scenes in over HTTP and blocks of vibration out, to readers, files and devices.
+
+    settings -> app (security, routes) -> sessions and renders -> engine (synth) -> encode -> peer or sink
+
+Imports from `synth` only; nothing here knows the physics. `service.server.run` starts it, `service.app.create_app`
+builds the ASGI application.
+"""

@@ -1,0 +1,94 @@
+"""What the service needs of the engine: one small interface, and its implementation over `synth`.
+
+The interface is there so that tests of the protocol can put a plain, exactly known waveform in place of the physics.
+Everything here is called from threads: building a voice solves a contact response and takes milliseconds to seconds.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+from service.sound import Sounding
+from synth.encode import Block
+from synth.scene import Scene
+
+
+class Voice(Sounding, Protocol):
+    """A running plan: renders block after block from frame 0 on."""
+
+    def render(self, frames: int) -> Block:
+        """Return the next `frames` as float32 [frames, channels]."""
+
+
+class FiniteVoice(Voice, Protocol):
+    """A voice for a finite render: unlimited, no fades but those the scene asks for."""
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Return what the listener should know, a sentence each."""
+
+
+class LiveVoice(Voice, Protocol):
+    """A voice that ramps in and across changes, and passes the safety limiter last."""
+
+    def prepare(self, scene: Scene) -> Any:
+        """Return the change to `scene`, solved; slow."""
+
+    def apply(self, change: Any) -> None:
+        """Cross-fade to what `prepare` returned, from the next block on; instant."""
+
+
+class Limiter(Protocol):
+    """The safety limiter, for integer output of finite renders."""
+
+    def process(self, block: Block) -> Block:
+        """Return `block` limited to full scale; may work in place."""
+
+
+class Engine(Protocol):
+    """Scenes in, voices out."""
+
+    def open_voice(self, scene: Scene) -> FiniteVoice:
+        """Return a voice at frame 0 for a finite render."""
+
+    def open_live(self, scene: Scene) -> LiveVoice:
+        """Return a live voice at frame 0, silent and about to ramp in."""
+
+    def explain(self, scene: Scene) -> dict[str, Any]:
+        """Return the plan as the JSON document of `/v1/explain`."""
+
+    def limiter(self, channels: int, sample_rate: int) -> Limiter:
+        """Return a limiter in its first state."""
+
+
+class SynthEngine:
+    """The engine: `synth`, with one cache of contact responses for all of a process."""
+
+    def __init__(self, cache_bytes: int) -> None:
+        from synth.cache import ResponseCache
+
+        self._cache = ResponseCache(max_bytes=cache_bytes)
+
+    def open_voice(self, scene: Scene) -> FiniteVoice:
+        """See `Engine`."""
+        from synth import open_voice
+
+        return open_voice(scene, cache=self._cache)
+
+    def open_live(self, scene: Scene) -> LiveVoice:
+        """See `Engine`."""
+        from synth.live import LiveVoice
+
+        return LiveVoice(scene, cache=self._cache)
+
+    def explain(self, scene: Scene) -> dict[str, Any]:
+        """See `Engine`."""
+        from synth import explain
+
+        return explain(scene, cache=self._cache).document()
+
+    def limiter(self, channels: int, sample_rate: int) -> Limiter:
+        """See `Engine`."""
+        from synth.output import Limiter
+
+        return Limiter(channels, sample_rate)

@@ -1,0 +1,117 @@
+"""Which sound format an answer has: `?format=` first, since players cannot set Accept, then Accept (RFC 9110, 12.5.1).
+
+Model: each media type that a sound can be sent as is weighed by the most specific range of Accept that covers it; the
+    largest weight wins, the earlier row of `OFFERS` where they tie, so `*/*` and no Accept at all mean float32 WAV.
+Limits: `audio/L16` needs its rate and channels to be those of the scene where Accept names them, and a rate of 48 kHz
+    at most. The sample types wav16 and wav24 share their media type with wav, so only `?format=` names them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from service.problems import Problem
+from synth.encode import L16_RATE_LIMIT_HZ, SoundFormat
+
+OFFERS: tuple[tuple[SoundFormat, tuple[str, ...]], ...] = (
+    (SoundFormat.WAV, ("audio/wav", "audio/x-wav", "audio/wave", "audio/vnd.wave")),
+    (SoundFormat.FLAC, ("audio/flac", "audio/x-flac")),
+    (SoundFormat.L16, ("audio/l16",)),
+    (SoundFormat.F32LE, ("application/octet-stream",)),
+)
+
+
+FLAC_CHANNELS = 8  # the most the format has (RFC 9639, 9.1.3)
+
+
+@dataclass(frozen=True, slots=True)
+class MediaRange:
+    """One element of Accept: type and subtype (either may be "*"), parameters without q, and the weight q."""
+
+    kind: str
+    subtype: str
+    parameters: tuple[tuple[str, str], ...]
+    weight: float
+
+    def covers(self, media_type: str, shape: dict[str, str]) -> bool:
+        """Return whether the range covers `media_type` of a sound whose rate and channels are `shape`."""
+        kind, subtype = media_type.split("/")
+        if self.kind not in ("*", kind) or self.subtype not in ("*", subtype):
+            return False
+        return all(shape.get(name, value) == value for name, value in self.parameters)
+
+    @property
+    def precision(self) -> tuple[bool, bool, int]:
+        """Return what orders ranges from the vaguest to the most specific."""
+        return self.kind != "*", self.subtype != "*", len(self.parameters)
+
+
+def parse_accept(header: str) -> list[MediaRange]:
+    """Return the ranges of an Accept header; elements that make no sense are left out."""
+    ranges = [_parse_range(element) for element in header.lower().split(",")]
+    return [entry for entry in ranges if entry is not None]
+
+
+def choose_format(
+    wanted: str | None, accept: str | None, sample_rate: int, channels: int, *, endless: bool = False
+) -> SoundFormat:
+    """Return the format of an answer.
+
+    wanted: the value of `?format=`, already known to be a format's name, or None.
+    endless: the answer is a stream, which FLAC is not.
+    Raises Problem (406) where Accept leaves nothing. L16 above 48 kHz by `?format=` is refused where its media type is
+    made.
+    """
+    if wanted is not None:
+        return SoundFormat(wanted)
+    ranges = parse_accept(accept) if accept and accept.strip() else [MediaRange("*", "*", (), 1.0)]
+    best, best_weight = None, 0.0
+    possible = _possible(sample_rate, channels, endless)
+    for sound_format in possible:
+        weight = _weight(sound_format, ranges, {"rate": str(sample_rate), "channels": str(channels)})
+        if weight > best_weight:
+            best, best_weight = sound_format, weight
+    if best is None:
+        offers = ", ".join(_offer_text(offer, sample_rate, channels) for offer in possible)
+        raise Problem("not-acceptable", f"Accept leaves nothing. This sound can be sent as {offers}; or use ?format=.")
+    return best
+
+
+def _possible(sample_rate: int, channels: int, endless: bool) -> list[SoundFormat]:
+    impossible = {SoundFormat.FLAC} if endless or channels > FLAC_CHANNELS else set()
+    if sample_rate > L16_RATE_LIMIT_HZ:
+        impossible.add(SoundFormat.L16)
+    return [sound_format for sound_format, _ in OFFERS if sound_format not in impossible]
+
+
+def _weight(sound_format: SoundFormat, ranges: list[MediaRange], shape: dict[str, str]) -> float:
+    """Return the weight of the most specific range that covers `sound_format`; 0 where none does."""
+    names = next(names for offer, names in OFFERS if offer is sound_format)
+    shape = shape if sound_format is SoundFormat.L16 else {}
+    covering = [entry for entry in ranges if any(entry.covers(name, shape) for name in names)]
+    return max(covering, key=lambda entry: entry.precision).weight if covering else 0.0
+
+
+def _offer_text(sound_format: SoundFormat, sample_rate: int, channels: int) -> str:
+    name = next(names[0] for offer, names in OFFERS if offer is sound_format)
+    return f"audio/L16;rate={sample_rate};channels={channels}" if sound_format is SoundFormat.L16 else name
+
+
+def _parse_range(element: str) -> MediaRange | None:
+    media_type, *rest = [part.strip() for part in element.split(";")]
+    kind, slash, subtype = media_type.partition("/")
+    if not (kind and slash and subtype) or (kind == "*" and subtype != "*"):
+        return None
+    weight, parameters = 1.0, []
+    for part in rest:
+        name, _, value = part.partition("=")
+        if name.strip() != "q":
+            parameters.append((name.strip(), value.strip().strip('"')))
+            continue
+        try:
+            weight = float(value)
+        except ValueError:
+            return None
+        if not 0.0 <= weight <= 1.0:
+            return None
+    return MediaRange(kind, subtype, tuple(parameters), weight)

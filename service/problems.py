@@ -1,0 +1,142 @@
+"""Problem documents (RFC 9457): the one shape of every error that the service answers.
+
+    {"type", "title", "status", "detail", "errors": [{"pointer", "value", "allowed", "hint"}]}
+
+`errors` is there even when empty; a 500 adds `instance`, the id under which the log has the rest. `TYPES` lists every
+problem there is; docs/problems.md and the page /docs describe each, and `type` links to the latter.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from starlette.responses import Response
+
+from synth.errors import AskedWrong, CannotRender, Fault, RidgewaveError, SceneError
+
+MEDIA_TYPE = "application/problem+json"
+
+
+@dataclass(frozen=True, slots=True)
+class ProblemType:
+    """One kind of problem: its name (the fragment of `type`), HTTP status, title, and when it happens."""
+
+    name: str
+    status: int
+    title: str
+    when: str
+
+    @property
+    def uri(self) -> str:
+        """Return the `type` of the document: a reference to the paragraph of the page /docs that describes it."""
+        return f"/docs#problem-{self.name}"
+
+
+_ROWS = (
+    ("bad-request", 400, "Not a request that can be read", "The request's framing or headers make no sense."),
+    ("key-required", 401, "A key is required", "RIDGEWAVE_API_KEYS is set and the request has no such Bearer token."),
+    ("host-refused", 403, "Host not allowed", "The Host header is none of RIDGEWAVE_ALLOWED_HOSTS."),
+    ("origin-refused", 403, "Origin not allowed", "A write came from a web page of another origin."),
+    ("not-found", 404, "Not found", "No such route, session, play or texture; an expired or stopped session is gone."),
+    ("method-not-allowed", 405, "Method not allowed", "The route exists, not with this method; see Allow."),
+    ("not-acceptable", 406, "No such sound format", "Accept names nothing that this sound can be sent as."),
+    ("busy", 409, "Already in use", "The session already has a reader (stream) or already plays (play)."),
+    ("fixed", 409, "Fixed for the session", "Rate, channels, quantity and full scale do not change in a session."),
+    ("too-large", 413, "Body too large", "The body is larger than RIDGEWAVE_MAX_BODY."),
+    ("not-json", 415, "Not JSON", "Bodies are application/json only; forms are refused."),
+    ("scene-refused", 422, "The scene is refused", "The body is not a scene; `errors` lists every fault."),
+    (
+        "request-refused",
+        422,
+        "The request is refused",
+        "A parameter, or a body that is no scene, is wrong; see `errors`.",
+    ),
+    ("internal", 500, "Our mistake", "A bug of ridgewave; `instance` is the id under which the log has it."),
+    ("cannot-render", 503, "Cannot be done here", "The request is sound, but this machine cannot carry it out."),
+    ("full", 503, "Full", "As many sessions or renders as the settings allow; try again after Retry-After."),
+    ("one-worker", 503, "No sessions here", "Sessions live in one process: start the service with one worker."),
+    ("warming", 503, "Not ready yet", "The service has just started and still compiles its kernels."),
+    ("closing", 503, "Shutting down", "The service is going away."),
+)
+TYPES: Mapping[str, ProblemType] = {row[0]: ProblemType(*row) for row in _ROWS}
+
+
+@dataclass(eq=False)
+class Problem(Exception):
+    """Raised anywhere in the service to answer with a problem document."""
+
+    kind: str
+    detail: str
+    faults: tuple[Fault, ...] = ()
+    headers: Mapping[str, str] = field(default_factory=dict)
+    instance: str | None = None
+
+    def document(self) -> dict[str, Any]:
+        """Return the JSON document."""
+        kind = TYPES[self.kind]
+        document: dict[str, Any] = {
+            "type": kind.uri,
+            "title": kind.title,
+            "status": kind.status,
+            "detail": self.detail,
+            "errors": [_fault_document(fault) for fault in self.faults],
+        }
+        return document if self.instance is None else document | {"instance": self.instance}
+
+    def response(self) -> Response:
+        """Return the HTTP answer."""
+        headers = {"Cache-Control": "no-store", **self.headers}
+        body = json.dumps(self.document(), ensure_ascii=True, allow_nan=False).encode("ascii")
+        return Response(body, TYPES[self.kind].status, headers, media_type=MEDIA_TYPE)
+
+
+def of(error: RidgewaveError) -> Problem:
+    """Return the problem that a refusal of `synth` becomes."""
+    if isinstance(error, AskedWrong):
+        kind = "scene-refused" if isinstance(error, SceneError) else "request-refused"
+        return Problem(kind, _summary(error.faults), error.faults)
+    assert isinstance(error, CannotRender)
+    return Problem("cannot-render", error.reason)
+
+
+def refused(pointer: str, value: str, allowed: str, hint: str, kind: str = "request-refused") -> Problem:
+    """Return a problem with one fault; a query parameter is written "?name" where a pointer would stand."""
+    fault = Fault(pointer, value, allowed, hint)
+    return Problem(kind, _summary([fault]), (fault,))
+
+
+def _summary(faults: Iterable[Fault]) -> str:
+    faults = tuple(faults)
+    if not faults:
+        return "The request is refused."
+    more = f" ({len(faults) - 1} more)" if len(faults) > 1 else ""
+    return faults[0].sentence() + more
+
+
+def _fault_document(fault: Fault) -> dict[str, str]:
+    return {"pointer": fault.pointer, "value": fault.value, "allowed": fault.allowed, "hint": fault.hint}
+
+
+def schema() -> dict[str, Any]:
+    """Return the JSON Schema of a problem document, for OpenAPI."""
+    text = {"type": "string"}
+    fault = {
+        "type": "object",
+        "required": ["pointer", "value", "allowed", "hint"],
+        "properties": {"pointer": text, "value": text, "allowed": text, "hint": text},
+    }
+    return {
+        "type": "object",
+        "required": ["type", "title", "status", "detail", "errors"],
+        "properties": {
+            "type": {"type": "string", "format": "uri-reference"},
+            "title": text,
+            "status": {"type": "integer"},
+            "detail": text,
+            "errors": {"type": "array", "items": fault},
+            "instance": text,
+        },
+    }

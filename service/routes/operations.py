@@ -1,0 +1,70 @@
+"""`POST /v1/stop`, `/healthz`, `/readyz`, `/docs` and `/`: what those who look after the service call."""
+
+from __future__ import annotations
+
+from fastapi import APIRouter, Request
+from starlette.responses import HTMLResponse, JSONResponse, RedirectResponse, Response
+
+from service import openapi
+from service.body import read_body
+from service.problems import Problem
+from service.reference_page import CONTENT_SECURITY_POLICY, reference_page
+from service.running import service_of
+
+router = APIRouter(tags=["operations"])
+
+
+@router.post(
+    "/v1/stop",
+    summary="Stop everything",
+    response_class=JSONResponse,
+    responses=openapi.problem_answers("not-json", "too-large"),
+)
+async def stop(request: Request) -> Response:
+    """Every stream and device falls silent within 20 ms at the server's write, and every session ends, so that a player
+    that connects again by itself gets nothing. Needs no body. The answer counts what was stopped."""
+    service = service_of(request)
+    await read_body(request, service.settings.max_body, optional=True)
+    return JSONResponse({"stopped": service.sessions.end_all(at_once=True)})
+
+
+@router.head("/healthz", include_in_schema=False)
+@router.get(
+    "/healthz",
+    summary="Say that the process answers",
+    response_class=JSONResponse,
+    responses=openapi.problem_answers(),
+)
+async def health() -> Response:
+    """For a container's health check; needs no key."""
+    return JSONResponse({"status": "ok"}, headers={"Cache-Control": "no-store"})
+
+
+@router.head("/readyz", include_in_schema=False)
+@router.get(
+    "/readyz",
+    summary="Say whether requests are welcome",
+    response_class=JSONResponse,
+    responses=openapi.problem_answers("closing", "warming"),
+)
+async def ready(request: Request) -> Response:
+    """503 until the kernels are compiled, and again once the service shuts down; needs no key."""
+    service = service_of(request)
+    if service.closing:
+        raise Problem("closing", "The service is shutting down.")
+    if not service.warm:
+        raise Problem("warming", "The kernels are being compiled.", headers={"Retry-After": "1"})
+    return JSONResponse({"status": "ready"}, headers={"Cache-Control": "no-store"})
+
+
+@router.get("/docs", summary="Read this", response_class=HTMLResponse, responses=openapi.problem_answers())
+async def docs(request: Request) -> Response:
+    """Calls, problems and settings as a page."""
+    page = reference_page(request.app.openapi())
+    return HTMLResponse(page, headers={"Content-Security-Policy": CONTENT_SECURITY_POLICY})
+
+
+@router.get("/", include_in_schema=False)
+async def root() -> Response:
+    """Lead a browser to the page of calls."""
+    return RedirectResponse("/docs", 307)

@@ -1,0 +1,137 @@
+"""What one process of the service holds while it runs, how it starts, and how it ends properly.
+
+Model: a signal (SIGTERM, SIGINT) sets every stream fading before the server is told, because the server waits for its
+    connections first and would wait for an endless stream for ever. Plays get a moment to complete their files.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import signal
+import sys
+import threading
+import time
+from collections.abc import AsyncIterator, Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import asynccontextmanager, contextmanager
+from types import FrameType
+from typing import Any
+
+from fastapi import FastAPI, Request
+
+from service.engine import Engine
+from service.playing import Player
+from service.rendering import Renders
+from service.sessions import Sessions
+from service.settings import Settings
+from synth.scene import parse_scene
+
+log = logging.getLogger("ridgewave.service")
+
+SWITCH_SECONDS = 0.0005  # between Python threads; at the default of 5 ms a play's thread is late beside busy ones
+BLOCK_THREADS = 4  # for blocks of streams that are not quick: apart from the renders, which would make them late
+PLAY_END_SECONDS = 1.0  # for all plays to complete their files at the end
+
+
+class Service:
+    """The parts of one process."""
+
+    def __init__(self, settings: Settings, engine: Engine) -> None:
+        self.settings = settings
+        self.engine = engine
+        self.renders = Renders(engine, settings)
+        self.blocks = ThreadPoolExecutor(BLOCK_THREADS, thread_name_prefix="blocks")
+        self.sessions = Sessions(engine, settings, self.renders.pool)
+        self.warm = False
+        self.closing = False
+        self._players: list[Player] = []
+
+    def begin_closing(self) -> None:
+        """Have every stream and play fade and end; take no new ones. Again is the same as once."""
+        self.closing = True
+        self._players += self.sessions.close()
+
+    def warm_up(self) -> None:
+        """Render a little, so that the kernels are compiled before somebody waits for them; for a thread."""
+        began = time.perf_counter()
+        try:
+            self.engine.open_voice(parse_scene({})).render(480)
+            self.engine.open_live(parse_scene({})).render(480)
+        except Exception:
+            log.exception("our mistake: the default scene does not render; the service stays not ready")
+            return
+        self.warm = True
+        log.info("ready after %.1f s", time.perf_counter() - began)
+
+    def finish(self) -> None:
+        """Wait for the plays to complete their files, and let the threads go; for a thread."""
+        deadline = time.monotonic() + PLAY_END_SECONDS
+        for player in self._players:
+            if not player.wait(max(0.0, deadline - time.monotonic())):
+                log.warning("a play did not end in time")
+        self.renders.close()
+        self.blocks.shutdown(wait=False, cancel_futures=True)
+
+
+def service_of(request: Request) -> Service:
+    """Return the service that answers `request`."""
+    service: Service = request.app.state.service
+    return service
+
+
+@asynccontextmanager
+async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+    """Start and end the service around the server's own start and end."""
+    service: Service = app.state.service
+    loop = asyncio.get_running_loop()
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(SWITCH_SECONDS)
+    expiry = asyncio.create_task(_expire(service))
+    warming = loop.run_in_executor(service.renders.pool, service.warm_up)
+    try:
+        with signals_first(lambda: _from_signal(loop, service.begin_closing)):
+            yield
+    finally:
+        expiry.cancel()
+        service.begin_closing()
+        await asyncio.to_thread(service.finish)
+        warming.cancel()
+        sys.setswitchinterval(interval)
+
+
+@contextmanager
+def signals_first(act: Callable[[], None]) -> Iterator[None]:
+    """Within, SIGTERM and SIGINT call `act` and then whoever handled them before; outside the main thread, nothing."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    earlier = {number: signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGINT)}
+
+    def handle(number: int, frame: FrameType | None) -> None:
+        act()
+        then: Any = earlier[signal.Signals(number)]
+        if callable(then):
+            then(number, frame)
+
+    for number in earlier:
+        signal.signal(number, handle)
+    try:
+        yield
+    finally:
+        for number, handler in earlier.items():
+            if signal.getsignal(number) is handle:
+                signal.signal(number, handler)
+
+
+def _from_signal(loop: asyncio.AbstractEventLoop, act: Callable[[], None]) -> None:
+    if not loop.is_closed():
+        loop.call_soon_threadsafe(act)
+
+
+async def _expire(service: Service) -> None:
+    """End sessions whose idle time is over, soon after it is."""
+    pause = min(1.0, service.settings.session_idle / 4)
+    while True:
+        await asyncio.sleep(pause)
+        service.sessions.expire()

@@ -1,0 +1,135 @@
+"""Starts the service: its socket, its processes, its log, and a proper end.
+
+Model: the listening socket is made here so that accepted connections inherit a small `TCP_NOTSENT_LOWAT`: what waits
+    in the kernel for a reader is sound that no change and no stop can reach any more. Beyond loopback nothing starts
+    without a key. SIGTERM ends streams with a fade at once (`service.running`), other answers within
+    RIDGEWAVE_SHUTDOWN_TIMEOUT.
+Limits: the bound is on what is not yet sent; what the reader's own machine has taken is the reader's.
+"""
+
+from __future__ import annotations
+
+import ipaddress
+import logging
+import logging.config
+import os
+import socket
+from typing import TYPE_CHECKING, Any
+
+from service.settings import Settings, SettingsError, as_environment, variable
+from synth.errors import CannotRender, Fault
+
+if TYPE_CHECKING:
+    from service.engine import Engine
+
+log = logging.getLogger("ridgewave.service")
+
+WAITING_BYTES = 16_384  # unsent bytes of a connection: 85 ms of float32 mono at 48 kHz; a render still fills the link
+BACKLOG = 2048
+
+
+def run(settings: Settings, engine: Engine | None = None) -> int:
+    """Serve until a signal; return 0. `engine` is `synth` unless a test of one process brings its own.
+
+    Raises SettingsError where `settings` may not be served (no key beyond loopback), CannotRender where the address
+    cannot be listened on.
+    """
+    require_key(settings)
+    set_up_log(settings.log_level)
+    listener = listen(settings)
+    log.info("listening on http://%s", shown_address(listener))
+    try:
+        _serve(settings, listener, engine)
+    finally:
+        listener.close()
+    return 0
+
+
+def require_key(settings: Settings) -> None:
+    """Raise SettingsError where the address is beyond loopback and no key is set."""
+    if settings.api_keys or all(_is_loopback(address) for address in _addresses(settings.host)):
+        return
+    hint = "Set RIDGEWAVE_API_KEYS, or listen on 127.0.0.1."
+    raise SettingsError([Fault(variable("host"), settings.host, "loopback, where RIDGEWAVE_API_KEYS is not set", hint)])
+
+
+def listen(settings: Settings) -> socket.socket:
+    """Return the listening socket; raises CannotRender where there can be none."""
+    family = socket.AF_INET6 if ":" in _addresses(settings.host)[0] else socket.AF_INET
+    try:
+        listener = socket.create_server((settings.host, settings.port), family=family, backlog=BACKLOG)
+    except OSError as error:
+        reason = os.strerror(error.errno).lower() if error.errno else str(error)
+        raise CannotRender(f"cannot listen on {settings.host} port {settings.port}: {reason}.") from error
+    low_water = getattr(socket, "TCP_NOTSENT_LOWAT", None)
+    if low_water is not None:
+        listener.setsockopt(socket.IPPROTO_TCP, low_water, WAITING_BYTES)
+    else:
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, WAITING_BYTES)
+    listener.set_inheritable(True)
+    return listener
+
+
+def shown_address(listener: socket.socket) -> str:
+    """Return `host:port` of a listening socket."""
+    host, port = listener.getsockname()[:2]
+    return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
+
+
+def set_up_log(level: str) -> None:
+    """Log to standard error, a plain line an event."""
+    handler = {"class": "logging.StreamHandler", "formatter": "plain"}
+    layout = {"format": "%(asctime)s %(levelname)s %(name)s: %(message)s"}
+    chosen = {"level": level.upper(), "handlers": ["stderr"], "propagate": False}
+    names = ("ridgewave", "uvicorn", "uvicorn.error", "uvicorn.access")
+    logging.config.dictConfig(
+        {
+            "version": 1,
+            "disable_existing_loggers": False,
+            "formatters": {"plain": layout},
+            "handlers": {"stderr": handler},
+            "loggers": {name: chosen for name in names},
+        }
+    )
+
+
+def _serve(settings: Settings, listener: socket.socket, engine: Engine | None) -> None:
+    import uvicorn
+    from uvicorn.supervisors import Multiprocess
+
+    options: dict[str, Any] = {
+        "factory": True,
+        "workers": settings.workers,
+        "log_config": None,
+        "access_log": settings.log_level == "debug",
+        "server_header": False,
+        "proxy_headers": False,
+        "timeout_graceful_shutdown": settings.shutdown_timeout,
+        "ws_per_message_deflate": False,
+        "ws_max_size": 65_536,
+        "ws_ping_interval": 5.0,
+        "ws_ping_timeout": 5.0,
+    }
+    if settings.workers > 1:
+        os.environ.update(as_environment(settings))
+        config = uvicorn.Config("service.worker:app", **options)
+        Multiprocess(config, sockets=[listener]).run()
+        return
+    from service.app import create_app
+
+    config = uvicorn.Config(lambda: create_app(settings, engine), **options)
+    uvicorn.Server(config).run(sockets=[listener])
+
+
+def _addresses(host: str) -> list[str]:
+    """Return the numeric addresses that `host` stands for; raises SettingsError where it stands for none."""
+    try:
+        found = socket.getaddrinfo(host, None, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
+    except OSError as error:
+        fault = Fault(variable("host"), host, "an address or a name of this machine", "Write 127.0.0.1.")
+        raise SettingsError([fault]) from error
+    return [str(entry[4][0]) for entry in found]
+
+
+def _is_loopback(address: str) -> bool:
+    return ipaddress.ip_address(address.partition("%")[0]).is_loopback

@@ -1,0 +1,245 @@
+"""Sessions: a scene that plain HTTP can listen to and steer.
+
+Model: a session holds a scene and what is fixed about its sound (rate, channels, quantities, full scale). Each reader
+    and each play gets a live voice of its own, at frame 0, so that every one ramps in; a change of the scene reaches
+    them all. Ids are 128 random bits: who does not know one cannot reach the session.
+Limits: sessions live in one process. As many as the settings allow; one that nobody reads, plays or asks about expires.
+    A stream begins at frame 0 of the scene, not where an earlier one left off.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import secrets
+import time
+from collections.abc import Callable
+from concurrent.futures import Executor
+from typing import Any
+
+from service.engine import Engine, LiveVoice
+from service.playing import Player
+from service.problems import Problem
+from service.settings import Settings
+from service.source import Source
+from service.streaming import Reader
+from synth.errors import Fault, SceneError
+from synth.scene import Output, Scene, merge_patch, object_from_text, parse_scene, scene_document
+
+
+class Session:
+    """One session; its methods run in the event loop, and hand what is slow to `pool`."""
+
+    def __init__(self, scene: Scene, voice: LiveVoice, engine: Engine, pool: Executor) -> None:
+        self.id = secrets.token_urlsafe(16)
+        self.sample_rate, self.channels = voice.sample_rate, voice.channels
+        self.full_scale, self.quantities = tuple(voice.full_scale), tuple(voice.quantities)
+        self.scene = scene
+        self.reader: Reader | None = None
+        self.player: Player | None = None
+        self.ended = False
+        self.touched = time.monotonic()
+        self._engine, self._pool = engine, pool
+        self._spare: LiveVoice | None = voice
+        self._lock = asyncio.Lock()  # changes one after another, and no voice opened while the scene changes
+
+    @property
+    def active(self) -> bool:
+        """Return whether somebody listens or something plays."""
+        return self.reader is not None or (self.player is not None and self.player.playing)
+
+    def touch(self) -> None:
+        """Begin the idle time anew."""
+        self.touched = time.monotonic()
+
+    def expires_in(self, idle: float) -> float | None:
+        """Return the seconds until it expires if nothing happens; None while it is active."""
+        return None if self.active else max(0.0, self.touched + idle - time.monotonic())
+
+    async def open_source(self) -> Source:
+        """Return blocks from frame 0 on, of a voice of its own."""
+        async with self._lock:
+            voice, self._spare = self._spare, None
+            if voice is None:
+                voice = await self._in_thread(self._engine.open_live, self.scene)
+        if self.ended:
+            raise Problem("not-found", "The session has ended.")
+        return Source(voice)
+
+    async def change(self, body: bytes) -> None:
+        """Merge the partial scene that `body` holds; every voice cross-fades to it from its next block on.
+
+        Raises SceneError for a scene that is refused, Problem (409) for one that would change what is fixed; then
+        nothing has changed.
+        """
+        async with self._lock:
+            scene = await self._in_thread(self._merged, body)
+            players = [self.player] if self.player is not None and self.player.playing else []
+            sources = [holder.source for holder in (self.reader, *players) if holder is not None and holder.source]
+            changes = [(source, await self._in_thread(source.prepare, scene)) for source in sources]
+            self._spare = None if changes else await self._in_thread(self._engine.open_live, scene)
+            for source, change in changes:
+                source.change(change)
+            self.scene = scene
+
+    def end(self, *, at_once: bool = False) -> None:
+        """Have the reader and the play fade and end; at_once: a device drops what it still holds."""
+        self.ended = True
+        if self.reader is not None:
+            self.reader.end(at_once=at_once)
+        if self.player is not None:
+            self.player.end(at_once=at_once)
+
+    def document(self, settings: Settings) -> dict[str, Any]:
+        """Return what `GET /v1/sessions/{id}` shows."""
+        return {
+            "id": self.id,
+            "scene": scene_document(self.scene),
+            "sample_rate": self.sample_rate,
+            "channels": self.channels,
+            "quantities": list(self.quantities),
+            "full_scale": list(self.full_scale),
+            "streaming": self.reader is not None,
+            "play": None if self.player is None else self.player.document(),
+            "expires_in": self.expires_in(settings.session_idle),
+            "heard_within": settings.lead + settings.stream_block,
+            "stream": f"/v1/sessions/{self.id}/stream",
+        }
+
+    def _merged(self, body: bytes) -> Scene:
+        patch = object_from_text(body)
+        scene = parse_scene(merge_patch(scene_document(self.scene), patch))
+        faults = list(_fixed_faults(self.scene.output, scene.output))
+        if faults:
+            raise Problem("fixed", "A session keeps its rate, channels, quantities and full scale.", tuple(faults))
+        return with_full_scale(scene, self.full_scale)
+
+    async def _in_thread(self, work: Callable[..., Any], *arguments: Any) -> Any:
+        return await asyncio.get_running_loop().run_in_executor(self._pool, work, *arguments)
+
+
+class Sessions:
+    """The sessions of one process."""
+
+    def __init__(self, engine: Engine, settings: Settings, pool: Executor) -> None:
+        self._engine, self._settings, self._pool = engine, settings, pool
+        self._sessions: dict[str, Session] = {}
+        self._opening = 0
+        self._closed = False
+
+    def __len__(self) -> int:
+        return len(self._sessions)
+
+    async def create(self, body: bytes) -> Session:
+        """Return a new session of the scene that `body` holds; raises Problem (503) where there are too many."""
+        self._refuse_workers()
+        if self._closed:
+            raise Problem("closing", "The service is shutting down.")
+        if len(self._sessions) + self._opening >= self._settings.max_sessions:
+            raise Problem("full", "As many sessions as there may be.", headers={"Retry-After": self._retry_after()})
+        self._opening += 1
+        try:
+            scene, voice = await asyncio.get_running_loop().run_in_executor(self._pool, self._open, body)
+        finally:
+            self._opening -= 1
+        session = Session(scene, voice, self._engine, self._pool)
+        self._sessions[session.id] = session
+        return session
+
+    def find(self, name: str) -> Session:
+        """Return the session of that id, its idle time begun anew; raises Problem (404)."""
+        self._refuse_workers()
+        session = self._sessions.get(name)
+        if session is None or session.expires_in(self._settings.session_idle) == 0.0:
+            raise Problem("not-found", "No such session: it was never there, was deleted or stopped, or has expired.")
+        session.touch()
+        return session
+
+    def delete(self, name: str) -> None:
+        """End a session with a fade and forget it; raises Problem (404)."""
+        session = self.find(name)
+        del self._sessions[session.id]
+        session.end()
+
+    def end_all(self, *, at_once: bool = False) -> dict[str, int]:
+        """End and forget every session; return how many of each there were."""
+        ended, self._sessions = list(self._sessions.values()), {}
+        counts = {
+            "sessions": len(ended),
+            "streams": sum(session.reader is not None for session in ended),
+            "plays": sum(session.player is not None and session.player.playing for session in ended),
+        }
+        for session in ended:
+            session.end(at_once=at_once)
+        return counts
+
+    def close(self) -> list[Player]:
+        """End everything for good; return the plays whose ends are worth waiting for."""
+        self._closed = True
+        players = [session.player for session in self._sessions.values() if session.player is not None]
+        self.end_all()
+        return players
+
+    def expire(self) -> None:
+        """End the sessions whose idle time is over."""
+        for session in list(self._sessions.values()):
+            if session.expires_in(self._settings.session_idle) == 0.0:
+                del self._sessions[session.id]
+                session.end()
+
+    def _open(self, body: bytes) -> tuple[Scene, LiveVoice]:
+        """Return the scene with its full scale written into it, and its first voice; for a thread."""
+        scene = parse_scene(object_from_text(body))
+        voice = self._engine.open_live(scene)
+        pinned = with_full_scale(scene, tuple(voice.full_scale))
+        return pinned, voice if pinned == scene else self._engine.open_live(pinned)
+
+    def _retry_after(self) -> str:
+        waits = [session.expires_in(self._settings.session_idle) for session in self._sessions.values()]
+        soonest = min((wait for wait in waits if wait is not None), default=self._settings.session_idle)
+        return str(max(1, math.ceil(soonest)))
+
+    def _refuse_workers(self) -> None:
+        if self._settings.workers > 1:
+            raise Problem("one-worker", "Sessions live in one process: start the service with RIDGEWAVE_WORKERS=1.")
+
+
+def with_full_scale(scene: Scene, full_scale: tuple[float, ...]) -> Scene:
+    """Return `scene` with each channel's full scale written out, so that no change of the scene chooses another.
+
+    Where the voice chose none that a scene may state (a silent scene), the scene stays as it is.
+    """
+    document = scene_document(scene)
+    output = dict(document["output"])
+    quantities = [channel.quantity for channel in scene.output.channel_list]
+    output["channels"] = [
+        {"quantity": name, "full_scale": float(value)} for name, value in zip(quantities, full_scale, strict=True)
+    ]
+    try:
+        return parse_scene(document | {"output": _without(output, "quantity", "full_scale")})
+    except SceneError:
+        return scene
+
+
+def _without(section: dict[str, Any], *names: str) -> dict[str, Any]:
+    return {name: value for name, value in section.items() if name not in names}
+
+
+def _fixed_faults(before: Output, after: Output) -> list[Fault]:
+    """Return what a change of `before` to `after` would do to what is fixed, a fault each."""
+    faults = []
+    if after.sample_rate != before.sample_rate:
+        faults.append(_fixed("/output/sample_rate", f"{after.sample_rate} Hz", f"{before.sample_rate} Hz"))
+    if len(after.channel_list) != len(before.channel_list):
+        count = len(before.channel_list)
+        return [*faults, _fixed("/output/channels", f"{len(after.channel_list)} channels", f"{count}, as it began")]
+    for index, (was, now) in enumerate(zip(before.channel_list, after.channel_list, strict=True)):
+        if now.quantity != was.quantity:
+            faults.append(_fixed(f"/output/channels/{index}/quantity", now.quantity, was.quantity))
+        if now.full_scale not in (None, was.full_scale):
+            faults.append(_fixed(f"/output/channels/{index}/full_scale", str(now.full_scale), str(was.full_scale)))
+    return faults
+
+
+def _fixed(pointer: str, value: str, allowed: str) -> Fault:
+    return Fault(pointer, value, allowed, "Leave it out, or open another session.")

@@ -1,0 +1,219 @@
+"""The settings: one table of environment variables, read once at the start and checked before anything else happens.
+
+Each field of `Settings` is one variable, RIDGEWAVE_ and the field's name in capitals, with its default, what is
+allowed and a sentence; docs/settings.md says the same and a test compares the two. A reader of forty lines is enough
+for flat numbers, names and lists, so there is no settings library.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import Field, dataclass, field, fields
+from typing import Any
+
+from synth.errors import AskedWrong, Fault, shown
+
+PREFIX = "RIDGEWAVE_"
+
+
+class SettingsError(AskedWrong):
+    """A setting is at fault; the pointer of each fault is the name of its environment variable."""
+
+
+def _setting(default: Any, read: Callable[[str], Any], allowed: str, sentence: str) -> Any:
+    """Return a field that knows how to read itself from text; `read` raises ValueError for what is not allowed."""
+    return field(default=default, metadata={"read": read, "allowed": allowed, "sentence": sentence})
+
+
+def _number(low: float, high: float) -> Callable[[str], float]:
+    def read(text: str) -> float:
+        number = float(text)
+        if not (math.isfinite(number) and low <= number <= high):
+            raise ValueError
+        return number
+
+    return read
+
+
+def _whole(low: int, high: int) -> Callable[[str], int]:
+    def read(text: str) -> int:
+        if not re.fullmatch(r"[0-9]{1,18}", text) or not low <= int(text) <= high:
+            raise ValueError
+        return int(text)
+
+    return read
+
+
+def _matching(pattern: str) -> Callable[[str], str]:
+    def read(text: str) -> str:
+        if not re.fullmatch(pattern, text):
+            raise ValueError
+        return text
+
+    return read
+
+
+def _listed(pattern: str) -> Callable[[str], tuple[str, ...]]:
+    def read(text: str) -> tuple[str, ...]:
+        items = tuple(item.strip() for item in text.split(",") if item.strip())
+        if not all(re.fullmatch(pattern, item) for item in items):
+            raise ValueError
+        return items
+
+    return read
+
+
+_HOST = r"[A-Za-z0-9._-]+|\[[0-9A-Fa-f:.]+\]"
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """What the service was told, checked; times in seconds, sizes in bytes."""
+
+    host: str = _setting(
+        "127.0.0.1",
+        _matching(r"[A-Za-z0-9._:-]+"),
+        "an address or a host name",
+        "The address to listen on. Beyond loopback the service starts only with RIDGEWAVE_API_KEYS.",
+    )
+    port: int = _setting(8000, _whole(0, 65535), "0 to 65535", "The port to listen on; 0 takes a free one.")
+    workers: int = _setting(
+        1,
+        _whole(1, 64),
+        "1 to 64",
+        "Server processes. Sessions live in one process, so with more than one there are renders but no sessions.",
+    )
+    api_keys: tuple[str, ...] = _setting(
+        (),
+        _listed(r"[\x21-\x2b\x2d-\x7e]{1,256}"),
+        "keys of visible ASCII characters, separated by commas",
+        "Who may call: each request carries one of these as a Bearer token. Empty: no key is asked for.",
+    )
+    allowed_hosts: tuple[str, ...] = _setting(
+        ("localhost", "127.0.0.1", "[::1]"),
+        _listed(rf"\*|{_HOST}"),
+        "host names without a port, separated by commas; * for every host, only together with RIDGEWAVE_API_KEYS",
+        "The Host names the service answers to; any other is refused (DNS rebinding).",
+    )
+    allowed_origins: tuple[str, ...] = _setting(
+        (),
+        _listed(rf"https?://({_HOST})(:[0-9]{{1,5}})?"),
+        "origins such as https://lab.example:8443, separated by commas",
+        "Web pages of other origins that may write and read (CORS). The service's own origin always may.",
+    )
+    max_sessions: int = _setting(
+        64, _whole(1, 10_000), "1 to 10000", "Sessions at one time; one more is answered 503 with Retry-After."
+    )
+    session_idle: float = _setting(
+        300.0,
+        _number(0.05, 86_400),
+        "0.05 to 86400 s",
+        "A session without a reader, a play or a request for this long expires.",
+    )
+    max_renders: int = _setting(
+        64, _whole(1, 10_000), "1 to 10000", "Renders running or waiting at one time; one more is answered 503."
+    )
+    max_duration: float = _setting(
+        3600.0,
+        _number(0.001, 86_400),
+        "0.001 to 86400 s",
+        "The longest render, the longest finite stream, and the longest recording of the file sink.",
+    )
+    max_body: int = _setting(
+        1_048_576, _whole(1024, 67_108_864), "1024 to 67108864 bytes", "The largest request body; beyond it, 413."
+    )
+    stream_block: float = _setting(
+        0.02, _number(0.001, 0.1), "0.001 to 0.1 s", "The sound in one write of a stream or a play."
+    )
+    lead: float = _setting(
+        0.25,
+        _number(0.0, 1.0),
+        "0 to 1 s",
+        "How far ahead of the clock a stream is sent. A change is heard within the lead; a slow network wants more.",
+    )
+    file_folder: str = _setting(
+        "recordings",
+        _matching(r"[^\x00]+"),
+        "a folder",
+        'Where the file sink ("file:NAME") writes, and nowhere else; made when it is first needed.',
+    )
+    cache_bytes: int = _setting(
+        268_435_456,
+        _whole(0, 1 << 40),
+        "0 to 1099511627776 bytes",
+        "Memory for solved contact responses, shared by all renders and sessions of a process.",
+    )
+    shutdown_timeout: int = _setting(
+        1,
+        _whole(1, 3600),
+        "1 to 3600 s, whole",
+        "After SIGTERM, how long unfinished answers may take. Streams end at once, with a fade, whatever it is.",
+    )
+    log_level: str = _setting(
+        "info", _matching("debug|info|warning|error"), "debug, info, warning or error", "The least that is logged."
+    )
+
+
+def variable(name: str) -> str:
+    """Return the environment variable of the field `name`."""
+    return PREFIX + name.upper()
+
+
+def setting_fields() -> tuple[Field[Any], ...]:
+    """Return the table: one dataclass field a setting, its `metadata` holding read, allowed and sentence."""
+    return fields(Settings)
+
+
+def read_settings(environment: Mapping[str, str] | None = None, **overrides: object) -> Settings:
+    """Return the settings of `environment` (default: this process's); an override that is not None wins.
+
+    An empty variable is the default. Raises SettingsError with every setting that is wrong.
+    """
+    source = os.environ if environment is None else environment
+    values: dict[str, Any] = {}
+    faults: list[Fault] = []
+    for entry in setting_fields():
+        given = overrides.pop(entry.name, None)
+        text = source.get(variable(entry.name), "") if given is None else str(given)
+        if not text.strip() and given is None:
+            continue
+        try:
+            values[entry.name] = entry.metadata["read"](text.strip())
+        except ValueError:
+            faults.append(_fault(entry, text))
+    assert not overrides, f"not settings: {', '.join(overrides)}"
+    if not faults:
+        settings = Settings(**values)
+        faults = _contradictions(settings)
+    if faults:
+        raise SettingsError(faults)
+    return settings
+
+
+def as_environment(settings: Settings) -> dict[str, str]:
+    """Return the variables that `read_settings` reads back to `settings`; worker processes get them so."""
+    values = {entry.name: getattr(settings, entry.name) for entry in setting_fields()}
+    texts = {name: ",".join(value) if isinstance(value, tuple) else str(value) for name, value in values.items()}
+    return {variable(name): text for name, text in texts.items()}
+
+
+def _fault(entry: Field[Any], text: str) -> Fault:
+    value = "(not shown)" if entry.name == "api_keys" else shown(text)
+    hint = f"Leave {variable(entry.name)} unset for {default_text(entry)}."
+    return Fault(variable(entry.name), value, entry.metadata["allowed"], hint)
+
+
+def default_text(entry: Field[Any]) -> str:
+    """Return the default of a setting as it would be written in the environment."""
+    return ",".join(entry.default) or "none" if isinstance(entry.default, tuple) else str(entry.default)
+
+
+def _contradictions(settings: Settings) -> list[Fault]:
+    """Return what is wrong between settings that are each allowed."""
+    if "*" in settings.allowed_hosts and not settings.api_keys:
+        hint = "Name the hosts, or set RIDGEWAVE_API_KEYS."
+        return [Fault(variable("allowed_hosts"), "'*'", "* only together with RIDGEWAVE_API_KEYS", hint)]
+    return []

@@ -1,0 +1,33 @@
+"""Where audio goes on the server's or the listener's own machine: a device, or a file in the one folder for it.
+
+Model: `open_sink` turns the `device` of a request into a sink (`service.sinks.interface`): "file:NAME" is a file sink
+    in the folder that the settings name, anything else is an audio device. PortAudio is loaded with the first device,
+    not before.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from service.sinks.device import DeviceSink
+from service.sinks.devices import DeviceDescription, list_devices
+from service.sinks.file import FileSink
+from service.sinks.interface import Sink
+from synth.errors import CannotRender
+
+__all__ = ["DeviceDescription", "DeviceSink", "FileSink", "Sink", "list_devices", "open_sink"]
+
+FILE_PREFIX = "file:"
+
+
+def open_sink(device: str | int | None, folder: Path | None) -> Sink:
+    """Return the sink, not yet started, for `device`: "file:NAME", the name or index of a device, None = the default.
+
+    folder: where file sinks may write; None where this service has none. A file sink made here keeps real time, as a
+    device would. Raises AskedWrong for a bad NAME, CannotRender where there is no folder.
+    """
+    if isinstance(device, str) and device.startswith(FILE_PREFIX):
+        if folder is None:
+            raise CannotRender("this service has no folder for recordings: it plays on devices only.")
+        return FileSink(folder, device.removeprefix(FILE_PREFIX), realtime=True)
+    return DeviceSink(device)

@@ -1,0 +1,94 @@
+"""The audio output devices of this machine, and PortAudio itself, which is loaded here and only when asked for.
+
+Source: python-sounddevice over PortAudio.
+Limits: PortAudio looks at the devices once, when it is loaded: one plugged in later is seen by the next process.
+    Loading can take a second where many devices are probed: call it in a thread from async code.
+"""
+
+from __future__ import annotations
+
+import atexit
+from typing import Any, TypedDict
+
+from synth.errors import AskedWrong, CannotRender, Fault, shown
+
+INSTALL_PORTAUDIO = (
+    "audio devices need PortAudio, which is not installed here: apt-get install libportaudio2 (Debian, Ubuntu), "
+    "dnf install portaudio (Fedora) or brew install portaudio (macOS)"
+)
+
+
+class DeviceDescription(TypedDict):
+    """One output device, as `GET /v1/devices` and `ridgewave devices` show it."""
+
+    name: str
+    index: int
+    channels: int
+    default_sample_rate: float
+    default: bool
+
+
+def portaudio() -> Any:
+    """Return the sounddevice module; raises CannotRender that says what to install."""
+    try:
+        import sounddevice
+    except ImportError as error:
+        raise CannotRender("audio devices need the Python package sounddevice: pip install sounddevice.") from error
+    except OSError as error:  # what sounddevice raises where the library is missing
+        raise CannotRender(f"{INSTALL_PORTAUDIO} ({error}).") from error
+    except Exception as error:  # its PortAudioError, which has no name yet when the import fails
+        raise CannotRender(f"PortAudio did not start: {error}.") from error
+    return sounddevice
+
+
+def let_go_at_exit() -> None:
+    """Keep PortAudio from ending its streams at exit: for a stalled device it would wait for ever, and so would we."""
+    handler = getattr(portaudio(), "_exit_handler", None)
+    if handler is not None:
+        atexit.unregister(handler)
+
+
+def list_devices() -> list[DeviceDescription]:
+    """Return the devices that can play, in PortAudio's order; raises CannotRender without PortAudio."""
+    sounddevice = portaudio()
+    default = sounddevice.default.device[1]
+    hosts = sounddevice.query_hostapis()
+    chosen = default if default >= 0 else next((host["default_output_device"] for host in hosts), -1)
+    return [
+        DeviceDescription(
+            name=str(device["name"]),
+            index=int(device["index"]),
+            channels=int(device["max_output_channels"]),
+            default_sample_rate=float(device["default_samplerate"]),
+            default=device["index"] == chosen,
+        )
+        for device in sounddevice.query_devices()
+        if device["max_output_channels"] > 0
+    ]
+
+
+def find_device(wanted: str | int | None) -> DeviceDescription:
+    """Return the device of this index or name (whole, or a part that only one has), or the default device for None.
+
+    Raises AskedWrong that lists the devices, CannotRender where there is none at all.
+    """
+    devices = list_devices()
+    if not devices:
+        raise CannotRender("this machine has no audio output device.")
+    if wanted is None:
+        return next((device for device in devices if device["default"]), devices[0])
+    found = _matching(devices, wanted)
+    if len(found) != 1:
+        names = ", ".join(f"{device['index']} {device['name']!r}" for device in devices)
+        hint = "Write the whole name or the index." if found else "Write one of these, or file:NAME.wav."
+        raise AskedWrong([Fault("/device", shown(wanted), names, hint)])
+    return found[0]
+
+
+def _matching(devices: list[DeviceDescription], wanted: str | int) -> list[DeviceDescription]:
+    """Return the devices with this index, else with exactly this name, else with it as a part of theirs."""
+    text = str(wanted).strip().casefold()
+    by_index = [device for device in devices if str(device["index"]) == text]
+    by_name = [device for device in devices if device["name"].casefold() == text]
+    by_part = [device for device in devices if text and text in device["name"].casefold()]
+    return by_index or by_name or by_part

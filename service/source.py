@@ -1,0 +1,74 @@
+"""A live voice as one reader or sink uses it: blocks, changes from another thread, and the fade that ends it.
+
+Model: every end (stop, delete, expiry, shutdown, the end of a finite stream) is one last block of `FADE_SECONDS` at
+    most, under a half cosine from 1 to 0. Changes are left in a slot that the next block picks up, so the thread
+    that renders is the only one that touches the voice.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from concurrent.futures import Executor
+from typing import Any
+
+import numpy as np
+
+from service.engine import LiveVoice
+from synth.encode import Block
+from synth.scene import Scene
+
+FADE_SECONDS = 0.01  # an end is silent 20 ms after it was asked for; much shorter would be felt as a click of its own
+QUICK_SECONDS = 0.001  # a block that takes longer is rendered in a thread: it would make other streams late
+
+
+class Source:
+    """Blocks of one live voice. One thread or task calls `block` and `last`; `change` may come from any."""
+
+    def __init__(self, voice: LiveVoice) -> None:
+        self._voice = voice
+        self._change: Any = None
+        self._quick = False
+        self.sample_rate = voice.sample_rate
+        self.channels = voice.channels
+        self.fade_frames = max(1, round(FADE_SECONDS * voice.sample_rate))
+
+    def prepare(self, scene: Scene) -> Any:
+        """Return the solved change to `scene`; slow, for a thread."""
+        return self._voice.prepare(scene)
+
+    def change(self, change: Any) -> None:
+        """Have the next block cross-fade to `change`; one that no block has picked up yet is replaced."""
+        self._change = change
+
+    def block(self, frames: int) -> Block:
+        """Return the next `frames` as float32 [frames, channels]."""
+        change, self._change = self._change, None
+        if change is not None:
+            self._voice.apply(change)
+        return self._voice.render(frames)
+
+    def last(self, frames: int) -> Block:
+        """Return `frames` that fade to silence; nothing may follow."""
+        return faded(self.block(frames), self.fade_frames)
+
+    async def next_block(self, frames: int, pool: Executor) -> Block:
+        """Return `block`, rendered here while the voice is quick and in `pool` while it is not."""
+        began = time.perf_counter()
+        if self._quick:
+            block = self.block(frames)
+        else:
+            block, began = await asyncio.get_running_loop().run_in_executor(pool, self._timed, frames)
+        self._quick = time.perf_counter() - began < QUICK_SECONDS
+        return block
+
+    def _timed(self, frames: int) -> tuple[Block, float]:
+        began = time.perf_counter()
+        return self.block(frames), began
+
+
+def faded(block: Block, fade_frames: int) -> Block:
+    """Return the first `fade_frames` of `block`, or all of a shorter one, under a half cosine that ends at zero."""
+    frames = min(len(block), fade_frames)
+    gain = 0.5 + 0.5 * np.cos(np.pi * np.arange(1, frames + 1) / frames)
+    return np.asarray(block[:frames] * gain[:, np.newaxis], dtype=np.float32)

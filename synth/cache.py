@@ -1,0 +1,80 @@
+"""What was solved once is kept: contact responses by what they depend on, within a bound of bytes.
+
+Model   Least recently used goes first. Two threads that ask for the same thing at once: one builds, the other waits.
+Limits  an entry larger than the bound is built and handed out, but not kept.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import OrderedDict
+from collections.abc import Callable, Hashable
+from typing import Protocol, TypeVar
+
+DEFAULT_BYTES = 256 << 20
+
+
+class Kept(Protocol):
+    """What a cache can hold: it tells its size."""
+
+    @property
+    def memory_bytes(self) -> int:
+        """Bytes that it holds."""
+        ...
+
+
+T = TypeVar("T", bound=Kept)
+
+
+class ResponseCache:
+    """A thread-safe cache of responses, at most `max_bytes` large."""
+
+    def __init__(self, max_bytes: int = DEFAULT_BYTES) -> None:
+        self.max_bytes = max_bytes
+        self.hits = 0
+        self.misses = 0
+        self._entries: OrderedDict[Hashable, Kept] = OrderedDict()
+        self._sizes: dict[Hashable, int] = {}
+        self._lock = threading.Lock()
+        self._building: dict[Hashable, threading.Lock] = {}
+
+    @property
+    def used_bytes(self) -> int:
+        """Bytes held now."""
+        with self._lock:
+            return sum(self._sizes.values())
+
+    def get(self, key: Hashable, build: Callable[[], T]) -> T:
+        """Return what is kept under `key`, building it at the first call; errors of `build` reach every caller's own call."""
+        kept = self._find(key)
+        if kept is not None:
+            return kept  # type: ignore[return-value]
+        with self._lock:
+            gate = self._building.setdefault(key, threading.Lock())
+        with gate:
+            kept = self._find(key)
+            if kept is not None:
+                return kept  # type: ignore[return-value]
+            made = build()
+            self._keep(key, made)
+            return made
+
+    def _find(self, key: Hashable) -> Kept | None:
+        with self._lock:
+            entry = self._entries.get(key)
+            if entry is not None:
+                self.hits += 1
+                self._entries.move_to_end(key)
+            return entry
+
+    def _keep(self, key: Hashable, made: Kept) -> None:
+        with self._lock:
+            self.misses += 1
+            self._building.pop(key, None)
+            size = made.memory_bytes
+            if size > self.max_bytes:
+                return
+            self._entries[key], self._sizes[key] = made, size
+            while sum(self._sizes.values()) > self.max_bytes:
+                oldest, _entry = self._entries.popitem(last=False)
+                del self._sizes[oldest]

@@ -1,0 +1,47 @@
+"""Which harmonics a moving voice may sound, by its instantaneous frequency.
+
+Model   A level is the series cut at one harmonic. At nu turns a frame the n-th harmonic stands at n nu of the sample rate:
+        below 0.35 it must sound, above 0.49 it must not (design, section 4). Between two levels the voice fades over
+        [0.35 / (N' + 1), 0.49 / N] turns a frame, N and N' < N their highest harmonics, so no harmonic starts with a step.
+        Levels lie 1.33 apart, which keeps the fades from overlapping: at most two levels sound at once.
+Source  design, section 4; the ratio follows from 0.49 / 0.35 = 1.4.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.contact.exact import Array
+
+KEEP = 0.35  # of the sample rate: below it no harmonic is lost; a smaller value dulls a moving finger
+LOSE = 0.49  # of the sample rate: above it no harmonic sounds; 0.5 would fold
+STEP = 1.33  # ratio of neighbouring levels; above 1.4 the fades would be empty, below 1.19 they would overlap
+
+
+@dataclass(frozen=True, slots=True)
+class Levels:
+    """Levels from the fullest to the last, which holds the fundamental alone.
+
+    highest: highest harmonic of each level. fade_from, fade_to: turns a frame between which a level fades to the next one
+    (the last: to silence).
+    """
+
+    highest: tuple[int, ...]
+    fade_from: Array
+    fade_to: Array
+
+
+def levels_up_to(highest: int) -> Levels:
+    """Return the levels of a series of `highest` harmonics, at least 1."""
+    ladder = [1]
+    while ladder[-1] < highest:
+        ladder.append(min(highest, max(ladder[-1] + 1, int(STEP * (ladder[-1] + 1)))))
+    if len(ladder) > 2 and ladder[-1] < 1.4 * (ladder[-3] + 1):
+        del ladder[-2]
+    steps = ladder[::-1]
+    below = [*steps[1:], 0]
+    fade_from = np.array([KEEP / (n + 1) for n in below])
+    fade_to = np.array([LOSE / n for n in steps])
+    return Levels(tuple(steps), fade_from, fade_to)

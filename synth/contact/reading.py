@@ -1,0 +1,360 @@
+"""Reading the tables at audio rate: the compiled inner loops of a voice.
+
+Model   The phase theta is a 64-bit fraction of a turn; its high bits name the cell, the rest the place in it.
+        displacement G = g(w) R(theta, w); velocity dG/dt = G_theta theta' + G_w w'; acceleration
+        d2G/dt2 = G_tt theta'^2 + G_t theta'' + 2 G_tw theta' w' + G_ww w'^2 + G_w w''.
+        R is the contact response about its mean; g is 1 from `lift_load` on, and below it 10 s^3 - 15 s^4 + 6 s^5 with
+        s = w / lift_load, which has two continuous derivatives and is exactly 0 at no load.
+Source  design, sections 1, 4 and 8; the readable twin is tests/reference/slow_reading.py.
+Limits  64-bit phase: one rounding of 2^-65 turn a frame at most, 5e-10 turn in 24 h at 192 kHz.
+        The moving loops stop at the first frame whose table is not built and return its index.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from synth.contact.exact import Array
+
+TURN = 2.0**64
+HALF_TURN = 2.0**63
+PLACE = 2.0**-53  # the 53 bits of the phase below the cell, as a fraction of the cell
+SMALLEST = 1.2e-38  # the smallest normal float32; what is below leaves as zero, so that no denormal slows a peer
+OPTIONS = {"nogil": True, "cache": True, "error_model": "numpy", "fastmath": {"contract"}}
+
+# rows of the float layout of the moving loops: one column a level, then one column an interval of load
+FADE_FROM, FADE_TO = 0, 1
+# entries of `constants`
+RATE, PERIOD, LIFT, GAIN, HOLD = 0, 1, 2, 3, 4
+# rows of `motion`
+SPEED, SPEED_RATE, LOAD, LOAD_RATE, LOAD_BEND = 0, 1, 2, 3, 4
+
+
+@njit(**OPTIONS)
+def read_steady(table, phase, step, gain, out, channel):  # type: ignore[no-untyped-def]
+    """Write gain * table at the phases phase + i step (uint64 fractions of a turn) to out[:, channel].
+
+    table: float64 [cells, 4], cells a power of two.
+    """
+    cells = table.shape[0]
+    bits = np.uint64(0)
+    while (1 << np.int64(bits)) < cells:
+        bits += np.uint64(1)
+    shift = np.uint64(64) - bits
+    for i in range(out.shape[0]):
+        j = np.int64(phase >> shift)
+        t = np.float64(np.int64((phase << bits) >> np.uint64(11))) * PLACE
+        value = gain * (table[j, 0] + t * (table[j, 1] + t * (table[j, 2] + t * table[j, 3])))
+        out[i, channel] = value if abs(value) >= SMALLEST else 0.0
+        phase += step
+
+
+@njit(inline="always", **OPTIONS)
+def smooth_step(s):  # type: ignore[no-untyped-def]
+    """Return 3 s^2 - 2 s^3, kept in 0..1."""
+    s = min(max(s, 0.0), 1.0)
+    return s * s * (3.0 - 2.0 * s)
+
+
+@njit(inline="always", **OPTIONS)
+def gate(load, lift):  # type: ignore[no-untyped-def]
+    """Return the gate g at `load` and its first and second derivative over the load."""
+    s = min(max(load / lift, 0.0), 1.0)
+    rest = 1.0 - s
+    first = 30.0 * s * s * rest * rest / lift
+    second = 60.0 * s * rest * (1.0 - 2.0 * s) / (lift * lift)
+    return s * s * s * (10.0 + s * (6.0 * s - 15.0)), first, second
+
+
+@njit(inline="always", **OPTIONS)
+def row_value(pool, at, s):  # type: ignore[no-untyped-def]
+    """Return the cubic over the load with coefficients pool[at : at + 4]; unsigned indices need no wrap-around test."""
+    return pool[at] + s * (pool[at + np.uint64(1)] + s * (pool[at + np.uint64(2)] + s * pool[at + np.uint64(3)]))
+
+
+@njit(inline="always", **OPTIONS)
+def cubic_surface(pool, at, t, s):  # type: ignore[no-untyped-def]
+    """Return R from the 16 coefficients at pool[at], t along the phase and s along the load."""
+    a = row_value(pool, at, s)
+    b = row_value(pool, at + np.uint64(4), s)
+    c = row_value(pool, at + np.uint64(8), s)
+    d = row_value(pool, at + np.uint64(12), s)
+    return a + t * (b + t * (c + t * d))
+
+
+@njit(inline="always", **OPTIONS)
+def quintic(a, b, c, d, e, f, t):  # type: ignore[no-untyped-def]
+    """Return a polynomial of the fifth degree at t with its first and second derivative."""
+    value = a + t * (b + t * (c + t * (d + t * (e + t * f))))
+    first = b + t * (2.0 * c + t * (3.0 * d + t * (4.0 * e + t * (5.0 * f))))
+    second = 2.0 * c + t * (6.0 * d + t * (12.0 * e + t * (20.0 * f)))
+    return value, first, second
+
+
+@njit(inline="always", **OPTIONS)
+def row_cubic(pool, at, s):  # type: ignore[no-untyped-def]
+    """Return the cubic over the load with coefficients pool[at : at + 4], its first and its second derivative."""
+    a, b, c, d = pool[at], pool[at + np.uint64(1)], pool[at + np.uint64(2)], pool[at + np.uint64(3)]
+    return a + s * (b + s * (c + s * d)), b + s * (2.0 * c + s * (3.0 * d)), 2.0 * c + 6.0 * d * s
+
+
+@njit(inline="always", **OPTIONS)
+def surface_rates(pool, at, t, s, turn_rate, turn_bend, load_rate, load_bend):  # type: ignore[no-untyped-def]
+    """Return R and its first and second total time derivative from the 24 coefficients at pool[at].
+
+    turn_rate, turn_bend: dt/dt and d2t/dt2 in cells a second; load_rate, load_bend: the same of s.
+    """
+    a, a1, a2 = row_cubic(pool, at, s)
+    b, b1, b2 = row_cubic(pool, at + np.uint64(4), s)
+    c, c1, c2 = row_cubic(pool, at + np.uint64(8), s)
+    d, d1, d2 = row_cubic(pool, at + np.uint64(12), s)
+    e, e1, e2 = row_cubic(pool, at + np.uint64(16), s)
+    f, f1, f2 = row_cubic(pool, at + np.uint64(20), s)
+    value, along, bend = quintic(a, b, c, d, e, f, t)
+    by_load = a1 + t * (b1 + t * (c1 + t * (d1 + t * (e1 + t * f1))))
+    mixed = b1 + t * (2.0 * c1 + t * (3.0 * d1 + t * (4.0 * e1 + t * (5.0 * f1))))
+    load_curve = a2 + t * (b2 + t * (c2 + t * (d2 + t * (e2 + t * f2))))
+    first = along * turn_rate + by_load * load_rate
+    second = bend * turn_rate * turn_rate + along * turn_bend + 2.0 * mixed * turn_rate * load_rate
+    second += load_curve * load_rate * load_rate + by_load * load_bend
+    return value, first, second
+
+
+@njit(**OPTIONS)
+def interval_of(edges, load, start):  # type: ignore[no-untyped-def]
+    """Return the interval of the rising `edges` that holds `load`, its ends and 1 / width, looking from `start`.
+
+    The first and last interval reach on without end, so that a load beyond the rows stays in them.
+    """
+    last = len(edges) - 2
+    while start < last and load >= edges[start + 1]:
+        start += 1
+    while start > 0 and load < edges[start]:
+        start -= 1
+    return start, edges[start], edges[start + 1], 1.0 / (edges[start + 1] - edges[start])
+
+
+@njit(**OPTIONS)
+def level_of(fades, turns, level):  # type: ignore[no-untyped-def]
+    """Return the level that sounds at |turns| a frame, from and to which it does, and where it begins to fade.
+
+    The number of levels means silence. `level`: where to begin looking.
+    """
+    count = fades.shape[1]
+    while level < count and turns >= fades[FADE_TO, level]:
+        level += 1
+    while level > 0 and turns < fades[FADE_TO, level - 1]:
+        level -= 1
+    slowest = fades[FADE_TO, level - 1] if level > 0 else 0.0
+    if level == count:
+        return level, slowest, np.inf, np.inf
+    return level, slowest, fades[FADE_TO, level], fades[FADE_FROM, level]
+
+
+@njit(inline="always", **OPTIONS)
+def place(phase, bits, size, offset):  # type: ignore[no-untyped-def]
+    """Return where the coefficients of the cell of `phase` begin in the pool, and the place in that cell, 0..1.
+
+    bits: log2 of the cells of the table; size: coefficients of a cell; offset: where the table begins.
+    """
+    cell = phase >> (np.uint64(64) - bits)
+    return np.uint64(offset) + size * cell, np.float64(np.int64((phase << bits) >> np.uint64(11))) * PLACE
+
+
+@njit(**OPTIONS)
+def phases_of(motion, position, start, phase, step, bend, period):  # type: ignore[no-untyped-def]
+    """Return the phase of each frame from `start` on, and the phase after the last: uint64 fractions of a turn.
+
+    step, bend: turns a frame for 1 m/s, and for 1 m/s^2. position: metres at each frame, or empty; where it is given the
+    phase is the position over `period`, whatever `phase` was.
+    """
+    speed, speed_rate = motion[SPEED], motion[SPEED_RATE]
+    frames = len(speed)
+    phases = np.empty(frames, dtype=np.uint64)
+    for i in range(start, frames):
+        turns = speed[i] * step + speed_rate[i] * bend
+        phases[i] = np.uint64(np.int64(np.rint((turns - np.rint(turns)) * HALF_TURN)) << np.int64(1))
+    if len(position) == frames:
+        last = phases[frames - 1]
+        for i in range(start, frames):
+            turns = position[i] / period
+            phases[i] = np.uint64(np.int64(np.rint((turns - np.rint(turns)) * HALF_TURN)) << np.int64(1))
+        return phases, phases[frames - 1] + last
+    for i in range(start, frames):
+        moved = phases[i]
+        phases[i] = phase
+        phase += moved
+    return phases, phase
+
+
+@njit(**OPTIONS)
+def plain_until(motion, start, step, slowest, fade, low, high):  # type: ignore[no-untyped-def]
+    """Return the first frame from `start` on whose speed or load leaves the ranges of one table."""
+    speed, loads = motion[SPEED], motion[LOAD]
+    outside = 0
+    for i in range(start, len(speed)):
+        turns, load = abs(speed[i]) * step, loads[i]
+        outside += (turns < slowest) | (turns >= fade) | (load < low) | (load >= high)
+    if outside == 0:
+        return len(speed)
+    for i in range(start, len(speed)):
+        turns, load = abs(speed[i]) * step, loads[i]
+        if (turns < slowest) | (turns >= fade) | (load < low) | (load >= high):
+            return i
+    return len(speed)
+
+
+@njit(**OPTIONS)
+def plain_displacement(pool, offset, bits, phases, motion, low, width, gain, out, channel, start, stop):  # type: ignore[no-untyped-def]
+    """Write the displacement of frames `start` to `stop`, all in one table, away from fades and gate."""
+    for i in range(start, stop):
+        at, t = place(phases[i], bits, np.uint64(16), offset)
+        value = gain * cubic_surface(pool, at, t, (motion[LOAD, i] - low) * width)
+        out[i, channel] = value if abs(value) >= SMALLEST else 0.0
+
+
+@njit(**OPTIONS)
+def plain_rate(pool, offset, bits, phases, motion, low, width, scale, gain, out, channel, start, stop, order):  # type: ignore[no-untyped-def]
+    """Write the velocity or acceleration of frames `start` to `stop`, all in one table, away from fades and gate."""
+    for i in range(start, stop):
+        at, t = place(phases[i], bits, np.uint64(24), offset)
+        _value, first, second = surface_rates(
+            pool, at, t, (motion[LOAD, i] - low) * width, motion[SPEED, i] * scale, motion[SPEED_RATE, i] * scale,
+            motion[LOAD_RATE, i] * width, motion[LOAD_BEND, i] * width,
+        )
+        value = gain * (first if order == 1 else second)
+        out[i, channel] = value if abs(value) >= SMALLEST else 0.0
+
+
+@njit(**OPTIONS)
+def fading_displacement(pool, offsets, cells, level, interval, phase, s, part):  # type: ignore[no-untyped-def]
+    """Return the displacement of one frame, `part` of the way from `level` to the next; NaN where a table is missing."""
+    value = 0.0
+    for k in range(level, min(level + 2, len(cells))):
+        weight = 1.0 - part if k == level else part
+        if weight == 0.0:
+            continue
+        if offsets[k, interval] < 0:
+            return np.nan
+        at, t = place(phase, cells[k], np.uint64(16), offsets[k, interval])
+        value += weight * cubic_surface(pool, at, t, s)
+    return value
+
+
+@njit(**OPTIONS)
+def fading_rates(pool, offsets, cells, level, interval, phase, s, part, spatial, motion, i, along, along_bend):  # type: ignore[no-untyped-def]
+    """Return R and its two total time derivatives of frame `i`, as `fading_displacement` does."""
+    value, first, second = 0.0, 0.0, 0.0
+    for k in range(level, min(level + 2, len(cells))):
+        weight = 1.0 - part if k == level else part
+        if weight == 0.0:
+            continue
+        if offsets[k, interval] < 0:
+            return np.nan, 0.0, 0.0
+        at, t = place(phase, cells[k], np.uint64(24), offsets[k, interval])
+        scale = spatial * np.float64(np.int64(1) << np.int64(cells[k]))
+        a, b, c = surface_rates(
+            pool, at, t, s, motion[SPEED, i] * scale, motion[SPEED_RATE, i] * scale, along, along_bend
+        )
+        value, first, second = value + weight * a, first + weight * b, second + weight * c
+    return value, first, second
+
+
+@njit(**OPTIONS)
+def read_displacement(pool, offsets, cells, fades, edges, constants, state, motion, position, start, out, channel):  # type: ignore[no-untyped-def]
+    """Write the displacement of frames `start` onward; return the first frame whose table is missing, or the frame count.
+
+    pool: float64, all tables; offsets: int64 [levels, intervals], where a table begins or -1; cells: uint64 [levels], log2
+    of the cells of a level; fades: float64 [2, levels] (turns a frame); edges: loads of the rows (N); constants: frames a
+    second, texture period (m), lift_load (N), gain, and 1 where the end rows hold beyond the edges (0: such a frame is
+    missing); state: uint64 [1], the phase of frame `start`, advanced; motion: float64 [5, frames] (rows above);
+    position: float64 [frames] (m) or empty; out: float32 [frames, channels].
+    """
+    frames, levels = motion.shape[1], fades.shape[1]
+    step = 1.0 / (constants[RATE] * constants[PERIOD])
+    lift, gain = constants[LIFT], constants[GAIN]
+    phases, after = phases_of(
+        motion, position, start, state[0], step, 0.5 * step / constants[RATE], constants[PERIOD]
+    )
+    level, interval, i = 0, 0, start
+    while i < frames:
+        turns, load = abs(motion[SPEED, i]) * step, motion[LOAD, i]
+        level, slowest, fastest, fade = level_of(fades, turns, level)
+        interval, low, high, width = interval_of(edges, load, interval)
+        if turns < fade and lift <= load < high and load >= low and offsets[level, interval] >= 0:
+            stop = plain_until(motion, i, step, slowest, fade, max(low, lift), high)
+            offset = offsets[level, interval]
+            plain_displacement(pool, offset, cells[level], phases, motion, low, width, gain, out, channel, i, stop)
+            i = stop
+            continue
+        value = 0.0
+        if constants[HOLD] == 0.0 and load > 0.0 and not edges[0] <= load <= edges[-1]:
+            state[0] = phases[i]
+            return i
+        if level < levels and load > 0.0:
+            s = min(max((load - low) * width, 0.0), 1.0)
+            part = smooth_step((turns - fade) / (fastest - fade))
+            value = fading_displacement(pool, offsets, cells, level, interval, phases[i], s, part)
+            if value != value:
+                state[0] = phases[i]
+                return i
+            value *= gain * gate(load, lift)[0]
+        out[i, channel] = value if abs(value) >= SMALLEST else 0.0
+        i += 1
+    state[0] = after
+    return frames
+
+
+@njit(**OPTIONS)
+def read_rate(pool, offsets, cells, fades, edges, constants, state, motion, position, start, out, channel, order):  # type: ignore[no-untyped-def]
+    """Write the velocity (`order` 1) or acceleration (`order` 2), as `read_displacement` does, from tables of degree 5."""
+    frames, levels = motion.shape[1], fades.shape[1]
+    step, spatial = 1.0 / (constants[RATE] * constants[PERIOD]), 1.0 / constants[PERIOD]
+    lift, gain = constants[LIFT], constants[GAIN]
+    phases, after = phases_of(
+        motion, position, start, state[0], step, 0.5 * step / constants[RATE], constants[PERIOD]
+    )
+    level, interval, i = 0, 0, start
+    while i < frames:
+        turns, load = abs(motion[SPEED, i]) * step, motion[LOAD, i]
+        level, slowest, fastest, fade = level_of(fades, turns, level)
+        interval, low, high, width = interval_of(edges, load, interval)
+        if turns < fade and lift <= load < high and load >= low and offsets[level, interval] >= 0:
+            stop = plain_until(motion, i, step, slowest, fade, max(low, lift), high)
+            scale = spatial * np.float64(np.int64(1) << np.int64(cells[level]))
+            offset = offsets[level, interval]
+            plain_rate(
+                pool, offset, cells[level], phases, motion, low, width, scale, gain, out, channel, i, stop, order
+            )
+            i = stop
+            continue
+        result = 0.0
+        if constants[HOLD] == 0.0 and load > 0.0 and not edges[0] <= load <= edges[-1]:
+            state[0] = phases[i]
+            return i
+        if level < levels and load > 0.0:
+            s, load_rate, load_bend = (load - low) * width, motion[LOAD_RATE, i], motion[LOAD_BEND, i]
+            inside = width if 0.0 <= s <= 1.0 else 0.0
+            part = smooth_step((turns - fade) / (fastest - fade))
+            value, first, second = fading_rates(
+                pool, offsets, cells, level, interval, phases[i], min(max(s, 0.0), 1.0), part, spatial, motion, i,
+                load_rate * inside, load_bend * inside,
+            )
+            if value != value:
+                state[0] = phases[i]
+                return i
+            g, g1, g2 = gate(load, lift)
+            rate = g1 * load_rate
+            second = g * second + 2.0 * rate * first + (g2 * load_rate * load_rate + g1 * load_bend) * value
+            result = gain * (g * first + rate * value if order == 1 else second)
+        out[i, channel] = result if abs(result) >= SMALLEST else 0.0
+        i += 1
+    state[0] = after
+    return frames
+
+
+def turns_to_phase(turns: Array) -> np.ndarray:  # type: ignore[type-arg]
+    """Return turns as uint64 fractions of a turn."""
+    rest = turns - np.rint(turns)
+    return (np.rint(rest * HALF_TURN).astype(np.int64).view(np.uint64)) << np.uint64(1)

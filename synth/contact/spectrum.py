@@ -1,0 +1,188 @@
+"""z over one period of the texture, as a Fourier series of known error.
+
+Model   z(theta) = sum over n of Z_n exp(2 pi i n theta); the k-th time derivative at a speed u has the coefficients
+        (2 pi i n u / lambda2)^k Z_n. The series is taken from M exact solutions at equal steps of phase. M doubles, reusing
+        what is solved, until the change of every quantity asked for is within the tolerance.
+        dz/dw = -1.5 (w/k) / (w |C| / L), with k from eqs 4-5, gives the slope of the series with the load.
+Source  Fagiani & Barbieri (2016), eqs 1, 4, 5. Kinks of order 3/2 make Z_n fall as n^-2.5, so each doubling of M lowers the
+        error about 5.6 times.
+Limits  `error` is half the last change seen: tests/synth/test_spectrum.py holds it against much larger M.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from synth.contact.closed import full_contact
+from synth.contact.exact import Array, Grid, solve
+from synth.contact.geometry import Geometry
+from synth.contact.stiffness import Stiffness
+
+Complex = np.ndarray[Any, np.dtype[np.complex128]]
+
+FEWEST_PHASES = 64  # fewer save no time that can be measured
+MOST_PHASES = 1 << 21  # 4 s of work on the default scene; where it is not enough the error says so
+FLOOR = 1e-12  # of a1 + a2, in displacement: the round-off of the solver (design, section 4)
+PROBES = 24  # phases off every grid at which a converged series is checked once more
+GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Demand:
+    """What a series must hold.
+
+    highest: the highest harmonic wanted, at least 1. orders: time derivatives wanted (0 displacement, 1 velocity,
+    2 acceleration). tolerance: the largest error of each, relative to its own peak-to-peak.
+    """
+
+    highest: int
+    orders: tuple[int, ...]
+    tolerance: float
+
+
+@dataclass(frozen=True, slots=True)
+class Spectrum:
+    """z over a period at one load: coefficients of harmonics 0 to `highest`, in metres, and their slope with the load.
+
+    harmonics, slopes: complex128 [highest + 1], one-sided (z = Z_0 + 2 Re sum Z_n e^{2 pi i n theta}); slopes in m/N.
+    errors: largest error of each order of the demand relative to its peak-to-peak. phases: solutions it took.
+    closed: z is one sinusoid in closed form.
+    """
+
+    load: float
+    harmonics: Complex
+    slopes: Complex
+    errors: tuple[float, ...]
+    phases: int
+    closed: bool
+
+    @property
+    def memory_bytes(self) -> int:
+        """Bytes that the series holds."""
+        return self.harmonics.nbytes + self.slopes.nbytes
+
+
+@dataclass(frozen=True, slots=True)
+class Contact:
+    """Geometry, stiffness and grid of one scene: what the solver reads."""
+
+    geometry: Geometry
+    stiffness: Stiffness
+    grid: Grid
+
+    @classmethod
+    def of(cls, geometry: Geometry, stiffness: Stiffness) -> Contact:
+        """Return the contact, its grid solved once."""
+        return cls(geometry, stiffness, Grid.of_geometry(geometry))
+
+    def approach(self, phases: Array, load: float) -> tuple[Array, Array]:
+        """Return z (m) and dz/dw (m/N) at each of `phases` (turns) and `load` (N)."""
+        solved = solve(self.grid, phases, self.stiffness.indentation(load))
+        return solved.height, self._slope(solved.touching, load)
+
+    def _slope(self, touching: Array, load: float) -> Array:
+        if load <= 0.0:
+            return np.zeros_like(touching)
+        slope = 1.5 * self.stiffness.indentation(load) / load
+        return -slope / np.maximum(touching, 1e-12)
+
+
+def curves(harmonics: Complex, order: int, points: int) -> Array:
+    """Return the `order`-th derivative over theta (in turns), without the mean, at `points` equal steps of a period."""
+    count = len(harmonics)
+    series = np.zeros(points // 2 + 1, dtype=np.complex128)
+    n = np.arange(1, count)
+    series[1:count] = harmonics[1:] * (2j * math.pi * n) ** order
+    return np.fft.irfft(series, points) * points
+
+
+def points_for(highest: int) -> int:
+    """Return how many points show a series of `highest` harmonics well: a power of two, at least 4 a period of the last."""
+    return max(64, 1 << (4 * highest).bit_length())
+
+
+def solve_spectrum(contact: Contact, load: float, demand: Demand, keep: int = 0) -> Spectrum:
+    """Return the series of z at `load` (N) that keeps `demand`, or the best of MOST_PHASES solutions with its error.
+
+    keep: harmonics of the series returned, at least those of the demand; those beyond it are as good as they come.
+    """
+    keep = max(keep, demand.highest)
+    closed = full_contact(contact.geometry, contact.stiffness, load)
+    if closed is not None:
+        harmonics = np.zeros(keep + 1, dtype=np.complex128)
+        slopes = np.zeros_like(harmonics)
+        harmonics[:2] = closed.mean, closed.first
+        slopes[0] = closed.slope
+        return Spectrum(load, harmonics, slopes, (1e-15,) * len(demand.orders), 0, True)
+    return _grown(contact, load, demand, keep)
+
+
+def _grown(contact: Contact, load: float, demand: Demand, keep: int) -> Spectrum:
+    geometry = contact.geometry
+    locked = 4.0 * geometry.texture_period / geometry.ridge_period if geometry.ridge_amplitude else 0.0
+    start = min(max(FEWEST_PHASES, locked), max(4.0 * demand.highest, 256.0))
+    phases = 1 << math.ceil(math.log2(start))
+    height, slope = contact.approach(np.arange(phases) / phases, load)
+    before = _series(height, demand.highest)
+    while True:
+        between = (np.arange(phases) + 0.5) / phases
+        more_height, more_slope = contact.approach(between, load)
+        unseen = _largest_gap(height, more_height)
+        height, slope = _woven(height, more_height), _woven(slope, more_slope)
+        phases *= 2
+        now = _series(height, demand.highest)
+        errors, good = _change(before, now, demand, geometry.height_scale)
+        if (good and _probed(contact, load, height, unseen)) or 2 * phases > MOST_PHASES:
+            return Spectrum(load, _series(height, keep), _series(slope, keep), errors, phases, False)
+        before = now
+
+
+def _series(samples: Array, highest: int) -> Complex:
+    """Return harmonics 0 to `highest` of one period of samples; those above half their number are zero."""
+    found = np.fft.rfft(samples) / len(samples)
+    series = np.zeros(highest + 1, dtype=np.complex128)
+    kept = min(highest + 1, len(samples) // 2)
+    series[:kept] = found[:kept]
+    return series
+
+
+def _woven(even: Array, odd: Array) -> Array:
+    both = np.empty(2 * len(even))
+    both[0::2], both[1::2] = even, odd
+    return both
+
+
+def _change(before: Complex, now: Complex, demand: Demand, scale: float) -> tuple[tuple[float, ...], bool]:
+    """Return the error of each order relative to its peak-to-peak, and whether all are within the tolerance or the floor."""
+    points = points_for(demand.highest)
+    errors, good = [], True
+    for order in demand.orders:
+        error = 0.5 * float(np.max(np.abs(curves(now - before, order, points))))
+        extent = float(np.ptp(curves(now, order, points)))
+        floor = FLOOR * scale * (2.0 * math.pi * demand.highest) ** order
+        good = good and error <= demand.tolerance * extent + floor
+        errors.append(error / extent if extent > 0.0 else 0.0)
+    return tuple(errors), good
+
+
+def _largest_gap(height: Array, between: Array) -> float:
+    """Return the largest error (m) of the series through `height`, all harmonics kept, at the points between."""
+    count = len(height)
+    shift = np.exp(1j * math.pi * np.arange(count // 2 + 1) / count)
+    return float(np.max(np.abs(np.fft.irfft(np.fft.rfft(height) * shift, count) - between)))
+
+
+def _probed(contact: Contact, load: float, height: Array, unseen: float) -> bool:
+    """Return whether the series through `height` holds at phases off every grid: no line hides in the sampling."""
+    probes = (GOLDEN * np.arange(1, PROBES + 1)) % 1.0
+    exact, _slope = contact.approach(np.sort(probes), load)
+    count = len(height)
+    series = np.fft.rfft(height) / count
+    angles = np.exp(2j * math.pi * np.outer(np.sort(probes), np.arange(count // 2 + 1)))
+    series[1:-1] *= 2.0
+    gap = float(np.max(np.abs((angles @ series).real - exact)))
+    return gap <= 4.0 * unseen + FLOOR * contact.geometry.height_scale

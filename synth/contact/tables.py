@@ -1,0 +1,121 @@
+"""Tables that are read at audio rate: piecewise polynomials over the phase, and over the load where it varies.
+
+Model   A period is cut into equal cells, a power of two of them. In each cell the series is replaced by the polynomial that
+        shares its value and derivatives at both ends: of third degree (value, slope), or of fifth (and curvature), for the
+        quantities that need derivatives. Over the load it is the cubic through two rows and their slopes dz/dw.
+Source  Hermite interpolation; the derivatives are exact, from the series.
+Limits  cells are doubled until the polynomials keep the share of the tolerance that is theirs, measured at the quarters of
+        every cell against the series.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.contact.exact import Array
+from synth.contact.spectrum import Complex, curves
+
+CUBIC, QUINTIC = 3, 5
+MOST_CELLS = 1 << 18
+FEWEST_CELLS = 16
+TAIL_SHARE = 0.05  # of the tolerance: what the harmonics dropped from the end of a series may add up to
+
+
+
+@dataclass(frozen=True, slots=True)
+class Fitted:
+    """A table and its error: coefficients float64 [cells, degree + 1], error of each order relative to its peak-to-peak."""
+
+    coefficients: Array
+    errors: tuple[float, ...]
+
+
+def kept_harmonics(harmonics: Complex, orders: tuple[int, ...], tolerance: float) -> int:
+    """Return how many harmonics the quantities need: the rest adds up to less than TAIL_SHARE of the tolerance."""
+    n = np.arange(len(harmonics))
+    needed = 1
+    for order in orders:
+        sizes = 2.0 * np.abs(harmonics) * (2.0 * np.pi * n) ** order
+        sizes[0] = 0.0
+        tails = np.cumsum(sizes[::-1])[::-1]
+        allowed = TAIL_SHARE * tolerance * max(float(np.max(sizes)), 1e-300)
+        needed = max(needed, int(np.count_nonzero(tails > allowed)) - 1 + int(sizes[0] > allowed))
+    return min(max(needed, 1), len(harmonics) - 1)
+
+
+def polynomials(harmonics: Complex, degree: int, cells: int) -> Array:
+    """Return the coefficients [cells, degree + 1] of the series without its mean, in powers of the place t in a cell."""
+    value = curves(harmonics, 0, cells)
+    slope = curves(harmonics, 1, cells) / cells
+    table = np.empty((cells, degree + 1))
+    next_value, next_slope = np.roll(value, -1), np.roll(slope, -1)
+    rise = next_value - value
+    table[:, 0], table[:, 1] = value, slope
+    if degree == CUBIC:
+        table[:, 2] = 3.0 * rise - 2.0 * slope - next_slope
+        table[:, 3] = slope + next_slope - 2.0 * rise
+        return table
+    bend = curves(harmonics, 2, cells) / cells**2
+    next_bend = np.roll(bend, -1)
+    table[:, 2] = 0.5 * bend
+    table[:, 3] = 10.0 * rise - 6.0 * slope - 4.0 * next_slope - 1.5 * bend + 0.5 * next_bend
+    table[:, 4] = -15.0 * rise + 8.0 * slope + 7.0 * next_slope + 1.5 * bend - next_bend
+    table[:, 5] = 6.0 * rise - 3.0 * (slope + next_slope) + 0.5 * (next_bend - bend)
+    return table
+
+
+def fitted_table(harmonics: Complex, degree: int, orders: tuple[int, ...], tolerance: float) -> Fitted:
+    """Return the smallest table of the series whose derivatives of `orders` keep `tolerance` of their peak-to-peak."""
+    highest = len(harmonics) - 1
+    cells = max(FEWEST_CELLS, 1 << (2 * highest).bit_length())
+    while True:
+        table = polynomials(harmonics, degree, cells)
+        errors = _errors(table, harmonics, orders)
+        if max(errors) <= tolerance or 2 * cells > MOST_CELLS:
+            return Fitted(table, errors)
+        cells *= 2
+
+
+def _errors(table: Array, harmonics: Complex, orders: tuple[int, ...]) -> tuple[float, ...]:
+    cells, width = table.shape
+    places = np.arange(4) / 4.0
+    errors = []
+    for order in orders:
+        powers = np.zeros((width, 4))
+        for power in range(order, width):
+            factor = float(np.prod(np.arange(power - order + 1, power + 1)))
+            powers[power] = factor * places ** (power - order)
+        read = (table @ powers).ravel() * float(cells) ** order
+        truth = curves(harmonics, order, 4 * cells)
+        extent = float(np.ptp(truth))
+        errors.append(float(np.max(np.abs(read - truth))) / extent if extent > 0.0 else 0.0)
+    return tuple(errors)
+
+
+def limited_slopes(low: Complex, high: Complex, slopes: Complex, width: float) -> Complex:
+    """Return `slopes` (a unit of load), each harmonic held to what its two rows allow over an interval of `width`.
+
+    Where a harmonic turns faster with the load than the rows can show, its slope would throw the cubic far beyond both rows;
+    three times the larger of them is as far as a monotone cubic goes (Fritsch & Carlson, 1980).
+    """
+    bound = 3.0 * np.maximum(np.abs(low), np.abs(high)) / width
+    size = np.abs(slopes)
+    return np.asarray(slopes * np.minimum(1.0, bound / np.maximum(size, 1e-300)))
+
+
+def load_cubic(low: Complex, low_slopes: Complex, high: Complex, high_slopes: Complex, width: float) -> tuple[Complex, ...]:
+    """Return the four series of the cubic in s = (w - w_low) / width through two rows and their slopes (m/N)."""
+    rise = high - low
+    first = width * limited_slopes(low, high, low_slopes, width)
+    last = width * limited_slopes(low, high, high_slopes, width)
+    return low, first, 3.0 * rise - 2.0 * first - last, first + last - 2.0 * rise
+
+
+def surface(series: tuple[Complex, ...], degree: int, cells: int) -> Array:
+    """Return coefficients [cells, degree + 1, 4]: powers of the place in a phase cell, then of the place between the rows."""
+    table = np.empty((cells, degree + 1, 4))
+    for power, harmonics in enumerate(series):
+        table[:, :, power] = polynomials(harmonics, degree, cells)
+    return table

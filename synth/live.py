@@ -1,0 +1,192 @@
+"""A voice for streams that do not end: it ramps in, across changes of scene, and out, and stays within full scale.
+
+Stage   3 (VOICE), for sessions and devices.
+Model   A change of scene is prepared beside the music (`prepare`, in any thread) and taken over at the next block (`apply`): the
+        new voice begins where the texture stands, and a raised cosine leads from the old one to it. A change that comes while
+        another is being faded waits; the newest wins. The safety limiter is last.
+Source  design, section 4 (ramps) and 8 (limiter).
+Limits  rate, channels, quantities and full scale stay those of the first scene. Not thread-safe but for `prepare`, `apply` and
+        `release`, which only leave a note for the next block.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.cache import ResponseCache
+from synth.errors import Fault, SceneError
+from synth.output import Block, Limiter
+from synth.plan import Plan
+from synth.preparation import Preparation, prepare
+from synth.scene import Channel, Scene
+from synth.voice import Voice
+
+RAMP_TIME = 0.01  # s of fade in and out: short enough for the 20 ms of a stop, long enough not to click
+CHANGE_TIME = 0.05  # s from one scene to the next; shorter steps become audible on slow waveforms
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """A scene that is ready to be taken over. scene: as it was asked for; solved: with the stream's full scale."""
+
+    scene: Scene
+    solved: Preparation
+
+
+class LiveVoice:
+    """An endless voice for one listener.
+
+    scene: the first scene; CannotRender and SceneError as `prepare`. cache: responses shared with other voices.
+    """
+
+    def __init__(self, scene: Scene, *, cache: ResponseCache | None = None) -> None:
+        self._cache = cache or ResponseCache()
+        self._first = scene
+        self.scene = scene
+        self._voice = Voice(prepare(scene, self._cache))
+        self._limiter = Limiter(self._voice.channels, self._voice.sample_rate)
+        self._coming: Voice | None = None
+        self._crossed = 0
+        self._waiting: Change | None = None
+        self._gain = 0.0
+        self._released = False
+        self.frame = 0
+
+    @property
+    def sample_rate(self) -> int:
+        """Frames a second."""
+        return self._voice.sample_rate
+
+    @property
+    def channels(self) -> int:
+        """Channels of a block."""
+        return self._voice.channels
+
+    @property
+    def quantities(self) -> tuple[str, ...]:
+        """Quantity of each channel."""
+        return self._voice.quantities
+
+    @property
+    def full_scale(self) -> tuple[float, ...]:
+        """SI value that is 1.0 in the audio, of each channel; it does not change."""
+        return self._voice.full_scale
+
+    @property
+    def plan(self) -> Plan:
+        """The plan of the scene that sounds, or is coming."""
+        return (self._coming or self._voice).plan
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What a user should know about the scene that sounds, or is coming."""
+        return (self._coming or self._voice).warnings
+
+    @property
+    def reduction_db(self) -> float:
+        """How far the limiter turns down at this moment, in dB."""
+        return self._limiter.reduction_db
+
+    @property
+    def finished(self) -> bool:
+        """True when the voice was released and has faded out."""
+        return self._released and self._gain == 0.0
+
+    def prepare(self, scene: Scene) -> Change:
+        """Return `scene` ready to be taken over; SceneError where it changes what is fixed for a stream."""
+        faults = fixed_faults(self._first, scene)
+        if faults:
+            raise SceneError(faults)
+        return Change(scene, prepare(_with_full_scale(scene, self.full_scale), self._cache))
+
+    def apply(self, change: Change) -> None:
+        """Take `change` over from the next block on."""
+        self._waiting = change
+
+    def release(self) -> None:
+        """Fade out, beginning with the next block."""
+        self._released = True
+
+    def render(self, frames: int) -> Block:
+        """Return the next `frames` frames, float32 [frames, channels], within -1..1."""
+        if self.finished:
+            self.frame += frames
+            return np.zeros((frames, self.channels), dtype=np.float32)
+        block = np.empty((frames, self.channels), dtype=np.float32)
+        done = 0
+        while done < frames:
+            self._begin_change()
+            count = frames - done
+            if self._coming is not None:
+                count = min(count, self._crossing_frames - self._crossed)
+            block[done : done + count] = self._next(count)
+            done += count
+        self._ramp(block)
+        self.frame += frames
+        return self._limiter.process(block)
+
+    @property
+    def _crossing_frames(self) -> int:
+        return max(1, round(CHANGE_TIME * self.sample_rate))
+
+    def _begin_change(self) -> None:
+        change = self._waiting
+        if self._coming is None and change is not None:
+            self._waiting = None
+            self._coming = Voice(change.solved, phase=self._voice.phase)
+            self._crossed = 0
+            self.scene = change.scene
+
+    def _next(self, frames: int) -> Block:
+        block = self._voice.render(frames)
+        if self._coming is None:
+            return block
+        n = self._crossed + np.arange(1, frames + 1)
+        part = 0.5 - 0.5 * np.cos(math.pi * n / self._crossing_frames)
+        block += ((self._coming.render(frames) - block) * part[:, np.newaxis]).astype(np.float32)
+        self._crossed += frames
+        if self._crossed >= self._crossing_frames:
+            self._voice, self._coming = self._coming, None
+        return block
+
+    def _ramp(self, block: Block) -> None:
+        """Move the gain toward 1, or toward 0 after a release, and apply it."""
+        goal = 0.0 if self._released else 1.0
+        if self._gain == goal == 1.0:
+            return
+        step = 1.0 / max(1, round(RAMP_TIME * self.sample_rate))
+        away = np.arange(1, len(block) + 1) * (step if goal else -step)
+        gains = np.clip(self._gain + away, 0.0, 1.0)
+        block *= (0.5 - 0.5 * np.cos(math.pi * gains))[:, np.newaxis].astype(np.float32)
+        self._gain = float(gains[-1]) if len(gains) else self._gain
+
+
+def fixed_faults(first: Scene, scene: Scene) -> list[Fault]:
+    """Return a fault for each field that a stream fixes and `scene` changes."""
+    faults = []
+    old, new = first.output, scene.output
+    if old.sample_rate != new.sample_rate:
+        faults.append(_fixed("/output/sample_rate", f"{new.sample_rate} Hz", f"{old.sample_rate} Hz"))
+    quantities = [[channel.quantity for channel in output.channel_list] for output in (old, new)]
+    if quantities[0] != quantities[1]:
+        pointer = "/output/channels" if new.channels else "/output/quantity"
+        faults.append(_fixed(pointer, ", ".join(quantities[1]), ", ".join(quantities[0])))
+    scales = [[channel.full_scale for channel in output.channel_list] for output in (old, new)]
+    if scales[0] != scales[1]:
+        pointer = "/output/channels" if new.channels else "/output/full_scale"
+        faults.append(_fixed(pointer, str(scales[1]), str(scales[0])))
+    return faults
+
+
+def _fixed(pointer: str, value: str, kept: str) -> Fault:
+    return Fault(pointer, value, f"{kept}, as the stream began", "Open a new session for another one.")
+
+
+def _with_full_scale(scene: Scene, full_scale: tuple[float, ...]) -> Scene:
+    listed = zip(scene.output.channel_list, full_scale, strict=True)
+    channels = tuple(Channel.model_construct(quantity=channel.quantity, full_scale=value) for channel, value in listed)
+    output = scene.output.model_copy(update={"channels": channels})
+    return scene.model_copy(update={"output": output})

@@ -1,0 +1,170 @@
+"""Where the finger is and how hard it presses, at every frame: from a scan, or from a hand.
+
+Model   A motion holds, at each frame, speed u, du/dt, load w, dw/dt, d2w/dt2, and, where it is known, the position p.
+        Constant: p = u t. Stroke: cruise at u between turns in which the velocity goes from u to -u as u (1 - 2 S(s)),
+        S = 3 s^2 - 2 s^3. Trajectory: natural cubic splines through position and load, two continuous derivatives; before
+        the first and after the last point the position goes on in a straight line and the finger lifts within LIFT_TIME.
+Source  design, section 4.
+Limits  a motion that gives no derivatives has them taken from the frame before (first order).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from synth.contact.exact import Array
+from synth.scene import Scene, Stroke
+
+LIFT_TIME = 0.02  # s in which the finger comes down before a trajectory and leaves after it; shorter would click
+SPEED, SPEED_RATE, LOAD, LOAD_RATE, LOAD_BEND = range(5)
+NOWHERE: Array = np.empty(0)
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """What the hand does in a block.
+
+    samples: float64 [5, frames]: speed (m/s), its rate (m/s^2), load (N), its rate (N/s) and second rate (N/s^2).
+    position: float64 [frames] in metres, or empty where the speed alone is known: the phase then follows from the speed.
+    complete: the derivatives are given; otherwise a voice takes them from the frame before.
+    """
+
+    samples: Array
+    position: Array = field(default_factory=lambda: NOWHERE)
+    complete: bool = True
+
+    @property
+    def frames(self) -> int:
+        """Number of frames."""
+        return int(self.samples.shape[1])
+
+    @classmethod
+    def of(
+        cls,
+        frames: int,
+        *,
+        load: Any,
+        speed: Any = None,
+        position: Any = None,
+        speed_rate: Any = None,
+        load_rate: Any = None,
+        load_bend: Any = None,
+    ) -> Motion:
+        """Return a motion from numbers or arrays of `frames` values in SI units.
+
+        Give `speed` or `position` (or both, if they agree) and `load`; `speed_rate`, `load_rate` and `load_bend` are their
+        time derivatives. Raises ValueError where neither speed nor position is there, or a value is not finite.
+        """
+        if speed is None and position is None:
+            raise ValueError("a motion needs speed=... (m/s) or position=... (m), a number or one value a frame")
+        complete = None not in (speed, speed_rate, load_rate, load_bend)
+        samples = np.zeros((5, frames))
+        for row, values in enumerate((speed, speed_rate, load, load_rate, load_bend)):
+            if values is not None:
+                samples[row] = values
+        places = NOWHERE if position is None else np.ascontiguousarray(np.broadcast_to(position, frames), dtype=float)
+        if not (np.isfinite(samples).all() and np.isfinite(places).all()):
+            raise ValueError("a motion is made of finite numbers: speed and position in m, load in N")
+        samples[LOAD] = np.maximum(samples[LOAD], 0.0)
+        return cls(samples, places, complete)
+
+
+class ScanMotion:
+    """The motion of a scene's scan at any frame."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.rate = scene.output.sample_rate
+        self.scan = scene.scan
+        self._splines = _splines(scene) if scene.scan.trajectory is not None else None
+
+    def at(self, first: int, frames: int) -> Motion:
+        """Return the motion of `frames` frames from frame `first` on; frame n is at t = n / rate."""
+        t = np.arange(first, first + frames) / self.rate
+        if self.scan.stroke is not None:
+            return stroke_motion(self.scan.stroke, t)
+        if self._splines is not None:
+            return self._recorded(t)
+        constant = np.zeros((5, frames))
+        constant[SPEED], constant[LOAD] = self.scan.speed, self.scan.load
+        return Motion(constant, self.scan.speed * t)
+
+    def load_range(self) -> tuple[float, float]:
+        """Return the smallest and largest load (N) of the scan."""
+        if self._splines is None:
+            load = self.scan.stroke.load if self.scan.stroke is not None else self.scan.load
+            return load, load
+        start, end, _position, load_spline = self._splines
+        t = np.linspace(start - LIFT_TIME, end + LIFT_TIME, 1 << 16)
+        loads = np.maximum(load_spline(np.clip(t, start, end)), 0.0)
+        if np.ptp(load_spline(np.clip(t, start, end))) == 0.0 and self._within(start, end):
+            return float(loads[0]), float(loads[0])
+        return 0.0, float(loads.max())
+
+    def _within(self, start: float, end: float) -> bool:
+        return start <= 0.0 and self.duration <= end
+
+    @property
+    def duration(self) -> float:
+        """Seconds of the recording, infinite for a scan that never ends."""
+        return np.inf if self._splines is None else self._splines[1]
+
+    def _recorded(self, t: Array) -> Motion:
+        assert self._splines is not None
+        start, end, position, load = self._splines
+        inside = np.clip(t, start, end)
+        beyond = t - inside
+        samples = np.zeros((5, len(t)))
+        samples[SPEED] = position(inside, 1)
+        samples[SPEED_RATE] = np.where(beyond == 0.0, position(inside, 2), 0.0)
+        places = position(inside) + samples[SPEED] * beyond
+        value = load(inside) + load(inside, 1) * beyond
+        slope, bend = load(inside, 1), np.where(beyond == 0.0, load(inside, 2), 0.0)
+        s = 1.0 - np.minimum(np.abs(beyond) / LIFT_TIME, 1.0)
+        ds = -np.sign(beyond) / LIFT_TIME * (s > 0.0) * (s < 1.0)
+        window = s**3 * (10.0 + s * (6.0 * s - 15.0))
+        first = 30.0 * (s * (1.0 - s)) ** 2 * ds
+        second = 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s) * ds**2
+        samples[LOAD] = value * window
+        samples[LOAD_RATE] = slope * window + value * first
+        samples[LOAD_BEND] = bend * window + 2.0 * slope * first + value * second
+        lifted = samples[LOAD] <= 0.0
+        samples[LOAD:, lifted] = 0.0
+        return Motion(samples, places)
+
+
+def _splines(scene: Scene) -> tuple[float, float, Any, Any]:
+    from scipy.interpolate import CubicSpline
+
+    assert scene.scan.trajectory is not None
+    points = np.array(scene.scan.trajectory)
+    position = CubicSpline(points[:, 0], points[:, 1], bc_type="natural")
+    load = CubicSpline(points[:, 0], points[:, 2], bc_type="natural")
+    return float(points[0, 0]), float(points[-1, 0]), position, load
+
+
+def stroke_motion(stroke: Stroke, t: Array) -> Motion:
+    """Return the back-and-forth motion at times `t` (s): at rest at position 0 at t = 0."""
+    u, turn, cruise = stroke.speed, stroke.turn_time, stroke.cruise_time
+    half = cruise + turn
+    turned = np.floor(t / half)
+    local = t - turned * half
+    way = np.where(turned % 2.0 == 0.0, 1.0, -1.0)
+    reach = 5.0 / 16.0 * u * turn
+    travel, speed, rate = np.empty_like(t), np.full_like(t, u), np.zeros_like(t)
+    leaving, arriving = local < 0.5 * turn, local > 0.5 * turn + cruise
+    s = np.where(leaving, 0.5 + local / turn, np.where(arriving, (local - 0.5 * turn - cruise) / turn, 0.0))
+    swing = 1.0 - 6.0 * s**2 + 4.0 * s**3
+    area = s - 2.0 * s**3 + s**4
+    bend = (-12.0 * s + 12.0 * s**2) / turn
+    travel[:] = reach + u * (local - 0.5 * turn)
+    travel[leaving] = u * turn * (5.0 / 16.0 - area[leaving])
+    speed[leaving], rate[leaving] = -u * swing[leaving], -u * bend[leaving]
+    travel[arriving] = reach + u * cruise + u * turn * area[arriving]
+    speed[arriving], rate[arriving] = u * swing[arriving], u * bend[arriving]
+    samples = np.zeros((5, len(t)))
+    samples[SPEED], samples[SPEED_RATE], samples[LOAD] = way * speed, way * rate, stroke.load
+    length = 2.0 * reach + u * cruise
+    return Motion(samples, np.where(way > 0.0, travel, length - travel))

@@ -1,0 +1,182 @@
+"""PLAN: what will be simulated for a scene, in order, each with its reason, cost and error; and what is left out and why.
+
+Stage   2 (PLAN), as data that a person can read.
+Source  design, sections 2 and 5. Errors are those measured while the response was built; costs are measured here.
+Limits  the cost is that of this machine at this moment.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+from synth.cache import ResponseCache
+from synth.preparation import BAND, N_MAX, UNITS, Preparation, prepare
+from synth.scene import Scene, scene_document
+
+TIMED_FRAMES = 1 << 14
+REPEATS = 5
+
+
+@dataclass(frozen=True, slots=True)
+class Simulated:
+    """One thing that is simulated: its name and the reason, as sentences."""
+
+    name: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class LeftOut:
+    """One thing that is not simulated: why, and how much of the output it would change (relative, or None: nothing)."""
+
+    name: str
+    reason: str
+    effect_on_output: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Cost:
+    """What a scene costs on this machine."""
+
+    setup_seconds: float
+    ns_per_frame: float
+    times_real_time: float
+    memory_bytes: int
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """The plan of one scene; `document` is its JSON."""
+
+    scene: dict[str, Any]
+    simulated: tuple[Simulated, ...]
+    left_out: tuple[LeftOut, ...]
+    response: dict[str, Any]
+    estimated_error: dict[str, float]
+    cost: Cost | None
+    warnings: tuple[str, ...]
+
+    def document(self) -> dict[str, Any]:
+        """Return the plan as a JSON document (design, section 5)."""
+        cost = self.cost
+        return {
+            "scene": self.scene,
+            "simulated": [{"name": part.name, "reason": part.reason} for part in self.simulated],
+            "left_out": [
+                {"name": part.name, "reason": part.reason, "effect_on_output": part.effect_on_output}
+                for part in self.left_out
+            ],
+            "response": self.response,
+            "estimated_error": self.estimated_error,
+            "cost": None if cost is None else {
+                "setup_seconds": cost.setup_seconds,
+                "ns_per_frame": cost.ns_per_frame,
+                "times_real_time": cost.times_real_time,
+                "memory_bytes": cost.memory_bytes,
+            },
+            "warnings": list(self.warnings),
+        }  # fmt: skip
+
+
+def plan_of(solved: Preparation) -> Plan:
+    """Return the plan of what was prepared, without a cost."""
+    errors: dict[str, float] = {}
+    for channel in solved.channels:
+        errors[channel.quantity] = max(errors.get(channel.quantity, 0.0), channel.error)
+    return Plan(
+        scene=scene_document(solved.scene),
+        simulated=_simulated(solved),
+        left_out=_left_out(solved),
+        response=_response(solved),
+        estimated_error=errors,
+        cost=None,
+        warnings=solved.warnings,
+    )
+
+
+def explain(scene: Scene, *, cache: ResponseCache | None = None) -> Plan:
+    """Return the plan of `scene`, its response built and its cost measured on this machine."""
+    from time import perf_counter
+
+    from synth.voice import Voice
+
+    started = perf_counter()
+    solved = prepare(scene, cache)
+    voice = Voice(solved)
+    setup = perf_counter() - started
+    voice.render(TIMED_FRAMES)
+    fastest = float("inf")
+    for _ in range(REPEATS):
+        started = perf_counter()
+        voice.render(TIMED_FRAMES)
+        fastest = min(fastest, perf_counter() - started)
+    per_frame = fastest / TIMED_FRAMES
+    cost = Cost(
+        setup_seconds=setup,
+        ns_per_frame=1e9 * per_frame,
+        times_real_time=1.0 / (per_frame * voice.sample_rate),
+        memory_bytes=voice.memory_bytes + solved.memory_bytes,
+    )
+    plan = voice.plan
+    return replace(plan, cost=cost)
+
+
+def _simulated(solved: Preparation) -> tuple[Simulated, ...]:
+    if solved.spectrum is None:
+        return ()
+    if solved.spectrum.closed:
+        reason = "The load flattens the whole contact, so z is one sinusoid in closed form."
+    else:
+        reason = (
+            f"z is solved at {solved.spectrum.phases} phases of the texture period and kept as "
+            f"{solved.highest} harmonics, so that each output quantity keeps {solved.tolerance:.3g} of its peak-to-peak."
+        )
+    parts = [Simulated("contact response", reason)]
+    if solved.load_varies:
+        low, high = solved.loads
+        parts.append(Simulated("rows of load", f"The load varies between {low:.4g} N and {high:.4g} N."))
+    if solved.moving:
+        parts.append(Simulated("levels", "The speed varies, so the band limit follows the instantaneous frequency."))
+    return tuple(parts)
+
+
+def _left_out(solved: Preparation) -> tuple[LeftOut, ...]:
+    if solved.spectrum is None:
+        return (LeftOut("contact response", solved.silence, None),)
+    parts = []
+    if not solved.load_varies:
+        parts.append(LeftOut("rows of load", f"The load stays at {solved.loads[0]:.4g} N.", None))
+    if not solved.moving:
+        parts.append(LeftOut("levels", "The speed does not vary: one band limit serves.", None))
+    return tuple(parts)
+
+
+def _response(solved: Preparation) -> dict[str, Any]:
+    spectrum = solved.spectrum
+    if spectrum is None:
+        method = "silence"
+    elif spectrum.closed:
+        method = "closed form"
+    else:
+        method = "rows of load" if solved.load_varies else "phase table"
+    return {
+        "method": method,
+        "tolerance": solved.tolerance,
+        "fundamental_hz": abs(solved.turns),
+        "harmonics": solved.highest if spectrum is not None else 0,
+        "n_max": solved.reach if solved.moving else N_MAX,
+        "band_limit_hz": min(
+            BAND * solved.scene.output.sample_rate, solved.scene.output.bandwidth or float("inf")
+        ),
+        "phases_solved": 0 if spectrum is None else spectrum.phases,
+        "channels": [
+            {
+                "quantity": channel.quantity,
+                "unit": UNITS[channel.quantity],
+                "full_scale": channel.full_scale,
+                "peak_to_peak": channel.extent,
+            }
+            for channel in solved.channels
+        ],
+    }

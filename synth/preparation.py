@@ -1,0 +1,247 @@
+"""What a scene needs to sound, solved once: the series of its response, its full scale, its tables, and what they hold.
+
+Stage   2, the part that calculates; `plan` tells it to people.
+Model   Harmonics below 0.40 of the rate (and below the bandwidth) at the scan's speed are kept. The tolerance is shared:
+        ALIAS_SHARE for the series, TAIL_SHARE (of `tables`) for the harmonics cut off, TABLE_SHARE for the polynomials; the
+        rest is the rounding to float32.
+Source  design, section 4.
+Limits  no more than N_MAX harmonics; a moving scan keeps those up to MOVING_REACH times its fastest speed's (ROWS_REACH where
+        the load varies).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+import numpy as np
+
+from synth.cache import ResponseCache
+from synth.contact.exact import Array
+from synth.contact.geometry import Geometry
+from synth.contact.reading import gate
+from synth.contact.spectrum import Contact, Demand, Spectrum, curves, points_for, solve_spectrum
+from synth.contact.stiffness import Stiffness
+from synth.contact.tables import CUBIC, TAIL_SHARE, Fitted, fitted_table, kept_harmonics
+from synth.motion import ScanMotion
+from synth.scene import Scene
+from synth.threshold import imperceptible_tolerance
+
+ORDERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
+UNITS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
+N_MAX = 4096  # harmonics (design, section 4); more cost time in proportion and are far above what skin feels
+MOVING_REACH = 8  # a moving scan keeps the harmonics of this many times its fastest speed's: at u / 8 nothing is lost
+ROWS_REACH = 2  # the same where the load varies: each row holds them
+BAND = 0.40  # of the rate: harmonics below it keep the tolerance
+ALIAS_SHARE = 0.45  # of the tolerance, for the series
+TABLE_SHARE = 0.15  # of the tolerance, for the polynomials
+ROUNDING = 6e-8  # of the peak: float32
+EXACT = 1e-6  # the tolerance of "exact": what folds below 0.40 of the rate (design, section 4)
+PEAK = 0.8  # of full scale: the steady peak when full_scale is left to us
+SMALLEST_MOTION = 1e-9  # m: below it an automatic gain gives silence, not noise
+STILL = 1e-30  # of any quantity in SI units: what is below is nothing
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelPlan:
+    """One channel: its quantity, full scale (SI), and the largest error relative to its peak-to-peak."""
+
+    quantity: str
+    order: int
+    full_scale: float
+    error: float
+    extent: float
+
+
+@dataclass(frozen=True, slots=True)
+class Preparation:
+    """A scene, solved.
+
+    contact: None where nothing is solved. spectrum: the series at the scan's load. turns: texture periods a second at the
+    scan's speed, signed. highest: harmonics kept at that speed. tolerance: as a number. silence: why nothing sounds, or "".
+    moving: the scan changes speed or load by itself. loads: smallest and largest load of the scan (N).
+    """
+
+    scene: Scene
+    contact: Contact | None
+    spectrum: Spectrum | None
+    turns: float
+    highest: int
+    tolerance: float
+    channels: tuple[ChannelPlan, ...]
+    silence: str
+    warnings: tuple[str, ...]
+    moving: bool
+    loads: tuple[float, float]
+
+    @property
+    def load_varies(self) -> bool:
+        """True where rows of load are needed."""
+        return self.loads[0] != self.loads[1]
+
+    @property
+    def reach(self) -> int:
+        """Harmonics that a moving voice keeps at most."""
+        return min(N_MAX, (ROWS_REACH if self.load_varies else MOVING_REACH) * max(self.highest, 1))
+
+    @property
+    def memory_bytes(self) -> int:
+        """Bytes that the preparation holds."""
+        held = 0 if self.spectrum is None else self.spectrum.harmonics.nbytes + self.spectrum.slopes.nbytes
+        return held + (0 if self.contact is None else self.contact.grid.tables.nbytes) + 1024
+
+    def demand(self) -> Demand:
+        """Return what every series of this scene must hold."""
+        orders = tuple(sorted({channel.order for channel in self.channels}))
+        return Demand(max(self.highest, 1), orders, ALIAS_SHARE * self.tolerance)
+
+    def steady_table(self, channel: ChannelPlan) -> Fitted:
+        """Return the table of one channel at constant speed and load, in units of its full scale."""
+        assert self.spectrum is not None
+        kept = self.spectrum.harmonics[: self.highest + 1].copy()
+        kept[0] = 0.0
+        n = np.arange(len(kept))
+        kept *= (2j * math.pi * n * self.turns) ** channel.order / channel.full_scale if channel.order else (
+            1.0 / channel.full_scale
+        )
+        lift = self.scene.scan.lift_load
+        if self.scene.scan.load < lift:
+            kept *= gate(self.scene.scan.load, lift)[0]
+        return fitted_table(kept[: kept_harmonics(kept, (0,), self.tolerance) + 1], CUBIC, (0,), self.table_tolerance)
+
+    @property
+    def table_tolerance(self) -> float:
+        """The share of the tolerance that the polynomials may use."""
+        return TABLE_SHARE * self.tolerance
+
+
+def harmonics_below(frequency: float, limit: float, most: int = N_MAX) -> int:
+    """Return how many harmonics of `frequency` (Hz, at least 0) lie below `limit` (Hz), `most` at most."""
+    if frequency * most < limit:
+        return most
+    return max(0, math.ceil(limit / frequency * (1.0 - 1e-12)) - 1)
+
+
+def phase_step(speed: float, period: float, rate: int) -> int:
+    """Return the turns a frame as a 64-bit fraction of a turn, exact to 2^-65 turn."""
+    turns = Fraction(speed) / (Fraction(period) * rate)
+    return round(turns * 2**64) % 2**64
+
+
+def prepare(scene: Scene, cache: ResponseCache | None = None) -> Preparation:
+    """Return `scene` solved; what was solved before comes from `cache`."""
+    kept = cache or ResponseCache()
+    output = (scene.output.channel_list, scene.output.sample_rate, scene.output.bandwidth)
+    key: Hashable = ("preparation", scene.finger, scene.texture, scene.scan, scene.effects, output, scene.accuracy)
+    return replace(kept.get(key, lambda: _prepared(scene, kept)), scene=scene)
+
+
+def _prepared(scene: Scene, cache: ResponseCache) -> Preparation:
+    geometry, stiffness = Geometry.of_scene(scene), Stiffness.of_scene(scene)
+    turns = scene.scan.speed / scene.texture.period
+    limit = min(BAND * scene.output.sample_rate, scene.output.bandwidth or math.inf)
+    highest = harmonics_below(abs(turns), limit)
+    motion = ScanMotion(scene)
+    moving = scene.scan.stroke is not None or scene.scan.trajectory is not None
+    orders = tuple(sorted({ORDERS[channel.quantity] for channel in scene.output.channel_list}))
+    silence = _silence(scene, geometry, highest)
+    contact, spectrum, tolerance = None, None, _number(scene)
+    if not silence:
+        contact = Contact.of(geometry, stiffness)
+        if scene.accuracy.tolerance == "imperceptible":
+            tolerance = _imperceptible(_solved(contact, scene, Demand(highest, orders, 1e-2), 0, cache), turns, orders)
+        demand = Demand(highest, orders, ALIAS_SHARE * tolerance)
+        spectrum = _solved(contact, scene, demand, min(N_MAX, MOVING_REACH * highest) if moving else 0, cache)
+    return _with_channels(
+        Preparation(
+            scene, contact, spectrum, turns, highest, tolerance, (), silence, (), moving, motion.load_range()
+        )
+    )
+
+
+def _number(scene: Scene) -> float:
+    asked = scene.accuracy.tolerance
+    return asked if isinstance(asked, float) else EXACT
+
+
+def _silence(scene: Scene, geometry: Geometry, highest: int) -> str:
+    if geometry.still:
+        return "The texture has no height (texture.amplitude is 0 m): nothing moves."
+    if scene.scan.load == 0.0:
+        return "The finger does not touch (the load is 0 N): nothing moves."
+    if highest == 0:
+        return (
+            f"Every harmonic lies above the band: u / lambda2 is {abs(scene.scan.speed) / scene.texture.period:.6g} Hz, "
+            f"and at {scene.output.sample_rate} Hz what is below {BAND * scene.output.sample_rate:.6g} Hz is rendered."
+        )
+    return ""
+
+
+def _solved(contact: Contact, scene: Scene, demand: Demand, keep: int, cache: ResponseCache) -> Spectrum:
+    load = scene.scan.load
+    key = ("spectrum", contact.geometry, contact.stiffness, load, demand, keep)
+    return cache.get(key, lambda: solve_spectrum(contact, load, demand, keep))
+
+
+def _imperceptible(spectrum: Spectrum, turns: float, orders: tuple[int, ...]) -> float:
+    frequencies = np.arange(1, len(spectrum.harmonics)) * max(abs(turns), 1e-9)
+    tolerance = 3e-2
+    for order in orders:
+        extent = _extent(spectrum, order, turns)[0]
+        tolerance = min(tolerance, imperceptible_tolerance(frequencies, order, extent))
+    return max(tolerance, 1e-7)
+
+
+def _extent(spectrum: Spectrum, order: int, turns: float) -> tuple[float, float]:
+    """Return peak-to-peak and peak (SI) of a quantity at constant speed."""
+    curve: Array = curves(spectrum.harmonics, order, 2 * points_for(len(spectrum.harmonics) - 1))
+    scale = abs(turns) ** order
+    return float(np.ptp(curve)) * scale, float(np.max(np.abs(curve))) * scale
+
+
+def _with_channels(solved: Preparation) -> Preparation:
+    """Return `solved` with its channels: full scales, errors, warnings, and silence where the motion is below 1 nm."""
+    scene, spectrum = solved.scene, solved.spectrum
+    listed = scene.output.channel_list
+    warnings = [solved.silence] if solved.silence else []
+    silence = solved.silence
+    extents: list[tuple[float, float]] = [(0.0, 0.0)] * len(listed)
+    if spectrum is not None:
+        at_speed = Spectrum(
+            spectrum.load, spectrum.harmonics[: solved.highest + 1], spectrum.slopes[: solved.highest + 1],
+            spectrum.errors, spectrum.phases, spectrum.closed,
+        )
+        lift = gate(scene.scan.load, scene.scan.lift_load)[0] if scene.scan.load < scene.scan.lift_load else 1.0
+        extents = [
+            (lift * a, lift * b)
+            for a, b in (_extent(at_speed, ORDERS[channel.quantity], solved.turns) for channel in listed)
+        ]
+        swing = lift * _extent(at_speed, 0, solved.turns)[1]
+        if swing < SMALLEST_MOTION and any(channel.full_scale is None for channel in listed):
+            silence = (
+                f"The finger moves by {swing:.3g} m, less than 1 nm: an automatic full scale would only amplify rounding. "
+                "Set output.full_scale to hear it."
+            )
+            warnings.append(silence)
+    channels = []
+    orders = tuple(sorted({ORDERS[channel.quantity] for channel in listed}))
+    for channel, (extent, peak) in zip(listed, extents, strict=True):
+        order = ORDERS[channel.quantity]
+        automatic = peak / PEAK if peak > STILL else 1.0
+        if silence:
+            automatic = 1.0
+        error = 0.0
+        if spectrum is not None and not silence:
+            error = spectrum.errors[orders.index(order)] + (TAIL_SHARE + TABLE_SHARE) * solved.tolerance + ROUNDING
+            if error > solved.tolerance:
+                warnings.append(
+                    f"The {channel.quantity} reaches an error of {error:.2g} of its peak-to-peak, not the "
+                    f"{solved.tolerance:.2g} asked for."
+                )
+        channels.append(ChannelPlan(channel.quantity, order, channel.full_scale or automatic, error, extent))
+    return Preparation(
+        scene, solved.contact, None if silence else spectrum, solved.turns, solved.highest, solved.tolerance,
+        tuple(channels), silence, tuple(warnings), solved.moving, solved.loads,
+    )

@@ -1,0 +1,53 @@
+"""Progress on standard error: lines where there is no terminal, a bar where there is, nothing where nobody wants it."""
+
+from __future__ import annotations
+
+import os
+import pty
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from clients.progress import Progress
+
+BAR = """
+import time
+from clients.progress import Progress
+with Progress("rendering", 10.0, "s", True) as bar:
+    bar.advance(5.0)
+    time.sleep(0.3)
+"""
+
+
+def test_without_a_terminal_nothing_shows_unless_asked(capsys: pytest.CaptureFixture[str]) -> None:
+    for wanted in (None, False):
+        with Progress("rendering", 10.0, "s", wanted) as bar:
+            bar.advance(10.0)
+    assert capsys.readouterr() == ("", "")
+
+
+def test_asked_for_without_a_terminal_it_is_a_line_every_tenth(capsys: pytest.CaptureFixture[str]) -> None:
+    with Progress("rendering", 60.0, "s", True) as bar:
+        for _ in range(120):
+            bar.advance(0.5)
+    out, err = capsys.readouterr()
+    lines = err.splitlines()
+    assert out == ""
+    assert len(lines) == 10
+    assert lines[0] == "rendering: 10 %, 6 of 60 s"
+    assert lines[-1] == "rendering: 100 %, 60 of 60 s"
+
+
+def test_on_a_terminal_it_is_a_bar(repository: Path) -> None:
+    ours, theirs = pty.openpty()
+    try:
+        subprocess.run([sys.executable, "-c", BAR], cwd=repository, stderr=theirs, timeout=60, check=True)
+        os.set_blocking(ours, False)
+        shown = os.read(ours, 65536).decode()
+    finally:
+        os.close(ours)
+        os.close(theirs)
+    assert "rendering" in shown
+    assert "50%" in shown

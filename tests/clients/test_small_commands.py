@@ -1,0 +1,96 @@
+"""`textures`, `devices`, `play` into a recording, `serve` asked wrong, and readers that leave."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+import soundfile
+
+from synth.scene import parse_scene
+from synth.textures import catalogue
+from tests.conftest import RunsRidgewave
+
+
+def test_textures_lists_every_entry_with_its_source(ridgewave: RunsRidgewave) -> None:
+    listed = json.loads(ridgewave("textures", "--json").stdout)["textures"]
+    assert [entry["name"] for entry in listed] == [entry.name for entry in catalogue()]
+    assert all(entry["source"] for entry in listed)
+    shown = ridgewave("textures").stdout.decode()
+    assert all(entry.name in shown for entry in catalogue())
+
+
+def test_a_texture_by_name_is_a_scene_to_edit(ridgewave: RunsRidgewave) -> None:
+    entry = catalogue()[0]
+    done = ridgewave("textures", entry.name)
+    assert parse_scene(json.loads(done.stdout)) == parse_scene(entry.name)
+
+
+def test_an_unknown_texture_is_asked_wrong(ridgewave: RunsRidgewave) -> None:
+    assert ridgewave("textures", "sandpaper").returncode == 2
+
+
+def test_results_that_find_no_room_are_told(ridgewave: RunsRidgewave) -> None:
+    with open("/dev/full", "wb") as full:
+        done = ridgewave("textures", stdout=full)
+    assert done.returncode == 1
+    assert done.stderr == b"ridgewave: no space left on device\n"
+
+
+def test_a_reader_that_left_gets_no_traceback(ridgewave: RunsRidgewave) -> None:
+    ours, theirs = os.pipe()
+    os.close(ours)
+    done = ridgewave("textures", stdout=theirs)
+    os.close(theirs)
+    assert (done.returncode, done.stderr) == (1, b"")
+
+
+def test_no_command_and_unknown_words_are_asked_wrong(ridgewave: RunsRidgewave) -> None:
+    for words in ((), ("rendre", "x"), ("render", "x"), ("render", "x", "-o", "a.wav", "--subtype", "float64")):
+        done = ridgewave(*words)
+        assert done.returncode == 2
+        assert b"Traceback" not in done.stderr
+
+
+def test_play_into_a_recording_ramps_in_and_out(ridgewave: RunsRidgewave, tmp_path: Path) -> None:
+    done = ridgewave("play", "grating-1mm-31um", "--duration", "0.3", "--device", "file:take.wav", "--json")
+    assert done.returncode == 0, done.stderr
+    sound, rate = soundfile.read(tmp_path / "take.wav")
+    assert json.loads(done.stdout)["seconds"] == pytest.approx(len(sound) / rate)
+    assert len(sound) >= 0.3 * rate
+    assert 0.1 < np.abs(sound).max() <= 1.0
+    assert abs(sound[0]) < 0.01
+    assert sound[-1] == 0.0
+
+
+def test_a_recording_never_replaces_one(ridgewave: RunsRidgewave, tmp_path: Path) -> None:
+    (tmp_path / "take.wav").write_bytes(b"precious")
+    done = ridgewave("play", "grating-1mm-31um", "--duration", "0.1", "--device", "file:take.wav")
+    assert done.returncode == 1
+    assert (tmp_path / "take.wav").read_bytes() == b"precious"
+
+
+def test_a_recordings_name_stays_in_its_folder(ridgewave: RunsRidgewave) -> None:
+    assert ridgewave("play", "grating-1mm-31um", "--device", "file:../take.wav").returncode == 2
+
+
+@pytest.mark.parametrize("words", [("--port", "70000"), ("--workers", "0"), ("--host", "not a host")])
+def test_serve_refuses_settings_that_are_wrong(ridgewave: RunsRidgewave, words: tuple[str, ...]) -> None:
+    done = ridgewave("serve", *words)
+    assert done.returncode == 2
+    assert b"RIDGEWAVE_" in done.stderr
+    assert b"Traceback" not in done.stderr
+
+
+def test_serve_beyond_loopback_without_a_key_does_not_start(ridgewave: RunsRidgewave) -> None:
+    try:
+        done = ridgewave("serve", "--host", "0.0.0.0", "--port", "0", timeout=30)
+    except subprocess.TimeoutExpired:
+        pytest.fail("it started")
+    assert done.returncode in (1, 2)
+    assert b"RIDGEWAVE_API_KEYS" in done.stderr
+    assert b"Traceback" not in done.stderr

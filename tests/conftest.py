@@ -1,0 +1,53 @@
+"""What every test may ask for: where the repository is, and the command line as a process of its own."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import hypothesis
+import pytest
+
+# A slow shared machine must not fail a property, and the same commit must try the same examples everywhere.
+hypothesis.settings.register_profile("ridgewave", deadline=None, derandomize=True)
+hypothesis.settings.load_profile("ridgewave")
+
+ROOT = Path(__file__).resolve().parent.parent
+
+RunsRidgewave = Callable[..., subprocess.CompletedProcess[bytes]]
+
+
+@pytest.fixture(scope="session")
+def repository() -> Path:
+    """Return the root of the checkout."""
+    return ROOT
+
+
+@pytest.fixture(scope="session")
+def environment() -> dict[str, str]:
+    """Return an environment for processes that are to import this checkout, without settings of the user's own."""
+    kept = {name: value for name, value in os.environ.items() if not name.startswith("RIDGEWAVE_")}
+    return {**kept, "PYTHONPATH": str(ROOT), "COLUMNS": "120"}
+
+
+@pytest.fixture
+def ridgewave(tmp_path: Path, environment: dict[str, str]) -> RunsRidgewave:
+    """Return a function that runs `ridgewave WORDS` in an empty folder and returns the finished process.
+
+    Keywords go to subprocess.run; output comes back as bytes.
+    """
+
+    def run(*words: str, **keywords: Any) -> subprocess.CompletedProcess[bytes]:
+        settings: dict[str, Any] = {"cwd": tmp_path, "env": environment, "timeout": 120, "stdin": subprocess.DEVNULL}
+        if "input" in keywords:
+            del settings["stdin"]
+        if "stdout" not in keywords:
+            settings["stdout"] = subprocess.PIPE
+        settings.update(stderr=subprocess.PIPE, check=False)
+        return subprocess.run([sys.executable, "-m", "clients", *words], **{**settings, **keywords})
+
+    return run

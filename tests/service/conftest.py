@@ -1,0 +1,30 @@
+"""Fixtures of the service's tests: the plain engine, an application in process, a server on a free port."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from fastapi import FastAPI
+
+from service.app import create_app
+from tests.service.harness import Running, serving, settings_of
+from tests.service.plain_engine import PlainEngine
+
+
+@pytest.fixture
+def engine() -> PlainEngine:
+    return PlainEngine()
+
+
+@pytest.fixture
+def app(engine: PlainEngine) -> Iterator[FastAPI]:
+    made = create_app(settings_of(), engine)
+    yield made
+    made.state.service.finish()
+
+
+@pytest.fixture
+def running(engine: PlainEngine, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
+    with serving(engine, file_folder=tmp_path_factory.mktemp("recordings")) as server:
+        yield server

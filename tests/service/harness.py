@@ -1,0 +1,173 @@
+"""How the tests talk to the service: in process where the answer is finite, to a real server where it is not."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import re
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import httpx
+import numpy as np
+import numpy.typing as npt
+import uvicorn
+from fastapi import FastAPI
+
+from service.app import create_app
+from service.engine import Engine
+from service.running import Service
+from service.server import listen, shown_address
+from service.settings import Settings, read_settings
+
+ROOT = Path(__file__).resolve().parents[2]
+LOCAL = "http://localhost"
+PATIENCE = 20.0  # seconds before a poll gives up: far beyond what anything here takes
+
+
+def until(happened: Callable[[], bool], patience: float = PATIENCE) -> None:
+    """Return once `happened()`; fail after `patience` seconds."""
+    deadline = time.monotonic() + patience
+    while not happened():
+        assert time.monotonic() < deadline, "it never happened"
+        time.sleep(0.002)
+
+
+def settings_of(**changes: object) -> Settings:
+    """Return the default settings with `changes`, whatever the environment of the test run says."""
+    return read_settings({}, **{"port": 0, **changes})
+
+
+def ask(app: FastAPI, method: str, path: str, *, base: str = LOCAL, **rest: Any) -> httpx.Response:
+    """Return the application's whole answer to one request."""
+
+    async def once() -> httpx.Response:
+        transport = httpx.ASGITransport(app=app, raise_app_exceptions=False)
+        async with httpx.AsyncClient(transport=transport, base_url=base) as client:
+            return await client.request(method, path, **rest)
+
+    return asyncio.run(once())
+
+
+def problem(answer: httpx.Response, status: int, kind: str) -> dict[str, Any]:
+    """Return the problem document of `answer` after checking its shape, status and kind."""
+    assert answer.headers["content-type"] == "application/problem+json", answer.text
+    document: dict[str, Any] = answer.json()
+    assert (answer.status_code, document["type"]) == (status, f"/docs#problem-{kind}"), document
+    assert set(document) - {"instance"} == {"type", "title", "status", "detail", "errors"}
+    assert document["status"] == status
+    for fault in document["errors"]:
+        assert set(fault) == {"pointer", "value", "allowed", "hint"}
+    return document
+
+
+class Running:
+    """A server in a thread, and a client of it."""
+
+    def __init__(self, app: FastAPI, server: uvicorn.Server, url: str) -> None:
+        self.app, self.server, self.url = app, server, url
+        self.service: Service = app.state.service
+        self.client = httpx.Client(base_url=url, timeout=PATIENCE)
+
+    def open_session(self, scene: Mapping[str, object] | None = None) -> str:
+        """Return the id of a new session."""
+        answer = self.client.post("/v1/sessions", json=scene or {})
+        assert answer.status_code == 201, answer.text
+        return str(answer.json()["id"])
+
+    @contextmanager
+    def listening(self, session: str, query: str = "format=f32le") -> Iterator[Listener]:
+        """Yield a reader of the session's stream."""
+        with self.client.stream("GET", f"/v1/sessions/{session}/stream?{query}") as answer:
+            assert answer.status_code == 200, answer.read()
+            yield Listener(answer)
+
+    def reader_of(self, session: str) -> object:
+        """Return what the service holds as the session's reader."""
+        return self.client.get(f"/v1/sessions/{session}").json()["streaming"]
+
+
+class Listener:
+    """Reads float32 mono from a stream, as much at a time as a test asks for."""
+
+    def __init__(self, answer: httpx.Response) -> None:
+        self.answer = answer
+        self._parts = answer.iter_raw()
+        self._waiting = b""
+
+    def frames(self, count: int) -> npt.NDArray[np.float32]:
+        """Return the next `count` frames."""
+        while len(self._waiting) < 4 * count:
+            self._waiting += next(self._parts)
+        taken, self._waiting = self._waiting[: 4 * count], self._waiting[4 * count :]
+        return np.frombuffer(taken, "<f4")
+
+    def rest(self) -> npt.NDArray[np.float32]:
+        """Return everything until the stream ends."""
+        data = self._waiting + b"".join(self._parts)
+        self._waiting = b""
+        return np.frombuffer(data, "<f4")
+
+
+@contextmanager
+def serving(engine: Engine | None = None, **changes: object) -> Iterator[Running]:
+    """Yield a server on a free port of this machine."""
+    settings = settings_of(**changes)
+    app = create_app(settings, engine)
+    listener = listen(settings)
+    server = uvicorn.Server(uvicorn.Config(app, log_config=None, access_log=False, timeout_graceful_shutdown=1))
+    thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]}, daemon=True)
+    thread.start()
+    running = Running(app, server, f"http://{shown_address(listener)}")
+    try:
+        until(lambda: server.started)
+        yield running
+    finally:
+        running.client.close()
+        server.should_exit = True
+        thread.join(PATIENCE)
+        assert not thread.is_alive(), "the server did not end"
+
+
+class Child:
+    """The service in a process of its own, ended by signals."""
+
+    def __init__(self, module: str, folder: Path, **environment: str) -> None:
+        self.log = folder / "service.log"
+        kept = {name: value for name, value in os.environ.items() if not name.startswith("RIDGEWAVE_")}
+        places = {"RIDGEWAVE_PORT": "0", "RIDGEWAVE_FILE_FOLDER": str(folder / "recordings")}
+        with self.log.open("wb") as stderr:
+            self.process = subprocess.Popen(
+                [sys.executable, "-m", module], cwd=ROOT, env={**kept, **places, **environment}, stderr=stderr
+            )
+
+    def url(self) -> str:
+        """Return where it listens, once it answers there."""
+        until(lambda: self.process.poll() is not None or self._address() is not None, 60.0)
+        address = self._address()
+        assert address is not None, self.log.read_text()
+        until(lambda: self._answers(address), 60.0)
+        return address
+
+    def _address(self) -> str | None:
+        found = re.search(r"listening on (http://\S+)", self.log.read_text())
+        return found.group(1) if found else None
+
+    def _answers(self, address: str) -> bool:
+        assert self.process.poll() is None, self.log.read_text()
+        try:
+            return httpx.get(f"{address}/readyz", timeout=1.0).status_code == 200
+        except httpx.TransportError:
+            return False
+
+    def end(self) -> None:
+        """Leave no process behind."""
+        if self.process.poll() is None:
+            self.process.kill()
+        self.process.wait(PATIENCE)

@@ -1,0 +1,115 @@
+"""An engine whose sound is known exactly: a sine whose pitch is that of the scene, in place of the contact model.
+
+The protocol's own promises (pacing, fades, sizes, ends) are tested with it; what is heard is tested with `synth`.
+"""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from synth.encode import Block
+from synth.errors import CannotRender
+from synth.scene import Scene, scene_document
+
+LEVEL = 0.8
+FULL_SCALE = 12.5
+RAMP_SECONDS = 0.01
+
+
+def pitch(scene: Scene) -> float:
+    """Return the frequency of the texture under the finger, in hertz."""
+    return abs(scene.scan.speed) / scene.texture.period
+
+
+def sine(scene: Scene, first: int, frames: int) -> Block:
+    """Return `frames` from frame `first` on, float32 [frames, channels], every channel the same."""
+    turns = pitch(scene) / scene.output.sample_rate * np.arange(first, first + frames)
+    wave = (LEVEL * np.sin(2 * np.pi * turns)).astype(np.float32)
+    return np.repeat(wave[:, np.newaxis], len(scene.output.channel_list), axis=1)
+
+
+class PlainVoice:
+    """A finite voice."""
+
+    warnings: tuple[str, ...] = ()
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        self.sample_rate = scene.output.sample_rate
+        self.channels = len(scene.output.channel_list)
+        self.full_scale = tuple(channel.full_scale or FULL_SCALE for channel in scene.output.channel_list)
+        self.quantities = tuple(channel.quantity for channel in scene.output.channel_list)
+        self.frame = 0
+
+    def render(self, frames: int) -> Block:
+        block = sine(self.scene, self.frame, frames)
+        self.frame += frames
+        return block
+
+
+class PlainLive(PlainVoice):
+    """A live voice: ramps in; a change is a cross-fade over one ramp."""
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self._ramp = round(RAMP_SECONDS * self.sample_rate)
+        self._from: Scene | None = None
+        self._since = 0
+
+    def prepare(self, scene: Scene) -> Scene:
+        return scene
+
+    def apply(self, change: Scene) -> None:
+        self._from, self.scene, self._since = self.scene, change, self.frame
+
+    def render(self, frames: int) -> Block:
+        start = self.frame
+        weight = np.clip((np.arange(start, start + frames) - self._since) / self._ramp, 0, 1)[:, np.newaxis]
+        before = 0.0 if self._from is None else sine(self._from, start, frames)
+        block = weight * super().render(frames) + (1 - weight) * before
+        return np.asarray(block, dtype=np.float32)
+
+
+class NoLimiter:
+    """The plain sine never needs limiting."""
+
+    def process(self, block: Block) -> Block:
+        return block
+
+
+@dataclass
+class PlainEngine:
+    """Counts what it opens; can be told to fail, or to wait before a voice is ready."""
+
+    refuse: str | None = None
+    mistake: bool = False
+    gate: threading.Event | None = None
+    opened: list[str] = field(default_factory=list)
+
+    def open_voice(self, scene: Scene) -> PlainVoice:
+        self._about_to("voice")
+        return PlainVoice(scene)
+
+    def open_live(self, scene: Scene) -> PlainLive:
+        self._about_to("live")
+        return PlainLive(scene)
+
+    def explain(self, scene: Scene) -> dict[str, Any]:
+        self._about_to("explain")
+        return {"scene": scene_document(scene), "simulated": [], "left_out": []}
+
+    def limiter(self, channels: int, sample_rate: int) -> NoLimiter:
+        return NoLimiter()
+
+    def _about_to(self, what: str) -> None:
+        self.opened.append(what)
+        if self.gate is not None:
+            assert self.gate.wait(30.0), "the test never opened the gate"
+        if self.refuse is not None:
+            raise CannotRender(self.refuse)
+        if self.mistake:
+            raise RuntimeError("a secret that no peer may learn")

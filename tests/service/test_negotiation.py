@@ -1,0 +1,61 @@
+"""Which sound format an answer has."""
+
+from __future__ import annotations
+
+import pytest
+
+from service.negotiation import choose_format
+from service.problems import Problem
+
+
+@pytest.mark.parametrize(
+    ("accept", "expected"),
+    [
+        (None, "wav"),
+        ("", "wav"),
+        ("*/*", "wav"),
+        ("audio/*", "wav"),
+        ("audio/wav", "wav"),
+        ("audio/x-wav", "wav"),
+        ("audio/flac", "flac"),
+        ("application/octet-stream", "f32le"),
+        ("application/*", "f32le"),
+        ("audio/L16", "l16"),
+        ("audio/l16;rate=48000;channels=2", "l16"),
+        ('audio/L16; rate="48000"', "l16"),
+        ("text/html, audio/flac;q=0.5, audio/wav;q=0.4", "flac"),
+        ("audio/*;q=0.3, audio/flac;q=0.2, */*;q=0.1", "wav"),
+        ("*/*, audio/wav;q=0", "flac"),
+        ("audio/wav;q=0.5, audio/flac;q=0.5", "wav"),
+        ("nonsense, audio/flac", "flac"),
+        ("audio/wav;q=2, audio/flac", "flac"),
+        ("audio/ogg,audio/*;q=0.9,*/*;q=0.1", "wav"),
+    ],
+)
+def test_accept_is_weighed(accept: str | None, expected: str) -> None:
+    assert choose_format(None, accept, 48000, 2) == expected
+
+
+@pytest.mark.parametrize("accept", ["text/html", "audio/mpeg", "*/*;q=0", "audio/L16;rate=44100", "audio/l16;channels=1"])
+def test_what_cannot_be_sent_is_not_acceptable(accept: str) -> None:
+    with pytest.raises(Problem) as refused:
+        choose_format(None, accept, 48000, 2)
+    assert refused.value.kind == "not-acceptable"
+    assert "audio/L16;rate=48000;channels=2" in refused.value.detail
+
+
+def test_format_beats_accept() -> None:
+    assert choose_format("wav24", "audio/flac", 48000, 1) == "wav24"
+
+
+def test_l16_ends_at_48_khz() -> None:
+    with pytest.raises(Problem):
+        choose_format(None, "audio/L16", 96000, 1)
+    assert choose_format(None, "audio/L16, audio/wav;q=0.1", 96000, 1) == "wav"
+
+
+def test_flac_neither_streams_nor_has_nine_channels() -> None:
+    with pytest.raises(Problem):
+        choose_format(None, "audio/flac", 48000, 1, endless=True)
+    with pytest.raises(Problem):
+        choose_format(None, "audio/flac", 48000, 9)

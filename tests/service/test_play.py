@@ -1,0 +1,226 @@
+"""Playing on the server's machine: recordings in the one folder, and a real PortAudio device that records."""
+
+from __future__ import annotations
+
+import threading
+import time
+from pathlib import Path
+
+import httpx
+import numpy as np
+import numpy.typing as npt
+import pytest
+import soundfile
+
+from synth.encode import read_metadata
+from synth.errors import CannotRender
+from synth.scene import parse_scene
+from tests.service.alsa_recorder import DEVICE, AlsaRecorder, require_portaudio, sounding
+from tests.service.harness import Child, Running, problem, serving, until
+from tests.service.plain_engine import FULL_SCALE, PlainEngine, PlainLive
+
+RATE = 48000
+FADE = round(0.01 * RATE)
+
+
+def live(frames: int) -> npt.NDArray[np.float32]:
+    """Return the default scene's live voice, faded out at the end."""
+    samples = PlainLive(parse_scene({})).render(frames)[:, 0]
+    samples[-FADE:] *= 0.5 + 0.5 * np.cos(np.pi * np.arange(1, FADE + 1) / FADE)
+    return samples
+
+
+def folder_of(running: Running) -> Path:
+    return Path(running.service.settings.file_folder)
+
+
+def start(running: Running, device: object, scene: dict[str, object] | None = None) -> tuple[str, httpx.Response]:
+    path = f"/v1/sessions/{running.open_session(scene)}/play"
+    return path, running.client.post(path, json={"device": device})
+
+
+@pytest.mark.parametrize("name", ["take.wav", "take.flac"])
+def test_a_recording_holds_the_sound_in_real_time_and_fades_out(running: Running, name: str) -> None:
+    began = time.perf_counter()
+    path, answer = start(running, f"file:{name}")
+    assert answer.status_code == 202 and answer.json()["state"] == "playing"
+    session = path.removesuffix("/play")
+    until(lambda: running.client.get(session).json()["play"]["frames"] >= RATE // 2)
+    assert not (folder_of(running) / name).exists(), "an unfinished recording has its name already"
+    report = running.client.delete(path).json()
+    took = time.perf_counter() - began
+    assert report["state"] == "finished" and report["failure"] is None
+    samples, rate = soundfile.read(folder_of(running) / name, dtype="float32")
+    assert (rate, len(samples)) == (RATE, report["frames"])
+    assert RATE // 2 <= len(samples) <= (took + 0.05) * RATE
+    np.testing.assert_allclose(samples, live(len(samples)), rtol=0, atol=1e-6)
+    metadata = read_metadata(folder_of(running) / name)
+    assert metadata is not None and metadata.full_scale == (FULL_SCALE,)
+    problem(running.client.delete(path), 404, "not-found")
+
+
+def test_a_change_is_recorded_too(running: Running) -> None:
+    path, _ = start(running, "file:change.wav")
+    session = path.removesuffix("/play")
+    assert running.client.patch(session, json={"scan": {"speed": "160 mm/s"}}).status_code == 200
+    until(lambda: running.client.get(session).json()["play"]["frames"] >= RATE // 2)
+    running.client.delete(path)
+    samples, _ = soundfile.read(folder_of(running) / "change.wav", dtype="float32")
+    body = samples[RATE // 4 : RATE // 2]
+    assert np.argmax(np.abs(np.fft.rfft(body))) * RATE / len(body) == pytest.approx(200.0, abs=4.0)
+
+
+def test_a_session_plays_once_at_a_time_and_streams_meanwhile(running: Running) -> None:
+    path, answer = start(running, "file:one.wav")
+    assert answer.status_code == 202
+    problem(running.client.post(path, json={"device": "file:two.wav"}), 409, "busy")
+    with running.listening(path.split("/")[3]) as listener:
+        assert listener.frames(4800).any()
+    assert running.client.delete(path).json()["state"] == "finished"
+    assert running.client.post(path, json={"device": "file:two.wav"}).status_code == 202
+    assert running.client.delete(path).status_code == 200
+    assert sorted(entry.name for entry in folder_of(running).iterdir()) == ["one.wav", "two.wav"]
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["", "../x.wav", "/tmp/x.wav", "a/b.wav", ".hidden.wav", "x.mp3", "x.wav.part", "x", "x.wav\n", "..wav", "x\0.wav"],
+)
+def test_a_name_that_could_leave_the_folder_is_refused(running: Running, name: str) -> None:
+    _, answer = start(running, f"file:{name}")
+    document = problem(answer, 422, "request-refused")
+    assert document["errors"][0]["pointer"] == "/device"
+    assert not list(folder_of(running).iterdir())
+
+
+def test_a_recording_is_never_overwritten_nor_a_link_followed(running: Running, tmp_path: Path) -> None:
+    (folder_of(running) / "there.wav").write_bytes(b"precious")
+    (folder_of(running) / "link.wav").symlink_to(tmp_path / "outside.wav")
+    for name in ("there.wav", "link.wav"):
+        problem(start(running, f"file:{name}")[1], 503, "cannot-render")
+    assert (folder_of(running) / "there.wav").read_bytes() == b"precious"
+    assert not (tmp_path / "outside.wav").exists()
+
+
+@pytest.mark.parametrize("body", [b"[]", b"", b"{", b'{"device": true}', b'{"device": {}}', b'{"file": "x.wav"}'])
+def test_a_body_that_names_no_device_is_refused(running: Running, body: bytes) -> None:
+    path = f"/v1/sessions/{running.open_session()}/play"
+    answer = running.client.post(path, content=body, headers={"Content-Type": "application/json"})
+    problem(answer, 422, "request-refused")
+
+
+def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path) -> None:
+    (tmp_path / "file").write_bytes(b"")
+    with serving(PlainEngine(), file_folder=tmp_path / "file" / "folder") as running:
+        path, answer = start(running, "file:x.wav")
+        problem(answer, 503, "cannot-render")
+        assert running.client.get(path.removesuffix("/play")).json()["play"] is None
+
+
+def test_a_failing_sink_is_told_by_the_session(running: Running, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise CannotRender("the disk is full.")
+
+    monkeypatch.setattr("service.sinks.file.FileSink.write", fail)
+    path, answer = start(running, "file:full.wav")
+    assert answer.status_code == 202
+    session = path.removesuffix("/play")
+    until(lambda: running.client.get(session).json()["play"]["state"] == "failed")
+    assert running.client.get(session).json()["play"]["failure"] == "the disk is full."
+
+
+def test_a_play_ends_by_itself_at_the_longest_duration(tmp_path: Path) -> None:
+    with serving(PlainEngine(), file_folder=tmp_path, max_duration=0.25) as running:
+        path, _ = start(running, "file:long.wav")
+        until(lambda: running.client.get(path.removesuffix("/play")).json()["play"]["state"] == "finished")
+        assert soundfile.info(tmp_path / "long.wav").frames == round(0.25 * RATE)
+
+
+def test_devices_are_listed_and_their_absence_explained(running: Running, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert isinstance(running.client.get("/v1/devices").json()["devices"], list)
+
+    def missing() -> None:
+        raise CannotRender("audio devices need PortAudio.")
+
+    monkeypatch.setattr("service.routes.play.list_devices", missing)
+    answer = running.client.get("/v1/devices")
+    assert answer.status_code == 200
+    assert answer.json()["devices"] == [] and "PortAudio" in answer.json()["note"]
+
+
+def test_ending_the_server_completes_a_recording(tmp_path: Path) -> None:
+    with serving(PlainEngine(), file_folder=tmp_path) as running:
+        path, _ = start(running, "file:cut.wav")
+        until(lambda: running.client.get(path.removesuffix("/play")).json()["play"]["frames"] > RATE // 10)
+    samples, _ = soundfile.read(tmp_path / "cut.wav", dtype="float32")
+    np.testing.assert_allclose(samples, live(len(samples)), rtol=0, atol=1e-6)
+
+
+class Listening:
+    """Reads a recorder's FIFO as fast as a device of 48 kHz plays, in a thread."""
+
+    def __init__(self, recorder: AlsaRecorder) -> None:
+        self.recording = b""
+        self._recorder = recorder
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._run)
+        self._thread.start()
+
+    def _run(self) -> None:
+        due = time.perf_counter()
+        while not self._over.is_set():
+            chunk = self._recorder.read(1024)
+            self.recording += chunk
+            due = max(due + 1024 / (4 * RATE), time.perf_counter() - 0.005)
+            time.sleep(max(0.0, due - time.perf_counter()))
+
+    def end(self) -> npt.NDArray[np.float32]:
+        self._over.set()
+        self._thread.join()
+        while chunk := self._recorder.read(4096):  # what the device took and the pipe still holds
+            self.recording += chunk
+        return sounding(self.recording, 1)[:, 0]
+
+
+@pytest.mark.device
+@pytest.mark.parametrize("stop", [False, True], ids=["ended", "stopped"])
+def test_a_session_plays_on_a_real_device_sample_for_sample(tmp_path: Path, stop: bool) -> None:
+    require_portaudio()
+    recorder = AlsaRecorder(tmp_path, fifo=True)
+    configuration = str(tmp_path / "asound.conf")
+    child = Child("tests.service.serve_plain", tmp_path, ALSA_CONFIG_PATH=configuration)
+    listening = Listening(recorder)
+    try:
+        with httpx.Client(base_url=child.url(), timeout=30.0) as client:
+            assert DEVICE in [device["name"] for device in client.get("/v1/devices").json()["devices"]]
+            session = "/v1/sessions/" + client.post("/v1/sessions", json={}).json()["id"]
+            answer = client.post(f"{session}/play", json={"device": DEVICE})
+            assert answer.status_code == 202, answer.text
+            until(lambda: client.get(session).json()["play"]["frames"] >= RATE)
+            if stop:
+                at = len(listening.recording)
+                assert client.post("/v1/stop").json()["stopped"]["plays"] == 1
+                until(lambda: quiet(listening.recording))
+                loud = np.flatnonzero(np.frombuffer(listening.recording[at : len(listening.recording) & ~3], "<f4"))
+                assert len(loud) < 0.2 * RATE, "more than the device's own buffers was heard after the stop"
+            else:
+                report = client.delete(f"{session}/play").json()
+                assert report["state"] == "finished" and report["underruns"] == 0, report
+    finally:
+        heard = listening.end()
+        child.end()
+        recorder.close()
+    wanted = live(len(heard) + FADE)[: len(heard)] if stop else live(report["frames"])
+    skipped = int(np.flatnonzero(wanted)[0])
+    if stop:
+        np.testing.assert_array_equal(heard[: -RATE // 20], wanted[skipped : skipped + len(heard) - RATE // 20])
+        assert np.abs(np.diff(heard)).max() < 0.03
+    else:
+        np.testing.assert_array_equal(heard, wanted[skipped : skipped + len(heard)])
+        assert len(heard) >= report["frames"] - skipped - 1
+
+
+def quiet(recording: bytes) -> bool:
+    """Return whether the last 50 ms of a recording are silence."""
+    tail = recording[-RATE // 20 * 4 :]
+    return len(tail) == RATE // 20 * 4 and not any(tail)

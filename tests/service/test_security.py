@@ -1,0 +1,195 @@
+"""Who is let in: Host, Origin, forms, keys, and what a listener beyond loopback needs."""
+
+from __future__ import annotations
+
+import asyncio
+import subprocess
+import sys
+from typing import Any
+
+import pytest
+from fastapi import FastAPI
+
+from service.app import create_app
+from service.server import require_key
+from service.settings import SettingsError
+from tests.service.harness import ROOT, ask, problem, settings_of
+from tests.service.plain_engine import PlainEngine
+
+WRITES = [
+    ("POST", "/v1/render"),
+    ("POST", "/v1/explain"),
+    ("POST", "/v1/sessions"),
+    ("POST", "/v1/stop"),
+    ("PATCH", "/v1/sessions/{id}"),
+    ("DELETE", "/v1/sessions/{id}"),
+    ("POST", "/v1/sessions/{id}/play"),
+    ("DELETE", "/v1/sessions/{id}/play"),
+]
+READS = ["/v1/textures", "/v1/devices", "/v1/sessions/{id}", "/v1/sessions/{id}/stream", "/healthz", "/docs", "/"]
+
+
+@pytest.fixture
+def session(app: FastAPI) -> str:
+    return str(ask(app, "POST", "/v1/sessions", json={}).json()["id"])
+
+
+def untouched(app: FastAPI, engine: PlainEngine, session: str) -> bool:
+    """Return whether the session is as it was and nothing else was opened."""
+    shown = ask(app, "GET", f"/v1/sessions/{session}").json()
+    opened = engine.opened.count("live")
+    return shown["scene"]["scan"]["speed"] == 0.08 and shown["play"] is None and len(engine.opened) == opened == 2
+
+
+@pytest.mark.parametrize("host", ["evil.example", "localhost.evil.example", "127.0.0.1.nip.io", "localhost:80@evil", ""])
+def test_a_foreign_host_gets_nothing_done(app: FastAPI, engine: PlainEngine, session: str, host: str) -> None:
+    for method, path in [*WRITES, *(("GET", path) for path in READS)]:
+        answer = ask(app, method, path.format(id=session), json={"scan": {"speed": 1}}, headers={"Host": host})
+        problem(answer, 403, "host-refused")
+    assert untouched(app, engine, session)
+
+
+@pytest.mark.parametrize("host", ["localhost", "LOCALHOST:8000", "127.0.0.1:1", "[::1]:8000", "localhost."])
+def test_this_machines_own_names_are_answered(app: FastAPI, host: str) -> None:
+    assert ask(app, "GET", "/healthz", headers={"Host": host}).status_code == 200
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [
+        {"Origin": "https://evil.example"},
+        {"Origin": "null"},
+        {"Origin": "http://localhost:3000"},
+        {"Origin": "http://localhost.evil.example"},
+        {"Origin": "file://"},
+        {"Origin": ""},
+        {"Sec-Fetch-Site": "cross-site"},
+        {"Sec-Fetch-Site": "same-site"},
+    ],
+    ids=str,
+)
+def test_a_foreign_page_gets_nothing_done(
+    app: FastAPI, engine: PlainEngine, session: str, headers: dict[str, str]
+) -> None:
+    for method, path in WRITES:
+        answer = ask(app, method, path.format(id=session), json={"scan": {"speed": 1}}, headers=headers)
+        problem(answer, 403, "origin-refused")
+    assert untouched(app, engine, session)
+
+
+def test_two_origins_or_hosts_are_not_a_request(app: FastAPI) -> None:
+    for name in ("Origin", "Host"):
+        headers = [(name, "http://localhost"), (name, "http://evil.example"), ("Content-Type", "application/json")]
+        problem(ask(app, "POST", "/v1/stop", headers=headers), 400, "bad-request")
+
+
+@pytest.mark.parametrize("kind", ["application/x-www-form-urlencoded", "multipart/form-data; boundary=b", "text/plain"])
+def test_a_form_gets_nothing_done(app: FastAPI, engine: PlainEngine, session: str, kind: str) -> None:
+    for method, path in WRITES:
+        if method != "DELETE":
+            headers = {"Content-Type": kind}
+            answer = ask(app, method, path.format(id=session), content=b"{}", headers=headers)
+            problem(answer, 415, "not-json")
+    assert untouched(app, engine, session)
+
+
+def test_the_services_own_page_may_write(app: FastAPI) -> None:
+    headers = {"Origin": "http://localhost:8000", "Host": "localhost:8000", "Sec-Fetch-Site": "same-origin"}
+    assert ask(app, "POST", "/v1/explain", json={}, headers=headers).status_code == 200
+
+
+def test_an_allowed_origin_may_write_and_read() -> None:
+    app = create_app(settings_of(allowed_origins="https://lab.example", api_keys="k"), PlainEngine())
+    origin = {"Origin": "https://lab.example"}
+    asking = {**origin, "Access-Control-Request-Method": "PATCH", "Access-Control-Request-Headers": "authorization"}
+    preflight = ask(app, "OPTIONS", "/v1/sessions/x", headers=asking)
+    assert preflight.status_code == 200
+    assert preflight.headers["access-control-allow-origin"] == "https://lab.example"
+    answer = ask(app, "POST", "/v1/explain", json={}, headers={**origin, "Authorization": "Bearer k"})
+    assert answer.status_code == 200
+    assert answer.headers["access-control-allow-origin"] == "https://lab.example"
+    assert "Ridgewave-Full-Scale" in answer.headers["access-control-expose-headers"]
+    refused = ask(app, "POST", "/v1/explain", json={}, headers=origin)
+    problem(refused, 401, "key-required")
+    assert refused.headers["access-control-allow-origin"] == "https://lab.example"
+
+
+def test_nobody_is_allowed_across_origins_by_default(app: FastAPI) -> None:
+    answer = ask(app, "GET", "/v1/textures", headers={"Origin": "https://evil.example"})
+    assert "access-control-allow-origin" not in answer.headers
+    assert answer.headers["cross-origin-resource-policy"] == "same-origin"
+
+
+@pytest.mark.parametrize(
+    "value", [None, "", "Bearer", "Bearer ", "Bearer wrong", "Bearer key-on", "Bearer key-one2", "Basic key-one", "key-one"]
+)
+def test_without_a_key_nothing_is_done(value: str | None) -> None:
+    engine = PlainEngine()
+    app = create_app(settings_of(api_keys="key-one,key-two"), engine)
+    headers = {} if value is None else {"Authorization": value}
+    for method, path in [*WRITES, ("GET", "/v1/textures"), ("GET", "/v1/devices"), ("GET", "/nothing")]:
+        answer = ask(app, method, path.format(id="x"), json={}, headers=headers)
+        problem(answer, 401, "key-required")
+        assert answer.headers["www-authenticate"].startswith("Bearer")
+    assert engine.opened == []
+
+
+@pytest.mark.parametrize("value", ["Bearer key-one", "bearer  key-two"])
+def test_any_of_the_keys_opens(value: str) -> None:
+    app = create_app(settings_of(api_keys="key-one,key-two"), PlainEngine())
+    assert ask(app, "GET", "/v1/textures", headers={"Authorization": value}).status_code == 200
+
+
+@pytest.mark.parametrize("path", ["/healthz", "/docs", "/openapi.json", "/"])
+def test_what_tells_nothing_needs_no_key(path: str) -> None:
+    app = create_app(settings_of(api_keys="key-one"), PlainEngine())
+    assert ask(app, "GET", path).status_code in (200, 307)
+
+
+def test_a_websocket_of_another_page_is_closed_before_it_opens(app: FastAPI) -> None:
+    def scope(headers: list[tuple[bytes, bytes]]) -> dict[str, Any]:
+        return {"type": "websocket", "path": "/v1/live", "raw_path": b"/v1/live", "query_string": b"", "headers": headers}
+
+    async def offer(headers: list[tuple[bytes, bytes]]) -> list[Any]:
+        sent: list[Any] = []
+
+        async def send(message: Any) -> None:
+            sent.append(message)
+
+        async def receive() -> Any:
+            return {"type": "websocket.connect"}
+
+        await app(scope(headers), receive, send)
+        return sent
+
+    foreign = [(b"host", b"localhost"), (b"origin", b"https://evil.example")]
+    assert asyncio.run(offer(foreign)) == [{"type": "websocket.close", "code": 1008, "reason": "origin-refused"}]
+    assert asyncio.run(offer([(b"host", b"evil")])) == [
+        {"type": "websocket.close", "code": 1008, "reason": "host-refused"}
+    ]
+
+
+@pytest.mark.parametrize("host", ["0.0.0.0", "::", "192.0.2.7"])
+def test_beyond_loopback_a_key_is_required(host: str) -> None:
+    with pytest.raises(SettingsError) as refused:
+        require_key(settings_of(host=host))
+    assert "RIDGEWAVE_API_KEYS" in str(refused.value)
+    require_key(settings_of(host=host, api_keys="key-one"))
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1", "127.8.8.8", "::1", "localhost"])
+def test_loopback_needs_no_key(host: str) -> None:
+    require_key(settings_of(host=host))
+
+
+def test_the_process_does_not_start_beyond_loopback_without_a_key() -> None:
+    started = subprocess.run(
+        [sys.executable, "-m", "service"],
+        cwd=ROOT,
+        env={"RIDGEWAVE_HOST": "0.0.0.0", "RIDGEWAVE_PORT": "0", "PATH": "/usr/bin:/bin"},
+        capture_output=True,
+        timeout=60,
+    )
+    assert started.returncode == 2
+    assert b"RIDGEWAVE_API_KEYS" in started.stderr and b"Traceback" not in started.stderr
+    assert started.stderr.count(b"\n") == 1

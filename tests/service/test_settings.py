@@ -1,0 +1,93 @@
+"""The settings: defaults, every refusal, and what two of them forbid together."""
+
+from __future__ import annotations
+
+import pytest
+
+from service.settings import Settings, SettingsError, as_environment, read_settings, setting_fields, variable
+
+BAD = [
+    ("host", "a b"),
+    ("port", "65536"),
+    ("port", "-1"),
+    ("port", "8000.0"),
+    ("workers", "0"),
+    ("workers", "many"),
+    ("api_keys", "one,two three"),
+    ("api_keys", "schlüssel"),
+    ("allowed_hosts", "http://x"),
+    ("allowed_hosts", "x:80"),
+    ("allowed_origins", "lab.example"),
+    ("allowed_origins", "*"),
+    ("allowed_origins", "https://lab.example/path"),
+    ("max_sessions", "0"),
+    ("session_idle", "nan"),
+    ("session_idle", "inf"),
+    ("session_idle", "0"),
+    ("max_renders", "0"),
+    ("max_duration", "-3"),
+    ("max_body", "1"),
+    ("stream_block", "1"),
+    ("lead", "1.01"),
+    ("lead", "-0.1"),
+    ("file_folder", "a\0b"),
+    ("cache_bytes", "1e6"),
+    ("shutdown_timeout", "0"),
+    ("log_level", "loud"),
+]
+
+
+def test_nothing_set_is_the_defaults() -> None:
+    assert read_settings({}) == Settings()
+    assert read_settings({variable(entry.name): "" for entry in setting_fields()}) == Settings()
+
+
+def test_the_defaults_are_safe() -> None:
+    settings = Settings()
+    assert settings.host == "127.0.0.1"
+    assert settings.allowed_hosts == ("localhost", "127.0.0.1", "[::1]")
+    assert settings.allowed_origins == ()
+
+
+@pytest.mark.parametrize(("name", "text"), BAD)
+def test_a_bad_value_is_refused_by_name_value_and_range(name: str, text: str) -> None:
+    with pytest.raises(SettingsError) as refused:
+        read_settings({variable(name): text})
+    (fault,) = refused.value.faults
+    assert fault.pointer == variable(name) == f"RIDGEWAVE_{name.upper()}"
+    assert fault.allowed and fault.hint
+    assert variable(name) in str(refused.value)
+
+
+def test_every_setting_that_can_be_wrong_is_tried() -> None:
+    assert {name for name, _ in BAD} == {entry.name for entry in setting_fields()}
+
+
+def test_a_key_is_never_shown() -> None:
+    with pytest.raises(SettingsError) as refused:
+        read_settings({"RIDGEWAVE_API_KEYS": "very secret"})
+    assert "secret" not in str(refused.value)
+
+
+def test_all_faults_are_told_at_once() -> None:
+    with pytest.raises(SettingsError) as refused:
+        read_settings({"RIDGEWAVE_PORT": "x", "RIDGEWAVE_LEAD": "2"})
+    assert [fault.pointer for fault in refused.value.faults] == ["RIDGEWAVE_PORT", "RIDGEWAVE_LEAD"]
+
+
+def test_every_host_needs_a_key() -> None:
+    with pytest.raises(SettingsError):
+        read_settings({"RIDGEWAVE_ALLOWED_HOSTS": "*"})
+    assert read_settings({"RIDGEWAVE_ALLOWED_HOSTS": "*", "RIDGEWAVE_API_KEYS": "k"}).allowed_hosts == ("*",)
+
+
+def test_an_option_wins_over_the_environment_and_none_does_not() -> None:
+    settings = read_settings({"RIDGEWAVE_PORT": "9000", "RIDGEWAVE_WORKERS": "2"}, port=9001, workers=None)
+    assert (settings.port, settings.workers) == (9001, 2)
+    with pytest.raises(SettingsError):
+        read_settings({}, host="")
+
+
+def test_workers_read_back_what_the_parent_was_told() -> None:
+    told = read_settings({"RIDGEWAVE_API_KEYS": "a,b", "RIDGEWAVE_LEAD": "0.125"}, port=9001, workers=3)
+    assert read_settings(as_environment(told)) == told

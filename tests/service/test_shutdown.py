@@ -1,0 +1,125 @@
+"""SIGTERM and SIGINT with streams open: each ends properly, within two seconds."""
+
+from __future__ import annotations
+
+import signal
+import socket
+import threading
+import time
+from pathlib import Path
+
+import httpx
+import numpy as np
+import pytest
+import soundfile
+
+from service.server import listen, run
+from synth.errors import CannotRender
+from tests.service.harness import Child, Listener, settings_of, until
+
+PLAIN = "tests.service.serve_plain"
+
+
+class Follower:
+    """Reads a stream in a thread until it ends; `error` is what went wrong, if its end was not proper."""
+
+    def __init__(self, url: str, path: str) -> None:
+        self.samples = np.zeros(0, np.float32)
+        self.error: Exception | None = None
+        self.started = threading.Event()
+        self.thread = threading.Thread(target=self._run, args=(url, path))
+        self.thread.start()
+
+    def _run(self, url: str, path: str) -> None:
+        try:
+            with httpx.stream("GET", url + path, timeout=30.0) as answer:
+                listener = Listener(answer)
+                first = listener.frames(4800)
+                self.started.set()
+                self.samples = np.concatenate([first, listener.rest()])
+        except Exception as error:
+            self.error = error
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_ends_every_stream_with_a_fade_within_two_seconds(tmp_path: Path, number: signal.Signals) -> None:
+    child = Child(PLAIN, tmp_path)
+    try:
+        url = child.url()
+        sessions = [httpx.post(f"{url}/v1/sessions", json={}).json()["stream"] for _ in range(6)]
+        followers = [Follower(url, f"{session}?format=f32le") for session in sessions]
+        assert all(follower.started.wait(20.0) for follower in followers)
+        recorded = httpx.post(f"{url}/v1/sessions", json={}).json()["id"]
+        assert httpx.post(f"{url}/v1/sessions/{recorded}/play", json={"device": "file:a.wav"}).status_code == 202
+        began = time.monotonic()
+        child.process.send_signal(number)
+        child.process.wait(20.0)
+        assert time.monotonic() - began < 2.0
+    finally:
+        child.end()
+    for follower in followers:
+        follower.thread.join(20.0)
+        assert follower.error is None, "the chunked answer was cut off"
+        assert follower.samples[-1] == 0.0
+        assert np.abs(np.diff(follower.samples)).max() < 0.02
+    log = child.log.read_text()
+    assert "Traceback" not in log and "Cancel" not in log, log
+    assert soundfile.info(tmp_path / "recordings" / "a.wav").samplerate == 48000
+
+
+def test_a_render_that_is_not_finished_does_not_hold_the_end_up(tmp_path: Path) -> None:
+    """A slow reader of an hour of sound: its answer is cut after the timeout, which Content-Length lets it see."""
+    child = Child(PLAIN, tmp_path)
+    try:
+        url = child.url()
+        with socket.create_connection(("127.0.0.1", int(url.rpartition(":")[2]))) as peer:
+            body = b'{"output": {"duration": 3600}}'
+            peer.sendall(
+                b"POST /v1/render HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
+                b"Content-Length: %d\r\n\r\n%s" % (len(body), body)
+            )
+            assert peer.recv(1024).startswith(b"HTTP/1.1 200")
+            began = time.monotonic()
+            child.process.send_signal(signal.SIGTERM)
+            child.process.wait(20.0)
+            assert time.monotonic() - began < 3.0
+    finally:
+        child.end()
+
+
+@pytest.mark.slow
+def test_workers_end_too(tmp_path: Path) -> None:
+    child = Child("service", tmp_path, RIDGEWAVE_WORKERS="2")
+    try:
+        url = child.url()
+        scene = {"output": {"duration": 0.1}}
+        assert all(httpx.post(f"{url}/v1/render", json=scene, timeout=60.0).status_code == 200 for _ in range(4))
+        assert httpx.post(f"{url}/v1/sessions", json={}).status_code == 503
+        began = time.monotonic()
+        child.process.send_signal(signal.SIGTERM)
+        child.process.wait(20.0)
+        assert time.monotonic() - began < 3.0
+    finally:
+        child.end()
+
+
+def test_a_taken_port_is_a_sentence(tmp_path: Path) -> None:
+    holder = listen(settings_of())
+    try:
+        port = holder.getsockname()[1]
+        with pytest.raises(CannotRender, match=f"port {port}: address already in use"):
+            run(settings_of(port=port))
+        child = Child("service", tmp_path, RIDGEWAVE_PORT=str(port))
+        until(lambda: child.process.poll() is not None, 60.0)
+        assert child.process.returncode == 1
+        assert child.log.read_text().count("\n") == 1
+    finally:
+        holder.close()
+
+
+def test_a_wrong_setting_is_a_sentence_and_exit_2(tmp_path: Path) -> None:
+    child = Child("service", tmp_path, RIDGEWAVE_LEAD="2", RIDGEWAVE_WORKERS="none")
+    until(lambda: child.process.poll() is not None, 60.0)
+    assert child.process.returncode == 2
+    log = child.log.read_text()
+    assert "RIDGEWAVE_LEAD" in log and "RIDGEWAVE_WORKERS" in log and "Traceback" not in log

@@ -1,0 +1,165 @@
+"""Every byte of each format, for sounds small enough to write out."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from synth.encode import (
+    Block,
+    Metadata,
+    SoundFormat,
+    choose_format,
+    encode_all,
+    media_type,
+    stream_block,
+    stream_header,
+)
+from synth.errors import AskedWrong
+
+METADATA = Metadata((2.5,), ("acceleration",), {"a": 1}, generator="ridgewave 0.1.0")
+COMMENT = (
+    b'{"generator":"ridgewave 0.1.0",'
+    b'"channels":[{"quantity":"acceleration","full_scale":2.5,"unit":"m/s^2"}],"scene":{"a":1}}'
+)
+LIST = (
+    b"LIST\x9e\x00\x00\x00INFO"
+    b"ISFT\x10\x00\x00\x00ridgewave 0.1.0\x00"
+    b"ICMT\x79\x00\x00\x00" + COMMENT + b"\x00\x00"  # 121 bytes with the terminator, and one to make them even
+)
+JUNK = b"JUNK\x1c\x00\x00\x00" + bytes(28)
+FLOAT_SAMPLES = b"\x00\x00\x00\x3f\x00\x00\x80\xbf\x00\x00\x00\x40"  # 0.5, -1, 2
+
+
+def mono() -> Block:
+    return np.array([[0.5], [-1.0], [2.0]], dtype=np.float32)
+
+
+def three_channels() -> Block:
+    return np.array([[0.0, 0.5, 1.0]], dtype=np.float32)
+
+
+def test_float_wav() -> None:
+    assert encode_all(mono(), SoundFormat.WAV, 48000) == (
+        b"RIFF\x62\x00\x00\x00WAVE" + JUNK + b"fmt \x12\x00\x00\x00\x03\x00\x01\x00"
+        b"\x80\xbb\x00\x00\x00\xee\x02\x00\x04\x00\x20\x00\x00\x00"
+        b"fact\x04\x00\x00\x00\x03\x00\x00\x00"
+        b"data\x0c\x00\x00\x00" + FLOAT_SAMPLES
+    )
+
+
+def test_float_wav_with_its_scene() -> None:
+    assert encode_all(mono(), SoundFormat.WAV, 48000, METADATA) == (
+        b"RIFF\x08\x01\x00\x00WAVE" + JUNK + b"fmt \x12\x00\x00\x00\x03\x00\x01\x00"
+        b"\x80\xbb\x00\x00\x00\xee\x02\x00\x04\x00\x20\x00\x00\x00"
+        b"fact\x04\x00\x00\x00\x03\x00\x00\x00" + LIST + b"data\x0c\x00\x00\x00" + FLOAT_SAMPLES
+    )
+
+
+def test_16_bit_wav() -> None:
+    assert encode_all(mono(), SoundFormat.WAV16, 8000) == (
+        b"RIFF\x4e\x00\x00\x00WAVE" + JUNK + b"fmt \x10\x00\x00\x00\x01\x00\x01\x00"
+        b"\x40\x1f\x00\x00\x80\x3e\x00\x00\x02\x00\x10\x00"
+        b"data\x06\x00\x00\x00\x00\x40\x00\x80\xff\x7f"
+    )
+
+
+def test_24_bit_wav_is_padded_to_an_even_byte() -> None:
+    assert encode_all(mono(), SoundFormat.WAV24, 8000) == (
+        b"RIFF\x52\x00\x00\x00WAVE" + JUNK + b"fmt \x10\x00\x00\x00\x01\x00\x01\x00"
+        b"\x40\x1f\x00\x00\xc0\x5d\x00\x00\x03\x00\x18\x00"
+        b"data\x09\x00\x00\x00\x00\x00\x40\x00\x00\x80\xff\xff\x7f\x00"
+    )
+
+
+def test_more_than_two_channels_are_extensible_without_loudspeakers() -> None:
+    assert encode_all(three_channels(), SoundFormat.WAV16, 8000) == (
+        b"RIFF\x66\x00\x00\x00WAVE" + JUNK + b"fmt \x28\x00\x00\x00\xfe\xff\x03\x00"
+        b"\x40\x1f\x00\x00\x80\xbb\x00\x00\x06\x00\x10\x00"
+        b"\x16\x00\x10\x00\x00\x00\x00\x00\x01\x00\x00\x00\x00\x00\x10\x00\x80\x00\x00\xaa\x00\x38\x9b\x71"
+        b"data\x06\x00\x00\x00\x00\x00\x00\x40\xff\x7f"
+    )
+
+
+def test_endless_wav_has_ones_in_both_sizes_and_no_count() -> None:
+    assert stream_header(SoundFormat.WAV, 48000, 1, METADATA) == (
+        b"RIFF\xff\xff\xff\xffWAVEfmt \x12\x00\x00\x00\x03\x00\x01\x00"
+        b"\x80\xbb\x00\x00\x00\xee\x02\x00\x04\x00\x20\x00\x00\x00" + LIST + b"data\xff\xff\xff\xff"
+    )
+    assert stream_header(SoundFormat.WAV16, 8000, 1) == (
+        b"RIFF\xff\xff\xff\xffWAVEfmt \x10\x00\x00\x00\x01\x00\x01\x00"
+        b"\x40\x1f\x00\x00\x80\x3e\x00\x00\x02\x00\x10\x00data\xff\xff\xff\xff"
+    )
+
+
+@pytest.mark.parametrize(
+    ("sound_format", "samples"),
+    [
+        (SoundFormat.WAV, FLOAT_SAMPLES),
+        (SoundFormat.F32LE, FLOAT_SAMPLES),
+        (SoundFormat.WAV16, b"\x00\x40\x00\x80\xff\x7f"),
+        (SoundFormat.L16, b"\x40\x00\x80\x00\x7f\xff"),
+        (SoundFormat.WAV24, b"\x00\x00\x40\x00\x00\x80\xff\xff\x7f"),
+    ],
+)
+def test_a_block_of_a_stream(sound_format: SoundFormat, samples: bytes) -> None:
+    assert stream_block(mono(), sound_format) == samples
+
+
+def test_channels_are_interleaved() -> None:
+    block = np.array([[0.5, -0.5], [0.25, -0.25]], dtype=np.float32)
+    assert stream_block(block, SoundFormat.L16) == b"\x40\x00\xc0\x00\x20\x00\xe0\x00"
+    assert stream_block(np.asfortranarray(block), SoundFormat.L16) == b"\x40\x00\xc0\x00\x20\x00\xe0\x00"
+
+
+@pytest.mark.parametrize("sound_format", [SoundFormat.L16, SoundFormat.F32LE])
+def test_raw_formats_are_samples_and_nothing_else(sound_format: SoundFormat) -> None:
+    assert stream_header(sound_format, 48000, 1, METADATA) == b""
+    assert encode_all(mono(), sound_format, 48000, METADATA) == stream_block(mono(), sound_format)
+
+
+def test_flac_opens_as_flac_with_rate_channels_bits_and_length() -> None:
+    header = encode_all(np.zeros((100, 2), dtype=np.float32), SoundFormat.FLAC, 48000)[:26]
+    assert header[:8] == b"fLaC\x00\x00\x00\x22"
+    fields = int.from_bytes(header[18:26], "big")
+    assert (fields >> 44, (fields >> 41 & 7) + 1, (fields >> 36 & 31) + 1, fields & (1 << 36) - 1) == (
+        48000,
+        2,
+        24,
+        100,
+    )
+
+
+def test_flac_does_not_stream() -> None:
+    with pytest.raises(AskedWrong, match="wav24"):
+        stream_header(SoundFormat.FLAC, 48000, 1)
+
+
+@pytest.mark.parametrize("sound_format", list(SoundFormat))
+def test_the_same_sound_is_the_same_bytes(sound_format: SoundFormat) -> None:
+    block = np.random.default_rng(3).uniform(-1.2, 1.2, (5000, 2)).astype(np.float32)
+    metadata = Metadata((1e-6, 2.0), ("displacement", "velocity"), {})
+    first = encode_all(block, sound_format, 44100, metadata)
+    assert first == encode_all(block.copy(), sound_format, 44100, metadata)
+
+
+def test_media_types() -> None:
+    assert media_type(SoundFormat.WAV24, 96000, 2) == "audio/wav"
+    assert media_type(SoundFormat.FLAC, 96000, 2) == "audio/flac"
+    assert media_type(SoundFormat.L16, 48000, 2) == "audio/L16;rate=48000;channels=2"
+    assert media_type(SoundFormat.F32LE, 96000, 2) == "application/octet-stream"
+    with pytest.raises(AskedWrong, match="48000 Hz"):
+        media_type(SoundFormat.L16, 96000, 2)
+
+
+def test_the_ending_and_the_subtype_choose_the_format() -> None:
+    assert choose_format("a.wav") is SoundFormat.WAV
+    assert choose_format("A.WAV", "int16") is SoundFormat.WAV16
+    assert choose_format("a.wav", "int24") is SoundFormat.WAV24
+    assert choose_format("a.flac") is SoundFormat.FLAC
+    assert choose_format("a.raw") is SoundFormat.F32LE
+    assert choose_format("a.raw", "l16") is SoundFormat.L16
+    with pytest.raises(AskedWrong, match=r"\.wav, \.flac, \.raw"):
+        choose_format("a.mp3")
+    with pytest.raises(AskedWrong, match="int24"):
+        choose_format("a.flac", "float32")

@@ -1,0 +1,221 @@
+"""Partial scenes: RFC 7396, and the fields that displace each other."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from synth.errors import SceneError
+from synth.scene import Scene, merge_patch, parse_scene, scene_document
+
+RISING = [[0, 0, 0.3], [0.1, 0.008, 0.3], [0.2, 0.016, 0.4], [0.3, 0.02, 0.2]]
+STROKE = {"scan": {"stroke": {"length": 0.02, "load": 0.5}, "lift_load": 0.002}}
+RECORDED = {"scan": {"trajectory": RISING, "lift_load": 0.002}}
+
+RFC_7396_APPENDIX_A: list[tuple[dict[str, Any], dict[str, Any], dict[str, Any]]] = [
+    ({"a": "b"}, {"a": "c"}, {"a": "c"}),
+    ({"a": "b"}, {"b": "c"}, {"a": "b", "b": "c"}),
+    ({"a": "b"}, {"a": None}, {}),
+    ({"a": "b", "b": "c"}, {"a": None}, {"b": "c"}),
+    ({"a": ["b"]}, {"a": "c"}, {"a": "c"}),
+    ({"a": "c"}, {"a": ["b"]}, {"a": ["b"]}),
+    ({"a": {"b": "c"}}, {"a": {"b": "d", "c": None}}, {"a": {"b": "d"}}),
+    ({"a": [{"b": "c"}]}, {"a": [1]}, {"a": [1]}),
+    ({"e": None}, {"a": 1}, {"e": None, "a": 1}),
+    ({}, {"a": {"bb": {"ccc": None}}}, {"a": {"bb": {}}}),
+]
+
+
+@pytest.mark.parametrize(("document", "patch", "result"), RFC_7396_APPENDIX_A)
+def test_a_patch_is_merged_as_in_appendix_a_of_the_rfc(document: Any, patch: Any, result: Any) -> None:
+    assert merge_patch(document, patch) == result
+
+
+@pytest.mark.parametrize(
+    ("document", "patch", "result"),
+    [
+        pytest.param(
+            {"texture": {"period": 1e-3, "phase": 0}},
+            {"texture": {"kind": "sinusoid", "amplitude": 1e-5}},
+            {"texture": {"kind": "sinusoid", "amplitude": 1e-5}},
+            id="a kind replaces the texture",
+        ),
+        pytest.param(
+            {"texture": {"kind": "sinusoid", "period": 1e-3}},
+            {"texture": {"kind": None}},
+            {"texture": {"period": 1e-3}},
+            id="a null kind replaces nothing",
+        ),
+        pytest.param(STROKE, {"scan": {"speed": 0.1}}, {"scan": {"speed": 0.1}}, id="a speed ends a stroke"),
+        pytest.param(RECORDED, {"scan": {"load": 0.1}}, {"scan": {"load": 0.1}}, id="a load ends a trajectory"),
+        pytest.param(
+            STROKE,
+            {"scan": {"speed": None, "lift_load": 0.005}},
+            {"scan": {"stroke": {"length": 0.02, "load": 0.5}, "lift_load": 0.005}},
+            id="a null speed does not end a stroke",
+        ),
+        pytest.param(
+            STROKE,
+            {"scan": {"stroke": {"speed": 0.2}}},
+            {"scan": {"stroke": {"speed": 0.2}}},
+            id="a stroke replaces a stroke",
+        ),
+        pytest.param(
+            STROKE,
+            {"scan": {"trajectory": RISING}},
+            {"scan": {"trajectory": RISING}},
+            id="a trajectory replaces a stroke",
+        ),
+        pytest.param(
+            {"scan": {"speed": 0.1, "load": 1, "lift_load": 0.002}},
+            {"scan": {"stroke": {}}},
+            {"scan": {"stroke": {}}},
+            id="a stroke replaces a constant scan",
+        ),
+        pytest.param(
+            {"scan": {"speed": 0.1, "stroke": None}},
+            {"scan": {"load": 1}},
+            {"scan": {"speed": 0.1, "stroke": None, "load": 1}},
+            id="a null stroke in the document is no stroke",
+        ),
+        pytest.param(
+            STROKE,
+            {"scan": {"stroke": None, "trajectory": None, "speed": 0.1}},
+            {"scan": {"speed": 0.1}},
+            id="constant, with the other kinds put out",
+        ),
+        pytest.param(
+            {"texture": {"roughness": 1e-5, "period": 1e-3}},
+            {"texture": {"amplitude": 2e-5}},
+            {"texture": {"amplitude": 2e-5, "period": 1e-3}},
+            id="an amplitude displaces a roughness",
+        ),
+        pytest.param(
+            {"texture": {"amplitude": 2e-5}},
+            {"texture": {"roughness": 1e-5}},
+            {"texture": {"roughness": 1e-5}},
+            id="a roughness displaces an amplitude",
+        ),
+        pytest.param(
+            {"finger": {"ridge_amplitude": 2e-5}},
+            {"finger": {"roughness": 1e-5}},
+            {"finger": {"roughness": 1e-5}},
+            id="a roughness displaces a ridge amplitude",
+        ),
+        pytest.param(
+            {"finger": {"roughness": 1e-5}},
+            {"finger": {"ridge_amplitude": 2e-5}},
+            {"finger": {"ridge_amplitude": 2e-5}},
+            id="a ridge amplitude displaces a roughness",
+        ),
+        pytest.param(
+            {"texture": {"amplitude": 2e-5}},
+            {"texture": {"roughness": None}},
+            {"texture": {"amplitude": 2e-5}},
+            id="a null roughness displaces nothing",
+        ),
+        pytest.param(
+            {"output": {"quantity": "velocity", "full_scale": 1, "fade": 0.1}},
+            {"output": {"channels": ["velocity"]}},
+            {"output": {"channels": ["velocity"], "fade": 0.1}},
+            id="channels displace a quantity",
+        ),
+        pytest.param(
+            {"output": {"channels": ["velocity"], "fade": 0.1}},
+            {"output": {"quantity": "velocity"}},
+            {"output": {"quantity": "velocity", "fade": 0.1}},
+            id="a quantity displaces channels",
+        ),
+        pytest.param(
+            {"output": {"quantity": "velocity", "full_scale": 1}},
+            {"output": {"quantity": "displacement"}},
+            {"output": {"quantity": "displacement"}},
+            id="another quantity displaces the full scale",
+        ),
+        pytest.param(
+            {"output": {"quantity": "velocity", "full_scale": 1}},
+            {"output": {"quantity": "velocity"}},
+            {"output": {"quantity": "velocity", "full_scale": 1}},
+            id="the same quantity keeps the full scale",
+        ),
+    ],
+)
+def test_fields_displace_each_other(document: Any, patch: Any, result: Any) -> None:
+    merged = merge_patch(document, patch)
+    assert merged == result
+    parse_scene(merged)
+
+
+def test_the_default_quantity_written_out_keeps_the_full_scale() -> None:
+    document = {"output": {"full_scale": 3.0}}
+    assert merge_patch(document, {"output": {"quantity": "acceleration"}})["output"] == {
+        "quantity": "acceleration",
+        "full_scale": 3.0,
+    }
+
+
+def test_a_patch_that_names_two_kinds_of_scan_is_left_for_the_scene_to_refuse() -> None:
+    merged = merge_patch({}, {"scan": {"speed": 0.1, "stroke": {}}})
+    with pytest.raises(SceneError):
+        parse_scene(merged)
+
+
+@pytest.mark.parametrize("start", [{}, STROKE, RECORDED, {"output": {"channels": ["velocity"]}}])
+def test_a_patch_on_a_complete_document_is_a_scene(start: dict[str, Any]) -> None:
+    complete = scene_document(parse_scene(start))
+    changed = parse_scene(merge_patch(complete, {"scan": {"speed": 0.1}, "texture": {"kind": "grating-5mm-200um"}}))
+    assert (changed.scan.speed, changed.scan.stroke, changed.scan.trajectory) == (0.1, None, None)
+    assert changed.texture.period == 0.005
+    assert changed.output == parse_scene(start).output
+
+
+@pytest.mark.parametrize("start", [{}, STROKE, RECORDED, {"output": {"channels": ["velocity"]}}])
+@pytest.mark.parametrize("other", [{}, STROKE, RECORDED, {"output": {"channels": ["velocity"]}}])
+def test_a_complete_document_as_a_patch_makes_its_own_scene(start: dict[str, Any], other: dict[str, Any]) -> None:
+    complete = scene_document(parse_scene(other))
+    assert parse_scene(merge_patch(scene_document(parse_scene(start)), complete)) == parse_scene(other)
+
+
+def test_nothing_given_is_changed() -> None:
+    document = scene_document(Scene())
+    patch = {"texture": {"kind": "sinusoid", "roughness": 1e-5}, "scan": {"stroke": {"length": None}}, "finger": None}
+    before = copy.deepcopy((document, patch))
+    merge_patch(document, patch)
+    assert (document, patch) == before
+
+
+JSON_VALUES = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.text(),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(), inner, max_size=3),
+    max_leaves=10,
+)
+SECTION = st.dictionaries(
+    st.sampled_from(["kind", "amplitude", "roughness", "speed", "stroke", "channels", "quantity"]), JSON_VALUES
+)
+SECTIONS = st.sampled_from(["finger", "texture", "scan", "output"])
+PARTIAL = st.dictionaries(SECTIONS | st.text(), JSON_VALUES | SECTION, max_size=5)
+
+
+@given(PARTIAL, PARTIAL)
+def test_merging_garbage_raises_nothing_and_leaves_no_null_of_the_patch(
+    document: dict[str, Any], patch: dict[str, Any]
+) -> None:
+    merged = merge_patch(document, patch)
+    for name, change in patch.items():
+        assert (name in merged) == (change is not None)
+    try:
+        parse_scene(merged)
+    except SceneError as refused:
+        assert refused.faults
+
+
+def test_a_patch_that_is_nested_without_end_is_refused() -> None:
+    patch: dict[str, Any] = {}
+    for _ in range(100_000):
+        patch = {"scan": patch}
+    with pytest.raises(SceneError):
+        merge_patch({}, patch)

@@ -1,0 +1,230 @@
+"""What a scene refuses: each fault with its pointer and advice, all of them at once, and nothing but SceneError."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from synth.errors import SceneError
+from synth.quantity import Dimension, parse_quantity
+from synth.scene import Scene, parse_scene, scene_document
+from synth.scene_rules import Quantity
+from synth.scene_section import inner_section
+from tests.synth.scene_cases import RISING, faults_of, nested, quantity_fields
+
+
+@pytest.mark.parametrize(("path", "rule"), quantity_fields(), ids=lambda item: item if isinstance(item, str) else "")
+def test_every_quantity_refuses_what_is_outside_or_no_quantity(path: str, rule: Quantity) -> None:
+    pointer = "/" + path.replace(".", "/")
+    below = math.nextafter(rule.low, -math.inf) if rule.low else -sys.float_info.min
+    outside: list[object] = [below, math.nextafter(rule.high, math.inf), 1e300, -1e300]
+    garbage: list[object] = [math.nan, math.inf, -math.inf, True, False, "", "1", "1 parsec", [], {}, [1], 10**400]
+    for value in outside + garbage:
+        faults = [fault for fault in faults_of(nested(path, value)) if fault.pointer == pointer]
+        assert faults, (path, value)
+        assert faults[0].allowed == rule.allowed
+        assert rule.unit in faults[0].hint or not rule.unit or str(rule.low) in faults[0].hint
+        assert faults[0].hint
+        assert faults[0].value
+
+
+@pytest.mark.parametrize("path", [path for path, rule in quantity_fields() if rule.low > 0.0])
+def test_a_denormal_number_is_refused_where_zero_is(path: str) -> None:
+    assert [fault.pointer for fault in faults_of(nested(path, 5e-324))] == ["/" + path.replace(".", "/")]
+
+
+@pytest.mark.parametrize(
+    ("document", "pointer", "words"),
+    [
+        ({"sacn": {}}, "/sacn", '"scan"'),
+        ({"zzz": None}, "/zzz", "Leave it out"),
+        ({"finger": {"poison_ratio": 0.5}}, "/finger/poison_ratio", '"poisson_ratio"'),
+        ({"finger": {"amplitude": 1e-5}}, "/finger/amplitude", '"ridge_amplitude"'),
+        ({"a/b~c": 1}, "/a~1b~0c", "Leave it out"),
+        ({1: 2}, "/1", "Leave it out"),
+        ({"finger": []}, "/finger", "ridge_period"),
+        ({"finger": "mine"}, "/finger", "ridge_period"),
+        ({"scan": {"stroke": 3}}, "/scan/stroke", "turn_time"),
+        ({"texture": {"kind": "sinusod"}}, "/texture/kind", '"sinusoid"'),
+        ({"texture": {"kind": "grating-1mm-32um"}}, "/texture/kind", '"grating-1mm-31um"'),
+        ({"texture": {"kind": 7}}, "/texture/kind", '"sinusoid"'),
+        ({"texture": {"period": 8}}, "/texture/period", "at most 1 m"),
+        ({"texture": {"period": "0.8"}}, "/texture/period", '"0.8 mm"'),
+        ({"texture": {"amplitude": 0, "roughness": 0}}, "/texture/roughness", "Leave one out"),
+        ({"finger": {"ridge_amplitude": 0, "roughness": 0}}, "/finger/roughness", "Leave one out"),
+        ({"scan": {"speed": 1, "stroke": {}}}, "/scan/speed", "inside the stroke"),
+        ({"scan": {"load": 1, "stroke": {}}}, "/scan/load", "inside the stroke"),
+        ({"scan": {"load": 1, "trajectory": RISING}}, "/scan/load", "Leave it out"),
+        ({"scan": {"stroke": {}, "trajectory": RISING}}, "/scan/trajectory", "Leave one out"),
+        ({"scan": {"stroke": {"length": "1 mm", "turn_time": "0.1 s"}}}, "/scan/stroke/turn_time", "shorter turn_time"),
+        ({"scan": {"stroke": {"length": "0.1 mm", "speed": 9}}}, "/scan/stroke/length", "at least 5.63 mm"),
+        ({"scan": {"trajectory": []}}, "/scan/trajectory", "list of points"),
+        ({"scan": {"trajectory": RISING[:3]}}, "/scan/trajectory", "list of points"),
+        ({"scan": {"trajectory": "RISING"}}, "/scan/trajectory", "list of points"),
+        ({"scan": {"trajectory": {}}}, "/scan/trajectory", "list of points"),
+        ({"scan": {"trajectory": [*RISING, [0.4, 0]]}}, "/scan/trajectory/4", "three numbers"),
+        ({"scan": {"trajectory": [*RISING, 5]}}, "/scan/trajectory/4", "three numbers"),
+        ({"scan": {"trajectory": [*RISING, [0.3, 0.02, 0.3]]}}, "/scan/trajectory/4/0", "Sort"),
+        ({"scan": {"trajectory": [*RISING, [0.29, 0.02, 0.3]]}}, "/scan/trajectory/4/0", "Sort"),
+        ({"scan": {"trajectory": [*RISING, [0.3000001, 0.02, 0.3]]}}, "/scan/trajectory/4/0", "Sort"),
+        ({"scan": {"trajectory": [*RISING, [0.4, 1.1, 0.3]]}}, "/scan/trajectory/4/1", "units"),
+        ({"scan": {"trajectory": [[-0.1, 0, 0.3], *RISING]}}, "/scan/trajectory/0/0", "at least 0 s"),
+        ({"scan": {"trajectory": [*RISING, [0.4, 0.02, -0.3]]}}, "/scan/trajectory/4/2", "at least 0 N"),
+        ({"scan": {"trajectory": [*RISING, [0.4, math.nan, 0.3]]}}, "/scan/trajectory/4/1", "finite"),
+        ({"scan": {"trajectory": [*RISING, [math.inf, 0.02, 0.3]]}}, "/scan/trajectory/4/0", "finite"),
+        ({"scan": {"trajectory": [*RISING, [0.4, "2 s", 0.3]]}}, "/scan/trajectory/4/1", '"0.8 mm"'),
+        ({"scan": {"trajectory": [*RISING, [0.4, None, 0.3]]}}, "/scan/trajectory/4/1", '"0.8 mm"'),
+        ({"effects": {"inertia": {}}}, "/effects/inertia", "Leave it out"),
+        ({"effects": {"inertia": "auto"}}, "/effects/inertia", "Leave it out"),
+        ({"effects": []}, "/effects", "{}"),
+        ({"output": {"quantity": "aceleration"}}, "/output/quantity", '"acceleration"'),
+        ({"output": {"quantity": 1}}, "/output/quantity", "displacement"),
+        ({"output": {"quantity": "velocity", "channels": ["velocity"]}}, "/output/quantity", "inside the channel"),
+        ({"output": {"full_scale": 1, "channels": ["velocity"]}}, "/output/full_scale", "inside the channel"),
+        ({"output": {"channels": []}}, "/output/channels", "displacement"),
+        ({"output": {"channels": ["velocity"] * 17}}, "/output/channels", "displacement"),
+        ({"output": {"channels": "velocity"}}, "/output/channels", "displacement"),
+        ({"output": {"channels": ["velocity", "velocty"]}}, "/output/channels/1", '"velocity"'),
+        ({"output": {"channels": [7]}}, "/output/channels/0", "quantity"),
+        ({"output": {"channels": [{"fullscale": 1}]}}, "/output/channels/0/fullscale", '"full_scale"'),
+        (
+            {"output": {"channels": [{"quantity": "displacement", "full_scale": "1 m/s"}]}},
+            "/output/channels/0/full_scale",
+            "units: m,",
+        ),
+        ({"output": {"full_scale": "1 um"}}, "/output/full_scale", "m/s^2"),
+        ({"output": {"full_scale": 0}}, "/output/full_scale", "at least"),
+        ({"output": {"full_scale": -1}}, "/output/full_scale", "at least"),
+        ({"output": {"full_scale": math.inf}}, "/output/full_scale", "finite"),
+        ({"output": {"sample_rate": 44100.5}}, "/output/sample_rate", "whole number such as 44100"),
+        ({"output": {"duration": 1, "fade": 0.6}}, "/output/fade", "shorter fade"),
+        ({"output": {"fade": "1.1 s"}}, "/output/fade", "shorter fade"),
+        ({"accuracy": {"tolerance": "exat"}}, "/accuracy/tolerance", '"exact"'),
+        ({"accuracy": {"tolerance": "0.001"}}, "/accuracy/tolerance", "without quotes"),
+        ({"accuracy": {"tolerance": 0.04}}, "/accuracy/tolerance", "at most 0.03"),
+        ({"accuracy": {"tolerance": 9e-8}}, "/accuracy/tolerance", "at least 1e-7"),
+        ({"accuracy": {"tolerance": True}}, "/accuracy/tolerance", "JSON number"),
+        ({"accuracy": {"tolerance": math.nan}}, "/accuracy/tolerance", "JSON number"),
+        (None, "", "{}"),
+        ([], "", "{}"),
+        (7, "", "{}"),
+        ("grating-1mm", "", "grating-"),
+    ],
+)
+def test_each_fault_names_its_field_and_what_to_write(document: object, pointer: str, words: str) -> None:
+    faults = faults_of(document)
+    assert [fault.pointer for fault in faults] == [pointer]
+    assert words in faults[0].hint
+    assert faults[0].allowed
+    assert faults[0].value
+
+
+@given(st.floats(1e-4, 10.0), st.floats(1e-6, 10.0))
+def test_the_turn_and_the_length_that_a_refusal_advises_are_accepted(length: float, speed: float) -> None:
+    stroke = {"length": length, "speed": speed, "turn_time": 10.0}
+    for _ in range(2):
+        try:
+            parse_scene({"scan": {"stroke": stroke}})
+            return
+        except SceneError as refused:
+            (fault,) = refused.faults
+        if fault.pointer == "/scan/stroke/turn_time":
+            stroke["turn_time"] = parse_quantity(fault.allowed.rpartition("here ")[2], Dimension.TIME)
+        else:
+            shortest = fault.hint.partition("at least ")[2].partition(",")[0]
+            stroke = {"length": parse_quantity(shortest, Dimension.LENGTH), "speed": speed, "turn_time": 1e-3}
+    assert parse_scene({"scan": {"stroke": stroke}})
+
+
+@pytest.mark.parametrize("path", ["texture.perid", "scan.stroke.lenght", "output.channel", "accuracy.tolerence"])
+def test_an_unknown_field_is_refused_even_if_null(path: str) -> None:
+    assert [fault.pointer for fault in faults_of(nested(path, None))] == ["/" + path.replace(".", "/")]
+
+
+def test_every_fault_of_a_document_is_reported_at_once() -> None:
+    document = {
+        "finger": {"ridge_amplitude": 0, "roughness": 0, "poisson_ratio": 0.6, "colour": "red"},
+        "texture": {"period": "0.8", "kind": "sinusod"},
+        "scan": {"speed": 11, "stroke": {"length": "1 kg", "speed": 20}, "lift_load": 0},
+        "effects": {"inertia": {}, "fluid": 1},
+        "output": {"channels": ["x", {"full_scale": 0}], "sample_rate": 1.5, "fade": 3},
+        "accuracy": {"tolerance": 1},
+        "more": 1,
+    }
+    assert {fault.pointer for fault in faults_of(document)} == {
+        "/finger/roughness", "/finger/poisson_ratio", "/finger/colour", "/texture/period", "/texture/kind",
+        "/scan/speed", "/scan/stroke/length", "/scan/stroke/speed", "/scan/lift_load",
+        "/effects/inertia", "/effects/fluid",
+        "/output/channels/0", "/output/channels/1/full_scale", "/output/sample_rate", "/output/fade",
+        "/accuracy/tolerance", "/more",
+    }  # fmt: skip
+
+
+def test_an_endless_list_of_faults_is_cut_and_counted() -> None:
+    faults = faults_of({f"field{index}": index for index in range(1000)})
+    assert len(faults) == 101
+    assert (faults[-1].pointer, faults[-1].value) == ("", "900 more faults")
+    assert len(faults_of({"scan": {"trajectory": [[0, 0, -1]] * 5000}})) <= 101
+
+
+@pytest.mark.parametrize(
+    "settings_of_effect", [3, "on", [], True, {"a": math.nan}, {"a": [math.inf]}, {"a": object()}, {1: 2}]
+)
+def test_settings_of_a_known_effect_are_an_object_of_finite_json(settings_of_effect: object) -> None:
+    with pytest.raises(SceneError) as refused:
+        parse_scene({"effects": {"inertia": settings_of_effect}}, known_effects=("inertia",))
+    assert [fault.pointer for fault in refused.value.faults] == ["/effects/inertia"]
+
+
+def test_values_in_faults_are_spelt_as_in_json_and_kept_short() -> None:
+    assert faults_of({"texture": {"period": True}})[0].value == "true"
+    assert faults_of({"texture": {"period": math.nan}})[0].value == "nan"
+    assert faults_of(None)[0].value == "null"
+    assert len(faults_of({"texture": {"period": "x" * 10000}})[0].value) <= 60
+    assert len(faults_of({"x" * 10000: 1})[0].pointer) <= 101
+
+
+JSON_VALUES = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(),
+    lambda inner: st.lists(inner) | st.dictionaries(st.text(), inner),
+    max_leaves=20,
+)
+SECTIONS: dict[str, list[str]] = {
+    name: list(inner.model_fields) if (inner := inner_section(Scene, name)) else [] for name in Scene.model_fields
+}
+SCENE_LIKE = st.fixed_dictionaries(
+    {},
+    optional={
+        section: JSON_VALUES | st.fixed_dictionaries({}, optional=dict.fromkeys(names, JSON_VALUES))
+        for section, names in SECTIONS.items()
+    },
+)
+
+
+@given(JSON_VALUES | SCENE_LIKE)
+def test_garbage_raises_nothing_but_scene_error(document: object) -> None:
+    try:
+        scene = parse_scene(document)
+    except SceneError as refused:
+        assert refused.faults
+        assert all(fault.allowed and fault.hint and fault.value for fault in refused.faults)
+        json.dumps([fault.pointer for fault in refused.faults]).encode()
+        "".join(fault.pointer for fault in refused.faults).encode()
+    else:
+        assert parse_scene(scene_document(scene)) == scene
+
+
+def test_python_objects_that_are_nested_without_end_are_refused() -> None:
+    endless: list[object] = []
+    deep = endless
+    for _ in range(100_000):
+        deep.append([])
+        deep = deep[0]  # type: ignore[assignment]
+    for section in SECTIONS:
+        assert faults_of({section: endless})
+    assert faults_of({"texture": {"period": 10**5000, "kind": endless}})

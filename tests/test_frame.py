@@ -1,0 +1,161 @@
+"""The frame: what is installed, what the wheel holds, how the image is built, and that every linter is content."""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+import sysconfig
+import tomllib
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from tests.readme_blocks import marked_command
+
+ROOT = Path(__file__).resolve().parent.parent
+SCRIPTS = Path(sysconfig.get_path("scripts"))
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+PINS = [line for line in (ROOT / "constraints.txt").read_text("utf-8").splitlines() if not line.startswith("#")]
+
+
+def requirement_name(requirement: str) -> str:
+    found = re.match(r"[A-Za-z0-9._-]+", requirement)
+    assert found is not None, requirement
+    return canonical(found.group())
+
+
+def canonical(name: str) -> str:
+    return re.sub(r"[-_.]+", "-", name).lower()
+
+
+def pip_words(command: str) -> list[list[str]]:
+    """Return the words of every pip install in a shell command, from "install" on."""
+    parts = [shlex.split(part) for part in re.split(r"&&|;", command)]
+    return [words[1:] for words in parts if words and words[0].endswith("/pip")]
+
+
+def dockerfile() -> str:
+    return (ROOT / "Dockerfile").read_text("utf-8").replace("\\\n", " ")
+
+
+def apt_packages(text: str) -> set[str]:
+    found = re.findall(r"apt-get install((?: +(?:-\S+|[a-z0-9][a-z0-9.+-]*))+)", text)
+    return {word for words in found for word in words.split() if not word.startswith("-")}
+
+
+def run_quietly(*command: str) -> None:
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.lint
+def test_ruff_is_content() -> None:
+    run_quietly(sys.executable, "-m", "ruff", "check", "--output-format", "concise", ".")
+
+
+@pytest.mark.lint
+@pytest.mark.timeout(600)
+def test_mypy_is_content() -> None:
+    run_quietly(sys.executable, "-m", "mypy")
+
+
+@pytest.mark.lint
+def test_hadolint_is_content_with_the_dockerfile() -> None:
+    run_quietly(str(SCRIPTS / "hadolint"), "Dockerfile")
+
+
+@pytest.mark.lint
+def test_the_shell_script_parses() -> None:
+    run_quietly("bash", "-n", ".ci/run")
+    assert os.access(ROOT / ".ci" / "run", os.X_OK)
+
+
+def test_constraints_are_plain_pins() -> None:
+    assert PINS
+    wrong = [line for line in PINS if not re.fullmatch(r"[A-Za-z0-9._-]+==[A-Za-z0-9.+!]+", line)]
+    assert not wrong
+
+
+def test_constraints_pin_every_requirement() -> None:
+    pinned = {requirement_name(line) for line in PINS}
+    extras = PROJECT["optional-dependencies"].values()
+    wanted = {requirement_name(each) for each in PROJECT["dependencies"] + [each for extra in extras for each in extra]}
+    assert wanted <= pinned, wanted - pinned
+
+
+def test_every_requirement_says_why_it_is_there() -> None:
+    lines = (ROOT / "pyproject.toml").read_text("utf-8").partition("\ndependencies = [")[2].partition("\n]")[0]
+    assert all("#" in line for line in lines.splitlines() if line.strip())
+
+
+def test_what_is_imported_is_required() -> None:
+    """Runtime code imports the standard library, the three packages, and what pyproject.toml requires."""
+    from tests.test_layers import ROOMS, imports_of, sources
+
+    required = {requirement_name(each) for each in PROJECT["dependencies"]} | {"starlette", "pydantic-core"}
+    imported = {name.split(".")[0] for room in ROOMS for path in sources(room) for name, _ in imports_of(path)}
+    strays = {name for name in imported - sys.stdlib_module_names - set(ROOMS) if canonical(name) not in required}
+    assert not strays, f"not required in pyproject.toml: {strays}"
+
+
+def test_the_wheel_holds_the_three_packages_and_no_tests(tmp_path: Path) -> None:
+    build = f"import hatchling.build as b; b.build_wheel({str(tmp_path)!r})"
+    run_quietly(sys.executable, "-c", build)
+    (wheel,) = tmp_path.glob("*.whl")
+    names = zipfile.ZipFile(wheel).namelist()
+    tops = {name.split("/")[0] for name in names}
+    assert tops == {"synth", "service", "clients", f"ridgewave-{PROJECT['version']}.dist-info"}
+    ours = {
+        str(path.relative_to(ROOT))
+        for room in ("synth", "service", "clients")
+        for path in (ROOT / room).rglob("*")
+        if path.is_file() and "__pycache__" not in path.parts
+    }
+    assert {name for name in names if ".dist-info/" not in name} == ours
+
+
+def test_the_image_installs_as_the_readme_does() -> None:
+    readme = (ROOT / "README.md").read_text("utf-8")
+    (step,) = re.findall(r"^RUN (python3 -m venv .*)$", dockerfile(), re.M)
+    (image,) = pip_words(step)
+    (first,) = pip_words(marked_command(readme, "the main job"))
+    (tests,) = pip_words(marked_command(readme, "the tests"))
+    assert image == first == ["install", "-c", "constraints.txt", "."]
+    assert [word.partition("[")[0] for word in tests] == first, "the tests' install differs by its extras only"
+
+
+def test_the_image_installs_system_packages_that_ci_proves() -> None:
+    script = (ROOT / ".ci" / "run").read_text("utf-8")
+    proven = set(re.findall(r"^    \[([a-z0-9.+-]+)\]=", script, re.M))
+    image = apt_packages(dockerfile())
+    assert image
+    assert image <= proven
+    readme = apt_packages((ROOT / "README.md").read_text("utf-8"))
+    assert readme == proven, "README.md names the packages that .ci/run installs"
+
+
+def test_ci_runs_the_readmes_test_command() -> None:
+    """What .ci/run takes out of README.md with awk is the block that a reader sees."""
+    script = (ROOT / ".ci" / "run").read_text("utf-8")
+    extract = script[script.index("command=$(awk") : script.index("if [[ -z $command ]]")]
+    done = subprocess.run(
+        ["bash", "-c", extract + 'printf %s "$command"'], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    assert done.stdout == marked_command((ROOT / "README.md").read_text("utf-8"), "the tests")
+    assert "pytest" in done.stdout
+
+
+def test_the_image_gets_what_its_build_copies() -> None:
+    """.dockerignore lets through every path that the Dockerfile copies from the checkout."""
+    let_through = {
+        line.removeprefix("!")
+        for line in (ROOT / ".dockerignore").read_text("utf-8").splitlines()
+        if line.startswith("!")
+    }
+    copied = re.findall(r"^COPY (?!--from)(.+) \S+$", dockerfile(), re.M)
+    assert {word for words in copied for word in words.split()} == let_through
+    assert all((ROOT / name).exists() for name in let_through)

@@ -1,0 +1,169 @@
+"""What README.md and docs/ tell people to type works: shell and Python blocks run, JSON blocks are scenes.
+
+The blocks of a page run in order in one folder that has docs/ in it, with `ridgewave` and `python3` on the path and,
+where a block talks to 127.0.0.1:8000, a real service behind it.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import sysconfig
+import wave
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from synth.scene import parse_scene
+from synth.textures import catalogue
+from tests.readme_blocks import CodeBlock, code_blocks, marked_command
+
+ROOT = Path(__file__).resolve().parent.parent
+PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])
+WRITTEN_ADDRESS = "127.0.0.1:8000"
+LANGUAGES = {"sh", "python", "json", "text", "http", ""}
+"""What a fence may name: sh, python and json are tried here; text, http and none are for reading."""
+
+Folders = dict[Path, Path]
+
+
+TESTED_ELSEWHERE = ("the main job", "the tests")
+"""Marks of commands that install: the first has its own test below, the second is what .ci/run runs."""
+
+
+def blocks(*languages: str) -> list[object]:
+    """Return the blocks of these languages that are tried, as test parameters that name page and line."""
+    return [
+        pytest.param(page, block, id=f"{page.relative_to(ROOT)}:{block.line}")
+        for page in PAGES
+        for block in code_blocks(page.read_text("utf-8"))
+        if block.language in languages and block.mark not in TESTED_ELSEWHERE and not block.mark.startswith("not run: ")
+    ]
+
+
+@pytest.fixture(scope="module")
+def scripts(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with `ridgewave`, `python` and `python3`, all of this checkout and this interpreter."""
+    folder = tmp_path_factory.mktemp("scripts")
+    for name, words in {"ridgewave": "-m clients", "python": "", "python3": ""}.items():
+        script = folder / name
+        script.write_text(f'#!/bin/sh\nexec "{sys.executable}" {words} "$@"\n')
+        script.chmod(0o755)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def shell(scripts: Path, environment: dict[str, str]) -> dict[str, str]:
+    """Return the environment of a block."""
+    return {**environment, "PATH": f"{scripts}{os.pathsep}{environment['PATH']}"}
+
+
+@pytest.fixture(scope="module")
+def folders(tmp_path_factory: pytest.TempPathFactory) -> Folders:
+    """Return a working folder for each page, in which docs/ is at hand."""
+    made = {}
+    for page in PAGES:
+        made[page] = tmp_path_factory.mktemp(page.stem)
+        shutil.copytree(ROOT / "docs", made[page] / "docs")
+    return made
+
+
+@pytest.fixture(scope="module")
+def service_address(shell: dict[str, str], tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """Return host:port of a service that runs as `ridgewave serve` runs it."""
+    service = subprocess.Popen(
+        ["ridgewave", "serve", "--port", "0"],
+        cwd=tmp_path_factory.mktemp("service"),
+        env=shell,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert service.stderr is not None
+    said = service.stderr.readline()
+    found = re.search(r"http://(\S+)", said)
+    assert found, said + service.stderr.read()
+    yield found.group(1)
+    service.terminate()
+    service.communicate(timeout=30)
+
+
+def test_every_block_names_a_known_language_and_reasons_are_given() -> None:
+    for page in PAGES:
+        for block in code_blocks(page.read_text("utf-8")):
+            assert block.language in LANGUAGES, f"{page.name}:{block.line}"
+            if block.mark.startswith("not run"):
+                assert re.fullmatch(r"not run: .{10,}", block.mark), f"{page.name}:{block.line}: say why"
+
+
+@pytest.mark.parametrize(("page", "block"), blocks("sh", "python"))
+def test_a_block_runs(
+    page: Path, block: CodeBlock, folders: Folders, shell: dict[str, str], request: pytest.FixtureRequest
+) -> None:
+    text = block.text
+    if WRITTEN_ADDRESS in text:
+        text = text.replace(WRITTEN_ADDRESS, request.getfixturevalue("service_address"))
+    program = ["bash", "-euo", "pipefail", "-c"] if block.language == "sh" else [sys.executable, "-c"]
+    done = subprocess.run(
+        [*program, text], cwd=folders[page], env=shell, capture_output=True, text=True, timeout=120, check=False
+    )
+    assert done.returncode == 0, f"{page.name}:{block.line}\n{done.stdout}{done.stderr}"
+
+
+@pytest.mark.parametrize(("page", "block"), blocks("json"))
+def test_a_json_block_is_json_and_a_scene_where_it_looks_like_one(page: Path, block: CodeBlock) -> None:
+    document = json.loads(block.text)
+    sections = {"finger", "texture", "scan", "effects", "output", "accuracy"}
+    if page.name in ("README.md", "scene.md") or (isinstance(document, dict) and set(document) <= sections):
+        parse_scene(document)
+
+
+def test_the_main_job_does_what_the_readme_says(folders: Folders, shell: dict[str, str]) -> None:
+    """The render of the first command, with this environment in the place of the one it makes."""
+    make, install, render = marked_command((ROOT / "README.md").read_text("utf-8"), "the main job").split(" && ")
+    assert make == "python3 -m venv .venv"
+    assert install.startswith(".venv/bin/pip install ")
+    folder = folders[ROOT / "README.md"]
+    done = subprocess.run(
+        ["bash", "-c", render.replace(".venv/bin/", "")], cwd=folder, env=shell, capture_output=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert (folder / "out.wav").stat().st_size > 2 * 48000 * 4
+
+
+def test_the_installed_script_is_the_command_line(tmp_path: Path) -> None:
+    """Where the project is installed, its script runs from any folder, on the installed packages."""
+    script = Path(sysconfig.get_path("scripts")) / "ridgewave"
+    if not script.exists():
+        pytest.skip("ridgewave is not installed in this environment")
+    done = subprocess.run([script, "textures", "--json"], cwd=tmp_path, capture_output=True, check=True)
+    assert len(json.loads(done.stdout)["textures"]) == len(catalogue())
+
+
+def test_the_readmes_stream_is_sound_that_changed(
+    folders: Folders, shell: dict[str, str], service_address: str
+) -> None:
+    """The block with the session leaves a WAV file that Python's own reader takes, two seconds of it."""
+    page = ROOT / "README.md"
+    (block,) = [block for block in code_blocks(page.read_text("utf-8")) if "stream.wav" in block.text]
+    text = block.text.replace(WRITTEN_ADDRESS, service_address)
+    folder = folders[page]
+    subprocess.run(["bash", "-euo", "pipefail", "-c", text], cwd=folder, env=shell, check=True, timeout=60)
+    with wave.open(str(folder / "stream.wav")) as sound:
+        frames = sound.readframes(3 * 48000)
+        assert len(frames) == 2 * 2 * 48000
+    assert json.loads((folder / "changed.json").read_text())
+
+
+def test_links_between_pages_lead_somewhere() -> None:
+    dead = [
+        f"{page.relative_to(ROOT)}: {link}"
+        for page in PAGES
+        for link in re.findall(r"\]\(([^)#\s]+)[^)]*\)", page.read_text("utf-8"))
+        if "://" not in link and not (page.parent / link).exists()
+    ]
+    assert not dead, "\n".join(dead)
