@@ -6,6 +6,7 @@ Everything here is called from threads: building a voice solves a contact respon
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any, Protocol
 
 from service.sound import Sounding
@@ -21,7 +22,11 @@ class Voice(Sounding, Protocol):
 
 
 class FiniteVoice(Voice, Protocol):
-    """A voice for a finite render: unlimited, no fades but those the scene asks for."""
+    """A voice for a finite render: not limited to full scale."""
+
+    @property
+    def frame(self) -> int:
+        """Return the frame that the next block begins at."""
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -51,6 +56,9 @@ class Engine(Protocol):
     def open_voice(self, scene: Scene) -> FiniteVoice:
         """Return a voice at frame 0 for a finite render."""
 
+    def blocks(self, voice: FiniteVoice, frames: int) -> Iterator[Block]:
+        """Yield the whole duration of the voice's scene, `frames` at a time, with the fades that it asks for."""
+
     def open_live(self, scene: Scene) -> LiveVoice:
         """Return a live voice at frame 0, silent and about to ramp in."""
 
@@ -74,6 +82,13 @@ class SynthEngine:
         from synth import open_voice
 
         return open_voice(scene, cache=self._cache)
+
+    def blocks(self, voice: FiniteVoice, frames: int) -> Iterator[Block]:
+        """See `Engine`."""
+        from synth.voice import Voice, blocks
+
+        assert isinstance(voice, Voice), "a voice of this engine"
+        return blocks(voice, frames)
 
     def open_live(self, scene: Scene) -> LiveVoice:
         """See `Engine`."""

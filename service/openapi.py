@@ -49,11 +49,22 @@ def body(schema: Mapping[str, Any], *, required: bool = True, media_type: str = 
     return {"requestBody": {"required": required, "content": {media_type: {"schema": schema}}}}
 
 
+def _drop_validation_errors(paths: Mapping[str, Any], schemas: dict[str, Any]) -> None:
+    """Remove the 422 that the framework adds to each route with a parameter: here those are problem documents."""
+    for calls in paths.values():
+        for call in calls.values():
+            if "application/json" in call["responses"].get("422", {}).get("content", {}):
+                del call["responses"]["422"]
+    for name in ("HTTPValidationError", "ValidationError"):
+        schemas.pop(name, None)
+
+
 def document(app: FastAPI) -> dict[str, Any]:
     """Return the OpenAPI document, with the schemas that routes refer to; made once."""
     if app.openapi_schema is None:
         made = FastAPI.openapi(app)
         schemas = made.setdefault("components", {}).setdefault("schemas", {})
+        _drop_validation_errors(made["paths"], schemas)
         schemas["Problem"] = problems.schema()
         schemas["Scene"] = scene_schema()
         made["components"]["securitySchemes"] = {"key": {"type": "http", "scheme": "bearer"}}

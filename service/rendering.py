@@ -13,7 +13,7 @@ import asyncio
 import os
 import tempfile
 import time
-from collections.abc import AsyncGenerator, Callable
+from collections.abc import AsyncGenerator, Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
@@ -57,19 +57,26 @@ class Stages:
 
 @dataclass
 class Render:
-    """One render under way: the voice at its first frame, and what the answer will look like."""
+    """One render under way: the blocks that are still to come, and what the answer will look like."""
 
     voice: FiniteVoice
+    blocks: Iterator[Block]
     limiter: Limiter | None
     scene: Scene
     sound_format: SoundFormat
     frames: int
     stages: Stages
 
-    def block(self, frames: int) -> Block:
-        """Return the next `frames`, limited where the format holds integers."""
-        block = self.voice.render(frames)
-        return block if self.limiter is None else self.limiter.process(block)
+    def limited(self) -> Iterator[Block]:
+        """Yield the blocks, limited where the format holds integers."""
+        return self.blocks if self.limiter is None else map(self.limiter.process, self.blocks)
+
+    def piece(self) -> bytes:
+        """Return the bytes of the next block, b"" after the last."""
+        block = next(self.blocks, None)
+        if block is None:
+            return b""
+        return stream_block(block if self.limiter is None else self.limiter.process(block), self.sound_format)
 
     def headers(self) -> dict[str, str]:
         """Return the answer's headers but for its length."""
@@ -144,14 +151,16 @@ class Renders:
         voice = self._engine.open_voice(scene)
         stages.done("voice")
         limiter = None if sound_format.is_float else self._engine.limiter(channels, rate)
-        return Render(voice, limiter, scene, sound_format, round(scene.output.duration * rate), stages)
+        frames = round(scene.output.duration * rate)
+        whole = frames * channels <= WHOLE_SAMPLES
+        blocks = self._engine.blocks(voice, frames if whole else max(1, PIECE_SAMPLES // channels))
+        return Render(voice, blocks, limiter, scene, sound_format, frames, stages)
 
     async def _pieces(self, render: Render) -> AsyncGenerator[bytes, None]:
         loop = asyncio.get_running_loop()
         yield _header(render)
-        step = max(1, PIECE_SAMPLES // render.voice.channels)
-        for first in range(0, render.frames, step):
-            yield await loop.run_in_executor(self.pool, _piece, render, min(step, render.frames - first))
+        while piece := await loop.run_in_executor(self.pool, render.piece):
+            yield piece
         yield _padding(render)
 
 
@@ -163,7 +172,7 @@ def check_duration(duration: float, longest: float, pointer: str, kind: str) -> 
 
 
 def _whole(render: Render) -> Response:
-    block = render.block(render.frames)
+    (block,) = render.limited()
     render.stages.done("render")
     body = encode_all(block, render.sound_format, render.voice.sample_rate, metadata_of(render.voice, render.scene))
     render.stages.done("encode")
@@ -175,10 +184,9 @@ def _flac(render: Render) -> Response:
     store = tempfile.TemporaryFile(prefix="ridgewave-")  # noqa: SIM115 - closed when the answer is over
     try:
         metadata = metadata_of(render.voice, render.scene)
-        step = max(1, PIECE_SAMPLES // render.voice.channels)
         with open_writer(store, SoundFormat.FLAC, render.voice.sample_rate, render.voice.channels, metadata) as writer:
-            for first in range(0, render.frames, step):
-                writer.write(render.block(min(step, render.frames - first)))
+            for block in render.limited():
+                writer.write(block)
         length = store.seek(0, os.SEEK_END)
         store.seek(0)
     except BaseException:
@@ -192,10 +200,6 @@ def _flac(render: Render) -> Response:
 
     headers = render.headers() | {"Content-Length": str(length)}
     return PumpedResponse(chunks(), headers, render.media_type, released=store.close)
-
-
-def _piece(render: Render, frames: int) -> bytes:
-    return stream_block(render.block(frames), render.sound_format)
 
 
 def _sample_bytes(render: Render) -> int:

@@ -40,6 +40,7 @@ class Source:
     def change(self, change: Any) -> None:
         """Have the next block cross-fade to `change`; one that no block has picked up yet is replaced."""
         self._change = change
+        self._quick = False  # the block that takes it over may build tables
 
     def block(self, frames: int) -> Block:
         """Return the next `frames` as float32 [frames, channels]."""

@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from synth.cache import ResponseCache
+    from synth.costing import explain
     from synth.live import LiveVoice
     from synth.motion import Motion
-    from synth.plan import Plan, explain
+    from synth.plan import Plan
     from synth.scene import Scene, parse_scene
     from synth.voice import Voice, open_voice, render
 
@@ -25,7 +26,7 @@ _HOMES = {
     "ResponseCache": "synth.cache",
     "Scene": "synth.scene",
     "Voice": "synth.voice",
-    "explain": "synth.plan",
+    "explain": "synth.costing",
     "open_voice": "synth.voice",
     "parse_scene": "synth.scene",
     "render": "synth.voice",

@@ -60,7 +60,7 @@ class Motion:
         """
         if speed is None and position is None:
             raise ValueError("a motion needs speed=... (m/s) or position=... (m), a number or one value a frame")
-        complete = None not in (speed, speed_rate, load_rate, load_bend)
+        complete = all(given is not None for given in (speed, speed_rate, load_rate, load_bend))
         samples = np.zeros((5, frames))
         for row, values in enumerate((speed, speed_rate, load, load_rate, load_bend)):
             if values is not None:
@@ -102,6 +102,14 @@ class ScanMotion:
         if np.ptp(load_spline(np.clip(t, start, end))) == 0.0 and self._within(start, end):
             return float(loads[0]), float(loads[0])
         return 0.0, float(loads.max())
+
+    def recorded_loads(self) -> tuple[float, float]:
+        """Return the smallest and largest load (N) between the ends of the scan: without the finger's lift."""
+        if self._splines is None:
+            return self.load_range()
+        start, end, _position, load = self._splines
+        loads = np.maximum(load(np.linspace(start, end, 1 << 16)), 0.0)
+        return float(loads.min()), float(loads.max())
 
     def _within(self, start: float, end: float) -> bool:
         return start <= 0.0 and self.duration <= end

@@ -10,54 +10,21 @@ Limits  with `wait` false a load beyond the rows that are ready plays the neares
 from __future__ import annotations
 
 import math
-from typing import Any, Protocol
-
 import numpy as np
 
 from synth.contact.exact import Array
 from synth.contact.levels import Levels, levels_up_to
 from synth.contact.reading import read_displacement, read_rate
-from synth.contact.rows import Rows
-from synth.contact.spectrum import Complex, Demand, Spectrum
-from synth.contact.surfaces import Surfaces
+from synth.contact.rows import COARSE, Rows
+from synth.contact.spectrum import Demand
+from synth.contact.surfaces import OneRow, RowSource, Surfaces
 from synth.contact.tables import CUBIC, QUINTIC, fitted_table, kept_harmonics
 from synth.motion import LOAD, SPEED, Motion
 from synth.output import Block
 from synth.preparation import BAND, ROWS_REACH, ChannelPlan, Preparation
 
 ROW_FINEST = 1.0 / 128.0  # of an octave of load: the closest rows when there is time
-LIVE_FINEST = 1.0 / 16.0  # the same while a live voice waits for them: the default range takes under a second
 BASE_OF_LIFT = 0.25  # octaves of load begin at this part of lift_load, below which the gate leaves under a tenth
-EVERYWHERE = 4e3  # N: beyond any load, the end of the one interval of a response that does not vary with the load
-
-
-class RowSource(Protocol):
-    """Where the series over the load come from."""
-
-    @property
-    def edges(self) -> Array:
-        """Loads (N) of the rows."""
-        ...
-
-    def cubic(self, low: float, high: float, harmonics: int) -> tuple[Complex, ...]:
-        """Return the series of the cubic between two rows."""
-        ...
-
-
-class OneRow:
-    """A response at one load: it does not vary with the load."""
-
-    def __init__(self, spectrum: Spectrum) -> None:
-        self.spectrum = spectrum
-        self.edges: Array = np.array([-EVERYWHERE, EVERYWHERE])
-
-    def cubic(self, low: float, high: float, harmonics: int) -> tuple[Complex, ...]:
-        """Return the series itself, and nothing that varies."""
-        series = np.zeros(harmonics + 1, dtype=np.complex128)
-        found = self.spectrum.harmonics[: harmonics + 1]
-        series[: len(found)] = found
-        nothing = np.zeros_like(series)
-        return series, nothing, nothing, nothing
 
 
 class MovingReader:
@@ -67,21 +34,26 @@ class MovingReader:
     """
 
     def __init__(self, solved: Preparation, phase: int, *, load_varies: bool, wait: bool) -> None:
-        assert solved.spectrum is not None and solved.contact is not None
+        assert solved.spectrum is not None
         self.solved, self.wait = solved, wait
         self.rate, self.period = solved.scene.output.sample_rate, solved.scene.texture.period
         self.levels = _levels(solved, load_varies)
-        self.rows: Rows | None = None
-        source: RowSource = OneRow(solved.spectrum)
-        if load_varies:
-            self.rows = self._rows_for(solved)
-            source = self.rows
-        self.surfaces = {
-            degree: Surfaces(source, self.levels, degree, self._density(degree))
-            for degree in sorted({_degree(channel) for channel in solved.channels})
-        }
+        self.rows = self._rows_for(solved) if load_varies else None
+        source: RowSource = self.rows or OneRow(solved.spectrum)
+        degrees = sorted({_degree(channel) for channel in solved.channels})
+        self.surfaces = {degree: Surfaces(source, self.levels, degree, self._density(degree)) for degree in degrees}
+        self._edges = source.edges
         self.phase = np.array([phase], dtype=np.uint64)
-        self._before = np.full(4, math.nan)
+        hold = 0.0 if wait and self.rows is not None else 1.0
+        self._channels = [
+            (
+                self.surfaces[_degree(channel)],
+                np.array([self.rate, self.period, solved.scene.scan.lift_load, 1.0 / channel.full_scale, hold]),
+                number,
+                channel.order,
+            )
+            for number, channel in enumerate(solved.channels)
+        ]
 
     @property
     def memory_bytes(self) -> int:
@@ -91,13 +63,14 @@ class MovingReader:
 
     def _rows_for(self, solved: Preparation) -> Rows:
         assert solved.contact is not None
-        demand = solved.demand()
-        keep = self.levels.highest[0]
-        scan = solved.scene.scan
-        finest = ROW_FINEST if self.wait else LIVE_FINEST
-        demand = Demand(demand.highest, demand.orders, solved.tolerance)
-        rows = Rows(solved.contact, demand, keep, BASE_OF_LIFT * scan.lift_load, finest)
-        rows.cover(scan.load, scan.load)
+        demand, scan = solved.demand(), solved.scene.scan
+        rows = Rows(
+            solved.contact,
+            Demand(demand.highest, demand.orders, solved.tolerance),
+            self.levels.highest[0],
+            BASE_OF_LIFT * scan.lift_load,
+        )
+        rows.cover(scan.load, scan.load, COARSE)
         return rows
 
     def _density(self, degree: int) -> float:
@@ -111,32 +84,34 @@ class MovingReader:
 
     def read(self, motion: Motion, out: Block) -> None:
         """Write the block of `motion` to `out` (float32 [frames, channels]) and move the phase on."""
-        begin = self.phase[0]
-        for number, channel in enumerate(self.solved.channels):
-            self.phase[0] = begin
-            self._channel(number, channel, motion, out)
+        begin = self.phase[0] if len(self._channels) > 1 else None
+        for tables, constants, number, order in self._channels:
+            if begin is not None:
+                self.phase[0] = begin
+            frame = self._run(tables, constants, motion, 0, out, number, order)
+            while frame < motion.samples.shape[1]:
+                self._meet(tables, motion.samples[:, frame])
+                frame = self._run(tables, constants, motion, frame, out, number, order)
 
-    def _channel(self, number: int, channel: ChannelPlan, motion: Motion, out: Block) -> None:
-        tables = self.surfaces[_degree(channel)]
-        hold = 0.0 if self.wait and self.rows is not None else 1.0
-        constants = np.array(
-            [self.rate, self.period, self.solved.scene.scan.lift_load, 1.0 / channel.full_scale, hold]
-        )
-        frame = 0
-        while frame < motion.frames:
-            shared = (
+    def _run(
+        self, tables: Surfaces, constants: Array, motion: Motion, frame: int, out: Block, number: int, order: int
+    ) -> int:
+        """Run the compiled loop of one channel from `frame` on; return the frame that it could not render."""
+        if order == 0:
+            return int(read_displacement(
                 tables.pool, tables.offsets, tables.bits, tables.fades, tables.edges, constants, self.phase,
                 motion.samples, motion.position, frame, out, number,
-            )  # fmt: skip
-            frame = read_displacement(*shared) if channel.order == 0 else read_rate(*shared, channel.order)
-            if frame < motion.frames:
-                self._meet(tables, motion.samples[:, frame])
+            ))  # fmt: skip
+        return int(read_rate(
+            tables.pool, tables.offsets, tables.bits, tables.fades, tables.edges, constants, self.phase,
+            motion.samples, motion.position, frame, out, number, order,
+        ))  # fmt: skip
 
     def _meet(self, tables: Surfaces, sample: Array) -> None:
         """Build what the loop missed at one frame."""
         load = float(sample[LOAD])
         if self.rows is not None and self.wait and not tables.edges[0] <= load <= tables.edges[-1]:
-            self.rows.cover(load, load)
+            self.rows.cover(load, load, COARSE if self.solved.moving else ROW_FINEST)
             tables.refresh()
             return
         turns = abs(float(sample[SPEED])) / (self.rate * self.period)
@@ -145,10 +120,18 @@ class MovingReader:
         for number in range(level, min(level + 2, len(self.levels.highest))):
             tables.build(number, interval)
 
+    def cover(self, low: float, high: float) -> None:
+        """Solve the rows from `low` to `high` (N) as finely as rows may lie, and use them."""
+        if self.rows is not None:
+            self.rows.cover(low, high, ROW_FINEST)
+            self.take_over_rows()
+
     def take_over_rows(self) -> None:
-        """Use the rows that became ready since, for a live voice whose rows are solved in a thread."""
-        for tables in self.surfaces.values():
-            tables.refresh()
+        """Use the rows that became ready since."""
+        if self.rows is not None and self._edges is not self.rows.edges:
+            self._edges = self.rows.edges
+            for tables in self.surfaces.values():
+                tables.refresh()
 
 
 def _degree(channel: ChannelPlan) -> int:
@@ -170,7 +153,7 @@ def _levels(solved: Preparation, load_varies: bool) -> Levels:
     return Levels(levels.highest, levels.fade_from * scale, levels.fade_to * scale) if scale < 1.0 else levels
 
 
-def completed(motion: Motion, rate: int, period: float, before: Any) -> Motion:
+def completed(motion: Motion, rate: int, before: Array) -> Motion:
     """Return `motion` with the derivatives that it lacks taken from the frame before.
 
     before: float64 [4], position (m), speed (m/s), load (N), load rate (N/s) of the last frame, NaN at the start; it is

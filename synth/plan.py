@@ -1,22 +1,16 @@
 """PLAN: what will be simulated for a scene, in order, each with its reason, cost and error; and what is left out and why.
 
 Stage   2 (PLAN), as data that a person can read.
-Source  design, sections 2 and 5. Errors are those measured while the response was built; costs are measured here.
-Limits  the cost is that of this machine at this moment.
+Source  design, sections 2 and 5. Errors are those measured while the response was built; `costing` adds the cost.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
-from synth.cache import ResponseCache
-from synth.preparation import BAND, N_MAX, UNITS, Preparation, prepare
-from synth.scene import Scene, scene_document
-
-TIMED_FRAMES = 1 << 14
-REPEATS = 5
-
+from synth.preparation import BAND, N_MAX, UNITS, Preparation
+from synth.scene import scene_document
 
 @dataclass(frozen=True, slots=True)
 class Simulated:
@@ -93,33 +87,6 @@ def plan_of(solved: Preparation) -> Plan:
         cost=None,
         warnings=solved.warnings,
     )
-
-
-def explain(scene: Scene, *, cache: ResponseCache | None = None) -> Plan:
-    """Return the plan of `scene`, its response built and its cost measured on this machine."""
-    from time import perf_counter
-
-    from synth.voice import Voice
-
-    started = perf_counter()
-    solved = prepare(scene, cache)
-    voice = Voice(solved)
-    setup = perf_counter() - started
-    voice.render(TIMED_FRAMES)
-    fastest = float("inf")
-    for _ in range(REPEATS):
-        started = perf_counter()
-        voice.render(TIMED_FRAMES)
-        fastest = min(fastest, perf_counter() - started)
-    per_frame = fastest / TIMED_FRAMES
-    cost = Cost(
-        setup_seconds=setup,
-        ns_per_frame=1e9 * per_frame,
-        times_real_time=1.0 / (per_frame * voice.sample_rate),
-        memory_bytes=voice.memory_bytes + solved.memory_bytes,
-    )
-    plan = voice.plan
-    return replace(plan, cost=cost)
 
 
 def _simulated(solved: Preparation) -> tuple[Simulated, ...]:

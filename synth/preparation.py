@@ -94,8 +94,7 @@ class Preparation:
 
     def demand(self) -> Demand:
         """Return what every series of this scene must hold."""
-        orders = tuple(sorted({channel.order for channel in self.channels}))
-        return Demand(max(self.highest, 1), orders, ALIAS_SHARE * self.tolerance)
+        return Demand(max(self.highest, 1), orders_of(self.scene, moving=True), ALIAS_SHARE * self.tolerance)
 
     def steady_table(self, channel: ChannelPlan) -> Fitted:
         """Return the table of one channel at constant speed and load, in units of its full scale."""
@@ -115,6 +114,12 @@ class Preparation:
     def table_tolerance(self) -> float:
         """The share of the tolerance that the polynomials may use."""
         return TABLE_SHARE * self.tolerance
+
+
+def orders_of(scene: Scene, *, moving: bool) -> tuple[int, ...]:
+    """Return the time derivatives that a scene's channels need, rising; a finger that stands still needs none."""
+    orders = {ORDERS[channel.quantity] for channel in scene.output.channel_list}
+    return tuple(sorted(orders)) if moving or scene.scan.speed != 0.0 else (0,)
 
 
 def harmonics_below(frequency: float, limit: float, most: int = N_MAX) -> int:
@@ -145,7 +150,7 @@ def _prepared(scene: Scene, cache: ResponseCache) -> Preparation:
     highest = harmonics_below(abs(turns), limit)
     motion = ScanMotion(scene)
     moving = scene.scan.stroke is not None or scene.scan.trajectory is not None
-    orders = tuple(sorted({ORDERS[channel.quantity] for channel in scene.output.channel_list}))
+    orders = orders_of(scene, moving=moving)
     silence = _silence(scene, geometry, highest)
     contact, spectrum, tolerance = None, None, _number(scene)
     if not silence:
@@ -226,7 +231,7 @@ def _with_channels(solved: Preparation) -> Preparation:
             )
             warnings.append(silence)
     channels = []
-    orders = tuple(sorted({ORDERS[channel.quantity] for channel in listed}))
+    orders = orders_of(scene, moving=solved.moving)
     for channel, (extent, peak) in zip(listed, extents, strict=True):
         order = ORDERS[channel.quantity]
         automatic = peak / PEAK if peak > STILL else 1.0
@@ -234,7 +239,8 @@ def _with_channels(solved: Preparation) -> Preparation:
             automatic = 1.0
         error = 0.0
         if spectrum is not None and not silence:
-            error = spectrum.errors[orders.index(order)] + (TAIL_SHARE + TABLE_SHARE) * solved.tolerance + ROUNDING
+            seen = spectrum.errors[orders.index(order)] if order in orders else 0.0
+            error = seen + (TAIL_SHARE + TABLE_SHARE) * solved.tolerance + ROUNDING
             if error > solved.tolerance:
                 warnings.append(
                     f"The {channel.quantity} reaches an error of {error:.2g} of its peak-to-peak, not the "

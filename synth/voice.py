@@ -16,11 +16,12 @@ import numpy as np
 
 from synth.cache import ResponseCache
 from synth.contact.reading import read_steady
-from synth.motion import Motion, ScanMotion
+from synth.motion import LOAD, Motion, ScanMotion
 from synth.moving import MovingReader, completed
 from synth.output import Block, fade_envelope
 from synth.plan import Plan, plan_of
 from synth.preparation import Preparation, phase_step, prepare
+from synth.row_solver import RowSolver
 from synth.scene import Scene
 
 BLOCK = 1 << 14  # frames a block of `blocks`: large enough that Python costs nothing, small enough for flat memory
@@ -29,15 +30,18 @@ BLOCK = 1 << 14  # frames a block of `blocks`: large enough that Python costs no
 class Voice:
     """Renders one scene, block after block.
 
-    solved: what `prepare` returned. phase: where the texture stands at frame 0, a 64-bit fraction of a turn.
-    wait: rows of load that a block needs are solved before it is rendered (False: the nearest rows play meanwhile).
+    solved: what `prepare` returned. channels: channels of a block. frame: the next frame. phase: where the texture stands at frame 0, a 64-bit fraction of a turn.
+    live: for a hand that does not wait. The rows of load round the scan's own are solved here, the usual range in a thread;
+    until they are ready the nearest rows play. Otherwise a block waits for the rows that it needs.
     """
 
-    def __init__(self, solved: Preparation, *, phase: int = 0, wait: bool = True) -> None:
+    def __init__(self, solved: Preparation, *, phase: int = 0, live: bool = False) -> None:
         self.solved = solved
         self.scene = solved.scene
         self.frame = 0
-        self._wait = wait
+        self.channels = len(solved.channels)
+        self._live = live
+        self._solver: RowSolver | None = None
         self._phase = phase
         self._motion = ScanMotion(solved.scene)
         self._step = phase_step(solved.scene.scan.speed, solved.scene.texture.period, self.sample_rate)
@@ -48,20 +52,14 @@ class Voice:
         if solved.spectrum is not None and not solved.moving:
             self._tables = [solved.steady_table(channel).coefficients for channel in solved.channels]
         elif solved.spectrum is not None:
-            self._reader = MovingReader(solved, phase, load_varies=solved.load_varies, wait=wait)
-            if solved.load_varies and self._reader.rows is not None:
-                self._reader.rows.cover(*solved.loads)
-                self._reader.take_over_rows()
+            self._reader = MovingReader(solved, phase, load_varies=solved.load_varies, wait=True)
+            self._reader.cover(*self._motion.recorded_loads())
+        self._hand_reader = self._reader_for_hand() if live and solved.spectrum is not None else None
 
     @property
     def sample_rate(self) -> int:
         """Frames a second."""
         return self.scene.output.sample_rate
-
-    @property
-    def channels(self) -> int:
-        """Channels of a block."""
-        return len(self.solved.channels)
 
     @property
     def quantities(self) -> tuple[str, ...]:
@@ -102,10 +100,12 @@ class Voice:
         motion: what the hand does at these frames; without it the scene's own scan goes on (after a motion: from where the
         hand left the texture). Raises ValueError if the motion has another number of frames.
         """
-        if motion is not None and motion.frames != frames:
+        if motion is not None and motion.samples.shape[1] != frames:
             raise ValueError(f"a motion of {motion.frames} frames cannot fill a block of {frames}")
-        out = np.empty((frames, self.channels), dtype=np.float32)
-        if frames:
+        out = np.empty((frames, self.channels), np.float32)
+        if motion is not None and self._by_hand and motion.complete:
+            self._follow(motion, out)
+        elif frames:
             self._fill(out, motion)
         self.frame += frames
         return out
@@ -126,12 +126,37 @@ class Voice:
 
     def _hand(self, out: Block, motion: Motion) -> None:
         if not self._by_hand:
-            self._reader = MovingReader(self.solved, self.phase, load_varies=True, wait=self._wait)
-            self._by_hand = True
-        assert self._reader is not None
+            reader = self._hand_reader or self._reader_for_hand()
+            reader.phase[0] = self.phase
+            self._reader, self._by_hand = reader, True
         if not motion.complete:
-            motion = completed(motion, self.sample_rate, self.scene.texture.period, self._before)
-        self._reader.read(motion, out)
+            motion = completed(motion, self.sample_rate, self._before)
+        self._follow(motion, out)
+
+    def _follow(self, motion: Motion, out: Block) -> None:
+        """Render a complete motion; what a live voice costs a block is this."""
+        reader = self._reader
+        assert reader is not None
+        if self._solver is not None:
+            self._solver.now_at(motion.samples.item(LOAD, 0))
+            reader.take_over_rows()
+        reader.read(motion, out)
+
+    def _reader_for_hand(self) -> MovingReader:
+        reader = MovingReader(self.solved, 0, load_varies=True, wait=not self._live)
+        if self._live and reader.rows is not None:
+            self._solver = RowSolver(reader.rows, self.scene.scan.load)
+        return reader
+
+    @property
+    def rows_ready(self) -> bool:
+        """True when no row of the usual range of loads is being solved any more."""
+        return self._solver is None or self._solver.usual_range_ready
+
+    def close(self) -> None:
+        """End the thread that solves rows, if there is one; the voice can still render what is solved."""
+        if self._solver is not None:
+            self._solver.stop()
 
     def seek(self, frame: int) -> None:
         """Go to `frame` of the scene's own scan; ValueError after a hand has moved it."""
@@ -140,9 +165,12 @@ class Voice:
         self.frame = frame
 
 
-def open_voice(scene: Scene, *, cache: ResponseCache | None = None, wait: bool = True) -> Voice:
-    """Return a voice for `scene`, its response solved (milliseconds to seconds; the time is spent without the GIL)."""
-    return Voice(prepare(scene, cache), wait=wait)
+def open_voice(scene: Scene, *, cache: ResponseCache | None = None, live: bool = False) -> Voice:
+    """Return a voice for `scene`, its response solved (milliseconds to seconds; the time is spent without the GIL).
+
+    live: see `Voice`; close such a voice when it is done.
+    """
+    return Voice(prepare(scene, cache), live=live)
 
 
 def total_frames(scene: Scene) -> int:

@@ -169,62 +169,104 @@ def phases_of(motion, position, start, phase, step, bend, period):  # type: igno
     step, bend: turns a frame for 1 m/s, and for 1 m/s^2. position: metres at each frame, or empty; where it is given the
     phase is the position over `period`, whatever `phase` was.
     """
-    speed, speed_rate = motion[SPEED], motion[SPEED_RATE]
-    frames = len(speed)
+    # Slices that begin at frame `start` let the loops run from 0: an index that may be negative cannot be vectorised.
+    frames = motion.shape[1]
+    speed, speed_rate = motion[SPEED, start:], motion[SPEED_RATE, start:]
     phases = np.empty(frames, dtype=np.uint64)
-    for i in range(start, frames):
+    steps = phases[start:]
+    for i in range(len(steps)):
         turns = speed[i] * step + speed_rate[i] * bend
-        phases[i] = np.uint64(np.int64(np.rint((turns - np.rint(turns)) * HALF_TURN)) << np.int64(1))
+        steps[i] = np.uint64(np.int64(np.rint((turns - np.rint(turns)) * HALF_TURN)) << np.int64(1))
     if len(position) == frames:
         last = phases[frames - 1]
-        for i in range(start, frames):
-            turns = position[i] / period
-            phases[i] = np.uint64(np.int64(np.rint((turns - np.rint(turns)) * HALF_TURN)) << np.int64(1))
+        places = position[start:]
+        for i in range(len(steps)):
+            turns = places[i] / period
+            steps[i] = np.uint64(np.int64(np.rint((turns - np.rint(turns)) * HALF_TURN)) << np.int64(1))
         return phases, phases[frames - 1] + last
-    for i in range(start, frames):
-        moved = phases[i]
-        phases[i] = phase
+    for i in range(len(steps)):
+        moved = steps[i]
+        steps[i] = phase
         phase += moved
     return phases, phase
 
 
 @njit(**OPTIONS)
-def plain_until(motion, start, step, slowest, fade, low, high):  # type: ignore[no-untyped-def]
+def run_until(motion, start, step, slowest, fade, low, high):  # type: ignore[no-untyped-def]
     """Return the first frame from `start` on whose speed or load leaves the ranges of one table."""
-    speed, loads = motion[SPEED], motion[LOAD]
+    speed, loads = motion[SPEED, start:], motion[LOAD, start:]
     outside = 0
-    for i in range(start, len(speed)):
+    for i in range(len(speed)):
         turns, load = abs(speed[i]) * step, loads[i]
         outside += (turns < slowest) | (turns >= fade) | (load < low) | (load >= high)
     if outside == 0:
-        return len(speed)
-    for i in range(start, len(speed)):
+        return motion.shape[1]
+    for i in range(len(speed)):
         turns, load = abs(speed[i]) * step, loads[i]
         if (turns < slowest) | (turns >= fade) | (load < low) | (load >= high):
-            return i
-    return len(speed)
+            return start + i
+    return motion.shape[1]
 
 
 @njit(**OPTIONS)
-def plain_displacement(pool, offset, bits, phases, motion, low, width, gain, out, channel, start, stop):  # type: ignore[no-untyped-def]
-    """Write the displacement of frames `start` to `stop`, all in one table, away from fades and gate."""
-    for i in range(start, stop):
+def run_displacement(pool, offset, bits, offset2, bits2, phases, motion, low, width, step, fade, fastest, gain, out, channel, start, stop):  # type: ignore[no-untyped-def]
+    """Write the displacement of frames `start` to `stop`, all of one level and interval, above the gate.
+
+    offset2, bits2: the table of the next level, into which frames faster than `fade` turns a frame fade; below 0: silence.
+    """
+    phases, out = phases[start:stop], out[start:stop]
+    loads, speeds = motion[LOAD, start:stop], motion[SPEED, start:stop]
+    for i in range(len(phases)):
+        s = (loads[i] - low) * width
         at, t = place(phases[i], bits, np.uint64(16), offset)
-        value = gain * cubic_surface(pool, at, t, (motion[LOAD, i] - low) * width)
+        value = cubic_surface(pool, at, t, s)
+        turns = abs(speeds[i]) * step
+        if turns > fade:
+            part = smooth_step((turns - fade) / (fastest - fade))
+            value -= part * value
+            if offset2 >= 0:
+                at, t = place(phases[i], bits2, np.uint64(16), offset2)
+                value += part * cubic_surface(pool, at, t, s)
+        value *= gain
         out[i, channel] = value if abs(value) >= SMALLEST else 0.0
 
 
 @njit(**OPTIONS)
-def plain_rate(pool, offset, bits, phases, motion, low, width, scale, gain, out, channel, start, stop, order):  # type: ignore[no-untyped-def]
-    """Write the velocity or acceleration of frames `start` to `stop`, all in one table, away from fades and gate."""
-    for i in range(start, stop):
+def run_rate(pool, offset, bits, offset2, bits2, phases, motion, low, width, step, fade, fastest, spatial, gain, out, channel, start, stop, order):  # type: ignore[no-untyped-def]
+    """Write the velocity or acceleration of frames `start` to `stop`, as `run_displacement` does."""
+    scale = spatial * np.float64(np.int64(1) << np.int64(bits))
+    scale2 = spatial * np.float64(np.int64(1) << np.int64(bits2))
+    phases, out = phases[start:stop], out[start:stop]
+    speeds, speed_rates = motion[SPEED, start:stop], motion[SPEED_RATE, start:stop]
+    loads, load_rates = motion[LOAD, start:stop], motion[LOAD_RATE, start:stop]
+    load_bends = motion[LOAD_BEND, start:stop]
+    for i in range(len(phases)):
+        s = (loads[i] - low) * width
+        along, along_bend = load_rates[i] * width, load_bends[i] * width
+        speed, speed_rate = speeds[i], speed_rates[i]
         at, t = place(phases[i], bits, np.uint64(24), offset)
-        _value, first, second = surface_rates(
-            pool, at, t, (motion[LOAD, i] - low) * width, motion[SPEED, i] * scale, motion[SPEED_RATE, i] * scale,
-            motion[LOAD_RATE, i] * width, motion[LOAD_BEND, i] * width,
-        )
-        value = gain * (first if order == 1 else second)
+        _value, first, second = surface_rates(pool, at, t, s, speed * scale, speed_rate * scale, along, along_bend)
+        value = first if order == 1 else second
+        turns = abs(speed) * step
+        if turns > fade:
+            part = smooth_step((turns - fade) / (fastest - fade))
+            value -= part * value
+            if offset2 >= 0:
+                at, t = place(phases[i], bits2, np.uint64(24), offset2)
+                _value, first, second = surface_rates(
+                    pool, at, t, s, speed * scale2, speed_rate * scale2, along, along_bend
+                )
+                value += part * (first if order == 1 else second)
+        value *= gain
         out[i, channel] = value if abs(value) >= SMALLEST else 0.0
+
+
+@njit(inline="always", **OPTIONS)
+def next_table(offsets, cells, level, interval):  # type: ignore[no-untyped-def]
+    """Return offset and log2 of cells of the next level's table, and whether a run may fade into it."""
+    if level + 1 == len(cells):
+        return np.int64(-1), np.uint64(0), True
+    return offsets[level + 1, interval], cells[level + 1], offsets[level + 1, interval] >= 0
 
 
 @njit(**OPTIONS)
@@ -282,12 +324,17 @@ def read_displacement(pool, offsets, cells, fades, edges, constants, state, moti
         turns, load = abs(motion[SPEED, i]) * step, motion[LOAD, i]
         level, slowest, fastest, fade = level_of(fades, turns, level)
         interval, low, high, width = interval_of(edges, load, interval)
-        if turns < fade and lift <= load < high and load >= low and offsets[level, interval] >= 0:
-            stop = plain_until(motion, i, step, slowest, fade, max(low, lift), high)
-            offset = offsets[level, interval]
-            plain_displacement(pool, offset, cells[level], phases, motion, low, width, gain, out, channel, i, stop)
-            i = stop
-            continue
+        if level < levels and lift <= load < high and load >= low and offsets[level, interval] >= 0:
+            offset2, bits2, fades_too = next_table(offsets, cells, level, interval)
+            upper = fastest if fades_too else fade
+            if turns < upper:
+                stop = run_until(motion, i, step, slowest, upper, max(low, lift), high)
+                run_displacement(
+                    pool, offsets[level, interval], cells[level], offset2, bits2, phases, motion, low, width, step,
+                    fade, fastest, gain, out, channel, i, stop,
+                )
+                i = stop
+                continue
         value = 0.0
         if constants[HOLD] == 0.0 and load > 0.0 and not edges[0] <= load <= edges[-1]:
             state[0] = phases[i]
@@ -320,15 +367,17 @@ def read_rate(pool, offsets, cells, fades, edges, constants, state, motion, posi
         turns, load = abs(motion[SPEED, i]) * step, motion[LOAD, i]
         level, slowest, fastest, fade = level_of(fades, turns, level)
         interval, low, high, width = interval_of(edges, load, interval)
-        if turns < fade and lift <= load < high and load >= low and offsets[level, interval] >= 0:
-            stop = plain_until(motion, i, step, slowest, fade, max(low, lift), high)
-            scale = spatial * np.float64(np.int64(1) << np.int64(cells[level]))
-            offset = offsets[level, interval]
-            plain_rate(
-                pool, offset, cells[level], phases, motion, low, width, scale, gain, out, channel, i, stop, order
-            )
-            i = stop
-            continue
+        if level < levels and lift <= load < high and load >= low and offsets[level, interval] >= 0:
+            offset2, bits2, fades_too = next_table(offsets, cells, level, interval)
+            upper = fastest if fades_too else fade
+            if turns < upper:
+                stop = run_until(motion, i, step, slowest, upper, max(low, lift), high)
+                run_rate(
+                    pool, offsets[level, interval], cells[level], offset2, bits2, phases, motion, low, width, step,
+                    fade, fastest, spatial, gain, out, channel, i, stop, order,
+                )
+                i = stop
+                continue
         result = 0.0
         if constants[HOLD] == 0.0 and load > 0.0 and not edges[0] <= load <= edges[-1]:
             state[0] = phases[i]

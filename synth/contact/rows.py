@@ -6,7 +6,8 @@ Model   Between two rows z is the cubic in w through both series and their slope
         Intervals begin as octaves of load above `base`, with one interval from the envelope at no load up to it.
 Source  design, sections 1 and 8; Fagiani & Barbieri (2016), eqs 1, 4, 5.
 Limits  Where a patch is born the response is singular in the load, and no spacing of rows reaches a tight tolerance in
-        acceleration: the rows stop at `finest`, and `error` tells what was measured.
+        acceleration: the rows stop at the finest
+        interval asked for, and `error` tells what was measured.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from synth.contact.tables import load_cubic
 
 NO_LOAD = 1e-6  # of `base`: the load at which the slope of the envelope row is taken, since dz/dw has a limit at w = 0
 LARGEST_LOAD = 1e3  # N, the end of the scene's range
+COARSE = 1.0 / 16.0  # of an octave: rows of octaves that a motion only passes through
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,14 +41,13 @@ class Interval:
 class Rows:
     """Rows of load, solved as they are needed. Thread-safe: one thread solves, others read `edges`.
 
-    contact, demand: what each row must hold. base: the load (N) where octaves begin. finest: the smallest interval, as a
-    fraction of an octave.
+    contact, demand: what each row must hold. keep: harmonics of a row. base: the load (N) where octaves begin.
     """
 
-    def __init__(self, contact: Contact, demand: Demand, keep: int, base: float, finest: float) -> None:
-        self.contact, self.demand, self.keep, self.base, self.finest = contact, demand, keep, base, finest
+    def __init__(self, contact: Contact, demand: Demand, keep: int, base: float) -> None:
+        self.contact, self.demand, self.keep, self.base = contact, demand, keep, base
         self._spectra: dict[float, Spectrum] = {}
-        self._intervals: dict[int, list[Interval]] = {}
+        self._octaves: dict[int, tuple[float, list[Interval]]] = {}
         self._lock = threading.RLock()
         self._edges: Array = np.array([])
 
@@ -59,7 +60,7 @@ class Rows:
     def errors(self) -> tuple[float, ...]:
         """The largest error of each order between rows, relative to its peak-to-peak at that load."""
         worst = [0.0] * len(self.demand.orders)
-        for interval in [part for parts in list(self._intervals.values()) for part in parts]:
+        for interval in [part for _finest, parts in list(self._octaves.values()) for part in parts]:
             worst = [max(a, b) for a, b in zip(worst, interval.errors, strict=True)]
         return tuple(worst)
 
@@ -86,37 +87,48 @@ class Rows:
         """Return the number of the octave that holds `load` (N): 0 is everything below `base`."""
         return 0 if load < self.base else 1 + int(math.floor(math.log2(load / self.base) + 1e-12))
 
-    def cover(self, low: float, high: float, stop: Callable[[], bool] = lambda: False) -> None:
-        """Solve the octaves that hold the loads from `low` to `high` (N) and those between what is there and them."""
+    def cover(self, low: float, high: float, finest: float, stop: Callable[[], bool] = lambda: False) -> None:
+        """Solve the octaves that hold the loads from `low` to `high` (N), and those between them and what is there.
+
+        finest: the smallest interval, as a fraction of an octave; an octave that is coarser is refined. stop: asked
+        between octaves.
+        """
+        first, last = self.octave(max(low, 0.0)), self.octave(min(high, LARGEST_LOAD))
         with self._lock:
-            first, last = self.octave(max(low, 0.0)), self.octave(min(high, LARGEST_LOAD))
-            if self._intervals:
-                first, last = min(first, *self._intervals), max(last, *self._intervals)
-            for number in range(first, last + 1):
-                if number not in self._intervals and not stop():
-                    self._intervals[number] = self._refined(number)
+            reached = list(self._octaves) or [first]
+            for number in range(min(first, *reached, first), max(last, *reached, last) + 1):
+                wanted = finest if first <= number <= last else max(finest, COARSE)
+                if stop():
+                    return
+                if number not in self._octaves or self._octaves[number][0] > wanted:
+                    self._octaves[number] = (wanted, self._refined(number, wanted))
                     self._publish()
 
     def _publish(self) -> None:
-        numbers = sorted(self._intervals)
-        run = [number for number in numbers if number - numbers[0] == numbers.index(number)]
-        parts = [part for number in run for part in self._intervals[number]]
+        numbers = sorted(self._octaves)
+        run = [number for place, number in enumerate(numbers) if number - numbers[0] == place]
+        parts = [part for number in run for part in self._octaves[number][1]]
         self._edges = np.array([parts[0].low, *(part.high for part in parts)])
 
     def _solved(self, load: float) -> Spectrum:
         at = max(load, NO_LOAD * self.base)
-        demand = Demand(max(self.demand.highest, 1), self.demand.orders, self.demand.tolerance)
-        row = solve_spectrum(self.contact, at, demand, self.keep)
-        return row
+        return solve_spectrum(self.contact, at, self.demand, self.keep, self._start)
 
-    def _bounds(self, number: int) -> tuple[float, float]:
+    @property
+    def _start(self) -> int:
+        """Phases to begin a row with: half of what the first row took."""
+        first = next((row for row in list(self._spectra.values()) if not row.closed), None)
+        return 0 if first is None else max(first.phases // 2, 64)
+
+    def bounds(self, number: int) -> tuple[float, float]:
+        """Return the loads (N) between which octave `number` lies."""
         if number == 0:
             return 0.0, self.base
         return self.base * 2.0 ** (number - 1), self.base * 2.0**number
 
-    def _refined(self, number: int) -> list[Interval]:
-        low, high = self._bounds(number)
-        smallest = self.finest * (high - low)
+    def _refined(self, number: int, finest: float) -> list[Interval]:
+        low, high = self.bounds(number)
+        smallest = finest * (high - low)
         waiting, done = [(low, high)], []
         while waiting:
             a, b = waiting.pop()

@@ -27,7 +27,7 @@ Complex = np.ndarray[Any, np.dtype[np.complex128]]
 FEWEST_PHASES = 64  # fewer save no time that can be measured
 MOST_PHASES = 1 << 21  # 4 s of work on the default scene; where it is not enough the error says so
 FLOOR = 1e-12  # of a1 + a2, in displacement: the round-off of the solver (design, section 4)
-PROBES = 24  # phases off every grid at which a converged series is checked once more
+PROBES = 8  # phases off every grid at which a converged series is checked once more
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 
@@ -105,10 +105,11 @@ def points_for(highest: int) -> int:
     return max(64, 1 << (4 * highest).bit_length())
 
 
-def solve_spectrum(contact: Contact, load: float, demand: Demand, keep: int = 0) -> Spectrum:
+def solve_spectrum(contact: Contact, load: float, demand: Demand, keep: int = 0, start: int = 0) -> Spectrum:
     """Return the series of z at `load` (N) that keeps `demand`, or the best of MOST_PHASES solutions with its error.
 
     keep: harmonics of the series returned, at least those of the demand; those beyond it are as good as they come.
+    start: a power of two, phases to begin with where a neighbouring load has shown how many it takes; 0 begins afresh.
     """
     keep = max(keep, demand.highest)
     closed = full_contact(contact.geometry, contact.stiffness, load)
@@ -118,14 +119,12 @@ def solve_spectrum(contact: Contact, load: float, demand: Demand, keep: int = 0)
         harmonics[:2] = closed.mean, closed.first
         slopes[0] = closed.slope
         return Spectrum(load, harmonics, slopes, (1e-15,) * len(demand.orders), 0, True)
-    return _grown(contact, load, demand, keep)
+    return _grown(contact, load, demand, keep, start)
 
 
-def _grown(contact: Contact, load: float, demand: Demand, keep: int) -> Spectrum:
+def _grown(contact: Contact, load: float, demand: Demand, keep: int, start: int) -> Spectrum:
     geometry = contact.geometry
-    locked = 4.0 * geometry.texture_period / geometry.ridge_period if geometry.ridge_amplitude else 0.0
-    start = min(max(FEWEST_PHASES, locked), max(4.0 * demand.highest, 256.0))
-    phases = 1 << math.ceil(math.log2(start))
+    phases = start or _first_phases(geometry, demand)
     height, slope = contact.approach(np.arange(phases) / phases, load)
     before = _series(height, demand.highest)
     while True:
@@ -136,9 +135,15 @@ def _grown(contact: Contact, load: float, demand: Demand, keep: int) -> Spectrum
         phases *= 2
         now = _series(height, demand.highest)
         errors, good = _change(before, now, demand, geometry.height_scale)
-        if (good and _probed(contact, load, height, unseen)) or 2 * phases > MOST_PHASES:
+        if (good and (start or _probed(contact, load, height, unseen))) or 2 * phases > MOST_PHASES:
             return Spectrum(load, _series(height, keep), _series(slope, keep), errors, phases, False)
         before = now
+
+
+def _first_phases(geometry: Geometry, demand: Demand) -> int:
+    """Return a power of two of phases that sees the line at n = lambda2 / lambda1 of a locked contact."""
+    locked = 4.0 * geometry.texture_period / geometry.ridge_period if geometry.ridge_amplitude else 0.0
+    return 1 << math.ceil(math.log2(min(max(FEWEST_PHASES, locked), max(4.0 * demand.highest, 256.0))))
 
 
 def _series(samples: Array, highest: int) -> Complex:

@@ -7,16 +7,46 @@ Limits  the pool is emptied when it passes POOL_BYTES; what plays next is built 
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from synth.contact.exact import Array
 from synth.contact.levels import Levels
-from synth.contact.rows import Rows
-from synth.contact.tables import surface
+from synth.contact.spectrum import Complex, Spectrum
+from synth.contact.tables import FEWEST_CELLS, surface
 
-POOL_BYTES = 256 << 20  # what a voice may hold in tables: the whole default range in acceleration is about 60 MB
+POOL_BYTES = 64 << 20  # what a voice may hold in tables of one degree; smaller pools are filled anew more often
+EVERYWHERE = 4e3  # N: beyond any load, the end of the one interval of a response that does not vary with the load
+
+
+class RowSource(Protocol):
+    """Where the series over the load come from."""
+
+    @property
+    def edges(self) -> Array:
+        """Loads (N) of the rows."""
+        ...
+
+    def cubic(self, low: float, high: float, harmonics: int) -> tuple[Complex, ...]:
+        """Return the series of the cubic between two rows, cut at `harmonics`."""
+        ...
+
+
+class OneRow:
+    """A response at one load: it does not vary with the load."""
+
+    def __init__(self, spectrum: Spectrum) -> None:
+        self.spectrum = spectrum
+        self.edges: Array = np.array([-EVERYWHERE, EVERYWHERE])
+
+    def cubic(self, low: float, high: float, harmonics: int) -> tuple[Complex, ...]:
+        """Return the series itself, and nothing that varies."""
+        series = np.zeros(harmonics + 1, dtype=np.complex128)
+        found = self.spectrum.harmonics[: harmonics + 1]
+        series[: len(found)] = found
+        nothing = np.zeros_like(series)
+        return series, nothing, nothing, nothing
 
 
 class Surfaces:
@@ -25,9 +55,9 @@ class Surfaces:
     cells_per_harmonic: cells of a level for each of its harmonics, from the tolerance.
     """
 
-    def __init__(self, rows: Rows, levels: Levels, degree: int, cells_per_harmonic: float) -> None:
+    def __init__(self, rows: RowSource, levels: Levels, degree: int, cells_per_harmonic: float) -> None:
         self.rows, self.levels, self.degree = rows, levels, degree
-        sizes = [max(16, 1 << int(np.ceil(np.log2(cells_per_harmonic * n)))) for n in levels.highest]
+        sizes = [max(FEWEST_CELLS, 1 << int(np.ceil(np.log2(cells_per_harmonic * n)))) for n in levels.highest]
         self.bits = np.array([size.bit_length() - 1 for size in sizes], dtype=np.uint64)
         self.fades = np.stack([levels.fade_from, levels.fade_to])
         self.edges: Array = rows.edges

@@ -20,7 +20,7 @@ from synth.contact.spectrum import Complex, curves
 CUBIC, QUINTIC = 3, 5
 MOST_CELLS = 1 << 18
 FEWEST_CELLS = 16
-TAIL_SHARE = 0.05  # of the tolerance: what the harmonics dropped from the end of a series may add up to
+TAIL_SHARE = 0.15  # of the tolerance: what the harmonics dropped from the end of a series may add up to
 
 
 
@@ -40,15 +40,17 @@ def kept_harmonics(harmonics: Complex, orders: tuple[int, ...], tolerance: float
         sizes = 2.0 * np.abs(harmonics) * (2.0 * np.pi * n) ** order
         sizes[0] = 0.0
         tails = np.cumsum(sizes[::-1])[::-1]
-        allowed = TAIL_SHARE * tolerance * max(float(np.max(sizes)), 1e-300)
+        # a peak-to-peak is at least twice the largest harmonic
+        allowed = TAIL_SHARE * tolerance * max(2.0 * float(np.max(sizes)), 1e-300)
         needed = max(needed, int(np.count_nonzero(tails > allowed)) - 1 + int(sizes[0] > allowed))
     return min(max(needed, 1), len(harmonics) - 1)
 
 
 def polynomials(harmonics: Complex, degree: int, cells: int) -> Array:
     """Return the coefficients [cells, degree + 1] of the series without its mean, in powers of the place t in a cell."""
-    value = curves(harmonics, 0, cells)
-    slope = curves(harmonics, 1, cells) / cells
+    stride = max(1, (2 << (len(harmonics) - 1).bit_length()) // cells)
+    value = curves(harmonics, 0, stride * cells)[::stride]
+    slope = curves(harmonics, 1, stride * cells)[::stride] / cells
     table = np.empty((cells, degree + 1))
     next_value, next_slope = np.roll(value, -1), np.roll(slope, -1)
     rise = next_value - value
@@ -57,7 +59,7 @@ def polynomials(harmonics: Complex, degree: int, cells: int) -> Array:
         table[:, 2] = 3.0 * rise - 2.0 * slope - next_slope
         table[:, 3] = slope + next_slope - 2.0 * rise
         return table
-    bend = curves(harmonics, 2, cells) / cells**2
+    bend = curves(harmonics, 2, stride * cells)[::stride] / cells**2
     next_bend = np.roll(bend, -1)
     table[:, 2] = 0.5 * bend
     table[:, 3] = 10.0 * rise - 6.0 * slope - 4.0 * next_slope - 1.5 * bend + 0.5 * next_bend
@@ -69,7 +71,7 @@ def polynomials(harmonics: Complex, degree: int, cells: int) -> Array:
 def fitted_table(harmonics: Complex, degree: int, orders: tuple[int, ...], tolerance: float) -> Fitted:
     """Return the smallest table of the series whose derivatives of `orders` keep `tolerance` of their peak-to-peak."""
     highest = len(harmonics) - 1
-    cells = max(FEWEST_CELLS, 1 << (2 * highest).bit_length())
+    cells = max(FEWEST_CELLS, (1 << highest.bit_length()) // 2)
     while True:
         table = polynomials(harmonics, degree, cells)
         errors = _errors(table, harmonics, orders)
@@ -88,7 +90,8 @@ def _errors(table: Array, harmonics: Complex, orders: tuple[int, ...]) -> tuple[
             factor = float(np.prod(np.arange(power - order + 1, power + 1)))
             powers[power] = factor * places ** (power - order)
         read = (table @ powers).ravel() * float(cells) ** order
-        truth = curves(harmonics, order, 4 * cells)
+        finer = max(1, (2 << (len(harmonics) - 1).bit_length()) // (4 * cells))
+        truth = curves(harmonics, order, 4 * cells * finer)[::finer]
         extent = float(np.ptp(truth))
         errors.append(float(np.max(np.abs(read - truth))) / extent if extent > 0.0 else 0.0)
     return tuple(errors)

@@ -5,8 +5,8 @@ Source  Fagiani & Barbieri 2016, eqs 1, 2 and 7.
 Method  The profile is cut at all its critical points (``two_cosines``). On each monotone piece the contact's edge is
         bracketed and polished; the area above Z is exact, in a form that does not cancel however small the patch.
         F(Z) is convex and falls, so Newton from full contact climbs to the root and never passes it.
-Limits  Measured against 40 digits (``contact_oracle_mpmath``): |error of Z| < 1e-17 (1 + A) in long double and
-        < 1e-14 (1 + A) in float64, for tau 0.3-60, Lambda 0.02-50, A 0-20, W/tau 1e-14-100. See README.md.
+Limits  Measured against 40 digits (``contact_oracle_mpmath``): |error of Z| < 2e-18 (1 + A + |Z|) in long double and
+        < 1e-14 (1 + A + |Z|) in float64, for tau 0.3-60, Lambda 0.02-50, A 0-20, W/tau 1e-14-100. See README.md.
 """
 
 from __future__ import annotations

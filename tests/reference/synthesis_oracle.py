@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from numpy.polynomial import chebyshev
+from scipy.interpolate import CubicSpline
 
 from tests.reference.period_oracle import Period, Real, Response, refine, start_period
 from tests.reference.stiffness_oracle import Touch, contact_in_metres
@@ -32,7 +32,7 @@ PEAK_OVERSAMPLING = 128
 #: The coefficients' tolerance, relative to a1 + a2: first, factor from round to round, and last.
 FIRST_TOLERANCE, TIGHTEN, LAST_TOLERANCE = 1e-8, 1 / 30, 3e-16
 #: Loads beyond which ``direct`` interpolates the mean over a period instead of solving it at each.
-MEANS_SOLVED = 40
+MEANS_SOLVED = 160
 
 
 @dataclass(frozen=True)
@@ -133,8 +133,8 @@ def direct(touch: Touch, position: npt.ArrayLike, load: npt.ArrayLike, mean_phas
     """z(p, w) less its mean over a texture period at that load, in metres and without any band limit.
 
     ``position`` (m, of the surface along the finger, p = u t) and ``load`` (N) broadcast. The mean is taken over
-    ``mean_phases`` phases at each load, or, for more than MEANS_SOLVED different loads, at Chebyshev points in
-    w^(1/3) (both good to about 1e-7 (a1 + a2)).
+    ``mean_phases`` phases at each load (good to 3e-8 (a1 + a2) on the default scene), or, for more than MEANS_SOLVED
+    different loads, by a spline in w^(1/3) through so many of them (good to 2e-7 (a1 + a2)).
     """
     places, loads = np.broadcast_arrays(np.asarray(position, dtype=np.longdouble), np.asarray(load, dtype=float))
     contact = contact_in_metres(touch, places / np.longdouble(touch.texture_period), loads, dtype=np.float64)
@@ -147,17 +147,14 @@ def mean_approach(touch: Touch, loads: npt.ArrayLike, phases: int = 512) -> Real
     different: Real = np.unique(wanted)
     if different.size <= MEANS_SOLVED:
         return _means(touch, different, phases)[np.searchsorted(different, wanted)]
-    ends = np.cbrt(different[[0, -1]])
-    places = chebyshev.chebpts1(MEANS_SOLVED)
-    at = np.clip(ends.mean() + places * np.ptp(ends) / 2, 0, None) ** 3
-    series = chebyshev.chebfit(places, _means(touch, at, phases), MEANS_SOLVED - 1)
-    return np.asarray(chebyshev.chebval((np.cbrt(wanted) - ends.mean()) / (np.ptp(ends) / 2), series))
+    roots = np.linspace(np.cbrt(different[0]), np.cbrt(different[-1]), MEANS_SOLVED)
+    return np.asarray(CubicSpline(roots, _means(touch, roots**3, phases))(np.cbrt(wanted)))
 
 
 def _means(touch: Touch, loads: Real, phases: int) -> Real:
     theta = np.arange(phases) / phases
     solved = contact_in_metres(touch, theta[None, :], loads[:, None], dtype=np.float64)
-    return np.asarray(solved.approach, dtype=float).mean(axis=1)
+    return np.asarray(solved.approach.mean(axis=1), dtype=float)
 
 
 def _transform(period: Period, samples: int, count: int) -> tuple[Complex, float]:

@@ -66,6 +66,16 @@ class Profiles:
         """Bound of |dh/dX|; shape [rows]."""
         return np.asarray(two_pi(self.length.dtype) * (self.ridge + self.texture / self.period))
 
+    @property
+    def jerk(self) -> Floats:
+        """Bound of |d3h/dX3|; shape [rows]. Equal periods are one cosine, which may be next to nothing."""
+        half_turn = two_pi(self.length.dtype) / 2
+        apart = self.ridge + self.texture / self.period**3
+        together = np.hypot(
+            self.texture - self.ridge, 2 * np.sqrt(self.texture * self.ridge) * np.sin(half_turn * self.offset)
+        )
+        return np.asarray((2 * half_turn) ** 3 * np.where(self.period == 1, 2 * together, apart))
+
 
 @dataclass(frozen=True)
 class Pieces:
@@ -187,8 +197,7 @@ def _cut(profiles: Profiles) -> tuple[Rows, Floats, Floats]:
 def critical_points(profiles: Profiles) -> tuple[Rows, Floats]:
     """Row and position of every zero of dh/dX inside the profiles, unsorted (and ends of cells too flat to decide)."""
     row, left, right = _cut(profiles)
-    turn = two_pi(left.dtype)
-    jerk = turn**3 * (profiles.ridge + profiles.texture / profiles.period**3)
+    jerk = profiles.jerk
     found_rows: list[Rows] = []
     found: list[Floats] = []
     while row.size:

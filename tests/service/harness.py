@@ -82,11 +82,11 @@ class Running:
         return str(answer.json()["id"])
 
     @contextmanager
-    def listening(self, session: str, query: str = "format=f32le") -> Iterator[Listener]:
-        """Yield a reader of the session's stream."""
+    def listening(self, session: str, query: str = "format=f32le", channels: int = 1) -> Iterator[Listener]:
+        """Yield a reader of the session's stream of so many channels."""
         with self.client.stream("GET", f"/v1/sessions/{session}/stream?{query}") as answer:
             assert answer.status_code == 200, answer.read()
-            yield Listener(answer)
+            yield Listener(answer, channels)
 
     def reader_of(self, session: str) -> object:
         """Return what the service holds as the session's reader."""
@@ -94,25 +94,31 @@ class Running:
 
 
 class Listener:
-    """Reads float32 mono from a stream, as much at a time as a test asks for."""
+    """Reads float32 from a stream, as much at a time as a test asks for: [frames], or [frames, channels] of several."""
 
-    def __init__(self, answer: httpx.Response) -> None:
+    def __init__(self, answer: httpx.Response, channels: int = 1) -> None:
         self.answer = answer
+        self._channels = channels
         self._parts = answer.iter_raw()
         self._waiting = b""
 
     def frames(self, count: int) -> npt.NDArray[np.float32]:
         """Return the next `count` frames."""
-        while len(self._waiting) < 4 * count:
+        size = 4 * count * self._channels
+        while len(self._waiting) < size:
             self._waiting += next(self._parts)
-        taken, self._waiting = self._waiting[: 4 * count], self._waiting[4 * count :]
-        return np.frombuffer(taken, "<f4")
+        taken, self._waiting = self._waiting[:size], self._waiting[size:]
+        return self._shaped(taken)
 
     def rest(self) -> npt.NDArray[np.float32]:
         """Return everything until the stream ends."""
         data = self._waiting + b"".join(self._parts)
         self._waiting = b""
-        return np.frombuffer(data, "<f4")
+        return self._shaped(data)
+
+    def _shaped(self, samples: bytes) -> npt.NDArray[np.float32]:
+        flat = np.frombuffer(samples, "<f4")
+        return flat if self._channels == 1 else flat.reshape(-1, self._channels)
 
 
 @contextmanager

@@ -6,11 +6,13 @@ The protocol's own promises (pacing, fades, sizes, ends) are tested with it; wha
 from __future__ import annotations
 
 import threading
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
+from service.engine import FiniteVoice
 from synth.encode import Block
 from synth.errors import CannotRender
 from synth.scene import Scene, scene_document
@@ -93,6 +95,11 @@ class PlainEngine:
     def open_voice(self, scene: Scene) -> PlainVoice:
         self._about_to("voice")
         return PlainVoice(scene)
+
+    def blocks(self, voice: FiniteVoice, frames: int) -> Iterator[Block]:
+        assert isinstance(voice, PlainVoice)
+        while voice.frame < round(voice.scene.output.duration * voice.sample_rate):
+            yield voice.render(min(frames, round(voice.scene.output.duration * voice.sample_rate) - voice.frame))
 
     def open_live(self, scene: Scene) -> PlainLive:
         self._about_to("live")

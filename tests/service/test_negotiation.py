@@ -36,7 +36,9 @@ def test_accept_is_weighed(accept: str | None, expected: str) -> None:
     assert choose_format(None, accept, 48000, 2) == expected
 
 
-@pytest.mark.parametrize("accept", ["text/html", "audio/mpeg", "*/*;q=0", "audio/L16;rate=44100", "audio/l16;channels=1"])
+@pytest.mark.parametrize(
+    "accept", ["text/html", "audio/mpeg", "*/*;q=0", "audio/L16;rate=44100", "audio/l16;channels=1"]
+)
 def test_what_cannot_be_sent_is_not_acceptable(accept: str) -> None:
     with pytest.raises(Problem) as refused:
         choose_format(None, accept, 48000, 2)

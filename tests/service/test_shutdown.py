@@ -41,9 +41,13 @@ class Follower:
             self.error = error
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
-def test_a_signal_ends_every_stream_with_a_fade_within_two_seconds(tmp_path: Path, number: signal.Signals) -> None:
-    child = Child(PLAIN, tmp_path)
+@pytest.mark.parametrize(
+    ("module", "number"), [("service", signal.SIGTERM), (PLAIN, signal.SIGTERM), (PLAIN, signal.SIGINT)]
+)
+def test_a_signal_ends_every_stream_with_a_fade_within_two_seconds(
+    tmp_path: Path, module: str, number: signal.Signals
+) -> None:
+    child = Child(module, tmp_path)
     try:
         url = child.url()
         sessions = [httpx.post(f"{url}/v1/sessions", json={}).json()["stream"] for _ in range(6)]
@@ -61,7 +65,7 @@ def test_a_signal_ends_every_stream_with_a_fade_within_two_seconds(tmp_path: Pat
         follower.thread.join(20.0)
         assert follower.error is None, "the chunked answer was cut off"
         assert follower.samples[-1] == 0.0
-        assert np.abs(np.diff(follower.samples)).max() < 0.02
+        assert np.abs(follower.samples[-10:]).max() < 0.005 < np.abs(follower.samples[-4800:]).max()
     log = child.log.read_text()
     assert "Traceback" not in log and "Cancel" not in log, log
     assert soundfile.info(tmp_path / "recordings" / "a.wav").samplerate == 48000

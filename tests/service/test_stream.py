@@ -138,8 +138,8 @@ def test_a_reader_that_leaves_is_noticed_at_once_and_costs_nothing_more(running:
 
 def test_a_change_is_heard_within_the_lead_and_without_a_step(running: Running) -> None:
     session = running.open_session()
+    began = time.perf_counter()  # no later than the stream's own clock
     with running.listening(session) as listener:
-        began = time.perf_counter()
         before = listener.frames(RATE // 2)
         answer = running.client.patch(f"/v1/sessions/{session}", json={"scan": {"speed": "160 mm/s"}})
         patched = time.perf_counter() - began
@@ -222,6 +222,7 @@ def test_an_idle_session_expires_by_itself_and_a_streaming_one_does_not() -> Non
 
 def test_many_streams_keep_time_together(running: Running) -> None:
     """Twenty streams of one process, each at its own deadlines: none falls behind by more than its lead."""
+
     def listen(session: str) -> float:
         with httpx.Client(base_url=running.url, timeout=30.0) as client:
             began = time.perf_counter()
