@@ -61,7 +61,7 @@ class Player:
     def end(self, *, at_once: bool = False) -> None:
         """Have it fade and end. at_once: a device falls silent without playing what it still holds."""
         self._ending.set()
-        if at_once and not isinstance(self._sink, FileSink):
+        if at_once and self._thread.is_alive() and not isinstance(self._sink, FileSink):
             self._dropping = True
             threading.Thread(target=self._sink.stop, name="play-stop", daemon=True).start()
 

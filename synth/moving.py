@@ -44,15 +44,16 @@ class MovingReader:
         self.surfaces = {degree: Surfaces(source, self.levels, degree, self._density(degree)) for degree in degrees}
         self._edges = source.edges
         self.phase = np.array([phase], dtype=np.uint64)
-        hold = 0.0 if wait and self.rows is not None else 1.0
-        self._channels = [
-            (
-                self.surfaces[_degree(channel)],
-                np.array([self.rate, self.period, solved.scene.scan.lift_load, 1.0 / channel.full_scale, hold]),
-                number,
-                channel.order,
-            )
-            for number, channel in enumerate(solved.channels)
+        self._hold = 0.0 if wait and self.rows is not None else 1.0
+        self._layouts: list[Array] = []
+        self._lay_out()
+
+    def _lay_out(self) -> None:
+        """Bring the layouts of the channels up to date with the rows."""
+        lift = self.solved.scene.scan.lift_load
+        self._layouts = [
+            self.surfaces[_degree(channel)].layout([self.rate, self.period, lift, 1.0 / channel.full_scale, self._hold])
+            for channel in self.solved.channels
         ]
 
     @property
@@ -84,35 +85,34 @@ class MovingReader:
 
     def read(self, motion: Motion, out: Block) -> None:
         """Write the block of `motion` to `out` (float32 [frames, channels]) and move the phase on."""
-        begin = self.phase[0] if len(self._channels) > 1 else None
-        for tables, constants, number, order in self._channels:
+        channels = self.solved.channels
+        begin = self.phase[0] if len(channels) > 1 else None
+        for number, channel in enumerate(channels):
             if begin is not None:
                 self.phase[0] = begin
-            frame = self._run(tables, constants, motion, 0, out, number, order)
+            tables = self.surfaces[CUBIC if channel.order == 0 else QUINTIC]
+            frame = self._run(tables, motion, 0, out, number, channel.order)
             while frame < motion.samples.shape[1]:
                 self._meet(tables, motion.samples[:, frame])
-                frame = self._run(tables, constants, motion, frame, out, number, order)
+                frame = self._run(tables, motion, frame, out, number, channel.order)
 
-    def _run(
-        self, tables: Surfaces, constants: Array, motion: Motion, frame: int, out: Block, number: int, order: int
-    ) -> int:
+    def _run(self, tables: Surfaces, motion: Motion, frame: int, out: Block, number: int, order: int) -> int:
         """Run the compiled loop of one channel from `frame` on; return the frame that it could not render."""
+        layout = self._layouts[number]
         if order == 0:
-            return int(read_displacement(
-                tables.pool, tables.offsets, tables.bits, tables.fades, tables.edges, constants, self.phase,
-                motion.samples, motion.position, frame, out, number,
-            ))  # fmt: skip
-        return int(read_rate(
-            tables.pool, tables.offsets, tables.bits, tables.fades, tables.edges, constants, self.phase,
-            motion.samples, motion.position, frame, out, number, order,
-        ))  # fmt: skip
+            return read_displacement(
+                tables.pool, tables.tables, layout, self.phase, motion.samples, motion.position, frame, out, number
+            )  # type: ignore[no-any-return]
+        return read_rate(
+            tables.pool, tables.tables, layout, self.phase, motion.samples, motion.position, frame, out, number, order
+        )  # type: ignore[no-any-return]
 
     def _meet(self, tables: Surfaces, sample: Array) -> None:
         """Build what the loop missed at one frame."""
         load = float(sample[LOAD])
         if self.rows is not None and self.wait and not tables.edges[0] <= load <= tables.edges[-1]:
             self.rows.cover(load, load, COARSE if self.solved.moving else ROW_FINEST)
-            tables.refresh()
+            self.take_over_rows()
             return
         turns = abs(float(sample[SPEED])) / (self.rate * self.period)
         level = int(np.searchsorted(self.levels.fade_to, turns, side="right"))
@@ -132,6 +132,7 @@ class MovingReader:
             self._edges = self.rows.edges
             for tables in self.surfaces.values():
                 tables.refresh()
+            self._lay_out()
 
 
 def _degree(channel: ChannelPlan) -> int:

@@ -3,7 +3,7 @@
 Model   A level is the series cut at one harmonic. At nu turns a frame the n-th harmonic stands at n nu of the sample rate:
         below 0.35 it must sound, above 0.49 it must not (design, section 4). Between two levels the voice fades over
         [0.35 / (N' + 1), 0.49 / N] turns a frame, N and N' < N their highest harmonics, so no harmonic starts with a step.
-        Levels lie 1.33 apart, which keeps the fades from overlapping: at most two levels sound at once.
+        Levels lie 1.37 apart, which keeps the fades short and from overlapping: at most two levels sound at once.
 Source  design, section 4; the ratio follows from 0.49 / 0.35 = 1.4.
 """
 
@@ -17,7 +17,7 @@ from synth.contact.exact import Array
 
 KEEP = 0.35  # of the sample rate: below it no harmonic is lost; a smaller value dulls a moving finger
 LOSE = 0.49  # of the sample rate: above it no harmonic sounds; 0.5 would fold
-STEP = 1.33  # ratio of neighbouring levels; above 1.4 the fades would be empty, below 1.19 they would overlap
+STEP = 1.37  # ratio of neighbouring levels; above 1.4 the fades would be empty, below 1.19 they would overlap
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,10 +23,8 @@ PLACE = 2.0**-53  # the 53 bits of the phase below the cell, as a fraction of th
 SMALLEST = 1.2e-38  # the smallest normal float32; what is below leaves as zero, so that no denormal slows a peer
 OPTIONS = {"nogil": True, "cache": True, "error_model": "numpy", "fastmath": {"contract"}}
 
-# rows of the float layout of the moving loops: one column a level, then one column an interval of load
-FADE_FROM, FADE_TO = 0, 1
-# entries of `constants`
-RATE, PERIOD, LIFT, GAIN, HOLD = 0, 1, 2, 3, 4
+# entries of `layout`; then fade_from and fade_to of each level, then the edges of the intervals of load
+RATE, PERIOD, LIFT, GAIN, HOLD, CONSTANTS = 0, 1, 2, 3, 4, 5
 # rows of `motion`
 SPEED, SPEED_RATE, LOAD, LOAD_RATE, LOAD_BEND = 0, 1, 2, 3, 4
 
@@ -139,17 +137,17 @@ def interval_of(edges, load, start):  # type: ignore[no-untyped-def]
 def level_of(fades, turns, level):  # type: ignore[no-untyped-def]
     """Return the level that sounds at |turns| a frame, from and to which it does, and where it begins to fade.
 
-    The number of levels means silence. `level`: where to begin looking.
+    fades: fade_from, then fade_to of every level. The number of levels means silence. `level`: where to begin looking.
     """
-    count = fades.shape[1]
-    while level < count and turns >= fades[FADE_TO, level]:
+    count = len(fades) // 2
+    while level < count and turns >= fades[count + level]:
         level += 1
-    while level > 0 and turns < fades[FADE_TO, level - 1]:
+    while level > 0 and turns < fades[count + level - 1]:
         level -= 1
-    slowest = fades[FADE_TO, level - 1] if level > 0 else 0.0
+    slowest = fades[count + level - 1] if level > 0 else 0.0
     if level == count:
         return level, slowest, np.inf, np.inf
-    return level, slowest, fades[FADE_TO, level], fades[FADE_FROM, level]
+    return level, slowest, fades[count + level], fades[level]
 
 
 @njit(inline="always", **OPTIONS)
@@ -262,40 +260,40 @@ def run_rate(pool, offset, bits, offset2, bits2, phases, motion, low, width, ste
 
 
 @njit(inline="always", **OPTIONS)
-def next_table(offsets, cells, level, interval):  # type: ignore[no-untyped-def]
+def next_table(tables, level, interval):  # type: ignore[no-untyped-def]
     """Return offset and log2 of cells of the next level's table, and whether a run may fade into it."""
-    if level + 1 == len(cells):
+    if level + 1 == len(tables):
         return np.int64(-1), np.uint64(0), True
-    return offsets[level + 1, interval], cells[level + 1], offsets[level + 1, interval] >= 0
+    return tables[level + 1, 1 + interval], np.uint64(tables[level + 1, 0]), tables[level + 1, 1 + interval] >= 0
 
 
 @njit(**OPTIONS)
-def fading_displacement(pool, offsets, cells, level, interval, phase, s, part):  # type: ignore[no-untyped-def]
+def fading_displacement(pool, tables, level, interval, phase, s, part):  # type: ignore[no-untyped-def]
     """Return the displacement of one frame, `part` of the way from `level` to the next; NaN where a table is missing."""
     value = 0.0
-    for k in range(level, min(level + 2, len(cells))):
+    for k in range(level, min(level + 2, len(tables))):
         weight = 1.0 - part if k == level else part
         if weight == 0.0:
             continue
-        if offsets[k, interval] < 0:
+        if tables[k, 1 + interval] < 0:
             return np.nan
-        at, t = place(phase, cells[k], np.uint64(16), offsets[k, interval])
+        at, t = place(phase, np.uint64(tables[k, 0]), np.uint64(16), tables[k, 1 + interval])
         value += weight * cubic_surface(pool, at, t, s)
     return value
 
 
 @njit(**OPTIONS)
-def fading_rates(pool, offsets, cells, level, interval, phase, s, part, spatial, motion, i, along, along_bend):  # type: ignore[no-untyped-def]
+def fading_rates(pool, tables, level, interval, phase, s, part, spatial, motion, i, along, along_bend):  # type: ignore[no-untyped-def]
     """Return R and its two total time derivatives of frame `i`, as `fading_displacement` does."""
     value, first, second = 0.0, 0.0, 0.0
-    for k in range(level, min(level + 2, len(cells))):
+    for k in range(level, min(level + 2, len(tables))):
         weight = 1.0 - part if k == level else part
         if weight == 0.0:
             continue
-        if offsets[k, interval] < 0:
+        if tables[k, 1 + interval] < 0:
             return np.nan, 0.0, 0.0
-        at, t = place(phase, cells[k], np.uint64(24), offsets[k, interval])
-        scale = spatial * np.float64(np.int64(1) << np.int64(cells[k]))
+        at, t = place(phase, np.uint64(tables[k, 0]), np.uint64(24), tables[k, 1 + interval])
+        scale = spatial * np.float64(np.int64(1) << np.int64(np.uint64(tables[k, 0])))
         a, b, c = surface_rates(
             pool, at, t, s, motion[SPEED, i] * scale, motion[SPEED_RATE, i] * scale, along, along_bend
         )
@@ -304,45 +302,45 @@ def fading_rates(pool, offsets, cells, level, interval, phase, s, part, spatial,
 
 
 @njit(**OPTIONS)
-def read_displacement(pool, offsets, cells, fades, edges, constants, state, motion, position, start, out, channel):  # type: ignore[no-untyped-def]
+def read_displacement(pool, tables, layout, state, motion, position, start, out, channel):  # type: ignore[no-untyped-def]
     """Write the displacement of frames `start` onward; return the first frame whose table is missing, or the frame count.
 
-    pool: float64, all tables; offsets: int64 [levels, intervals], where a table begins or -1; cells: uint64 [levels], log2
-    of the cells of a level; fades: float64 [2, levels] (turns a frame); edges: loads of the rows (N); constants: frames a
-    second, texture period (m), lift_load (N), gain, and 1 where the end rows hold beyond the edges (0: such a frame is
-    missing); state: uint64 [1], the phase of frame `start`, advanced; motion: float64 [5, frames] (rows above);
-    position: float64 [frames] (m) or empty; out: float32 [frames, channels].
+    pool: float64, all tables. tables: int64 [levels, 1 + intervals], log2 of the cells of a level, then where its table
+    of each interval begins, or -1. layout: float64, frames a second, texture period (m), lift_load (N), gain, and 1 where
+    the end rows hold beyond the edges (0: such a frame is missing); then fade_from and fade_to of each level (turns a
+    frame), and the edges of the intervals (N). state: uint64 [1], the phase of frame `start`, moved on. motion: float64
+    [5, frames] (rows above). position: float64 [frames] (m) or empty. out: float32 [frames, channels].
     """
-    frames, levels = motion.shape[1], fades.shape[1]
-    step = 1.0 / (constants[RATE] * constants[PERIOD])
-    lift, gain = constants[LIFT], constants[GAIN]
+    frames, levels = motion.shape[1], len(tables)
+    step, lift, gain = 1.0 / (layout[RATE] * layout[PERIOD]), layout[LIFT], layout[GAIN]
+    fades, edges = layout[CONSTANTS : CONSTANTS + 2 * levels], layout[CONSTANTS + 2 * levels :]
     phases, after = phases_of(
-        motion, position, start, state[0], step, 0.5 * step / constants[RATE], constants[PERIOD]
+        motion, position, start, state[0], step, 0.5 * step / layout[RATE], layout[PERIOD]
     )
     level, interval, i = 0, 0, start
     while i < frames:
         turns, load = abs(motion[SPEED, i]) * step, motion[LOAD, i]
         level, slowest, fastest, fade = level_of(fades, turns, level)
         interval, low, high, width = interval_of(edges, load, interval)
-        if level < levels and lift <= load < high and load >= low and offsets[level, interval] >= 0:
-            offset2, bits2, fades_too = next_table(offsets, cells, level, interval)
+        if level < levels and lift <= load < high and load >= low and tables[level, 1 + interval] >= 0:
+            offset2, bits2, fades_too = next_table(tables, level, interval)
             upper = fastest if fades_too else fade
             if turns < upper:
                 stop = run_until(motion, i, step, slowest, upper, max(low, lift), high)
                 run_displacement(
-                    pool, offsets[level, interval], cells[level], offset2, bits2, phases, motion, low, width, step,
+                    pool, tables[level, 1 + interval], np.uint64(tables[level, 0]), offset2, bits2, phases, motion, low, width, step,
                     fade, fastest, gain, out, channel, i, stop,
                 )
                 i = stop
                 continue
         value = 0.0
-        if constants[HOLD] == 0.0 and load > 0.0 and not edges[0] <= load <= edges[-1]:
+        if layout[HOLD] == 0.0 and load > 0.0 and not edges[0] <= load <= edges[-1]:
             state[0] = phases[i]
             return i
         if level < levels and load > 0.0:
             s = min(max((load - low) * width, 0.0), 1.0)
             part = smooth_step((turns - fade) / (fastest - fade))
-            value = fading_displacement(pool, offsets, cells, level, interval, phases[i], s, part)
+            value = fading_displacement(pool, tables, level, interval, phases[i], s, part)
             if value != value:
                 state[0] = phases[i]
                 return i
@@ -354,32 +352,32 @@ def read_displacement(pool, offsets, cells, fades, edges, constants, state, moti
 
 
 @njit(**OPTIONS)
-def read_rate(pool, offsets, cells, fades, edges, constants, state, motion, position, start, out, channel, order):  # type: ignore[no-untyped-def]
+def read_rate(pool, tables, layout, state, motion, position, start, out, channel, order):  # type: ignore[no-untyped-def]
     """Write the velocity (`order` 1) or acceleration (`order` 2), as `read_displacement` does, from tables of degree 5."""
-    frames, levels = motion.shape[1], fades.shape[1]
-    step, spatial = 1.0 / (constants[RATE] * constants[PERIOD]), 1.0 / constants[PERIOD]
-    lift, gain = constants[LIFT], constants[GAIN]
+    frames, levels = motion.shape[1], len(tables)
+    step, lift, gain = 1.0 / (layout[RATE] * layout[PERIOD]), layout[LIFT], layout[GAIN]
+    fades, edges, spatial = layout[CONSTANTS : CONSTANTS + 2 * levels], layout[CONSTANTS + 2 * levels :], 1.0 / layout[PERIOD]
     phases, after = phases_of(
-        motion, position, start, state[0], step, 0.5 * step / constants[RATE], constants[PERIOD]
+        motion, position, start, state[0], step, 0.5 * step / layout[RATE], layout[PERIOD]
     )
     level, interval, i = 0, 0, start
     while i < frames:
         turns, load = abs(motion[SPEED, i]) * step, motion[LOAD, i]
         level, slowest, fastest, fade = level_of(fades, turns, level)
         interval, low, high, width = interval_of(edges, load, interval)
-        if level < levels and lift <= load < high and load >= low and offsets[level, interval] >= 0:
-            offset2, bits2, fades_too = next_table(offsets, cells, level, interval)
+        if level < levels and lift <= load < high and load >= low and tables[level, 1 + interval] >= 0:
+            offset2, bits2, fades_too = next_table(tables, level, interval)
             upper = fastest if fades_too else fade
             if turns < upper:
                 stop = run_until(motion, i, step, slowest, upper, max(low, lift), high)
                 run_rate(
-                    pool, offsets[level, interval], cells[level], offset2, bits2, phases, motion, low, width, step,
+                    pool, tables[level, 1 + interval], np.uint64(tables[level, 0]), offset2, bits2, phases, motion, low, width, step,
                     fade, fastest, spatial, gain, out, channel, i, stop, order,
                 )
                 i = stop
                 continue
         result = 0.0
-        if constants[HOLD] == 0.0 and load > 0.0 and not edges[0] <= load <= edges[-1]:
+        if layout[HOLD] == 0.0 and load > 0.0 and not edges[0] <= load <= edges[-1]:
             state[0] = phases[i]
             return i
         if level < levels and load > 0.0:
@@ -387,7 +385,7 @@ def read_rate(pool, offsets, cells, fades, edges, constants, state, motion, posi
             inside = width if 0.0 <= s <= 1.0 else 0.0
             part = smooth_step((turns - fade) / (fastest - fade))
             value, first, second = fading_rates(
-                pool, offsets, cells, level, interval, phases[i], min(max(s, 0.0), 1.0), part, spatial, motion, i,
+                pool, tables, level, interval, phases[i], min(max(s, 0.0), 1.0), part, spatial, motion, i,
                 load_rate * inside, load_bend * inside,
             )
             if value != value:

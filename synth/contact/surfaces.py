@@ -52,18 +52,18 @@ class OneRow:
 class Surfaces:
     """Coefficients of one degree for every level and interval that was met.
 
+    pool, tables: as `reading` takes them. edges: loads (N) between the intervals.
     cells_per_harmonic: cells of a level for each of its harmonics, from the tolerance.
     """
 
     def __init__(self, rows: RowSource, levels: Levels, degree: int, cells_per_harmonic: float) -> None:
         self.rows, self.levels, self.degree = rows, levels, degree
         sizes = [max(FEWEST_CELLS, 1 << int(np.ceil(np.log2(cells_per_harmonic * n)))) for n in levels.highest]
-        self.bits = np.array([size.bit_length() - 1 for size in sizes], dtype=np.uint64)
-        self.fades = np.stack([levels.fade_from, levels.fade_to])
+        self._bits = np.array([size.bit_length() - 1 for size in sizes], dtype=np.int64)
         self.edges: Array = rows.edges
         self.pool: Array = np.empty(0)
         self.used = 0
-        self.offsets: np.ndarray[Any, np.dtype[np.int64]] = np.empty((0, 0), dtype=np.int64)
+        self.tables: np.ndarray[Any, np.dtype[np.int64]] = np.empty((0, 0), dtype=np.int64)
         self._placed: dict[tuple[int, float, float], int] = {}
         self.refresh()
 
@@ -72,22 +72,27 @@ class Surfaces:
         """Bytes that the tables hold."""
         return self.pool.nbytes
 
+    def layout(self, constants: list[float]) -> Array:
+        """Return what `reading` calls the layout: `constants`, the fades of the levels, the edges of the intervals."""
+        return np.concatenate([constants, self.levels.fade_from, self.levels.fade_to, self.edges])
+
     def refresh(self) -> None:
         """Take over the rows that have become ready since; tables that are built stay."""
         self.edges = self.rows.edges
-        self.offsets = np.full((len(self.levels.highest), len(self.edges) - 1), -1, dtype=np.int64)
+        self.tables = np.full((len(self.levels.highest), len(self.edges)), -1, dtype=np.int64)
+        self.tables[:, 0] = self._bits
         for (level, low, high), offset in list(self._placed.items()):
             interval = int(np.searchsorted(self.edges, low))
             if interval + 1 < len(self.edges) and self.edges[interval] == low and self.edges[interval + 1] == high:
-                self.offsets[level, interval] = offset
+                self.tables[level, 1 + interval] = offset
 
     def build(self, level: int, interval: int) -> None:
         """Build the table of one level over one interval of `edges`."""
-        if self.offsets[level, interval] >= 0:
+        if self.tables[level, 1 + interval] >= 0:
             return
         low, high = float(self.edges[interval]), float(self.edges[interval + 1])
         series = self.rows.cubic(low, high, self.levels.highest[level])
-        block = surface(series, self.degree, 1 << int(self.bits[level])).ravel()
+        block = surface(series, self.degree, 1 << int(self._bits[level])).ravel()
         if self.used + block.size > POOL_BYTES // 8:
             self._empty()
         if self.used + block.size > self.pool.size:
@@ -95,11 +100,11 @@ class Surfaces:
             grown[: self.used] = self.pool[: self.used]
             self.pool = grown
         self.pool[self.used : self.used + block.size] = block
-        self.offsets[level, interval] = self.used
+        self.tables[level, 1 + interval] = self.used
         self._placed[level, low, high] = self.used
         self.used += block.size
 
     def _empty(self) -> None:
         self.used = 0
         self._placed.clear()
-        self.offsets[:] = -1
+        self.tables[:, 1:] = -1
