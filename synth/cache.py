@@ -45,7 +45,9 @@ class ResponseCache:
             return sum(self._sizes.values())
 
     def get(self, key: Hashable, build: Callable[[], T]) -> T:
-        """Return what is kept under `key`, building it at the first call; errors of `build` reach every caller's own call."""
+        """Return what is kept under `key`, building it at the first call; errors of `build` reach every caller's own
+        call.
+        """
         kept = self._find(key)
         if kept is not None:
             return kept  # type: ignore[return-value]

@@ -1,12 +1,12 @@
 """A voice for streams that do not end: it ramps in, across changes of scene, and out, and stays within full scale.
 
 Stage   3 (VOICE), for sessions and devices.
-Model   A change of scene is prepared beside the music (`prepare`, in any thread) and taken over at the next block (`apply`): the
-        new voice begins where the texture stands, and a raised cosine leads from the old one to it. A change that comes while
-        another is being faded waits; the newest wins. The safety limiter is last.
+Model   A change of scene is prepared beside the music (`prepare`, in any thread) and taken over at the next block
+        (`apply`): the new voice begins where the texture stands, and a raised cosine leads from the old one to it. A
+        change that comes while another is being faded waits; the newest wins. The safety limiter is last.
 Source  design, section 4 (ramps) and 8 (limiter).
-Limits  rate, channels, quantities and full scale stay those of the first scene. Not thread-safe but for `prepare`, `apply` and
-        `release`, which only leave a note for the next block.
+Limits  rate, channels, quantities and full scale stay those of the first scene. Not thread-safe but for `prepare`,
+        `apply` and `release`, which only leave a note for the next block.
 """
 
 from __future__ import annotations

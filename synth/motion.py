@@ -2,8 +2,9 @@
 
 Model   A motion holds, at each frame, speed u, du/dt, load w, dw/dt, d2w/dt2, and, where it is known, the position p.
         Constant: p = u t. Stroke: cruise at u between turns in which the velocity goes from u to -u as u (1 - 2 S(s)),
-        S = 3 s^2 - 2 s^3. Trajectory: natural cubic splines through position and load, two continuous derivatives; before
-        the first and after the last point the position goes on in a straight line and the finger lifts within LIFT_TIME.
+        S = 3 s^2 - 2 s^3. Trajectory: natural cubic splines through position and load, two continuous derivatives;
+        before the first and after the last point the position goes on in a straight line and the finger lifts within
+        LIFT_TIME.
 Source  design, section 4.
 Limits  a motion that gives no derivatives has them taken from the frame before (first order).
 """
@@ -28,7 +29,8 @@ class Motion:
     """What the hand does in a block.
 
     samples: float64 [5, frames]: speed (m/s), its rate (m/s^2), load (N), its rate (N/s) and second rate (N/s^2).
-    position: float64 [frames] in metres, or empty where the speed alone is known: the phase then follows from the speed.
+    position: float64 [frames] in metres, or empty where the speed alone is known: the phase then follows from the
+    speed.
     complete: the derivatives are given; otherwise a voice takes them from the frame before.
     """
 
@@ -55,8 +57,8 @@ class Motion:
     ) -> Motion:
         """Return a motion from numbers or arrays of `frames` values in SI units.
 
-        Give `speed` or `position` (or both, if they agree) and `load`; `speed_rate`, `load_rate` and `load_bend` are their
-        time derivatives. Raises ValueError where neither speed nor position is there, or a value is not finite.
+        Give `speed` or `position` (or both, if they agree) and `load`; `speed_rate`, `load_rate` and `load_bend` are
+        their time derivatives. Raises ValueError where neither speed nor position is there, or a value is not finite.
         """
         if speed is None and position is None:
             raise ValueError("a motion needs speed=... (m/s) or position=... (m), a number or one value a frame")

@@ -1,8 +1,8 @@
 """The part of a voice whose speed or load changes: tables met on the way, read by the compiled loops.
 
 Stage   3 (VOICE), its moving half.
-Model   see `contact.reading`. Tables are built when a block first meets their level and interval of load, rows of load when
-        a block first meets their octave.
+Model   see `contact.reading`. Tables are built when a block first meets their level and interval of load, rows of load
+        when a block first meets their octave.
 Source  design, sections 1 and 4.
 Limits  with `wait` false a load beyond the rows that are ready plays the nearest row until they are.
 """
@@ -10,6 +10,7 @@ Limits  with `wait` false a load beyond the rows that are ready plays the neares
 from __future__ import annotations
 
 import math
+
 import numpy as np
 
 from synth.contact.exact import Array
@@ -100,12 +101,14 @@ class MovingReader:
         """Run the compiled loop of one channel from `frame` on; return the frame that it could not render."""
         layout = self._layouts[number]
         if order == 0:
-            return read_displacement(
+            done: int = read_displacement(
                 tables.pool, tables.tables, layout, self.phase, motion.samples, motion.position, frame, out, number
-            )  # type: ignore[no-any-return]
-        return read_rate(
+            )
+            return done
+        done = read_rate(
             tables.pool, tables.tables, layout, self.phase, motion.samples, motion.position, frame, out, number, order
-        )  # type: ignore[no-any-return]
+        )
+        return done
 
     def _meet(self, tables: Surfaces, sample: Array) -> None:
         """Build what the loop missed at one frame."""
@@ -140,7 +143,9 @@ def _degree(channel: ChannelPlan) -> int:
 
 
 def _levels(solved: Preparation, load_varies: bool) -> Levels:
-    """Return the levels that the channels need: no more harmonics than the tolerance, the rate or the bandwidth lets through."""
+    """Return the levels that the channels need: no more harmonics than the tolerance, the rate or the bandwidth lets
+    through.
+    """
     spectrum = solved.spectrum
     assert spectrum is not None
     most = min(len(spectrum.harmonics) - 1, solved.reach)

@@ -1,8 +1,8 @@
 """What leaves a voice: fades of a finite render, and the safety limiter.
 
 Model   Fade: a raised cosine over `output.fade` at the start and at the end of a finite render.
-        Limiter: samples within full scale pass unchanged. Where one would pass full scale, the gain of all channels falls at
-        once to what holds it at full scale, and comes back over RELEASE_TIME.
+        Limiter: samples within full scale pass unchanged. Where one would pass full scale, the gain of all channels
+        falls at once to what holds it at full scale, and comes back over RELEASE_TIME.
 Source  design, sections 4 and 8. The release time is an unverified default.
 Limits  the gain falls within one sample, so a peak beyond full scale is squeezed, not softened; it never exceeds 1.0.
 """
@@ -13,9 +13,11 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
+
+from synth.contact.kernels import kernel
 
 Block = np.ndarray[Any, np.dtype[np.float32]]
+Gains = np.ndarray[Any, np.dtype[np.float64]]
 
 RELEASE_TIME = 0.05  # s; shorter is rougher, longer ducks what follows a peak
 
@@ -41,8 +43,8 @@ class Limiter:
         return block
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
-def hold_within(block, gain, recovery):  # type: ignore[no-untyped-def]
+@kernel
+def hold_within(block: Block, gain: Gains, recovery: float) -> None:
     """Scale each frame of `block` so that no channel passes full scale; gain[0] is the gain of the last frame."""
     present = gain[0]
     for i in range(block.shape[0]):
@@ -60,8 +62,10 @@ def hold_within(block, gain, recovery):  # type: ignore[no-untyped-def]
     gain[0] = present
 
 
-def fade_envelope(first: int, frames: int, total: int, fade_frames: int) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """Return the gain [frames] of a finite render of `total` frames from frame `first` on, fades of `fade_frames` frames."""
+def fade_envelope(first: int, frames: int, total: int, fade_frames: int) -> Gains:
+    """Return the gain [frames] of a finite render of `total` frames from frame `first` on, fades of `fade_frames`
+    frames.
+    """
     n = np.arange(first, first + frames)
     near = np.minimum(n + 0.5, total - n - 0.5) / fade_frames
     return np.asarray(0.5 - 0.5 * np.cos(math.pi * np.clip(near, 0.0, 1.0)))

@@ -1,4 +1,5 @@
-"""PLAN: what will be simulated for a scene, in order, each with its reason, cost and error; and what is left out and why.
+"""PLAN: what will be simulated for a scene, in order, each with its reason, cost and error; and what is left out and
+why.
 
 Stage   2 (PLAN), as data that a person can read.
 Source  design, sections 2 and 5. Errors are those measured while the response was built; `costing` adds the cost.
@@ -11,6 +12,7 @@ from typing import Any
 
 from synth.preparation import BAND, N_MAX, UNITS, Preparation
 from synth.scene import scene_document
+
 
 @dataclass(frozen=True, slots=True)
 class Simulated:
@@ -97,7 +99,8 @@ def _simulated(solved: Preparation) -> tuple[Simulated, ...]:
     else:
         reason = (
             f"z is solved at {solved.spectrum.phases} phases of the texture period and kept as "
-            f"{solved.highest} harmonics, so that each output quantity keeps {solved.tolerance:.3g} of its peak-to-peak."
+            f"{solved.highest} harmonics, so that each output quantity keeps {solved.tolerance:.3g} of "
+            "its peak-to-peak."
         )
     parts = [Simulated("contact response", reason)]
     if solved.load_varies:
@@ -133,9 +136,7 @@ def _response(solved: Preparation) -> dict[str, Any]:
         "fundamental_hz": abs(solved.turns),
         "harmonics": solved.highest if spectrum is not None else 0,
         "n_max": solved.reach if solved.moving else N_MAX,
-        "band_limit_hz": min(
-            BAND * solved.scene.output.sample_rate, solved.scene.output.bandwidth or float("inf")
-        ),
+        "band_limit_hz": min(BAND * solved.scene.output.sample_rate, solved.scene.output.bandwidth or float("inf")),
         "phases_solved": 0 if spectrum is None else spectrum.phases,
         "channels": [
             {

@@ -1,12 +1,12 @@
 """What a scene needs to sound, solved once: the series of its response, its full scale, its tables, and what they hold.
 
 Stage   2, the part that calculates; `plan` tells it to people.
-Model   Harmonics below 0.40 of the rate (and below the bandwidth) at the scan's speed are kept. The tolerance is shared:
-        ALIAS_SHARE for the series, TAIL_SHARE (of `tables`) for the harmonics cut off, TABLE_SHARE for the polynomials; the
-        rest is the rounding to float32.
+Model   Harmonics below 0.40 of the rate (and below the bandwidth) at the scan's speed are kept. The tolerance is
+        shared: ALIAS_SHARE for the series, TAIL_SHARE (of `tables`) for the harmonics cut off, TABLE_SHARE for the
+        polynomials; the rest is the rounding to float32.
 Source  design, section 4.
-Limits  no more than N_MAX harmonics; a moving scan keeps those up to MOVING_REACH times its fastest speed's (ROWS_REACH where
-        the load varies).
+Limits  no more than N_MAX harmonics; a moving scan keeps those up to MOVING_REACH times its fastest speed's
+        (ROWS_REACH where the load varies).
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ import numpy as np
 from synth.cache import ResponseCache
 from synth.contact.exact import Array
 from synth.contact.geometry import Geometry
-from synth.contact.reading import gate
+from synth.contact.evaluation import gate
 from synth.contact.spectrum import Contact, Demand, Spectrum, curves, points_for, solve_spectrum
 from synth.contact.stiffness import Stiffness
 from synth.contact.tables import CUBIC, TAIL_SHARE, Fitted, fitted_table, kept_harmonics
@@ -59,8 +59,9 @@ class ChannelPlan:
 class Preparation:
     """A scene, solved.
 
-    contact: None where nothing is solved. spectrum: the series at the scan's load. turns: texture periods a second at the
-    scan's speed, signed. highest: harmonics kept at that speed. tolerance: as a number. silence: why nothing sounds, or "".
+    contact: None where nothing is solved. spectrum: the series at the scan's load. turns: texture periods a second at
+    the scan's speed, signed. highest: harmonics kept at that speed. tolerance: as a number. silence: why nothing
+    sounds, or "".
     moving: the scan changes speed or load by itself. loads: smallest and largest load of the scan (N).
     """
 
@@ -102,8 +103,10 @@ class Preparation:
         kept = self.spectrum.harmonics[: self.highest + 1].copy()
         kept[0] = 0.0
         n = np.arange(len(kept))
-        kept *= (2j * math.pi * n * self.turns) ** channel.order / channel.full_scale if channel.order else (
-            1.0 / channel.full_scale
+        kept *= (
+            (2j * math.pi * n * self.turns) ** channel.order / channel.full_scale
+            if channel.order
+            else (1.0 / channel.full_scale)
         )
         lift = self.scene.scan.lift_load
         if self.scene.scan.load < lift:
@@ -160,9 +163,7 @@ def _prepared(scene: Scene, cache: ResponseCache) -> Preparation:
         demand = Demand(highest, orders, ALIAS_SHARE * tolerance)
         spectrum = _solved(contact, scene, demand, min(N_MAX, MOVING_REACH * highest) if moving else 0, cache)
     return _with_channels(
-        Preparation(
-            scene, contact, spectrum, turns, highest, tolerance, (), silence, (), moving, motion.load_range()
-        )
+        Preparation(scene, contact, spectrum, turns, highest, tolerance, (), silence, (), moving, motion.load_range())
     )
 
 
@@ -178,7 +179,7 @@ def _silence(scene: Scene, geometry: Geometry, highest: int) -> str:
         return "The finger does not touch (the load is 0 N): nothing moves."
     if highest == 0:
         return (
-            f"Every harmonic lies above the band: u / lambda2 is {abs(scene.scan.speed) / scene.texture.period:.6g} Hz, "
+            f"Every harmonic is above the band: u / lambda2 is {abs(scene.scan.speed) / scene.texture.period:.6g} Hz, "
             f"and at {scene.output.sample_rate} Hz what is below {BAND * scene.output.sample_rate:.6g} Hz is rendered."
         )
     return ""
@@ -215,8 +216,12 @@ def _with_channels(solved: Preparation) -> Preparation:
     extents: list[tuple[float, float]] = [(0.0, 0.0)] * len(listed)
     if spectrum is not None:
         at_speed = Spectrum(
-            spectrum.load, spectrum.harmonics[: solved.highest + 1], spectrum.slopes[: solved.highest + 1],
-            spectrum.errors, spectrum.phases, spectrum.closed,
+            spectrum.load,
+            spectrum.harmonics[: solved.highest + 1],
+            spectrum.slopes[: solved.highest + 1],
+            spectrum.errors,
+            spectrum.phases,
+            spectrum.closed,
         )
         lift = gate(scene.scan.load, scene.scan.lift_load)[0] if scene.scan.load < scene.scan.lift_load else 1.0
         extents = [
@@ -226,8 +231,8 @@ def _with_channels(solved: Preparation) -> Preparation:
         swing = lift * _extent(at_speed, 0, solved.turns)[1]
         if swing < SMALLEST_MOTION and any(channel.full_scale is None for channel in listed):
             silence = (
-                f"The finger moves by {swing:.3g} m, less than 1 nm: an automatic full scale would only amplify rounding. "
-                "Set output.full_scale to hear it."
+                f"The finger moves by {swing:.3g} m, less than 1 nm: an automatic full scale would only amplify "
+                "rounding. Set output.full_scale to hear it."
             )
             warnings.append(silence)
     channels = []
@@ -248,6 +253,15 @@ def _with_channels(solved: Preparation) -> Preparation:
                 )
         channels.append(ChannelPlan(channel.quantity, order, channel.full_scale or automatic, error, extent))
     return Preparation(
-        scene, solved.contact, None if silence else spectrum, solved.turns, solved.highest, solved.tolerance,
-        tuple(channels), silence, tuple(warnings), solved.moving, solved.loads,
+        scene,
+        solved.contact,
+        None if silence else spectrum,
+        solved.turns,
+        solved.highest,
+        solved.tolerance,
+        tuple(channels),
+        silence,
+        tuple(warnings),
+        solved.moving,
+        solved.loads,
     )

@@ -1,9 +1,10 @@
 """A thread that solves rows of load ahead of a hand, so that a live voice never waits for them.
 
 Stage   3 (VOICE), beside it.
-Model   First the usual range of loads, coarsely; then, wherever the hand is, the octaves round its load: coarse where they are
-        missing, fine where they are coarse. A row is solved without the GIL.
-Source  USUAL_LOADS: the loads at which roughness is usefully perceived, 0.05 to 1.8 N (Fagiani & Barbieri, 2016, section 2).
+Model   First the usual range of loads, coarsely; then, wherever the hand is, the octaves round its load: coarse where
+        they are missing, fine where they are coarse. A row is solved without the GIL.
+Source  USUAL_LOADS: the loads at which roughness is usefully perceived, 0.05 to 1.8 N (Fagiani & Barbieri, 2016,
+        section 2).
 Limits  what plays until a row is ready is the nearest one: on a slow machine a fast press sounds late in its load.
 """
 

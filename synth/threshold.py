@@ -1,7 +1,7 @@
 """The smallest vibration that a fingertip feels: the detection threshold over frequency.
 
-Model   Peak displacement in dB re 1 um: 28 dB up to 3 Hz, then falling 5 dB an octave (non-Pacinian), or -18 dB at 250 to
-        300 Hz with 12 dB an octave below and 10 dB an octave above (Pacinian), whichever is lower.
+Model   Peak displacement in dB re 1 um: 28 dB up to 3 Hz, then falling 5 dB an octave (non-Pacinian), or -18 dB at 250
+        to 300 Hz with 12 dB an octave below and 10 dB an octave above (Pacinian), whichever is lower.
 Source  minimum of 0.13 um at 300 Hz: Bolanowski et al. (1988), as cited by Israr et al. (2006). The slopes and the
         non-Pacinian part are an unverified default.
 Limits  one observer's fingertip, steady sinusoids; masking and contact force are left out.
@@ -10,10 +10,11 @@ Limits  one observer's fingertip, steady sinusoids; masking and contact force ar
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
-from synth.contact.exact import Array
+Array = np.ndarray[Any, np.dtype[np.floating[Any]]]
 
 MICROMETRE = 1e-6
 MARGIN = 0.5  # the error stays 6 dB below the threshold

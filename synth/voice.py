@@ -1,8 +1,8 @@
 """VOICE: a running plan. State that renders block after block.
 
 Stage   3 (VOICE).
-Model   At constant speed and load the phase is frame times a 64-bit step, so frame N computed directly is frame N streamed.
-        With motion the phase is carried from block to block, or follows the position where that is known.
+Model   At constant speed and load the phase is frame times a 64-bit step, so frame N computed directly is frame N
+        streamed. With motion the phase is carried from block to block, or follows the position where that is known.
 Source  design, sections 1, 4 and 8.
 Limits  float32 at the block: 6e-8 of full scale. Blocks are not limited to full scale; `output.Limiter` does that.
 """
@@ -30,9 +30,10 @@ BLOCK = 1 << 14  # frames a block of `blocks`: large enough that Python costs no
 class Voice:
     """Renders one scene, block after block.
 
-    solved: what `prepare` returned. channels: channels of a block. frame: the next frame. phase: where the texture stands at frame 0, a 64-bit fraction of a turn.
-    live: for a hand that does not wait. The rows of load round the scan's own are solved here, the usual range in a thread;
-    until they are ready the nearest rows play. Otherwise a block waits for the rows that it needs.
+    solved: what `prepare` returned. channels: channels of a block. frame: the next frame. phase: where the texture
+    stands at frame 0, a 64-bit fraction of a turn.
+    live: for a hand that does not wait. The rows of load round the scan's own are solved here, the usual range in a
+    thread; until they are ready the nearest rows play. Otherwise a block waits for the rows that it needs.
     """
 
     def __init__(self, solved: Preparation, *, phase: int = 0, live: bool = False) -> None:
@@ -97,8 +98,8 @@ class Voice:
     def render(self, frames: int, motion: Motion | None = None) -> Block:
         """Return the next `frames` frames, float32 [frames, channels], value / full_scale.
 
-        motion: what the hand does at these frames; without it the scene's own scan goes on (after a motion: from where the
-        hand left the texture). Raises ValueError if the motion has another number of frames.
+        motion: what the hand does at these frames; without it the scene's own scan goes on (after a motion: from where
+        the hand left the texture). Raises ValueError if the motion has another number of frames.
         """
         if motion is not None and motion.samples.shape[1] != frames:
             raise ValueError(f"a motion of {motion.frames} frames cannot fill a block of {frames}")

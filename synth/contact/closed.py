@@ -3,8 +3,8 @@
 Model   Where the load flattens everything, F(z) = mean(h) - z, so z = mean(h) - w / k: one sinusoid of amplitude
         a2 |sinc(L / lambda2)|, whatever the ridges do.
 Source  Fagiani & Barbieri (2016), eqs 1-2; sinc(x) = sin(pi x) / (pi x).
-Limits  holds where z stays below every height for the whole period: a sufficient bound is used, so contacts that are only
-        just full are left to the solver.
+Limits  holds where z stays below every height for the whole period: a sufficient bound is used, so contacts that are
+        only just full are left to the solver.
 """
 
 from __future__ import annotations
@@ -18,7 +18,9 @@ from synth.contact.stiffness import Stiffness
 
 @dataclass(frozen=True, slots=True)
 class FullContact:
-    """z of a full contact: mean (m), first Fourier coefficient (m, one-sided as in `spectrum`), slope with the load (m/N)."""
+    """z of a full contact: mean (m), first Fourier coefficient (m, one-sided as in `spectrum`), slope with the load
+    (m/N).
+    """
 
     mean: float
     first: complex

@@ -1,11 +1,11 @@
 """The approach z at a vanishing load: only the highest crests touch, each of them a parabola.
 
-Model   Every crest that z reaches, of height t and curvature c, adds 4 sqrt(2) / 3 (t - z)^1.5 / sqrt(c) to F, or, at an end of
-        the contact where the slope does not vanish, the area under its parabola to one side. As w -> 0, z is the envelope of
-        the crests and the touching part of L vanishes with it.
+Model   Every crest that z reaches, of height t and curvature c, adds 4 sqrt(2) / 3 (t - z)^1.5 / sqrt(c) to F, or, at
+        an end of the contact where the slope does not vanish, the area under its parabola to one side. As w -> 0, z is
+        the envelope of the crests and the touching part of L vanishes with it.
 Source  Fagiani & Barbieri (2016), eq. 1, in the limit w -> 0; derived here.
-Limits  the next term of a crest's area is of order (t - z) relative to it: below w / k = 1e-10 (a1 + a2) the error of z is
-        under 1e-12 (a1 + a2). A crest that is cut by an end of the contact is cut in the parabola too.
+Limits  the next term of a crest's area is of order (t - z) relative to it: below w / k = 1e-10 (a1 + a2) the error of
+        z is under 1e-12 (a1 + a2). A crest that is cut by an end of the contact is cut in the parabola too.
 """
 
 from __future__ import annotations
@@ -13,15 +13,15 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from synth.contact.kernels import kernel
 from synth.contact.patches import profile
 
 REACH = 3e-4  # of a1 + a2: the top crest is pressed in by less than this at w / k = 1e-10, up to 1e5 ridges
 
 
-@njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
-def crest_of_cell(cell, first, last):  # type: ignore[no-untyped-def]
+@kernel
+def crest_of_cell(cell, first, last):
     """Return position, height, slope and curvature of the highest point of a cell, and whether it is a crest of h.
 
     The end of a cell is a crest only at an end of the contact (`first`, `last`: the cell is the first or last one).
@@ -37,10 +37,7 @@ def crest_of_cell(cell, first, last):  # type: ignore[no-untyped-def]
     t = best
     for _ in range(8):
         _y, slope, curvature, _area = profile(cell, t)
-        if curvature < 0.0:
-            t = min(max(t - slope / curvature, low), high)
-        else:
-            t = high if slope > 0.0 else low
+        t = min(max(t - slope / curvature, low), high) if curvature < 0.0 else high if slope > 0.0 else low
     top, slope, curvature, _area = profile(cell, t)
     if t == -1.0 and slope < 0.0:
         return t, top, slope, curvature, first
@@ -49,8 +46,8 @@ def crest_of_cell(cell, first, last):  # type: ignore[no-untyped-def]
     return t, top, 0.0, curvature, t < 1.0
 
 
-@njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
-def crest_sum(crests, count, depth, half):  # type: ignore[no-untyped-def]
+@kernel
+def crest_sum(crests, count, depth, half):
     """Return F and the touching part of L when the top crest is pressed in by `depth`.
 
     crests: rows are depth below the top, slope, curvature (both positive: falling), room to the left and to the right.
@@ -69,8 +66,8 @@ def crest_sum(crests, count, depth, half):  # type: ignore[no-untyped-def]
     return area * half, length * half
 
 
-@njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
-def crest_approach(tables, k1, k2, work, target):  # type: ignore[no-untyped-def]
+@kernel
+def crest_approach(tables, k1, k2, work, target):
     """Return z / (a1 + a2) and the touching part of L for F = `target` (at least 0, below 1e-10), by the crests alone.
 
     tables, k1, k2, work: the cells as `exact.fill_cells` left them.

@@ -1,13 +1,13 @@
 """The approach z at any phase of the texture, to round-off.
 
-Model   F(z) = mean over [0, L] of max(h - z, 0) = w / k, with h of eq. 2. F is convex and falling, F' = -(touching part of L),
-        F'' = sum of 1 / |h'| over the edges. z follows from Newton's method with the second-order term, from below or
-        from the neighbouring phases; a bracket keeps it safe. Everything is relative to a1 + a2 and to L.
-        The contact length is cut into cells of at most 1/16 of the shortest period. A cell whose bounds on h lie above z
-        touches over its whole width, one whose bounds lie below not at all; the rest is measured by `patches`.
+Model   F(z) = mean over [0, L] of max(h - z, 0) = w / k, with h of eq. 2. F is convex and falling, F' = -(touching
+        part of L), F'' = sum of 1 / |h'| over the edges. z follows from Newton's method with the second-order term,
+        from below or from the neighbouring phases; a bracket keeps it safe. Everything is relative to a1 + a2 and to L.
+        The contact length is cut into cells of at most 1/16 of the shortest period. A cell whose bounds on h lie above
+        z touches over its whole width, one whose bounds lie below not at all; the rest is measured by `patches`.
 Source  Fagiani & Barbieri (2016), eq. 1. Newton here is Michelot's projection on the simplex (1986).
-Limits  |error of z| below 2e-13 (a1 + a2) (measured by tests/synth/test_exact.py); below w / k = 1e-10 (a1 + a2) the crest
-        asymptote, in which every touching crest is its parabola.
+Limits  |error of z| below 2e-13 (a1 + a2) (measured by tests/synth/test_exact.py); below w / k = 1e-10 (a1 + a2) the
+        crest asymptote, in which every touching crest is its parabola.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from synth.contact.crests import crest_approach
 from synth.contact.geometry import Geometry
+from synth.contact.kernels import kernel
 from synth.contact.patches import touching_part
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -34,8 +34,9 @@ MOST_ITERATIONS = 60  # never reached in the suite; it bounds the time of a phas
 class Grid:
     """The cells of one contact: coefficients solved once, read by the kernel.
 
-    tables: float64 [6, cells]: finger height u1, finger slope v1, then the texture at phase 0: height and slope, and the
-    same a quarter period on. Slopes are per half cell. k1, k2: half a cell in radians, squared, of finger and texture.
+    tables: float64 [6, cells]: finger height u1, finger slope v1, then the texture at phase 0: height and slope, and
+    the same a quarter period on. Slopes are per half cell. k1, k2: half a cell in radians, squared, of finger and
+    texture.
     """
 
     tables: Array
@@ -95,8 +96,8 @@ def solve(grid: Grid, phases: Array, indentation: float, guess: Array | None = N
     return Approaches(height * grid.height_scale, touching, iterations)
 
 
-@njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
-def solve_phases(tables, k1, k2, phases, target, guess, height, touching, iterations):  # type: ignore[no-untyped-def]
+@kernel
+def solve_phases(tables, k1, k2, phases, target, guess, height, touching, iterations):
     """Write z / (a1 + a2), the touching part of L and the number of iterations at each phase."""
     cells = tables.shape[1]
     work = np.empty((5, cells))
@@ -123,8 +124,8 @@ def solve_phases(tables, k1, k2, phases, target, guess, height, touching, iterat
         touching[i] = part
 
 
-@njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
-def fill_cells(tables, k1, k2, cosine, sine, work):  # type: ignore[no-untyped-def]
+@kernel
+def fill_cells(tables, k1, k2, cosine, sine, work):
     """Write height bounds, mean height, and the texture's height and slope of every cell; return the mean of h over L.
 
     work: rows are the upper bound of h, the lower bound of h, the mean of h, texture height, texture slope.
@@ -136,9 +137,7 @@ def fill_cells(tables, k1, k2, cosine, sine, work):  # type: ignore[no-untyped-d
         height = tables[2, i] * cosine + tables[4, i] * sine
         slope = tables[3, i] * cosine + tables[5, i] * sine
         centre = height + tables[0, i]
-        bend = 0.52 * (k1 * abs(tables[0, i]) + k2 * abs(height)) + 0.2 * (
-            k1 * abs(tables[1, i]) + k2 * abs(slope)
-        )
+        bend = 0.52 * (k1 * abs(tables[0, i]) + k2 * abs(height)) + 0.2 * (k1 * abs(tables[1, i]) + k2 * abs(slope))
         reach = abs(slope + tables[1, i]) + bend
         work[0, i] = centre + reach
         work[1, i] = centre - reach
@@ -151,8 +150,8 @@ def fill_cells(tables, k1, k2, cosine, sine, work):  # type: ignore[no-untyped-d
     return total / cells
 
 
-@njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
-def contact_sum(work, tables, k1, k2, z, scratch):  # type: ignore[no-untyped-def]
+@kernel
+def contact_sum(work, tables, k1, k2, z, scratch):
     """Return F(z), the touching part of L, and F''(z), all relative to L and a1 + a2."""
     cells = tables.shape[1]
     full = 0.0
@@ -178,8 +177,8 @@ def contact_sum(work, tables, k1, k2, z, scratch):  # type: ignore[no-untyped-de
     return full / cells + area * half, touching / cells + length * half, edges * half
 
 
-@njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
-def newton(work, tables, k1, k2, target, z, lowest, scratch):  # type: ignore[no-untyped-def]
+@kernel
+def newton(work, tables, k1, k2, target, z, lowest, scratch):
     """Return z, the touching part of L there, and the number of iterations; F(`lowest`) >= target."""
     highest = 2.0
     part = 0.0

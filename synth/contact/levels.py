@@ -1,9 +1,10 @@
 """Which harmonics a moving voice may sound, by its instantaneous frequency.
 
-Model   A level is the series cut at one harmonic. At nu turns a frame the n-th harmonic stands at n nu of the sample rate:
-        below 0.35 it must sound, above 0.49 it must not (design, section 4). Between two levels the voice fades over
-        [0.35 / (N' + 1), 0.49 / N] turns a frame, N and N' < N their highest harmonics, so no harmonic starts with a step.
-        Levels lie 1.37 apart, which keeps the fades short and from overlapping: at most two levels sound at once.
+Model   A level is the series cut at one harmonic. At nu turns a frame the n-th harmonic stands at n nu of the sample
+        rate: below 0.35 it must sound, above 0.49 it must not (design, section 4). Between two levels the voice fades
+        over [0.35 / (N' + 1), 0.49 / N] turns a frame, N and N' < N their highest harmonics, so no harmonic starts
+        with a step. Levels lie 1.37 apart, which keeps the fades short and from overlapping: at most two levels sound
+        at once.
 Source  design, section 4; the ratio follows from 0.49 / 0.35 = 1.4.
 """
 
@@ -24,8 +25,8 @@ STEP = 1.37  # ratio of neighbouring levels; above 1.4 the fades would be empty,
 class Levels:
     """Levels from the fullest to the last, which holds the fundamental alone.
 
-    highest: highest harmonic of each level. fade_from, fade_to: turns a frame between which a level fades to the next one
-    (the last: to silence).
+    highest: highest harmonic of each level. fade_from, fade_to: turns a frame between which a level fades to the next
+    one (the last: to silence).
     """
 
     highest: tuple[int, ...]

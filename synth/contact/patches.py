@@ -1,10 +1,11 @@
 """The part of one grid cell that touches: its area under h - z and its length, to round-off, without trigonometry.
 
-Model   In a cell, t in [-1, 1] runs over it and h(t) = sum over both surfaces of u cos(k t) + (v / k) sin(k t), where u and v
-        are height and slope at the cell's centre and k is half the cell in radians of that surface. With k <= pi / 16 short
-        Taylor series of the sine and cosine are exact to round-off. h - z is cut into pieces that are monotone, or curved to
-        one side only, by bounds on its third derivative, so no touching patch can hide in a cell.
-        An edge found with residual y and slope y' is corrected by -y^2 / (2 y') in the area, so it needs half the digits.
+Model   In a cell, t in [-1, 1] runs over it and h(t) = sum over both surfaces of u cos(k t) + (v / k) sin(k t), where
+        u and v are height and slope at the cell's centre and k is half the cell in radians of that surface. With k <=
+        pi / 16 short Taylor series of the sine and cosine are exact to round-off. h - z is cut into pieces that are
+        monotone, or curved to one side only, by bounds on its third derivative, so no touching patch can hide in a
+        cell. An edge found with residual y and slope y' is corrected by -y^2 / (2 y') in the area, so it needs half
+        the digits.
 Source  Fagiani & Barbieri (2016), eqs 1-2: the integrand max(h - z, 0); the rest is derived here.
 Limits  heights relative to a1 + a2 (so of order 1); area error about 1e-17 of the cell.
 """
@@ -14,7 +15,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+
+from synth.contact.kernels import inlined, kernel
 
 Cell = tuple[float, float, float, float, float, float, float]  # u1, v1, k1^2, u2, v2, k2^2, z
 
@@ -22,7 +24,7 @@ SMALLEST_PIECE = 2.0**-24  # of half a cell: below it the area of a piece that i
 EDGE_ERROR = 4e-6  # of half a cell: leaves an area error of EDGE_ERROR^3 / 6 of the curvature, under 1e-18
 
 
-@njit(inline="always", cache=True, error_model="numpy", fastmath={"contract"})
+@inlined
 def sine_series(k2: float, t: float) -> tuple[float, float]:
     """Return sin(k t) / k and (1 - cos(k t)) / k^2 for k^2 = `k2`, |k t| <= 0.2."""
     q = k2 * t * t
@@ -31,7 +33,7 @@ def sine_series(k2: float, t: float) -> tuple[float, float]:
     return s, t * t * c
 
 
-@njit(inline="always", cache=True, error_model="numpy", fastmath={"contract"})
+@inlined
 def profile(cell: Cell, t: float) -> tuple[float, float, float, float]:
     """Return y = h - z, its slope, its curvature, and the integral of y from 0 to `t`, at `t` of the cell."""
     u1, v1, k1, u2, v2, k2, z = cell
@@ -44,7 +46,7 @@ def profile(cell: Cell, t: float) -> tuple[float, float, float, float]:
     return h1 + h2 - z, slope, -k1 * h1 - k2 * h2, area
 
 
-@njit(cache=True, error_model="numpy", fastmath={"contract"}, inline="always")
+@inlined
 def crossing(cell: Cell, rising: bool, low: float, high: float, t: float) -> tuple[float, float, float]:
     """Return the edge between `low` and `high`, the integral of y from 0 to it, and 1 / |slope| there.
 
@@ -71,8 +73,10 @@ def crossing(cell: Cell, rising: bool, low: float, high: float, t: float) -> tup
     return t + step, area, 1.0 / max(abs(slope), 1e-12)
 
 
-@njit(inline="always", cache=True, error_model="numpy", fastmath={"contract"})
-def parabola_root(y: float, slope: float, curvature: float, middle: float, low: float, high: float, rising: bool) -> float:
+@inlined
+def parabola_root(
+    y: float, slope: float, curvature: float, middle: float, low: float, high: float, rising: bool
+) -> float:
     """Return where the parabola through the piece's middle crosses zero, rising or falling, kept inside the piece."""
     root = math.sqrt(max(slope * slope - 2.0 * curvature * y, 0.0))
     down = slope + (root if rising else -root)
@@ -80,7 +84,7 @@ def parabola_root(y: float, slope: float, curvature: float, middle: float, low: 
     return t if low < t < high else 0.5 * (low + high)
 
 
-@njit(inline="always", cache=True, error_model="numpy", fastmath={"contract"})
+@inlined
 def turning_point(cell: Cell, low: float, high: float, t: float) -> tuple[float, float]:
     """Return where y turns between `low` and `high`, and y there; an end of the piece where it does not turn inside."""
     y = 0.0
@@ -94,12 +98,22 @@ def turning_point(cell: Cell, low: float, high: float, t: float) -> tuple[float,
     return t, y
 
 
-@njit(cache=True, error_model="numpy", fastmath={"contract"})
-def curved_piece(cell: Cell, low: float, high: float, middle: float, y: float, slope: float, curvature: float,
-                 y_low: float, y_high: float) -> tuple[float, float, float]:
+@kernel
+def curved_piece(
+    cell: Cell,
+    low: float,
+    high: float,
+    middle: float,
+    y: float,
+    slope: float,
+    curvature: float,
+    y_low: float,
+    y_high: float,
+) -> tuple[float, float, float]:
     """Return area, length and edge sum of the touching part of a piece that is monotone or curved to one side only.
 
-    y, slope, curvature: at its middle; y_low, y_high: y at its ends. The edge sum is the sum of 1 / |slope| over its edges.
+    y, slope, curvature: at its middle; y_low, y_high: y at its ends. The edge sum is the sum of 1 / |slope| over its
+    edges.
     """
     if y_low > 0.0 and y_high > 0.0:
         start = profile(cell, low)[3]
@@ -133,12 +147,12 @@ def curved_piece(cell: Cell, low: float, high: float, middle: float, y: float, s
     return edge_area - profile(cell, low)[3], edge - low, edge_sum
 
 
-@njit(cache=True, error_model="numpy", fastmath={"contract"})
+@kernel
 def touching_part(cell: Cell, bound2: float, bound3: float, stack: np.ndarray) -> tuple[float, float, float]:
     """Return area, length and edge sum (see `curved_piece`) of the part of a cell where h > z.
 
-    bound2, bound3: bounds of the second and third derivative of h over t in this cell. stack: float64 [2, >= 32], scratch.
-    A piece in which the slope may vanish and the curvature change sign is halved until it is clear.
+    bound2, bound3: bounds of the second and third derivative of h over t in this cell. stack: float64 [2, >= 32],
+    scratch. A piece in which the slope may vanish and the curvature change sign is halved until it is clear.
     """
     area = 0.0
     length = 0.0

@@ -13,15 +13,14 @@ Limits  64-bit phase: one rounding of 2^-65 turn a frame at most, 5e-10 turn in 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from synth.contact.evaluation import PLACE, cubic_surface, gate, place, smooth_step, surface_rates
 from synth.contact.exact import Array
+from synth.contact.kernels import inlined, kernel
 
 TURN = 2.0**64
 HALF_TURN = 2.0**63
-PLACE = 2.0**-53  # the 53 bits of the phase below the cell, as a fraction of the cell
 SMALLEST = 1.2e-38  # the smallest normal float32; what is below leaves as zero, so that no denormal slows a peer
-OPTIONS = {"nogil": True, "cache": True, "error_model": "numpy", "fastmath": {"contract"}}
 
 # entries of `layout`; then fade_from and fade_to of each level, then the edges of the intervals of load
 RATE, PERIOD, LIFT, GAIN, HOLD, CONSTANTS = 0, 1, 2, 3, 4, 5
@@ -29,8 +28,8 @@ RATE, PERIOD, LIFT, GAIN, HOLD, CONSTANTS = 0, 1, 2, 3, 4, 5
 SPEED, SPEED_RATE, LOAD, LOAD_RATE, LOAD_BEND = 0, 1, 2, 3, 4
 
 
-@njit(**OPTIONS)
-def read_steady(table, phase, step, gain, out, channel):  # type: ignore[no-untyped-def]
+@kernel
+def read_steady(table, phase, step, gain, out, channel):
     """Write gain * table at the phases phase + i step (uint64 fractions of a turn) to out[:, channel].
 
     table: float64 [cells, 4], cells a power of two.
@@ -48,79 +47,8 @@ def read_steady(table, phase, step, gain, out, channel):  # type: ignore[no-unty
         phase += step
 
 
-@njit(inline="always", **OPTIONS)
-def smooth_step(s):  # type: ignore[no-untyped-def]
-    """Return 3 s^2 - 2 s^3, kept in 0..1."""
-    s = min(max(s, 0.0), 1.0)
-    return s * s * (3.0 - 2.0 * s)
-
-
-@njit(inline="always", **OPTIONS)
-def gate(load, lift):  # type: ignore[no-untyped-def]
-    """Return the gate g at `load` and its first and second derivative over the load."""
-    s = min(max(load / lift, 0.0), 1.0)
-    rest = 1.0 - s
-    first = 30.0 * s * s * rest * rest / lift
-    second = 60.0 * s * rest * (1.0 - 2.0 * s) / (lift * lift)
-    return s * s * s * (10.0 + s * (6.0 * s - 15.0)), first, second
-
-
-@njit(inline="always", **OPTIONS)
-def row_value(pool, at, s):  # type: ignore[no-untyped-def]
-    """Return the cubic over the load with coefficients pool[at : at + 4]; unsigned indices need no wrap-around test."""
-    return pool[at] + s * (pool[at + np.uint64(1)] + s * (pool[at + np.uint64(2)] + s * pool[at + np.uint64(3)]))
-
-
-@njit(inline="always", **OPTIONS)
-def cubic_surface(pool, at, t, s):  # type: ignore[no-untyped-def]
-    """Return R from the 16 coefficients at pool[at], t along the phase and s along the load."""
-    a = row_value(pool, at, s)
-    b = row_value(pool, at + np.uint64(4), s)
-    c = row_value(pool, at + np.uint64(8), s)
-    d = row_value(pool, at + np.uint64(12), s)
-    return a + t * (b + t * (c + t * d))
-
-
-@njit(inline="always", **OPTIONS)
-def quintic(a, b, c, d, e, f, t):  # type: ignore[no-untyped-def]
-    """Return a polynomial of the fifth degree at t with its first and second derivative."""
-    value = a + t * (b + t * (c + t * (d + t * (e + t * f))))
-    first = b + t * (2.0 * c + t * (3.0 * d + t * (4.0 * e + t * (5.0 * f))))
-    second = 2.0 * c + t * (6.0 * d + t * (12.0 * e + t * (20.0 * f)))
-    return value, first, second
-
-
-@njit(inline="always", **OPTIONS)
-def row_cubic(pool, at, s):  # type: ignore[no-untyped-def]
-    """Return the cubic over the load with coefficients pool[at : at + 4], its first and its second derivative."""
-    a, b, c, d = pool[at], pool[at + np.uint64(1)], pool[at + np.uint64(2)], pool[at + np.uint64(3)]
-    return a + s * (b + s * (c + s * d)), b + s * (2.0 * c + s * (3.0 * d)), 2.0 * c + 6.0 * d * s
-
-
-@njit(inline="always", **OPTIONS)
-def surface_rates(pool, at, t, s, turn_rate, turn_bend, load_rate, load_bend):  # type: ignore[no-untyped-def]
-    """Return R and its first and second total time derivative from the 24 coefficients at pool[at].
-
-    turn_rate, turn_bend: dt/dt and d2t/dt2 in cells a second; load_rate, load_bend: the same of s.
-    """
-    a, a1, a2 = row_cubic(pool, at, s)
-    b, b1, b2 = row_cubic(pool, at + np.uint64(4), s)
-    c, c1, c2 = row_cubic(pool, at + np.uint64(8), s)
-    d, d1, d2 = row_cubic(pool, at + np.uint64(12), s)
-    e, e1, e2 = row_cubic(pool, at + np.uint64(16), s)
-    f, f1, f2 = row_cubic(pool, at + np.uint64(20), s)
-    value, along, bend = quintic(a, b, c, d, e, f, t)
-    by_load = a1 + t * (b1 + t * (c1 + t * (d1 + t * (e1 + t * f1))))
-    mixed = b1 + t * (2.0 * c1 + t * (3.0 * d1 + t * (4.0 * e1 + t * (5.0 * f1))))
-    load_curve = a2 + t * (b2 + t * (c2 + t * (d2 + t * (e2 + t * f2))))
-    first = along * turn_rate + by_load * load_rate
-    second = bend * turn_rate * turn_rate + along * turn_bend + 2.0 * mixed * turn_rate * load_rate
-    second += load_curve * load_rate * load_rate + by_load * load_bend
-    return value, first, second
-
-
-@njit(**OPTIONS)
-def interval_of(edges, load, start):  # type: ignore[no-untyped-def]
+@kernel
+def interval_of(edges, load, start):
     """Return the interval of the rising `edges` that holds `load`, its ends and 1 / width, looking from `start`.
 
     The first and last interval reach on without end, so that a load beyond the rows stays in them.
@@ -133,8 +61,8 @@ def interval_of(edges, load, start):  # type: ignore[no-untyped-def]
     return start, edges[start], edges[start + 1], 1.0 / (edges[start + 1] - edges[start])
 
 
-@njit(**OPTIONS)
-def level_of(fades, turns, level):  # type: ignore[no-untyped-def]
+@kernel
+def level_of(fades, turns, level):
     """Return the level that sounds at |turns| a frame, from and to which it does, and where it begins to fade.
 
     fades: fade_from, then fade_to of every level. The number of levels means silence. `level`: where to begin looking.
@@ -150,22 +78,12 @@ def level_of(fades, turns, level):  # type: ignore[no-untyped-def]
     return level, slowest, fades[count + level], fades[level]
 
 
-@njit(inline="always", **OPTIONS)
-def place(phase, bits, size, offset):  # type: ignore[no-untyped-def]
-    """Return where the coefficients of the cell of `phase` begin in the pool, and the place in that cell, 0..1.
-
-    bits: log2 of the cells of the table; size: coefficients of a cell; offset: where the table begins.
-    """
-    cell = phase >> (np.uint64(64) - bits)
-    return np.uint64(offset) + size * cell, np.float64(np.int64((phase << bits) >> np.uint64(11))) * PLACE
-
-
-@njit(**OPTIONS)
-def phases_of(motion, position, start, phase, step, bend, period):  # type: ignore[no-untyped-def]
+@kernel
+def phases_of(motion, position, start, phase, step, bend, period):
     """Return the phase of each frame from `start` on, and the phase after the last: uint64 fractions of a turn.
 
-    step, bend: turns a frame for 1 m/s, and for 1 m/s^2. position: metres at each frame, or empty; where it is given the
-    phase is the position over `period`, whatever `phase` was.
+    step, bend: turns a frame for 1 m/s, and for 1 m/s^2. position: metres at each frame, or empty; where it is given
+    the phase is the position over `period`, whatever `phase` was.
     """
     # Slices that begin at frame `start` let the loops run from 0: an index that may be negative cannot be vectorised.
     frames = motion.shape[1]
@@ -189,8 +107,8 @@ def phases_of(motion, position, start, phase, step, bend, period):  # type: igno
     return phases, phase
 
 
-@njit(**OPTIONS)
-def run_until(motion, start, step, slowest, fade, low, high):  # type: ignore[no-untyped-def]
+@kernel
+def run_until(motion, start, step, slowest, fade, low, high):
     """Return the first frame from `start` on whose speed or load leaves the ranges of one table."""
     speed, loads = motion[SPEED, start:], motion[LOAD, start:]
     outside = 0
@@ -206,11 +124,14 @@ def run_until(motion, start, step, slowest, fade, low, high):  # type: ignore[no
     return motion.shape[1]
 
 
-@njit(**OPTIONS)
-def run_displacement(pool, offset, bits, offset2, bits2, phases, motion, low, width, step, fade, fastest, gain, out, channel, start, stop):  # type: ignore[no-untyped-def]
+@kernel
+def run_displacement(
+    pool, offset, bits, offset2, bits2, phases, motion, low, width, step, fade, fastest, gain, out, channel, start, stop
+):
     """Write the displacement of frames `start` to `stop`, all of one level and interval, above the gate.
 
-    offset2, bits2: the table of the next level, into which frames faster than `fade` turns a frame fade; below 0: silence.
+    offset2, bits2: the table of the next level, into which frames faster than `fade` turns a frame fade; below 0:
+    silence.
     """
     phases, out = phases[start:stop], out[start:stop]
     loads, speeds = motion[LOAD, start:stop], motion[SPEED, start:stop]
@@ -229,8 +150,28 @@ def run_displacement(pool, offset, bits, offset2, bits2, phases, motion, low, wi
         out[i, channel] = value if abs(value) >= SMALLEST else 0.0
 
 
-@njit(**OPTIONS)
-def run_rate(pool, offset, bits, offset2, bits2, phases, motion, low, width, step, fade, fastest, spatial, gain, out, channel, start, stop, order):  # type: ignore[no-untyped-def]
+@kernel
+def run_rate(
+    pool,
+    offset,
+    bits,
+    offset2,
+    bits2,
+    phases,
+    motion,
+    low,
+    width,
+    step,
+    fade,
+    fastest,
+    spatial,
+    gain,
+    out,
+    channel,
+    start,
+    stop,
+    order,
+):
     """Write the velocity or acceleration of frames `start` to `stop`, as `run_displacement` does."""
     scale = spatial * np.float64(np.int64(1) << np.int64(bits))
     scale2 = spatial * np.float64(np.int64(1) << np.int64(bits2))
@@ -259,17 +200,19 @@ def run_rate(pool, offset, bits, offset2, bits2, phases, motion, low, width, ste
         out[i, channel] = value if abs(value) >= SMALLEST else 0.0
 
 
-@njit(inline="always", **OPTIONS)
-def next_table(tables, level, interval):  # type: ignore[no-untyped-def]
+@inlined
+def next_table(tables, level, interval):
     """Return offset and log2 of cells of the next level's table, and whether a run may fade into it."""
     if level + 1 == len(tables):
         return np.int64(-1), np.uint64(0), True
     return tables[level + 1, 1 + interval], np.uint64(tables[level + 1, 0]), tables[level + 1, 1 + interval] >= 0
 
 
-@njit(**OPTIONS)
-def fading_displacement(pool, tables, level, interval, phase, s, part):  # type: ignore[no-untyped-def]
-    """Return the displacement of one frame, `part` of the way from `level` to the next; NaN where a table is missing."""
+@kernel
+def fading_displacement(pool, tables, level, interval, phase, s, part):
+    """Return the displacement of one frame, `part` of the way from `level` to the next; NaN where a table is
+    missing.
+    """
     value = 0.0
     for k in range(level, min(level + 2, len(tables))):
         weight = 1.0 - part if k == level else part
@@ -282,8 +225,8 @@ def fading_displacement(pool, tables, level, interval, phase, s, part):  # type:
     return value
 
 
-@njit(**OPTIONS)
-def fading_rates(pool, tables, level, interval, phase, s, part, spatial, motion, i, along, along_bend):  # type: ignore[no-untyped-def]
+@kernel
+def fading_rates(pool, tables, level, interval, phase, s, part, spatial, motion, i, along, along_bend):
     """Return R and its two total time derivatives of frame `i`, as `fading_displacement` does."""
     value, first, second = 0.0, 0.0, 0.0
     for k in range(level, min(level + 2, len(tables))):
@@ -301,22 +244,21 @@ def fading_rates(pool, tables, level, interval, phase, s, part, spatial, motion,
     return value, first, second
 
 
-@njit(**OPTIONS)
-def read_displacement(pool, tables, layout, state, motion, position, start, out, channel):  # type: ignore[no-untyped-def]
-    """Write the displacement of frames `start` onward; return the first frame whose table is missing, or the frame count.
+@kernel
+def read_displacement(pool, tables, layout, state, motion, position, start, out, channel):
+    """Write the displacement of frames `start` onward; return the first frame whose table is missing, or the frame
+    count.
 
     pool: float64, all tables. tables: int64 [levels, 1 + intervals], log2 of the cells of a level, then where its table
-    of each interval begins, or -1. layout: float64, frames a second, texture period (m), lift_load (N), gain, and 1 where
-    the end rows hold beyond the edges (0: such a frame is missing); then fade_from and fade_to of each level (turns a
-    frame), and the edges of the intervals (N). state: uint64 [1], the phase of frame `start`, moved on. motion: float64
-    [5, frames] (rows above). position: float64 [frames] (m) or empty. out: float32 [frames, channels].
+    of each interval begins, or -1. layout: float64, frames a second, texture period (m), lift_load (N), gain, and 1
+    where the end rows hold beyond the edges (0: such a frame is missing); then fade_from and fade_to of each level
+    (turns a frame), and the edges of the intervals (N). state: uint64 [1], the phase of frame `start`, moved on.
+    motion: float64 [5, frames] (rows above). position: float64 [frames] (m) or empty. out: float32 [frames, channels].
     """
     frames, levels = motion.shape[1], len(tables)
     step, lift, gain = 1.0 / (layout[RATE] * layout[PERIOD]), layout[LIFT], layout[GAIN]
     fades, edges = layout[CONSTANTS : CONSTANTS + 2 * levels], layout[CONSTANTS + 2 * levels :]
-    phases, after = phases_of(
-        motion, position, start, state[0], step, 0.5 * step / layout[RATE], layout[PERIOD]
-    )
+    phases, after = phases_of(motion, position, start, state[0], step, 0.5 * step / layout[RATE], layout[PERIOD])
     level, interval, i = 0, 0, start
     while i < frames:
         turns, load = abs(motion[SPEED, i]) * step, motion[LOAD, i]
@@ -328,8 +270,23 @@ def read_displacement(pool, tables, layout, state, motion, position, start, out,
             if turns < upper:
                 stop = run_until(motion, i, step, slowest, upper, max(low, lift), high)
                 run_displacement(
-                    pool, tables[level, 1 + interval], np.uint64(tables[level, 0]), offset2, bits2, phases, motion, low, width, step,
-                    fade, fastest, gain, out, channel, i, stop,
+                    pool,
+                    tables[level, 1 + interval],
+                    np.uint64(tables[level, 0]),
+                    offset2,
+                    bits2,
+                    phases,
+                    motion,
+                    low,
+                    width,
+                    step,
+                    fade,
+                    fastest,
+                    gain,
+                    out,
+                    channel,
+                    i,
+                    stop,
                 )
                 i = stop
                 continue
@@ -351,15 +308,19 @@ def read_displacement(pool, tables, layout, state, motion, position, start, out,
     return frames
 
 
-@njit(**OPTIONS)
-def read_rate(pool, tables, layout, state, motion, position, start, out, channel, order):  # type: ignore[no-untyped-def]
-    """Write the velocity (`order` 1) or acceleration (`order` 2), as `read_displacement` does, from tables of degree 5."""
+@kernel
+def read_rate(pool, tables, layout, state, motion, position, start, out, channel, order):
+    """Write the velocity (`order` 1) or acceleration (`order` 2), as `read_displacement` does, from tables of degree
+    5.
+    """
     frames, levels = motion.shape[1], len(tables)
     step, lift, gain = 1.0 / (layout[RATE] * layout[PERIOD]), layout[LIFT], layout[GAIN]
-    fades, edges, spatial = layout[CONSTANTS : CONSTANTS + 2 * levels], layout[CONSTANTS + 2 * levels :], 1.0 / layout[PERIOD]
-    phases, after = phases_of(
-        motion, position, start, state[0], step, 0.5 * step / layout[RATE], layout[PERIOD]
+    fades, edges, spatial = (
+        layout[CONSTANTS : CONSTANTS + 2 * levels],
+        layout[CONSTANTS + 2 * levels :],
+        1.0 / layout[PERIOD],
     )
+    phases, after = phases_of(motion, position, start, state[0], step, 0.5 * step / layout[RATE], layout[PERIOD])
     level, interval, i = 0, 0, start
     while i < frames:
         turns, load = abs(motion[SPEED, i]) * step, motion[LOAD, i]
@@ -371,8 +332,25 @@ def read_rate(pool, tables, layout, state, motion, position, start, out, channel
             if turns < upper:
                 stop = run_until(motion, i, step, slowest, upper, max(low, lift), high)
                 run_rate(
-                    pool, tables[level, 1 + interval], np.uint64(tables[level, 0]), offset2, bits2, phases, motion, low, width, step,
-                    fade, fastest, spatial, gain, out, channel, i, stop, order,
+                    pool,
+                    tables[level, 1 + interval],
+                    np.uint64(tables[level, 0]),
+                    offset2,
+                    bits2,
+                    phases,
+                    motion,
+                    low,
+                    width,
+                    step,
+                    fade,
+                    fastest,
+                    spatial,
+                    gain,
+                    out,
+                    channel,
+                    i,
+                    stop,
+                    order,
                 )
                 i = stop
                 continue
@@ -385,8 +363,18 @@ def read_rate(pool, tables, layout, state, motion, position, start, out, channel
             inside = width if 0.0 <= s <= 1.0 else 0.0
             part = smooth_step((turns - fade) / (fastest - fade))
             value, first, second = fading_rates(
-                pool, tables, level, interval, phases[i], min(max(s, 0.0), 1.0), part, spatial, motion, i,
-                load_rate * inside, load_bend * inside,
+                pool,
+                tables,
+                level,
+                interval,
+                phases[i],
+                min(max(s, 0.0), 1.0),
+                part,
+                spatial,
+                motion,
+                i,
+                load_rate * inside,
+                load_bend * inside,
             )
             if value != value:
                 state[0] = phases[i]
@@ -401,7 +389,7 @@ def read_rate(pool, tables, layout, state, motion, position, start, out, channel
     return frames
 
 
-def turns_to_phase(turns: Array) -> np.ndarray:  # type: ignore[type-arg]
+def turns_to_phase(turns: Array) -> np.ndarray:
     """Return turns as uint64 fractions of a turn."""
     rest = turns - np.rint(turns)
     return (np.rint(rest * HALF_TURN).astype(np.int64).view(np.uint64)) << np.uint64(1)

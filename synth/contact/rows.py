@@ -1,8 +1,8 @@
 """The contact response where the load varies: one series a row of load, and cubics between the rows.
 
-Model   Between two rows z is the cubic in w through both series and their slopes dz/dw. An interval is halved, each half with an
-        exact series at its middle, until that middle agrees with the cubic within the tolerance, or the interval is as
-        fine as rows may lie.
+Model   Between two rows z is the cubic in w through both series and their slopes dz/dw. An interval is halved, each
+        half with an exact series at its middle, until that middle agrees with the cubic within the tolerance, or the
+        interval is as fine as rows may lie.
         Intervals begin as octaves of load above `base`, with one interval from the envelope at no load up to it.
 Source  design, sections 1 and 8; Fagiani & Barbieri (2016), eqs 1, 4, 5.
 Limits  Where a patch is born the response is singular in the load, and no spacing of rows reaches a tight tolerance in
@@ -85,7 +85,7 @@ class Rows:
 
     def octave(self, load: float) -> int:
         """Return the number of the octave that holds `load` (N): 0 is everything below `base`."""
-        return 0 if load < self.base else 1 + int(math.floor(math.log2(load / self.base) + 1e-12))
+        return 0 if load < self.base else 1 + math.floor(math.log2(load / self.base) + 1e-12)
 
     def cover(self, low: float, high: float, finest: float, stop: Callable[[], bool] = lambda: False) -> None:
         """Solve the octaves that hold the loads from `low` to `high` (N), and those between them and what is there.
@@ -148,7 +148,9 @@ class Rows:
         return load_cubic(a.harmonics[:cut], a.slopes[:cut], b.harmonics[:cut], b.slopes[:cut], high - low)
 
     def middle_error(self, low: float, middle: float, high: float) -> tuple[tuple[float, ...], bool]:
-        """Return the error of the cubic at `middle` (N), each order relative to its peak-to-peak there; and if it is small."""
+        """Return the error of the cubic at `middle` (N), each order relative to its peak-to-peak there; and if it is
+        small.
+        """
         highest = self.demand.highest
         truth = self.spectrum(middle).harmonics[: highest + 1]
         s = (middle - low) / (high - low)

@@ -1,11 +1,11 @@
 """z over one period of the texture, as a Fourier series of known error.
 
 Model   z(theta) = sum over n of Z_n exp(2 pi i n theta); the k-th time derivative at a speed u has the coefficients
-        (2 pi i n u / lambda2)^k Z_n. The series is taken from M exact solutions at equal steps of phase. M doubles, reusing
-        what is solved, until the change of every quantity asked for is within the tolerance.
+        (2 pi i n u / lambda2)^k Z_n. The series is taken from M exact solutions at equal steps of phase. M doubles,
+        reusing what is solved, until the change of every quantity asked for is within the tolerance.
         dz/dw = -1.5 (w/k) / (w |C| / L), with k from eqs 4-5, gives the slope of the series with the load.
-Source  Fagiani & Barbieri (2016), eqs 1, 4, 5. Kinks of order 3/2 make Z_n fall as n^-2.5, so each doubling of M lowers the
-        error about 5.6 times.
+Source  Fagiani & Barbieri (2016), eqs 1, 4, 5. Kinks of order 3/2 make Z_n fall as n^-2.5, so each doubling of M
+        lowers the error about 5.6 times.
 Limits  `error` is half the last change seen: tests/synth/test_spectrum.py holds it against much larger M.
 """
 
@@ -101,7 +101,9 @@ def curves(harmonics: Complex, order: int, points: int) -> Array:
 
 
 def points_for(highest: int) -> int:
-    """Return how many points show a series of `highest` harmonics well: a power of two, at least 4 a period of the last."""
+    """Return how many points show a series of `highest` harmonics well: a power of two, at least 4 a period of the
+    last.
+    """
     return max(64, 1 << (4 * highest).bit_length())
 
 
@@ -162,7 +164,9 @@ def _woven(even: Array, odd: Array) -> Array:
 
 
 def _change(before: Complex, now: Complex, demand: Demand, scale: float) -> tuple[tuple[float, ...], bool]:
-    """Return the error of each order relative to its peak-to-peak, and whether all are within the tolerance or the floor."""
+    """Return the error of each order relative to its peak-to-peak, and whether all are within the tolerance or the
+    floor.
+    """
     points = points_for(demand.highest)
     errors, good = [], True
     for order in demand.orders:

@@ -1,4 +1,5 @@
-"""The tables of a moving voice: for each level and each interval of load one block of coefficients, built when it is met.
+"""The tables of a moving voice: for each level and each interval of load one block of coefficients, built when it is
+met.
 
 Model   see `tables` and `levels`. All blocks lie in one pool, so that the compiled loop needs one array.
 Source  design, sections 1 and 4.

@@ -1,11 +1,12 @@
 """Tables that are read at audio rate: piecewise polynomials over the phase, and over the load where it varies.
 
-Model   A period is cut into equal cells, a power of two of them. In each cell the series is replaced by the polynomial that
-        shares its value and derivatives at both ends: of third degree (value, slope), or of fifth (and curvature), for the
-        quantities that need derivatives. Over the load it is the cubic through two rows and their slopes dz/dw.
+Model   A period is cut into equal cells, a power of two of them. In each cell the series is replaced by the polynomial
+        that
+        shares its value and derivatives at both ends: of third degree (value, slope), or of fifth (and curvature), for
+        the quantities that need derivatives. Over the load it is the cubic through two rows and their slopes dz/dw.
 Source  Hermite interpolation; the derivatives are exact, from the series.
-Limits  cells are doubled until the polynomials keep the share of the tolerance that is theirs, measured at the quarters of
-        every cell against the series.
+Limits  cells are doubled until the polynomials keep the share of the tolerance that is theirs, measured at the
+        quarters of every cell against the series.
 """
 
 from __future__ import annotations
@@ -23,10 +24,11 @@ FEWEST_CELLS = 16
 TAIL_SHARE = 0.15  # of the tolerance: what the harmonics dropped from the end of a series may add up to
 
 
-
 @dataclass(frozen=True, slots=True)
 class Fitted:
-    """A table and its error: coefficients float64 [cells, degree + 1], error of each order relative to its peak-to-peak."""
+    """A table and its error: coefficients float64 [cells, degree + 1], error of each order relative to its
+    peak-to-peak.
+    """
 
     coefficients: Array
     errors: tuple[float, ...]
@@ -47,7 +49,9 @@ def kept_harmonics(harmonics: Complex, orders: tuple[int, ...], tolerance: float
 
 
 def polynomials(harmonics: Complex, degree: int, cells: int) -> Array:
-    """Return the coefficients [cells, degree + 1] of the series without its mean, in powers of the place t in a cell."""
+    """Return the coefficients [cells, degree + 1] of the series without its mean, in powers of the place t in a
+    cell.
+    """
     stride = max(1, (2 << (len(harmonics) - 1).bit_length()) // cells)
     value = curves(harmonics, 0, stride * cells)[::stride]
     slope = curves(harmonics, 1, stride * cells)[::stride] / cells
@@ -100,15 +104,17 @@ def _errors(table: Array, harmonics: Complex, orders: tuple[int, ...]) -> tuple[
 def limited_slopes(low: Complex, high: Complex, slopes: Complex, width: float) -> Complex:
     """Return `slopes` (a unit of load), each harmonic held to what its two rows allow over an interval of `width`.
 
-    Where a harmonic turns faster with the load than the rows can show, its slope would throw the cubic far beyond both rows;
-    three times the larger of them is as far as a monotone cubic goes (Fritsch & Carlson, 1980).
+    Where a harmonic turns faster with the load than the rows can show, its slope would throw the cubic far beyond both
+    rows; three times the larger of them is as far as a monotone cubic goes (Fritsch & Carlson, 1980).
     """
     bound = 3.0 * np.maximum(np.abs(low), np.abs(high)) / width
     size = np.abs(slopes)
     return np.asarray(slopes * np.minimum(1.0, bound / np.maximum(size, 1e-300)))
 
 
-def load_cubic(low: Complex, low_slopes: Complex, high: Complex, high_slopes: Complex, width: float) -> tuple[Complex, ...]:
+def load_cubic(
+    low: Complex, low_slopes: Complex, high: Complex, high_slopes: Complex, width: float
+) -> tuple[Complex, ...]:
     """Return the four series of the cubic in s = (w - w_low) / width through two rows and their slopes (m/N)."""
     rise = high - low
     first = width * limited_slopes(low, high, low_slopes, width)
@@ -117,7 +123,9 @@ def load_cubic(low: Complex, low_slopes: Complex, high: Complex, high_slopes: Co
 
 
 def surface(series: tuple[Complex, ...], degree: int, cells: int) -> Array:
-    """Return coefficients [cells, degree + 1, 4]: powers of the place in a phase cell, then of the place between the rows."""
+    """Return coefficients [cells, degree + 1, 4]: powers of the place in a phase cell, then of the place between the
+    rows.
+    """
     table = np.empty((cells, degree + 1, 4))
     for power, harmonics in enumerate(series):
         table[:, :, power] = polynomials(harmonics, degree, cells)

@@ -87,7 +87,7 @@ def test_a_session_plays_once_at_a_time_and_streams_meanwhile(running: Running) 
 
 @pytest.mark.parametrize(
     "name",
-    ["", "../x.wav", "/tmp/x.wav", "a/b.wav", ".hidden.wav", "x.mp3", "x.wav.part", "x", "x.wav\n", "..wav", "x\0.wav"],
+    ["", "../x.wav", "/x.wav", "a/b.wav", ".hidden.wav", "x.mp3", "x.wav.part", "x", "x.wav\n", "..wav", "x\0.wav"],
 )
 def test_a_name_that_could_leave_the_folder_is_refused(running: Running, name: str) -> None:
     _, answer = start(running, f"file:{name}")
