@@ -19,9 +19,9 @@ from fractions import Fraction
 import numpy as np
 
 from synth.cache import ResponseCache
+from synth.contact.evaluation import gate
 from synth.contact.exact import Array
 from synth.contact.geometry import Geometry
-from synth.contact.evaluation import gate
 from synth.contact.spectrum import Contact, Demand, Spectrum, curves, points_for, solve_spectrum
 from synth.contact.stiffness import Stiffness
 from synth.contact.tables import CUBIC, TAIL_SHARE, Fitted, fitted_table, kept_harmonics
@@ -160,8 +160,10 @@ def _prepared(scene: Scene, cache: ResponseCache) -> Preparation:
         contact = Contact.of(geometry, stiffness)
         if scene.accuracy.tolerance == "imperceptible":
             tolerance = _imperceptible(_solved(contact, scene, Demand(highest, orders, 1e-2), 0, cache), turns, orders)
-        demand = Demand(highest, orders, ALIAS_SHARE * tolerance)
-        spectrum = _solved(contact, scene, demand, min(N_MAX, MOVING_REACH * highest) if moving else 0, cache)
+        varies = len(set(motion.load_range())) > 1
+        reach = min(N_MAX, (ROWS_REACH if varies else MOVING_REACH) * highest) if moving else highest
+        demand = Demand(highest if varies else reach, orders, ALIAS_SHARE * tolerance)
+        spectrum = _solved(contact, scene, demand, reach, cache)
     return _with_channels(
         Preparation(scene, contact, spectrum, turns, highest, tolerance, (), silence, (), moving, motion.load_range())
     )

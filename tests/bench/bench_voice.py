@@ -1,0 +1,145 @@
+"""Voices: what a frame costs at constant load, and under a hand whose speed and load change at every frame.
+
+The hand's voice is compared with `numpy.sin` on this machine, in one loop: a block of the voice, then `numpy.sin` over
+as many float64, a ramp of phase of 100 Hz (from 0 to 2 pi 100 over the second), each with its own new output array.
+"""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Callable
+from functools import partial
+from time import monotonic
+
+import numpy as np
+
+from synth import Motion, Voice, open_voice, parse_scene
+from synth.voice import BLOCK
+from tests.bench.timing import Figure, alternated, figure, repeated
+
+FRAMES = 480  # a block: 10 ms at 48 kHz
+BLOCKS = 100  # one second
+RATE = 48000
+SINE_HZ = 100.0
+SETTLED = 0.5  # s without a new row of load: the thread that solves rows round the hand has nothing left to do
+PATIENCE = 60.0  # s
+
+Renders = list[Callable[[], object]]
+
+
+def figures(quick: bool) -> list[Figure]:
+    """Return the lines of the voices; on one core."""
+    repeats = 3 if quick else 60
+    return [
+        against_sine("displacement", 1.0, repeats),
+        against_sine("velocity", None, repeats),
+        against_sine("acceleration", 3.0, repeats),
+        *steady(repeats),
+        *moving(repeats),
+    ]
+
+
+def hand(*, load_varies: bool = True) -> list[Motion]:
+    """Return a second of a hand's motion in blocks: 60 to 100 mm/s, 0.25 to 0.35 N, with their derivatives."""
+    t = np.arange(FRAMES * BLOCKS) / RATE
+    swing = 0.05 if load_varies else 0.0
+    return [
+        Motion.of(
+            FRAMES,
+            speed=0.08 + 0.02 * np.sin(6.0 * part),
+            speed_rate=0.12 * np.cos(6.0 * part),
+            load=0.3 + swing * np.sin(4.0 * part),
+            load_rate=4.0 * swing * np.cos(4.0 * part),
+            load_bend=-16.0 * swing * np.sin(4.0 * part),
+        )
+        for part in np.split(t, BLOCKS)
+    ]
+
+
+def hand_blocks(voice: Voice, motions: list[Motion]) -> Renders:
+    """Return the renders of each block of `motions`."""
+    return [partial(voice.render, motion.frames, motion) for motion in motions]
+
+
+def sine_blocks() -> Renders:
+    """Return `numpy.sin` over as many frames as each block has."""
+    ramp = 2.0 * np.pi * SINE_HZ * np.arange(FRAMES * BLOCKS) / RATE
+    return [partial(np.sin, part.copy()) for part in np.split(ramp, BLOCKS)]
+
+
+def against_sine(quantity: str, limit: float | None, repeats: int) -> Figure:
+    """Return the time of a live voice under a hand, in that of `numpy.sin`."""
+    voice = open_voice(parse_scene({"output": {"quantity": quantity}}), live=True)
+    try:
+        renders = hand_blocks(voice, hand())
+        settle(voice, renders)
+        voices, sines = alternated(renders, sine_blocks(), repeats)
+    finally:
+        voice.close()
+    ratios = [one / other for one, other in zip(voices, sines, strict=True)]
+    per_frame = 1e9 / (FRAMES * BLOCKS)
+    how = (
+        f"{per_frame * statistics.median(voices):.2f} ns/frame against {per_frame * statistics.median(sines):.2f}, "
+        f"median of {repeats} x {BLOCKS} blocks of {FRAMES} in turn"
+    )
+    return figure(f"live voice, {quantity}", ratios, "x sin", limit, how)
+
+
+def settle(voice: Voice, renders: Renders) -> None:
+    """Render until every row of load that the hand calls for is solved and every table built."""
+    began = still_since = monotonic()
+    held = -1
+    while not voice.rows_ready or monotonic() - still_since < SETTLED:
+        for render in renders:
+            render()
+        if voice.memory_bytes != held:
+            held, still_since = voice.memory_bytes, monotonic()
+        if monotonic() - began > PATIENCE:
+            raise TimeoutError(f"rows of load were still being solved after {PATIENCE:g} s")
+
+
+def steady(repeats: int) -> list[Figure]:
+    """Return what a frame costs at constant speed and load, in live blocks and in the blocks of a finite render."""
+    lines = []
+    for quantity in ("displacement", "acceleration"):
+        voice = open_voice(parse_scene({"output": {"quantity": quantity}}))
+        for frames in (FRAMES, BLOCK):
+            took = repeated(partial(_many, voice, frames, max(1, FRAMES * BLOCKS // frames)), repeats)
+            made = frames * max(1, FRAMES * BLOCKS // frames)
+            how = f"blocks of {frames}, median of {repeats}"
+            lines.append(figure(f"steady voice, {quantity}", took, "ns/frame", 8.0, how, scale=1e9 / made))
+    return lines
+
+
+def _many(voice: Voice, frames: int, blocks: int) -> None:
+    for _ in range(blocks):
+        voice.render(frames)
+
+
+def moving(repeats: int) -> list[Figure]:
+    """Return what a frame costs where the speed changes at constant load: under a hand, and along a stroke.
+
+    A stroke computes its motion too, which a hand brings along.
+    """
+    lines = []
+    for quantity, limit in (("displacement", 8.0), ("acceleration", None)):
+        voice = open_voice(parse_scene({"output": {"quantity": quantity}}), live=True)
+        try:
+            renders = hand_blocks(voice, hand(load_varies=False))
+            settle(voice, renders)
+            took = repeated(partial(_all, renders), repeats)
+        finally:
+            voice.close()
+        name, how = f"hand at constant load, {quantity}", f"blocks of {FRAMES}, median of {repeats}"
+        lines.append(figure(name, took, "ns/frame", limit, how, scale=1e9 / (FRAMES * BLOCKS)))
+    for quantity, limit in (("displacement", 8.0), ("acceleration", None)):
+        stroke = open_voice(parse_scene({"scan": {"stroke": {}}, "output": {"quantity": quantity}}))
+        took = repeated(partial(_many, stroke, FRAMES, BLOCKS), repeats)
+        name = f"stroke, {quantity}"
+        lines.append(figure(name, took, "ns/frame", limit, how, scale=1e9 / (FRAMES * BLOCKS)))
+    return lines
+
+
+def _all(renders: Renders) -> None:
+    for render in renders:
+        render()
