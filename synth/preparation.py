@@ -22,7 +22,7 @@ from synth.cache import ResponseCache
 from synth.contact.evaluation import gate
 from synth.contact.exact import Array
 from synth.contact.geometry import Geometry
-from synth.contact.spectrum import Contact, Demand, Spectrum, curves, points_for, solve_spectrum
+from synth.contact.spectrum import Contact, Demand, Spectrum, curves, error_floor, points_for, solve_spectrum
 from synth.contact.stiffness import Stiffness
 from synth.contact.tables import CUBIC, TAIL_SHARE, Fitted, fitted_table, kept_harmonics
 from synth.motion import ScanMotion
@@ -248,7 +248,8 @@ def _with_channels(solved: Preparation) -> Preparation:
         if spectrum is not None and not silence:
             seen = spectrum.errors[orders.index(order)] if order in orders else 0.0
             error = seen + (TAIL_SHARE + TABLE_SHARE) * solved.tolerance + ROUNDING
-            if error > solved.tolerance:
+            floor = error_floor(Geometry.of_scene(scene).height_scale, max(solved.highest, 1), order)
+            if (error - solved.tolerance) * extent > floor * abs(solved.turns) ** order:
                 warnings.append(
                     f"The {channel.quantity} reaches an error of {error:.2g} of its peak-to-peak, not the "
                     f"{solved.tolerance:.2g} asked for."

@@ -26,6 +26,7 @@ Complex = np.ndarray[Any, np.dtype[np.complex128]]
 
 FEWEST_PHASES = 64  # fewer save no time that can be measured
 MOST_PHASES = 1 << 21  # 4 s of work on the default scene; where it is not enough the error says so
+MOST_WORK = 1 << 31  # phases times cells of the grid: about 10 s; where it is not enough the error says so
 FLOOR = 1e-12  # of a1 + a2, in displacement: the round-off of the solver (design, section 4)
 PROBES = 8  # phases off every grid at which a converged series is checked once more
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
@@ -126,6 +127,7 @@ def solve_spectrum(contact: Contact, load: float, demand: Demand, keep: int = 0,
 
 def _grown(contact: Contact, load: float, demand: Demand, keep: int, start: int) -> Spectrum:
     geometry = contact.geometry
+    most = min(MOST_PHASES, max(256, MOST_WORK // contact.grid.tables.shape[1]))
     phases = start or _first_phases(geometry, demand)
     height, slope = contact.approach(np.arange(phases) / phases, load)
     before = _series(height, demand.highest)
@@ -137,7 +139,7 @@ def _grown(contact: Contact, load: float, demand: Demand, keep: int, start: int)
         phases *= 2
         now = _series(height, demand.highest)
         errors, good = _change(before, now, demand, geometry.height_scale)
-        if (good and (start or _probed(contact, load, height, unseen))) or 2 * phases > MOST_PHASES:
+        if (good and (start or _probed(contact, load, height, unseen))) or 2 * phases > most:
             return Spectrum(load, _series(height, keep), _series(slope, keep), errors, phases, False)
         before = now
 
@@ -145,7 +147,8 @@ def _grown(contact: Contact, load: float, demand: Demand, keep: int, start: int)
 def _first_phases(geometry: Geometry, demand: Demand) -> int:
     """Return a power of two of phases that sees the line at n = lambda2 / lambda1 of a locked contact."""
     locked = 4.0 * geometry.texture_period / geometry.ridge_period if geometry.ridge_amplitude else 0.0
-    return 1 << math.ceil(math.log2(min(max(FEWEST_PHASES, locked), max(4.0 * demand.highest, 256.0))))
+    wanted = min(max(FEWEST_PHASES, locked), max(4.0 * demand.highest, 256.0))
+    return 1 << math.ceil(math.log2(wanted))
 
 
 def _series(samples: Array, highest: int) -> Complex:
@@ -163,6 +166,13 @@ def _woven(even: Array, odd: Array) -> Array:
     return both
 
 
+def error_floor(scale: float, highest: int, order: int) -> float:
+    """Return the error that round-off may leave in a derivative over theta: FLOOR of `scale` (a1 + a2, m) in
+    displacement.
+    """
+    return FLOOR * scale * (2.0 * math.pi * highest) ** order
+
+
 def _change(before: Complex, now: Complex, demand: Demand, scale: float) -> tuple[tuple[float, ...], bool]:
     """Return the error of each order relative to its peak-to-peak, and whether all are within the tolerance or the
     floor.
@@ -172,7 +182,7 @@ def _change(before: Complex, now: Complex, demand: Demand, scale: float) -> tupl
     for order in demand.orders:
         error = 0.5 * float(np.max(np.abs(curves(now - before, order, points))))
         extent = float(np.ptp(curves(now, order, points)))
-        floor = FLOOR * scale * (2.0 * math.pi * demand.highest) ** order
+        floor = error_floor(scale, demand.highest, order)
         good = good and error <= demand.tolerance * extent + floor
         errors.append(error / extent if extent > 0.0 else 0.0)
     return tuple(errors), good

@@ -53,23 +53,40 @@ def polynomials(harmonics: Complex, degree: int, cells: int) -> Array:
     cell.
     """
     stride = max(1, (2 << (len(harmonics) - 1).bit_length()) // cells)
-    value = curves(harmonics, 0, stride * cells)[::stride]
-    slope = curves(harmonics, 1, stride * cells)[::stride] / cells
+    sampled = derivatives(harmonics, 3 if degree == QUINTIC else 2, stride * cells)[:, ::stride]
+    value, slope = sampled[0], sampled[1] / cells
     table = np.empty((cells, degree + 1))
-    next_value, next_slope = np.roll(value, -1), np.roll(slope, -1)
+    next_value, next_slope = following(value), following(slope)
     rise = next_value - value
     table[:, 0], table[:, 1] = value, slope
     if degree == CUBIC:
         table[:, 2] = 3.0 * rise - 2.0 * slope - next_slope
         table[:, 3] = slope + next_slope - 2.0 * rise
         return table
-    bend = curves(harmonics, 2, stride * cells)[::stride] / cells**2
-    next_bend = np.roll(bend, -1)
+    bend = sampled[2] / cells**2
+    next_bend = following(bend)
     table[:, 2] = 0.5 * bend
     table[:, 3] = 10.0 * rise - 6.0 * slope - 4.0 * next_slope - 1.5 * bend + 0.5 * next_bend
     table[:, 4] = -15.0 * rise + 8.0 * slope + 7.0 * next_slope + 1.5 * bend - next_bend
     table[:, 5] = 6.0 * rise - 3.0 * (slope + next_slope) + 0.5 * (next_bend - bend)
     return table
+
+
+def derivatives(harmonics: Complex, count: int, points: int) -> Array:
+    """Return the series without its mean and its first derivatives over theta, float64 [count, points], in one
+    transform.
+    """
+    series = np.zeros((count, points // 2 + 1), dtype=np.complex128)
+    rows, turns = series[:, 1 : len(harmonics)], 2j * np.pi * np.arange(1, len(harmonics))
+    rows[0] = harmonics[1:] * points
+    for order in range(1, count):
+        rows[order] = rows[order - 1] * turns
+    return np.asarray(np.fft.irfft(series, points))
+
+
+def following(values: Array) -> Array:
+    """Return at each place of a period the value at the next."""
+    return np.concatenate([values[1:], values[:1]])
 
 
 def fitted_table(harmonics: Complex, degree: int, orders: tuple[int, ...], tolerance: float) -> Fitted:

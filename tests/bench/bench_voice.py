@@ -117,27 +117,33 @@ def _many(voice: Voice, frames: int, blocks: int) -> None:
 
 
 def moving(repeats: int) -> list[Figure]:
-    """Return what a frame costs where the speed changes at constant load: under a hand, and along a stroke.
+    """Return what a frame costs at constant load where the speed changes: under a hand, and along a stroke.
 
-    A stroke computes its motion too, which a hand brings along.
+    A hand brings its motion along; the voice of a stroke also computes it.
     """
-    lines = []
-    for quantity, limit in (("displacement", 8.0), ("acceleration", None)):
-        voice = open_voice(parse_scene({"output": {"quantity": quantity}}), live=True)
-        try:
-            renders = hand_blocks(voice, hand(load_varies=False))
-            settle(voice, renders)
-            took = repeated(partial(_all, renders), repeats)
-        finally:
-            voice.close()
-        name, how = f"hand at constant load, {quantity}", f"blocks of {FRAMES}, median of {repeats}"
-        lines.append(figure(name, took, "ns/frame", limit, how, scale=1e9 / (FRAMES * BLOCKS)))
-    for quantity, limit in (("displacement", 8.0), ("acceleration", None)):
-        stroke = open_voice(parse_scene({"scan": {"stroke": {}}, "output": {"quantity": quantity}}))
-        took = repeated(partial(_many, stroke, FRAMES, BLOCKS), repeats)
-        name = f"stroke, {quantity}"
-        lines.append(figure(name, took, "ns/frame", limit, how, scale=1e9 / (FRAMES * BLOCKS)))
-    return lines
+    hands = [under_hand("displacement", 8.0, repeats), under_hand("acceleration", None, repeats)]
+    return [*hands, along_stroke(repeats)]
+
+
+def under_hand(quantity: str, limit: float | None, repeats: int) -> Figure:
+    """Return what a frame costs under a hand that presses evenly."""
+    voice = open_voice(parse_scene({"output": {"quantity": quantity}}), live=True)
+    try:
+        renders = hand_blocks(voice, hand(load_varies=False))
+        settle(voice, renders)
+        took = repeated(partial(_all, renders), repeats)
+    finally:
+        voice.close()
+    how = f"speed changes, load does not, blocks of {FRAMES}, median of {repeats}"
+    return figure(f"hand at constant load, {quantity}", took, "ns/frame", limit, how, scale=1e9 / (FRAMES * BLOCKS))
+
+
+def along_stroke(repeats: int) -> Figure:
+    """Return what a frame of a back-and-forth scan costs, its motion computed with it."""
+    voice = open_voice(parse_scene({"scan": {"stroke": {}}, "output": {"quantity": "displacement"}}))
+    took = repeated(partial(_many, voice, FRAMES, BLOCKS), repeats)
+    how = f"speed and position computed too, blocks of {FRAMES}, median of {repeats}"
+    return figure("stroke, displacement", took, "ns/frame", None, how, scale=1e9 / (FRAMES * BLOCKS))
 
 
 def _all(renders: Renders) -> None:

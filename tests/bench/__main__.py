@@ -1,0 +1,77 @@
+"""Every figure that the project has set itself, measured in one run and printed beside its limit.
+
+    python -m tests.bench [--long] [--json] [PART ...]
+
+Parts: solver, voice, response (each on one core), service, processes; --long adds an hour's render. Nothing here passes
+or fails: a figure over its limit says OVER. docs/benchmarks.md tells what each line means.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Callable
+from contextlib import nullcontext
+
+from tests.bench import bench_processes, bench_response, bench_service, bench_solver, bench_voice
+from tests.bench.timing import Figure, machine, one_core
+
+Measure = Callable[[bool], list[Figure]]
+
+PARTS: dict[str, Measure] = {
+    "solver": bench_solver.figures,
+    "voice": bench_voice.figures,
+    "response": bench_response.figures,
+    "service": bench_service.figures,
+    "processes": bench_processes.figures,
+}
+ON_ONE_CORE = ("solver", "voice", "response")
+HEADER = f"{'figure':35} {'median':>9} {'least':>9} {'unit':8} {'limit':>6} {'':6}  how"
+
+
+def main(words: list[str] | None = None) -> None:
+    """Measure what `words` ask for, a line as soon as it is known."""
+    arguments = parser().parse_args(words)
+    asked: dict[str, Measure] = {name: PARTS[name] for name in arguments.parts or PARTS}
+    if arguments.long:
+        asked["hour"] = bench_processes.hour
+    if not arguments.json:
+        print(", ".join(f"{name} {value}" for name, value in machine().items()), HEADER, sep="\n")
+    found = []
+    for name, measure in asked.items():
+        with one_core() if name in ON_ONE_CORE else nullcontext():
+            lines = measure(arguments.quick)
+        found += lines
+        if not arguments.json:
+            print(*map(line, lines), sep="\n", flush=True)
+    if arguments.json:
+        print(json.dumps({"machine": machine(), "figures": [one.document() for one in found]}, indent=1))
+
+
+def parser() -> argparse.ArgumentParser:
+    """Return the command's arguments."""
+    made = argparse.ArgumentParser(prog="python -m tests.bench", description="Measure ridgewave on this machine.")
+    made.add_argument("parts", nargs="*", metavar="PART", type=part, help=f"of {', '.join(PARTS)}; all without one")
+    made.add_argument("--long", action="store_true", help="an hour's render too: its peak memory")
+    made.add_argument("--json", action="store_true", help="the figures as JSON, when all are measured")
+    made.add_argument("--quick", action="store_true", help="few repeats: shows that it runs, not how fast")
+    return made
+
+
+def part(word: str) -> str:
+    """Return `word` if it names a part."""
+    if word not in PARTS:
+        raise argparse.ArgumentTypeError(f"{word!r} is none of {', '.join(PARTS)}")
+    return word
+
+
+def line(one: Figure) -> str:
+    """Return a figure as a line of the table."""
+    limit = "" if one.limit is None else f"{one.limit:g}"
+    return (
+        f"{one.name:35} {one.value:9.3f} {one.least:9.3f} {one.unit:8} {limit:>6} {one.verdict:6}  {one.how}"
+    ).rstrip()
+
+
+if __name__ == "__main__":
+    main()

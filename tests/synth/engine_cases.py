@@ -1,0 +1,83 @@
+"""What the tests of the engine share: scenes from documents, the same touch for the oracles, random documents."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from synth.contact.geometry import Geometry
+from synth.contact.spectrum import Contact
+from synth.contact.stiffness import Stiffness
+from synth.scene import Scene, parse_scene
+from synth.voice import Voice
+from tests.reference.stiffness_oracle import Touch
+
+QUANTITIES = ("displacement", "velocity", "acceleration")
+RATES = (8000, 44100, 48000, 96000)
+
+Real = npt.NDArray[np.float64]
+
+
+def scene_of(**sections: Any) -> Scene:
+    """Return the scene whose sections are given."""
+    return parse_scene(sections)
+
+
+def touch_of(scene: Scene) -> Touch:
+    """Return the touch of `scene` for the oracles."""
+    finger, texture = scene.finger, scene.texture
+    return Touch(
+        load=scene.scan.load,
+        contact_length=finger.contact_length,
+        ridge_period=finger.ridge_period,
+        texture_period=texture.period,
+        ridge_amplitude=finger.ridge_amplitude,
+        texture_amplitude=texture.amplitude,
+        finger_modulus=finger.youngs_modulus,
+        finger_poisson=finger.poisson_ratio,
+        texture_modulus=texture.youngs_modulus,
+        texture_poisson=texture.poisson_ratio,
+        phase=texture.phase,
+    )
+
+
+def contact_of(scene: Scene) -> Contact:
+    return Contact.of(Geometry.of_scene(scene), Stiffness.of_scene(scene))
+
+
+def spread(random: np.random.Generator, low: float, high: float) -> float:
+    """Return a number between `low` and `high`, evenly on a logarithmic scale."""
+    return math.exp(random.uniform(math.log(low), math.log(high)))
+
+
+def random_document(random: np.random.Generator, rate: int, tolerance: float = 1e-3) -> dict[str, Any]:
+    """Return a steady scene of all three quantities whose oracle takes well under a second."""
+    period = spread(random, 2e-4, 3e-3)
+    fundamental = spread(random, rate / 400, rate / 12)
+    return {
+        "finger": {
+            "ridge_period": spread(random, 2e-4, 1e-3),
+            "ridge_amplitude": spread(random, 5e-6, 8e-5),
+            "contact_length": spread(random, 3e-3, 1.2e-2),
+            "youngs_modulus": spread(random, 4e4, 1e6),
+        },
+        "texture": {
+            "period": period,
+            "amplitude": spread(random, 2e-6, 1e-4),
+            "phase": float(random.uniform(0, 6.28)),
+        },
+        "scan": {
+            "speed": min(fundamental * period, 10.0) * float(random.choice([-1, 1])),
+            "load": spread(random, 1e-2, 3),
+        },
+        "output": {"channels": list(QUANTITIES), "sample_rate": rate, "duration": 0.25},
+        "accuracy": {"tolerance": tolerance},
+    }
+
+
+def physical(voice: Voice, frames: int) -> Real:
+    """Return the next `frames` frames of `voice` in SI units, float64 [frames, channels]."""
+    return np.asarray(voice.render(frames).astype(float) * np.array(voice.full_scale))

@@ -1,0 +1,81 @@
+"""Geometry and groups against the groups of the oracle, both ways, and against a row that the paper prints."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from synth.contact.geometry import Geometry, amplitude_of_roughness
+from synth.contact.groups import Groups
+from synth.contact.stiffness import Stiffness
+from synth.errors import CannotRender
+from tests.reference import stiffness_oracle
+from tests.synth.engine_cases import random_document, scene_of, touch_of
+
+
+def test_roughness_becomes_amplitude_by_half_pi() -> None:
+    assert amplitude_of_roughness(20e-6) == pytest.approx(31.41592653589793e-6, rel=1e-15)
+    x = np.linspace(0.0, 1.0, 100_001)
+    heights = amplitude_of_roughness(20e-6) * np.cos(2 * np.pi * x)
+    assert np.trapezoid(np.abs(heights), x) == pytest.approx(20e-6, rel=1e-8)
+
+
+def test_the_geometry_of_a_scene_has_its_numbers() -> None:
+    scene = scene_of(
+        finger={"ridge_period": "0.4 mm", "roughness": "10 um", "contact_length": "8 mm"},
+        texture={"period": "0.5 mm", "amplitude": "12 um", "phase": 0.25},
+    )
+    geometry = Geometry.of_scene(scene)
+    assert geometry.ridges == pytest.approx(20.0, rel=1e-15)
+    assert geometry.texture_periods == pytest.approx(16.0, rel=1e-15)
+    assert geometry.height_scale == pytest.approx(amplitude_of_roughness(10e-6) + 12e-6, rel=1e-15)
+    assert geometry.texture_phase == 0.25
+    assert not geometry.still
+    assert Geometry.of_scene(scene_of(texture={"amplitude": 0})).still
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_groups_are_those_of_the_oracle(seed: int) -> None:
+    scene = scene_of(**random_document(np.random.default_rng(seed), 48000))
+    geometry, stiffness = Geometry.of_scene(scene), Stiffness.of_scene(scene)
+    groups = Groups.of_contact(geometry, stiffness, scene.scan.load)
+    wanted = stiffness_oracle.stiffness(touch_of(scene))
+    assert groups.ridges == pytest.approx(wanted.tau, rel=1e-14)
+    assert groups.period_ratio == pytest.approx(wanted.period_ratio, rel=1e-14)
+    assert groups.amplitude_ratio == pytest.approx(wanted.amplitude_ratio, rel=1e-14)
+    assert groups.load == pytest.approx(wanted.W, rel=1e-13)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_groups_lead_back_to_the_contact(seed: int) -> None:
+    scene = scene_of(**random_document(np.random.default_rng(100 + seed), 48000))
+    geometry, stiffness = Geometry.of_scene(scene), Stiffness.of_scene(scene)
+    groups = Groups.of_contact(geometry, stiffness, scene.scan.load)
+    back = groups.geometry(geometry.ridge_period, geometry.ridge_amplitude, geometry.texture_phase)
+    for name in ("ridge_amplitude", "ridge_period", "texture_amplitude", "texture_period", "contact_length"):
+        assert getattr(back, name) == pytest.approx(getattr(geometry, name), rel=1e-14)
+    assert groups.newtons(back, stiffness.contact_modulus) == pytest.approx(scene.scan.load, rel=1e-12)
+
+
+def test_the_groups_of_a_published_row_come_out() -> None:
+    scene = scene_of(
+        finger={"roughness": 20e-6}, texture={"roughness": 10e-6, "period": 1e-3}, scan={"load": 0.5}
+    )
+    groups = Groups.of_contact(Geometry.of_scene(scene), Stiffness.of_scene(scene), 0.5)
+    assert groups.load == pytest.approx(1.50, rel=0.01)
+    assert (groups.ridges, groups.period_ratio, groups.amplitude_ratio) == pytest.approx((20.0, 2.0, 0.5))
+
+
+def test_a_smooth_finger_has_no_groups_and_says_so() -> None:
+    scene = scene_of(finger={"ridge_amplitude": 0})
+    with pytest.raises(CannotRender, match="ridge_amplitude"):
+        Groups.of_contact(Geometry.of_scene(scene), Stiffness.of_scene(scene), 0.3)
+
+
+def test_no_load_is_group_zero() -> None:
+    scene = scene_of()
+    groups = Groups.of_contact(Geometry.of_scene(scene), Stiffness.of_scene(scene), 0.0)
+    assert groups.load == 0.0
+    assert math.isfinite(groups.ridges)
