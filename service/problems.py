@@ -45,6 +45,7 @@ _ROWS = (
     ("not-acceptable", 406, "No such sound format", "Accept names nothing that this sound can be sent as."),
     ("busy", 409, "Already in use", "The session already has a reader (stream) or already plays (play)."),
     ("fixed", 409, "Fixed for the session", "Rate, channels, quantity and full scale do not change in a session."),
+    ("name-taken", 409, "Name taken", "A recording of that name exists; recordings are never overwritten."),
     ("too-large", 413, "Body too large", "The body is larger than RIDGEWAVE_MAX_BODY."),
     ("not-json", 415, "Not JSON", "Bodies are application/json only; forms are refused."),
     ("scene-refused", 422, "The scene is refused", "The body is not a scene; `errors` lists every fault."),

@@ -4,6 +4,7 @@
     ├── AskedWrong      the request is at fault: it names each field, its value, what is allowed, what to write instead
     │   └── SceneError  the same, for a scene
     └── CannotRender    the request is fine but cannot be carried out here; `reason` is a sentence for the user
+        └── NameTaken   there is something under that name already, and it is not overwritten
 
 What is neither is our bug: an AssertionError or any other exception. A peer learns only that it is ours.
 """
@@ -58,6 +59,10 @@ class CannotRender(RidgewaveError):
     def __init__(self, reason: str) -> None:
         self.reason = reason
         super().__init__(reason)
+
+
+class NameTaken(CannotRender):
+    """There is something under that name already, and it is not overwritten."""
 
 
 def shown(value: Any, limit: int = 60) -> str:

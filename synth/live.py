@@ -3,7 +3,8 @@
 Stage   3 (VOICE), for sessions and devices.
 Model   A change of scene is prepared beside the music (`prepare`, in any thread) and taken over at the next block
         (`apply`): the new voice begins where the texture stands, and a raised cosine leads from the old one to it. A
-        change that comes while another is being faded waits; the newest wins. The safety limiter is last.
+        change that comes while another is being faded waits; the newest wins. The safety limiter is last; it looks
+        LOOK_AHEAD ahead, so a change is heard that much later.
 Source  design, section 4 (ramps) and 8 (limiter).
 Limits  rate, channels, quantities and full scale stay those of the first scene. Not thread-safe but for `prepare`,
         `apply` and `release`, which only leave a note for the next block.
@@ -25,6 +26,7 @@ from synth.scene import Channel, Scene
 from synth.voice import Voice
 
 RAMP_TIME = 0.01  # s of fade in and out: short enough for the 20 ms of a stop, long enough not to click
+LOOK_AHEAD = 1.5e-3  # s that the limiter sees ahead: enough for its gain to come down without a step
 CHANGE_TIME = 0.05  # s from one scene to the next; shorter steps become audible on slow waveforms
 
 
@@ -47,7 +49,10 @@ class LiveVoice:
         self._first = scene
         self.scene = scene
         self._voice = Voice(prepare(scene, self._cache))
-        self._limiter = Limiter(self._voice.channels, self._voice.sample_rate)
+        self._ahead = round(LOOK_AHEAD * self._voice.sample_rate)
+        self._limiter = Limiter(self._voice.channels, self._voice.sample_rate, self._ahead)
+        self._silent = 0
+        self._primed = False
         self._coming: Voice | None = None
         self._crossed = 0
         self._waiting: Change | None = None
@@ -92,8 +97,8 @@ class LiveVoice:
 
     @property
     def finished(self) -> bool:
-        """True when the voice was released and has faded out."""
-        return self._released and self._gain == 0.0
+        """True when the voice was released and has faded out, the limiter's look-ahead included."""
+        return self._released and self._silent > self._ahead
 
     def prepare(self, scene: Scene) -> Change:
         """Return `scene` ready to be taken over; SceneError where it changes what is fixed for a stream."""
@@ -112,9 +117,16 @@ class LiveVoice:
 
     def render(self, frames: int) -> Block:
         """Return the next `frames` frames, float32 [frames, channels], within -1..1."""
+        self.frame += frames
         if self.finished:
-            self.frame += frames
             return np.zeros((frames, self.channels), dtype=np.float32)
+        if not self._primed:
+            self._primed = True
+            self._limiter.prime(self._unlimited(self._ahead))
+        return self._limiter.process(self._unlimited(frames))
+
+    def _unlimited(self, frames: int) -> Block:
+        """Return the next frames before the limiter, which is `_ahead` frames behind them."""
         block = np.empty((frames, self.channels), dtype=np.float32)
         done = 0
         while done < frames:
@@ -125,8 +137,9 @@ class LiveVoice:
             block[done : done + count] = self._next(count)
             done += count
         self._ramp(block)
-        self.frame += frames
-        return self._limiter.process(block)
+        if self._released and self._gain == 0.0:
+            self._silent += frames
+        return block
 
     @property
     def _crossing_frames(self) -> int:

@@ -4,7 +4,7 @@ Model   Fade: a raised cosine over `output.fade` at the start and at the end of 
         Limiter: samples within full scale pass unchanged. Where one would pass full scale, the gain of all channels
         falls at once to what holds it at full scale, and comes back over RELEASE_TIME.
 Source  design, sections 4 and 8. The release time is an unverified default.
-Limits  the gain falls within one sample, so a peak beyond full scale is squeezed, not softened; it never exceeds 1.0.
+Limits  without look-ahead the gain falls within one sample: a peak beyond full scale is cut flat. It never exceeds 1.0.
 """
 
 from __future__ import annotations
@@ -23,43 +23,66 @@ RELEASE_TIME = 0.05  # s; shorter is rougher, longer ducks what follows a peak
 
 
 class Limiter:
-    """Holds a stream of blocks within full scale. State: the present gain."""
+    """Holds a stream of blocks within full scale. State: the present gain, and the frames that are looked at ahead.
 
-    def __init__(self, channels: int, sample_rate: int) -> None:
+    ahead: frames by which the output is late, and over which the gain comes down before a peak; 0 lets it fall at once.
+    """
+
+    def __init__(self, channels: int, sample_rate: int, ahead: int = 0) -> None:
         self.channels = channels
         self._recovery = 1.0 - math.exp(-1.0 / (RELEASE_TIME * sample_rate))
         self._gain = np.ones(1)
+        self._recent = np.ones(ahead + 1)
+        self._pending: Block = np.zeros((ahead, channels), dtype=np.float32)
 
     @property
     def reduction_db(self) -> float:
         """The present gain reduction in dB, 0 where the limiter does nothing."""
-        return -20.0 * math.log10(float(self._gain[0]))
+        return max(0.0, -20.0 * math.log10(float(self._recent.mean())))
+
+    def prime(self, block: Block) -> None:
+        """Give the first `ahead` frames, so that the next block of output begins with them and nothing is late."""
+        self._pending = block
 
     def process(self, block: Block) -> Block:
-        """Return `block` (float32 [frames, channels], changed in place) with no sample beyond -1..1."""
+        """Return as many frames as `block` (float32 [frames, channels]) has, `ahead` frames late, none beyond -1..1."""
         if block.shape[1] != self.channels:
             raise ValueError(f"a block of {block.shape[1]} channels came to a limiter of {self.channels}")
-        hold_within(block, self._gain, self._recovery)
-        return block
+        seen = np.concatenate([self._pending, block]) if len(self._pending) else block
+        out = np.array(seen[: len(block)])
+        self._pending = seen[len(block) :]
+        hold_within(seen, out, self._gain, self._recent, self._recovery)
+        return out
 
 
 @kernel
-def hold_within(block: Block, gain: Gains, recovery: float) -> None:
-    """Scale each frame of `block` so that no channel passes full scale; gain[0] is the gain of the last frame."""
-    present = gain[0]
-    for i in range(block.shape[0]):
+def hold_within(seen: Block, out: Block, gain: Gains, recent: Gains, recovery: float) -> None:
+    """Scale `out`, the first frames of `seen`, so that no channel passes full scale.
+
+    gain[0]: the gain before smoothing at the last frame; recent: that of the last frames, over which it is averaged.
+    Every gain in the average already allows for the peak, so the average does.
+    """
+    needed = np.ones(len(seen))
+    touched = gain[0] < 1.0 or np.min(recent) < 1.0
+    for i in range(len(seen)):
         peak = 0.0
-        for channel in range(block.shape[1]):
-            peak = max(peak, abs(np.float64(block[i, channel])))
-        present += (1.0 - present) * recovery
-        if present > 0.999999:
-            present = 1.0
-        if peak * present > 1.0:
-            present = 1.0 / peak
-        if present < 1.0:
-            for channel in range(block.shape[1]):
-                block[i, channel] = max(-1.0, min(1.0, block[i, channel] * present))
-    gain[0] = present
+        for channel in range(seen.shape[1]):
+            peak = max(peak, abs(np.float64(seen[i, channel])))
+        if peak > 1.0:
+            needed[i] = 1.0 / peak
+            touched = True
+    if not touched:
+        return
+    ahead = len(recent) - 1
+    for i in range(len(out)):
+        gain[0] = gain[0] + (1.0 - gain[0]) * recovery if gain[0] < 0.999999 else 1.0
+        gain[0] = min(gain[0], np.min(needed[i : i + ahead + 1]))
+        recent[:-1] = recent[1:]
+        recent[-1] = gain[0]
+        level = np.mean(recent)
+        if level < 1.0:
+            for channel in range(out.shape[1]):
+                out[i, channel] = max(-1.0, min(1.0, out[i, channel] * level))
 
 
 def fade_envelope(first: int, frames: int, total: int, fade_frames: int) -> Gains:

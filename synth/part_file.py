@@ -20,7 +20,7 @@ import stat
 from pathlib import Path
 from typing import BinaryIO
 
-from synth.errors import CannotRender
+from synth.errors import CannotRender, NameTaken
 
 NAME_BYTES = 200  # of the target's name kept in the part file's, so that its own stays below the usual 255
 
@@ -50,7 +50,7 @@ class PartFile:
     def _opened(self, exclusive: bool) -> BinaryIO:
         if exclusive:
             if os.path.lexists(self.target):
-                raise CannotRender(f"cannot write {self.target}: it exists already. Choose another name.")
+                raise NameTaken(f"cannot write {self.target}: it exists already. Choose another name.")
             self._part = self.target.with_name(f"{self.target.name}.part")
         else:
             mode = _mode(self.target)

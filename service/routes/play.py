@@ -16,7 +16,7 @@ from service.sessions import Session
 from service.settings import Settings
 from service.sinks import list_devices
 from service.sound import metadata_of
-from synth.errors import CannotRender, SceneError, shown
+from synth.errors import CannotRender, NameTaken, SceneError, shown
 from synth.scene import object_from_text
 
 router = APIRouter(tags=["play"])
@@ -92,6 +92,9 @@ async def _start(session: Session, device: str | int | None, settings: Settings)
     try:
         player.source = await session.open_source()
         await asyncio.to_thread(player.start, metadata_of(session, session.scene))
+    except NameTaken as error:
+        session.player = earlier
+        raise Problem("name-taken", "A recording of that name exists, or is being made. Choose another name.") from error
     except BaseException:
         session.player = earlier
         raise

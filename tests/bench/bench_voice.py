@@ -29,7 +29,7 @@ Renders = list[Callable[[], object]]
 
 def figures(quick: bool) -> list[Figure]:
     """Return the lines of the voices; on one core."""
-    repeats = 3 if quick else 60
+    repeats = 3 if quick else 400
     return [
         against_sine("displacement", 1.0, repeats),
         against_sine("velocity", None, repeats),

@@ -100,7 +100,8 @@ def test_a_recording_is_never_overwritten_nor_a_link_followed(running: Running, 
     (folder_of(running) / "there.wav").write_bytes(b"precious")
     (folder_of(running) / "link.wav").symlink_to(tmp_path / "outside.wav")
     for name in ("there.wav", "link.wav"):
-        problem(start(running, f"file:{name}")[1], 503, "cannot-render")
+        document = problem(start(running, f"file:{name}")[1], 409, "name-taken")
+        assert str(folder_of(running)) not in document["detail"]
     assert (folder_of(running) / "there.wav").read_bytes() == b"precious"
     assert not (tmp_path / "outside.wav").exists()
 

@@ -51,7 +51,7 @@ def test_200_random_scenes_agree_with_the_oracle() -> None:
         worst, longest = max(worst, z), max(longest, length)
     assert worst <= PROMISED
     assert worst <= ROUND_OFF
-    assert longest <= 1e-9
+    assert longest <= 1e-8  # where a patch is just born its width is the root of its height
 
 
 def test_neighbouring_phases_from_the_phases_before_agree_with_the_oracle() -> None:
