@@ -98,7 +98,7 @@ class LiveVoice:
     @property
     def finished(self) -> bool:
         """True when the voice was released and has faded out, the limiter's look-ahead included."""
-        return self._released and self._silent > self._ahead
+        return self._released and self._silent >= max(1, self._ahead)
 
     def prepare(self, scene: Scene) -> Change:
         """Return `scene` ready to be taken over; SceneError where it changes what is fixed for a stream."""
@@ -137,8 +137,6 @@ class LiveVoice:
             block[done : done + count] = self._next(count)
             done += count
         self._ramp(block)
-        if self._released and self._gain == 0.0:
-            self._silent += frames
         return block
 
     @property
@@ -175,6 +173,8 @@ class LiveVoice:
         gains = np.clip(self._gain + away, 0.0, 1.0)
         block *= (0.5 - 0.5 * np.cos(math.pi * gains))[:, np.newaxis].astype(np.float32)
         self._gain = float(gains[-1]) if len(gains) else self._gain
+        if self._released:
+            self._silent += int(np.count_nonzero(gains == 0.0))
 
 
 def fixed_faults(first: Scene, scene: Scene) -> list[Fault]:

@@ -92,10 +92,10 @@ def draw(scene: Scene, sound: Real) -> Figure:
         draw_spectrum(spectrum, row, scene, sound[:, row.channel] * row.factor)
     figure.align_ylabels()
     panels[0, 1].annotate(
-        "not felt, above 1 kHz", (1.0, 0.97), xycoords="axes fraction", color=INK, fontsize=7.5, ha="right", va="top"
+        "not felt, above 1 kHz", (0.98, 0.97), xycoords="axes fraction", color=INK, fontsize=7.5, ha="right", va="top"
     )
     panels[0, 0].set_title(words(scene), loc="left", fontsize=8.5, color=INK)
-    panels[0, 1].set_title(f"n-th harmonic at n u/λ₂, u/λ₂ = {fundamental(scene):g} Hz", loc="left", fontsize=8.5, color=INK)
+    panels[0, 1].set_title(f"harmonics n of u/λ₂ = {fundamental(scene):g} Hz", loc="left", fontsize=8.5, color=INK)
     panels[1, 0].set_xlabel("time (ms)")
     panels[1, 1].set_xlabel("frequency (kHz)")
     return figure

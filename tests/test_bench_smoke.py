@@ -1,0 +1,89 @@
+"""The benchmarks, the figure and the sounds to listen to can be made. No time is judged here."""
+
+from __future__ import annotations
+
+import json
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from synth.encode import read_metadata
+from tests.listen.cases import CASES
+from tests.listen.report import numbers
+
+ROOT = Path(__file__).resolve().parent.parent
+PAGE = ROOT / "docs" / "benchmarks.md"
+
+
+def run(module: str, *words: str) -> str:
+    """Return what `python -m MODULE WORDS` prints."""
+    command = [sys.executable, "-m", module, *words]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=170, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@pytest.mark.slow
+def test_every_benchmark_runs_and_the_page_knows_every_figure() -> None:
+    document = json.loads(run("tests.bench", "--quick", "--json"))
+    figures = document["figures"]
+    assert {one["unit"] for one in figures} == {"us/phase", "x exact", "x sin", "ns/frame", "ms", "s"}
+    assert all(math.isfinite(one["value"]) and 0.0 < one["least"] <= one["value"] for one in figures)
+    page = PAGE.read_text("utf-8")
+    missing = {one["name"] for one in figures if f"\n{one['name']} " not in page}
+    assert not missing, f"docs/benchmarks.md was printed by another version: it lacks {missing}"
+
+
+def test_a_part_prints_a_line_for_each_figure_with_its_limit() -> None:
+    head, columns, *lines = run("tests.bench", "--quick", "solver").splitlines()
+    assert head.startswith("processor ")
+    assert columns.split() == ["figure", "median", "least", "unit", "limit", "how"]
+    assert [line[:35].rstrip() for line in lines] == ["exact solver, default scene", "sampled baseline"]
+    assert lines[0].split("us/phase")[1].split()[:2] in (["5", "within"], ["5", "OVER"])
+
+
+def test_a_part_that_does_not_exist_is_refused() -> None:
+    done = subprocess.run([sys.executable, "-m", "tests.bench", "nothing"], cwd=ROOT, capture_output=True, check=False)
+    assert done.returncode == 2
+    assert b"'nothing' is none of solver, voice" in done.stderr
+
+
+def test_the_waveform_figure_is_drawn_and_twice_the_same(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib", reason="figures need the extra `plots`: pip install '.[plots]'")
+    from docs.figures.waveform import main
+
+    drawn = []
+    for name in ("first", "second"):
+        folder = tmp_path / name
+        folder.mkdir()
+        main(folder)
+        drawn.append({path.name: path.read_bytes() for path in sorted(folder.iterdir())})
+    assert list(drawn[0]) == ["waveform.png", "waveform.svg"]
+    assert drawn[0] == drawn[1]
+    assert drawn[0]["waveform.png"].startswith(b"\x89PNG")
+    assert b"<svg" in drawn[0]["waveform.svg"]
+
+
+@pytest.mark.slow
+def test_the_sounds_to_listen_to_are_written_with_their_numbers(tmp_path: Path) -> None:
+    run("tests.listen", str(tmp_path))
+    examples = {path.stem for path in (ROOT / "docs" / "examples").glob("*.json")}
+    names = examples | {case.name for case in CASES}
+    assert {path.stem for path in tmp_path.glob("*.wav")} == names
+    report = (tmp_path / "report.txt").read_text("utf-8")
+    assert all(f"{name}.wav  " in report for name in names)
+    assert read_metadata(tmp_path / "sweep.wav") is not None
+
+
+def test_the_numbers_of_a_sine_are_those_of_a_sine() -> None:
+    import numpy as np
+
+    rate, hertz = 48000, 1000.0
+    found = numbers(0.5 * np.sin(2.0 * np.pi * hertz * np.arange(rate) / rate), rate)
+    assert found.peak == pytest.approx(0.5)
+    assert found.rms == pytest.approx(0.5 / math.sqrt(2.0))
+    assert found.step == pytest.approx(2.0 * 0.5 * math.sin(math.pi * hertz / rate), rel=1e-3)
+    assert found.centroid == pytest.approx(hertz, abs=0.1)
