@@ -152,7 +152,7 @@ def _levels(solved: Preparation, load_varies: bool) -> Levels:
     if load_varies:
         most = min(most, ROWS_REACH * max(solved.highest, 1))
     orders = tuple(sorted({channel.order for channel in solved.channels}))
-    needed = kept_harmonics(spectrum.harmonics[: most + 1], orders, solved.tolerance)
+    needed = most if load_varies else kept_harmonics(spectrum.harmonics[: most + 1], orders, solved.tolerance)
     bandwidth = solved.scene.output.bandwidth
     scale = 1.0 if bandwidth is None else min(1.0, bandwidth / (BAND * solved.scene.output.sample_rate))
     levels = levels_up_to(needed)

@@ -10,7 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from synth.preparation import BAND, N_MAX, UNITS, Preparation
+from synth.contact.rows import Rows
+from synth.preparation import BAND, N_MAX, UNITS, ChannelPlan, Preparation
 from synth.scene import scene_document
 
 
@@ -75,19 +76,36 @@ class Plan:
         }  # fmt: skip
 
 
-def plan_of(solved: Preparation) -> Plan:
-    """Return the plan of what was prepared, without a cost."""
+def plan_of(solved: Preparation, rows: Rows | None = None) -> Plan:
+    """Return the plan of what was prepared, without a cost. rows: those of a voice whose load varies."""
     errors: dict[str, float] = {}
     for channel in solved.channels:
-        errors[channel.quantity] = max(errors.get(channel.quantity, 0.0), channel.error)
+        errors[channel.quantity] = max(errors.get(channel.quantity, 0.0), channel.error + _row_error(channel, rows))
     return Plan(
         scene=scene_document(solved.scene),
         simulated=_simulated(solved),
         left_out=_left_out(solved),
-        response=_response(solved),
+        response=_response(solved) | ({} if rows is None else {"rows": len(rows.edges)}),
         estimated_error=errors,
         cost=None,
-        warnings=solved.warnings,
+        warnings=(*solved.warnings, *_row_warnings(solved, rows)),
+    )
+
+
+def _row_error(channel: ChannelPlan, rows: Rows | None) -> float:
+    """Return the largest error seen between rows, relative to the peak-to-peak of the quantity at that load."""
+    if rows is None or channel.order not in rows.demand.orders:
+        return 0.0
+    return rows.errors[rows.demand.orders.index(channel.order)]
+
+
+def _row_warnings(solved: Preparation, rows: Rows | None) -> tuple[str, ...]:
+    late = {channel.quantity: _row_error(channel, rows) for channel in solved.channels}
+    return tuple(
+        f"Between rows of load the {quantity} may err by {error:.2g} of its peak-to-peak, not the "
+        f"{solved.tolerance:.2g} asked for: where a patch is born it changes faster than rows can lie."
+        for quantity, error in late.items()
+        if error > solved.tolerance
     )
 
 

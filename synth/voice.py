@@ -79,8 +79,9 @@ class Voice:
 
     @property
     def plan(self) -> Plan:
-        """The plan that this voice runs."""
-        return plan_of(self.solved)
+        """The plan that this voice runs, with the error seen between the rows of load solved so far."""
+        rows = None if self._reader is None else self._reader.rows
+        return plan_of(self.solved, rows)
 
     @property
     def phase(self) -> int:

@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from synth import open_voice, parse_scene
@@ -33,7 +34,7 @@ LOWEST_HZ, HIGHEST_HZ = 60.0, 24000.0
 NAMED = (1, 3, 8)  # harmonics that carry their number
 RANGE_DB = 90.0  # of a spectrum, below its strongest line
 
-LOOK: dict[str, Any] = {
+LOOK: Any = {
     "font.family": "DejaVu Sans",
     "font.size": 8.5,
     "axes.linewidth": 0.6,
@@ -84,8 +85,7 @@ def rendered(scene: Scene) -> Real:
 
 def draw(scene: Scene, sound: Real) -> Figure:
     """Return the figure: a row for each quantity, its waveform and its spectrum."""
-    figure = Figure(figsize=(7.4, 4.3), layout="constrained")
-    figure.get_layout_engine().set(w_pad=0.09, h_pad=0.06)  # type: ignore[union-attr]
+    figure = Figure(figsize=(7.4, 4.3), layout=ConstrainedLayoutEngine(w_pad=0.09, h_pad=0.06))
     panels = figure.subplots(2, 2, sharex="col", width_ratios=(1.0, 1.25))
     for row, (waveform, spectrum) in zip(ROWS, panels, strict=True):
         draw_waveform(waveform, row, scene, sound[:, row.channel] * row.factor)
@@ -150,9 +150,10 @@ def harmonics(scene: Scene, values: Real) -> tuple[Real, Real]:
     rate, first = scene.output.sample_rate, fundamental(scene)
     periods = len(values) * first / rate
     assert abs(periods - round(periods)) < 1e-9, "the spectrum is taken over whole periods"
-    amplitudes = 2.0 / len(values) * np.abs(np.fft.rfft(values))[:: round(periods)]
-    numbers = np.arange(1, len(amplitudes))
-    return numbers * first, 20.0 * np.log10(np.maximum(amplitudes[1:], 1e-30))
+    amplitudes: Real = 2.0 / len(values) * np.abs(np.fft.rfft(values))[:: round(periods)]
+    numbers: Real = np.arange(1.0, len(amplitudes))
+    levels: Real = 20.0 * np.log10(np.maximum(amplitudes[1:], 1e-30))
+    return numbers * first, levels
 
 
 if __name__ == "__main__":

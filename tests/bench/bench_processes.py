@@ -1,4 +1,4 @@
-"""The command line as whole processes, with what `bench_startup` measures: start-up, first and later render, an hour."""
+"""The command line as whole processes, measured as `bench_startup` does: help, first and later render, an hour."""
 
 from __future__ import annotations
 

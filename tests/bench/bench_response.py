@@ -7,8 +7,6 @@ from collections.abc import Iterator
 from itertools import cycle
 from time import perf_counter, sleep
 
-import numpy as np
-
 from synth import Motion, open_voice, parse_scene
 from synth.row_solver import USUAL_LOADS
 from tests.bench.bench_voice import FRAMES, RATE, hand
@@ -33,7 +31,7 @@ def figures(quick: bool) -> list[Figure]:
 
 
 def usual_range(quantity: str, repeats: int) -> list[Figure]:
-    """Return how long the rows of the usual range take beside a voice that plays, and what its blocks take meanwhile."""
+    """Return how long the rows of the usual range take beside a voice that plays, and what its blocks take."""
     runs = [played_meanwhile(quantity) for _ in range(repeats)]
     low, high = USUAL_LOADS
     blocks = sum(len(times) for _ready, times in runs) // repeats
@@ -46,7 +44,7 @@ def usual_range(quantity: str, repeats: int) -> list[Figure]:
 
 
 def played_meanwhile(quantity: str) -> tuple[float, list[float]]:
-    """Return when the rows were ready, from the call that opened the voice on, and the seconds of each block until then.
+    """Return when the rows were ready, counted from the call that opened the voice, and the seconds of each block.
 
     A block is asked for when it is due, one each 10 ms; what a busy core makes it wait for counts.
     """
@@ -63,7 +61,7 @@ def played_meanwhile(quantity: str) -> tuple[float, list[float]]:
             due = max(due + BLOCK_SECONDS, perf_counter())
             if due - began > PATIENCE:
                 raise TimeoutError(f"the rows of load were not ready after {PATIENCE:g} s")
-            sleep(due - perf_counter())
+            sleep(max(0.0, due - perf_counter()))
         return perf_counter() - began, times
     finally:
         voice.close()

@@ -38,6 +38,4 @@ def numbers(samples: npt.NDArray[Any], rate: int) -> Numbers:
 def line(quantity: str, full_scale: float, unit: str, found: Numbers) -> str:
     """Return a channel's line of the report."""
     scale = f"{full_scale:.4g} {unit}"
-    return (
-        f"{quantity:14} {scale:>12} {found.peak:8.4f} {found.rms:8.4f} {found.step:8.4f} {found.centroid:7.0f} Hz"
-    )
+    return f"{quantity:14} {scale:>12} {found.peak:8.4f} {found.rms:8.4f} {found.step:8.4f} {found.centroid:7.0f} Hz"
