@@ -13,6 +13,7 @@ import math
 
 import numpy as np
 
+from synth.channels import ChannelPlan
 from synth.contact.exact import Array
 from synth.contact.levels import Levels, levels_up_to
 from synth.contact.reading import read_displacement, read_rate
@@ -22,7 +23,7 @@ from synth.contact.surfaces import OneRow, RowSource, Surfaces
 from synth.contact.tables import CUBIC, QUINTIC, fitted_table, kept_harmonics
 from synth.motion import LOAD, SPEED, Motion
 from synth.output import Block
-from synth.preparation import BAND, ROWS_REACH, ChannelPlan, Preparation
+from synth.preparation import BAND, ROWS_REACH, Preparation
 
 ROW_FINEST = 1.0 / 128.0  # of an octave of load: the closest rows when there is time
 BASE_OF_LIFT = 0.25  # octaves of load begin at this part of lift_load, below which the gate leaves under a tenth

@@ -10,8 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from synth.channels import UNITS, ChannelPlan
 from synth.contact.rows import Rows
-from synth.preparation import BAND, N_MAX, UNITS, ChannelPlan, Preparation
+from synth.preparation import BAND, N_MAX, Preparation
 from synth.scene import scene_document
 
 

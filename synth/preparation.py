@@ -19,40 +19,20 @@ from fractions import Fraction
 import numpy as np
 
 from synth.cache import ResponseCache
-from synth.contact.evaluation import gate
-from synth.contact.exact import Array
+from synth.channels import ORDERS, TABLE_SHARE, ChannelPlan, Steady, silent_channel, spendable
 from synth.contact.geometry import Geometry
-from synth.contact.spectrum import Contact, Demand, Spectrum, curves, error_floor, points_for, solve_spectrum
+from synth.contact.spectrum import Contact, Demand, Spectrum, curves, points_for, solve_spectrum
 from synth.contact.stiffness import Stiffness
-from synth.contact.tables import CUBIC, TAIL_SHARE, Fitted, fitted_table, kept_harmonics
 from synth.motion import ScanMotion
 from synth.scene import Scene
 from synth.threshold import imperceptible_tolerance
 
-ORDERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
-UNITS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
 N_MAX = 4096  # harmonics (design, section 4); more cost time in proportion and are far above what skin feels
 MOVING_REACH = 8  # a moving scan keeps the harmonics of this many times its fastest speed's: at u / 8 nothing is lost
 ROWS_REACH = 2  # the same where the load varies: each row holds them
 BAND = 0.40  # of the rate: harmonics below it keep the tolerance
-ALIAS_SHARE = 0.45  # of the tolerance, for the series
-TABLE_SHARE = 0.15  # of the tolerance, for the polynomials
-ROUNDING = 6e-8  # of the peak: float32
+ALIAS_SHARE = 0.7  # of the tolerance, for the series
 EXACT = 1e-6  # the tolerance of "exact": what folds below 0.40 of the rate (design, section 4)
-PEAK = 0.8  # of full scale: the steady peak when full_scale is left to us
-SMALLEST_MOTION = 1e-9  # m: below it an automatic gain gives silence, not noise
-STILL = 1e-30  # of any quantity in SI units: what is below is nothing
-
-
-@dataclass(frozen=True, slots=True)
-class ChannelPlan:
-    """One channel: its quantity, full scale (SI), and the largest error relative to its peak-to-peak."""
-
-    quantity: str
-    order: int
-    full_scale: float
-    error: float
-    extent: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,32 +71,17 @@ class Preparation:
     def memory_bytes(self) -> int:
         """Bytes that the preparation holds."""
         held = 0 if self.spectrum is None else self.spectrum.harmonics.nbytes + self.spectrum.slopes.nbytes
+        held += sum(channel.table.nbytes for channel in self.channels if channel.table is not None)
         return held + (0 if self.contact is None else self.contact.grid.tables.nbytes) + 1024
 
     def demand(self) -> Demand:
         """Return what every series of this scene must hold."""
-        return Demand(max(self.highest, 1), orders_of(self.scene, moving=True), ALIAS_SHARE * self.tolerance)
-
-    def steady_table(self, channel: ChannelPlan) -> Fitted:
-        """Return the table of one channel at constant speed and load, in units of its full scale."""
-        assert self.spectrum is not None
-        kept = self.spectrum.harmonics[: self.highest + 1].copy()
-        kept[0] = 0.0
-        n = np.arange(len(kept))
-        kept *= (
-            (2j * math.pi * n * self.turns) ** channel.order / channel.full_scale
-            if channel.order
-            else (1.0 / channel.full_scale)
-        )
-        lift = self.scene.scan.lift_load
-        if self.scene.scan.load < lift:
-            kept *= gate(self.scene.scan.load, lift)[0]
-        return fitted_table(kept[: kept_harmonics(kept, (0,), self.tolerance) + 1], CUBIC, (0,), self.table_tolerance)
+        return Demand(max(self.highest, 1), orders_of(self.scene, moving=True), ALIAS_SHARE * spendable(self.tolerance))
 
     @property
     def table_tolerance(self) -> float:
         """The share of the tolerance that the polynomials may use."""
-        return TABLE_SHARE * self.tolerance
+        return TABLE_SHARE * spendable(self.tolerance)
 
 
 def orders_of(scene: Scene, *, moving: bool) -> tuple[int, ...]:
@@ -162,7 +127,7 @@ def _prepared(scene: Scene, cache: ResponseCache) -> Preparation:
             tolerance = _imperceptible(_solved(contact, scene, Demand(highest, orders, 1e-2), 0, cache), turns, orders)
         varies = len(set(motion.load_range())) > 1
         reach = min(N_MAX, (ROWS_REACH if varies else MOVING_REACH) * highest) if moving else highest
-        demand = Demand(highest if varies else reach, orders, ALIAS_SHARE * tolerance)
+        demand = Demand(highest if varies else reach, orders, ALIAS_SHARE * spendable(tolerance))
         spectrum = _solved(contact, scene, demand, reach, cache)
     return _with_channels(
         Preparation(scene, contact, spectrum, turns, highest, tolerance, (), silence, (), moving, motion.load_range())
@@ -197,74 +162,25 @@ def _imperceptible(spectrum: Spectrum, turns: float, orders: tuple[int, ...]) ->
     frequencies = np.arange(1, len(spectrum.harmonics)) * max(abs(turns), 1e-9)
     tolerance = 3e-2
     for order in orders:
-        extent = _extent(spectrum, order, turns)[0]
+        extent = float(np.ptp(curves(spectrum.harmonics, order, points_for(len(spectrum.harmonics) - 1))))
+        extent *= abs(turns) ** order
         tolerance = min(tolerance, imperceptible_tolerance(frequencies, order, extent))
     return max(tolerance, 1e-7)
 
 
-def _extent(spectrum: Spectrum, order: int, turns: float) -> tuple[float, float]:
-    """Return peak-to-peak and peak (SI) of a quantity at constant speed."""
-    curve: Array = curves(spectrum.harmonics, order, 2 * points_for(len(spectrum.harmonics) - 1))
-    scale = abs(turns) ** order
-    return float(np.ptp(curve)) * scale, float(np.max(np.abs(curve))) * scale
-
-
 def _with_channels(solved: Preparation) -> Preparation:
-    """Return `solved` with its channels: full scales, errors, warnings, and silence where the motion is below 1 nm."""
-    scene, spectrum = solved.scene, solved.spectrum
-    listed = scene.output.channel_list
-    warnings = [solved.silence] if solved.silence else []
-    silence = solved.silence
-    extents: list[tuple[float, float]] = [(0.0, 0.0)] * len(listed)
-    if spectrum is not None:
-        at_speed = Spectrum(
-            spectrum.load,
-            spectrum.harmonics[: solved.highest + 1],
-            spectrum.slopes[: solved.highest + 1],
-            spectrum.errors,
-            spectrum.phases,
-            spectrum.closed,
-        )
-        lift = gate(scene.scan.load, scene.scan.lift_load)[0] if scene.scan.load < scene.scan.lift_load else 1.0
-        extents = [
-            (lift * a, lift * b)
-            for a, b in (_extent(at_speed, ORDERS[channel.quantity], solved.turns) for channel in listed)
-        ]
-        swing = lift * _extent(at_speed, 0, solved.turns)[1]
-        if swing < SMALLEST_MOTION and any(channel.full_scale is None for channel in listed):
-            silence = (
-                f"The finger moves by {swing:.3g} m, less than 1 nm: an automatic full scale would only amplify "
-                "rounding. Set output.full_scale to hear it."
-            )
-            warnings.append(silence)
-    channels = []
-    orders = orders_of(scene, moving=solved.moving)
-    for channel, (extent, peak) in zip(listed, extents, strict=True):
-        order = ORDERS[channel.quantity]
-        automatic = peak / PEAK if peak > STILL else 1.0
-        if silence:
-            automatic = 1.0
-        error = 0.0
-        if spectrum is not None and not silence:
-            seen = spectrum.errors[orders.index(order)] if order in orders else 0.0
-            error = seen + (TAIL_SHARE + TABLE_SHARE) * solved.tolerance + ROUNDING
-            floor = error_floor(Geometry.of_scene(scene).height_scale, max(solved.highest, 1), order)
-            if (error - solved.tolerance) * extent > floor * abs(solved.turns) ** order:
-                warnings.append(
-                    f"The {channel.quantity} reaches an error of {error:.2g} of its peak-to-peak, not the "
-                    f"{solved.tolerance:.2g} asked for."
-                )
-        channels.append(ChannelPlan(channel.quantity, order, channel.full_scale or automatic, error, extent))
-    return Preparation(
-        scene,
-        solved.contact,
-        None if silence else spectrum,
-        solved.turns,
-        solved.highest,
-        solved.tolerance,
-        tuple(channels),
-        silence,
-        tuple(warnings),
-        solved.moving,
-        solved.loads,
+    """Return `solved` with its channels and warnings, and silent where the motion is below 1 nm."""
+    listed = solved.scene.output.channel_list
+    if solved.spectrum is None:
+        silent = tuple(silent_channel(channel) for channel in listed)
+        return replace(solved, channels=silent, warnings=(solved.silence,))
+    orders = orders_of(solved.scene, moving=solved.moving)
+    steady = Steady(
+        solved.scene, solved.spectrum, solved.highest, solved.turns, solved.tolerance, orders, solved.moving
     )
+    silence = steady.silence()
+    if silence:
+        return _with_channels(replace(solved, spectrum=None, silence=silence))
+    channels = tuple(steady.planned(channel) for channel in listed)
+    warnings = tuple(text for text in map(steady.warning, channels) if text)
+    return replace(solved, channels=channels, warnings=warnings)

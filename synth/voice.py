@@ -51,7 +51,7 @@ class Voice:
         self._before = np.full(4, math.nan)
         self._tables = []
         if solved.spectrum is not None and not solved.moving:
-            self._tables = [solved.steady_table(channel).coefficients for channel in solved.channels]
+            self._tables = [channel.table for channel in solved.channels if channel.table is not None]
         elif solved.spectrum is not None:
             self._reader = MovingReader(solved, phase, load_varies=solved.load_varies, wait=True)
             self._reader.cover(*self._motion.recorded_loads())

@@ -21,7 +21,7 @@ from synth.contact.spectrum import Complex, curves
 CUBIC, QUINTIC = 3, 5
 MOST_CELLS = 1 << 18
 FEWEST_CELLS = 16
-TAIL_SHARE = 0.15  # of the tolerance: what the harmonics dropped from the end of a series may add up to
+TAIL_SHARE = 0.12  # of the tolerance: what the harmonics dropped from the end of a series may add up to
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +46,11 @@ def kept_harmonics(harmonics: Complex, orders: tuple[int, ...], tolerance: float
         allowed = TAIL_SHARE * tolerance * max(2.0 * float(np.max(sizes)), 1e-300)
         needed = max(needed, int(np.count_nonzero(tails > allowed)) - 1 + int(sizes[0] > allowed))
     return min(max(needed, 1), len(harmonics) - 1)
+
+
+def dropped_tail(series: Complex, kept: int) -> float:
+    """Return the largest value that the harmonics of `series` above `kept` can add up to."""
+    return 2.0 * float(np.sum(np.abs(series[kept + 1 :])))
 
 
 def polynomials(harmonics: Complex, degree: int, cells: int) -> Array:

@@ -12,6 +12,8 @@ import argparse
 import json
 from collections.abc import Callable
 from contextlib import nullcontext
+from resource import RUSAGE_SELF, getrusage
+from time import perf_counter
 
 from tests.bench import bench_processes, bench_response, bench_service, bench_solver, bench_voice
 from tests.bench.timing import Figure, machine, one_core
@@ -37,15 +39,26 @@ def main(words: list[str] | None = None) -> None:
         asked["hour"] = bench_processes.hour
     if not arguments.json:
         print(", ".join(f"{name} {value}" for name, value in machine().items()), HEADER, sep="\n")
-    found = []
+    found, preempted = [], {}
     for name, measure in asked.items():
-        with one_core() if name in ON_ONE_CORE else nullcontext():
-            lines = measure(arguments.quick)
+        lines, preempted[name] = measured_with(measure, arguments.quick, name in ON_ONE_CORE)
         found += lines
         if not arguments.json:
             print(*map(line, lines), sep="\n", flush=True)
+    rates = ", ".join(f"{name} {rate:.0f}" for name, rate in preempted.items() if name in ON_ONE_CORE)
     if arguments.json:
-        print(json.dumps({"machine": machine(), "figures": [one.document() for one in found]}, indent=1))
+        figures = [one.document() for one in found]
+        print(json.dumps({"machine": machine(), "preempted": preempted, "figures": figures}, indent=1))
+    elif rates:
+        print(f"times a second that other work took the core: {rates}")
+
+
+def measured_with(measure: Measure, quick: bool, pinned: bool) -> tuple[list[Figure], float]:
+    """Return the figures of a part, and how often a second its threads were put aside for other work."""
+    before, began = getrusage(RUSAGE_SELF).ru_nivcsw, perf_counter()
+    with one_core() if pinned else nullcontext():
+        lines = measure(quick)
+    return lines, (getrusage(RUSAGE_SELF).ru_nivcsw - before) / (perf_counter() - began)
 
 
 def parser() -> argparse.ArgumentParser:

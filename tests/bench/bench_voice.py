@@ -82,7 +82,8 @@ def against_sine(quantity: str, limit: float | None, repeats: int) -> Figure:
         f"{per_frame * statistics.median(voices):.2f} ns/frame against {per_frame * statistics.median(sines):.2f}, "
         f"median of {repeats} x {BLOCKS} blocks of {FRAMES} in turn"
     )
-    return figure(f"live voice, {quantity}", ratios, "x sin", limit, how)
+    least = min(voices) / min(sines)
+    return Figure(f"live voice, {quantity}", statistics.median(ratios), least, "x sin", limit, how)
 
 
 def settle(voice: Voice, renders: Renders) -> None:

@@ -22,8 +22,8 @@ import numpy as np
 class Figure:
     """One line of the table.
 
-    value, least: median and minimum of the repeats, in `unit`. limit: what the project has set itself, None where the
-    line only informs. how: what was timed, and how often.
+    value, least: median and minimum of the repeats, in `unit`; of a ratio, least is that of the two minima. limit: what
+    the project has set itself, None where the line only informs. how: what was timed, and how often.
     """
 
     name: str

@@ -1,6 +1,6 @@
 """How tables are read at audio rate, a frame at a time in plain Python: the twin of the engine's compiled loops.
 
-Model   A phase is an integer fraction of a turn out of 2^64; its high bits name the cell, the rest is the place t in it.
+Model   A phase is an integer fraction of a turn out of 2^64; its high bits name the cell, the rest the place t in it.
         R(t, s) = sum over i, j of c[cell, i, j] t^i s^j, s = (w - low) / (high - low) between two rows of load.
         G = g(w) R, and its total time derivatives by the chain rule, R and g being functions of phase and load.
         Between fade_from and fade_to of a level its part goes over to the next level by 3 s^2 - 2 s^3.
@@ -26,7 +26,7 @@ SMALLEST_NORMAL = 1.2e-38
 
 @dataclass(frozen=True)
 class Level:
-    """One level: its tables [cells, degree + 1, 4] in m, an interval each (None: not built), and its fade, turns a frame."""
+    """One level: tables [cells, degree + 1, 4] in m, an interval each (None: not built); its fade, turns a frame."""
 
     tables: tuple[Real | None, ...]
     fade_from: float
@@ -80,7 +80,7 @@ def moving(
     levels: tuple[Level, ...], edges: Real, motion: Real, position: Real, phase: int,
     *, rate_hz: float, period: float, lift_load: float, order: int,
 ) -> Real:  # fmt: skip
-    """Displacement (``order`` 0), velocity (1) or acceleration (2) at each frame of ``motion``; NaN where a table lacks."""
+    """Displacement (``order`` 0), velocity (1) or acceleration (2) at each frame; NaN where a table lacks."""
     places, _after = phases(motion, position, phase, rate_hz, period)
     values = np.empty(motion.shape[1])
     for frame, place in enumerate(places):
@@ -91,7 +91,8 @@ def moving(
 
 
 def _frame(
-    levels: tuple[Level, ...], edges: Real, hand: Hand, phase: int, rate_hz: float, period: float, lift: float, order: int
+    levels: tuple[Level, ...], edges: Real, hand: Hand, phase: int,
+    rate_hz: float, period: float, lift: float, order: int,
 ) -> float:  # fmt: skip
     turns = abs(hand.speed) / (rate_hz * period)
     index = next((i for i, level in enumerate(levels) if turns < level.fade_to), None)

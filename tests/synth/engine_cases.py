@@ -55,13 +55,13 @@ def spread(random: np.random.Generator, low: float, high: float) -> float:
 
 def random_document(random: np.random.Generator, rate: int, tolerance: float = 1e-3) -> dict[str, Any]:
     """Return a steady scene of all three quantities whose oracle takes well under a second."""
-    period = spread(random, 2e-4, 3e-3)
-    fundamental = spread(random, rate / 400, rate / 12)
+    period = spread(random, 3e-4, 3e-3)
+    fundamental = spread(random, rate / 150, rate / 12)
     return {
         "finger": {
-            "ridge_period": spread(random, 2e-4, 1e-3),
+            "ridge_period": spread(random, 3e-4, 1e-3),
             "ridge_amplitude": spread(random, 5e-6, 8e-5),
-            "contact_length": spread(random, 3e-3, 1.2e-2),
+            "contact_length": spread(random, 3e-3, 8e-3),
             "youngs_modulus": spread(random, 4e4, 1e6),
         },
         "texture": {

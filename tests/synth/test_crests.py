@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -70,7 +71,7 @@ def test_a_heavier_touch_sinks_deeper() -> None:
     geometry = Geometry(1.0, 1.0, 0.5, 1.6, PHI, 12.3)
     theta = np.arange(16) / 16
     heights = [approach(geometry, theta, pressed) for pressed in (0.0, 1e-15, 1e-13, 1e-11, 1e-9, 1e-7)]
-    for lighter, heavier in zip(heights, heights[1:], strict=False):
+    for lighter, heavier in itertools.pairwise(heights):
         assert np.all(heavier < lighter)
 
 

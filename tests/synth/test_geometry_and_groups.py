@@ -60,9 +60,7 @@ def test_groups_lead_back_to_the_contact(seed: int) -> None:
 
 
 def test_the_groups_of_a_published_row_come_out() -> None:
-    scene = scene_of(
-        finger={"roughness": 20e-6}, texture={"roughness": 10e-6, "period": 1e-3}, scan={"load": 0.5}
-    )
+    scene = scene_of(finger={"roughness": 20e-6}, texture={"roughness": 10e-6, "period": 1e-3}, scan={"load": 0.5})
     groups = Groups.of_contact(Geometry.of_scene(scene), Stiffness.of_scene(scene), 0.5)
     assert groups.load == pytest.approx(1.50, rel=0.01)
     assert (groups.ridges, groups.period_ratio, groups.amplitude_ratio) == pytest.approx((20.0, 2.0, 0.5))

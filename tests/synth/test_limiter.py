@@ -83,3 +83,45 @@ def test_fades_rise_from_nothing_and_end_in_nothing() -> None:
     assert np.all(np.diff(whole[:100]) > 0)
     parts = [fade_envelope(first, 125, 1000, 100) for first in range(0, 1000, 125)]
     assert np.array_equal(np.concatenate(parts), whole)
+
+
+AHEAD = 72
+
+
+@pytest.mark.parametrize("loudness", [0.9, 1.5, 40.0])
+def test_looking_ahead_delays_and_stays_within(loudness: float) -> None:
+    block = noise(8000, 2, loudness)
+    limited = Limiter(2, RATE, AHEAD).process(block)
+    assert not limited[:AHEAD].any()
+    assert np.max(np.abs(limited)) <= 1.0
+    if loudness < 1.0:
+        assert np.array_equal(limited[AHEAD:], block[:-AHEAD])
+
+
+def test_looking_ahead_in_blocks_equals_one_block() -> None:
+    block = noise(6000, 2, 2.5)
+    block[2000:4000] *= np.float32(0.1)
+    whole = Limiter(2, RATE, AHEAD).process(block)
+    limiter, random, parts, done = Limiter(2, RATE, AHEAD), np.random.default_rng(2), [], 0
+    while done < len(block):
+        count = int(random.integers(0, 200))
+        parts.append(limiter.process(block[done : done + count]))
+        done += count
+    assert np.array_equal(np.concatenate(parts), whole)
+
+
+def test_looking_ahead_the_gain_comes_down_without_a_step() -> None:
+    block = np.full((4000, 1), 0.5, dtype=np.float32)
+    block[1000] = 5.0
+    limited = Limiter(1, RATE, AHEAD).process(block)[AHEAD:, 0]
+    around = np.delete(limited, 1000)
+    assert limited[1000] == pytest.approx(1.0, abs=1e-6)
+    assert np.max(np.abs(np.diff(around))) <= 1.1 * 0.5 * 0.8 / AHEAD
+    assert np.array_equal(limited[: 1000 - AHEAD], block[: 1000 - AHEAD, 0])
+
+
+def test_a_primed_limiter_is_not_late() -> None:
+    block = noise(3000, 2, 0.9)
+    limiter = Limiter(2, RATE, AHEAD)
+    limiter.prime(block[:AHEAD])
+    assert np.array_equal(limiter.process(block[AHEAD:]), block[:-AHEAD])

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Any
 
 import numpy as np
 import pytest
 
+from synth.contact.evaluation import gate
 from synth.contact.levels import Levels, levels_up_to
-from synth.contact.reading import gate, read_displacement, read_rate, read_steady, turns_to_phase
+from synth.contact.reading import read_displacement, read_rate, read_steady, turns_to_phase
 from synth.contact.tables import CUBIC, QUINTIC, polynomials, surface
 from tests.reference import slow_reading
 from tests.synth.engine_cases import Real
@@ -50,9 +52,7 @@ class Tables:
         self.pool, self.slow = np.concatenate(blocks), tuple(slow)
 
     def layout(self, gain: float = 1.0, hold: float = 1.0) -> Real:
-        return np.concatenate(
-            [[RATE, PERIOD, LIFT, gain, hold], self.levels.fade_from, self.levels.fade_to, EDGES]
-        )
+        return np.concatenate([[RATE, PERIOD, LIFT, gain, hold], self.levels.fade_from, self.levels.fade_to, EDGES])
 
     def compiled(self, motion: Real, position: Real, order: int, phase: int = 0, hold: float = 1.0) -> tuple[Real, int]:
         """Return the samples as float64 and the phase after the last."""
@@ -69,7 +69,7 @@ class Tables:
 
 
 def wandering(frames: int, seed: int) -> Real:
-    """Return a motion that crosses every level, every interval, both ends of the rows and the gate, with all its rates."""
+    """Return a motion that crosses every level, every interval, both ends of the rows and the gate."""
     random = np.random.default_rng(seed)
     t = np.arange(frames) / RATE
     motion = np.zeros((5, frames))
@@ -142,7 +142,7 @@ def test_blocks_do_not_matter(order: int) -> None:
     random = np.random.default_rng(6)
     cuts = [0, *np.sort(random.choice(np.arange(1, 1200), 40, replace=False)).tolist(), 1200]
     phase, parts = 0, []
-    for a, b in zip(cuts, cuts[1:], strict=False):
+    for a, b in itertools.pairwise(cuts):
         part, phase = tables.compiled(np.ascontiguousarray(motion[:, a:b]), NOWHERE, order, phase)
         parts.append(part)
     assert np.array_equal(np.concatenate(parts), whole)
@@ -237,9 +237,7 @@ def test_total_derivatives_hold_every_term(order: int) -> None:
     block = known.table(512)
     tables = np.array([[9, 0]], dtype=np.int64)
     levels = levels_up_to(1)
-    layout = np.concatenate(
-        [[RATE, PERIOD, LIFT, 1.0, 1.0], levels.fade_from, levels.fade_to, [known.low, known.high]]
-    )
+    layout = np.concatenate([[RATE, PERIOD, LIFT, 1.0, 1.0], levels.fade_from, levels.fade_to, [known.low, known.high]])
     out = np.zeros((3000, 1), dtype=np.float32)
     state = np.array([0], dtype=np.uint64)
     assert read_rate(block.ravel(), tables, layout, state, motion, position, 0, out, 0, order) == 3000

@@ -143,7 +143,7 @@ def test_the_solver_thread_follows_the_hand() -> None:
         if rows.edges[-1] >= 9.0:
             arrived.set()
 
-    rows.cover = watched  # type: ignore[method-assign]
+    rows.cover = watched  # type: ignore[method-assign, assignment]
     solver = RowSolver(rows, 0.3)
     try:
         assert solver.wait(60)

@@ -57,7 +57,9 @@ def test_a_table_shares_values_and_derivatives_at_the_ends_of_its_cells(degree: 
         assert np.max(np.abs(np.roll(ends, 1) - wanted)) <= 1e-11 * scale
 
 
-@pytest.mark.parametrize(("degree", "order", "power"), [(CUBIC, 0, 4), (QUINTIC, 0, 6), (QUINTIC, 1, 5), (QUINTIC, 2, 4)])
+@pytest.mark.parametrize(
+    ("degree", "order", "power"), [(CUBIC, 0, 4), (QUINTIC, 0, 6), (QUINTIC, 1, 5), (QUINTIC, 2, 4)]
+)
 def test_the_error_falls_with_the_order_of_the_polynomials(degree: int, order: int, power: int) -> None:
     series = random_series(5, 2)
     theta = np.random.default_rng(0).uniform(0, 1, 3000)
@@ -68,9 +70,7 @@ def test_the_error_falls_with_the_order_of_the_polynomials(degree: int, order: i
 
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-4, 1e-6])
 @pytest.mark.parametrize(("degree", "orders"), [(CUBIC, (0,)), (QUINTIC, (1, 2)), (QUINTIC, (0, 1, 2))])
-def test_a_fitted_table_keeps_its_tolerance_everywhere(
-    tolerance: float, degree: int, orders: tuple[int, ...]
-) -> None:
+def test_a_fitted_table_keeps_its_tolerance_everywhere(tolerance: float, degree: int, orders: tuple[int, ...]) -> None:
     series = random_series(37, 3)
     fitted = fitted_table(series, degree, orders, tolerance)
     theta = np.random.default_rng(1).uniform(0, 1, 3000)

@@ -1,0 +1,131 @@
+"""The channels of a scene: full scale, table and error of each quantity at the scan's own speed and load.
+
+Stage   2, the part of `preparation` that makes a series into what is heard.
+Model   quantity = sum over n of (2 pi i n u / lambda2)^k Z_n exp(2 pi i n theta), times the lift gate; full_scale,
+        where it is left to us, makes the steady peak 0.8. The error adds what was measured of the series, of the
+        harmonics cut off and of the table's polynomials, and the rounding to float32.
+Source  design, section 4.
+Limits  below 1 nm of motion an automatic full scale gives silence: it would only amplify rounding.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.contact.evaluation import gate
+from synth.contact.exact import Array
+from synth.contact.spectrum import Complex, Spectrum, curves, error_floor, points_for
+from synth.contact.tables import CUBIC, dropped_tail, fitted_table, kept_harmonics
+from synth.scene import Channel, Scene
+
+ORDERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
+UNITS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
+TABLE_SHARE = 0.15  # of the tolerance, for the polynomials
+ROUNDING = 6e-8  # of the peak: float32
+PEAK = 0.8  # of full scale: the steady peak when full_scale is left to us
+SMALLEST_MOTION = 1e-9  # m: below it an automatic gain gives silence, not noise
+STILL = 1e-30  # of any quantity in SI units: what is below is nothing
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelPlan:
+    """One channel.
+
+    quantity, order: its name and how many times it is a time derivative of z. full_scale, extent: SI value of 1.0, and
+    peak-to-peak at the scan's speed and load. error: largest error relative to that peak-to-peak. table: coefficients
+    of the steady table, in units of the full scale; None for a moving scan.
+    """
+
+    quantity: str
+    order: int
+    full_scale: float
+    error: float
+    extent: float
+    table: Array | None
+
+
+@dataclass(frozen=True, slots=True)
+class Steady:
+    """The scan's own speed and load: what a channel is planned from.
+
+    spectrum: the series at the scan's load. highest: harmonics in the band. turns: texture periods a second, signed.
+    orders: derivatives whose errors the spectrum holds. moving: the scan changes by itself, so no steady table is
+    built.
+    """
+
+    scene: Scene
+    spectrum: Spectrum
+    highest: int
+    turns: float
+    tolerance: float
+    orders: tuple[int, ...]
+    moving: bool
+
+    def series(self, order: int) -> Complex:
+        """Return the series of a quantity in SI units, the lift gate included."""
+        kept = self.spectrum.harmonics[: self.highest + 1] * self._gate
+        kept[0] = 0.0
+        return kept * (2j * math.pi * np.arange(len(kept)) * self.turns) ** order if order else kept
+
+    @property
+    def _gate(self) -> float:
+        scan = self.scene.scan
+        return float(gate(scan.load, scan.lift_load)[0]) if scan.load < scan.lift_load else 1.0
+
+    def planned(self, channel: Channel) -> ChannelPlan:
+        """Return one channel, its table built and its error added up."""
+        order = ORDERS[channel.quantity]
+        series = self.series(order)
+        extent, peak = extent_and_peak(series)
+        full_scale = channel.full_scale or (peak / PEAK if peak > STILL else 1.0)
+        seen = self.spectrum.errors[self.orders.index(order)] if order in self.orders else 0.0
+        if not extent > 0.0:
+            return ChannelPlan(channel.quantity, order, full_scale, 0.0, 0.0, np.zeros((1, CUBIC + 1)))
+        if self.moving:
+            error = seen + TABLE_SHARE * self.tolerance + ROUNDING
+            return ChannelPlan(channel.quantity, order, full_scale, error, extent, None)
+        budget = spendable(self.tolerance)
+        kept = kept_harmonics(series, (0,), budget)
+        fitted = fitted_table(series[: kept + 1], CUBIC, (0,), TABLE_SHARE * budget)
+        error = seen + dropped_tail(series, kept) / extent + fitted.errors[0] + ROUNDING
+        return ChannelPlan(channel.quantity, order, full_scale, error, extent, fitted.coefficients / full_scale)
+
+    def warning(self, channel: ChannelPlan) -> str:
+        """Return what to tell where a channel misses the tolerance by more than round-off, or ""."""
+        height = self.scene.finger.ridge_amplitude + self.scene.texture.amplitude
+        floor = error_floor(height, max(self.highest, 1), channel.order) * abs(self.turns) ** channel.order
+        if (channel.error - self.tolerance) * channel.extent <= floor:
+            return ""
+        return (
+            f"The {channel.quantity} reaches an error of {channel.error:.2g} of its peak-to-peak, not the "
+            f"{self.tolerance:.2g} asked for."
+        )
+
+    def silence(self) -> str:
+        """Return why an automatic full scale leaves this motion silent, or ""."""
+        swing = extent_and_peak(self.series(0))[1]
+        if swing >= SMALLEST_MOTION or all(channel.full_scale for channel in self.scene.output.channel_list):
+            return ""
+        return (
+            f"The finger moves by {swing:.3g} m, less than 1 nm: an automatic full scale would only amplify rounding. "
+            "Set output.full_scale to hear it."
+        )
+
+
+def spendable(tolerance: float) -> float:
+    """Return what of the tolerance the series and its table may use: the rounding to float32 comes on top."""
+    return max(tolerance - ROUNDING, 0.3 * tolerance)
+
+
+def silent_channel(channel: Channel) -> ChannelPlan:
+    """Return a channel of a scene that is silent."""
+    return ChannelPlan(channel.quantity, ORDERS[channel.quantity], channel.full_scale or 1.0, 0.0, 0.0, None)
+
+
+def extent_and_peak(series: Complex) -> tuple[float, float]:
+    """Return peak-to-peak and peak of a series about its mean."""
+    curve = curves(series, 0, 2 * points_for(len(series) - 1))
+    return float(np.ptp(curve)), float(np.max(np.abs(curve)))

@@ -1,0 +1,110 @@
+"""The plan: what is simulated and why, what is left out and why, what it costs; and its document."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+
+from synth.costing import explain
+from synth.plan import plan_of
+from synth.preparation import prepare
+from synth.scene import parse_scene, scene_document
+from synth.voice import open_voice
+from tests.synth.engine_cases import QUANTITIES, scene_of
+
+POINTS = [[0, 0, 0.3], [0.1, 6e-3, 0.4], [0.2, 1e-2, 0.25], [0.3, 8e-3, 0.3]]
+FEW = {"quantity": "displacement", "sample_rate": 8000, "bandwidth": 300}
+
+
+def plan(**sections: Any) -> Any:
+    return plan_of(prepare(scene_of(**sections)))
+
+
+def names(parts: Any) -> list[str]:
+    return [part.name for part in parts]
+
+
+def test_a_constant_scan_needs_neither_rows_nor_levels() -> None:
+    made = plan()
+    assert names(made.simulated) == ["contact response"]
+    assert names(made.left_out) == ["rows of load", "levels"]
+    assert made.response["method"] == "phase table"
+    assert made.response["fundamental_hz"] == pytest.approx(100.0)
+    assert made.response["harmonics"] == 191
+    assert made.response["band_limit_hz"] == 19200.0
+    assert f"{made.response['phases_solved']} phases" in made.simulated[0].reason
+
+
+def test_a_stroke_needs_levels_and_a_varying_load_needs_rows() -> None:
+    stroke = plan(scan={"stroke": {}}, output=FEW)
+    assert names(stroke.simulated) == ["contact response", "levels"]
+    assert names(stroke.left_out) == ["rows of load"]
+    recorded = plan(scan={"trajectory": POINTS}, output=FEW)
+    assert names(recorded.simulated) == ["contact response", "rows of load", "levels"]
+    assert not recorded.left_out
+    assert recorded.response["method"] == "rows of load"
+
+
+def test_full_contact_is_said_to_be_closed_form() -> None:
+    made = plan(scan={"load": 60})
+    assert made.response["method"] == "closed form"
+    assert "closed form" in made.simulated[0].reason
+
+
+@pytest.mark.parametrize("sections", [{"texture": {"amplitude": 0}}, {"scan": {"load": 0}}])
+def test_silence_is_said_to_be_silence(sections: dict[str, Any]) -> None:
+    made = plan(**sections)
+    assert made.response["method"] == "silence"
+    assert not made.simulated and names(made.left_out) == ["contact response"]
+    assert made.left_out[0].reason in made.warnings
+
+
+def test_each_quantity_has_its_error_and_it_is_below_the_tolerance() -> None:
+    made = plan(output={"channels": list(QUANTITIES)})
+    assert set(made.estimated_error) == set(QUANTITIES)
+    assert all(0.0 < error <= 1e-3 for error in made.estimated_error.values())
+
+
+def test_a_varying_load_tells_the_error_between_its_rows() -> None:
+    scene = scene_of(scan={"trajectory": POINTS}, output=FEW)
+    voice = open_voice(scene)
+    assert voice._reader is not None and voice._reader.rows is not None
+    assert voice.plan.estimated_error["displacement"] >= voice._reader.rows.errors[0] > 0.0
+
+
+def test_channels_tell_their_full_scale_and_extent() -> None:
+    made = plan(output={"channels": ["displacement", {"quantity": "velocity", "full_scale": 0.5}]})
+    first, second = made.response["channels"]
+    assert (first["quantity"], first["unit"], second["unit"]) == ("displacement", "m", "m/s")
+    assert second["full_scale"] == 0.5
+    signal = open_voice(scene_of(output={"quantity": "displacement"})).render(9600).astype(float)
+    assert first["peak_to_peak"] == pytest.approx(np.ptp(signal) * first["full_scale"], rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    "document", [{}, {"scan": {"stroke": {}}, "output": FEW}, {"texture": {"amplitude": 0}}, {"scan": {"speed": 0}}]
+)
+def test_an_explanation_is_a_json_document_with_everything(document: dict[str, Any]) -> None:
+    scene = parse_scene(document)
+    made = explain(scene).document()
+    assert set(made) == {"scene", "simulated", "left_out", "response", "estimated_error", "cost", "warnings"}
+    assert made["scene"] == scene_document(scene)
+    assert json.loads(json.dumps(made, allow_nan=False)) == made
+    cost = made["cost"]
+    assert cost["setup_seconds"] > 0 and cost["ns_per_frame"] > 0 and cost["memory_bytes"] > 0
+    rate = scene.output.sample_rate
+    assert cost["times_real_time"] == pytest.approx(1e9 / (cost["ns_per_frame"] * rate), rel=1e-9)
+
+
+def test_a_plan_without_a_cost_says_none() -> None:
+    assert plan().document()["cost"] is None
+
+
+def test_explaining_changes_nothing_in_what_is_rendered() -> None:
+    scene = scene_of()
+    before = open_voice(scene).render(1000)
+    explain(scene)
+    assert np.array_equal(open_voice(scene).render(1000), before)

@@ -1,0 +1,276 @@
+"""A voice whose speed and load change: against the oracle, its own derivatives, and the band limit at every instant."""
+
+from __future__ import annotations
+
+import threading
+from typing import Any
+
+import numpy as np
+import pytest
+
+from synth.motion import Motion, ScanMotion
+from synth.scene import parse_scene
+from synth.voice import Voice, open_voice
+from tests.reference.spectral_checks import fit_harmonics
+from tests.reference.synthesis_oracle import direct
+from tests.synth.engine_cases import QUANTITIES, Real, physical, scene_of, touch_of
+
+RATE = 8000
+PERIOD = 0.8e-3
+SLOW = [[0, 0, 0.3], [0.3, 3e-3, 0.4], [0.6, 6e-3, 0.2], [0.9, 8.5e-3, 0.3], [1.2, 1e-2, 0.35]]
+
+
+def even(frames: int, speed: float, load: float, position: bool = False) -> Motion:
+    """Return a hand that moves evenly, with all its derivatives."""
+    fields: dict[str, Any] = {"position": speed * np.arange(frames) / RATE} if position else {}
+    return Motion.of(frames, speed=speed, load=load, speed_rate=0.0, load_rate=0.0, load_bend=0.0, **fields)
+
+
+def swaying(frames: int, rate: int, speed: float, sway: float, load: float = 0.3, press: float = 0.08) -> Motion:
+    t = np.arange(frames) / rate
+    return Motion.of(
+        frames,
+        position=speed * t + sway / 20 * (1 - np.cos(20 * t)),
+        speed=speed + sway * np.sin(20 * t),
+        speed_rate=20 * sway * np.cos(20 * t),
+        load=load + press * np.sin(60 * t),
+        load_rate=60 * press * np.cos(60 * t),
+        load_bend=-3600 * press * np.sin(60 * t),
+    )
+
+
+def hand_signal(voice: Voice, motion: Motion) -> Real:
+    return np.asarray(voice.render(motion.frames, motion).astype(float) * np.array(voice.full_scale))
+
+
+def test_a_trajectory_follows_the_oracle_over_position_and_load() -> None:
+    scene = scene_of(scan={"trajectory": SLOW}, output={"quantity": "displacement", "sample_rate": RATE})
+    frames = round(1.2 * RATE)
+    found = physical(open_voice(scene), frames)[:, 0]
+    motion = ScanMotion(scene).at(0, frames)
+    some = np.arange(0, frames, 23)
+    wanted = direct(touch_of(scene), motion.position[some], motion.samples[2, some], mean_phases=256)
+    assert np.max(np.abs(found[some] - wanted)) <= 1e-3 * np.ptp(wanted)
+
+
+def test_a_hand_follows_the_oracle_over_position_and_load() -> None:
+    scene = scene_of(scan={"speed": 0.01}, output={"quantity": "displacement", "sample_rate": RATE})
+    motion = swaying(2 * RATE // 5, RATE, 0.01, 0.004)
+    found = hand_signal(open_voice(scene), motion)[:, 0]
+    some = np.arange(0, motion.frames, 13)
+    wanted = direct(touch_of(scene), motion.position[some], motion.samples[2, some], mean_phases=256)
+    assert np.max(np.abs(found[some] - wanted)) <= 1e-3 * np.ptp(wanted)
+
+
+def plateau(scene_document: dict[str, Any]) -> float:
+    """Return a speed (m/s) round which no level fades: there the voice is a fixed sum of harmonics."""
+    voice = open_voice(parse_scene(scene_document))
+    voice.render(8, even(8, 0.02, 0.3))
+    assert voice._reader is not None
+    levels = voice._reader.levels
+    level = next(k for k, top in enumerate(levels.highest) if top <= 10)
+    turns = 0.5 * (levels.fade_to[level - 1] + levels.fade_from[level])
+    return float(turns * voice.sample_rate * PERIOD)
+
+
+def test_velocity_and_acceleration_are_the_derivatives_of_what_sounds() -> None:
+    finer, narrow = 8, 300.0
+    output = {"channels": list(QUANTITIES), "sample_rate": RATE, "bandwidth": narrow}
+    document: dict[str, Any] = {"output": output, "scan": {"speed": 0.02}, "accuracy": {"tolerance": 1e-5}}
+    faster = {**document, "output": {**output, "sample_rate": finer * RATE}}
+    speed = plateau(document)
+    coarse = hand_signal(open_voice(parse_scene(document)), swaying(1200, RATE, speed, 0.05 * speed))
+    fine = hand_signal(open_voice(parse_scene(faster)), swaying(1200 * finer, finer * RATE, speed, 0.05 * speed))
+    for order, bound in ((1, 1e-3), (2, 1e-3)):
+        before = fine[:, order - 1]
+        step = finer // 2
+        place = np.arange(2, 1198) * finer
+        slope = (
+            before[place - 2 * step] - 8 * before[place - step] + 8 * before[place + step] - before[place + 2 * step]
+        ) * (finer * RATE / step / 12)
+        assert np.max(np.abs(slope - coarse[2:1198, order])) <= bound * np.ptp(slope)
+    still = Motion(swaying(1200, RATE, speed, 0.05 * speed).samples * np.array([[1, 1, 1, 0, 0]]).T, np.empty(0))
+    without = hand_signal(open_voice(parse_scene(document)), still)
+    for order in (1, 2):  # the terms of the changing load weigh more than the bound above
+        assert np.max(np.abs(without[:, order] - coarse[:, order])) > 1e-2 * np.ptp(coarse[:, order])
+
+
+@pytest.mark.parametrize("quantity", QUANTITIES)
+def test_a_load_that_crosses_rows_makes_no_step(quantity: str) -> None:
+    output = {"quantity": quantity, "sample_rate": RATE, "bandwidth": 300}
+    document: dict[str, Any] = {"output": output, "scan": {"speed": 0.02}, "accuracy": {"tolerance": 1e-4}}
+    frames = 6000
+    t = np.arange(frames) / RATE
+    press = Motion.of(
+        frames, speed=plateau(document), speed_rate=0.0, load=0.05 + 0.6 * t, load_rate=0.6, load_bend=0.0
+    )
+    signal = hand_signal(open_voice(parse_scene(document)), press)[:, 0]
+    steps = np.abs(np.diff(signal))
+    around = np.array([np.sort(steps[max(0, i - 40) : i + 40])[-4] for i in range(len(steps))])
+    assert np.max(steps / np.maximum(around, 0.02 * np.max(steps))) < 1.5  # no frame steps out of its neighbourhood
+
+
+@pytest.mark.parametrize("quantity", QUANTITIES)
+def test_level_changes_make_no_step(quantity: str) -> None:
+    scene = scene_of(output={"quantity": quantity, "sample_rate": RATE})
+    frames, slow, fast = RATE, 0.02, 4.0
+    t = np.arange(frames) / RATE
+    growth = np.log(fast / slow)
+    speed = slow * np.exp(growth * t)
+    chirp = Motion.of(frames, speed=speed, speed_rate=growth * speed, load=0.3, load_rate=0.0, load_bend=0.0)
+    signal = hand_signal(open_voice(scene), chirp)[:, 0]
+    steps = np.abs(np.diff(signal))
+    # the largest step that harmonics of these sizes may make at each speed, from even motion
+    for u in np.geomspace(0.03, 3.0, 12):
+        here = np.abs(speed[:-1] / u - 1.0) < 0.1
+        largest = 0.0
+        for factor in (0.9, 0.95, 1.0, 1.05, 1.1):
+            even_signal = hand_signal(open_voice(scene), even(1500, u * factor, 0.3))[:, 0]
+            largest = max(largest, float(np.max(np.abs(np.diff(even_signal)))))
+        assert np.max(steps[here]) <= 1.1 * largest + 1e-3 * np.max(np.abs(signal)) / 8
+
+
+@pytest.mark.parametrize("speed", [0.0563, 0.1113, 0.2217, 0.4441, 0.8883, 1.7771, 2.5])
+def test_none_above_049_and_none_below_035_at_the_speed_of_the_hand(speed: float) -> None:
+    output = {"quantity": "acceleration", "sample_rate": RATE, "full_scale": 1.0}
+    hand = hand_signal(open_voice(scene_of(scan={"speed": 0.05}, output=output)), even(RATE, speed, 0.3))[:, 0]
+    fundamental = speed / PERIOD
+    found = fit_harmonics(hand, RATE, fundamental, 0.495 * RATE).coefficients
+    scene = scene_of(scan={"speed": speed}, output=output)
+    wanted = fit_harmonics(physical(open_voice(scene), RATE)[:, 0], RATE, fundamental, 0.495 * RATE).coefficients
+    frequency = np.arange(found.size) * fundamental
+    largest = float(np.max(np.abs(wanted)))
+    assert np.max(np.abs(found[frequency > 0.49 * RATE]), initial=0.0) <= 1e-3 * largest
+    low = (frequency < 0.35 * RATE) & (frequency > 0)
+    assert np.max(np.abs(found - wanted)[low], initial=0.0) <= 4e-3 * largest
+    residue = hand - fit_harmonics(hand, RATE, fundamental, 0.495 * RATE).signal(np.arange(RATE), mean=True)
+    assert np.max(np.abs(residue)) <= 2e-3 * np.ptp(hand)
+
+
+def test_far_too_fast_is_silence() -> None:
+    voice = open_voice(scene_of(output={"quantity": "acceleration", "sample_rate": RATE}))
+    assert not voice.render(500, even(500, 0.5 * RATE * PERIOD, 0.3)).any()
+
+
+@pytest.mark.parametrize("quantity", QUANTITIES)
+def test_a_hand_slower_than_the_scan_loses_no_harmonic(quantity: str) -> None:
+    output = {"quantity": quantity, "sample_rate": RATE, "full_scale": 1.0}
+    slower = hand_signal(open_voice(scene_of(scan={"speed": 0.08}, output=output)), even(3000, 0.04, 0.3))[:, 0]
+    steady = physical(open_voice(scene_of(scan={"speed": 0.04}, output=output)), 3000)[:, 0]
+    fundamental = 0.04 / PERIOD
+    both = [fit_harmonics(signal, RATE, fundamental, 0.495 * RATE).coefficients for signal in (slower, steady)]
+    low = np.arange(both[0].size) * fundamental < 0.35 * RATE
+    assert np.max(np.abs(both[0] - both[1])[low]) <= 2e-3 * np.max(np.abs(both[1]))
+
+
+@pytest.mark.parametrize("scan_load", [0.0, 60.0])
+def test_a_hand_may_press_otherwise_than_the_scan(scan_load: float) -> None:
+    output = {"quantity": "velocity", "sample_rate": RATE, "full_scale": 1.0}
+    voice = open_voice(scene_of(scan={"load": scan_load}, output=output))
+    found = hand_signal(voice, even(1000, 0.08, 0.3, position=True))[:, 0]
+    steady = physical(open_voice(scene_of(output=output)), 1000)[:, 0]
+    fits = [fit_harmonics(signal, RATE, 100.0, 0.495 * RATE).coefficients for signal in (found, steady)]
+    low = np.arange(fits[0].size) * 100.0 < 0.35 * RATE
+    assert np.max(np.abs(fits[0] - fits[1])[low]) <= 5e-3 * np.max(np.abs(fits[1]))
+
+
+def test_a_trajectory_that_ends_heavy_sounds_full_where_it_is_light() -> None:
+    points = [[0, 0, 0.3], [0.2, 8e-3, 0.3], [0.4, 16e-3, 0.3], [0.6, 24e-3, 6.0], [0.8, 32e-3, 6.0]]
+    scene = scene_of(scan={"trajectory": points}, output={"quantity": "displacement", "sample_rate": RATE})
+    frames = round(0.35 * RATE)
+    found = physical(open_voice(scene), frames)[:, 0]
+    motion = ScanMotion(scene).at(0, frames)
+    some = np.arange(0, frames, 11)
+    wanted = direct(touch_of(scene), motion.position[some], motion.samples[2, some], mean_phases=256)
+    assert np.max(np.abs(found[some] - wanted)) <= 5e-3 * np.ptp(wanted)
+
+
+def test_a_stroke_too_fast_for_the_band_sounds_where_it_is_slow() -> None:
+    scene = scene_of(
+        scan={"stroke": {"speed": 1.0, "length": 0.1}},
+        texture={"period": "0.25 mm"},
+        output={"quantity": "displacement", "sample_rate": RATE, "full_scale": "10 um"},
+    )
+    block = open_voice(scene).render(200)  # begins at rest: 0.25 m/s, 1 kHz, are passed within 10 ms
+    assert np.abs(block[:60]).max() > 0.01
+
+
+@pytest.mark.timeout(15)
+@pytest.mark.parametrize("load", [1000.0, 1049.0, 5000.0])
+def test_a_load_beyond_every_scene_ends(load: float) -> None:
+    voice = open_voice(scene_of(output={"quantity": "displacement", "sample_rate": RATE, "bandwidth": 300}))
+    assert np.isfinite(voice.render(100, even(100, 0.05, load))).all()
+
+
+@pytest.mark.timeout(20)
+def test_tables_larger_than_their_pool_end() -> None:
+    scene = scene_of(
+        scan={"stroke": {"speed": 0.02}},
+        texture={"period": "4 mm"},
+        accuracy={"tolerance": 1e-6},
+        output={"quantity": "acceleration"},
+    )
+    assert np.abs(open_voice(scene).render(2400)).max() > 1e-3
+
+
+@pytest.mark.parametrize("field", ["position", "load"])
+def test_a_hand_without_derivatives_does_not_click_at_its_first_frames(field: str) -> None:
+    scene = scene_of(output={"quantity": "acceleration", "sample_rate": RATE, "bandwidth": 400, "full_scale": 1.0})
+    frames = 400
+    t = np.arange(frames) / RATE
+    loads = 0.3 + 0.5 * t if field == "load" else np.full(frames, 0.3)
+    rates = {"speed_rate": 0.0, "load_rate": 0.5 if field == "load" else 0.0, "load_bend": 0.0}
+    told = Motion.of(frames, position=0.05 * t, speed=0.05, load=loads, **rates)
+    along = {"position": 0.05 * t} if field == "position" else {"speed": 0.05}
+    guessed = Motion.of(frames, load=loads, **along)
+    wanted, found = (hand_signal(open_voice(scene), motion)[:, 0] for motion in (told, guessed))
+    assert np.max(np.abs(found - wanted)[2:]) <= 0.02 * np.ptp(wanted)
+    assert np.max(np.abs(found)) <= 1.05 * np.max(np.abs(wanted))
+
+
+def test_after_a_hand_the_scan_goes_on_without_a_step() -> None:
+    scene = scene_of(output={"quantity": "displacement", "sample_rate": RATE})
+    voice = open_voice(scene)
+    first = voice.render(300)
+    touched = voice.render(300, Motion.of(300, speed=0.08, load=0.3))
+    after = voice.render(300)
+    signal = np.concatenate([first, touched, after])[:, 0]
+    assert np.max(np.abs(np.diff(signal))) <= 1.1 * np.max(np.abs(np.diff(first[:, 0])))
+    assert np.max(np.abs(signal - open_voice(scene).render(900)[:, 0])) <= 2e-3
+
+
+@pytest.mark.slow
+def test_rows_come_ready_in_the_thread_and_then_sound_as_those_that_were_waited_for() -> None:
+    scene = scene_of(output={"quantity": "displacement", "sample_rate": RATE, "bandwidth": 1000})
+    motion = swaying(2000, RATE, 0.06, 0.02, load=0.5, press=0.3)
+    live = open_voice(scene, live=True)
+    try:
+        while not live.rows_ready:
+            assert live._solver is not None and live._solver.wait(60)
+        found = hand_signal(live, motion)[:, 0]
+    finally:
+        live.close()
+    waited = hand_signal(open_voice(scene), motion)[:, 0]
+    assert np.max(np.abs(found - waited)) <= 2e-3 * np.ptp(waited)
+    assert not [thread for thread in threading.enumerate() if thread.name == "ridgewave-rows"]
+
+
+def test_a_closed_live_voice_still_renders_and_has_no_thread() -> None:
+    scene = scene_of(output={"quantity": "displacement", "sample_rate": RATE, "bandwidth": 300})
+    live = open_voice(scene, live=True)
+    live.close()
+    assert not [thread for thread in threading.enumerate() if thread.name == "ridgewave-rows"]
+    block = live.render(500, even(500, 0.05, 0.3))
+    assert np.isfinite(block).all() and np.abs(block).max() > 0.01
+
+
+def test_until_its_rows_are_ready_a_live_voice_plays_the_nearest() -> None:
+    scene = scene_of(output={"quantity": "displacement", "sample_rate": RATE, "bandwidth": 300})
+    live = open_voice(scene, live=True)
+    live.close()
+    reader = live._hand_reader
+    assert reader is not None and reader.rows is not None
+    heaviest = float(reader.rows.edges[-1])
+    beyond = live.render(400, even(400, 0.05, 3 * heaviest, position=True))
+    at_edge = live.render(400, even(400, 0.05, heaviest, position=True))
+    assert np.max(np.abs(beyond - at_edge)) <= 1e-6
