@@ -26,6 +26,9 @@ from synth.contact.tables import load_cubic
 
 NO_LOAD = 1e-6  # of `base`: the load at which the slope of the envelope row is taken, since dz/dw has a limit at w = 0
 LARGEST_LOAD = 1e3  # N, the end of the scene's range
+ROW_WORK = 1 << 27  # phases times cells of one row: about 1 s; the default scene takes a hundredth of it
+# the same of all rows, about 25 s: beyond it intervals are not halved any more, and the error says so
+ALL_WORK = 1 << 32
 COARSE = 1.0 / 16.0  # of an octave: rows of octaves that a motion only passes through
 
 
@@ -48,6 +51,7 @@ class Rows:
         self.contact, self.demand, self.keep, self.base = contact, demand, keep, base
         self._spectra: dict[float, Spectrum] = {}
         self._octaves: dict[int, tuple[float, list[Interval]]] = {}
+        self._work = 0
         self._lock = threading.RLock()
         self._edges: Array = np.array([])
 
@@ -112,7 +116,9 @@ class Rows:
 
     def _solved(self, load: float) -> Spectrum:
         at = max(load, NO_LOAD * self.base)
-        return solve_spectrum(self.contact, at, self.demand, self.keep, self._start)
+        row = solve_spectrum(self.contact, at, self.demand, self.keep, self._start, ROW_WORK)
+        self._work += max(row.phases, 1) * self.contact.grid.tables.shape[1]
+        return row
 
     @property
     def _start(self) -> int:
@@ -135,7 +141,7 @@ class Rows:
             middle = 0.5 * (a + b)
             errors, good = self.middle_error(a, middle, b)
             halves = ((a, middle), (middle, b))
-            if good or (b - a) <= 2.0 * smallest * (1.0 + 1e-9):
+            if good or (b - a) <= 2.0 * smallest * (1.0 + 1e-9) or self._work > ALL_WORK:
                 done += [Interval(lo, hi, errors) for lo, hi in halves]
             else:
                 waiting += halves[::-1]

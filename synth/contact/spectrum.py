@@ -109,11 +109,15 @@ def points_for(highest: int) -> int:
     return max(64, 1 << (4 * highest).bit_length())
 
 
-def solve_spectrum(contact: Contact, load: float, demand: Demand, keep: int = 0, start: int = 0) -> Spectrum:
-    """Return the series of z at `load` (N) that keeps `demand`, or the best of MOST_PHASES solutions with its error.
+def solve_spectrum(
+    contact: Contact, load: float, demand: Demand, keep: int = 0, start: int = 0, most_work: int = MOST_WORK
+) -> Spectrum:
+    """Return the series of z at `load` (N) that keeps `demand`, or the best that the bounds on work allow, with its
+    error.
 
     keep: harmonics of the series returned, at least those of the demand; those beyond it are as good as they come.
     start: a power of two, phases to begin with where a neighbouring load has shown how many it takes; 0 begins afresh.
+    most_work: the bound on phases times cells of the grid (the other bound is MOST_PHASES).
     """
     keep = max(keep, demand.highest)
     closed = full_contact(contact.geometry, contact.stiffness, load)
@@ -123,12 +127,12 @@ def solve_spectrum(contact: Contact, load: float, demand: Demand, keep: int = 0,
         harmonics[:2] = closed.mean, closed.first
         slopes[0] = closed.slope
         return Spectrum(load, harmonics, slopes, (1e-15,) * len(demand.orders), 0, True)
-    return _grown(contact, load, demand, keep, start)
+    most = min(MOST_PHASES, max(256, most_work // contact.grid.tables.shape[1]))
+    return _grown(contact, load, demand, keep, min(start, most), most)
 
 
-def _grown(contact: Contact, load: float, demand: Demand, keep: int, start: int) -> Spectrum:
+def _grown(contact: Contact, load: float, demand: Demand, keep: int, start: int, most: int) -> Spectrum:
     geometry = contact.geometry
-    most = min(MOST_PHASES, max(256, MOST_WORK // contact.grid.tables.shape[1]))
     phases = start or FEWEST_PHASES
     height, slope = contact.approach(np.arange(phases) / phases, load)
     before = _series(height, demand.highest)
