@@ -47,9 +47,7 @@ def render_to(target: Target, scene: Scene, progress: bool | None) -> dict[str, 
     place: Any = _standard_output() if target.path is None else target.path
     with (
         Progress("rendering", frames / voice.sample_rate, "s", progress) as bar,
-        open_writer(
-            place, target.sound_format, voice.sample_rate, voice.channels, metadata, frames=frames
-        ) as writer,
+        open_writer(place, target.sound_format, voice.sample_rate, voice.channels, metadata, frames=frames) as writer,
     ):
         written = export(voice, writer, frames, limit, lambda count: bar.advance(count / voice.sample_rate))
     return _result(target, voice, written, ready - started, time.perf_counter() - ready)

@@ -1,10 +1,10 @@
 """`-o` and `--subtype`: where a render goes and as which kind of samples.
 
-    .wav              float (default), pcm16, pcm24
-    .flac             pcm24
-    .raw .f32 .pcm    float: float32, little-endian, no header
-    .l16              pcm16: 16 bit, big-endian, no header
-    -                 WAV to standard output, with any of its sample types
+.wav              float (default), pcm16, pcm24
+.flac             pcm24
+.raw .f32 .pcm    float: float32, little-endian, no header
+.l16              pcm16: 16 bit, big-endian, no header
+-                 WAV to standard output, with any of its sample types
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ import numpy as np
 from synth.contact.evaluation import gate
 from synth.contact.exact import Array
 from synth.contact.spectrum import Complex, Spectrum, curves, error_floor, points_for
-from synth.contact.tables import CUBIC, dropped_tail, fitted_table, kept_harmonics
+from synth.contact.tables import CUBIC, FEWEST_CELLS, dropped_tail, fitted_table, kept_harmonics
 from synth.scene import Channel, Scene
 
 ORDERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
@@ -75,15 +75,21 @@ class Steady:
         scan = self.scene.scan
         return float(gate(scan.load, scan.lift_load)[0]) if scan.load < scan.lift_load else 1.0
 
-    def planned(self, channel: Channel) -> ChannelPlan:
-        """Return one channel, its table built and its error added up."""
+    def planned(self, channel: Channel, *, still: bool = False) -> ChannelPlan:
+        """Return one channel, its table built and its error added up.
+
+        still: the scan moves by too little for an automatic full scale; it is then that of a finger that follows the
+        texture.
+        """
         order = ORDERS[channel.quantity]
         series = self.series(order)
         extent, peak = extent_and_peak(series)
+        if still:
+            peak = self.scene.texture.amplitude * (2.0 * math.pi * abs(self.turns)) ** order
         full_scale = channel.full_scale or (peak / PEAK if peak > STILL else 1.0)
         seen = self.spectrum.errors[self.orders.index(order)] if order in self.orders else 0.0
         if not extent > 0.0:
-            return ChannelPlan(channel.quantity, order, full_scale, 0.0, 0.0, np.zeros((1, CUBIC + 1)))
+            return ChannelPlan(channel.quantity, order, full_scale, 0.0, 0.0, np.zeros((FEWEST_CELLS, CUBIC + 1)))
         if self.moving:
             error = seen + TABLE_SHARE * self.tolerance + ROUNDING
             return ChannelPlan(channel.quantity, order, full_scale, error, extent, None)

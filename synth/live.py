@@ -6,7 +6,8 @@ Model   A change of scene is prepared beside the music (`prepare`, in any thread
         change that comes while another is being faded waits; the newest wins. The safety limiter is last; it looks
         LOOK_AHEAD ahead, so a change is heard that much later.
 Source  design, section 4 (ramps) and 8 (limiter).
-Limits  rate, channels, quantities and full scale stay those of the first scene. Not thread-safe but for `prepare`,
+Limits  rate, channels, quantities and full scale stay those of the first scene (where that is silent: those of a usual
+        hand on it). Not thread-safe but for `prepare`,
         `apply` and `release`, which only leave a note for the next block.
 """
 
@@ -21,8 +22,8 @@ from synth.cache import ResponseCache
 from synth.errors import Fault, SceneError
 from synth.output import Block, Limiter
 from synth.plan import Plan
-from synth.preparation import Preparation, prepare
-from synth.scene import Channel, Scene
+from synth.preparation import Preparation, prepare, with_full_scale, with_session_scale
+from synth.scene import Scene
 from synth.voice import Voice
 
 RAMP_TIME = 0.01  # s of fade in and out: short enough for the 20 ms of a stop, long enough not to click
@@ -48,7 +49,7 @@ class LiveVoice:
         self._cache = cache or ResponseCache()
         self._first = scene
         self.scene = scene
-        self._voice = Voice(prepare(scene, self._cache))
+        self._voice = Voice(with_session_scale(prepare(scene, self._cache), self._cache))
         self._ahead = round(LOOK_AHEAD * self._voice.sample_rate)
         self._limiter = Limiter(self._voice.channels, self._voice.sample_rate, self._ahead)
         self._silent = 0
@@ -105,7 +106,7 @@ class LiveVoice:
         faults = fixed_faults(self._first, scene)
         if faults:
             raise SceneError(faults)
-        return Change(scene, prepare(_with_full_scale(scene, self.full_scale), self._cache))
+        return Change(scene, prepare(with_full_scale(scene, self.full_scale), self._cache))
 
     def apply(self, change: Change) -> None:
         """Take `change` over from the next block on."""
@@ -188,7 +189,7 @@ def fixed_faults(first: Scene, scene: Scene) -> list[Fault]:
         pointer = "/output/channels" if new.channels else "/output/quantity"
         faults.append(_fixed(pointer, ", ".join(quantities[1]), ", ".join(quantities[0])))
     scales = [[channel.full_scale for channel in output.channel_list] for output in (old, new)]
-    if scales[0] != scales[1]:
+    if scales[0] != scales[1] and quantities[0] == quantities[1]:
         pointer = "/output/channels" if new.channels else "/output/full_scale"
         faults.append(_fixed(pointer, str(scales[1]), str(scales[0])))
     return faults
@@ -196,10 +197,3 @@ def fixed_faults(first: Scene, scene: Scene) -> list[Fault]:
 
 def _fixed(pointer: str, value: str, kept: str) -> Fault:
     return Fault(pointer, value, f"{kept}, as the stream began", "Open a new session for another one.")
-
-
-def _with_full_scale(scene: Scene, full_scale: tuple[float, ...]) -> Scene:
-    listed = zip(scene.output.channel_list, full_scale, strict=True)
-    channels = tuple(Channel.model_construct(quantity=channel.quantity, full_scale=value) for channel, value in listed)
-    output = scene.output.model_copy(update={"channels": channels})
-    return scene.model_copy(update={"output": output})

@@ -11,14 +11,18 @@ Limits  a motion that gives no derivatives has them taken from the frame before 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from synth.contact.exact import Array
+from synth.contact.kernels import kernel
 from synth.scene import Scene, Stroke
+from synth.scene_scan import TURN_REACH
 
+LARGEST_LOAD = 1e3  # N: the end of the scene's range, which a spline or a hand may overshoot
 LIFT_TIME = 0.02  # s in which the finger comes down before a trajectory and leaves after it; shorter would click
 SPEED, SPEED_RATE, LOAD, LOAD_RATE, LOAD_BEND = range(5)
 NOWHERE: Array = np.empty(0)
@@ -70,7 +74,7 @@ class Motion:
         places = NOWHERE if position is None else np.ascontiguousarray(np.broadcast_to(position, frames), dtype=float)
         if not (np.isfinite(samples).all() and np.isfinite(places).all()):
             raise ValueError("a motion is made of finite numbers: speed and position in m, load in N")
-        samples[LOAD] = np.maximum(samples[LOAD], 0.0)
+        samples[LOAD] = np.clip(samples[LOAD], 0.0, LARGEST_LOAD)
         return cls(samples, places, complete)
 
 
@@ -84,9 +88,9 @@ class ScanMotion:
 
     def at(self, first: int, frames: int) -> Motion:
         """Return the motion of `frames` frames from frame `first` on; frame n is at t = n / rate."""
-        t = np.arange(first, first + frames) / self.rate
         if self.scan.stroke is not None:
-            return stroke_motion(self.scan.stroke, t)
+            return stroke_motion(self.scan.stroke, first, frames, self.rate)
+        t = np.arange(first, first + frames) / self.rate
         if self._splines is not None:
             return self._recorded(t)
         constant = np.zeros((5, frames))
@@ -140,8 +144,9 @@ class ScanMotion:
         samples[LOAD] = value * window
         samples[LOAD_RATE] = slope * window + value * first
         samples[LOAD_BEND] = bend * window + 2.0 * slope * first + value * second
-        lifted = samples[LOAD] <= 0.0
-        samples[LOAD:, lifted] = 0.0
+        held = (samples[LOAD] <= 0.0) | (samples[LOAD] >= LARGEST_LOAD)
+        samples[LOAD] = np.clip(samples[LOAD], 0.0, LARGEST_LOAD)
+        samples[LOAD_RATE:, held] = 0.0
         return Motion(samples, places)
 
 
@@ -155,26 +160,32 @@ def _splines(scene: Scene) -> tuple[float, float, Any, Any]:
     return float(points[0, 0]), float(points[-1, 0]), position, load
 
 
-def stroke_motion(stroke: Stroke, t: Array) -> Motion:
-    """Return the back-and-forth motion at times `t` (s): at rest at position 0 at t = 0."""
-    u, turn, cruise = stroke.speed, stroke.turn_time, stroke.cruise_time
-    half = cruise + turn
-    turned = np.floor(t / half)
-    local = t - turned * half
-    way = np.where(turned % 2.0 == 0.0, 1.0, -1.0)
-    reach = 5.0 / 16.0 * u * turn
-    travel, speed, rate = np.empty_like(t), np.full_like(t, u), np.zeros_like(t)
-    leaving, arriving = local < 0.5 * turn, local > 0.5 * turn + cruise
-    s = np.where(leaving, 0.5 + local / turn, np.where(arriving, (local - 0.5 * turn - cruise) / turn, 0.0))
-    swing = 1.0 - 6.0 * s**2 + 4.0 * s**3
-    area = s - 2.0 * s**3 + s**4
-    bend = (-12.0 * s + 12.0 * s**2) / turn
-    travel[:] = reach + u * (local - 0.5 * turn)
-    travel[leaving] = u * turn * (5.0 / 16.0 - area[leaving])
-    speed[leaving], rate[leaving] = -u * swing[leaving], -u * bend[leaving]
-    travel[arriving] = reach + u * cruise + u * turn * area[arriving]
-    speed[arriving], rate[arriving] = u * swing[arriving], u * bend[arriving]
-    samples = np.zeros((5, len(t)))
-    samples[SPEED], samples[SPEED_RATE], samples[LOAD] = way * speed, way * rate, stroke.load
+def stroke_motion(stroke: Stroke, first: int, frames: int, rate: int) -> Motion:
+    """Return the back-and-forth motion of `frames` frames from frame `first` on: at rest at position 0 at t = 0."""
+    samples, position = np.zeros((5, frames)), np.empty(frames)
+    samples[LOAD] = stroke.load
+    fill_stroke(stroke.speed, stroke.turn_time, stroke.cruise_time, first, rate, samples, position)
+    return Motion(samples, position)
+
+
+@kernel
+def fill_stroke(u: float, turn: float, cruise: float, first: int, rate: int, samples: Array, position: Array) -> None:
+    """Write speed and its rate to `samples`, and `position`, of a stroke of speed `u` (m/s), turns and cruise in s."""
+    half, reach = cruise + turn, TURN_REACH * u * turn
     length = 2.0 * reach + u * cruise
-    return Motion(samples, np.where(way > 0.0, travel, length - travel))
+    for i in range(len(position)):
+        t = (first + i) / rate
+        turned = math.floor(t / half)
+        local = t - turned * half
+        travel, speed, bend = reach + u * (local - 0.5 * turn), u, 0.0
+        if local < 0.5 * turn or local > 0.5 * turn + cruise:
+            leaving = local < 0.5 * turn
+            s = 0.5 + local / turn if leaving else (local - 0.5 * turn - cruise) / turn
+            area = u * turn * (s - 2.0 * s**3 + s**4)
+            sign = -1.0 if leaving else 1.0
+            travel = reach - area if leaving else reach + u * cruise + area
+            speed = sign * u * (1.0 - 6.0 * s**2 + 4.0 * s**3)
+            bend = sign * u * 12.0 * s * (s - 1.0) / turn
+        back = turned % 2.0 != 0.0
+        samples[SPEED, i], samples[SPEED_RATE, i] = (-speed, -bend) if back else (speed, bend)
+        position[i] = length - travel if back else travel

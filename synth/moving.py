@@ -9,8 +9,6 @@ Limits  with `wait` false a load beyond the rows that are ready plays the neares
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from synth.channels import ChannelPlan
@@ -21,9 +19,9 @@ from synth.contact.rows import COARSE, Rows
 from synth.contact.spectrum import Demand
 from synth.contact.surfaces import OneRow, RowSource, Surfaces
 from synth.contact.tables import CUBIC, QUINTIC, fitted_table, kept_harmonics
-from synth.motion import LOAD, SPEED, Motion
+from synth.motion import LARGEST_LOAD, LOAD, SPEED, Motion
 from synth.output import Block
-from synth.preparation import BAND, ROWS_REACH, Preparation
+from synth.preparation import BAND, Preparation
 
 ROW_FINEST = 1.0 / 128.0  # of an octave of load: the closest rows when there is time
 BASE_OF_LIFT = 0.25  # octaves of load begin at this part of lift_load, below which the gate leaves under a tenth
@@ -35,26 +33,26 @@ class MovingReader:
     wait: rows that a block needs are solved before it is rendered; otherwise the nearest rows play.
     """
 
-    def __init__(self, solved: Preparation, phase: int, *, load_varies: bool, wait: bool) -> None:
+    def __init__(self, solved: Preparation, phase: int, *, wait: bool) -> None:
         assert solved.spectrum is not None
         self.solved, self.wait = solved, wait
         self.rate, self.period = solved.scene.output.sample_rate, solved.scene.texture.period
-        self.levels = _levels(solved, load_varies)
-        self.rows = self._rows_for(solved) if load_varies else None
+        self.levels = _levels(solved)
+        self.rows = self._rows_for(solved) if solved.load_varies else None
         source: RowSource = self.rows or OneRow(solved.spectrum)
         degrees = sorted({_degree(channel) for channel in solved.channels})
         self.surfaces = {degree: Surfaces(source, self.levels, degree, self._density(degree)) for degree in degrees}
         self._edges = source.edges
         self.phase = np.array([phase], dtype=np.uint64)
-        self._hold = 0.0 if wait and self.rows is not None else 1.0
         self._layouts: list[Array] = []
         self._lay_out()
 
     def _lay_out(self) -> None:
         """Bring the layouts of the channels up to date with the rows."""
         lift = self.solved.scene.scan.lift_load
+        hold = 0.0 if self.wait and self.rows is not None else 1.0
         self._layouts = [
-            self.surfaces[_degree(channel)].layout([self.rate, self.period, lift, 1.0 / channel.full_scale, self._hold])
+            self.surfaces[_degree(channel)].layout([self.rate, self.period, lift, 1.0 / channel.full_scale, hold])
             for channel in self.solved.channels
         ]
 
@@ -77,13 +75,21 @@ class MovingReader:
         return rows
 
     def _density(self, degree: int) -> float:
-        """Return cells a harmonic that the tolerance needs, from the scan's own load and speed."""
+        """Return cells a harmonic that the tolerance needs, at the scan's own speed.
+
+        Where the load varies, a kink of order 3/2 stands for the loads whose series is not known yet.
+        """
         spectrum = self.solved.spectrum
         assert spectrum is not None
         orders = tuple(sorted({c.order for c in self.solved.channels if _degree(c) == degree}))
-        series = spectrum.harmonics[: min(self.solved.highest, self.levels.highest[0]) + 1].copy()
-        fitted = fitted_table(series, degree, orders, self.solved.table_tolerance)
-        return len(fitted.coefficients) / (len(series) - 1)
+        series = spectrum.harmonics[: min(max(self.solved.highest, 1), self.levels.highest[0]) + 1].copy()
+        n = np.arange(1, len(series))
+        kink = np.concatenate([[0.0], n**-2.5]).astype(np.complex128)
+        sizes = [
+            len(fitted_table(curve, degree, orders, self.solved.table_tolerance).coefficients)
+            for curve in ((series, kink) if self.rows is not None else (series,))
+        ]
+        return max(sizes) / len(n)
 
     def read(self, motion: Motion, out: Block) -> None:
         """Write the block of `motion` to `out` (float32 [frames, channels]) and move the phase on."""
@@ -115,14 +121,15 @@ class MovingReader:
         """Build what the loop missed at one frame."""
         load = float(sample[LOAD])
         if self.rows is not None and self.wait and not tables.edges[0] <= load <= tables.edges[-1]:
-            self.rows.cover(load, load, COARSE if self.solved.moving else ROW_FINEST)
+            self.rows.cover(load, load, ROW_FINEST if self.solved.by_hand else COARSE)
             self.take_over_rows()
+            if not load <= self.rows.edges[-1]:
+                raise ValueError(f"a load of {load!r} N is beyond the largest, {LARGEST_LOAD:g} N")
             return
         turns = abs(float(sample[SPEED])) / (self.rate * self.period)
         level = int(np.searchsorted(self.levels.fade_to, turns, side="right"))
         interval = int(np.clip(np.searchsorted(tables.edges, load, side="right") - 1, 0, len(tables.edges) - 2))
-        for number in range(level, min(level + 2, len(self.levels.highest))):
-            tables.build(number, interval)
+        tables.build(range(level, min(level + 2, len(self.levels.highest))), interval)
 
     def cover(self, low: float, high: float) -> None:
         """Solve the rows from `low` to `high` (N) as finely as rows may lie, and use them."""
@@ -143,17 +150,15 @@ def _degree(channel: ChannelPlan) -> int:
     return CUBIC if channel.order == 0 else QUINTIC
 
 
-def _levels(solved: Preparation, load_varies: bool) -> Levels:
+def _levels(solved: Preparation) -> Levels:
     """Return the levels that the channels need: no more harmonics than the tolerance, the rate or the bandwidth lets
     through.
     """
     spectrum = solved.spectrum
     assert spectrum is not None
-    most = min(len(spectrum.harmonics) - 1, solved.reach)
-    if load_varies:
-        most = min(most, ROWS_REACH * max(solved.highest, 1))
+    most = solved.reach
     orders = tuple(sorted({channel.order for channel in solved.channels}))
-    needed = most if load_varies else kept_harmonics(spectrum.harmonics[: most + 1], orders, solved.tolerance)
+    needed = most if solved.load_varies else kept_harmonics(spectrum.harmonics[: most + 1], orders, solved.tolerance)
     bandwidth = solved.scene.output.bandwidth
     scale = 1.0 if bandwidth is None else min(1.0, bandwidth / (BAND * solved.scene.output.sample_rate))
     levels = levels_up_to(needed)
@@ -163,8 +168,8 @@ def _levels(solved: Preparation, load_varies: bool) -> Levels:
 def completed(motion: Motion, rate: int, before: Array) -> Motion:
     """Return `motion` with the derivatives that it lacks taken from the frame before.
 
-    before: float64 [4], position (m), speed (m/s), load (N), load rate (N/s) of the last frame, NaN at the start; it is
-    brought up to date.
+    before: float64 [4], position (m), speed (m/s), load (N), load rate (N/s) of the last frame, NaN where it is not
+    known; it is brought up to date. A derivative is 0 until the frames that it needs are known.
     """
     samples = motion.samples.copy()
     if len(motion.position):
@@ -174,9 +179,9 @@ def completed(motion: Motion, rate: int, before: Array) -> Motion:
     samples[3] = _rate_of(samples[2], before[2], rate)
     samples[4] = _rate_of(samples[3], before[3], rate)
     before[1], before[2], before[3] = samples[0, -1], samples[2, -1], samples[3, -1]
-    return Motion(samples, motion.position, True)
+    return Motion(np.nan_to_num(samples, copy=False), motion.position, True)
 
 
 def _rate_of(values: Array, before: float, rate: int) -> Array:
-    start = values[0] if math.isnan(before) else before
-    return np.diff(values, prepend=start) * rate
+    """Return the change from frame to frame, a second; NaN where the frame before is not known."""
+    return np.asarray(np.diff(values, prepend=before) * rate)

@@ -4,9 +4,10 @@ Stage   2, the part that calculates; `plan` tells it to people.
 Model   Harmonics below 0.40 of the rate (and below the bandwidth) at the scan's speed are kept. The tolerance is
         shared: ALIAS_SHARE for the series, TAIL_SHARE (of `tables`) for the harmonics cut off, TABLE_SHARE for the
         polynomials; the rest is the rounding to float32.
+        A hand is prepared for at a nominal speed and load: the scan's own, or where those would be silent, a usual one.
 Source  design, section 4.
 Limits  no more than N_MAX harmonics; a moving scan keeps those up to MOVING_REACH times its fastest speed's
-        (ROWS_REACH where the load varies).
+        (ROWS_REACH where the load varies), which `reach` tells.
 """
 
 from __future__ import annotations
@@ -23,13 +24,17 @@ from synth.channels import ORDERS, TABLE_SHARE, ChannelPlan, Steady, silent_chan
 from synth.contact.geometry import Geometry
 from synth.contact.spectrum import Contact, Demand, Spectrum, curves, points_for, solve_spectrum
 from synth.contact.stiffness import Stiffness
-from synth.motion import ScanMotion
-from synth.scene import Scene
+from synth.motion import LARGEST_LOAD, ScanMotion
+from synth.scene import Channel, Scene
 from synth.threshold import imperceptible_tolerance
 
 N_MAX = 4096  # harmonics (design, section 4); more cost time in proportion and are far above what skin feels
 MOVING_REACH = 8  # a moving scan keeps the harmonics of this many times its fastest speed's: at u / 8 nothing is lost
-ROWS_REACH = 2  # the same where the load varies: each row holds them
+ROWS_REACH = 4  # the same where the load varies: each row holds them
+FEWEST_MOVING = 64  # harmonics that a moving scan keeps at least, however fast: it is slow where it turns
+HAND_SPEED, HAND_LOAD = 0.08, 0.3  # m/s and N of a usual hand: the scene's defaults
+HAND_BAND = 0.1  # of the band: where a usual hand's fundamental lies at most, so that a fine texture is heard
+HAND_AMPLITUDE = 20e-6  # m: the default, for the full scale of a stream that begins with a texture of no height
 BAND = 0.40  # of the rate: harmonics below it keep the tolerance
 ALIAS_SHARE = 0.7  # of the tolerance, for the series
 EXACT = 1e-6  # the tolerance of "exact": what folds below 0.40 of the rate (design, section 4)
@@ -42,7 +47,8 @@ class Preparation:
     contact: None where nothing is solved. spectrum: the series at the scan's load. turns: texture periods a second at
     the scan's speed, signed. highest: harmonics kept at that speed. tolerance: as a number. silence: why nothing
     sounds, or "".
-    moving: the scan changes speed or load by itself. loads: smallest and largest load of the scan (N).
+    moving: the scan changes speed or load by itself. loads: smallest and largest load of the scan (N). reach: harmonics
+    that a moving voice keeps at most. by_hand: a hand moves, and `scene` holds its nominal scan.
     """
 
     scene: Scene
@@ -56,16 +62,13 @@ class Preparation:
     warnings: tuple[str, ...]
     moving: bool
     loads: tuple[float, float]
+    reach: int
+    by_hand: bool = False
 
     @property
     def load_varies(self) -> bool:
         """True where rows of load are needed."""
         return self.loads[0] != self.loads[1]
-
-    @property
-    def reach(self) -> int:
-        """Harmonics that a moving voice keeps at most."""
-        return min(N_MAX, (ROWS_REACH if self.load_varies else MOVING_REACH) * max(self.highest, 1))
 
     @property
     def memory_bytes(self) -> int:
@@ -108,16 +111,67 @@ def prepare(scene: Scene, cache: ResponseCache | None = None) -> Preparation:
     kept = cache or ResponseCache()
     output = (scene.output.channel_list, scene.output.sample_rate, scene.output.bandwidth)
     key: Hashable = ("preparation", scene.finger, scene.texture, scene.scan, scene.effects, output, scene.accuracy)
-    return replace(kept.get(key, lambda: _prepared(scene, kept)), scene=scene)
+    return replace(kept.get(key, lambda: _prepared(scene, kept, by_hand=False)), scene=scene)
 
 
-def _prepared(scene: Scene, cache: ResponseCache) -> Preparation:
+def prepare_hand(scene: Scene, full_scale: tuple[float | None, ...], cache: ResponseCache | None = None) -> Preparation:
+    """Return `scene` solved for a hand: any speed, any load.
+
+    full_scale: of each channel; None: chosen so that the nominal scan peaks at 0.8.
+    """
+    nominal = with_full_scale(nominal_scene(scene), full_scale)
+    return _prepared(nominal, cache or ResponseCache(), by_hand=True)
+
+
+def with_session_scale(solved: Preparation, cache: ResponseCache | None = None) -> Preparation:
+    """Return `solved` with the full scale of what is silent now taken from a usual hand: it may sound later."""
+    kept = [None if channel.extent == 0.0 else channel.full_scale for channel in solved.channels]
+    listed = solved.scene.output.channel_list
+    scales = tuple(asked.full_scale or scale for asked, scale in zip(listed, kept, strict=True))
+    if None not in scales:
+        return solved
+    hand = prepare_hand(solved.scene, scales, cache)
+    pairs = zip(solved.channels, hand.channels, strict=True)
+    return replace(solved, channels=tuple(replace(now, full_scale=then.full_scale) for now, then in pairs))
+
+
+def with_full_scale(scene: Scene, full_scale: tuple[float | None, ...]) -> Scene:
+    """Return `scene` with the full scale of each channel."""
+    listed = zip(scene.output.channel_list, full_scale, strict=True)
+    channels = tuple(Channel.model_construct(quantity=channel.quantity, full_scale=value) for channel, value in listed)
+    output = scene.output.model_copy(update={"channels": channels})
+    return scene.model_copy(update={"output": output})
+
+
+def nominal_scene(scene: Scene) -> Scene:
+    """Return `scene` with the constant scan of a usual hand on it: its own speed and load, unless they are silent."""
+    scan, texture = scene.scan, scene.texture
+    limit = band_limit(scene)
+    speed = abs(scan.speed)
+    if speed == 0.0 or speed / texture.period >= limit:
+        speed = min(HAND_SPEED, HAND_BAND * limit * texture.period)
+    update = {"speed": speed, "load": scan.load or HAND_LOAD, "stroke": None, "trajectory": None}
+    found = texture if texture.amplitude else texture.model_copy(update={"amplitude": HAND_AMPLITUDE})
+    return scene.model_copy(update={"scan": scan.model_copy(update=update), "texture": found})
+
+
+def band_limit(scene: Scene) -> float:
+    """Return the frequency (Hz) below which harmonics keep the tolerance."""
+    return min(BAND * scene.output.sample_rate, scene.output.bandwidth or math.inf)
+
+
+def _prepared(scene: Scene, cache: ResponseCache, *, by_hand: bool) -> Preparation:
     geometry, stiffness = Geometry.of_scene(scene), Stiffness.of_scene(scene)
     turns = scene.scan.speed / scene.texture.period
-    limit = min(BAND * scene.output.sample_rate, scene.output.bandwidth or math.inf)
-    highest = harmonics_below(abs(turns), limit)
     motion = ScanMotion(scene)
-    moving = scene.scan.stroke is not None or scene.scan.trajectory is not None
+    loads = (0.0, LARGEST_LOAD) if by_hand else motion.load_range()
+    varies = loads[0] != loads[1]
+    moving = by_hand or scene.scan.stroke is not None or scene.scan.trajectory is not None
+    highest = harmonics_below(abs(turns), band_limit(scene))
+    reach = highest
+    if moving:
+        highest = max(highest, 1)
+        reach = min(N_MAX, max((ROWS_REACH if varies else MOVING_REACH) * highest, FEWEST_MOVING))
     orders = orders_of(scene, moving=moving)
     silence = _silence(scene, geometry, highest)
     contact, spectrum, tolerance = None, None, _number(scene)
@@ -125,12 +179,10 @@ def _prepared(scene: Scene, cache: ResponseCache) -> Preparation:
         contact = Contact.of(geometry, stiffness)
         if scene.accuracy.tolerance == "imperceptible":
             tolerance = _imperceptible(_solved(contact, scene, Demand(highest, orders, 1e-2), 0, cache), turns, orders)
-        varies = len(set(motion.load_range())) > 1
-        reach = min(N_MAX, (ROWS_REACH if varies else MOVING_REACH) * highest) if moving else highest
         demand = Demand(highest if varies else reach, orders, ALIAS_SHARE * spendable(tolerance))
         spectrum = _solved(contact, scene, demand, reach, cache)
     return _with_channels(
-        Preparation(scene, contact, spectrum, turns, highest, tolerance, (), silence, (), moving, motion.load_range())
+        Preparation(scene, contact, spectrum, turns, highest, tolerance, (), silence, (), moving, loads, reach, by_hand)
     )
 
 
@@ -179,8 +231,8 @@ def _with_channels(solved: Preparation) -> Preparation:
         solved.scene, solved.spectrum, solved.highest, solved.turns, solved.tolerance, orders, solved.moving
     )
     silence = steady.silence()
-    if silence:
+    if silence and not solved.by_hand:
         return _with_channels(replace(solved, spectrum=None, silence=silence))
-    channels = tuple(steady.planned(channel) for channel in listed)
+    channels = tuple(steady.planned(channel, still=bool(silence)) for channel in listed)
     warnings = tuple(text for text in map(steady.warning, channels) if text)
     return replace(solved, channels=channels, warnings=warnings)

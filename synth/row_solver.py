@@ -58,7 +58,8 @@ class RowSolver:
     def _run(self) -> None:
         stopped = self._ended.is_set
         self._rows.cover(*USUAL_LOADS, COARSE, stopped)
-        self._usual.set()
+        if not stopped():
+            self._usual.set()
         while not stopped():
             self._moved.wait()
             self._moved.clear()

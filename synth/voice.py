@@ -20,7 +20,7 @@ from synth.motion import LOAD, Motion, ScanMotion
 from synth.moving import MovingReader, completed
 from synth.output import Block, fade_envelope
 from synth.plan import Plan, plan_of
-from synth.preparation import Preparation, phase_step, prepare
+from synth.preparation import Preparation, phase_step, prepare, prepare_hand, with_session_scale
 from synth.row_solver import RowSolver
 from synth.scene import Scene
 
@@ -33,11 +33,15 @@ class Voice:
     solved: what `prepare` returned. channels: channels of a block. frame: the next frame. phase: where the texture
     stands at frame 0, a 64-bit fraction of a turn.
     live: for a hand that does not wait. The rows of load round the scan's own are solved here, the usual range in a
-    thread; until they are ready the nearest rows play. Otherwise a block waits for the rows that it needs.
+    thread; until they are ready the nearest rows play. Otherwise a block waits for the rows that it needs. A scene that
+    is silent by itself has the full scale 1, or, live, that of a usual hand on it. cache: responses shared with others.
     """
 
-    def __init__(self, solved: Preparation, *, phase: int = 0, live: bool = False) -> None:
-        self.solved = solved
+    def __init__(
+        self, solved: Preparation, *, phase: int = 0, live: bool = False, cache: ResponseCache | None = None
+    ) -> None:
+        self._cache = cache or ResponseCache()
+        self.solved = with_session_scale(solved, self._cache) if live else solved
         self.scene = solved.scene
         self.frame = 0
         self.channels = len(solved.channels)
@@ -53,9 +57,10 @@ class Voice:
         if solved.spectrum is not None and not solved.moving:
             self._tables = [channel.table for channel in solved.channels if channel.table is not None]
         elif solved.spectrum is not None:
-            self._reader = MovingReader(solved, phase, load_varies=solved.load_varies, wait=True)
+            self._reader = MovingReader(solved, phase, wait=True)
             self._reader.cover(*self._motion.recorded_loads())
-        self._hand_reader = self._reader_for_hand() if live and solved.spectrum is not None else None
+        self._still = solved.scene.texture.amplitude == 0.0
+        self._hand_reader = self._reader_for_hand() if live and not self._still else None
 
     @property
     def sample_rate(self) -> int:
@@ -113,10 +118,12 @@ class Voice:
         return out
 
     def _fill(self, out: Block, motion: Motion | None) -> None:
-        if self.solved.spectrum is None:
+        if self._still:
             out[:] = 0.0
         elif motion is not None:
             self._hand(out, motion)
+        elif self.solved.spectrum is None and not self._by_hand:
+            out[:] = 0.0
         elif self._tables and not self._by_hand:
             phase, step = np.uint64(self.phase), np.uint64(self._step)
             for number, table in enumerate(self._tables):
@@ -145,9 +152,10 @@ class Voice:
         reader.read(motion, out)
 
     def _reader_for_hand(self) -> MovingReader:
-        reader = MovingReader(self.solved, 0, load_varies=True, wait=not self._live)
+        hand = prepare_hand(self.scene, self.full_scale, self._cache)
+        reader = MovingReader(hand, 0, wait=not self._live)
         if self._live and reader.rows is not None:
-            self._solver = RowSolver(reader.rows, self.scene.scan.load)
+            self._solver = RowSolver(reader.rows, hand.scene.scan.load)
         return reader
 
     @property
@@ -172,7 +180,8 @@ def open_voice(scene: Scene, *, cache: ResponseCache | None = None, live: bool =
 
     live: see `Voice`; close such a voice when it is done.
     """
-    return Voice(prepare(scene, cache), live=live)
+    kept = cache or ResponseCache()
+    return Voice(prepare(scene, kept), live=live, cache=kept)
 
 
 def total_frames(scene: Scene) -> int:

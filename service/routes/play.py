@@ -94,7 +94,9 @@ async def _start(session: Session, device: str | int | None, settings: Settings)
         await asyncio.to_thread(player.start, metadata_of(session, session.scene))
     except NameTaken as error:
         session.player = earlier
-        raise Problem("name-taken", "A recording of that name exists, or is being made. Choose another name.") from error
+        raise Problem(
+            "name-taken", "A recording of that name exists, or is being made. Choose another name."
+        ) from error
     except BaseException:
         session.player = earlier
         raise

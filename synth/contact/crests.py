@@ -4,8 +4,8 @@ Model   Every crest that z reaches, of height t and curvature c, adds 4 sqrt(2) 
         an end of the contact where the slope does not vanish, the area under its parabola to one side. As w -> 0, z is
         the envelope of the crests and the touching part of L vanishes with it.
 Source  Fagiani & Barbieri (2016), eq. 1, in the limit w -> 0; derived here.
-Limits  the next term of a crest's area is of order (t - z) relative to it: below w / k = 1e-10 (a1 + a2) the error of
-        z is under 1e-12 (a1 + a2). A crest that is cut by an end of the contact is cut in the parabola too.
+Limits  the next term of a crest's area is of order (t - z) relative to it: below w / k = 1e-18 (a1 + a2) that is lost
+        in rounding. A crest that is cut by an end of the contact is cut in the parabola too.
 """
 
 from __future__ import annotations
@@ -17,7 +17,9 @@ import numpy as np
 from synth.contact.kernels import kernel
 from synth.contact.patches import profile
 
-REACH = 3e-4  # of a1 + a2: the top crest is pressed in by less than this at w / k = 1e-10, up to 1e5 ridges
+FLAT = 1e-7  # half cells from the end of a cell to the top of its parabola, below which the end is the crest
+SAME_PLACE = 1e-5  # half cells between two crests, below which they are one, seen from both sides of a cell's end
+REACH = 1e-6  # of a1 + a2: the top crest is pressed in by less than this at w / k = 1e-18, up to 1e5 ridges
 
 
 @kernel
@@ -39,11 +41,12 @@ def crest_of_cell(cell, first, last):
         _y, slope, curvature, _area = profile(cell, t)
         t = min(max(t - slope / curvature, low), high) if curvature < 0.0 else high if slope > 0.0 else low
     top, slope, curvature, _area = profile(cell, t)
-    if t == -1.0 and slope < 0.0:
+    flat = abs(slope) <= FLAT * abs(curvature)
+    if t == -1.0 and not flat:
         return t, top, slope, curvature, first
-    if t == 1.0 and slope >= 0.0:
+    if t == 1.0 and not flat:
         return t, top, slope, curvature, last
-    return t, top, 0.0, curvature, t < 1.0
+    return t, top, 0.0, curvature, True
 
 
 @kernel
@@ -68,7 +71,7 @@ def crest_sum(crests, count, depth, half):
 
 @kernel
 def crest_approach(tables, k1, k2, work, target):
-    """Return z / (a1 + a2) and the touching part of L for F = `target` (at least 0, below 1e-10), by the crests alone.
+    """Return z / (a1 + a2) and the touching part of L for F = `target` (at least 0, below 1e-18), by the crests alone.
 
     tables, k1, k2, work: the cells as `exact.fill_cells` left them.
     """
@@ -78,14 +81,17 @@ def crest_approach(tables, k1, k2, work, target):
         floor = max(floor, work[1, i])
     crests = np.empty((5, cells))
     top = -2.0
+    at = -10.0
     count = 0
     for i in range(cells):
         if work[0, i] < max(floor, top - REACH):
             continue
         cell = (tables[0, i], tables[1, i], k1, work[3, i], work[4, i], k2, 0.0)
         t, height, slope, curvature, crest = crest_of_cell(cell, i == 0, i == cells - 1)
-        if not crest:
+        place = 2.0 * i + t
+        if not crest or place - at <= SAME_PLACE:
             continue
+        at = place
         crests[0, count] = height
         crests[1, count] = abs(slope)
         crests[2, count] = max(-curvature, 1e-9)

@@ -6,8 +6,8 @@ Model   F(z) = mean over [0, L] of max(h - z, 0) = w / k, with h of eq. 2. F is 
         The contact length is cut into cells of at most 1/16 of the shortest period. A cell whose bounds on h lie above
         z touches over its whole width, one whose bounds lie below not at all; the rest is measured by `patches`.
 Source  Fagiani & Barbieri (2016), eq. 1. Newton here is Michelot's projection on the simplex (1986).
-Limits  |error of z| below 2e-13 (a1 + a2) (measured by tests/synth/test_exact.py); below w / k = 1e-10 (a1 + a2) the
-        crest asymptote, in which every touching crest is its parabola.
+Limits  |error of z| below 2e-13 (a1 + a2) (measured by tests/synth/test_exact.py); below w / k = 1e-18 (a1 + a2) the
+        crest asymptote, in which every touching crest is its parabola: at 1e-10 it would be off by up to 5e-10.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from synth.contact.patches import touching_part
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 CELLS_PER_PERIOD = 16  # the series of `patches` are exact to round-off up to pi / 16; fewer cells would lose digits
-SMALLEST_INDENTATION = 1e-10  # of a1 + a2: below it the crest asymptote is exact to 1e-12 (design: W / tau = 1e-10)
+SMALLEST_INDENTATION = 1e-18  # of a1 + a2: below it crests are pressed in by 1e-11 at most, and are their parabolas
 MOST_ITERATIONS = 60  # never reached in the suite; it bounds the time of a phase
 
 

@@ -3,7 +3,7 @@ met.
 
 Model   see `tables` and `levels`. All blocks lie in one pool, so that the compiled loop needs one array.
 Source  design, sections 1 and 4.
-Limits  the pool is emptied when it passes POOL_BYTES; what plays next is built anew.
+Limits  the pool is emptied when it would pass POOL_BYTES; what plays next is built anew, however large.
 """
 
 from __future__ import annotations
@@ -87,15 +87,20 @@ class Surfaces:
             if interval + 1 < len(self.edges) and self.edges[interval] == low and self.edges[interval + 1] == high:
                 self.tables[level, 1 + interval] = offset
 
-    def build(self, level: int, interval: int) -> None:
-        """Build the table of one level over one interval of `edges`."""
-        if self.tables[level, 1 + interval] >= 0:
-            return
+    def build(self, levels: range, interval: int) -> None:
+        """Build the tables of `levels` over one interval of `edges`, together: a loop that fades needs them at once."""
+        missing = [level for level in levels if self.tables[level, 1 + interval] < 0]
+        size = sum((self.degree + 1) * 4 << int(self._bits[level]) for level in missing)
+        if self.used and self.used + size > POOL_BYTES // 8:
+            self._empty()
+            missing = list(levels)
+        for level in missing:
+            self._place(level, interval)
+
+    def _place(self, level: int, interval: int) -> None:
         low, high = float(self.edges[interval]), float(self.edges[interval + 1])
         series = self.rows.cubic(low, high, self.levels.highest[level])
         block = surface(series, self.degree, 1 << int(self._bits[level])).ravel()
-        if self.used + block.size > POOL_BYTES // 8:
-            self._empty()
         if self.used + block.size > self.pool.size:
             grown = np.empty(max(2 * self.pool.size, self.used + block.size))
             grown[: self.used] = self.pool[: self.used]

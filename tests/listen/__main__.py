@@ -1,6 +1,6 @@
 """Sounds for people to listen to: the examples of docs/ and hard cases, as WAV files with a report of their numbers.
 
-    python -m tests.listen FOLDER
+python -m tests.listen FOLDER
 """
 
 from __future__ import annotations

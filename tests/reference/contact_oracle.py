@@ -85,9 +85,7 @@ def solve_contact(
     shape = fields[0].shape
     length, period, texture, finger, weight, turns, angle = (field.ravel() for field in fields)
     profiles = make_profiles(length, period, finger, texture, turns, angle, dtype)
-    parts = [
-        _solve(_rows_of(profiles, part), weight[part].astype(dtype)) for part in _batches(first_cells(profiles))
-    ]
+    parts = [_solve(_rows_of(profiles, part), weight[part].astype(dtype)) for part in _batches(first_cells(profiles))]
     joined = [np.concatenate(column).reshape(shape) for column in zip(*parts, strict=True)]
     return Contact(*joined)
 
