@@ -189,8 +189,8 @@ def fixed_faults(first: Scene, scene: Scene) -> list[Fault]:
         pointer = "/output/channels" if new.channels else "/output/quantity"
         faults.append(_fixed(pointer, ", ".join(quantities[1]), ", ".join(quantities[0])))
     scales = [[channel.full_scale for channel in output.channel_list] for output in (old, new)]
-    if scales[0] != scales[1] and quantities[0] == quantities[1]:
-        pointer = "/output/channels" if new.channels else "/output/full_scale"
+    pointer = "/output/channels" if new.channels else "/output/full_scale"
+    if scales[0] != scales[1] and pointer not in {fault.pointer for fault in faults}:
         faults.append(_fixed(pointer, str(scales[1]), str(scales[0])))
     return faults
 

@@ -9,6 +9,8 @@ Limits  with `wait` false a load beyond the rows that are ready plays the neares
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from synth.channels import ChannelPlan
@@ -24,7 +26,7 @@ from synth.output import Block
 from synth.preparation import BAND, Preparation
 
 ROW_FINEST = 1.0 / 128.0  # of an octave of load: the closest rows when there is time
-BASE_OF_LIFT = 0.25  # octaves of load begin at this part of lift_load, below which the gate leaves under a tenth
+BASE_OF_LIFT = 0.25  # octaves of load begin here at most, as a part of lift_load: the gate leaves under a tenth below
 
 
 class MovingReader:
@@ -65,14 +67,17 @@ class MovingReader:
     def _rows_for(self, solved: Preparation) -> Rows:
         assert solved.contact is not None
         demand, scan = solved.demand(), solved.scene.scan
-        rows = Rows(
-            solved.contact,
-            Demand(demand.highest, demand.orders, solved.tolerance),
-            self.levels.highest[0],
-            BASE_OF_LIFT * scan.lift_load,
-        )
-        rows.cover(scan.load, scan.load, COARSE)
+        octaves = max(0, math.ceil(math.log2(scan.load / (BASE_OF_LIFT * scan.lift_load)))) if scan.load else 0
+        base = scan.load / 2.0**octaves or BASE_OF_LIFT * scan.lift_load  # an octave begins at the scan's own load
+        wanted = Demand(demand.highest, demand.orders, solved.tolerance)
+        rows = Rows(solved.contact, wanted, self.levels.highest[0], base)
+        rows.cover(scan.load, scan.load, self._finest)
         return rows
+
+    @property
+    def _finest(self) -> float:
+        """The closest rows to begin with: a hand that waits has the finest, `cover` gives them to a recorded load."""
+        return ROW_FINEST if self.wait and self.solved.by_hand else COARSE
 
     def _density(self, degree: int) -> float:
         """Return cells a harmonic that the tolerance needs, at the scan's own speed.
@@ -120,12 +125,12 @@ class MovingReader:
     def _meet(self, tables: Surfaces, sample: Array) -> None:
         """Build what the loop missed at one frame."""
         load = float(sample[LOAD])
-        if self.rows is not None and self.wait and not tables.edges[0] <= load <= tables.edges[-1]:
-            self.rows.cover(load, load, ROW_FINEST if self.solved.by_hand else COARSE)
-            self.take_over_rows()
-            if not load <= self.rows.edges[-1]:
+        if self.rows is not None and self.wait:
+            if not load <= LARGEST_LOAD:
                 raise ValueError(f"a load of {load!r} N is beyond the largest, {LARGEST_LOAD:g} N")
-            return
+            self.rows.cover(load, load, self._finest)
+            if self.take_over_rows():
+                return
         turns = abs(float(sample[SPEED])) / (self.rate * self.period)
         level = int(np.searchsorted(self.levels.fade_to, turns, side="right"))
         interval = int(np.clip(np.searchsorted(tables.edges, load, side="right") - 1, 0, len(tables.edges) - 2))
@@ -137,13 +142,15 @@ class MovingReader:
             self.rows.cover(low, high, ROW_FINEST)
             self.take_over_rows()
 
-    def take_over_rows(self) -> None:
-        """Use the rows that became ready since."""
-        if self.rows is not None and self._edges is not self.rows.edges:
-            self._edges = self.rows.edges
-            for tables in self.surfaces.values():
-                tables.refresh()
-            self._lay_out()
+    def take_over_rows(self) -> bool:
+        """Use the rows that became ready since; return whether there were any."""
+        if self.rows is None or self._edges is self.rows.edges:
+            return False
+        self._edges = self.rows.edges
+        for tables in self.surfaces.values():
+            tables.refresh()
+        self._lay_out()
+        return True
 
 
 def _degree(channel: ChannelPlan) -> int:

@@ -3,17 +3,34 @@
 Model   `kernel` compiles a function without the GIL and keeps the machine code on disk; `inlined` is for the small
         functions inside the loops. Products and sums may be fused (one rounding fewer); nothing else is reordered, so
         the same scene gives the same samples on the same machine.
-Limits  numba infers the types: these functions carry none, and mypy does not look into them.
+        numba keeps a kernel until its own file changes; a kernel also holds what it calls in the files beside it, so
+        what is older than the newest of these is forgotten here.
+Limits  only kernels kept beside their source are forgotten so: with NUMBA_CACHE_DIR set, empty it after a change.
+        numba infers the types: these functions carry none, and mypy does not look into them.
 """
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from numba import njit
 
 Function = Callable[..., Any]
+
+
+def forget_stale_kernels(folder: Path) -> None:
+    """Delete the indexes of compiled kernels in `folder` that are older than its newest source file."""
+    newest = max(source.stat().st_mtime for source in folder.glob("*.py"))
+    for index in (folder / "__pycache__").glob("*.nbi"):
+        with contextlib.suppress(OSError):  # another process was quicker, or the folder is not ours to change
+            if index.stat().st_mtime < newest:
+                index.unlink()
+
+
+forget_stale_kernels(Path(__file__).parent)
 
 
 def kernel(function: Function) -> Function:

@@ -7,7 +7,8 @@ Model   In a cell, t in [-1, 1] runs over it and h(t) = sum over both surfaces o
         cell. An edge found with residual y and slope y' is corrected by -y^2 / (2 y') in the area, so it needs half
         the digits.
 Source  Fagiani & Barbieri (2016), eqs 1-2: the integrand max(h - z, 0); the rest is derived here.
-Limits  heights relative to a1 + a2 (so of order 1); area error about 1e-17 of the cell.
+Limits  heights relative to a1 + a2 (so of order 1); area error about 1e-17 of the cell, of a narrow patch in
+        proportion to its width.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ Cell = tuple[float, float, float, float, float, float, float]  # u1, v1, k1^2, u
 
 SMALLEST_PIECE = 2.0**-24  # of half a cell: below it the area of a piece that is still unclear is under 1e-24
 EDGE_ERROR = 4e-6  # of half a cell: leaves an area error of EDGE_ERROR^3 / 6 of the curvature, under 1e-18
+NARROW = 2.0**-8  # of half a cell: Simpson's rule is exact to 1e-18 up to here, and integrals from 0 would cancel
 
 
 @inlined
@@ -98,6 +100,23 @@ def turning_point(cell: Cell, low: float, high: float, t: float) -> tuple[float,
     return t, y
 
 
+@inlined
+def polished(cell: Cell, low: float, high: float, t: float) -> float:
+    """Return the edge near `t`, to round-off, between `low` and `high`."""
+    for _ in range(3):
+        y, slope, _curvature, _area = profile(cell, t)
+        if slope != 0.0:
+            t = min(max(t - y / slope, low), high)
+    return t
+
+
+@inlined
+def narrow_area(cell: Cell, left: float, right: float) -> float:
+    """Return the integral of y over a narrow range by Simpson's rule."""
+    ends = profile(cell, left)[0] + profile(cell, right)[0]
+    return (ends + 4.0 * profile(cell, 0.5 * (left + right))[0]) * (right - left) / 6.0
+
+
 @kernel
 def curved_piece(
     cell: Cell,
@@ -138,10 +157,17 @@ def curved_piece(
         left, left_area, left_edge = crossing(cell, True, low, turn, guess)
         guess = parabola_root(y, slope, curvature, middle, turn, high, False)
         right, right_area, right_edge = crossing(cell, False, turn, high, guess)
+        if right - left < NARROW:
+            left, right = polished(cell, low, turn, left), polished(cell, turn, high, right)
+            return narrow_area(cell, left, right), right - left, left_edge + right_edge
         return right_area - left_area, right - left, left_edge + right_edge
     rising = y_high > 0.0
     guess = parabola_root(y, slope, curvature, middle, low, high, rising)
     edge, edge_area, edge_sum = crossing(cell, rising, low, high, guess)
+    if (high - edge if rising else edge - low) < NARROW:
+        edge = polished(cell, low, high, edge)
+        left, right = (edge, high) if rising else (low, edge)
+        return narrow_area(cell, left, right), right - left, edge_sum
     if rising:
         return profile(cell, high)[3] - edge_area, high - edge, edge_sum
     return edge_area - profile(cell, low)[3], edge - low, edge_sum

@@ -148,10 +148,14 @@ def _grown(contact: Contact, load: float, demand: Demand, keep: int, start: int,
 
 
 def _series(samples: Array, highest: int) -> Complex:
-    """Return harmonics 0 to `highest` of one period of samples; those above half their number are zero."""
+    """Return harmonics 0 to `highest` of one period of samples; those above half their number are zero.
+
+    The one at half their number is halved: it stands for both of its sides. Left out, a line there would stay unseen.
+    """
     found = np.fft.rfft(samples) / len(samples)
+    found[-1] *= 0.5
     series = np.zeros(highest + 1, dtype=np.complex128)
-    kept = min(highest + 1, len(samples) // 2)
+    kept = min(highest + 1, len(found))
     series[:kept] = found[:kept]
     return series
 

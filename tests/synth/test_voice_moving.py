@@ -181,6 +181,7 @@ def test_a_trajectory_that_ends_heavy_sounds_full_where_it_is_light() -> None:
     found = physical(open_voice(scene), frames)[:, 0]
     motion = ScanMotion(scene).at(0, frames)
     some = np.arange(0, frames, 11)
+    some = some[motion.samples[2, some] >= scene.scan.lift_load]  # the spline lifts the finger before it presses
     wanted = direct(touch_of(scene), motion.position[some], motion.samples[2, some], mean_phases=256)
     assert np.max(np.abs(found[some] - wanted)) <= 5e-3 * np.ptp(wanted)
 
@@ -236,7 +237,9 @@ def test_after_a_hand_the_scan_goes_on_without_a_step() -> None:
     after = voice.render(300)
     signal = np.concatenate([first, touched, after])[:, 0]
     assert np.max(np.abs(np.diff(signal))) <= 1.1 * np.max(np.abs(np.diff(first[:, 0])))
-    assert np.max(np.abs(signal - open_voice(scene).render(900)[:, 0])) <= 2e-3
+    apart = signal[300:] - open_voice(scene).render(900)[300:, 0]  # a hand fades what a scan keeps: 0.35 to 0.49
+    found = np.abs(fit_harmonics(apart, RATE, 100.0, 0.495 * RATE).coefficients)
+    assert np.max(found[: int(0.35 * RATE / 100.0)]) <= 1e-4
 
 
 @pytest.mark.slow
