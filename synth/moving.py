@@ -13,11 +13,11 @@ import math
 
 import numpy as np
 
-from synth.channels import ChannelPlan
+from synth.channels import ChannelPlan, spendable
 from synth.contact.exact import Array
 from synth.contact.levels import Levels, levels_up_to
 from synth.contact.reading import read_displacement, read_rate
-from synth.contact.rows import COARSE, Rows
+from synth.contact.rows import COARSE, FINEST, Rows
 from synth.contact.spectrum import Demand
 from synth.contact.surfaces import OneRow, RowSource, Surfaces
 from synth.contact.tables import CUBIC, QUINTIC, fitted_table, kept_harmonics
@@ -25,7 +25,7 @@ from synth.motion import LARGEST_LOAD, LOAD, SPEED, Motion
 from synth.output import Block
 from synth.preparation import BAND, Preparation
 
-ROW_FINEST = 1.0 / 128.0  # of an octave of load: the closest rows when there is time
+ROW_SHARE, BETWEEN_SHARE = 0.58, 0.3  # of the tolerance: the error of a row, and between rows
 BASE_OF_LIFT = 0.25  # octaves of load begin here at most, as a part of lift_load: the gate leaves under a tenth below
 
 
@@ -69,15 +69,16 @@ class MovingReader:
         demand, scan = solved.demand(), solved.scene.scan
         octaves = max(0, math.ceil(math.log2(scan.load / (BASE_OF_LIFT * scan.lift_load)))) if scan.load else 0
         base = scan.load / 2.0**octaves or BASE_OF_LIFT * scan.lift_load  # an octave begins at the scan's own load
-        wanted = Demand(demand.highest, demand.orders, solved.tolerance)
-        rows = Rows(solved.contact, wanted, self.levels.highest[0], base)
+        budget = spendable(solved.tolerance)
+        wanted = Demand(demand.highest, demand.orders, ROW_SHARE * budget)
+        rows = Rows(solved.contact, wanted, self.levels.highest[0], base, BETWEEN_SHARE * budget)
         rows.cover(scan.load, scan.load, self._finest)
         return rows
 
     @property
     def _finest(self) -> float:
         """The closest rows to begin with: a hand that waits has the finest, `cover` gives them to a recorded load."""
-        return ROW_FINEST if self.wait and self.solved.by_hand else COARSE
+        return FINEST if self.wait and self.solved.by_hand else COARSE
 
     def _density(self, degree: int) -> float:
         """Return cells a harmonic that the tolerance needs, at the scan's own speed.
@@ -139,7 +140,7 @@ class MovingReader:
     def cover(self, low: float, high: float) -> None:
         """Solve the rows from `low` to `high` (N) as finely as rows may lie, and use them."""
         if self.rows is not None:
-            self.rows.cover(low, high, ROW_FINEST)
+            self.rows.cover(low, high, FINEST)
             self.take_over_rows()
 
     def take_over_rows(self) -> bool:

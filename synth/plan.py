@@ -81,7 +81,9 @@ def plan_of(solved: Preparation, rows: Rows | None = None) -> Plan:
     """Return the plan of what was prepared, without a cost. rows: those of a voice whose load varies."""
     errors: dict[str, float] = {}
     for channel in solved.channels:
-        errors[channel.quantity] = max(errors.get(channel.quantity, 0.0), channel.error + _row_error(channel, rows))
+        errors[channel.quantity] = max(
+            errors.get(channel.quantity, 0.0), channel.error + _row_error(solved, channel, rows)
+        )
     return Plan(
         scene=scene_document(solved.scene),
         simulated=_simulated(solved),
@@ -93,17 +95,18 @@ def plan_of(solved: Preparation, rows: Rows | None = None) -> Plan:
     )
 
 
-def _row_error(channel: ChannelPlan, rows: Rows | None) -> float:
-    """Return the largest error seen between rows, relative to the peak-to-peak of the quantity at that load."""
-    if rows is None or channel.order not in rows.demand.orders:
+def _row_error(solved: Preparation, channel: ChannelPlan, rows: Rows | None) -> float:
+    """Return what rows of load add to a channel's error, relative to the peak-to-peak of the quantity at that load."""
+    if rows is None or solved.spectrum is None or channel.order not in rows.demand.orders:
         return 0.0
-    return rows.errors[rows.demand.orders.index(channel.order)]
+    place = rows.demand.orders.index(channel.order)
+    return max(0.0, rows.errors[place] + rows.row_error[place] - solved.spectrum.errors[place])
 
 
 def _row_warnings(solved: Preparation, rows: Rows | None) -> tuple[str, ...]:
-    late = {channel.quantity: _row_error(channel, rows) for channel in solved.channels}
+    late = {channel.quantity: channel.error + _row_error(solved, channel, rows) for channel in solved.channels}
     return tuple(
-        f"Between rows of load the {quantity} may err by {error:.2g} of its peak-to-peak, not the "
+        f"Where the load varies the {quantity} may err by {error:.2g} of its peak-to-peak, not the "
         f"{solved.tolerance:.2g} asked for: where a patch is born it changes faster than rows can lie."
         for quantity, error in late.items()
         if error > solved.tolerance

@@ -1,8 +1,8 @@
 """A thread that solves rows of load ahead of a hand, so that a live voice never waits for them.
 
 Stage   3 (VOICE), beside it.
-Model   First the usual range of loads, coarsely; then, wherever the hand is, the octaves round its load: coarse where
-        they are missing, fine where they are coarse. A row is solved without the GIL.
+Model   First the usual range of loads, coarsely; then finely: the load where the hand is, more and more round it, and
+        the usual range. A hand that moves on is followed at once. A row is solved without the GIL.
 Source  USUAL_LOADS: the loads at which roughness is usefully perceived, 0.05 to 1.8 N (Fagiani & Barbieri, 2016,
         section 2).
 Limits  what plays until a row is ready is the nearest one: on a slow machine a fast press sounds late in its load.
@@ -12,11 +12,12 @@ from __future__ import annotations
 
 import threading
 
-from synth.contact.rows import COARSE, Rows
+from synth.contact.rows import COARSE, FINEST, Rows
 
 USUAL_LOADS = (0.05, 1.8)  # N
-FINE = 1.0 / 128.0  # of an octave, where the hand rests
 NEIGHBOURHOOD = 1.1  # the octave of a load this much higher or lower is solved too, before the hand is there
+MOVED = 1.02  # a load this much higher or lower than the last is a new one
+ROUND = (1.0, 1.05, 1.25)  # how far round the hand's load rows are made fine, in turn
 
 
 class RowSolver:
@@ -25,7 +26,7 @@ class RowSolver:
     def __init__(self, rows: Rows, load: float) -> None:
         self._rows = rows
         self._load = load
-        self._low, self._high = rows.bounds(rows.octave(load))
+        self._low, self._high = load / MOVED, load * MOVED
         self._usual = threading.Event()
         self._ended = threading.Event()
         self._moved = threading.Event()
@@ -43,10 +44,10 @@ class RowSolver:
         return self._usual.wait(seconds)
 
     def now_at(self, load: float) -> None:
-        """Tell where the hand is (N). Costs nothing while it stays in its octave."""
-        if not self._low <= load < self._high:
+        """Tell where the hand is (N). Costs nothing while it rests."""
+        if not self._low <= load <= self._high:
             self._load = load
-            self._low, self._high = self._rows.bounds(self._rows.octave(load))
+            self._low, self._high = load / MOVED, load * MOVED
             self._moved.set()
 
     def stop(self) -> None:
@@ -65,4 +66,6 @@ class RowSolver:
             self._moved.clear()
             load = self._load
             self._rows.cover(load / NEIGHBOURHOOD, load * NEIGHBOURHOOD, COARSE, stopped)
-            self._rows.cover(load, load, FINE, stopped)
+            for reach in ROUND:
+                self._rows.cover(load / reach, load * reach, FINEST, self._moved.is_set)
+            self._rows.cover(*USUAL_LOADS, FINEST, self._moved.is_set)

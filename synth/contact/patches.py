@@ -114,7 +114,8 @@ def polished(cell: Cell, low: float, high: float, t: float) -> float:
 def narrow_area(cell: Cell, left: float, right: float) -> float:
     """Return the integral of y over a narrow range by Simpson's rule."""
     ends = profile(cell, left)[0] + profile(cell, right)[0]
-    return (ends + 4.0 * profile(cell, 0.5 * (left + right))[0]) * (right - left) / 6.0
+    area: float = (ends + 4.0 * profile(cell, 0.5 * (left + right))[0]) * (right - left) / 6.0
+    return area
 
 
 @kernel

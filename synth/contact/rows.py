@@ -1,13 +1,14 @@
 """The contact response where the load varies: one series a row of load, and cubics between the rows.
 
-Model   Between two rows z is the cubic in w through both series and their slopes dz/dw. An interval is halved, each
-        half with an exact series at its middle, until that middle agrees with the cubic within the tolerance, or the
-        interval is as fine as rows may lie.
-        Intervals begin as octaves of load above `base`, with one interval from the envelope at no load up to it.
+Model   Between two rows z is the cubic in w through both series and their slopes dz/dw. An interval is halved at an
+        exact series, against which the cubic is measured there; the halves are halved again until what their error
+        falls to, as it fell with the last halving, is within the tolerance, or they are as narrow as rows may lie.
+        Intervals begin as octaves of load above `base`, with one interval from the envelope at no load up to it. All
+        octaves between the lightest and the heaviest load so far are halved coarsely, the loads asked for finely.
 Source  design, sections 1 and 8; Fagiani & Barbieri (2016), eqs 1, 4, 5.
-Limits  Where a patch is born the response is singular in the load, and no spacing of rows reaches a tight tolerance in
-        acceleration: the rows stop at the finest
-        interval asked for, and `error` tells what was measured.
+Limits  where a patch is born the response is singular in the load, and no spacing of rows reaches a tight tolerance in
+        acceleration: the rows stop at the finest interval asked for, and `errors` tells what is left. It is measured
+        one halving before and carried on by at most half of the last gain.
 """
 
 from __future__ import annotations
@@ -30,27 +31,47 @@ ROW_WORK = 1 << 27  # phases times cells of one row: about 1 s; the default scen
 # the same of all rows, about 25 s: beyond it intervals are not halved any more, and the error says so
 ALL_WORK = 1 << 32
 COARSE = 1.0 / 16.0  # of an octave: rows of octaves that a motion only passes through
+FINEST = 1.0 / 1024.0  # of an octave: the closest rows there are
+SAFETY = 2.0  # an interval errs by this much more at most than if its error fell as it did with the halving before
 
 
 @dataclass(frozen=True, slots=True)
 class Interval:
-    """Two neighbouring rows, low and high (N), and the error seen in their middle, relative to the peak-to-peak."""
+    """Two neighbouring rows, low and high (N).
+
+    seen: the error of each order in the middle of the interval that this is a half of, relative to the peak-to-peak
+    there. before: the same one halving earlier. Infinite where there was none.
+    """
 
     low: float
     high: float
-    errors: tuple[float, ...]
+    seen: tuple[float, ...]
+    before: tuple[float, ...]
+
+    @property
+    def errors(self) -> tuple[float, ...]:
+        """The error of each order to be expected inside."""
+        return tuple(
+            seen if seen == 0.0 or math.isinf(before) else seen * min(1.0, SAFETY * seen / before)
+            for seen, before in zip(self.seen, self.before, strict=True)
+        )
 
 
 class Rows:
     """Rows of load, solved as they are needed. Thread-safe: one thread solves, others read `edges`.
 
     contact, demand: what each row must hold. keep: harmonics of a row. base: the load (N) where octaves begin.
+    tolerance: of the error between rows, relative as that of the demand; None: that of the demand.
     """
 
-    def __init__(self, contact: Contact, demand: Demand, keep: int, base: float) -> None:
+    def __init__(
+        self, contact: Contact, demand: Demand, keep: int, base: float, tolerance: float | None = None
+    ) -> None:
         self.contact, self.demand, self.keep, self.base = contact, demand, keep, base
+        self.tolerance = demand.tolerance if tolerance is None else tolerance
         self._spectra: dict[float, Spectrum] = {}
-        self._octaves: dict[int, tuple[float, list[Interval]]] = {}
+        self._octaves: dict[int, list[Interval]] = {}
+        self._fine = (0.0, math.inf)
         self._work = 0
         self._lock = threading.RLock()
         self._edges: Array = np.array([])
@@ -62,10 +83,14 @@ class Rows:
 
     @property
     def errors(self) -> tuple[float, ...]:
-        """The largest error of each order between rows, relative to its peak-to-peak at that load."""
+        """The largest error of each order between rows, relative to its peak-to-peak at that load: over the loads that
+        were asked for finely, if there were any.
+        """
+        low, high = self._fine
         worst = [0.0] * len(self.demand.orders)
-        for interval in [part for _finest, parts in list(self._octaves.values()) for part in parts]:
-            worst = [max(a, b) for a, b in zip(worst, interval.errors, strict=True)]
+        for part in [part for parts in list(self._octaves.values()) for part in parts]:
+            if part.low <= high and part.high > low:
+                worst = [max(a, b) for a, b in zip(worst, part.errors, strict=True)]
         return tuple(worst)
 
     @property
@@ -92,26 +117,47 @@ class Rows:
         return 0 if load < self.base else 1 + math.floor(math.log2(load / self.base) + 1e-12)
 
     def cover(self, low: float, high: float, finest: float, stop: Callable[[], bool] = lambda: False) -> None:
-        """Solve the octaves that hold the loads from `low` to `high` (N), and those between them and what is there.
+        """Solve the loads from `low` to `high` (N), and coarsely the octaves that hold them and those between them and
+        what is there.
 
-        finest: the smallest interval, as a fraction of an octave; an octave that is coarser is refined. stop: asked
-        between octaves.
+        finest: the smallest interval, as a fraction of an octave. stop: asked between octaves, and between the
+        intervals that are refined.
         """
-        first, last = self.octave(max(low, 0.0)), self.octave(min(high, LARGEST_LOAD))
+        low, high = max(low, 0.0), min(high, LARGEST_LOAD)
+        first, last = self.octave(low), self.octave(high)
         with self._lock:
-            reached = list(self._octaves) or [first]
-            for number in range(min(first, *reached, first), max(last, *reached, last) + 1):
-                wanted = finest if first <= number <= last else max(finest, COARSE)
+            reached = [first, last, *self._octaves]
+            for number in range(min(reached), max(reached) + 1):
                 if stop():
                     return
-                if number not in self._octaves or self._octaves[number][0] > wanted:
-                    self._octaves[number] = (wanted, self._refined(number, wanted))
+                if number not in self._octaves:
+                    unseen = (math.inf,) * len(self.demand.orders)
+                    self._octaves[number] = self._halved(Interval(*self.bounds(number), unseen, unseen), number, COARSE)
                     self._publish()
+            if finest < COARSE:
+                known = self._fine if math.isfinite(self._fine[1]) else (low, high)
+                self._fine = (min(known[0], low), max(known[1], high))
+            for number in range(first, last + 1):
+                self._refine(number, low, high, finest, stop)
+
+    def _refine(self, number: int, low: float, high: float, finest: float, stop: Callable[[], bool]) -> None:
+        """Halve those intervals of an octave in which the loads from `low` to `high` lie."""
+        parts = self._octaves[number]
+        begin = max(bisect_right(parts, low, key=_low_of) - 1, 0)
+        for part in parts[begin : max(bisect_right(parts, high, key=_low_of), begin + 1)]:
+            if stop():
+                return
+            halves = self._halved(part, number, finest)
+            if len(halves) > 1:
+                parts = self._octaves[number]
+                at = bisect_right(parts, part.low, key=_low_of) - 1
+                self._octaves[number] = [*parts[:at], *halves, *parts[at + 1 :]]
+                self._publish()
 
     def _publish(self) -> None:
         numbers = sorted(self._octaves)
-        run = [number for place, number in enumerate(numbers) if number - numbers[0] == place]
-        parts = [part for number in run for part in self._octaves[number][1]]
+        gapless = [number for place, number in enumerate(numbers) if number - numbers[0] == place]
+        parts = [part for number in gapless for part in self._octaves[number]]
         self._edges = np.array([parts[0].low, *(part.high for part in parts)])
 
     def _solved(self, load: float) -> Spectrum:
@@ -132,20 +178,21 @@ class Rows:
             return 0.0, self.base
         return self.base * 2.0 ** (number - 1), self.base * 2.0**number
 
-    def _refined(self, number: int, finest: float) -> list[Interval]:
+    def _halved(self, whole: Interval, number: int, finest: float) -> list[Interval]:
+        """Return an interval of octave `number`, or what it is halved into, in the order of the loads."""
         low, high = self.bounds(number)
-        smallest = finest * (high - low)
-        waiting, done = [(low, high)], []
+        smallest = finest * (high - low) * (1.0 + 1e-9)
+        waiting, done = [whole], []
         while waiting:
-            a, b = waiting.pop()
-            middle = 0.5 * (a + b)
-            errors, good = self.middle_error(a, middle, b)
-            halves = ((a, middle), (middle, b))
-            if good or (b - a) <= 2.0 * smallest * (1.0 + 1e-9) or self._work > ALL_WORK:
-                done += [Interval(lo, hi, errors) for lo, hi in halves]
-            else:
-                waiting += halves[::-1]
-        return sorted(done, key=lambda part: part.low)
+            part = waiting.pop()
+            narrow = part.high - part.low <= smallest or self._work > ALL_WORK
+            if max(part.errors) <= self.tolerance or (narrow and not math.isinf(part.seen[0])):
+                done.append(part)
+                continue
+            middle = 0.5 * (part.low + part.high)
+            seen = self.middle_error(part.low, middle, part.high)
+            waiting += [Interval(middle, part.high, seen, part.seen), Interval(part.low, middle, seen, part.seen)]
+        return done
 
     def cubic(self, low: float, high: float, harmonics: int) -> tuple[Complex, ...]:
         """Return the four series of the cubic over the load between two rows, cut at `harmonics`."""
@@ -153,9 +200,9 @@ class Rows:
         cut = harmonics + 1
         return load_cubic(a.harmonics[:cut], a.slopes[:cut], b.harmonics[:cut], b.slopes[:cut], high - low)
 
-    def middle_error(self, low: float, middle: float, high: float) -> tuple[tuple[float, ...], bool]:
-        """Return the error of the cubic at `middle` (N), each order relative to its peak-to-peak there; and if it is
-        small.
+    def middle_error(self, low: float, middle: float, high: float) -> tuple[float, ...]:
+        """Return the error of the cubic at `middle` (N), each order relative to its peak-to-peak there; 0 where it is
+        round-off.
         """
         highest = self.demand.highest
         truth = self.spectrum(middle).harmonics[: highest + 1]
@@ -169,8 +216,12 @@ class Rows:
             errors.append(error / extent if extent > 0.0 else 0.0)
         floor = 1e-12 * self.contact.geometry.height_scale
         small = float(np.max(np.abs(curves(read - truth, 0, points_for(highest))))) <= floor
-        return tuple(errors), small or max(errors) <= self.demand.tolerance
+        return (0.0,) * len(errors) if small else tuple(errors)
 
     def interval_of(self, load: float) -> int:
         """Return the index of the interval of `edges` that holds `load` (N), the nearest one beyond the ends."""
         return min(max(bisect_right(self._edges.tolist(), load) - 1, 0), len(self._edges) - 2)
+
+
+def _low_of(part: Interval) -> float:
+    return part.low
