@@ -25,7 +25,9 @@ from synth.motion import LARGEST_LOAD, LOAD, SPEED, Motion
 from synth.output import Block
 from synth.preparation import BAND, Preparation
 
-ROW_SHARE, BETWEEN_SHARE = 0.58, 0.3  # of the tolerance: the error of a row, and between rows
+ROW_SHARE, BETWEEN_SHARE = 0.58, 0.26  # of the tolerance: the error of a row, and between rows
+# the tightest tolerance of rows for displacement, velocity and acceleration: tighter ones take minutes; the plan tells
+ROW_FLOOR = (1e-6, 1e-5, 3e-4)
 BASE_OF_LIFT = 0.25  # octaves of load begin here at most, as a part of lift_load: the gate leaves under a tenth below
 
 
@@ -69,7 +71,7 @@ class MovingReader:
         demand, scan = solved.demand(), solved.scene.scan
         octaves = max(0, math.ceil(math.log2(scan.load / (BASE_OF_LIFT * scan.lift_load)))) if scan.load else 0
         base = scan.load / 2.0**octaves or BASE_OF_LIFT * scan.lift_load  # an octave begins at the scan's own load
-        budget = spendable(solved.tolerance)
+        budget = spendable(max(solved.tolerance, ROW_FLOOR[max(demand.orders)]))
         wanted = Demand(demand.highest, demand.orders, ROW_SHARE * budget)
         rows = Rows(solved.contact, wanted, self.levels.highest[0], base, BETWEEN_SHARE * budget)
         rows.cover(scan.load, scan.load, self._finest)

@@ -15,6 +15,8 @@ from synth.contact.rows import Rows
 from synth.preparation import BAND, N_MAX, Preparation
 from synth.scene import scene_document
 
+NEARLY = 1.05  # times the tolerance: less than this is not worth a warning, since the error is itself an estimate
+
 
 @dataclass(frozen=True, slots=True)
 class Simulated:
@@ -107,9 +109,9 @@ def _row_warnings(solved: Preparation, rows: Rows | None) -> tuple[str, ...]:
     late = {channel.quantity: channel.error + _row_error(solved, channel, rows) for channel in solved.channels}
     return tuple(
         f"Where the load varies the {quantity} may err by {error:.2g} of its peak-to-peak, not the "
-        f"{solved.tolerance:.2g} asked for: where a patch is born it changes faster than rows can lie."
+        f"{solved.tolerance:.2g} asked for: rows of load reach no further."
         for quantity, error in late.items()
-        if error > solved.tolerance
+        if error > NEARLY * solved.tolerance
     )
 
 
@@ -127,7 +129,8 @@ def _simulated(solved: Preparation) -> tuple[Simulated, ...]:
     parts = [Simulated("contact response", reason)]
     if solved.load_varies:
         low, high = solved.loads
-        parts.append(Simulated("rows of load", f"The load varies between {low:.4g} N and {high:.4g} N."))
+        varies = f"The load varies between {low:.4g} N and {high:.4g} N."
+        parts.append(Simulated("rows of load", "A hand presses as it likes." if solved.by_hand else varies))
     if solved.moving:
         parts.append(Simulated("levels", "The speed varies, so the band limit follows the instantaneous frequency."))
     return tuple(parts)

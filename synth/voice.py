@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -84,9 +85,10 @@ class Voice:
 
     @property
     def plan(self) -> Plan:
-        """The plan that this voice runs, with the error seen between the rows of load solved so far."""
-        rows = None if self._reader is None else self._reader.rows
-        return plan_of(self.solved, rows)
+        """The plan that this voice runs, with the error of the rows of load solved so far."""
+        if self._reader is None:
+            return plan_of(self.solved)
+        return plan_of(replace(self._reader.solved, scene=self.scene), self._reader.rows)
 
     @property
     def phase(self) -> int:

@@ -54,11 +54,10 @@ class Grid:
             geometry.ridge_period if b1 > 0.0 else math.inf, geometry.texture_period if b2 > 0.0 else math.inf
         )
         cells = max(4, math.ceil(CELLS_PER_PERIOD * geometry.contact_length / shortest))
-        centres = (np.arange(cells) + 0.5) / cells
         half1 = math.pi * geometry.ridges / cells
         half2 = math.pi * geometry.texture_periods / cells
-        angle1 = 2.0 * math.pi * ((geometry.ridges * centres) % 1.0)
-        angle2 = 2.0 * math.pi * ((geometry.texture_periods * centres) % 1.0) + geometry.texture_phase
+        angle1 = angles_of_centres(geometry.ridges, cells)
+        angle2 = angles_of_centres(geometry.texture_periods, cells) + geometry.texture_phase
         tables = np.stack(
             [
                 -b1 * np.cos(angle1),
@@ -70,6 +69,17 @@ class Grid:
             ]
         )
         return cls(tables, half1 * half1 if b1 else 0.0, half2 * half2 if b2 else 0.0, b2, scale)
+
+
+def angles_of_centres(periods: float, cells: int) -> Array:
+    """Return the angle (rad) at the centre of each of `cells` equal parts of `periods` periods.
+
+    Whole turns are left out in integers: their rounding would be 1e-11 of a turn after 1e5 periods.
+    """
+    whole = math.floor(periods)
+    odd = 2 * np.arange(cells, dtype=np.int64) + 1
+    turns = (whole % (2 * cells) * odd % (2 * cells) + (periods - whole) * odd) / (2 * cells)
+    return np.asarray(2.0 * math.pi * (turns % 1.0))
 
 
 @dataclass(frozen=True, slots=True)

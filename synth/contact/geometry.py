@@ -2,14 +2,13 @@
 
 Model   h(x) = a2 cos(2 pi (x - p) / lambda2 + phi) - a1 cos(2 pi x / lambda1), 0 <= x <= L; p is the distance that the
         texture has moved under the finger and theta = p / lambda2 its phase in turns.
-Source  Fagiani & Barbieri (2016), eqs 2 and 3. a1, lambda1: finger ridges; a2, lambda2, phi: texture; L: contact
-        length.
+Source  Fagiani & Barbieri (2016), eq. 2. a1, lambda1: finger ridges; a2, lambda2, phi: texture; L: contact length.
+        Amplitudes that are given as a roughness come through eq. 3, in `scene_surfaces`.
 Limits  both surfaces are single cosines along the scanning direction.
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 from synth.scene import Scene
@@ -58,10 +57,3 @@ class Geometry:
     def still(self) -> bool:
         """True where the texture has no height: z is then constant at a constant load."""
         return self.texture_amplitude == 0.0
-
-
-def amplitude_of_roughness(roughness: float) -> float:
-    """Return the amplitude a (m) of a cosine whose mean arithmetic roughness Ra is `roughness` (m): a = pi/2 Ra (eq.
-    3).
-    """
-    return 0.5 * math.pi * roughness

@@ -27,7 +27,7 @@ Complex = np.ndarray[Any, np.dtype[np.complex128]]
 
 FEWEST_PHASES = 32  # fewer save no time that can be measured
 MOST_PHASES = 1 << 21  # 4 s of work on the default scene; where it is not enough the error says so
-MOST_WORK = 1 << 31  # phases times cells of the grid: about 10 s; where it is not enough the error says so
+MOST_WORK = 1 << 29  # phases times cells of the grid: 1 to 10 s; where it is not enough the error says so
 FLOOR = 1e-12  # of a1 + a2, in displacement: the round-off of the solver (design, section 4)
 LAST_CHANGE, EARLIER_CHANGE = 0.5, 0.1  # see `_errors`: held for 99.1 % of 3146 series at tolerances 1e-8 to 3e-2
 PROBES = 16  # phases off every grid at which a converged series is checked once more

@@ -7,18 +7,19 @@ import math
 import numpy as np
 import pytest
 
-from synth.contact.geometry import Geometry, amplitude_of_roughness
+from synth.contact.geometry import Geometry
 from synth.contact.groups import Groups
 from synth.contact.stiffness import Stiffness
 from synth.errors import CannotRender
+from synth.scene import amplitude_of
 from tests.reference import stiffness_oracle
 from tests.synth.engine_cases import random_document, scene_of, touch_of
 
 
 def test_roughness_becomes_amplitude_by_half_pi() -> None:
-    assert amplitude_of_roughness(20e-6) == pytest.approx(31.41592653589793e-6, rel=1e-15)
+    assert amplitude_of(20e-6) == pytest.approx(31.41592653589793e-6, rel=1e-15)
     x = np.linspace(0.0, 1.0, 100_001)
-    heights = amplitude_of_roughness(20e-6) * np.cos(2 * np.pi * x)
+    heights = amplitude_of(20e-6) * np.cos(2 * np.pi * x)
     assert np.trapezoid(np.abs(heights), x) == pytest.approx(20e-6, rel=1e-8)
 
 
@@ -30,7 +31,7 @@ def test_the_geometry_of_a_scene_has_its_numbers() -> None:
     geometry = Geometry.of_scene(scene)
     assert geometry.ridges == pytest.approx(20.0, rel=1e-15)
     assert geometry.texture_periods == pytest.approx(16.0, rel=1e-15)
-    assert geometry.height_scale == pytest.approx(amplitude_of_roughness(10e-6) + 12e-6, rel=1e-15)
+    assert geometry.height_scale == pytest.approx(amplitude_of(10e-6) + 12e-6, rel=1e-15)
     assert geometry.texture_phase == 0.25
     assert not geometry.still
     assert Geometry.of_scene(scene_of(texture={"amplitude": 0})).still
