@@ -62,6 +62,10 @@ class Engine(Protocol):
     def open_live(self, scene: Scene) -> LiveVoice:
         """Return a live voice at frame 0, silent and about to ramp in."""
 
+    @property
+    def live_delay(self) -> float:
+        """Return by how many seconds a live voice sounds behind its changes."""
+
     def explain(self, scene: Scene) -> dict[str, Any]:
         """Return the plan as the JSON document of `/v1/explain`."""
 
@@ -95,6 +99,13 @@ class SynthEngine:
         from synth.live import LiveVoice
 
         return LiveVoice(scene, cache=self._cache)
+
+    @property
+    def live_delay(self) -> float:
+        """See `Engine`."""
+        from synth.live import LOOK_AHEAD
+
+        return LOOK_AHEAD
 
     def explain(self, scene: Scene) -> dict[str, Any]:
         """See `Engine`."""

@@ -102,7 +102,7 @@ class Session:
             "streaming": self.reader is not None,
             "play": None if self.player is None else self.player.document(),
             "expires_in": self.expires_in(settings.session_idle),
-            "heard_within": settings.lead + settings.stream_block,
+            "heard_within": settings.lead + settings.stream_block + self._engine.live_delay,
             "stream": f"/v1/sessions/{self.id}/stream",
         }
 

@@ -91,6 +91,7 @@ class PlainEngine:
     mistake: bool = False
     gate: threading.Event | None = None
     opened: list[str] = field(default_factory=list)
+    live_delay = 0.0
 
     def open_voice(self, scene: Scene) -> PlainVoice:
         self._about_to("voice")
