@@ -28,6 +28,7 @@ from synth.preparation import BAND, Preparation
 ROW_SHARE, BETWEEN_SHARE = 0.58, 0.26  # of the tolerance: the error of a row, and between rows
 # the tightest tolerance of rows for displacement, velocity and acceleration: tighter ones take minutes; the plan tells
 ROW_FLOOR = (1e-6, 1e-5, 3e-4)
+SINGLE = 1e-5  # from this tolerance on float32 is enough for the tables of velocity and acceleration
 BASE_OF_LIFT = 0.25  # octaves of load begin here at most, as a part of lift_load: the gate leaves under a tenth below
 
 
@@ -45,7 +46,13 @@ class MovingReader:
         self.rows = self._rows_for(solved) if solved.load_varies else None
         source: RowSource = self.rows or OneRow(solved.spectrum)
         degrees = sorted({_degree(channel) for channel in solved.channels})
-        self.surfaces = {degree: Surfaces(source, self.levels, degree, self._density(degree)) for degree in degrees}
+        self.surfaces = {
+            degree: Surfaces(
+                source, self.levels, degree, self._density(degree),
+                single=degree == QUINTIC and solved.tolerance >= SINGLE,
+            )
+            for degree in degrees
+        }  # fmt: skip
         self._edges = source.edges
         self.phase = np.array([phase], dtype=np.uint64)
         self._layouts: list[Array] = []

@@ -161,9 +161,14 @@ class Voice:
         return reader
 
     @property
-    def rows_ready(self) -> bool:
-        """True when no row of the usual range of loads is being solved any more."""
+    def usual_loads_ready(self) -> bool:
+        """True when the usual range of loads is solved, coarsely."""
         return self._solver is None or self._solver.usual_range_ready
+
+    @property
+    def rows_ready(self) -> bool:
+        """True when the loads round the hand are solved to the tolerance too, and no thread works for it."""
+        return self._solver is None or self._solver.resting
 
     def close(self) -> None:
         """End the thread that solves rows, if there is one; the voice can still render what is solved."""

@@ -64,7 +64,7 @@ def played_meanwhile(quantity: str) -> tuple[float, list[float]]:
     times: list[float] = []
     try:
         due = perf_counter()
-        while not voice.rows_ready:
+        while not voice.usual_loads_ready:
             voice.render(FRAMES, next(motions))
             times.append(perf_counter() - due)
             due = max(due + BLOCK_SECONDS, perf_counter())
