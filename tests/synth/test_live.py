@@ -212,3 +212,13 @@ def test_several_channels_change_together() -> None:
     block = voice.render(round(3 * CHANGE_TIME * RATE))
     assert block.shape[1] == 3 and np.abs(block).max(axis=0).min() > 0.2
     assert np.abs(block).max() <= 1.0
+
+
+@pytest.mark.parametrize(
+    "silent", [{"scan": {"load": 0}}, {"scan": {"speed": 0}}, {"texture": {"amplitude": 0}}], ids=str
+)
+def test_a_stream_that_begins_in_silence_is_heard_when_it_is_touched(silent: dict[str, Any]) -> None:
+    voice = LiveVoice(scene("acceleration", **silent), cache=CACHE)
+    assert not voice.render(RATE // 10).any()
+    voice.apply(voice.prepare(scene("acceleration")))
+    assert 0.5 <= np.max(np.abs(voice.render(RATE // 2)[-4800:])) <= 1.0

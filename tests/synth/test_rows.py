@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import threading
+import time
 
 import numpy as np
 import pytest
 
-from synth.contact.rows import COARSE, LARGEST_LOAD, Rows
-from synth.contact.spectrum import Demand, curves, points_for
+from synth.contact.rows import COARSE, FINEST, LARGEST_LOAD, Rows
+from synth.contact.spectrum import Demand, curves, points_for, solve_spectrum
 from synth.row_solver import USUAL_LOADS, RowSolver
 from tests.reference.stiffness_oracle import contact_in_metres
 from tests.synth.engine_cases import Real, contact_of, scene_of, touch_of
@@ -149,5 +150,55 @@ def test_the_solver_thread_follows_the_hand() -> None:
         assert solver.wait(60)
         solver.now_at(9.0)
         assert arrived.wait(60)
+    finally:
+        solver.stop()
+
+
+def test_rows_are_made_fine_only_where_the_load_is() -> None:
+    rows = rows_of(1e-7)
+    rows.cover(0.3, 0.3, COARSE)
+    coarse = rows.edges
+    rows.cover(0.3, 0.3, FINEST)
+    place = int(np.searchsorted(coarse, 0.3, side="right")) - 1
+    added = np.setdiff1d(rows.edges, coarse)
+    assert added.size > 0
+    assert coarse[place] < added.min() and added.max() < coarse[place + 1]
+
+
+def test_where_rows_are_fine_the_error_told_is_that_of_the_acceleration() -> None:
+    highest, orders = 60, (2,)
+    rows = Rows(contact_of(scene_of()), Demand(highest, orders, 5e-4), highest, 0.3, 3e-4)
+    rows.cover(0.3, 0.32, FINEST)
+    told = rows.errors[0] + rows.row_error[0]
+    assert 0.0 < rows.errors[0] <= 3e-4
+    random = np.random.default_rng(5)
+    worst = 0.0
+    for load in random.uniform(0.3, 0.32, 12):
+        place = rows.interval_of(float(load))
+        low, high = rows.edges[place], rows.edges[place + 1]
+        s = (load - low) / (high - low)
+        a, b, c, d = rows.cubic(low, high, highest)
+        truth = solve_spectrum(rows.contact, float(load), Demand(highest, orders, 1e-5)).harmonics
+        apart = curves(a + s * (b + s * (c + s * d)) - truth, 2, points_for(highest))
+        worst = max(worst, float(np.max(np.abs(apart)) / np.ptp(curves(truth, 2, points_for(highest)))))
+    assert 0.05 * told <= worst <= 1.5 * told
+
+
+def test_the_solver_thread_rests_when_the_hand_does() -> None:
+    rows = rows_of(1e-3, 4)
+    rows.cover(0.3, 0.3, COARSE)
+    solver = RowSolver(rows, 0.3)
+    try:
+        assert solver.wait(60)
+        solver.now_at(0.5)
+        assert not solver.resting
+        until = time.monotonic() + 60
+        while not solver.resting and time.monotonic() < until:
+            solver.now_at(0.505)  # close by: no new work
+            time.sleep(0.01)
+        assert solver.resting
+        edges = rows.edges
+        solver.now_at(0.51)
+        assert solver.resting and rows.edges is edges
     finally:
         solver.stop()

@@ -12,7 +12,7 @@ from synth.motion import Motion, ScanMotion
 from synth.scene import parse_scene
 from synth.voice import Voice, open_voice
 from tests.reference.spectral_checks import fit_harmonics
-from tests.reference.synthesis_oracle import direct
+from tests.reference.synthesis_oracle import direct, synthesise
 from tests.synth.engine_cases import QUANTITIES, Real, physical, scene_of, touch_of
 
 RATE = 8000
@@ -172,6 +172,31 @@ def test_a_hand_may_press_otherwise_than_the_scan(scan_load: float) -> None:
     fits = [fit_harmonics(signal, RATE, 100.0, 0.495 * RATE).coefficients for signal in (found, steady)]
     low = np.arange(fits[0].size) * 100.0 < 0.35 * RATE
     assert np.max(np.abs(fits[0] - fits[1])[low]) <= 5e-3 * np.max(np.abs(fits[1]))
+
+
+@pytest.mark.parametrize("quantity", QUANTITIES)
+@pytest.mark.parametrize("load", [0.11, 0.3712, 0.9])
+def test_a_hand_that_presses_evenly_keeps_the_tolerance_at_any_load(quantity: str, load: float) -> None:
+    """Against the oracle, below the 0.35 of the rate from which a hand fades."""
+    output = {"quantity": quantity, "sample_rate": RATE, "full_scale": 1.0}
+    voice = open_voice(scene_of(output=output))
+    found = fit_harmonics(hand_signal(voice, even(RATE, 0.08, load))[:, 0], RATE, 100.0, 0.495 * RATE).coefficients
+    touched = scene_of(scan={"load": load}, output=output)
+    wanted = synthesise(touch_of(touched), 0.08, 0.35 * RATE, relative_error=1e-5)
+    spectrum = wanted.spectrum(quantity)
+    apart = np.zeros(512 + 1, dtype=complex)
+    apart[1 : len(spectrum) + 1] = found[1 : len(spectrum) + 1] - spectrum
+    error = np.max(np.abs(np.fft.irfft(apart, norm="forward")))
+    assert error <= 1e-3 * wanted.peak_to_peak(quantity)
+
+
+@pytest.mark.parametrize("quiet", [{"scan": {"load": 0}}, {"scan": {"speed": 0}}, {"scan": {"speed": 10}}], ids=str)
+def test_a_live_hand_is_heard_on_a_scene_that_is_silent_by_itself(quiet: dict[str, Any]) -> None:
+    voice = open_voice(scene_of(output={"quantity": "acceleration", "sample_rate": RATE}, **quiet), live=True)
+    try:
+        assert 0.2 <= np.max(np.abs(voice.render(800, even(800, 0.08, 0.3)))) <= 2.0
+    finally:
+        voice.close()
 
 
 def test_a_trajectory_that_ends_heavy_sounds_full_where_it_is_light() -> None:

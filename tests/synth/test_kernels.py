@@ -1,0 +1,28 @@
+"""Compiled kernels that are older than what they were made from are not used."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from synth.contact.kernels import forget_stale_kernels
+
+
+def test_kernels_older_than_the_newest_source_are_forgotten(tmp_path: Path) -> None:
+    kept = tmp_path / "__pycache__"
+    kept.mkdir()
+    for name, stamp in (
+        ("one.py", 1000),
+        ("two.py", 3000),
+        ("__pycache__/old.nbi", 2000),
+        ("__pycache__/new.nbi", 4000),
+    ):
+        (tmp_path / name).touch()
+        os.utime(tmp_path / name, (stamp, stamp))
+    forget_stale_kernels(tmp_path)
+    assert [index.name for index in kept.iterdir()] == ["new.nbi"]
+
+
+def test_a_folder_that_holds_no_kernels_is_no_fault(tmp_path: Path) -> None:
+    (tmp_path / "one.py").touch()
+    forget_stale_kernels(tmp_path)
