@@ -149,7 +149,9 @@ class Voice:
         reader = self._reader
         assert reader is not None
         if self._solver is not None:
-            self._solver.now_at(motion.samples.item(LOAD, 0))
+            load, calm = motion.samples.item(LOAD, 0), self._solver.calm
+            if not calm[0] <= load <= calm[1]:
+                self._solver.now_at(load)
             reader.take_over_rows()
         reader.read(motion, out)
 

@@ -49,11 +49,14 @@ def read_steady(table, phase, step, gain, out, channel):
 
 @kernel
 def interval_of(edges, load, start):
-    """Return the interval of the rising `edges` that holds `load`, its ends and 1 / width, looking from `start`.
+    """Return the interval of the rising `edges` that holds `load`, its ends and 1 / width, looking from `start`, or,
+    where that is below 0, anywhere.
 
     The first and last interval reach on without end, so that a load beyond the rows stays in them.
     """
     last = len(edges) - 2
+    if start < 0:
+        start = min(max(np.searchsorted(edges, load, side="right") - 1, 0), last)
     while start < last and load >= edges[start + 1]:
         start += 1
     while start > 0 and load < edges[start]:
@@ -259,7 +262,7 @@ def read_displacement(pool, tables, layout, state, motion, position, start, out,
     step, lift, gain = 1.0 / (layout[RATE] * layout[PERIOD]), layout[LIFT], layout[GAIN]
     fades, edges = layout[CONSTANTS : CONSTANTS + 2 * levels], layout[CONSTANTS + 2 * levels :]
     phases, after = phases_of(motion, position, start, state[0], step, 0.5 * step / layout[RATE], layout[PERIOD])
-    level, interval, i = 0, 0, start
+    level, interval, i = 0, -1, start
     while i < frames:
         turns, load = abs(motion[SPEED, i]) * step, motion[LOAD, i]
         level, slowest, fastest, fade = level_of(fades, turns, level)
@@ -321,7 +324,7 @@ def read_rate(pool, tables, layout, state, motion, position, start, out, channel
         1.0 / layout[PERIOD],
     )
     phases, after = phases_of(motion, position, start, state[0], step, 0.5 * step / layout[RATE], layout[PERIOD])
-    level, interval, i = 0, 0, start
+    level, interval, i = 0, -1, start
     while i < frames:
         turns, load = abs(motion[SPEED, i]) * step, motion[LOAD, i]
         level, slowest, fastest, fade = level_of(fades, turns, level)

@@ -62,6 +62,7 @@ class Rows:
 
     contact, demand: what each row must hold. keep: harmonics of a row. base: the load (N) where octaves begin.
     tolerance: of the error between rows, relative as that of the demand; None: that of the demand.
+    edges: the loads (N) of the rows that are ready and next to each other, rising; a new array whenever there are more.
     """
 
     def __init__(
@@ -74,12 +75,7 @@ class Rows:
         self._fine = (0.0, math.inf)
         self._work = 0
         self._lock = threading.RLock()
-        self._edges: Array = np.array([])
-
-    @property
-    def edges(self) -> Array:
-        """The loads (N) of the rows that are ready and next to each other, rising."""
-        return self._edges
+        self.edges: Array = np.array([])
 
     @property
     def errors(self) -> tuple[float, ...]:
@@ -158,7 +154,7 @@ class Rows:
         numbers = sorted(self._octaves)
         gapless = [number for place, number in enumerate(numbers) if number - numbers[0] == place]
         parts = [part for number in gapless for part in self._octaves[number]]
-        self._edges = np.array([parts[0].low, *(part.high for part in parts)])
+        self.edges = np.array([parts[0].low, *(part.high for part in parts)])
 
     def _solved(self, load: float) -> Spectrum:
         at = max(load, NO_LOAD * self.base)
@@ -220,7 +216,7 @@ class Rows:
 
     def interval_of(self, load: float) -> int:
         """Return the index of the interval of `edges` that holds `load` (N), the nearest one beyond the ends."""
-        return min(max(bisect_right(self._edges.tolist(), load) - 1, 0), len(self._edges) - 2)
+        return min(max(bisect_right(self.edges.tolist(), load) - 1, 0), len(self.edges) - 2)
 
 
 def _low_of(part: Interval) -> float:

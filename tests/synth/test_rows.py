@@ -190,15 +190,15 @@ def test_the_solver_thread_rests_when_the_hand_does() -> None:
     solver = RowSolver(rows, 0.3)
     try:
         assert solver.wait(60)
-        solver.now_at(0.5)
+        solver.now_at(3.0)  # beyond the usual loads
         assert not solver.resting
         until = time.monotonic() + 60
         while not solver.resting and time.monotonic() < until:
-            solver.now_at(0.505)  # close by: no new work
+            solver.now_at(3.03)  # close by: no new work
             time.sleep(0.01)
         assert solver.resting
         edges = rows.edges
-        solver.now_at(0.51)
+        solver.now_at(3.06)
         assert solver.resting and rows.edges is edges
     finally:
         solver.stop()
