@@ -20,9 +20,10 @@ import numpy as np
 
 from synth.cache import ResponseCache
 from synth.errors import Fault, SceneError
+from synth.hand import with_full_scale, with_session_scale
 from synth.output import Block, Limiter
 from synth.plan import Plan
-from synth.preparation import Preparation, prepare, with_full_scale, with_session_scale
+from synth.preparation import Preparation, prepare
 from synth.scene import Scene
 from synth.voice import Voice
 

@@ -4,7 +4,6 @@ Stage   2, the part that calculates; `plan` tells it to people.
 Model   Harmonics below 0.40 of the rate (and below the bandwidth) at the scan's speed are kept. The tolerance is
         shared: ALIAS_SHARE for the series, TAIL_SHARE (of `tables`) for the harmonics cut off, TABLE_SHARE for the
         polynomials; the rest is the rounding to float32.
-        A hand is prepared for at a nominal speed and load: the scan's own, or where those would be silent, a usual one.
 Source  design, section 4.
 Limits  no more than N_MAX harmonics; a moving scan keeps those up to MOVING_REACH times its fastest speed's
         (ROWS_REACH where the load varies), which `reach` tells.
@@ -25,16 +24,13 @@ from synth.contact.geometry import Geometry
 from synth.contact.spectrum import Contact, Demand, Spectrum, curves, points_for, solve_spectrum
 from synth.contact.stiffness import Stiffness
 from synth.motion import LARGEST_LOAD, ScanMotion
-from synth.scene import Channel, Scene
+from synth.scene import Scene
 from synth.threshold import imperceptible_tolerance
 
 N_MAX = 4096  # harmonics (design, section 4); more cost time in proportion and are far above what skin feels
 MOVING_REACH = 8  # a moving scan keeps the harmonics of this many times its fastest speed's: at u / 8 nothing is lost
 ROWS_REACH = 4  # the same where the load varies: each row holds them
 FEWEST_MOVING = 64  # harmonics that a moving scan keeps at least, however fast: it is slow where it turns
-HAND_SPEED, HAND_LOAD = 0.08, 0.3  # m/s and N of a usual hand: the scene's defaults
-HAND_BAND = 0.1  # of the band: where a usual hand's fundamental lies at most, so that a fine texture is heard
-HAND_AMPLITUDE = 20e-6  # m: the default, for the full scale of a stream that begins with a texture of no height
 BAND = 0.40  # of the rate: harmonics below it keep the tolerance
 ALIAS_SHARE = 0.7  # of the tolerance, for the series
 EXACT = 1e-6  # the tolerance of "exact": what folds below 0.40 of the rate (design, section 4)
@@ -106,53 +102,16 @@ def phase_step(speed: float, period: float, rate: int) -> int:
     return round(turns * 2**64) % 2**64
 
 
-def prepare(scene: Scene, cache: ResponseCache | None = None) -> Preparation:
-    """Return `scene` solved; what was solved before comes from `cache`."""
+def prepare(scene: Scene, cache: ResponseCache | None = None, *, by_hand: bool = False) -> Preparation:
+    """Return `scene` solved; what was solved before comes from `cache`.
+
+    by_hand: for any speed and load, round those of a constant scan that is not silent.
+    """
     kept = cache or ResponseCache()
     output = (scene.output.channel_list, scene.output.sample_rate, scene.output.bandwidth)
-    key: Hashable = ("preparation", scene.finger, scene.texture, scene.scan, scene.effects, output, scene.accuracy)
-    return replace(kept.get(key, lambda: _prepared(scene, kept, by_hand=False)), scene=scene)
-
-
-def prepare_hand(scene: Scene, full_scale: tuple[float | None, ...], cache: ResponseCache | None = None) -> Preparation:
-    """Return `scene` solved for a hand: any speed, any load.
-
-    full_scale: of each channel; None: chosen so that the nominal scan peaks at 0.8.
-    """
-    nominal = with_full_scale(nominal_scene(scene), full_scale)
-    return _prepared(nominal, cache or ResponseCache(), by_hand=True)
-
-
-def with_session_scale(solved: Preparation, cache: ResponseCache | None = None) -> Preparation:
-    """Return `solved` with the full scale of what is silent now taken from a usual hand: it may sound later."""
-    kept = [None if channel.extent == 0.0 else channel.full_scale for channel in solved.channels]
-    listed = solved.scene.output.channel_list
-    scales = tuple(asked.full_scale or scale for asked, scale in zip(listed, kept, strict=True))
-    if None not in scales:
-        return solved
-    hand = prepare_hand(solved.scene, scales, cache)
-    pairs = zip(solved.channels, hand.channels, strict=True)
-    return replace(solved, channels=tuple(replace(now, full_scale=then.full_scale) for now, then in pairs))
-
-
-def with_full_scale(scene: Scene, full_scale: tuple[float | None, ...]) -> Scene:
-    """Return `scene` with the full scale of each channel."""
-    listed = zip(scene.output.channel_list, full_scale, strict=True)
-    channels = tuple(Channel.model_construct(quantity=channel.quantity, full_scale=value) for channel, value in listed)
-    output = scene.output.model_copy(update={"channels": channels})
-    return scene.model_copy(update={"output": output})
-
-
-def nominal_scene(scene: Scene) -> Scene:
-    """Return `scene` with the constant scan of a usual hand on it: its own speed and load, unless they are silent."""
-    scan, texture = scene.scan, scene.texture
-    limit = band_limit(scene)
-    speed = abs(scan.speed)
-    if speed == 0.0 or speed / texture.period >= limit:
-        speed = min(HAND_SPEED, HAND_BAND * limit * texture.period)
-    update = {"speed": speed, "load": scan.load or HAND_LOAD, "stroke": None, "trajectory": None}
-    found = texture if texture.amplitude else texture.model_copy(update={"amplitude": HAND_AMPLITUDE})
-    return scene.model_copy(update={"scan": scan.model_copy(update=update), "texture": found})
+    asked = (scene.finger, scene.texture, scene.scan, scene.effects, output, scene.accuracy)
+    key: Hashable = ("preparation", by_hand, asked)
+    return replace(kept.get(key, lambda: _prepared(scene, kept, by_hand=by_hand)), scene=scene)
 
 
 def band_limit(scene: Scene) -> float:

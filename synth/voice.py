@@ -17,11 +17,12 @@ import numpy as np
 
 from synth.cache import ResponseCache
 from synth.contact.reading import read_steady
+from synth.hand import prepare_hand, with_session_scale
 from synth.motion import LOAD, Motion, ScanMotion
 from synth.moving import MovingReader, completed
 from synth.output import Block, fade_envelope
 from synth.plan import Plan, plan_of
-from synth.preparation import Preparation, phase_step, prepare, prepare_hand, with_session_scale
+from synth.preparation import Preparation, phase_step, prepare
 from synth.row_solver import RowSolver
 from synth.scene import Scene
 
