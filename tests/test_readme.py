@@ -1,7 +1,7 @@
 """What README.md and docs/ tell people to type works: shell and Python blocks run, JSON blocks are scenes.
 
-The blocks of a page run in order in one folder that has docs/ in it, with `ridgewave` and `python3` on the path and,
-where a block talks to 127.0.0.1:8000, a real service behind it.
+The shell blocks of a page run in order in one shell, in a folder that has docs/ in it, with `ridgewave` and `python3`
+on the path and, where a block talks to 127.0.0.1:8000, a real service behind it.
 """
 
 from __future__ import annotations
@@ -36,13 +36,21 @@ TESTED_ELSEWHERE = ("the main job", "the tests")
 """Marks of commands that install: the first has its own test below, the second is what .ci/run runs."""
 
 
-def blocks(*languages: str) -> list[object]:
-    """Return the blocks of these languages that are tried, as test parameters that name page and line."""
+def tried(page: Path, language: str) -> list[CodeBlock]:
+    """Return the blocks of a language on a page that are tried here."""
+    return [
+        block
+        for block in code_blocks(page.read_text("utf-8"))
+        if block.language == language and block.mark not in TESTED_ELSEWHERE and not block.mark.startswith("not run: ")
+    ]
+
+
+def blocks(language: str) -> list[object]:
+    """Return the blocks of a language that are tried, as test parameters that name page and line."""
     return [
         pytest.param(page, block, id=f"{page.relative_to(ROOT)}:{block.line}")
         for page in PAGES
-        for block in code_blocks(page.read_text("utf-8"))
-        if block.language in languages and block.mark not in TESTED_ELSEWHERE and not block.mark.startswith("not run: ")
+        for block in tried(page, language)
     ]
 
 
@@ -100,17 +108,28 @@ def test_every_block_names_a_known_language_and_reasons_are_given() -> None:
                 assert re.fullmatch(r"not run: .{10,}", block.mark), f"{page.name}:{block.line}: say why"
 
 
-@pytest.mark.parametrize(("page", "block"), blocks("sh", "python"))
-def test_a_block_runs(
-    page: Path, block: CodeBlock, folders: Folders, shell: dict[str, str], request: pytest.FixtureRequest
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_the_shell_blocks_of_a_page_run(
+    page: Path, folders: Folders, shell: dict[str, str], request: pytest.FixtureRequest
 ) -> None:
-    text = block.text
+    """What fails is the block whose line was told last."""
+    parts = [f"echo {page.name}:{block.line} >&2\n{block.text}" for block in tried(page, "sh")]
+    text = "\n".join(parts)
     if WRITTEN_ADDRESS in text:
         text = text.replace(WRITTEN_ADDRESS, request.getfixturevalue("service_address"))
-    program = ["bash", "-euo", "pipefail", "-c"] if block.language == "sh" else [sys.executable, "-c"]
+    program = ["bash", "-euo", "pipefail", "-c"]
     done = subprocess.run(
         [*program, text], cwd=folders[page], env=shell, capture_output=True, text=True, timeout=120, check=False
     )
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize(("page", "block"), blocks("python"))
+def test_a_python_block_runs(page: Path, block: CodeBlock, folders: Folders, shell: dict[str, str]) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", block.text],
+        cwd=folders[page], env=shell, capture_output=True, text=True, timeout=120, check=False,
+    )  # fmt: skip
     assert done.returncode == 0, f"{page.name}:{block.line}\n{done.stdout}{done.stderr}"
 
 
