@@ -26,3 +26,13 @@ def test_kernels_older_than_the_newest_source_are_forgotten(tmp_path: Path) -> N
 def test_a_folder_that_holds_no_kernels_is_no_fault(tmp_path: Path) -> None:
     (tmp_path / "one.py").touch()
     forget_stale_kernels(tmp_path)
+
+
+def test_sources_from_the_future_say_nothing(tmp_path: Path) -> None:
+    kept = tmp_path / "__pycache__"
+    kept.mkdir()
+    (tmp_path / "one.py").touch()
+    os.utime(tmp_path / "one.py", (1e11, 1e11))
+    (kept / "one.nbi").touch()
+    forget_stale_kernels(tmp_path)
+    assert (kept / "one.nbi").exists()
