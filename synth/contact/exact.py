@@ -20,7 +20,7 @@ import numpy as np
 
 from synth.contact.crests import crest_approach
 from synth.contact.geometry import Geometry
-from synth.contact.kernels import kernel
+from synth.contact.kernels import inlined, kernel
 from synth.contact.patches import touching_part
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -160,6 +160,20 @@ def fill_cells(tables, k1, k2, cosine, sine, work):
     return total / cells
 
 
+@inlined
+def bounds_of_cell(u1, v1, k1, u2, v2, k2):
+    """Return bounds of the second and third derivative of h over a cell.
+
+    With h1'' = -k1 h1 and h2'' = -k2 h2, h'' = -k1 h - (k2 - k1) h2: where two surfaces of nearly one period cancel, h
+    is far flatter than either, and bounds that did not see it would have such a cell cut to pieces without end.
+    """
+    apart, slope = abs(k2 - k1), abs(v1 + v2)
+    bound2 = k1 * (abs(u1) + abs(v1)) + k2 * (abs(u2) + abs(v2))
+    bound2 = min(bound2, 1.03 * (k1 * (abs(u1 + u2) + slope) + apart * (abs(u2) + abs(v2))))
+    bound3 = k1 * (abs(v1) + k1 * abs(u1)) + k2 * (abs(v2) + k2 * abs(u2))
+    return bound2, min(bound3, k1 * (slope + bound2) + apart * (abs(v2) + k2 * abs(u2)))
+
+
 @kernel
 def contact_sum(work, tables, k1, k2, z, scratch):
     """Return F(z), the touching part of L, and F''(z), all relative to L and a1 + a2."""
@@ -177,8 +191,7 @@ def contact_sum(work, tables, k1, k2, z, scratch):
             touching += 1
             continue
         u1, v1, u2, v2 = tables[0, i], tables[1, i], work[3, i], work[4, i]
-        bound2 = k1 * (abs(u1) + abs(v1)) + k2 * (abs(u2) + abs(v2))
-        bound3 = k1 * (abs(v1) + k1 * abs(u1)) + k2 * (abs(v2) + k2 * abs(u2))
+        bound2, bound3 = bounds_of_cell(u1, v1, k1, u2, v2, k2)
         part, width, edge = touching_part((u1, v1, k1, u2, v2, k2, z), bound2, bound3, scratch)
         area += part
         length += width

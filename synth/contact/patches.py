@@ -22,6 +22,7 @@ from synth.contact.kernels import inlined, kernel
 Cell = tuple[float, float, float, float, float, float, float]  # u1, v1, k1^2, u2, v2, k2^2, z
 
 SMALLEST_PIECE = 2.0**-24  # of half a cell: below it the area of a piece that is still unclear is under 1e-24
+FLAT = 1e-17  # of a1 + a2: a piece of less relief is level, since the rounding of h is more
 EDGE_ERROR = 4e-6  # of half a cell: leaves an area error of EDGE_ERROR^3 / 6 of the curvature, under 1e-18
 NARROW = 2.0**-8  # of half a cell: Simpson's rule is exact to 1e-18 up to here, and integrals from 0 would cancel
 
@@ -196,6 +197,10 @@ def touching_part(cell: Cell, bound2: float, bound3: float, stack: np.ndarray) -
         y, slope, curvature, _area = profile(cell, middle)
         reach = abs(slope) * half + 0.5 * bound2 * half * half
         if y + reach <= 0.0:
+            continue
+        if reach <= FLAT:
+            area += 2.0 * half * y if y > 0.0 else 0.0
+            length += 2.0 * half if y > 0.0 else 0.0
             continue
         if y - reach >= 0.0:
             area += profile(cell, high)[3] - profile(cell, low)[3]
