@@ -17,7 +17,7 @@ from synth.channels import ChannelPlan, spendable
 from synth.contact.exact import Array
 from synth.contact.levels import Levels, levels_up_to
 from synth.contact.reading import read_displacement, read_rate
-from synth.contact.rows import COARSE, FINEST, Rows
+from synth.contact.rows import COARSE, FINEST, PASSING, Rows
 from synth.contact.spectrum import Demand
 from synth.contact.surfaces import OneRow, RowSource, Surfaces
 from synth.contact.tables import CUBIC, QUINTIC, fitted_table, kept_harmonics
@@ -87,7 +87,9 @@ class MovingReader:
     @property
     def _finest(self) -> float:
         """The closest rows to begin with: a hand that waits has the finest, `cover` gives them to a recorded load."""
-        return FINEST if self.wait and self.solved.by_hand else COARSE
+        if not self.wait:
+            return COARSE
+        return FINEST if self.solved.by_hand else PASSING
 
     def _density(self, degree: int) -> float:
         """Return cells a harmonic that the tolerance needs, at the scan's own speed.

@@ -4,7 +4,7 @@ Model   Between two rows z is the cubic in w through both series and their slope
         exact series, against which the cubic is measured there; the halves are halved again until what their error
         falls to, as it fell with the last halving, is within the tolerance, or they are as narrow as rows may lie.
         Intervals begin as octaves of load above `base`, with one interval from the envelope at no load up to it. All
-        octaves between the lightest and the heaviest load so far are halved coarsely, the loads asked for finely.
+        octaves between the lightest and the heaviest load so far are halved to PASSING, the loads asked for finely.
 Source  design, sections 1 and 8; Fagiani & Barbieri (2016), eqs 1, 4, 5.
 Limits  where a patch is born the response is singular in the load, and no spacing of rows reaches a tight tolerance in
         acceleration: the rows stop at the finest interval asked for, and `errors` tells what is left. It is measured
@@ -30,7 +30,8 @@ LARGEST_LOAD = 1e3  # N, the end of the scene's range
 ROW_WORK = 1 << 27  # phases times cells of one row: about 1 s; the default scene takes a hundredth of it
 # the same of all rows, about 25 s: beyond it intervals are not halved any more, and the error says so
 ALL_WORK = 1 << 32
-COARSE = 1.0 / 16.0  # of an octave: rows of octaves that a motion only passes through
+PASSING = 1.0 / 8.0  # of an octave: rows of loads that a motion only passes through
+COARSE = 1.0 / 16.0  # of an octave: rows for a hand that cannot wait
 FINEST = 1.0 / 1024.0  # of an octave: the closest rows there are
 SAFETY = 2.0  # an interval errs by this much more at most than if its error fell as it did with the halving before
 
@@ -113,8 +114,8 @@ class Rows:
         return 0 if load < self.base else 1 + math.floor(math.log2(load / self.base) + 1e-12)
 
     def cover(self, low: float, high: float, finest: float, stop: Callable[[], bool] = lambda: False) -> None:
-        """Solve the loads from `low` to `high` (N), and coarsely the octaves that hold them and those between them and
-        what is there.
+        """Solve the loads from `low` to `high` (N), and for passing through the octaves that hold them and those
+        between them and what is there.
 
         finest: the smallest interval, as a fraction of an octave. stop: asked between octaves, and between the
         intervals that are refined.
@@ -128,7 +129,9 @@ class Rows:
                     return
                 if number not in self._octaves:
                     unseen = (math.inf,) * len(self.demand.orders)
-                    self._octaves[number] = self._halved(Interval(*self.bounds(number), unseen, unseen), number, COARSE)
+                    self._octaves[number] = self._halved(
+                        Interval(*self.bounds(number), unseen, unseen), number, PASSING
+                    )
                     self._publish()
             if finest < COARSE:
                 known = self._fine if math.isfinite(self._fine[1]) else (low, high)
