@@ -82,7 +82,7 @@ class Voice:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What a user should know before listening."""
-        return self.solved.warnings
+        return self.plan.warnings
 
     @property
     def plan(self) -> Plan:
