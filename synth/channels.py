@@ -1,9 +1,9 @@
 """The channels of a scene: full scale, table and error of each quantity at the scan's own speed and load.
 
-Stage   2, the part of `preparation` that makes a series into what is heard.
+Stage   2, the part of `preparation` that makes a series into what is heard; `choice` says how it is read.
 Model   quantity = sum over n of (2 pi i n u / lambda2)^k Z_n exp(2 pi i n theta), times the lift gate; full_scale,
         where it is left to us, makes the steady peak 0.8. The error adds what was measured of the series, of the
-        harmonics cut off and of the table's polynomials, and the rounding to float32.
+        harmonics cut off and of the reader, and the rounding to float32.
 Source  design, section 4.
 Limits  below 1 nm of motion an automatic full scale gives silence: it would only amplify rounding.
 """
@@ -15,15 +15,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from synth.choice import cheapest_reader
 from synth.contact.evaluation import gate
-from synth.contact.exact import Array
 from synth.contact.spectrum import Complex, Spectrum, curves, error_floor, points_for
-from synth.contact.tables import CUBIC, FEWEST_CELLS, dropped_tail, fitted_table, kept_harmonics
+from synth.contact.steady import SteadyReader, SteadyTable
+from synth.contact.tables import CUBIC, FEWEST_CELLS, dropped_tail, kept_harmonics
 from synth.scene import Channel, Scene
 
 ORDERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
 UNITS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
-TABLE_SHARE = 0.15  # of the tolerance, for the polynomials
+TABLE_SHARE = 0.15  # of the tolerance, for the polynomials of a table
 ROUNDING = 6e-8  # of the peak: float32
 PEAK = 0.8  # of full scale: the steady peak when full_scale is left to us
 SMALLEST_MOTION = 1e-9  # m: below it an automatic gain gives silence, not noise
@@ -35,8 +36,8 @@ class ChannelPlan:
     """One channel.
 
     quantity, order: its name and how many times it is a time derivative of z. full_scale, extent: SI value of 1.0, and
-    peak-to-peak at the scan's speed and load. error: largest error relative to that peak-to-peak. table: coefficients
-    of the steady table, in units of the full scale; None for a moving scan.
+    peak-to-peak at the scan's speed and load. error: largest error relative to that peak-to-peak. reader: of the steady
+    scan, in SI units; None for a moving scan.
     """
 
     quantity: str
@@ -44,7 +45,7 @@ class ChannelPlan:
     full_scale: float
     error: float
     extent: float
-    table: Array | None
+    reader: SteadyReader | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,15 +90,16 @@ class Steady:
         full_scale = channel.full_scale or (peak / PEAK if peak > STILL else 1.0)
         seen = self.spectrum.errors[self.orders.index(order)] if order in self.orders else 0.0
         if not extent > 0.0:
-            return ChannelPlan(channel.quantity, order, full_scale, 0.0, 0.0, np.zeros((FEWEST_CELLS, CUBIC + 1)))
+            nothing = SteadyTable(np.zeros((FEWEST_CELLS, CUBIC + 1)))
+            return ChannelPlan(channel.quantity, order, full_scale, 0.0, 0.0, nothing)
         if self.moving:
             error = seen + TABLE_SHARE * self.tolerance + ROUNDING
             return ChannelPlan(channel.quantity, order, full_scale, error, extent, None)
         budget = spendable(self.tolerance)
         kept = kept_harmonics(series, (0,), budget)
-        fitted = fitted_table(series[: kept + 1], CUBIC, (0,), TABLE_SHARE * budget)
-        error = seen + dropped_tail(series, kept) / extent + fitted.errors[0] + ROUNDING
-        return ChannelPlan(channel.quantity, order, full_scale, error, extent, fitted.coefficients / full_scale)
+        reading = cheapest_reader(series[: kept + 1], TABLE_SHARE * budget, self.scene.output.sample_rate)
+        error = seen + dropped_tail(series, kept) / extent + reading.error + ROUNDING
+        return ChannelPlan(channel.quantity, order, full_scale, error, extent, reading.reader)
 
     def warning(self, channel: ChannelPlan) -> str:
         """Return what to tell where a channel misses the tolerance by more than round-off, or ""."""

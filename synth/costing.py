@@ -38,6 +38,6 @@ def explain(scene: Scene, *, cache: ResponseCache | None = None) -> Plan:
         setup_seconds=setup,
         ns_per_frame=1e9 * per_frame,
         times_real_time=1.0 / (per_frame * voice.sample_rate),
-        memory_bytes=voice.memory_bytes + solved.memory_bytes,
+        memory_bytes=voice.memory_bytes,
     )
     return replace(voice.plan, cost=cost)

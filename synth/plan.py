@@ -12,6 +12,7 @@ from typing import Any
 
 from synth.channels import UNITS, ChannelPlan
 from synth.contact.rows import Rows
+from synth.contact.steady import SteadyHarmonics
 from synth.preparation import BAND, N_MAX, Preparation
 from synth.scene import scene_document
 
@@ -122,8 +123,8 @@ def _simulated(solved: Preparation) -> tuple[Simulated, ...]:
         reason = "The load flattens the whole contact, so z is one sinusoid in closed form."
     else:
         reason = (
-            f"z is solved at {solved.spectrum.phases} phases of the texture period and kept as "
-            f"{solved.highest} harmonics, so that each output quantity keeps {solved.tolerance:.3g} of "
+            f"z is solved at {solved.spectrum.phases} phases of the texture period ({solved.spectrum.solver}) and kept "
+            f"as {solved.highest} harmonics, so that each output quantity keeps {solved.tolerance:.3g} of "
             "its peak-to-peak."
         )
     parts = [Simulated("contact response", reason)]
@@ -149,14 +150,9 @@ def _left_out(solved: Preparation) -> tuple[LeftOut, ...]:
 
 def _response(solved: Preparation) -> dict[str, Any]:
     spectrum = solved.spectrum
-    if spectrum is None:
-        method = "silence"
-    elif spectrum.closed:
-        method = "closed form"
-    else:
-        method = "rows of load" if solved.load_varies else "phase table"
     return {
-        "method": method,
+        "method": _method(solved),
+        "solver": "" if spectrum is None else spectrum.solver,
         "tolerance": solved.tolerance,
         "fundamental_hz": abs(solved.turns),
         "harmonics": solved.highest if spectrum is not None else 0,
@@ -169,7 +165,19 @@ def _response(solved: Preparation) -> dict[str, Any]:
                 "unit": UNITS[channel.quantity],
                 "full_scale": channel.full_scale,
                 "peak_to_peak": channel.extent,
+                "reader": "" if channel.reader is None else channel.reader.name,
             }
             for channel in solved.channels
         ],
     }
+
+
+def _method(solved: Preparation) -> str:
+    if solved.spectrum is None:
+        return "silence"
+    if solved.spectrum.closed:
+        return "closed form"
+    if solved.load_varies:
+        return "rows of load"
+    readers = [channel.reader for channel in solved.channels]
+    return "harmonics" if all(isinstance(reader, SteadyHarmonics) for reader in readers) else "phase table"

@@ -20,6 +20,7 @@ import numpy as np
 
 from synth.cache import ResponseCache
 from synth.channels import ORDERS, TABLE_SHARE, ChannelPlan, Steady, silent_channel, spendable
+from synth.choice import cheapest_spectrum
 from synth.contact.geometry import Geometry
 from synth.contact.spectrum import Contact, Demand, Spectrum, curves, points_for, solve_spectrum
 from synth.contact.stiffness import Stiffness
@@ -70,8 +71,8 @@ class Preparation:
     def memory_bytes(self) -> int:
         """Bytes that the preparation holds."""
         held = 0 if self.spectrum is None else self.spectrum.harmonics.nbytes + self.spectrum.slopes.nbytes
-        held += sum(channel.table.nbytes for channel in self.channels if channel.table is not None)
-        return held + (0 if self.contact is None else self.contact.grid.tables.nbytes) + 1024
+        held += sum(channel.reader.nbytes for channel in self.channels if channel.reader is not None)
+        return held + (0 if self.contact is None else self.contact.grid.nbytes) + 1024
 
     def demand(self) -> Demand:
         """Return what every series of this scene must hold."""
@@ -139,7 +140,7 @@ def _prepared(scene: Scene, cache: ResponseCache, *, by_hand: bool) -> Preparati
         if scene.accuracy.tolerance == "imperceptible":
             tolerance = _imperceptible(_solved(contact, scene, Demand(highest, orders, 1e-2), 0, cache), turns, orders)
         demand = Demand(highest if varies else reach, orders, ALIAS_SHARE * spendable(tolerance))
-        spectrum = _solved(contact, scene, demand, reach, cache)
+        spectrum = _solved(contact, scene, demand, reach, cache) if moving else _cheapest(contact, scene, demand, cache)
     return _with_channels(
         Preparation(scene, contact, spectrum, turns, highest, tolerance, (), silence, (), moving, loads, reach, by_hand)
     )
@@ -167,6 +168,12 @@ def _solved(contact: Contact, scene: Scene, demand: Demand, keep: int, cache: Re
     load = scene.scan.load
     key = ("spectrum", contact.geometry, contact.stiffness, load, demand, keep)
     return cache.get(key, lambda: solve_spectrum(contact, load, demand, keep))
+
+
+def _cheapest(contact: Contact, scene: Scene, demand: Demand, cache: ResponseCache) -> Spectrum:
+    load = scene.scan.load
+    key = ("cheapest spectrum", contact.geometry, contact.stiffness, load, demand)
+    return cache.get(key, lambda: cheapest_spectrum(contact, load, demand, demand.highest))
 
 
 def _imperceptible(spectrum: Spectrum, turns: float, orders: tuple[int, ...]) -> float:

@@ -16,7 +16,6 @@ from dataclasses import replace
 import numpy as np
 
 from synth.cache import ResponseCache
-from synth.contact.reading import read_steady
 from synth.hand import prepare_hand, with_session_scale
 from synth.motion import LOAD, Motion, ScanMotion
 from synth.moving import MovingReader, completed
@@ -55,9 +54,9 @@ class Voice:
         self._reader: MovingReader | None = None
         self._by_hand = False
         self._before = np.full(4, math.nan)
-        self._tables = []
+        self._readers = []
         if solved.spectrum is not None and not solved.moving:
-            self._tables = [channel.table for channel in solved.channels if channel.table is not None]
+            self._readers = [(c.reader, 1.0 / c.full_scale) for c in solved.channels if c.reader is not None]
         elif solved.spectrum is not None:
             self._reader = MovingReader(solved, phase, wait=True)
             self._reader.cover(*self._motion.recorded_loads())
@@ -100,9 +99,8 @@ class Voice:
 
     @property
     def memory_bytes(self) -> int:
-        """Bytes of tables and rows."""
-        tables = sum(table.nbytes for table in self._tables)
-        return tables + (0 if self._reader is None else self._reader.memory_bytes)
+        """Bytes of what was prepared, and of the tables and rows of a moving voice."""
+        return self.solved.memory_bytes + (0 if self._reader is None else self._reader.memory_bytes)
 
     def render(self, frames: int, motion: Motion | None = None) -> Block:
         """Return the next `frames` frames, float32 [frames, channels], value / full_scale.
@@ -127,10 +125,9 @@ class Voice:
             self._hand(out, motion)
         elif self.solved.spectrum is None and not self._by_hand:
             out[:] = 0.0
-        elif self._tables and not self._by_hand:
-            phase, step = np.uint64(self.phase), np.uint64(self._step)
-            for number, table in enumerate(self._tables):
-                read_steady(table, phase, step, 1.0, out, number)
+        elif self._readers and not self._by_hand:
+            for number, (reader, gain) in enumerate(self._readers):
+                reader.read(self.phase, self._step, gain, out, number)
         else:
             assert self._reader is not None
             own = self._motion.at(self.frame, len(out))

@@ -26,7 +26,7 @@ STAGES: tuple[tuple[str, ...], ...] = (
     ("cache", "threshold"),
     ("effects", "effects.*"),
     ("motion",),
-    ("channels", "preparation", "hand"),
+    ("choice", "channels", "preparation", "hand"),
     ("plan", "plan_*"),
     ("output", "output_*"),
     ("moving", "row_solver", "voice", "voice_*"),

@@ -13,6 +13,7 @@ import numpy as np
 
 from synth.contact.kernels import inlined
 
+SMALLEST = 1.2e-38  # the smallest normal float32; what is below leaves as zero, so that no denormal slows a peer
 PLACE = 2.0**-53  # the 53 bits of the phase below the cell, as a fraction of the cell
 
 

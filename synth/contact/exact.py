@@ -45,6 +45,23 @@ class Grid:
     texture: float
     height_scale: float
 
+    name = "exact solver"
+    family = "exact"
+
+    @property
+    def cells(self) -> int:
+        """Cells that a phase is solved on: the work of a phase."""
+        return int(self.tables.shape[1])
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes that the grid holds."""
+        return int(self.tables.nbytes)
+
+    def solve(self, phases: Array, indentation: float | Array) -> Approaches:
+        """Return the approach at each phase; see `solve`."""
+        return solve(self, phases, indentation)
+
     @classmethod
     def of_geometry(cls, geometry: Geometry) -> Grid:
         """Return the grid of `geometry`; at least one surface must have a height."""
@@ -91,29 +108,33 @@ class Approaches:
     iterations: np.ndarray[Any, np.dtype[np.int64]]
 
 
-def solve(grid: Grid, phases: Array, indentation: float, guess: Array | None = None) -> Approaches:
+def solve(grid: Grid, phases: Array, indentation: float | Array, guess: Array | None = None) -> Approaches:
     """Return the approach at each of `phases` (turns of the texture period, theta = p / lambda2).
 
-    indentation: w / k in metres, at least 0. guess: z in metres at each phase, or None to begin from the phases before.
+    indentation: w / k in metres, at least 0; one for all phases, or one a phase. guess: z in metres at each phase, or
+    None to begin from the phases before.
     """
     count = len(phases)
     height, touching = np.empty(count), np.empty(count)
     iterations = np.zeros(count, dtype=np.int64)
     begin = np.empty(0) if guess is None else guess / grid.height_scale
-    solve_phases(
-        grid.tables, grid.k1, grid.k2, phases, indentation / grid.height_scale, begin, height, touching, iterations
-    )
+    targets = np.atleast_1d(np.asarray(indentation, dtype=float)) / grid.height_scale
+    solve_phases(grid.tables, grid.k1, grid.k2, phases, targets, begin, height, touching, iterations)
     return Approaches(height * grid.height_scale, touching, iterations)
 
 
 @kernel
-def solve_phases(tables, k1, k2, phases, target, guess, height, touching, iterations):
-    """Write z / (a1 + a2), the touching part of L and the number of iterations at each phase."""
+def solve_phases(tables, k1, k2, phases, targets, guess, height, touching, iterations):
+    """Write z / (a1 + a2), the touching part of L and the number of iterations at each phase.
+
+    targets: w / k / (a1 + a2), of each phase, or one for all.
+    """
     cells = tables.shape[1]
     work = np.empty((5, cells))
     scratch = np.empty((2, 64))
     lowest = 0.0
     for i in range(len(phases)):
+        target = targets[i] if len(targets) > 1 else targets[0]
         turn = phases[i] - math.floor(phases[i])
         mean = fill_cells(tables, k1, k2, math.cos(2.0 * math.pi * turn), math.sin(2.0 * math.pi * turn), work)
         lowest = mean - target

@@ -1,12 +1,12 @@
 """How the compiled loops are compiled: one place for the options of numba.
 
 Model   `kernel` compiles a function without the GIL and keeps the machine code on disk; `inlined` is for the small
-        functions inside the loops. Products and sums may be fused (one rounding fewer); nothing else is reordered, so
-        the same scene gives the same samples on the same machine.
-        numba keeps a kernel until its own file changes; a kernel also holds what it calls in the files beside it, so
-        what is older than the newest of these is forgotten here.
-Limits  only kernels kept beside their source are forgotten so: with NUMBA_CACHE_DIR set, empty it after a change.
-        numba infers the types: these functions carry none, and mypy does not look into them.
+        functions inside the loops. Products and sums may be fused (one rounding fewer); nothing else is reordered but
+        in `summing`, so the same scene gives the same samples on the same machine. numba keeps a kernel until its own
+        file changes; a kernel also holds what it calls in the files beside it, so what is older than the newest of
+        these is forgotten here.
+Limits  only kernels kept beside their source are forgotten so: with NUMBA_CACHE_DIR set, empty it after a change. numba
+        infers the types: these functions carry none, and mypy does not look into them.
 """
 
 from __future__ import annotations
@@ -39,6 +39,14 @@ forget_stale_kernels(Path(__file__).parent)
 def kernel(function: Function) -> Function:
     """Return `function` compiled, GIL-free and kept on disk."""
     compiled: Function = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})(function)
+    return compiled
+
+
+def summing(function: Function) -> Function:
+    """Return `function` compiled as `kernel` does, with sums in whatever order is fastest: for loops that only add."""
+    compiled: Function = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})(
+        function
+    )
     return compiled
 
 

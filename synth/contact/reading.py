@@ -1,4 +1,4 @@
-"""Reading the tables at audio rate: the compiled inner loops of a voice.
+"""Reading the tables of a moving voice at audio rate: its compiled inner loops.
 
 Model   The phase theta is a 64-bit fraction of a turn; its high bits name the cell, the rest the place in it.
         displacement G = g(w) R(theta, w); velocity dG/dt = G_theta theta' + G_w w'; acceleration
@@ -14,37 +14,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from synth.contact.evaluation import PLACE, cubic_surface, gate, place, smooth_step, surface_rates
+from synth.contact.evaluation import SMALLEST, cubic_surface, gate, place, smooth_step, surface_rates
 from synth.contact.exact import Array
 from synth.contact.kernels import inlined, kernel
 
 TURN = 2.0**64
 HALF_TURN = 2.0**63
-SMALLEST = 1.2e-38  # the smallest normal float32; what is below leaves as zero, so that no denormal slows a peer
 
 # entries of `layout`; then fade_from and fade_to of each level, then the edges of the intervals of load
 RATE, PERIOD, LIFT, GAIN, HOLD, CONSTANTS = 0, 1, 2, 3, 4, 5
 # rows of `motion`
 SPEED, SPEED_RATE, LOAD, LOAD_RATE, LOAD_BEND = 0, 1, 2, 3, 4
-
-
-@kernel
-def read_steady(table, phase, step, gain, out, channel):
-    """Write gain * table at the phases phase + i step (uint64 fractions of a turn) to out[:, channel].
-
-    table: float64 [cells, 4], cells a power of two.
-    """
-    cells = table.shape[0]
-    bits = np.uint64(0)
-    while (1 << np.int64(bits)) < cells:
-        bits += np.uint64(1)
-    shift = np.uint64(64) - bits
-    for i in range(out.shape[0]):
-        j = np.int64(phase >> shift)
-        t = np.float64(np.int64((phase << bits) >> np.uint64(11))) * PLACE
-        value = gain * (table[j, 0] + t * (table[j, 1] + t * (table[j, 2] + t * table[j, 3])))
-        out[i, channel] = value if abs(value) >= SMALLEST else 0.0
-        phase += step
 
 
 @kernel

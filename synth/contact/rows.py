@@ -162,7 +162,7 @@ class Rows:
     def _solved(self, load: float) -> Spectrum:
         at = max(load, NO_LOAD * self.base)
         row = solve_spectrum(self.contact, at, self.demand, self.keep, self._start, ROW_WORK)
-        self._work += max(row.phases, 1) * self.contact.grid.tables.shape[1]
+        self._work += max(row.phases, 1) * self.contact.grid.cells
         return row
 
     @property

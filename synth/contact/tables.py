@@ -1,9 +1,9 @@
 """Tables that are read at audio rate: piecewise polynomials over the phase, and over the load where it varies.
 
 Model   A period is cut into equal cells, a power of two of them. In each cell the series is replaced by the polynomial
-        that
-        shares its value and derivatives at both ends: of third degree (value, slope), or of fifth (and curvature), for
-        the quantities that need derivatives. Over the load it is the cubic through two rows and their slopes dz/dw.
+        that shares its value and derivatives at both ends: of first degree (value), of third (and slope), or of fifth
+        (and curvature), for the quantities that need derivatives. Over the load it is the cubic through two rows and
+        their slopes dz/dw.
 Source  Hermite interpolation; the derivatives are exact, from the series.
 Limits  cells are doubled until the polynomials keep the share of the tolerance that is theirs, measured at the
         quarters of every cell against the series.
@@ -18,7 +18,7 @@ import numpy as np
 from synth.contact.exact import Array
 from synth.contact.spectrum import Complex, curves
 
-CUBIC, QUINTIC = 3, 5
+LINEAR, CUBIC, QUINTIC = 1, 3, 5
 MOST_CELLS = 1 << 18
 FEWEST_CELLS = 16
 TAIL_SHARE = 0.12  # of the tolerance: what the harmonics dropped from the end of a series may add up to
@@ -58,11 +58,15 @@ def polynomials(harmonics: Complex, degree: int, cells: int) -> Array:
     cell.
     """
     stride = max(1, (2 << (len(harmonics) - 1).bit_length()) // cells)
-    sampled = derivatives(harmonics, 3 if degree == QUINTIC else 2, stride * cells)[:, ::stride]
-    value, slope = sampled[0], sampled[1] / cells
+    sampled = derivatives(harmonics, 1 + degree // 2, stride * cells)[:, ::stride]
+    value = sampled[0]
     table = np.empty((cells, degree + 1))
-    next_value, next_slope = following(value), following(slope)
-    rise = next_value - value
+    rise = following(value) - value
+    if degree == LINEAR:
+        table[:, 0], table[:, 1] = value, rise
+        return table
+    slope = sampled[1] / cells
+    next_slope = following(slope)
     table[:, 0], table[:, 1] = value, slope
     if degree == CUBIC:
         table[:, 2] = 3.0 * rise - 2.0 * slope - next_slope

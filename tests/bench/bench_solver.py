@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from synth.contact.exact import solve
 from synth.contact.geometry import Geometry
 from synth.contact.spectrum import Contact
 from synth.contact.stiffness import Stiffness
@@ -25,7 +24,7 @@ def figures(quick: bool) -> list[Figure]:
     indentation = contact.stiffness.indentation(scene.scan.load)
     phases = np.arange(PHASES) / PHASES
     repeats = 3 if quick else 25
-    exact = repeated(lambda: solve(contact.grid, phases, indentation), repeats)
+    exact = repeated(lambda: contact.grid.solve(phases, indentation), repeats)
     how = f"{PHASES} phases of a period, median of {repeats}"
     lines = [figure("exact solver, default scene", exact, "us/phase", 5.0, how, scale=1e6 / PHASES)]
     for points in BASELINES[:1] if quick else BASELINES:

@@ -10,8 +10,8 @@ import pytest
 
 from synth.contact.evaluation import gate
 from synth.contact.levels import Levels, levels_up_to
-from synth.contact.reading import read_displacement, read_rate, read_steady, turns_to_phase
-from synth.contact.tables import CUBIC, QUINTIC, polynomials, surface
+from synth.contact.reading import read_displacement, read_rate, turns_to_phase
+from synth.contact.tables import CUBIC, QUINTIC, surface
 from tests.reference import slow_reading
 from tests.synth.engine_cases import Real
 
@@ -146,22 +146,6 @@ def test_blocks_do_not_matter(order: int) -> None:
         part, phase = tables.compiled(np.ascontiguousarray(motion[:, a:b]), NOWHERE, order, phase)
         parts.append(part)
     assert np.array_equal(np.concatenate(parts), whole)
-
-
-def test_the_steady_loop_equals_its_twin() -> None:
-    table = polynomials(series(9, 1), CUBIC, 64)
-    phase, step = 0xFEDCBA9876543210, 0x0123456789ABCDEF
-    out = np.zeros((3000, 1), dtype=np.float32)
-    read_steady(table, np.uint64(phase), np.uint64(step), 0.5, out, 0)
-    wanted = 0.5 * slow_reading.steady(table, phase, step, 3000)
-    assert np.max(np.abs(out[:, 0] - wanted)) <= 1e-7 * np.max(np.abs(wanted))
-
-
-def test_what_would_be_denormal_leaves_as_zero() -> None:
-    table = np.array([[1e-39, 0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]])
-    out = np.ones((2, 1), dtype=np.float32)
-    read_steady(table, np.uint64(0), np.uint64(1 << 63), 1.0, out, 0)
-    assert out[:, 0].tolist() == [0.0, 1.0]
 
 
 def test_turns_become_phases_exactly() -> None:

@@ -1,0 +1,37 @@
+"""What every solver of eq. 1 offers, so that each can stand for another: the approach at given phases and loads.
+
+The implementations are `exact` (to round-off), `sampled` (a polygon, where the tolerance is loose) and `baseline` (the
+obvious way, for comparison).
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from synth.contact.exact import Approaches, Array
+
+
+class PhaseSolver(Protocol):
+    """One contact, ready to be solved at any phase."""
+
+    @property
+    def name(self) -> str:
+        """What a report or a plan calls it."""
+
+    @property
+    def family(self) -> str:
+        """Return baseline, sampled or exact."""
+
+    @property
+    def cells(self) -> int:
+        """Pieces of the contact length: the work of a phase."""
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes that it holds."""
+
+    def solve(self, phases: Array, indentation: float | Array) -> Approaches:
+        """Return the approach at each of `phases` (turns of the texture period).
+
+        indentation: w / k in metres, at least 0; one for all phases, or one a phase.
+        """
