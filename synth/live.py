@@ -50,7 +50,7 @@ class LiveVoice:
         self._cache = cache or ResponseCache()
         self._first = scene
         self.scene = scene
-        self._voice = Voice(with_session_scale(prepare(scene, self._cache), self._cache))
+        self._voice = Voice(with_session_scale(prepare(scene, self._cache), self._cache), paced=True)
         self._ahead = round(LOOK_AHEAD * self._voice.sample_rate)
         self._limiter = Limiter(self._voice.channels, self._voice.sample_rate, self._ahead)
         self._silent = 0
@@ -149,7 +149,7 @@ class LiveVoice:
         change = self._waiting
         if self._coming is None and change is not None:
             self._waiting = None
-            self._coming = Voice(change.solved, phase=self._voice.phase)
+            self._coming = Voice(change.solved, phase=self._voice.phase, paced=True)
             self._crossed = 0
             self.scene = change.scene
 

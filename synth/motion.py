@@ -79,10 +79,10 @@ class Motion:
 
 
 class ScanMotion:
-    """The motion of a scene's scan at any frame."""
+    """The motion of a scene's scan at any frame; rate: frames a second, those of the output unless given."""
 
-    def __init__(self, scene: Scene) -> None:
-        self.rate = scene.output.sample_rate
+    def __init__(self, scene: Scene, rate: int | None = None) -> None:
+        self.rate = rate or scene.output.sample_rate
         self.scan = scene.scan
         self._splines = _splines(scene) if scene.scan.trajectory is not None else None
 
@@ -116,6 +116,18 @@ class ScanMotion:
         start, end, _position, load = self._splines
         loads = np.maximum(load(np.linspace(start, end, 1 << 16)), 0.0)
         return float(loads.min()), float(loads.max())
+
+    def fastest(self) -> float:
+        """Return the largest speed (m/s) of the scan, without its direction."""
+        if self._splines is None:
+            return abs(self.scan.speed)
+        start, end, position, _load = self._splines
+        return float(np.max(np.abs(position(np.linspace(start, end, 1 << 16), 1))))
+
+    @property
+    def start(self) -> float:
+        """Time (s) at which the recording begins, 0 for a scan that is none."""
+        return 0.0 if self._splines is None else self._splines[0]
 
     def _within(self, start: float, end: float) -> bool:
         return start <= 0.0 and self.duration <= end

@@ -13,9 +13,11 @@ from typing import Any
 from synth.channels import UNITS, ChannelPlan
 from synth.contact.rows import Rows
 from synth.contact.steady import SteadyHarmonics
+from synth.frame_plan import FramePlan
 from synth.preparation import BAND, N_MAX, Preparation
 from synth.scene import scene_document
 
+FRAME_ERROR = 1e-7  # of solved frames: the filter's, and the rounding to float32
 NEARLY = 1.05  # times the tolerance: less than this is not worth a warning, since the error is itself an estimate
 
 
@@ -80,18 +82,28 @@ class Plan:
         }  # fmt: skip
 
 
-def plan_of(solved: Preparation, rows: Rows | None = None) -> Plan:
-    """Return the plan of what was prepared, without a cost. rows: those of a voice whose load varies."""
+def plan_of(solved: Preparation, rows: Rows | None = None, *, framed: bool = False) -> Plan:
+    """Return the plan of what was prepared, without a cost.
+
+    rows: those of a voice whose load varies. framed: the voice solves its frames, as `solved.frames` says.
+    """
+    frames = solved.frames if framed else None
     errors: dict[str, float] = {}
     for channel in solved.channels:
-        errors[channel.quantity] = max(
-            errors.get(channel.quantity, 0.0), channel.error + _row_error(solved, channel, rows)
-        )
+        error = channel.error + _row_error(solved, channel, rows)
+        if frames is not None:
+            error = frames.errors[solved.demand().orders.index(channel.order)] + FRAME_ERROR
+        errors[channel.quantity] = max(errors.get(channel.quantity, 0.0), error)
+    response = _response(solved)
+    if rows is not None:
+        response["rows"] = len(rows.edges)
+    if frames is not None:
+        response |= {"method": "solved frames", "solutions_a_frame": frames.oversampling}
     return Plan(
         scene=scene_document(solved.scene),
-        simulated=_simulated(solved),
-        left_out=_left_out(solved),
-        response=_response(solved) | ({} if rows is None else {"rows": len(rows.edges)}),
+        simulated=_simulated(solved, frames),
+        left_out=_left_out(solved, frames),
+        response=response,
         estimated_error=errors,
         cost=None,
         warnings=(*solved.warnings, *_row_warnings(solved, rows)),
@@ -116,9 +128,15 @@ def _row_warnings(solved: Preparation, rows: Rows | None) -> tuple[str, ...]:
     )
 
 
-def _simulated(solved: Preparation) -> tuple[Simulated, ...]:
+def _simulated(solved: Preparation, frames: FramePlan | None) -> tuple[Simulated, ...]:
     if solved.spectrum is None:
         return ()
+    if frames is not None:
+        reason = (
+            f"The load varies, and z is solved {frames.oversampling} times a frame: for this recording that is cheaper "
+            f"than rows of load, or holds {solved.tolerance:.3g} where they would not."
+        )
+        return (Simulated("solved frames", reason),)
     if solved.spectrum.closed:
         reason = "The load flattens the whole contact, so z is one sinusoid in closed form."
     else:
@@ -137,9 +155,11 @@ def _simulated(solved: Preparation) -> tuple[Simulated, ...]:
     return tuple(parts)
 
 
-def _left_out(solved: Preparation) -> tuple[LeftOut, ...]:
+def _left_out(solved: Preparation, frames: FramePlan | None) -> tuple[LeftOut, ...]:
     if solved.spectrum is None:
         return (LeftOut("contact response", solved.silence, None),)
+    if frames is not None:
+        return (LeftOut("rows of load", "Every frame is solved by itself.", None),)
     parts = []
     if not solved.load_varies:
         parts.append(LeftOut("rows of load", f"The load stays at {solved.loads[0]:.4g} N.", None))

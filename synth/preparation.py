@@ -24,6 +24,7 @@ from synth.choice import cheapest_spectrum
 from synth.contact.geometry import Geometry
 from synth.contact.spectrum import Contact, Demand, Spectrum, curves, points_for, solve_spectrum
 from synth.contact.stiffness import Stiffness
+from synth.frame_plan import FramePlan, plan_frames
 from synth.motion import LARGEST_LOAD, ScanMotion
 from synth.scene import Scene
 from synth.threshold import imperceptible_tolerance
@@ -45,7 +46,8 @@ class Preparation:
     the scan's speed, signed. highest: harmonics kept at that speed. tolerance: as a number. silence: why nothing
     sounds, or "".
     moving: the scan changes speed or load by itself. loads: smallest and largest load of the scan (N). reach: harmonics
-    that a moving voice keeps at most. by_hand: a hand moves, and `scene` holds its nominal scan.
+    that a moving voice keeps at most. by_hand: a hand moves, and `scene` holds its nominal scan. frames: how a
+    recording is solved at its frames, None where it is read from tables.
     """
 
     scene: Scene
@@ -61,6 +63,7 @@ class Preparation:
     loads: tuple[float, float]
     reach: int
     by_hand: bool = False
+    frames: FramePlan | None = None
 
     @property
     def load_varies(self) -> bool:
@@ -134,15 +137,20 @@ def _prepared(scene: Scene, cache: ResponseCache, *, by_hand: bool) -> Preparati
         reach = min(N_MAX, max((ROWS_REACH if varies else MOVING_REACH) * highest, FEWEST_MOVING))
     orders = orders_of(scene, moving=moving)
     silence = _silence(scene, geometry, highest)
-    contact, spectrum, tolerance = None, None, _number(scene)
+    contact, spectrum, frames, tolerance = None, None, None, _number(scene)
     if not silence:
         contact = Contact.of(geometry, stiffness)
         if scene.accuracy.tolerance == "imperceptible":
             tolerance = _imperceptible(_solved(contact, scene, Demand(highest, orders, 1e-2), 0, cache), turns, orders)
         demand = Demand(highest if varies else reach, orders, ALIAS_SHARE * spendable(tolerance))
         spectrum = _solved(contact, scene, demand, reach, cache) if moving else _cheapest(contact, scene, demand, cache)
+        if varies and not by_hand:
+            scale = min(1.0, band_limit(scene) / (BAND * scene.output.sample_rate))
+            frames = plan_frames(contact, scene, demand, tolerance, scale)
     return _with_channels(
-        Preparation(scene, contact, spectrum, turns, highest, tolerance, (), silence, (), moving, loads, reach, by_hand)
+        Preparation(
+            scene, contact, spectrum, turns, highest, tolerance, (), silence, (), moving, loads, reach, by_hand, frames
+        )
     )
 
 

@@ -16,6 +16,7 @@ from dataclasses import replace
 import numpy as np
 
 from synth.cache import ResponseCache
+from synth.contact.reading import turns_to_phase
 from synth.hand import prepare_hand, with_session_scale
 from synth.motion import LOAD, Motion, ScanMotion
 from synth.moving import MovingReader, completed
@@ -24,6 +25,7 @@ from synth.plan import Plan, plan_of
 from synth.preparation import Preparation, phase_step, prepare
 from synth.row_solver import RowSolver
 from synth.scene import Scene
+from synth.solved_frames import SolvedFrames
 
 BLOCK = 1 << 14  # frames a block of `blocks`: large enough that Python costs nothing, small enough for flat memory
 
@@ -35,11 +37,18 @@ class Voice:
     stands at frame 0, a 64-bit fraction of a turn.
     live: for a hand that does not wait. The rows of load round the scan's own are solved here, the usual range in a
     thread; until they are ready the nearest rows play. Otherwise a block waits for the rows that it needs. A scene that
-    is silent by itself has the full scale 1, or, live, that of a usual hand on it. cache: responses shared with others.
+    is silent by itself has the full scale 1, or, live, that of a usual hand on it. paced: its blocks have deadlines, so
+    that a recording is read from tables, never solved at its frames. cache: responses shared with others.
     """
 
     def __init__(
-        self, solved: Preparation, *, phase: int = 0, live: bool = False, cache: ResponseCache | None = None
+        self,
+        solved: Preparation,
+        *,
+        phase: int = 0,
+        live: bool = False,
+        paced: bool = False,
+        cache: ResponseCache | None = None,
     ) -> None:
         self._cache = cache or ResponseCache()
         self.solved = with_session_scale(solved, self._cache) if live else solved
@@ -55,8 +64,11 @@ class Voice:
         self._by_hand = False
         self._before = np.full(4, math.nan)
         self._readers = []
+        self._frames: SolvedFrames | None = None
         if solved.spectrum is not None and not solved.moving:
             self._readers = [(c.reader, 1.0 / c.full_scale) for c in solved.channels if c.reader is not None]
+        elif solved.spectrum is not None and solved.frames is not None and not (live or paced):
+            self._frames = SolvedFrames(solved, solved.frames)
         elif solved.spectrum is not None:
             self._reader = MovingReader(solved, phase, wait=True)
             self._reader.cover(*self._motion.recorded_loads())
@@ -87,7 +99,7 @@ class Voice:
     def plan(self) -> Plan:
         """The plan that this voice runs, with the error of the rows of load solved so far."""
         if self._reader is None:
-            return plan_of(self.solved)
+            return plan_of(self.solved, framed=self._frames is not None)
         return plan_of(replace(self._reader.solved, scene=self.scene), self._reader.rows)
 
     @property
@@ -95,12 +107,15 @@ class Voice:
         """Where the texture stands at the next frame, a 64-bit fraction of a turn."""
         if self._reader is not None:
             return int(self._reader.phase[0])
+        if self._frames is not None:
+            return int(turns_to_phase(self._motion.at(self.frame, 1).position / self.scene.texture.period)[0])
         return (self._phase + self._step * self.frame) % 2**64
 
     @property
     def memory_bytes(self) -> int:
         """Bytes of what was prepared, and of the tables and rows of a moving voice."""
-        return self.solved.memory_bytes + (0 if self._reader is None else self._reader.memory_bytes)
+        moving = self._frames or self._reader
+        return self.solved.memory_bytes + (0 if moving is None else moving.memory_bytes)
 
     def render(self, frames: int, motion: Motion | None = None) -> Block:
         """Return the next `frames` frames, float32 [frames, channels], value / full_scale.
@@ -128,6 +143,8 @@ class Voice:
         elif self._readers and not self._by_hand:
             for number, (reader, gain) in enumerate(self._readers):
                 reader.read(self.phase, self._step, gain, out, number)
+        elif self._frames is not None and not self._by_hand:
+            self._frames.read(self.frame, out)
         else:
             assert self._reader is not None
             own = self._motion.at(self.frame, len(out))

@@ -144,7 +144,7 @@ def _grown(contact: Contact, load: float, demand: Demand, keep: int, start: int,
         between = (np.arange(phases) + 0.5) / phases
         more_height, more_slope = contact.approach(between, load)
         unseen = _largest_gap(height, more_height)
-        height, slope = _woven(height, more_height), _woven(slope, more_slope)
+        height, slope = woven(height, more_height), woven(slope, more_slope)
         phases *= 2
         errors, good = _errors(height, demand, contact.geometry.height_scale)
         if (good and (start or _probed(contact, load, height, unseen))) or 2 * phases > most:
@@ -164,8 +164,9 @@ def _series(samples: Array, highest: int) -> Complex:
     return series
 
 
-def _woven(even: Array, odd: Array) -> Array:
-    both = np.empty(2 * len(even))
+def woven(even: Array, odd: Array) -> Array:
+    """Return even[0], odd[0], even[1], odd[1], ..."""
+    both = np.empty(len(even) + len(odd))
     both[0::2], both[1::2] = even, odd
     return both
 
