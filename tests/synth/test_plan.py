@@ -12,7 +12,7 @@ from synth.costing import explain
 from synth.plan import plan_of
 from synth.preparation import prepare
 from synth.scene import parse_scene, scene_document
-from synth.voice import open_voice
+from synth.voice import Voice, open_voice
 from tests.synth.engine_cases import QUANTITIES, scene_of
 
 POINTS = [[0, 0, 0.3], [0.1, 6e-3, 0.4], [0.2, 1e-2, 0.25], [0.3, 8e-3, 0.3]]
@@ -70,7 +70,7 @@ def test_each_quantity_has_its_error_and_it_is_below_the_tolerance() -> None:
 
 def test_a_varying_load_tells_the_error_between_its_rows() -> None:
     scene = scene_of(scan={"trajectory": POINTS}, output=FEW)
-    voice = open_voice(scene)
+    voice = Voice(prepare(scene), paced=True)
     assert voice._reader is not None and voice._reader.rows is not None
     assert voice.plan.estimated_error["displacement"] >= voice._reader.rows.errors[0] > 0.0
 
