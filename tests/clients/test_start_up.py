@@ -11,7 +11,19 @@ import pytest
 
 from tests.conftest import RunsRidgewave
 
-HEAVY = ("numpy", "scipy", "numba", "llvmlite", "pydantic", "fastapi", "uvicorn", "rich", "soundfile", "sounddevice")
+HEAVY = (
+    "numpy",
+    "scipy",
+    "numba",
+    "llvmlite",
+    "pydantic",
+    "fastapi",
+    "uvicorn",
+    "rich",
+    "soundfile",
+    "sounddevice",
+    "matplotlib",
+)
 
 LOADED = """
 import json, sys
@@ -31,7 +43,7 @@ def modules_after(repository: Path, *words: str) -> set[str]:
     return set(json.loads(done.stdout.splitlines()[-1]))
 
 
-@pytest.mark.parametrize("words", [("--help",), ("render", "--help"), ("play", "--help"), ("serve", "--help")])
+@pytest.mark.parametrize("words", [("--help",), ("render", "--help"), ("accuracy", "--help"), ("serve", "--help")])
 def test_help_loads_nothing_heavy(repository: Path, words: tuple[str, ...]) -> None:
     loaded = modules_after(repository, *words)
     assert not loaded & {*HEAVY, "synth", "service", "importlib.metadata"}
