@@ -11,20 +11,20 @@ import contextlib
 import json
 import math
 from collections.abc import Callable, Iterator
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from clients.accuracy_series import FAMILIES, Document, Row, in_words, rest_of, series_of
 from clients.outcome import DONE, print_json
-from clients.output_folder import OutputFolder, opened_folder
+from clients.output_folder import opened_folder
 from clients.progress import Progress
 from clients.scene_argument import read_scene
 from clients.tables import print_table
 from synth.accuracy import measure_accuracy
 from synth.errors import CannotRender
 
-DOCUMENT, FIGURES = "accuracy.json", ("accuracy.svg", "accuracy.png")
+DOCUMENT = "accuracy.json"
+FILES = (DOCUMENT, "accuracy.svg", "accuracy.png")
 NO_PLOTS = (
     "cannot draw the figures: matplotlib is not installed. Run: pip install 'ridgewave[plots]', or leave out -o: "
     "--json prints what the figures show."
@@ -40,17 +40,17 @@ COLUMNS = (
 def run(arguments: argparse.Namespace) -> int:
     """Carry out the command; raises AskedWrong, CannotRender, OSError."""
     scene = read_scene(arguments)
-    with _folder(arguments.output) as folder:
+    with _folder(arguments.output) as write:
         with _progress(arguments.progress) as told:
             document = measure_accuracy(scene, quantity=arguments.quantity, progress=told).document()
-        if folder is not None:
-            folder.write(_files(document))
+        if write is not None:
+            write(document)
     if arguments.json:
         print_json(document)
     else:
         print_accuracy(arguments.scene, document)
-        if folder is not None:
-            print(f"Written to {folder.path}: {', '.join((DOCUMENT, *FIGURES))}")
+        if write is not None:
+            print(f"Written to {arguments.output}: {', '.join(FILES)}")
     return DONE
 
 
@@ -116,30 +116,23 @@ def _bytes(count: int) -> str:
     return f"{count / 1000**power:.3g} {('B', 'kB', 'MB', 'GB')[power]}"
 
 
-def _files(document: Document) -> dict[str, bytes]:
-    from clients.accuracy_plot import drawings
-
-    text = json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
-    return {DOCUMENT: text.encode(), **drawings(document)}
-
-
 @contextlib.contextmanager
-def _folder(output: str | None) -> Iterator[OutputFolder | None]:
-    """Yield the folder that -o names, ready to be written; None without -o."""
+def _folder(output: str | None) -> Iterator[Callable[[Document], None] | None]:
+    """Yield what writes the files into the folder that -o names, all of them; None without -o."""
     if output is None:
         yield None
         return
-    if not _is_there("matplotlib"):
-        raise CannotRender(NO_PLOTS)
-    with opened_folder(Path(output), (DOCUMENT, *FIGURES)) as folder:
-        yield folder
-
-
-def _is_there(module: str) -> bool:
     try:
-        return find_spec(module) is not None
-    except ValueError:  # an import that is blocked
-        return False
+        from clients.accuracy_plot import drawings
+    except ImportError as error:
+        raise CannotRender(NO_PLOTS) from error
+    with opened_folder(Path(output), FILES) as folder:
+
+        def write(document: Document) -> None:
+            text = json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+            folder.write({DOCUMENT: text.encode(), **drawings(document)})
+
+        yield write
 
 
 @contextlib.contextmanager

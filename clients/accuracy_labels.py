@@ -23,9 +23,11 @@ REACHES = (4.5, 8.0, 13.0, 20.0, 29.0, 40.0, 54.0, 72.0, 95.0)  # points between
 DIRECTIONS = ((1, 0), (1, 1), (1, -1), (0, 1), (0, -1), (-1, 1), (-1, -1), (-1, 0))
 UP_OR_DOWN, ASIDE = DIRECTIONS[3:5], (DIRECTIONS[0], DIRECTIONS[7])  # for words along a line across, or one up
 WORDS, POINT, LINE, FAR = 1000.0, 60.0, 2.5, 0.5  # costs: of covered words, a point, a bit of line, a point of way
-DROPPED = 55.0  # cost at which a label that need not stay is left out: it would cover a point
+CROSSED = 200.0  # cost of words that a thin line would cross
+DROPPED = 35.0  # cost at which a label that need not stay is left out: it would cover a point
 STEP = 2.0  # points between the bits of a line
 LEADER = 13.0  # points: a label further away gets a thin line to its place
+MARKER = 3.5  # points round a point that words stay off
 ROOM = 1.2  # points round a label that stay free
 
 
@@ -120,7 +122,7 @@ class Placing:
 
     def _price(self, box: Bbox) -> float:
         covered = WORDS * sum(box.overlaps(other) for other in self._taken)
-        return covered + POINT * _within(box.padded(2.5), self._points) + LINE * _within(box, self._lines)
+        return covered + POINT * _within(box.padded(MARKER), self._points) + LINE * _within(box, self._lines)
 
     def _price_of_way(self, centre: Points, box: Bbox) -> float:
         """Return what the thin line from a place to its label crosses."""
@@ -129,7 +131,7 @@ class Placing:
             return 0.0
         steps = way[round(5.0 / STEP) :, np.newaxis]
         met = np.count_nonzero((np.abs(steps - self._lines) < STEP).all(axis=2))
-        return LINE * met + POINT * sum(_within(other, way) > 1 for other in self._taken)
+        return LINE * met + CROSSED * sum(_within(other, way) > 1 for other in self._taken)
 
     def _inside(self, box: Bbox) -> bool:
         room = self._room

@@ -17,6 +17,7 @@ import io
 import json
 import math
 import sys
+import textwrap
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -32,25 +33,24 @@ from matplotlib.transforms import Bbox
 from clients.accuracy_labels import ASIDE, UP_OR_DOWN, Label, Placing
 from clients.accuracy_series import (
     FAMILIES,
-    ROUNDING,
     Document,
     Row,
     Series,
     chosen_row,
     cost_of,
-    felt_error,
     front_of,
     in_words,
+    levels_of,
     number_of,
     scene_in_words,
     series_of,
     size_of,
-    tolerance_of,
 )
 
 SIZE = (6.0, 5.1)  # inches: printed 12 cm wide, the smallest words are 6 points high
 DOTS_PER_INCH = 300
 SMALL, SMALLEST = 8.0, 7.6
+NOTE_LETTERS = 96  # of SMALLEST in a line
 INK, FAINT, FRONT = "#1d2733", "#6b7682", "#c3cad2"
 LOOK: Any = {
     "font.family": "DejaVu Sans",
@@ -115,8 +115,8 @@ def draw(document: Document) -> Figure:
     points = [_place(axes, document, row) for row in document["methods"]]
     placing = Placing(axes, points, [*drawn, *_draw_levels(axes, document)])
     _draw_chosen(axes, document, placing)
-    _name_series(axes, document, placing)
     _name_levels(axes, document, placing)
+    _name_series(axes, document, placing)
     _name_sizes(axes, document, placing)
     _write_words(figure, document)
     return figure
@@ -194,17 +194,6 @@ def _draw_front(axes: Axes, document: Document) -> None:
         )  # fmt: skip
 
 
-def levels_of(document: Document) -> list[tuple[float, str]]:
-    """Return the errors that are drawn as lines across, each with its words."""
-    asked, felt = tolerance_of(document), felt_error(document)
-    levels = [(ROUNDING, "float32 rounding")]
-    if asked is not None:
-        levels.append((asked, f"tolerance {asked:.2g}"))
-    if felt is not None and felt < 1.0:
-        levels.append((felt, "not felt below"))
-    return levels
-
-
 def _draw_levels(axes: Axes, document: Document) -> list[Any]:
     """Draw the level lines and the line of real time; return them, [2, 2] each."""
     for level, _ in levels_of(document):
@@ -242,12 +231,14 @@ def _draw_chosen(axes: Axes, document: Document, placing: Placing) -> None:
 
 def _name_series(axes: Axes, document: Document, placing: Placing) -> None:
     """Write the name of each series beside the end that has most room; the plan's choice has its name already."""
+    named = set()
     for series in series_of(document):
-        if [row["method"] for row in series.rows] == [document["chosen"]]:
+        words, rows = _series_name(series), [row for row in series.rows if row["method"] != document["chosen"]]
+        if not rows or words in named:
             continue
+        named.add(words)
         colour = STYLES.get(series.family, OTHER).colour
-        places = [_place(axes, document, row) for row in series.rows]
-        words = _series_name(series)
+        places = [_place(axes, document, row) for row in rows]
         placing.put(*(Label(words, x, y, colour, SMALL, bold=True, keep=True) for x, y in places))
     front = front_of(document)
     if len(front) > 1:
@@ -276,12 +267,15 @@ def _write_words(figure: Figure, document: Document) -> None:
     figure.text(0.018, 0.965, f"What accuracy costs: {document['quantity']}", color=INK, fontsize=11, weight="bold")
     extent = in_words(document["peak_to_peak"], document["unit"]).replace(" u", " µ").replace("^2", "²")
     figure.text(0.018, 0.928, f"{scene_in_words(document)}; peak-to-peak {extent}", color=INK, fontsize=SMALL)
-    notes = f"Medians of {document['repeats']} timings on one machine; set-up spread over {document['duration']:g} s"
-    notes += f" of sound at {document['sample_rate'] / 1000:g} kHz."
-    notes += f"\nNot felt: the error's harmonics are 6 dB below the detection threshold of {document['threshold']}."
+    notes = [
+        f"Medians of {document['repeats']} timings on one machine; set-up spread over {document['duration']:g} s of "
+        f"sound at {document['sample_rate'] / 1000:g} kHz.",
+        f"Not felt: every harmonic of the error is 6 dB below the threshold ({document['threshold']}).",
+    ]
     if any(not row["max_error"] for row in document["methods"]):
-        notes += "\nArrows on the lower edge: no error, to round-off."
-    figure.text(0.018, 0.018, notes, color=FAINT, fontsize=SMALLEST, linespacing=1.35)
+        notes.append("Arrows on the lower edge: no error, to round-off.")
+    words = "\n".join(line for note in notes for line in textwrap.wrap(note, NOTE_LETTERS))
+    figure.text(0.018, 0.018, words, color=FAINT, fontsize=SMALLEST, linespacing=1.35)
 
 
 if __name__ == "__main__":

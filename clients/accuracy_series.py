@@ -109,6 +109,17 @@ def felt_error(document: Document) -> float | None:
     return min(reached, default=None)
 
 
+def levels_of(document: Document) -> list[tuple[float, str]]:
+    """Return the errors that are worth a line across the figure, each with its words."""
+    asked, felt = tolerance_of(document), felt_error(document)
+    levels = [(ROUNDING, "float32 rounding")]
+    if asked is not None:
+        levels.append((asked, f"tolerance {asked:.2g}"))
+    if felt is not None and felt < 1.0:
+        levels.append((felt, "not felt below"))
+    return levels
+
+
 def in_words(value: float, unit: str) -> str:
     """Return a value of SI `unit` as a person reads it, such as "1.93 um" or "37.9 m/s^2"."""
     for factor, prefix in ((1.0, ""), (1e-3, "m"), (1e-6, "u"), (1e-9, "n"), (1e-12, "p")):
