@@ -7,8 +7,8 @@ Model: across, the time for a second of sound, set-up spread over the scene's du
     front. An error of zero stands as an arrow on the lower edge. Level lines: the tolerance of the scene, the rounding
     to float32 (2^-25 of the peak-to-peak), and the error at which the first of the methods would come within 6 dB of
     the detection threshold (`accuracy_series.felt_error`): what lies below it is not felt.
-Limits: needs the extra `plots`. The same versions draw the same bytes. Words stay words in the SVG, so a viewer without
-    DejaVu Sans shows them in another font.
+Limits: needs the extra `plots`. The same versions draw the same bytes. Words stay words in the SVG: a viewer without
+    DejaVu Sans shows them in Verdana or another font.
 """
 
 from __future__ import annotations
@@ -53,7 +53,8 @@ SMALL, SMALLEST = 8.0, 7.6
 NOTE_LETTERS = 96  # of SMALLEST in a line
 INK, FAINT, FRONT = "#1d2733", "#6b7682", "#c3cad2"
 LOOK: Any = {
-    "font.family": "DejaVu Sans",
+    "font.family": "sans-serif",
+    "font.sans-serif": ["DejaVu Sans", "Verdana"],
     "font.size": 9.0,
     "axes.linewidth": 0.6,
     "axes.edgecolor": INK,

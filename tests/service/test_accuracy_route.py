@@ -29,7 +29,9 @@ def measuring(running: Running, engine: PlainEngine) -> Iterator[list[httpx.Resp
     """Within, a measurement that does not end by itself is under way; what it is answered arrives in the list."""
     engine.slow = True
     answers: list[httpx.Response] = []
-    thread = threading.Thread(target=lambda: answers.append(httpx.post(f"{running.url}/v1/accuracy", json={})))
+    thread = threading.Thread(
+        target=lambda: answers.append(httpx.post(f"{running.url}/v1/accuracy", json={}, timeout=60.0))
+    )
     thread.start()
     until(lambda: "accuracy" in engine.opened)
     yield answers
