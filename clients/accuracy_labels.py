@@ -19,15 +19,20 @@ from matplotlib.transforms import Bbox
 
 Points = npt.NDArray[np.float64]
 
-REACHES = (4.5, 8.0, 13.0, 20.0, 29.0, 40.0, 54.0, 72.0, 95.0)  # points between a label and its place
-DIRECTIONS = ((1, 0), (1, 1), (1, -1), (0, 1), (0, -1), (-1, 1), (-1, -1), (-1, 0))
-UP_OR_DOWN, ASIDE = DIRECTIONS[3:5], (DIRECTIONS[0], DIRECTIONS[7])  # for words along a line across, or one up
-WORDS, POINT, LINE, FAR = 1000.0, 60.0, 2.5, 0.5  # costs: of covered words, a point, a bit of line, a point of way
+REACHES = (4.5, 8.0, 13.0, 20.0, 29.0, 40.0, 54.0, 72.0, 95.0, 125.0)  # points between a label and its place
+Direction = tuple[float, float]
+UP_OR_DOWN: tuple[Direction, ...] = ((0, 1), (0, -1))  # for words along a line across
+ASIDE: tuple[Direction, ...] = ((1, 0), (-1, 0))  # for words along a line up
+CORNERS: tuple[Direction, ...] = ((1, 1), (1, -1), (-1, 1), (-1, -1))
+SLID: tuple[Direction, ...] = ((0.5, 1), (0.5, -1), (-0.5, 1), (-0.5, -1))
+DIRECTIONS = (*ASIDE, *CORNERS, *UP_OR_DOWN, *SLID)
+WORDS, POINT, LINE, FAR = 1000.0, 150.0, 2.5, 0.5  # costs: of covered words, a point, a bit of line, a point of way
 CROSSED = 200.0  # cost of words that a thin line would cross
 DROPPED = 35.0  # cost at which a label that need not stay is left out: it would cover a point
 STEP = 2.0  # points between the bits of a line
+FAINT = 8  # of the bits of a faint line, one counts
 LEADER = 13.0  # points: a label further away gets a thin line to its place
-MARKER = 3.5  # points round a point that words stay off
+MARKER = 4.2  # points round a point that words stay off
 ROOM = 1.2  # points round a label that stay free
 
 
@@ -46,20 +51,26 @@ class Label:
     bold: bool = False
     keep: bool = False
     close: bool = False
-    directions: tuple[tuple[int, int], ...] = DIRECTIONS
+    directions: tuple[Direction, ...] = DIRECTIONS
 
 
 class Placing:
     """Labels of one figure: what is taken, in points of the page."""
 
-    def __init__(self, axes: Axes, points: Sequence[tuple[float, float]], lines: Iterable[Points]) -> None:
-        """Labels keep off `points` (data) and, less so, off `lines` (arrays [n, 2] of data)."""
+    def __init__(
+        self,
+        axes: Axes,
+        points: Sequence[tuple[float, float]],
+        lines: Iterable[Points],
+        faint: Iterable[Points],
+    ) -> None:
+        """Labels keep off `points` (data), less so off `lines` (arrays [n, 2] of data), and least off `faint` ones."""
         assert axes.figure.dpi == 72, "a pixel is a point"
         self._axes = axes
         self._renderer = RendererAgg(10, 10, 72)  # type: ignore[no-untyped-call]
         self._points = self._on_page(np.asarray(points, dtype=np.float64).reshape(-1, 2))
-        bits = [self._on_page(np.asarray(line, dtype=np.float64)) for line in lines if len(line) > 1]
-        self._lines = np.concatenate([np.zeros((0, 2)), *(_dotted(line) for line in bits)])
+        bits = [self._bits(line) for line in lines] + [self._bits(line)[::FAINT] for line in faint]
+        self._lines = np.concatenate([np.zeros((0, 2)), *bits])
         self._taken: list[Bbox] = []
         self._room = axes.get_window_extent(self._renderer)
 
@@ -97,7 +108,15 @@ class Placing:
                 yield label, centre, box, FAR * reach + 0.01 * turn + self._price(box)
 
     def _draw(self, label: Label, centre: Points, box: Bbox, *, leader: bool) -> None:
-        line = {"arrowstyle": "-", "linewidth": 0.5, "color": label.colour, "shrinkA": 0.0, "shrinkB": 2.5}
+        nearest = np.clip(centre, (box.x0, box.y0), (box.x1, box.y1))
+        line = {
+            "arrowstyle": "-",
+            "linewidth": 0.5,
+            "color": label.colour,
+            "shrinkA": 0.0,
+            "shrinkB": 2.5,
+            "relpos": ((nearest[0] - box.x0) / box.width, (nearest[1] - box.y0) / box.height),
+        }
         self._axes.annotate(
             label.text,
             (label.x, label.y),
@@ -137,14 +156,17 @@ class Placing:
         room = self._room
         return bool(box.x0 > room.x0 and box.x1 < room.x1 and box.y0 > room.y0 and box.y1 < room.y1)
 
+    def _bits(self, line: Points) -> Points:
+        return _dotted(self._on_page(np.asarray(line, dtype=np.float64)))
+
     def _on_page(self, data: Points) -> Points:
         return np.asarray(self._axes.transData.transform(data), dtype=np.float64)
 
 
-def _beside(centre: Points, direction: tuple[int, int], reach: float, width: float, height: float) -> Bbox:
+def _beside(centre: Points, direction: Direction, reach: float, width: float, height: float) -> Bbox:
     """Return the box of that size whose side or corner toward `centre` is `reach` away from it."""
     x = centre[0] + direction[0] * (reach + 0.5 * width)
-    y = centre[1] + direction[1] * (0.7 * reach + 0.5 * height)
+    y = centre[1] + direction[1] * (reach + 0.5 * height)
     return Bbox.from_bounds(x - 0.5 * width, y - 0.5 * height, width, height)
 
 

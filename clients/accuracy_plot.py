@@ -38,6 +38,7 @@ from clients.accuracy_series import (
     Series,
     chosen_row,
     cost_of,
+    felt_error,
     front_of,
     in_words,
     levels_of,
@@ -114,10 +115,11 @@ def draw(document: Document) -> Figure:
     drawn = [_draw_series(axes, document, series) for series in series_of(document)]
     _draw_front(axes, document)
     points = [_place(axes, document, row) for row in document["methods"]]
-    placing = Placing(axes, points, [*drawn, *_draw_levels(axes, document)])
-    _draw_chosen(axes, document, placing)
+    placing = Placing(axes, points, drawn, _draw_levels(axes, document))
+    _ring_chosen(axes, document, placing)
     _name_levels(axes, document, placing)
-    _name_series(axes, document, placing)
+    for labels in sorted((_chosen_labels(axes, document), *_series_labels(axes, document)), key=len):
+        placing.put(*labels)
     _name_sizes(axes, document, placing)
     _write_words(figure, document)
     return figure
@@ -217,8 +219,8 @@ def _name_levels(axes: Axes, document: Document, placing: Placing) -> None:
         )
 
 
-def _draw_chosen(axes: Axes, document: Document, placing: Placing) -> None:
-    """Ring and name what the plan takes."""
+def _ring_chosen(axes: Axes, document: Document, placing: Placing) -> None:
+    """Ring what the plan takes."""
     row = chosen_row(document)
     if row is None:
         return
@@ -226,25 +228,33 @@ def _draw_chosen(axes: Axes, document: Document, placing: Placing) -> None:
     axes.plot([x], [y], "o", markersize=11.0, markerfacecolor="none", color=INK, markeredgewidth=1.3, zorder=5)
     centre = axes.transData.transform((x, y))
     placing.take(Bbox.from_bounds(centre[0] - 6.0, centre[1] - 6.0, 12.0, 12.0))
-    words = document["chosen"].replace(", ", ",\n", 1)
-    placing.put(Label(f"the plan's choice: {words}", x, y, INK, SMALL, bold=True, keep=True))
 
 
-def _name_series(axes: Axes, document: Document, placing: Placing) -> None:
-    """Write the name of each series beside the end that has most room; the plan's choice has its name already."""
-    named = set()
+def _chosen_labels(axes: Axes, document: Document) -> list[Label]:
+    """Return the ways to write beside its ring what the plan takes."""
+    row = chosen_row(document)
+    if row is None:
+        return []
+    x, y = _place(axes, document, row)
+    name = document["chosen"].replace(", ", ",\n", 1)
+    ways = (f"the plan's choice: {name}", f"the plan's choice:\n{name}")
+    return [Label(words, x, y, INK, SMALL, bold=True, keep=True) for words in ways]
+
+
+def _series_labels(axes: Axes, document: Document) -> list[list[Label]]:
+    """Return, for each series and for the front, its name beside each of its points; one of each is to be placed.
+
+    The plan's choice has its name already.
+    """
+    labels: dict[str, list[Label]] = {}
     for series in series_of(document):
-        words, rows = _series_name(series), [row for row in series.rows if row["method"] != document["chosen"]]
-        if not rows or words in named:
-            continue
-        named.add(words)
-        colour = STYLES.get(series.family, OTHER).colour
-        places = [_place(axes, document, row) for row in rows]
-        placing.put(*(Label(words, x, y, colour, SMALL, bold=True, keep=True) for x, y in places))
-    front = front_of(document)
-    if len(front) > 1:
-        places = [_place(axes, document, row) for row in front]
-        placing.put(*(Label("Pareto front", x, y, FAINT, SMALL) for x, y in places))
+        words, colour = _series_name(series), STYLES.get(series.family, OTHER).colour
+        places = [_place(axes, document, row) for row in series.rows if row["method"] != document["chosen"]]
+        labels.setdefault(words, [Label(words, x, y, colour, SMALL, bold=True, keep=True) for x, y in places])
+    places = [_place(axes, document, row) for row in front_of(document)]
+    if len(places) > 1:
+        labels["front"] = [Label("Pareto front", x, y, FAINT, SMALL) for x, y in places]
+    return list(labels.values())
 
 
 def _name_sizes(axes: Axes, document: Document, placing: Placing) -> None:
@@ -270,9 +280,12 @@ def _write_words(figure: Figure, document: Document) -> None:
     figure.text(0.018, 0.928, f"{scene_in_words(document)}; peak-to-peak {extent}", color=INK, fontsize=SMALL)
     notes = [
         f"Medians of {document['repeats']} timings on one machine; set-up spread over {document['duration']:g} s of "
-        f"sound at {document['sample_rate'] / 1000:g} kHz.",
-        f"Not felt: every harmonic of the error is 6 dB below the threshold ({document['threshold']}).",
+        f"sound at {document['sample_rate'] / 1000:g} kHz."
     ]
+    felt = felt_error(document)
+    if felt is not None:
+        what = "every harmonic of the error is" if felt < 1.0 else "even an error as large as the motion would stay"
+        notes.append(f"Not felt: {what} 6 dB below the threshold ({document['threshold']}).")
     if any(not row["max_error"] for row in document["methods"]):
         notes.append("Arrows on the lower edge: no error, to round-off.")
     words = "\n".join(line for note in notes for line in textwrap.wrap(note, NOTE_LETTERS))

@@ -138,6 +138,14 @@ def test_the_title_names_scene_and_quantity(figure: Figure) -> None:
     assert "Medians of 7 timings" in shown and "Nobody (1900)" in shown
 
 
+def test_where_no_error_could_be_felt_it_says_so_without_a_line() -> None:
+    made = document()
+    made["methods"] = [row | {"threshold_margin_db": 400.0} for row in made["methods"]]
+    with matplotlib.rc_context(LOOK):
+        shown = words(draw(made))
+    assert "even an error as large as the motion" in shown and "not felt below" not in shown
+
+
 def test_no_words_lie_on_others(figure: Figure) -> None:
     canvas = FigureCanvasAgg(figure)
     canvas.draw()  # type: ignore[no-untyped-call]
