@@ -17,8 +17,6 @@ import io
 import json
 import math
 import sys
-import textwrap
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -30,64 +28,23 @@ from matplotlib.markers import CARETDOWNBASE
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from matplotlib.transforms import Bbox
 
-from clients.accuracy_labels import ASIDE, UP_OR_DOWN, Label, Placing
+from clients.accuracy_labels import Placing
+from clients.accuracy_look import FAINT, FRONT, INK, LOOK, place_of, style_of
 from clients.accuracy_series import (
-    FAMILIES,
     Document,
-    Row,
     Series,
     chosen_row,
     cost_of,
-    felt_error,
     front_of,
     in_words,
     levels_of,
-    number_of,
-    scene_in_words,
+    name_of,
     series_of,
-    size_of,
 )
+from clients.accuracy_words import write_names, write_title_and_notes
 
 SIZE = (6.0, 5.1)  # inches: printed 12 cm wide, the smallest words are 6 points high
 DOTS_PER_INCH = 300
-SMALL, SMALLEST = 8.0, 7.6
-NOTE_LETTERS = 96  # of SMALLEST in a line
-INK, FAINT, FRONT = "#1d2733", "#6b7682", "#c3cad2"
-LOOK: Any = {
-    "font.family": "sans-serif",
-    "font.sans-serif": ["DejaVu Sans", "Verdana"],
-    "font.size": 9.0,
-    "axes.linewidth": 0.6,
-    "axes.edgecolor": INK,
-    "xtick.major.width": 0.6,
-    "ytick.major.width": 0.6,
-    "xtick.minor.visible": False,
-    "ytick.minor.visible": False,
-    "svg.fonttype": "none",
-    "svg.hashsalt": "ridgewave",
-    "figure.facecolor": "white",
-    "figure.dpi": 72,
-}
-
-
-@dataclass(frozen=True, slots=True)
-class Style:
-    """How a family is drawn; colours after Okabe & Ito, told apart in grey by their markers."""
-
-    colour: str
-    marker: str
-    size: float = 4.2
-
-
-STYLES = {
-    "baseline": Style("#b8480a", "s", 3.9),
-    "sampled": Style("#d18f00", "D", 3.7),
-    "exact": Style("#0072b2", "o", 4.4),
-    "table": Style("#00785a", "^", 4.6),
-    "harmonics": Style("#b35a8f", "v", 4.6),
-    "closed": Style("#111111", "*", 8.0),
-}
-OTHER = Style("#555555", "X")
 
 
 def main(folder: Path) -> None:
@@ -114,14 +71,11 @@ def draw(document: Document) -> Figure:
     _frame(axes, document)
     drawn = [_draw_series(axes, document, series) for series in series_of(document)]
     _draw_front(axes, document)
-    points = [_place(axes, document, row) for row in document["methods"]]
+    points = [place_of(axes, document, row) for row in document["methods"]]
     placing = Placing(axes, points, drawn, _draw_levels(axes, document))
     _ring_chosen(axes, document, placing)
-    _name_levels(axes, document, placing)
-    for labels in sorted((_chosen_labels(axes, document), *_series_labels(axes, document)), key=len):
-        placing.put(*labels)
-    _name_sizes(axes, document, placing)
-    _write_words(figure, document)
+    write_names(axes, document, placing)
+    write_title_and_notes(figure, document)
     return figure
 
 
@@ -159,15 +113,10 @@ def _decade(value: float, rounding: Any) -> float:
     return float(10.0 ** rounding(math.log10(value)))
 
 
-def _place(axes: Axes, document: Document, row: Row) -> tuple[float, float]:
-    """Return where a method stands; one without error a little above the lower edge."""
-    return cost_of(document, row), row["max_error"] or 1.5 * axes.get_ylim()[0]
-
-
 def _draw_series(axes: Axes, document: Document, series: Series) -> Any:
     """Draw a series and return its line, [n, 2]."""
-    style, hollow = STYLES.get(series.family, OTHER), "linear" in series.kind
-    places = np.array([_place(axes, document, row) for row in series.rows])
+    style, hollow = style_of(series.family), "linear" in series.kind
+    places = np.array([place_of(axes, document, row) for row in series.rows])
     seen = np.array([row["max_error"] > 0.0 for row in series.rows])
     look: Any = {
         "color": style.colour,
@@ -179,7 +128,7 @@ def _draw_series(axes: Axes, document: Document, series: Series) -> Any:
         "linestyle": (0, (3, 1.6)) if hollow else "-",
         "zorder": 3,
     }
-    axes.plot(places[seen, 0], places[seen, 1], label=_series_name(series), **look)
+    axes.plot(places[seen, 0], places[seen, 1], label=name_of(series), **look)
     if not seen.all():
         arrow = look | {"marker": CARETDOWNBASE, "markersize": 7.0, "linestyle": "none", "clip_on": False}
         axes.plot(places[~seen, 0], np.full((~seen).sum(), axes.get_ylim()[0]), **arrow, label="_zero")
@@ -188,7 +137,7 @@ def _draw_series(axes: Axes, document: Document, series: Series) -> Any:
 
 def _draw_front(axes: Axes, document: Document) -> None:
     """Draw the staircase under which nothing measured lies."""
-    places = [_place(axes, document, row) for row in front_of(document)]
+    places = [place_of(axes, document, row) for row in front_of(document)]
     if places:
         xs, ys = [x for x, _ in places], [y for _, y in places]
         axes.plot(
@@ -206,90 +155,15 @@ def _draw_levels(axes: Axes, document: Document) -> list[Any]:
     return [*([(x, level) for x in across] for level, _ in levels_of(document)), [(1.0, y) for y in up]]
 
 
-def _name_levels(axes: Axes, document: Document, placing: Placing) -> None:
-    """Write along each level line, and along that of real time, what it is."""
-    heights = np.geomspace(*axes.get_ylim(), 31)
-    placing.put(
-        *(Label("real time", 1.0, y, FAINT, SMALLEST, keep=True, close=True, directions=ASIDE) for y in heights)
-    )
-    for level, words in levels_of(document):
-        places = np.geomspace(*axes.get_xlim(), 31)[::-1]
-        placing.put(
-            *(Label(words, x, level, FAINT, SMALLEST, keep=True, close=True, directions=UP_OR_DOWN) for x in places)
-        )
-
-
 def _ring_chosen(axes: Axes, document: Document, placing: Placing) -> None:
     """Ring what the plan takes."""
     row = chosen_row(document)
     if row is None:
         return
-    x, y = _place(axes, document, row)
+    x, y = place_of(axes, document, row)
     axes.plot([x], [y], "o", markersize=11.0, markerfacecolor="none", color=INK, markeredgewidth=1.3, zorder=5)
     centre = axes.transData.transform((x, y))
     placing.take(Bbox.from_bounds(centre[0] - 6.0, centre[1] - 6.0, 12.0, 12.0))
-
-
-def _chosen_labels(axes: Axes, document: Document) -> list[Label]:
-    """Return the ways to write beside its ring what the plan takes."""
-    row = chosen_row(document)
-    if row is None:
-        return []
-    x, y = _place(axes, document, row)
-    name = document["chosen"].replace(", ", ",\n", 1)
-    ways = (f"the plan's choice: {name}", f"the plan's choice:\n{name}")
-    return [Label(words, x, y, INK, SMALL, bold=True, keep=True) for words in ways]
-
-
-def _series_labels(axes: Axes, document: Document) -> list[list[Label]]:
-    """Return, for each series and for the front, its name beside each of its points; one of each is to be placed.
-
-    The plan's choice has its name already.
-    """
-    labels: dict[str, list[Label]] = {}
-    for series in series_of(document):
-        words, colour = _series_name(series), STYLES.get(series.family, OTHER).colour
-        places = [_place(axes, document, row) for row in series.rows if row["method"] != document["chosen"]]
-        labels.setdefault(words, [Label(words, x, y, colour, SMALL, bold=True, keep=True) for x, y in places])
-    places = [_place(axes, document, row) for row in front_of(document)]
-    if len(places) > 1:
-        labels["front"] = [Label("Pareto front", x, y, FAINT, SMALL) for x, y in places]
-    return list(labels.values())
-
-
-def _name_sizes(axes: Axes, document: Document, placing: Placing) -> None:
-    """Write sizes beside the ends of each series, and beside its middle where there is room."""
-    for series in series_of(document):
-        last = len(series.rows) - 1
-        colour = STYLES.get(series.family, OTHER).colour
-        for place in sorted({0, last, last // 2} if last > 3 else {0, last} if last else set()):
-            row = series.rows[place]
-            words = str(number_of(row["method"])) if 0 < place < last else size_of(row["method"])
-            placing.put(Label(words, *_place(axes, document, row), colour, SMALLEST))
-
-
-def _series_name(series: Series) -> str:
-    name = FAMILIES.get(series.family, series.family)
-    return f"{name}, {series.kind}" if series.kind else name
-
-
-def _write_words(figure: Figure, document: Document) -> None:
-    """Write the title and, below, what holds for every point."""
-    figure.text(0.018, 0.965, f"What accuracy costs: {document['quantity']}", color=INK, fontsize=11, weight="bold")
-    extent = in_words(document["peak_to_peak"], document["unit"]).replace(" u", " µ").replace("^2", "²")
-    figure.text(0.018, 0.928, f"{scene_in_words(document)}; peak-to-peak {extent}", color=INK, fontsize=SMALL)
-    notes = [
-        f"Medians of {document['repeats']} timings on one machine; set-up spread over {document['duration']:g} s of "
-        f"sound at {document['sample_rate'] / 1000:g} kHz."
-    ]
-    felt = felt_error(document)
-    if felt is not None:
-        what = "every harmonic of the error is" if felt < 1.0 else "even an error as large as the motion would stay"
-        notes.append(f"Not felt: {what} 6 dB below the threshold ({document['threshold']}).")
-    if any(not row["max_error"] for row in document["methods"]):
-        notes.append("Arrows on the lower edge: no error, to round-off.")
-    words = "\n".join(line for note in notes for line in textwrap.wrap(note, NOTE_LETTERS))
-    figure.text(0.018, 0.018, words, color=FAINT, fontsize=SMALLEST, linespacing=1.35)
 
 
 if __name__ == "__main__":

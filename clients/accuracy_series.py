@@ -52,6 +52,12 @@ def series_of(document: Document) -> list[Series]:
     ]
 
 
+def name_of(series: Series) -> str:
+    """Return what a series is called, such as "response table, cubic"."""
+    name = FAMILIES.get(series.family, series.family)
+    return f"{name}, {series.kind}" if series.kind else name
+
+
 def number_of(method: str) -> int:
     """Return the first number in the name of a method, 0 where there is none."""
     found = re.search(r"\d+", method)

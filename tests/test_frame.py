@@ -99,7 +99,7 @@ def test_what_is_imported_is_required() -> None:
     """
     from tests.test_layers import ROOMS, imports_of, sources
 
-    drawing = {ROOT / "clients" / name for name in ("accuracy_plot.py", "accuracy_labels.py")}
+    drawing = {ROOT / "clients" / f"accuracy_{part}.py" for part in ("labels", "look", "plot", "words")}
     plots = {requirement_name(each) for each in PROJECT["optional-dependencies"]["plots"]}
     required = {requirement_name(each) for each in PROJECT["dependencies"]} | {"starlette", "pydantic-core"}
     for path in (path for room in ROOMS for path in sources(room)):

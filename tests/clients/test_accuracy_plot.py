@@ -20,7 +20,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
 
-from clients.accuracy_plot import LOOK, STYLES, draw, drawings
+from clients.accuracy_look import LOOK, STYLES
+from clients.accuracy_plot import draw, drawings
 from clients.accuracy_series import FAMILIES, ROUNDING, cost_of, felt_error, front_of
 from tests.accuracy_case import CHOSEN, document
 
@@ -108,6 +109,13 @@ def test_the_plans_choice_is_ringed_and_named(figure: Figure) -> None:
     rings = [line for line in axes_of(figure).get_lines() if line.get_markersize() > 10]
     assert [points_of(ring) for ring in rings] == [[(cost_of(made, row), row["max_error"])]]
     assert CHOSEN in words(figure).replace("\n", " ")
+
+
+def test_a_choice_that_comes_first_takes_no_name_from_the_others() -> None:
+    made = document()
+    made["methods"].sort(key=lambda row: row["method"] != CHOSEN)
+    with matplotlib.rc_context(LOOK):
+        assert "\nresponse table, cubic\n" in words(draw(made))
 
 
 def test_the_levels_stand_where_they_belong(figure: Figure) -> None:
