@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 WIDTH = 120  # columns where there is no terminal to ask, so that a file or a pager gets the same table every time
 
 
-def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
-    """Print `rows` under `columns`, with a title unless it is empty; long cells wrap. Cells are text, never markup."""
+def print_table(
+    title: str, columns: Sequence[str], rows: Iterable[Sequence[str] | None], *, numbers: Collection[str] = ()
+) -> None:
+    """Print `rows` under `columns`, with a title unless it is empty; long cells wrap. Cells are text, never markup.
+
+    rows: None is a line between two groups. numbers: the columns that stand to the right.
+    """
     from rich import box
     from rich.console import Console
     from rich.table import Table
@@ -17,9 +22,12 @@ def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]
 
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
     for column in columns:
-        table.add_column(column, overflow="fold")
+        table.add_column(column, overflow="fold", justify="right" if column in numbers else "left")
     for row in rows:
-        table.add_row(*(Text(cell) for cell in row))
+        if row is None:
+            table.add_section()
+        else:
+            table.add_row(*(Text(cell) for cell in row))
     console = Console(file=sys.stdout, width=None if sys.stdout.isatty() else WIDTH)
     if title:
         console.print(Text(title, style="bold"))

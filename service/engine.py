@@ -6,6 +6,7 @@ Everything here is called from threads: building a voice solves a contact respon
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Iterator
 from typing import Any, Protocol
 
@@ -69,6 +70,13 @@ class Engine(Protocol):
     def explain(self, scene: Scene) -> dict[str, Any]:
         """Return the plan as the JSON document of `/v1/explain`."""
 
+    def accuracy(self, scene: Scene, quantity: str | None, given_up: threading.Event) -> dict[str, Any]:
+        """Return the JSON document of `/v1/accuracy`; takes up to a minute.
+
+        quantity: of one of the scene's channels, None for the first. given_up: set where nobody waits any more; then it
+        raises CannotRender soon.
+        """
+
     def limiter(self, channels: int, sample_rate: int) -> Limiter:
         """Return a limiter in its first state."""
 
@@ -112,6 +120,12 @@ class SynthEngine:
         from synth import explain
 
         return explain(scene, cache=self._cache).document()
+
+    def accuracy(self, scene: Scene, quantity: str | None, given_up: threading.Event) -> dict[str, Any]:
+        """See `Engine`."""
+        from service.accuracy_process import measure_apart
+
+        return measure_apart(scene, quantity, given_up)
 
     def limiter(self, channels: int, sample_rate: int) -> Limiter:
         """See `Engine`."""

@@ -22,6 +22,31 @@ _HEADERS = {
 PROBLEM = {"$ref": "#/components/schemas/Problem"}
 SCENE = {"$ref": "#/components/schemas/Scene"}
 ANY_OBJECT = {"type": "object"}
+_TEXT, _NUMBER, _WHOLE = {"type": "string"}, {"type": "number"}, {"type": "integer"}
+_LEVEL = {"type": ["number", "null"]}
+_METHOD = {
+    "method": _TEXT,
+    "family": {"enum": ["baseline", "sampled", "exact", "table", "harmonics", "closed"]},
+    "max_error": _NUMBER | {"description": "Largest error over a period, relative to the peak-to-peak."},
+    "rms_error": _NUMBER | {"description": "The same, root mean square."},
+    "error_m": _NUMBER | {"description": "Largest error as a displacement, in metres."},
+    "worst_harmonic_db": _LEVEL | {"description": "Largest error of a harmonic, re the strongest; null: no error."},
+    "threshold_margin_db": _LEVEL | {"description": "How far errors stay below the threshold; null: no error."},
+    "setup_seconds": _NUMBER,
+    "seconds_per_second": _NUMBER | {"description": "Computing time for a second of sound."},
+    "times_real_time": _LEVEL,
+    "memory_bytes": _WHOLE,
+    "pareto": {"type": "boolean", "description": "Nothing measured is both nearer and cheaper."},
+}
+_ACCURACY = {
+    "scene": SCENE,
+    **dict.fromkeys(("quantity", "unit", "threshold", "chosen"), _TEXT),
+    **dict.fromkeys(("peak_to_peak", "duration"), _NUMBER),
+    **dict.fromkeys(("sample_rate", "repeats"), _WHOLE),
+    "methods": {"type": "array", "items": {"type": "object", "required": list(_METHOD), "properties": _METHOD}},
+    "left_out": {"type": "array", "items": {"type": "object"}},
+}
+ACCURACY = {"type": "object", "required": list(_ACCURACY), "properties": _ACCURACY}
 
 
 def audio(*problem_names: str, flac: bool) -> Answers:
@@ -30,6 +55,12 @@ def audio(*problem_names: str, flac: bool) -> Answers:
     headers = {name: {"description": text, "schema": {"type": "string"}} for name, text in _HEADERS.items()}
     sound = {"description": "The sound.", "headers": headers, "content": {kind: _BINARY for kind in kinds}}
     return {200: sound} | problem_answers(*problem_names)
+
+
+def answer_of(schema: str, description: str) -> Answers:
+    """Return the answer of a route that sends JSON of a schema among the components."""
+    content = {"application/json": {"schema": {"$ref": f"#/components/schemas/{schema}"}}}
+    return {200: {"description": description, "content": content}}
 
 
 def problem_answers(*names: str) -> Answers:
@@ -67,6 +98,7 @@ def document(app: FastAPI) -> dict[str, Any]:
         _drop_validation_errors(made["paths"], schemas)
         schemas["Problem"] = problems.schema()
         schemas["Scene"] = scene_schema()
+        schemas["Accuracy"] = ACCURACY
         made["components"]["securitySchemes"] = {"key": {"type": "http", "scheme": "bearer"}}
         made["security"] = [{}, {"key": []}]
         app.openapi_schema = made

@@ -57,7 +57,7 @@ _ROWS = (
     ),
     ("internal", 500, "Our mistake", "A bug of ridgewave; `instance` is the id under which the log has it."),
     ("cannot-render", 503, "Cannot be done here", "The request is sound, but this machine cannot carry it out."),
-    ("full", 503, "Full", "As many sessions or renders as the settings allow; try again after Retry-After."),
+    ("full", 503, "Full", "As many sessions, renders or measurements as there may be; try again after Retry-After."),
     ("one-worker", 503, "No sessions here", "Sessions live in one process: start the service with one worker."),
     ("warming", 503, "Not ready yet", "The service has just started and still compiles its kernels."),
     ("closing", 503, "Shutting down", "The service is going away."),

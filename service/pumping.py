@@ -47,7 +47,7 @@ class PumpedResponse(Response):
         try:
             await send({"type": "http.response.start", "status": 200, "headers": self.raw_headers})
             pump = asyncio.create_task(self._pump(send))
-            tasks = [pump, asyncio.create_task(_departure(receive))]
+            tasks = [pump, asyncio.create_task(departure(receive))]
             if self._ended is not None:
                 tasks.append(asyncio.create_task(self._stall()))
             await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
@@ -82,7 +82,7 @@ def _promise_only(response: Response, headers: Mapping[str, str]) -> None:
         del response.headers["content-length"]
 
 
-async def _departure(receive: Receive) -> None:
+async def departure(receive: Receive) -> None:
     """Return when the reader has left."""
     while (await receive())["type"] != "http.disconnect":
         pass

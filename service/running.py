@@ -21,6 +21,7 @@ from typing import Any
 from fastapi import FastAPI, Request
 
 from service.engine import Engine
+from service.measuring import Measurements
 from service.playing import Player
 from service.rendering import Renders
 from service.sessions import Sessions
@@ -41,6 +42,7 @@ class Service:
         self.settings = settings
         self.engine = engine
         self.renders = Renders(engine, settings)
+        self.measurements = Measurements(engine)
         self.blocks = ThreadPoolExecutor(BLOCK_THREADS, thread_name_prefix="blocks")
         self.sessions = Sessions(engine, settings, self.renders.pool)
         self.warm = False
@@ -50,6 +52,7 @@ class Service:
     def begin_closing(self) -> None:
         """Have every stream and play fade and end; take no new ones. Again is the same as once."""
         self.closing = True
+        self.measurements.close()
         self._players += self.sessions.close()
 
     def warm_up(self) -> None:
@@ -70,6 +73,7 @@ class Service:
         for player in self._players:
             if not player.wait(max(0.0, deadline - time.monotonic())):
                 log.warning("a play did not end in time")
+        self.measurements.close()
         self.renders.close()
         self.blocks.shutdown(wait=False, cancel_futures=True)
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -19,6 +20,7 @@ from pathlib import Path
 
 import pytest
 
+from clients.parser import parse
 from synth.scene import parse_scene
 from synth.textures import catalogue
 from tests.readme_blocks import CodeBlock, code_blocks, marked_command
@@ -98,6 +100,22 @@ def service_address(shell: dict[str, str], tmp_path_factory: pytest.TempPathFact
     yield found.group(1)
     service.terminate()
     service.communicate(timeout=30)
+
+
+def test_a_command_that_is_not_run_is_one_that_parses() -> None:
+    """`ridgewave` lines of every shell block, those that are not run too: a wrong option ends the process."""
+    lines = [
+        line.removesuffix("\\")
+        for page in PAGES
+        for block in code_blocks(page.read_text("utf-8"))
+        if block.language == "sh"
+        for line in block.text.splitlines()
+        if re.match(r"([A-Z_]+=\S+ )*ridgewave ", line)
+    ]
+    assert len(lines) > 10
+    for line in lines:
+        words = shlex.split(line)
+        parse(words[words.index("ridgewave") + 1 :])
 
 
 def test_every_block_names_a_known_language_and_reasons_are_given() -> None:

@@ -16,6 +16,7 @@ from service.engine import FiniteVoice
 from synth.encode import Block
 from synth.errors import CannotRender
 from synth.scene import Scene, scene_document
+from tests.accuracy_case import report
 
 LEVEL = 0.8
 FULL_SCALE = 12.5
@@ -85,10 +86,11 @@ class NoLimiter:
 
 @dataclass
 class PlainEngine:
-    """Counts what it opens; can be told to fail, or to wait before a voice is ready."""
+    """Counts what it opens; can be told to fail, to wait before a voice is ready, or to measure for ever (slow)."""
 
     refuse: str | None = None
     mistake: bool = False
+    slow: bool = False
     gate: threading.Event | None = None
     opened: list[str] = field(default_factory=list)
     live_delay = 0.0
@@ -109,6 +111,14 @@ class PlainEngine:
     def explain(self, scene: Scene) -> dict[str, Any]:
         self._about_to("explain")
         return {"scene": scene_document(scene), "simulated": [], "left_out": []}
+
+    def accuracy(self, scene: Scene, quantity: str | None, given_up: threading.Event) -> dict[str, Any]:
+        self._about_to("accuracy")
+        if self.slow:
+            assert given_up.wait(30.0), "nobody gave it up"
+            self.opened.append("given up")
+            raise CannotRender("The measuring was given up.")
+        return report(scene, quantity or scene.output.channel_list[0].quantity).document()
 
     def limiter(self, channels: int, sample_rate: int) -> NoLimiter:
         return NoLimiter()

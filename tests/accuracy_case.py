@@ -1,0 +1,100 @@
+"""Reports of what accuracy costs as tests want them: plausible numbers of every family, without measuring anything."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any
+
+from synth.accuracy import AccuracyReport, LeftOut, Measured
+from synth.scene import Scene, parse_scene, scene_document
+
+CHOSEN = "response table, 512 phases, cubic, 64 cells"
+DURATION = 2.0
+
+
+def report(scene: Scene | None = None, quantity: str = "acceleration") -> AccuracyReport:
+    """Return a report with sixty rows: errors fall by powers, times are those of a usual machine; two have no error."""
+    return AccuracyReport(
+        scene=scene_document(parse_scene({"output": {"duration": DURATION}}) if scene is None else scene),
+        quantity=quantity,
+        unit={"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}[quantity],
+        peak_to_peak=37.9 if quantity == "acceleration" else 1.93e-6,
+        duration=DURATION,
+        sample_rate=48000,
+        threshold="Nobody (1900)",
+        chosen=CHOSEN,
+        repeats=7,
+        methods=_with_front(list(_rows())),
+        left_out=(LeftOut("closed form", "closed", "The contact is not full at every phase."),),
+    )
+
+
+def document(**changes: Any) -> dict[str, Any]:
+    """Return the report as a program reads it from a file, with `changes`."""
+    made: dict[str, Any] = json.loads(json.dumps(report().document(), allow_nan=False))
+    return made | changes
+
+
+def fake_measure(
+    scene: Scene, *, quantity: str | None = None, progress: Callable[[str, int, int], None] | None = None
+) -> AccuracyReport:
+    """Stand in for `synth.accuracy.measure_accuracy` where any scene will do."""
+    made = report(scene, quantity or scene.output.channel_list[0].quantity)
+    if progress is not None:
+        for done, row in enumerate(made.methods, 1):
+            progress(row.method, done, len(made.methods))
+    return made
+
+
+def _rows() -> Iterator[Measured]:
+    for size in (25, 50, 100, 200, 400, 800, 1600, 3200, 6400):
+        yield _row(
+            "baseline", f"trapezoid and brentq, {size} points a ridge", 0.02 * (25 / size) ** 1.9, 0.0, 0.09 * size
+        )
+    for size in (8, 16, 32, 64, 128, 256, 512):
+        yield _row("sampled", f"sampled solver, {size} points a ridge", 0.1 * (8 / size) ** 2, 0.0, 0.02 * size)
+    for size in (1, 2, 4, 8, 16, 32):
+        yield _row("exact", f"exact solver, oversampling {size}", 0.06 * size**-2.5, 0.001, 0.09 * size)
+    for kind, order, seconds in (("linear", 1.6, 2e-4), ("cubic", 2.5, 3e-4)):
+        for size in (2**power for power in range(3, 17)):
+            name = f"response table, {size} phases, {kind}"
+            yield _row("table", name, 0.3 * (8 / size) ** order, 1e-4 + 2e-6 * size, seconds)
+    yield _row("table", CHOSEN, 6e-6, 3e-3, 6e-5)
+    for size in (2**power for power in range(10)):
+        error = 0.0 if size == 512 else 0.3 * size**-2.5
+        yield _row("harmonics", f"sum of harmonics, {size} harmonics", error, 8e-3, 1.4e-4 + 1e-4 * size)
+    yield _row("closed", "closed form", 0.0, 1e-5, 0.9)
+
+
+def _row(family: str, method: str, error: float, setup: float, seconds: float) -> Measured:
+    level = 20.0 * math.log10(error) - 14.0 if error else -math.inf
+    return Measured(
+        method=method,
+        family=family,
+        max_error=error,
+        rms_error=0.3 * error,
+        error_m=2e-6 * error,
+        worst_harmonic_db=level,
+        threshold_margin_db=-20.0 - level,
+        setup_seconds=setup,
+        seconds_per_second=seconds,
+        times_real_time=1.0 / seconds,
+        memory_bytes=8192,
+        pareto=False,
+    )
+
+
+def _with_front(rows: list[Measured]) -> tuple[Measured, ...]:
+    def pair(row: Measured) -> tuple[float, float]:
+        return row.max_error, row.setup_seconds + DURATION * row.seconds_per_second
+
+    def beaten(row: Measured) -> bool:
+        error, cost = pair(row)
+        return any(
+            pair(other) != (error, cost) and pair(other)[0] <= error and pair(other)[1] <= cost for other in rows
+        )
+
+    return tuple(replace(row, pareto=not beaten(row)) for row in rows)
