@@ -53,8 +53,8 @@ class Steady:
     """The scan's own speed and load: what a channel is planned from.
 
     spectrum: the series at the scan's load. highest: harmonics in the band. turns: texture periods a second, signed.
-    orders: derivatives whose errors the spectrum holds. moving: the scan changes by itself, so no steady table is
-    built.
+    orders: derivatives whose errors the spectrum holds. moving: the scan changes by itself, so no steady reader is
+    made. table_tolerance: what the reader may err by.
     """
 
     scene: Scene
@@ -64,6 +64,7 @@ class Steady:
     tolerance: float
     orders: tuple[int, ...]
     moving: bool
+    table_tolerance: float
 
     def series(self, order: int) -> Complex:
         """Return the series of a quantity in SI units, the lift gate included."""
@@ -93,11 +94,11 @@ class Steady:
             nothing = SteadyTable(np.zeros((FEWEST_CELLS, CUBIC + 1)))
             return ChannelPlan(channel.quantity, order, full_scale, 0.0, 0.0, nothing)
         if self.moving:
-            error = seen + TABLE_SHARE * self.tolerance + ROUNDING
+            error = seen + self.table_tolerance + ROUNDING
             return ChannelPlan(channel.quantity, order, full_scale, error, extent, None)
         budget = spendable(self.tolerance)
         kept = kept_harmonics(series, (0,), budget)
-        reading = cheapest_reader(series[: kept + 1], TABLE_SHARE * budget, self.scene.output.sample_rate)
+        reading = cheapest_reader(series[: kept + 1], self.table_tolerance, self.scene.output.sample_rate)
         error = seen + dropped_tail(series, kept) / extent + reading.error + ROUNDING
         return ChannelPlan(channel.quantity, order, full_scale, error, extent, reading.reader)
 

@@ -81,7 +81,7 @@ def plan_frames(contact: Contact, scene: Scene, demand: Demand, tolerance: float
 def _phases_for(series: Spectrum, tolerance: float) -> float:
     """Return how many phases hold the tolerance: fewer than the series took, since those were doubled until it did."""
     spared = (max(series.errors) / tolerance) ** (1.0 / FALL)
-    return series.phases * min(max(spared, 0.5), 1.0)
+    return float(series.phases * min(max(spared, 0.5), 1.0))
 
 
 def _rows_an_octave(orders: tuple[int, ...], tolerance: float) -> float:

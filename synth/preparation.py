@@ -35,6 +35,8 @@ ROWS_REACH = 4  # the same where the load varies: each row holds them
 FEWEST_MOVING = 64  # harmonics that a moving scan keeps at least, however fast: it is slow where it turns
 BAND = 0.40  # of the rate: harmonics below it keep the tolerance
 ALIAS_SHARE = 0.7  # of the tolerance, for the series
+TIGHTEST, LOOSEST = 1e-7, 3e-2  # between which "imperceptible" is translated: the range of accuracy.tolerance
+SLOWEST_FOLD = 3.0  # Hz: below it no threshold is known
 EXACT = 1e-6  # the tolerance of "exact": what folds below 0.40 of the rate (design, section 4)
 
 
@@ -47,7 +49,7 @@ class Preparation:
     sounds, or "".
     moving: the scan changes speed or load by itself. loads: smallest and largest load of the scan (N). reach: harmonics
     that a moving voice keeps at most. by_hand: a hand moves, and `scene` holds its nominal scan. frames: how a
-    recording is solved at its frames, None where it is read from tables.
+    recording is solved at its frames, None where it is read from tables. table_limit: what tables may err by.
     """
 
     scene: Scene
@@ -64,6 +66,7 @@ class Preparation:
     reach: int
     by_hand: bool = False
     frames: FramePlan | None = None
+    table_limit: float = math.inf
 
     @property
     def load_varies(self) -> bool:
@@ -84,7 +87,7 @@ class Preparation:
     @property
     def table_tolerance(self) -> float:
         """The share of the tolerance that the polynomials may use."""
-        return TABLE_SHARE * spendable(self.tolerance)
+        return min(TABLE_SHARE * spendable(self.tolerance), self.table_limit)
 
 
 def orders_of(scene: Scene, *, moving: bool) -> tuple[int, ...]:
@@ -137,21 +140,35 @@ def _prepared(scene: Scene, cache: ResponseCache, *, by_hand: bool) -> Preparati
         reach = min(N_MAX, max((ROWS_REACH if varies else MOVING_REACH) * highest, FEWEST_MOVING))
     orders = orders_of(scene, moving=moving)
     silence = _silence(scene, geometry, highest)
-    contact, spectrum, frames, tolerance = None, None, None, _number(scene)
+    contact, spectrum, frames, tolerance, of_tables = None, None, None, _number(scene), math.inf
     if not silence:
         contact = Contact.of(geometry, stiffness)
         if scene.accuracy.tolerance == "imperceptible":
-            tolerance = _imperceptible(_solved(contact, scene, Demand(highest, orders, 1e-2), 0, cache), turns, orders)
+            rough = _solved(contact, scene, Demand(highest, orders, 1e-2), 0, cache)
+            tolerance, of_tables = _imperceptible(rough, turns, orders, scene.accuracy.threshold)
         demand = Demand(highest if varies else reach, orders, ALIAS_SHARE * spendable(tolerance))
         spectrum = _solved(contact, scene, demand, reach, cache) if moving else _cheapest(contact, scene, demand, cache)
         if varies and not by_hand:
             scale = min(1.0, band_limit(scene) / (BAND * scene.output.sample_rate))
             frames = plan_frames(contact, scene, demand, tolerance, scale)
-    return _with_channels(
-        Preparation(
-            scene, contact, spectrum, turns, highest, tolerance, (), silence, (), moving, loads, reach, by_hand, frames
-        )
+    found = Preparation(
+        scene=scene,
+        contact=contact,
+        spectrum=spectrum,
+        turns=turns,
+        highest=highest,
+        tolerance=tolerance,
+        channels=(),
+        silence=silence,
+        warnings=(),
+        moving=moving,
+        loads=loads,
+        reach=reach,
+        by_hand=by_hand,
+        frames=frames,
+        table_limit=of_tables,
     )
+    return _with_channels(found)
 
 
 def _number(scene: Scene) -> float:
@@ -184,14 +201,17 @@ def _cheapest(contact: Contact, scene: Scene, demand: Demand, cache: ResponseCac
     return cache.get(key, lambda: cheapest_spectrum(contact, load, demand, demand.highest))
 
 
-def _imperceptible(spectrum: Spectrum, turns: float, orders: tuple[int, ...]) -> float:
-    frequencies = np.arange(1, len(spectrum.harmonics)) * max(abs(turns), 1e-9)
-    tolerance = 3e-2
+def _imperceptible(spectrum: Spectrum, turns: float, orders: tuple[int, ...], threshold: str) -> tuple[float, float]:
+    """Return the tolerance of which nothing is felt at the harmonics, and that of tables, wherever it folds."""
+    harmonics = np.arange(1, len(spectrum.harmonics)) * max(abs(turns), 1e-9)
+    folded = np.geomspace(SLOWEST_FOLD, max(harmonics[-1], 2.0 * SLOWEST_FOLD), 200)
+    tolerance, of_tables = LOOSEST, math.inf
     for order in orders:
         extent = float(np.ptp(curves(spectrum.harmonics, order, points_for(len(spectrum.harmonics) - 1))))
         extent *= abs(turns) ** order
-        tolerance = min(tolerance, imperceptible_tolerance(frequencies, order, extent))
-    return max(tolerance, 1e-7)
+        tolerance = min(tolerance, imperceptible_tolerance(harmonics, order, extent, threshold))
+        of_tables = min(of_tables, imperceptible_tolerance(folded, order, extent, threshold))
+    return max(tolerance, TIGHTEST), max(of_tables, TIGHTEST)
 
 
 def _with_channels(solved: Preparation) -> Preparation:
@@ -202,11 +222,20 @@ def _with_channels(solved: Preparation) -> Preparation:
         return replace(solved, channels=silent, warnings=(solved.silence,))
     orders = orders_of(solved.scene, moving=solved.moving)
     steady = Steady(
-        solved.scene, solved.spectrum, solved.highest, solved.turns, solved.tolerance, orders, solved.moving
+        solved.scene,
+        solved.spectrum,
+        solved.highest,
+        solved.turns,
+        solved.tolerance,
+        orders,
+        solved.moving,
+        solved.table_tolerance,
     )
     silence = steady.silence()
     if silence and not solved.by_hand:
         return _with_channels(replace(solved, spectrum=None, silence=silence))
     channels = tuple(steady.planned(channel, still=bool(silence)) for channel in listed)
-    warnings = tuple(text for text in map(steady.warning, channels) if text)
-    return replace(solved, channels=channels, warnings=warnings)
+    warnings = [text for text in map(steady.warning, channels) if text]
+    if solved.scene.accuracy.tolerance == "imperceptible" and solved.tolerance <= TIGHTEST:
+        warnings.append(f"A tolerance of {TIGHTEST:g}, the tightest there is, may leave an error that is felt.")
+    return replace(solved, channels=channels, warnings=tuple(warnings))

@@ -32,6 +32,8 @@ from synth.scene_section import Section, section_schema, without
 QuantityName = Literal["displacement", "velocity", "acceleration"]
 QUANTITY_NAME = Choice(("displacement", "velocity", "acceleration"))
 
+THRESHOLD_NAME = Choice(("fingertip", "probe", "pen"))
+
 FULL_SCALE_RANGES = {
     "displacement": Quantity(Dimension.LENGTH, 1e-12, 1e3),
     "velocity": Quantity(Dimension.SPEED, 1e-18, 1e6),
@@ -198,5 +200,10 @@ class Accuracy(Section):
     ] = Field(
         default=1e-3,
         description="Largest error of each quantity relative to its own peak-to-peak; exact: to round-off; "
-        "imperceptible: below the human detection threshold.",
+        "imperceptible: the error spectrum stays 6 dB below the human detection threshold.",
+    )
+    threshold: Annotated[Literal["fingertip", "probe", "pen"], THRESHOLD_NAME] = Field(
+        default="fingertip",
+        description="Detection threshold that imperceptible, and the margins of an accuracy report, go by: of a bare "
+        "fingertip, of a small probe on it, or of a pen held in the hand.",
     )

@@ -14,7 +14,8 @@ Limits  up to 0.40 of the rate the filter is 1 to 1e-9, above 0.49 below 1e-9 (i
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -26,15 +27,13 @@ from synth.motion import LOAD, ScanMotion
 from synth.output import Block
 from synth.preparation import Preparation
 
-if TYPE_CHECKING:
-    from scipy.interpolate import CubicSpline
-
 CUT, WIDTH = 0.445, 0.0105  # of the rate: half amplitude, and how steeply; 0.045 beside the cut 1e-9 is left
 MARGIN = 192  # frames beside a chunk: the filter rings by less than 1e-15 there
 CHUNK = 4096  # frames of a chunk at least
 FEWEST_MEANS, MOST_MEANS = 9, 1025  # loads at which the mean over a period is solved
 MEAN_PHASES = 512  # of each
 MEAN_ERROR = 1e-3  # of the tolerance, of the motion
+SPLINE_GAIN = 8.0  # by so much at least the error falls when the loads are doubled; 16 in the end
 
 
 class SolvedFrames:
@@ -118,20 +117,22 @@ class SolvedFrames:
         return np.asarray(found)
 
 
-def _mean_curve(solved: Preparation, motion: ScanMotion) -> CubicSpline:
-    """Return the mean of z over a period (m) as a spline over w^(1/3), from no load to the largest of the motion."""
+def _mean_curve(solved: Preparation, motion: ScanMotion) -> Callable[[Array], Array]:
+    """Return the mean of z over a period (m) as a function of w^(1/3), from no load to the largest of the motion."""
     from scipy.interpolate import CubicSpline
 
-    assert solved.contact is not None and solved.spectrum is not None
+    assert solved.contact is not None
     contact, theta = solved.contact, np.arange(MEAN_PHASES) / MEAN_PHASES
-    allowed = MEAN_ERROR * solved.tolerance * float(np.ptp(contact.approach(theta, solved.scene.scan.load)[0]))
-    allowed += 1e-14 * contact.geometry.height_scale
-    largest = np.cbrt(max(motion.load_range()[1], 1e-12))
+    lightest, heaviest = motion.load_range()
 
     def means(roots: Array) -> Array:
         return np.array([np.mean(contact.approach(theta, float(root) ** 3)[0]) for root in roots])
 
-    roots = np.linspace(0.0, largest, FEWEST_MEANS)
+    if lightest == heaviest:
+        return partial(np.full_like, fill_value=means(np.cbrt([heaviest]))[0])
+    allowed = MEAN_ERROR * solved.tolerance * float(np.ptp(contact.approach(theta, solved.scene.scan.load)[0]))
+    allowed += 1e-14 * contact.geometry.height_scale
+    roots = np.linspace(0.0, np.cbrt(max(heaviest, 1e-12)), FEWEST_MEANS)
     values = means(roots)
     while True:
         curve = CubicSpline(roots, values)
@@ -139,5 +140,6 @@ def _mean_curve(solved: Preparation, motion: ScanMotion) -> CubicSpline:
         more = means(between)
         error = float(np.max(np.abs(curve(between) - more)))
         roots, values = woven(roots, between), woven(values, more)
-        if error <= 8.0 * allowed or len(roots) >= MOST_MEANS:
-            return CubicSpline(roots, values)
+        if error <= SPLINE_GAIN * allowed or len(roots) >= MOST_MEANS:
+            done: Callable[[Array], Array] = CubicSpline(roots, values)
+            return done

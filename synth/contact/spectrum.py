@@ -148,10 +148,12 @@ def _grown(contact: Contact, load: float, demand: Demand, keep: int, start: int,
         phases *= 2
         errors, good = _errors(height, demand, contact.geometry.height_scale)
         if (good and (start or _probed(contact, load, height, unseen))) or 2 * phases > most:
-            return Spectrum(load, _series(height, keep), _series(slope, keep), errors, phases, False, contact.grid.name)
+            return Spectrum(
+                load, harmonics_of(height, keep), harmonics_of(slope, keep), errors, phases, False, contact.grid.name
+            )
 
 
-def _series(samples: Array, highest: int) -> Complex:
+def harmonics_of(samples: Array, highest: int) -> Complex:
     """Return harmonics 0 to `highest` of one period of samples; those above half their number are zero.
 
     The one at half their number is halved: it stands for both of its sides. Left out, a line there would stay unseen.
@@ -186,7 +188,7 @@ def _errors(height: Array, demand: Demand, scale: float) -> tuple[tuple[float, .
     what folded from half and a quarter of that: by the largest change of the curve itself, or, since few harmonics may
     by chance change little, by as much as harmonics of random phase would that fold as strongly as the neighbours do.
     """
-    now, before, earlier = (_series(height[::step], demand.highest) for step in (1, 2, 4))
+    now, before, earlier = (harmonics_of(height[::step], demand.highest) for step in (1, 2, 4))
     folded = _folded(height, demand.highest), _folded(height[::2], demand.highest)
     points = points_for(demand.highest)
     n = 2.0 * math.pi * np.arange(1, demand.highest + 1)
@@ -211,7 +213,7 @@ def _folded(height: Array, highest: int) -> float:
     """Return the rms size (m) of what the last doubling took from a harmonic, because it had folded there."""
     half = len(height) // 2
     most = min(max(min(highest, half // 2), half // FOLDED_SHARE, 4), half // 2 - 1)
-    took = _series(height, most)[1:] - _series(height[::2], most)[1:]
+    took = harmonics_of(height, most)[1:] - harmonics_of(height[::2], most)[1:]
     return float(np.sqrt(np.mean(np.abs(took) ** 2)))
 
 

@@ -108,3 +108,21 @@ def test_explaining_changes_nothing_in_what_is_rendered() -> None:
     before = open_voice(scene).render(1000)
     explain(scene)
     assert np.array_equal(open_voice(scene).render(1000), before)
+
+
+def test_imperceptible_says_which_tolerance_it_became_and_what_that_saved() -> None:
+    made = explain(scene_of(accuracy={"tolerance": "imperceptible"})).document()
+    told = made["response"]["imperceptible"]
+    assert told["threshold"] == "fingertip" and told["against"] == 1e-6
+    assert 1e-6 < told["tolerance"] == made["response"]["tolerance"] < 3e-2
+    tight = plan(accuracy={"tolerance": 1e-6}).response
+    assert told["saved"]["phases_solved"] == tight["phases_solved"] - made["response"]["phases_solved"] > 0
+    assert told["saved"]["setup_seconds"] > 0
+    assert told["sentence"] in made["simulated"][0]["reason"]
+    assert f"saves {told['saved']['phases_solved']} solved phases" in told["sentence"]
+
+
+def test_what_is_told_of_imperceptible_where_the_load_varies_is_its_tolerance() -> None:
+    accuracy = {"tolerance": "imperceptible"}
+    told = explain(scene_of(scan={"trajectory": POINTS}, output=FEW, accuracy=accuracy)).response["imperceptible"]
+    assert told["saved"] is None and 1e-6 < told["tolerance"] <= 3e-2

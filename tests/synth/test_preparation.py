@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 
 from synth.cache import ResponseCache
 from synth.preparation import EXACT, N_MAX, harmonics_below, phase_step, prepare
-from synth.threshold import imperceptible_tolerance, threshold_displacement
+from synth.scene_output import THRESHOLD_NAME
+from synth.threshold import THRESHOLDS, imperceptible_tolerance, threshold_displacement
 from synth.voice import open_voice
 from tests.reference.synthesis_oracle import highest_harmonic, synthesise
 from tests.synth.engine_cases import QUANTITIES, physical, scene_of, touch_of
@@ -69,27 +70,59 @@ def test_the_tolerance_is_a_number() -> None:
 
 
 @pytest.mark.parametrize("quantity", QUANTITIES)
-def test_imperceptible_errors_stay_below_the_threshold_at_every_frequency(quantity: str) -> None:
+@pytest.mark.parametrize("threshold", THRESHOLDS)
+def test_imperceptible_errors_stay_6_db_below_the_threshold_at_every_frequency(quantity: str, threshold: str) -> None:
     output = {"quantity": quantity, "sample_rate": 8000}
-    scene = scene_of(accuracy={"tolerance": "imperceptible"}, output=output)
+    scene = scene_of(accuracy={"tolerance": "imperceptible", "threshold": threshold}, output=output)
     solved = prepare(scene)
-    assert 1e-7 <= solved.tolerance <= 3e-2
+    assert 1e-7 < solved.tolerance <= 3e-2
     fine = physical(open_voice(scene_of(accuracy={"tolerance": "exact"}, output=output)), 8000)[:, 0]
     error = physical(open_voice(scene), 8000)[:, 0] - fine
     lines = np.abs(np.fft.rfft(error))[1:] * 2 / 8000
     frequencies = np.arange(1.0, lines.size + 1)
-    felt = threshold_displacement(frequencies) * (2 * np.pi * frequencies) ** QUANTITIES.index(quantity)
-    assert np.max(lines / felt) < 1.0
+    felt = threshold_displacement(frequencies, threshold) * (2 * np.pi * frequencies) ** QUANTITIES.index(quantity)
+    assert np.max(lines / felt) <= 10 ** (-6 / 20)
 
 
-def test_the_threshold_has_its_published_minimum() -> None:
+def test_another_threshold_is_another_tolerance() -> None:
+    tolerances = [
+        prepare(scene_of(accuracy={"tolerance": "imperceptible", "threshold": name})).tolerance for name in THRESHOLDS
+    ]
+    assert len(set(tolerances)) == len(THRESHOLDS)
+
+
+def test_a_threshold_beyond_the_tightest_tolerance_is_warned_of() -> None:
+    scene = scene_of(
+        accuracy={"tolerance": "imperceptible", "threshold": "pen"},
+        texture={"amplitude": "1 mm"},
+        scan={"speed": 0.01, "load": 0.05},
+        output={"sample_rate": 1000, "bandwidth": 20},
+    )
+    solved = prepare(scene)
+    assert (solved.tolerance > 1e-7) == (not solved.warnings)
+
+
+ANCHORS = {
+    "fingertip": [(300.0, 0.126), (3.0, 25.1), (100.0, 0.782), (1000.0, 0.93)],
+    "probe": [(20.0, 25.1), (100.0, 2.28), (300.0, 0.255), (1000.0, 1.89)],
+    "pen": [(10.0, 26.0), (40.0, 1.3), (100.0, 0.184), (320.0, 0.06)],
+}
+
+
+@pytest.mark.parametrize("name", THRESHOLDS)
+def test_a_threshold_goes_through_its_published_points(name: str) -> None:
+    for frequency, micrometres in ANCHORS[name]:
+        assert threshold_displacement(np.array([frequency]), name)[0] == pytest.approx(micrometres * 1e-6, rel=0.03)
+
+
+def test_the_scene_knows_every_threshold() -> None:
+    assert set(THRESHOLD_NAME.names) == set(THRESHOLDS) == set(ANCHORS)
+
+
+def test_a_tolerance_that_is_not_felt_follows_the_lowest_threshold() -> None:
     frequencies = np.geomspace(1, 1000, 4000)
-    threshold = threshold_displacement(frequencies)
-    assert threshold.min() == pytest.approx(0.126e-6, rel=0.01)
-    assert 240 < frequencies[np.argmin(threshold)] < 310
-    assert threshold_displacement(np.array([3000.0, 19000.0])).min() > threshold.min()
     assert imperceptible_tolerance(frequencies, 0, 0.0) == np.inf
-    assert imperceptible_tolerance(frequencies, 0, 1e-6) == pytest.approx(0.5 * 0.126, rel=0.01)
+    assert imperceptible_tolerance(frequencies, 0, 1e-6) == pytest.approx(0.5 * np.pi / 4 * 0.126, rel=0.01)
 
 
 def test_what_was_prepared_comes_from_the_cache() -> None:

@@ -1,4 +1,4 @@
-"""Recordings solved at their frames: the band, the derivatives, the load's mean, any blocks, and when they are taken."""
+"""Recordings solved at their frames: band, derivatives, the load's mean, any blocks, and when they are taken."""
 
 from __future__ import annotations
 
