@@ -1,24 +1,48 @@
-"""ACCURACY: what accuracy costs in time, method by method. A stub: every number in it is made up.
+"""ACCURACY: what accuracy costs in time, method by method, measured on one scene and this machine.
 
 Stage   after STAGE 3, over a scene.
-Limits  nothing is measured.
+Model   Every method (`methods`) gives one period of the channel, and is compared with a reference: the exact solver at
+        REFERENCE times as many phases as any table has, or as many as the bound on work allows. Errors are relative to
+        the quantity's peak-to-peak, limited to its harmonics; an error as a displacement is its spectrum divided by (2
+        pi f)^k; a harmonic above half the rate is felt where it folds to. Timings are medians of REPEATS runs after one
+        that is not counted, so compiling is left out.
+Source  design, section 5; thresholds: `threshold`.
+Limits  a stroke, or a recording, is measured as a steady scan at its largest speed and load. Methods that would take
+        longer than PATIENCE to measure are left out, and named.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass
+import statistics
+from collections.abc import Callable, Iterable
+from dataclasses import asdict, dataclass, replace
+from time import perf_counter
 from typing import Any
 
+import numpy as np
+
 from synth.channels import UNITS
+from synth.contact.exact import Array
+from synth.contact.spectrum import MOST_WORK, curves
 from synth.errors import AskedWrong, CannotRender, Fault, shown
+from synth.methods import BASELINE_FRAMES, TABLE_PHASES, Case, Method, case_of, chosen_method, methods_of
+from synth.preparation import prepare
 from synth.scene import Scene, scene_document
+from synth.threshold import threshold_displacement
+
+REPEATS = 5
+PATIENCE = 6.0  # s that measuring one method may take
+REFERENCE = 8  # times the phases of the largest table: the error of the reference is then 200 times smaller
+SEEN_PHASES = 1 << 17  # of a period, at least, at which errors are looked for
+PROBES = 8  # phases solved to guess how long a method takes
+
+Progress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """What one method errs by and costs."""
+    """What one method errs by and costs; docs/accuracy.md tells what each field means."""
 
     method: str
     family: str
@@ -33,6 +57,10 @@ class Measured:
     memory_bytes: int
     pareto: bool
 
+    def seconds_for(self, duration: float) -> float:
+        """Return the seconds that `duration` seconds of sound take, set-up included."""
+        return self.setup_seconds + duration * self.seconds_per_second
+
 
 @dataclass(frozen=True, slots=True)
 class LeftOut:
@@ -45,7 +73,12 @@ class LeftOut:
 
 @dataclass(frozen=True, slots=True)
 class AccuracyReport:
-    """The cost-against-error table of one scene."""
+    """The cost-against-error table of one channel of a scene.
+
+    peak_to_peak: of the quantity, in `unit`. reference_error: of what errors are measured against, relative to it.
+    threshold: name of the detection curve. chosen: the method that the plan takes; it is among `methods`. repeats: how
+    many times each timing was taken.
+    """
 
     scene: dict[str, Any]
     quantity: str
@@ -54,83 +87,199 @@ class AccuracyReport:
     duration: float
     sample_rate: int
     threshold: str
+    reference_error: float
     chosen: str
     repeats: int
     methods: tuple[Measured, ...]
     left_out: tuple[LeftOut, ...]
 
     def document(self) -> dict[str, Any]:
-        """Return the JSON document; null where a number is not finite."""
+        """Return the JSON document (design, section 5); null where a number is not finite."""
         made = asdict(self)
-        made["methods"] = [
-            {
-                name: None if isinstance(value, float) and not math.isfinite(value) else value
-                for name, value in row.items()
-            }
-            for row in made["methods"]
-        ]
+        made["methods"] = [_finite(row) for row in made["methods"]]
         made["left_out"] = list(made["left_out"])
-        return made
+        return _finite(made)
 
 
-def measure_accuracy(
-    scene: Scene, *, quantity: str | None = None, progress: Callable[[str, int, int], None] | None = None
-) -> AccuracyReport:
-    """Return a made-up report; raises AskedWrong for a quantity the scene lacks, CannotRender where nothing moves."""
-    channels = [channel.quantity for channel in scene.output.channel_list]
-    if quantity is not None and quantity not in channels:
-        raise AskedWrong([Fault("/quantity", shown(quantity), " or ".join(channels), "Name a channel of the scene.")])
-    if scene.texture.amplitude == 0.0 or scene.scan.load == 0.0:
-        raise CannotRender("Nothing moves: there is no error to measure.")
-    chosen = quantity or channels[0]
-    rows = list(_rows(0.3 if chosen == "acceleration" else 1e-3))
-    for done, row in enumerate(rows, 1):
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """The truth: values (SI) at the phases (i + 1/2) / points of a period, and how far off it may be."""
+
+    curve: Array
+    strongest: float
+    error: float
+
+
+def measure_accuracy(scene: Scene, *, quantity: str | None = None, progress: Progress | None = None) -> AccuracyReport:
+    """Return what every method errs by and costs for one channel of `scene`.
+
+    quantity: that of the channel, None for the first. progress: told before each method its name, how many are done,
+    and how many there are. Raises AskedWrong for a quantity that the scene has no channel of, CannotRender where
+    nothing moves.
+    """
+    channel = _channel_of(scene, quantity)
+    case = case_of(_steady(scene), channel)
+    reference = _reference_of(case)
+    listed = [*methods_of(case), chosen_method(case, channel)]
+    rows: list[Measured] = []
+    left_out: list[LeftOut] = []
+    for done, method in enumerate(listed):
         if progress is not None:
-            progress(row.method, done, len(rows))
+            progress(method.name, done, len(listed))
+        found = _measured(case, method, reference)
+        if isinstance(found, Measured):
+            rows.append(found)
+        else:
+            left_out.append(found)
+    if progress is not None:
+        progress(listed[-1].name, len(listed), len(listed))
+    planned = scene.output.channel_list[channel]
+    duration = scene.output.duration
     return AccuracyReport(
-        scene_document(scene), chosen, UNITS[chosen], 37.9 if chosen == "acceleration" else 1.9e-6,
-        scene.output.duration, scene.output.sample_rate, "made-up numbers", CHOSEN, 5, _fronted(rows, 2.0),
-        (LeftOut("closed form", "closed", "The contact is not full at every phase."),),
-    )  # fmt: skip
+        scene=scene_document(scene),
+        quantity=planned.quantity,
+        unit=UNITS[planned.quantity],
+        peak_to_peak=case.extent,
+        duration=duration,
+        sample_rate=case.rate,
+        threshold=scene.accuracy.threshold,
+        reference_error=reference.error,
+        chosen=listed[-1].name,
+        repeats=REPEATS,
+        methods=_with_front(rows, duration),
+        left_out=tuple(left_out),
+    )
 
 
-CHOSEN = "response table, 512 phases, cubic, 64 cells"
+def _channel_of(scene: Scene, quantity: str | None) -> int:
+    """Return the index of the first channel of `quantity`."""
+    names = [channel.quantity for channel in scene.output.channel_list]
+    if quantity is None:
+        return 0
+    if quantity in names:
+        return names.index(quantity)
+    allowed = ", ".join(dict.fromkeys(names))
+    raise AskedWrong([Fault("/quantity", shown(quantity), allowed, "Name a quantity of output.channels.")])
 
 
-def _rows(scale: float) -> Iterator[Measured]:
-    for n in (25, 50, 100, 200, 400, 800, 1600, 3200, 6400):
-        yield _row(f"brentq, {n} points a ridge", "baseline", 0.02 * (25 / n) ** 1.9, 0.0, 48000 * (9e-5 + 1.8e-6 * n))
-    for n in (8, 16, 32, 64, 128, 256, 512):
-        yield _row(f"sampled solver, {n} points a ridge", "sampled", 0.1 * (8 / n) ** 2, 0.0, 48000 * 2e-8 * 20 * n)
-    for n in (1, 2, 4, 8, 16, 32):
-        error = 0.2 * scale * (1 / n) ** 2.5
-        yield _row(f"exact solver, oversampled {n} times", "exact", error, 0.001, 0.09 * n)
-    for kind, order, ns in (("linear", 1.6, 4), ("cubic", 2.5, 6)):
-        for n in (2**k for k in range(3, 17)):
-            error = max(scale * (8 / n) ** order, 3e-15)
-            yield _row(f"response table, {n} phases, {kind}", "table", error, 1e-4 + 2e-6 * n, 48e-6 * ns)
-    yield _row(CHOSEN, "table", scale * (8 / 512) ** 2.6, 3e-3, 6e-5)
-    for n in (2**k for k in range(10)):
-        error = 0.0 if n == 512 else scale * n**-2.5
-        yield _row(f"harmonics, {n}", "harmonics", error, 8e-3, 48000 * (3e-9 + 2e-9 * n))
+def _steady(scene: Scene) -> Scene:
+    """Return `scene` as a constant scan; raises CannotRender where nothing of it moves."""
+    if scene.scan.stroke is not None or scene.scan.trajectory is not None:
+        update = {"stroke": None, "trajectory": None, "speed": scene.scan.speed, "load": scene.scan.load}
+        scene = scene.model_copy(update={"scan": scene.scan.model_copy(update=update)})
+    if scene.scan.speed == 0.0:
+        raise CannotRender("The finger stands still (scan.speed is 0 m/s): there is nothing to measure.")
+    silence = prepare(scene).silence
+    if silence:
+        raise CannotRender(f"{silence} There is nothing to measure.")
+    return scene
 
 
-def _row(method: str, family: str, error: float, setup: float, cost: float) -> Measured:
-    level = 20 * math.log10(error) - 14 if error else -math.inf
+def _reference_of(case: Case) -> Reference:
+    most = 1 << int(math.log2(MOST_WORK / case.contact.grid.cells))
+    phases = max(min(REFERENCE * TABLE_PHASES[-1], most), 1 << (4 * case.solved.highest).bit_length())
+    heights = case.heights(phases)
+    series, half = case.series(heights), case.series(heights[::2])
+    points = _points(case)
+    turned = np.exp(1j * math.pi * np.arange(len(series)) / points)
+    curve = curves(series * turned, 0, points)
+    change = float(np.max(np.abs(curves((series - half) * turned, 0, points))))
+    return Reference(curve, 2.0 * float(np.max(np.abs(series))), change / case.extent / 2.0**2.5)
+
+
+def _points(case: Case) -> int:
+    return max(SEEN_PHASES, 1 << (8 * case.solved.highest).bit_length())
+
+
+def _measured(case: Case, method: Method, reference: Reference) -> Measured | LeftOut:
+    ready = method.set_up()
+    longest = _expected_seconds(method, case, ready)
+    if longest > PATIENCE:
+        return LeftOut(method.name, method.family, f"It would take {longest:.3g} s to measure.")
+    setups, runs = [], []
+    for _ in range(REPEATS):
+        began = perf_counter()
+        ready = method.set_up()
+        setups.append(perf_counter() - began)
+    error = ready.period(len(reference.curve)) - reference.curve
+    ready.run()
+    for _ in range(REPEATS):
+        began = perf_counter()
+        ready.run()
+        runs.append(perf_counter() - began)
+    a_second = statistics.median(runs) * case.rate / ready.frames
+    largest = float(np.max(np.abs(error)))
+    displacement, worst, margin = _spectral_errors(case, error, reference)
     return Measured(
-        method, family, error, 0.3 * error, 2e-6 * error, level, -level - 20, setup, cost, 1 / cost, 4096, False
-    )  # fmt: skip
+        method=method.name,
+        family=method.family,
+        max_error=largest / case.extent,
+        rms_error=float(np.sqrt(np.mean(error**2))) / case.extent,
+        error_m=displacement,
+        worst_harmonic_db=worst,
+        threshold_margin_db=margin,
+        setup_seconds=statistics.median(setups),
+        seconds_per_second=a_second,
+        times_real_time=1.0 / a_second,
+        memory_bytes=ready.nbytes,
+        pareto=False,
+    )
 
 
-def _fronted(rows: list[Measured], duration: float) -> tuple[Measured, ...]:
-    def cost(row: Measured) -> float:
-        return row.setup_seconds + duration * row.seconds_per_second
+def _expected_seconds(method: Method, case: Case, ready: Any) -> float:
+    """Return about how long a method takes to measure, from a few of its phases."""
+    contact = getattr(ready, "contact", case.contact)
+    probes = np.arange(PROBES) / PROBES
+    contact.approach(probes, case.scene.scan.load)
+    began = perf_counter()
+    contact.approach(probes, case.scene.scan.load)
+    a_phase = (perf_counter() - began) / PROBES
+    if method.family == "baseline":
+        return a_phase * (method.phases + (REPEATS + 1) * BASELINE_FRAMES)
+    frames = ready.frames * max(1.0, method.phases / case.period_frames) if method.family in ("exact", "sampled") else 0
+    setups = method.phases * (REPEATS + 1) if method.family in ("table", "harmonics") else method.phases
+    return float(a_phase * (setups + (REPEATS + 1) * frames))
 
-    def beaten(row: Measured) -> bool:
-        return any(
-            (other.max_error < row.max_error and cost(other) <= cost(row))
-            or (other.max_error <= row.max_error and cost(other) < cost(row))
-            for other in rows
+
+def _spectral_errors(case: Case, error: Array, reference: Reference) -> tuple[float, float, float]:
+    """Return the largest error as a displacement (m), that of a harmonic in the band in dB, and the margin in dB."""
+    lines = np.fft.rfft(error) / len(error)
+    n = np.arange(1, len(lines))
+    sizes = 2.0 * np.abs(lines[1:])
+    fundamental = abs(case.solved.turns)
+    per_turn = (2.0 * math.pi * fundamental * n) ** case.order
+    displaced = np.concatenate([[0.0], lines[1:] / per_turn])
+    largest = float(np.max(np.abs(np.fft.irfft(displaced, len(error)) * len(error))))
+    in_band = sizes[: case.solved.highest]
+    worst = _decibels(float(np.max(in_band)) / reference.strongest)
+    folded = np.abs(n * fundamental - np.rint(n * fundamental / case.rate) * case.rate)
+    folded = np.maximum(folded, 1.0)
+    felt = threshold_displacement(folded, case.scene.accuracy.threshold) * (2.0 * math.pi * folded) ** case.order
+    return largest, worst, -_decibels(float(np.max(sizes / felt)))
+
+
+def _decibels(ratio: float) -> float:
+    return 20.0 * math.log10(ratio) if ratio > 0.0 else -math.inf
+
+
+def _with_front(rows: Iterable[Measured], duration: float) -> tuple[Measured, ...]:
+    """Return the rows, `pareto` true where none is nearer and cheaper, set-up and `duration` seconds together."""
+    listed = list(rows)
+    return tuple(
+        replace(
+            row,
+            pareto=not any(
+                other.max_error <= row.max_error
+                and other.seconds_for(duration) <= row.seconds_for(duration)
+                and (other.max_error, other.seconds_for(duration)) != (row.max_error, row.seconds_for(duration))
+                for other in listed
+            ),
         )
+        for row in listed
+    )
 
-    return tuple(Measured(**{**asdict(row), "pareto": not beaten(row)}) for row in rows)
+
+def _finite(row: dict[str, Any]) -> dict[str, Any]:
+    return {
+        name: None if isinstance(value, float) and not math.isfinite(value) else value for name, value in row.items()
+    }

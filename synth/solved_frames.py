@@ -39,7 +39,7 @@ SPLINE_GAIN = 8.0  # by so much at least the error falls when the loads are doub
 class SolvedFrames:
     """Renders frames of one preparation by solving them; any frame, in any order.
 
-    plan: how. Nothing but the last chunk is kept, so a voice may seek.
+    plan: how. Nothing but the last chunk is kept, so a voice may seek. chunk: frames that are solved together.
     """
 
     def __init__(self, solved: Preparation, plan: FramePlan) -> None:
@@ -49,7 +49,7 @@ class SolvedFrames:
         self._rate = solved.scene.output.sample_rate
         self._motion = ScanMotion(solved.scene, self._rate * plan.oversampling)
         self._margin = math.ceil(MARGIN / plan.scale)
-        self._chunk = max(CHUNK, 4 * self._margin)
+        self.chunk = max(CHUNK, 4 * self._margin)
         self._indentation = solved.contact.stiffness.indentation(1.0)
         self._mean = _mean_curve(solved, self._motion)
         self._kept: tuple[int, Block] = (-1, np.empty((0, 0), np.float32))
@@ -57,28 +57,32 @@ class SolvedFrames:
     @property
     def memory_bytes(self) -> int:
         """Bytes of the working memory of a chunk."""
-        return 8 * 12 * (self._chunk + 2 * self._margin) * self.plan.oversampling
+        return 8 * 12 * (self.chunk + 2 * self._margin) * self.plan.oversampling
 
     def read(self, first: int, out: Block) -> None:
         """Write the frames from `first` on to `out`, float32 [frames, channels], value / full_scale."""
         done = 0
         while done < len(out):
-            number, place = divmod(first + done, self._chunk)
+            number, place = divmod(first + done, self.chunk)
             if self._kept[0] != number:
                 self._kept = number, self._solved_chunk(number)
             part = self._kept[1][place : place + len(out) - done]
             out[done : done + len(part)] = part
             done += len(part)
 
+    def forget(self) -> None:
+        """Keep no chunk: the next frames are solved, whatever was."""
+        self._kept = (-1, self._kept[1])
+
     def _solved_chunk(self, number: int) -> Block:
-        count, frames = self.plan.oversampling, self._chunk + 2 * self._margin
-        first = number * self._chunk - self._margin
+        count, frames = self.plan.oversampling, self.chunk + 2 * self._margin
+        first = number * self.chunk - self._margin
         motion = self._motion.at(first * count, frames * count)
         loads = motion.samples[LOAD]
         value = self._gated(motion.position / self.solved.scene.texture.period, loads)
-        own = slice(self._margin, self._margin + self._chunk)
+        own = slice(self._margin, self._margin + self.chunk)
         touching = loads[::count][own] > 0.0
-        block = np.empty((self._chunk, len(self.solved.channels)), np.float32)
+        block = np.empty((self.chunk, len(self.solved.channels)), np.float32)
         for column, channel in enumerate(self.solved.channels):
             found = self._limited(value, frames, channel.order)[own] * touching / channel.full_scale
             block[:, column] = np.where(np.abs(found) >= SMALLEST, found, 0.0)

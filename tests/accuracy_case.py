@@ -25,6 +25,7 @@ def report(scene: Scene | None = None, quantity: str = "acceleration") -> Accura
         duration=DURATION,
         sample_rate=48000,
         threshold="Nobody (1900)",
+        reference_error=1e-9,
         chosen=CHOSEN,
         repeats=7,
         methods=_with_front(list(_rows())),
