@@ -51,8 +51,8 @@ class BrentqGrid:
         """Bytes that the grid holds."""
         return int(self.places.nbytes + self.finger.nbytes)
 
-    def solve(self, phases: Array, indentation: float | Array) -> Approaches:
-        """Return the approach at each of `phases` (turns); indentation: w / k (m), one for all or one a phase."""
+    def solve(self, phases: Array, indentation: float | Array, guess: Array | None = None) -> Approaches:
+        """See `PhaseSolver`; begins afresh."""
         targets = np.broadcast_to(indentation, len(phases))
         solved = [self._solved(float(phase), float(target)) for phase, target in zip(phases, targets, strict=True)]
         height, touching, iterations = (np.array(column) for column in zip(*solved, strict=True))

@@ -58,9 +58,9 @@ class Grid:
         """Bytes that the grid holds."""
         return int(self.tables.nbytes)
 
-    def solve(self, phases: Array, indentation: float | Array) -> Approaches:
+    def solve(self, phases: Array, indentation: float | Array, guess: Array | None = None) -> Approaches:
         """Return the approach at each phase; see `solve`."""
-        return solve(self, phases, indentation)
+        return solve(self, phases, indentation, guess)
 
     @classmethod
     def of_geometry(cls, geometry: Geometry) -> Grid:

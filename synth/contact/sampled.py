@@ -66,8 +66,8 @@ class SampledGrid:
         """Bytes that the grid holds."""
         return int(self.tables.nbytes)
 
-    def solve(self, phases: Array, indentation: float | Array) -> Approaches:
-        """Return the approach at each of `phases` (turns); indentation: w / k (m), one for all or one a phase."""
+    def solve(self, phases: Array, indentation: float | Array, guess: Array | None = None) -> Approaches:
+        """See `PhaseSolver`; begins from the phases before."""
         count = len(phases)
         height, touching, iterations = np.empty(count), np.empty(count), np.zeros(count, dtype=np.int64)
         targets = np.atleast_1d(np.asarray(indentation, dtype=float)) / self.height_scale

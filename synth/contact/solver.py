@@ -30,8 +30,9 @@ class PhaseSolver(Protocol):
     def nbytes(self) -> int:
         """Bytes that it holds."""
 
-    def solve(self, phases: Array, indentation: float | Array) -> Approaches:
+    def solve(self, phases: Array, indentation: float | Array, guess: Array | None = None) -> Approaches:
         """Return the approach at each of `phases` (turns of the texture period).
 
-        indentation: w / k in metres, at least 0; one for all phases, or one a phase.
+        indentation: w / k in metres, at least 0; one for all phases, or one a phase. guess: z in metres at each phase,
+        for those who can begin from it.
         """
