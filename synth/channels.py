@@ -19,12 +19,14 @@ from synth.choice import cheapest_reader
 from synth.contact.evaluation import gate
 from synth.contact.spectrum import Complex, Spectrum, curves, error_floor, points_for
 from synth.contact.steady import SteadyReader, SteadyTable
-from synth.contact.tables import CUBIC, FEWEST_CELLS, dropped_tail, kept_harmonics
+from synth.contact.tables import CUBIC, FEWEST_CELLS, dropped_tail, kept_within
 from synth.scene import Channel, Scene
 
 ORDERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
 UNITS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
-TABLE_SHARE = 0.15  # of the tolerance, for the polynomials of a table
+TABLE_SHARE = 0.15  # of the tolerance, for the polynomials of a table that is read in motion
+LEAST_LEFT = 0.25  # of the tolerance, for cutting off harmonics and for the steady reader, whatever the series took
+TAIL_PART = 0.5  # of what the series left: harmonics cut off
 ROUNDING = 6e-8  # of the peak: float32
 PEAK = 0.8  # of full scale: the steady peak when full_scale is left to us
 SMALLEST_MOTION = 1e-9  # m: below it an automatic gain gives silence, not noise
@@ -54,7 +56,7 @@ class Steady:
 
     spectrum: the series at the scan's load. highest: harmonics in the band. turns: texture periods a second, signed.
     orders: derivatives whose errors the spectrum holds. moving: the scan changes by itself, so no steady reader is
-    made. table_tolerance: what the reader may err by.
+    made. table_limit: what a reader may err by at most.
     """
 
     scene: Scene
@@ -64,7 +66,7 @@ class Steady:
     tolerance: float
     orders: tuple[int, ...]
     moving: bool
-    table_tolerance: float
+    table_limit: float
 
     def series(self, order: int) -> Complex:
         """Return the series of a quantity in SI units, the lift gate included."""
@@ -94,12 +96,15 @@ class Steady:
             nothing = SteadyTable(np.zeros((FEWEST_CELLS, CUBIC + 1)))
             return ChannelPlan(channel.quantity, order, full_scale, 0.0, 0.0, nothing)
         if self.moving:
-            error = seen + self.table_tolerance + ROUNDING
+            error = seen + min(TABLE_SHARE * self.tolerance, self.table_limit) + ROUNDING
             return ChannelPlan(channel.quantity, order, full_scale, error, extent, None)
         budget = spendable(self.tolerance)
-        kept = kept_harmonics(series, (0,), budget)
-        reading = cheapest_reader(series[: kept + 1], self.table_tolerance, self.scene.output.sample_rate)
-        error = seen + dropped_tail(series, kept) / extent + reading.error + ROUNDING
+        left = max(budget - seen, LEAST_LEFT * budget)
+        kept = kept_within(series, TAIL_PART * left * extent)
+        dropped = dropped_tail(series, kept) / extent
+        allowed = min(left - dropped, self.table_limit)
+        reading = cheapest_reader(series[: kept + 1], allowed, self.scene.output.sample_rate)
+        error = seen + dropped + reading.error + ROUNDING
         return ChannelPlan(channel.quantity, order, full_scale, error, extent, reading.reader)
 
     def warning(self, channel: ChannelPlan) -> str:

@@ -2,8 +2,8 @@
 
 Stage   2, the part that calculates; `plan` tells it to people.
 Model   Harmonics below 0.40 of the rate (and below the bandwidth) at the scan's speed are kept. The tolerance is
-        shared: ALIAS_SHARE for the series, TAIL_SHARE (of `tables`) for the harmonics cut off, TABLE_SHARE for the
-        polynomials; the rest is the rounding to float32.
+        shared: ALIAS_SHARE for the series; what that leaves, for the harmonics cut off and the reader (`channels`); the
+        rest is the rounding to float32. In motion TAIL_SHARE (of `tables`) and TABLE_SHARE take their places.
 Source  design, section 4.
 Limits  no more than N_MAX harmonics; a moving scan keeps those up to MOVING_REACH times its fastest speed's
         (ROWS_REACH where the load varies), which `reach` tells.
@@ -35,6 +35,7 @@ ROWS_REACH = 4  # the same where the load varies: each row holds them
 FEWEST_MOVING = 64  # harmonics that a moving scan keeps at least, however fast: it is slow where it turns
 BAND = 0.40  # of the rate: harmonics below it keep the tolerance
 ALIAS_SHARE = 0.7  # of the tolerance, for the series
+FEW, ALIAS_SHARE_OF_FEW = 8, 0.95  # so few harmonics are summed, which is exact: they leave all to the series
 TIGHTEST, LOOSEST = 1e-7, 3e-2  # between which "imperceptible" is translated: the range of accuracy.tolerance
 SLOWEST_FOLD = 3.0  # Hz: below it no threshold is known
 EXACT = 1e-6  # the tolerance of "exact": what folds below 0.40 of the rate (design, section 4)
@@ -82,7 +83,8 @@ class Preparation:
 
     def demand(self) -> Demand:
         """Return what every series of this scene must hold."""
-        return Demand(max(self.highest, 1), orders_of(self.scene, moving=True), ALIAS_SHARE * spendable(self.tolerance))
+        orders = orders_of(self.scene, moving=True)
+        return Demand(max(self.highest, 1), orders, ALIAS_SHARE * spendable(self.tolerance))
 
     @property
     def table_tolerance(self) -> float:
@@ -146,7 +148,8 @@ def _prepared(scene: Scene, cache: ResponseCache, *, by_hand: bool) -> Preparati
         if scene.accuracy.tolerance == "imperceptible":
             rough = _solved(contact, scene, Demand(highest, orders, 1e-2), 0, cache)
             tolerance, of_tables = _imperceptible(rough, turns, orders, scene.accuracy.threshold)
-        demand = Demand(highest if varies else reach, orders, ALIAS_SHARE * spendable(tolerance))
+        share = ALIAS_SHARE_OF_FEW if highest <= FEW and not moving else ALIAS_SHARE
+        demand = Demand(highest if varies else reach, orders, share * spendable(tolerance))
         spectrum = _solved(contact, scene, demand, reach, cache) if moving else _cheapest(contact, scene, demand, cache)
         if varies and not by_hand:
             scale = min(1.0, band_limit(scene) / (BAND * scene.output.sample_rate))
@@ -229,7 +232,7 @@ def _with_channels(solved: Preparation) -> Preparation:
         solved.tolerance,
         orders,
         solved.moving,
-        solved.table_tolerance,
+        solved.table_limit,
     )
     silence = steady.silence()
     if silence and not solved.by_hand:

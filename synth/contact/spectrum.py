@@ -26,7 +26,7 @@ from synth.contact.stiffness import Stiffness
 
 Complex = np.ndarray[Any, np.dtype[np.complex128]]
 
-FEWEST_PHASES = 32  # fewer save no time that can be measured
+FEWEST_PHASES = 8  # doubled once at least; with fewer there is no second change to judge by
 MOST_PHASES = 1 << 21  # 4 s of work on the default scene; where it is not enough the error says so
 MOST_WORK = 1 << 29  # phases times cells of the grid: 1 to 10 s; where it is not enough the error says so
 FLOOR = 1e-12  # of a1 + a2, in displacement: the round-off of the solver (design, section 4)

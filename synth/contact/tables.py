@@ -48,6 +48,13 @@ def kept_harmonics(harmonics: Complex, orders: tuple[int, ...], tolerance: float
     return min(max(needed, 1), len(harmonics) - 1)
 
 
+def kept_within(series: Complex, allowed: float) -> int:
+    """Return how many harmonics of `series`, at least one, are to be kept so that the rest adds up to `allowed`."""
+    sizes = 2.0 * np.abs(series[1:])
+    tails = np.append(np.cumsum(sizes[::-1])[::-1], 0.0)
+    return max(1, int(np.argmax(tails <= allowed)))
+
+
 def dropped_tail(series: Complex, kept: int) -> float:
     """Return the largest value that the harmonics of `series` above `kept` can add up to."""
     return 2.0 * float(np.sum(np.abs(series[kept + 1 :])))
