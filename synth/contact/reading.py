@@ -22,6 +22,8 @@ TURN = 2.0**64
 HALF_TURN = 2.0**63
 SMALLEST = 1.2e-38  # the smallest normal float32; what is below leaves as zero, so that no denormal slows a peer
 
+STRETCH = 64  # frames that `run_until` looks at first; longer makes short runs dear, shorter long ones
+
 # entries of `layout`; then fade_from and fade_to of each level, then the edges of the intervals of load
 RATE, PERIOD, LIFT, GAIN, HOLD, CONSTANTS = 0, 1, 2, 3, 4, 5
 # rows of `motion`
@@ -136,18 +138,23 @@ def phases_of(motion, position, start, phase, step, step_rest, bend, period):
 @kernel
 def run_until(motion, start, step, slowest, fade, low, high):
     """Return the first frame from `start` on whose speed or load leaves the ranges of one table."""
-    speed, loads = motion[SPEED, start:], motion[LOAD, start:]
-    outside = 0
-    for i in range(len(speed)):
-        turns, load = abs(speed[i]) * step, loads[i]
-        outside += (turns < slowest) | (turns >= fade) | (load < low) | (load >= high)
-    if outside == 0:
-        return motion.shape[1]
-    for i in range(len(speed)):
-        turns, load = abs(speed[i]) * step, loads[i]
-        if (turns < slowest) | (turns >= fade) | (load < low) | (load >= high):
-            return start + i
-    return motion.shape[1]
+    # A stretch is counted first, which can be vectorised; each is twice as long as the one before, so that a short run
+    # does not cost the length of the block.
+    frames, stretch = motion.shape[1], STRETCH
+    while start < frames:
+        end = min(start + stretch, frames)
+        speed, loads = motion[SPEED, start:end], motion[LOAD, start:end]
+        outside = 0
+        for i in range(len(speed)):
+            turns, load = abs(speed[i]) * step, loads[i]
+            outside += (turns < slowest) | (turns >= fade) | (load < low) | (load >= high)
+        if outside > 0:
+            for i in range(len(speed)):
+                turns, load = abs(speed[i]) * step, loads[i]
+                if (turns < slowest) | (turns >= fade) | (load < low) | (load >= high):
+                    return start + i
+        start, stretch = end, 2 * stretch
+    return frames
 
 
 @kernel
