@@ -5,8 +5,8 @@ Model   z is the level above which the heights have a given mean, so z(h + c) = 
         z: |dz/dtheta| <= 2 pi a2. With N harmonics, each with a gain of 1 at most, and nu = u / lambda2 turns a second:
         displacement  the sum of 2 |Z_n| is at most a2 sqrt(2) sqrt(sum 1 / n^2) < (pi / sqrt 3) a2 = 1.814 a2
                       (Parseval's 2 sum n^2 |Z_n|^2 <= a2^2, then Cauchy and Schwarz)
-        velocity      2 pi a2 nu G(N), G being what N harmonics of a bounded curve may overshoot: Lebesgue's constant, or
-                      sqrt(2 N) by Cauchy and Schwarz, whichever is less; a level that fades lies between two others
+        velocity      2 pi a2 nu G(N), G being what N harmonics of a bounded curve may overshoot: Lebesgue's constant,
+                      or sqrt(2 N) by Cauchy and Schwarz, whichever is less; a level that fades lies between two
         acceleration  2 pi N nu times that (Bernstein), and 2 pi a2 G(N) / lambda2 times du/dt where the speed changes
 Source  Galkin (1971): Lebesgue's constant is at most 1 + (4 / pi^2) log(2 N + 1). Bernstein's inequality: Zygmund,
         Trigonometric Series, X.3.
