@@ -21,6 +21,7 @@ from synth.contact.kernels import inlined, kernel, two_product
 TURN = 2.0**64
 HALF_TURN = 2.0**63
 SMALLEST = 1.2e-38  # the smallest normal float32; what is below leaves as zero, so that no denormal slows a peer
+LARGEST = 3.4e38  # what a float32 holds; a hand whose derivatives ask for more, or for no number, is silent there
 
 STRETCH = 64  # frames that `run_until` looks at first; longer makes short runs dear, shorter long ones
 
@@ -230,7 +231,7 @@ def run_rate(
                 )
                 value += part * (first if order == 1 else second)
         value *= gain
-        out[i, channel] = value if abs(value) >= SMALLEST else 0.0
+        out[i, channel] = value if SMALLEST <= abs(value) <= LARGEST else 0.0
 
 
 @inlined
@@ -420,7 +421,7 @@ def read_rate(pool, tables, layout, state, motion, position, start, out, channel
             rate = g1 * load_rate
             second = g * second + 2.0 * rate * first + (g2 * load_rate * load_rate + g1 * load_bend) * value
             result = gain * (g * first + rate * value if order == 1 else second)
-        out[i, channel] = result if abs(result) >= SMALLEST else 0.0
+        out[i, channel] = result if SMALLEST <= abs(result) <= LARGEST else 0.0
         i += 1
     state[0] = after
     return frames
