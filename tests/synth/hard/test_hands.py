@@ -110,6 +110,21 @@ def test_blocks_of_one_frame_are_one_block() -> None:
     assert np.array_equal(rendered(fields, [FRAMES]), rendered(fields, [1] * FRAMES))
 
 
+@pytest.mark.parametrize("value", [1e30, 1e155, -1e300, 1.7e308])
+@pytest.mark.parametrize("name", ["speed_rate", "load_rate", "load_bend", "all of them"])
+def test_derivatives_that_no_hand_has_leave_finite_samples(name: str, value: float) -> None:
+    """What would be beyond every float32, or no number, is silence; the displacement does not depend on them."""
+    given = {"speed_rate": 0.0, "load_rate": 0.0, "load_bend": 0.0}
+    sudden = dict.fromkeys(given, value) if name == "all of them" else {**given, name: value}
+    for load in (0.3, 5e-4):  # above the gate, and in it
+        voice, other = open_voice(scene()), open_voice(scene())
+        block = voice.render(100, Motion.of(100, speed=0.04, load=load, **sudden))
+        assert finite(block)
+        even = other.render(100, Motion.of(100, speed=0.04, load=load, **given))
+        if sudden["speed_rate"] == 0.0:
+            assert np.array_equal(block[:, 0], even[:, 0])
+
+
 def swaying(speed: Real) -> dict[str, Any]:
     """Return the places of a hand of these speeds."""
     return {"position": np.concatenate([[0.0], np.cumsum(speed)[:-1]]) / RATE}

@@ -54,6 +54,14 @@ def test_a_field_at_either_end(field: Field) -> None:
         assert check(field.company, field.document(end))
 
 
+@pytest.mark.parametrize("tolerance", ["exact", "imperceptible"])
+@pytest.mark.parametrize("field", FIELDS, ids=lambda field: field.name)
+def test_a_field_at_either_end_where_the_tolerance_is_named(field: Field, tolerance: str) -> None:
+    narrow = {"output": {"bandwidth": 300.0}, "accuracy": {"tolerance": tolerance}}
+    for end in field.ends:
+        assert check(narrow, field.company, field.document(end))
+
+
 PAIRS = [(one, other) for one, other in itertools.combinations(FIELDS, 2) if one.path != other.path]
 
 
