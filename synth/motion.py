@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from synth.contact.exact import Array
-from synth.contact.kernels import kernel
+from synth.contact.kernels import kernel, two_product
 from synth.scene import Scene, Stroke
 from synth.scene_scan import TURN_REACH
 
@@ -184,11 +184,16 @@ def stroke_motion(stroke: Stroke, first: int, frames: int, rate: int) -> Motion:
 def fill_stroke(u: float, turn: float, cruise: float, first: int, rate: int, samples: Array, position: Array) -> None:
     """Write speed and its rate to `samples`, and `position`, of a stroke of speed `u` (m/s), turns and cruise in s."""
     half, reach = cruise + turn, TURN_REACH * u * turn
+    half_rest = (cruise - (half - turn)) if cruise < turn else (turn - (half - cruise))
     length = 2.0 * reach + u * cruise
     for i in range(len(position)):
         t = (first + i) / rate
         turned = math.floor(t / half)
-        local = t - turned * half
+        # after hours the roundings of t and of the turns before it are 1e-11 s: they are taken off again
+        frames, frames_rest = two_product(t, float(rate))
+        t_rest = ((first + i - frames) - frames_rest) / rate
+        before, before_rest = two_product(turned, half)
+        local = (t - before) + (t_rest - before_rest - turned * half_rest)
         travel, speed, bend = reach + u * (local - 0.5 * turn), u, 0.0
         if local < 0.5 * turn or local > 0.5 * turn + cruise:
             leaving = local < 0.5 * turn

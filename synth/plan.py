@@ -119,6 +119,8 @@ def _row_error(solved: Preparation, channel: ChannelPlan, rows: Rows | None) -> 
 
 
 def _row_warnings(solved: Preparation, rows: Rows | None) -> tuple[str, ...]:
+    if rows is None:
+        return ()
     late = {channel.quantity: channel.error + _row_error(solved, channel, rows) for channel in solved.channels}
     return tuple(
         f"Where the load varies the {quantity} may err by {error:.2g} of its peak-to-peak, not the "

@@ -126,7 +126,7 @@ class Voice:
         if motion is not None and motion.samples.shape[1] != frames:
             raise ValueError(f"a motion of {motion.frames} frames cannot fill a block of {frames}")
         out = np.empty((frames, self.channels), np.float32)
-        if motion is not None and self._by_hand and motion.complete:
+        if frames and motion is not None and self._by_hand and motion.complete:
             self._follow(motion, out)
         elif frames:
             self._fill(out, motion)

@@ -2,9 +2,9 @@
 
 Model   `kernel` compiles a function without the GIL and keeps the machine code on disk; `inlined` is for the small
         functions inside the loops. Products and sums may be fused (one rounding fewer); nothing else is reordered but
-        in `summing`, so the same scene gives the same samples on the same machine. numba keeps a kernel until its own
-        file changes; a kernel also holds what it calls in the files beside it, so what is older than the newest of
-        these is forgotten here.
+        in `summing`, so the same scene gives the same samples on the same machine. `unfused` is for what counts on
+        every rounding. numba keeps a kernel until its own file changes; a kernel also holds what it calls in the files
+        beside it, so what is older than the newest of these is forgotten here.
 Limits  only kernels kept beside their source are forgotten so: with NUMBA_CACHE_DIR set, empty it after a change. numba
         infers the types: these functions carry none, and mypy does not look into them.
 """
@@ -22,9 +22,12 @@ from numba import njit
 Function = Callable[..., Any]
 
 
-def forget_stale_kernels(folder: Path) -> None:
-    """Delete the indexes of compiled kernels in `folder` that are older than its newest source file."""
-    newest = max(source.stat().st_mtime for source in folder.glob("*.py"))
+def forget_stale_kernels(folder: Path, called: Path | None = None) -> None:
+    """Delete the indexes of compiled kernels in `folder` that are older than the newest source file of `called`.
+
+    called: the folder whose functions they call, their own unless given (numba looks at their own files itself).
+    """
+    newest = max(source.stat().st_mtime for source in (called or folder).glob("*.py"))
     if newest > time():  # a wrong clock: everything would be older, at every start
         return
     for index in (folder / "__pycache__").glob("*.nbi"):
@@ -33,7 +36,9 @@ def forget_stale_kernels(folder: Path) -> None:
                 index.unlink()
 
 
-forget_stale_kernels(Path(__file__).parent)
+HERE = Path(__file__).parent
+forget_stale_kernels(HERE)
+forget_stale_kernels(HERE.parent, called=HERE)
 
 
 def kernel(function: Function) -> Function:
@@ -56,3 +61,19 @@ def inlined(function: Function) -> Function:
         function
     )
     return compiled
+
+
+def unfused(function: Function) -> Function:
+    """Return `function` compiled with every product and every sum rounded by itself."""
+    compiled: Function = njit(nogil=True, cache=True, error_model="numpy")(function)
+    return compiled
+
+
+@unfused
+def two_product(a: float, b: float) -> tuple[float, float]:
+    """Return a b rounded, and what the rounding left out, exactly (Dekker, 1971), for |a| and |b| below 1e300."""
+    product = a * b
+    far, high = 134217729.0 * a, 134217729.0 * b  # 2^27 + 1: each factor is split into halves of 26 bits
+    a1, b1 = far - (far - a), high - (high - b)
+    a2, b2 = a - a1, b - b1
+    return product, ((a1 * b1 - product) + a1 * b2 + a2 * b1) + a2 * b2

@@ -16,10 +16,13 @@ import numpy as np
 
 from synth.contact.evaluation import SMALLEST, cubic_surface, gate, place, smooth_step, surface_rates
 from synth.contact.exact import Array
-from synth.contact.kernels import inlined, kernel
+from synth.contact.kernels import inlined, kernel, two_product
 
 TURN = 2.0**64
 HALF_TURN = 2.0**63
+LARGEST = 3.4e38  # what a float32 holds; a hand whose derivatives ask for more, or for no number, is silent there
+
+STRETCH = 64  # frames that `run_until` looks at first; longer makes short runs dear, shorter long ones
 
 # entries of `layout`; then fade_from and fade_to of each level, then the edges of the intervals of load
 RATE, PERIOD, LIFT, GAIN, HOLD, CONSTANTS = 0, 1, 2, 3, 4, 5
@@ -62,20 +65,43 @@ def level_of(fades, turns, level):
 
 
 @kernel
-def phases_of(motion, position, start, phase, step, bend, period):
+def rest_of_step(step, rate, period):
+    """Return what the rounding of step = 1 / (rate period) left out: times 24 hours of frames it is 1e-9 turn."""
+    whole, low = two_product(rate, period)
+    product, rest = two_product(step, whole)
+    return ((1.0 - product) - rest - step * low) * step
+
+
+@inlined
+def fraction_of_turn(turns, small):
+    """Return turns + small as a uint64 fraction of a turn, to 2^-65: `small` holds what is lost beside `turns`."""
+    coarse = (turns - np.rint(turns)) * TURN
+    coarse -= TURN if coarse >= HALF_TURN else 0.0
+    whole = np.rint(coarse)
+    fine = (small - np.rint(small)) * TURN + (coarse - whole)
+    fine -= TURN if fine >= HALF_TURN else 0.0
+    return np.uint64(np.int64(whole)) + np.uint64(np.int64(np.rint(fine)))
+
+
+@kernel
+def phases_of(motion, position, start, phase, step, step_rest, bend, period):
     """Return the phase of each frame from `start` on, and the phase after the last: uint64 fractions of a turn.
 
-    step, bend: turns a frame for 1 m/s, and for 1 m/s^2. position: metres at each frame, or empty; where it is given
-    the phase is the position over `period`, whatever `phase` was.
+    step, bend: turns a frame for 1 m/s, and for 1 m/s^2; step_rest: what is lost in the rounding of `step`. position:
+    metres at each frame, or empty; where it is given the phase is the position over `period`, whatever `phase` was.
     """
     # Slices that begin at frame `start` let the loops run from 0: an index that may be negative cannot be vectorised.
     frames = motion.shape[1]
     speed, speed_rate = motion[SPEED, start:], motion[SPEED_RATE, start:]
     phases = np.empty(frames, dtype=np.uint64)
     steps = phases[start:]
+    step1 = np.float64(np.float32(step))  # halves of 24 and 29 bits: their products are exact
+    step2 = step - step1
     for i in range(len(steps)):
-        turns = speed[i] * step + speed_rate[i] * bend
-        steps[i] = np.uint64(np.int64(np.rint((turns - np.rint(turns)) * HALF_TURN)) << np.int64(1))
+        speed1 = np.float64(np.float32(speed[i]))
+        speed2 = speed[i] - speed1
+        small = speed1 * step2 + speed2 * step1 + (speed2 * step2 + speed[i] * step_rest + speed_rate[i] * bend)
+        steps[i] = fraction_of_turn(speed1 * step1, small)
     if len(position) == frames:
         last = phases[frames - 1]
         places = position[start:]
@@ -93,18 +119,23 @@ def phases_of(motion, position, start, phase, step, bend, period):
 @kernel
 def run_until(motion, start, step, slowest, fade, low, high):
     """Return the first frame from `start` on whose speed or load leaves the ranges of one table."""
-    speed, loads = motion[SPEED, start:], motion[LOAD, start:]
-    outside = 0
-    for i in range(len(speed)):
-        turns, load = abs(speed[i]) * step, loads[i]
-        outside += (turns < slowest) | (turns >= fade) | (load < low) | (load >= high)
-    if outside == 0:
-        return motion.shape[1]
-    for i in range(len(speed)):
-        turns, load = abs(speed[i]) * step, loads[i]
-        if (turns < slowest) | (turns >= fade) | (load < low) | (load >= high):
-            return start + i
-    return motion.shape[1]
+    # A stretch is counted first, which can be vectorised; each is twice as long as the one before, so that a short run
+    # does not cost the length of the block.
+    frames, stretch = motion.shape[1], STRETCH
+    while start < frames:
+        end = min(start + stretch, frames)
+        speed, loads = motion[SPEED, start:end], motion[LOAD, start:end]
+        outside = 0
+        for i in range(len(speed)):
+            turns, load = abs(speed[i]) * step, loads[i]
+            outside += (turns < slowest) | (turns >= fade) | (load < low) | (load >= high)
+        if outside > 0:
+            for i in range(len(speed)):
+                turns, load = abs(speed[i]) * step, loads[i]
+                if (turns < slowest) | (turns >= fade) | (load < low) | (load >= high):
+                    return start + i
+        start, stretch = end, 2 * stretch
+    return frames
 
 
 @kernel
@@ -180,7 +211,7 @@ def run_rate(
                 )
                 value += part * (first if order == 1 else second)
         value *= gain
-        out[i, channel] = value if abs(value) >= SMALLEST else 0.0
+        out[i, channel] = value if SMALLEST <= abs(value) <= LARGEST else 0.0
 
 
 @inlined
@@ -241,7 +272,9 @@ def read_displacement(pool, tables, layout, state, motion, position, start, out,
     frames, levels = motion.shape[1], len(tables)
     step, lift, gain = 1.0 / (layout[RATE] * layout[PERIOD]), layout[LIFT], layout[GAIN]
     fades, edges = layout[CONSTANTS : CONSTANTS + 2 * levels], layout[CONSTANTS + 2 * levels :]
-    phases, after = phases_of(motion, position, start, state[0], step, 0.5 * step / layout[RATE], layout[PERIOD])
+    rest = rest_of_step(step, layout[RATE], layout[PERIOD])
+    bend = 0.5 * step / layout[RATE]
+    phases, after = phases_of(motion, position, start, state[0], step, rest, bend, layout[PERIOD])
     level, interval, i = 0, -1, start
     while i < frames:
         turns, load = abs(motion[SPEED, i]) * step, motion[LOAD, i]
@@ -303,7 +336,9 @@ def read_rate(pool, tables, layout, state, motion, position, start, out, channel
         layout[CONSTANTS + 2 * levels :],
         1.0 / layout[PERIOD],
     )
-    phases, after = phases_of(motion, position, start, state[0], step, 0.5 * step / layout[RATE], layout[PERIOD])
+    rest = rest_of_step(step, layout[RATE], layout[PERIOD])
+    bend = 0.5 * step / layout[RATE]
+    phases, after = phases_of(motion, position, start, state[0], step, rest, bend, layout[PERIOD])
     level, interval, i = 0, -1, start
     while i < frames:
         turns, load = abs(motion[SPEED, i]) * step, motion[LOAD, i]
@@ -366,7 +401,7 @@ def read_rate(pool, tables, layout, state, motion, position, start, out, channel
             rate = g1 * load_rate
             second = g * second + 2.0 * rate * first + (g2 * load_rate * load_rate + g1 * load_bend) * value
             result = gain * (g * first + rate * value if order == 1 else second)
-        out[i, channel] = result if abs(result) >= SMALLEST else 0.0
+        out[i, channel] = result if SMALLEST <= abs(result) <= LARGEST else 0.0
         i += 1
     state[0] = after
     return frames

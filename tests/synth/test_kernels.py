@@ -36,3 +36,16 @@ def test_sources_from_the_future_say_nothing(tmp_path: Path) -> None:
     (kept / "one.nbi").touch()
     forget_stale_kernels(tmp_path)
     assert (kept / "one.nbi").exists()
+
+
+def test_kernels_beside_the_folder_are_forgotten_with_what_they_call(tmp_path: Path) -> None:
+    called = tmp_path / "contact"
+    (tmp_path / "__pycache__").mkdir()
+    called.mkdir()
+    old, new = tmp_path / "__pycache__" / "old.nbi", tmp_path / "__pycache__" / "new.nbi"
+    source = called / "kernels.py"
+    for number, path in enumerate((old, source, new)):
+        path.touch()
+        os.utime(path, (1e9 + number, 1e9 + number))
+    forget_stale_kernels(tmp_path, called)
+    assert not old.exists() and new.exists()

@@ -22,8 +22,7 @@ from synth.scene import (
     scene_document,
     scene_fields,
 )
-from synth.scene_rules import Quantity
-from tests.synth.scene_cases import RISING, at, nested, quantity_fields, scenes
+from tests.synth.scene_cases import RISING, at, nested, scenes
 
 DESIGN_EXAMPLE = """{
   "finger":  {"ridge_period": "0.5 mm", "ridge_amplitude": "40 um", "contact_length": "10 mm",
@@ -67,31 +66,6 @@ def test_a_null_field_is_the_default(line: Any) -> None:
         assert parse_scene(nested(line.path, None)) == parse_scene({"scan": {"stroke": {}}})
     else:
         assert parse_scene(nested(line.path, None)) == Scene()
-
-
-@pytest.mark.parametrize(("path", "rule"), quantity_fields(), ids=lambda item: item if isinstance(item, str) else "")
-def test_every_quantity_takes_both_ends_of_its_range_as_number_and_as_text(path: str, rule: Quantity) -> None:
-    for end in (rule.low, rule.high):
-        around: dict[str, Any] = {}
-        if path == "output.fade":
-            around = {"duration": 86400.0}
-        if path == "output.duration":
-            around = {"fade": 0.0}
-        if path.startswith("scan.stroke."):
-            roomy = {"length": 10.0, "speed": 1e-3, "turn_time": 1e-3}
-            around = {key: value for key, value in roomy.items() if key != path.rpartition(".")[2]}
-        for written in (end, rule.show(end)) if rule.unit else (end,):
-            document = nested(path, written)
-            inner = document
-            for name in path.split(".")[:-1]:
-                inner = inner[name]
-            inner.update(around)
-            scene = parse_scene(document)
-            if path.endswith("roughness"):
-                amplitude = scene.finger.ridge_amplitude if path.startswith("finger") else scene.texture.amplitude
-                assert amplitude == pytest.approx(0.5 * math.pi * end, rel=1e-15)
-            else:
-                assert at(scene, path) == end
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import sys
 
 import pytest
 from hypothesis import given
@@ -20,10 +19,10 @@ from tests.synth.scene_cases import RISING, faults_of, nested, quantity_fields
 
 @pytest.mark.parametrize(("path", "rule"), quantity_fields(), ids=lambda item: item if isinstance(item, str) else "")
 def test_every_quantity_refuses_what_is_outside_or_no_quantity(path: str, rule: Quantity) -> None:
+    """The next float beyond either end, NaN and infinity are in hard/test_boundaries.py."""
     pointer = "/" + path.replace(".", "/")
-    below = math.nextafter(rule.low, -math.inf) if rule.low else -sys.float_info.min
-    outside: list[object] = [below, math.nextafter(rule.high, math.inf), 1e300, -1e300]
-    garbage: list[object] = [math.nan, math.inf, -math.inf, True, False, "", "1", "1 parsec", [], {}, [1], 10**400]
+    outside: list[object] = [1e300, -1e300]
+    garbage: list[object] = [True, False, "", "1", "1 parsec", [], {}, [1], 10**400]
     for value in outside + garbage:
         faults = [fault for fault in faults_of(nested(path, value)) if fault.pointer == pointer]
         assert faults, (path, value)
@@ -31,11 +30,6 @@ def test_every_quantity_refuses_what_is_outside_or_no_quantity(path: str, rule: 
         assert rule.unit in faults[0].hint or not rule.unit or str(rule.low) in faults[0].hint
         assert faults[0].hint
         assert faults[0].value
-
-
-@pytest.mark.parametrize("path", [path for path, rule in quantity_fields() if rule.low > 0.0])
-def test_a_denormal_number_is_refused_where_zero_is(path: str) -> None:
-    assert [fault.pointer for fault in faults_of(nested(path, 5e-324))] == ["/" + path.replace(".", "/")]
 
 
 @pytest.mark.parametrize(

@@ -1,8 +1,7 @@
-"""A voice: blocks do not matter, phase does not drift, nothing moving is nothing heard, samples are finite."""
+"""A voice: blocks do not matter, nothing moving is nothing heard, samples are finite."""
 
 from __future__ import annotations
 
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -111,25 +110,6 @@ def test_a_frame_by_seek_is_the_frame_streamed(scan: dict[str, Any]) -> None:
     for frame in (1, 77, 4096, 8990):
         sought.seek(frame)
         assert np.array_equal(sought.render(10), whole[frame : frame + 10])
-
-
-@pytest.mark.parametrize("rate", [8000, 44100, 48000, 192000])
-@pytest.mark.parametrize("speed", [0.08, -0.0777, 1.2345])
-def test_the_phase_after_24_hours_is_within_a_billionth_of_a_turn(rate: int, speed: float) -> None:
-    voice = open_voice(scene_of(scan={"speed": speed}, output={"sample_rate": rate, "quantity": "displacement"}))
-    frame = 86400 * rate + 12345
-    voice.seek(frame)
-    turns = Fraction(speed) * frame / (Fraction(0.8e-3) * rate)
-    off = (Fraction(voice.phase, 2**64) - turns) % 1
-    assert min(off, 1 - off) < Fraction(1, 10**9)
-
-
-def test_after_24_hours_the_sound_is_what_the_position_says() -> None:
-    scene = scene_of(output={"quantity": "displacement"}, accuracy={"tolerance": 1e-5})
-    late, early = open_voice(scene), open_voice(scene)
-    frame = 600 * 48000 * 86400 // 600  # a period of the default scene is 480 frames, and 24 h a whole number of them
-    late.seek(frame)
-    assert np.max(np.abs(late.render(480) - early.render(480))) <= 2e-7
 
 
 def test_a_stroke_returns_along_the_same_heights() -> None:

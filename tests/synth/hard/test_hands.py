@@ -1,0 +1,164 @@
+"""Hands at the ends of what they may do, one row a hand: bounds, blocks that do not matter, and the oracle's places.
+
+Model   displacement is within (pi / sqrt 3) a2 at any load that stands still (`bounds`), and within the tolerance of it
+        between rows of load; where the load does not change velocity and acceleration are held by `bounds` too, the
+        latter with the du/dt of the hand.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from synth.motion import Motion
+from synth.output import Block
+from synth.preparation import N_MAX
+from synth.scene import Scene
+from synth.voice import open_voice
+from tests.reference.synthesis_oracle import direct
+from tests.synth.engine_cases import Real, scene_of, touch_of
+from tests.synth.hard.bounds import ALL, BAND, MOST_DISPLACEMENT, MOVING_REMOVED, finite, overshoot
+
+FRAMES, RATE, BANDWIDTH, TOLERANCE = 2400, 8000, 600.0, 1e-2
+TIME = np.arange(FRAMES) / RATE
+PERIOD, HEIGHT = 0.8e-3, 20e-6
+RANDOM = np.random.default_rng(77)
+NUMBERS = np.arange(FRAMES)
+HANDS: dict[str, dict[str, Any]] = {
+    "a load that drops to nothing and returns": {
+        "speed": 0.04,
+        "load": np.where((TIME > 0.1) & (TIME < 0.2), 0.0, 0.3),
+    },
+    "a load that fades to nothing and returns": {"speed": 0.04, "load": 0.3 * np.cos(20 * TIME) ** 2},
+    "a load that steps at every frame": {"speed": 0.04, "load": np.where(NUMBERS % 2, 0.25, 0.35)},
+    "a load of every size at every frame": {"speed": 0.04, "load": 10.0 ** RANDOM.uniform(-9, 3, FRAMES)},
+    "noisy force at 1 kHz": {
+        "speed": 0.04,
+        "load": np.interp(TIME, np.arange(400) / 1000, 0.3 + 0.02 * RANDOM.standard_normal(400)),
+    },
+    "loads from a nanonewton to a kilonewton": {"speed": 0.04, "load": 10.0 ** np.interp(TIME, [0, 0.3], [-9, 3])},
+    "no load at all": {"speed": 0.04, "load": 0.0},
+    "a nanonewton": {"speed": 0.04, "load": 1e-9},
+    "a kilonewton": {"speed": 0.04, "load": 1e3},
+    "a reversal in mid-block": {"speed": np.where(TIME < 0.1537, 0.04, -0.04), "load": 0.3},
+    "speed steps": {"speed": np.where((NUMBERS // 100) % 2, 0.3, 0.02), "load": 0.3},
+    "a speed that steps at every frame": {"speed": np.where(NUMBERS % 2, -0.1, 0.3), "load": 0.3},
+    "no speed at all": {"speed": 0.0, "load": 0.3},
+    "a nanometre a second": {"speed": 1e-9, "load": 0.3},
+    "10 m/s": {"speed": 10.0, "load": 0.3},
+    "a hand that jumps": {"position": RANDOM.uniform(-1e3, 1e3, FRAMES), "load": 0.3},
+    "a hand that trembles": {"position": 1e-6 * np.cumsum(RANDOM.standard_normal(FRAMES)), "load": 0.3},
+    "the smallest numbers": {"speed": 5e-324, "load": 5e-324, "speed_rate": 5e-324, "load_rate": 5e-324,
+                             "load_bend": 5e-324},
+    "the smallest numbers of a load that presses": {"position": 5e-324, "load": 0.3, "speed": 1e-310,
+                                                    "speed_rate": -5e-324, "load_rate": 1e-310, "load_bend": 5e-324},
+    "far too fast": {"speed": 1e30, "load": 0.3},
+    "far too heavy": {"speed": 0.04, "load": 1e30},
+    "pulled, not pressed": {"speed": 0.04, "load": -1e30},
+}  # fmt: skip
+STILL = ("a hand that jumps", "no load at all", "no speed at all", "10 m/s", "far too fast", "pulled, not pressed")
+
+
+def scene() -> Scene:
+    output = {**ALL, "sample_rate": RATE, "bandwidth": BANDWIDTH}
+    return scene_of(output=output, accuracy={"tolerance": TOLERANCE})
+
+
+def part_of(fields: dict[str, Any], first: int, last: int) -> Motion:
+    at = {key: value[first:last] if isinstance(value, np.ndarray) else value for key, value in fields.items()}
+    return Motion.of(last - first, **at)
+
+
+def rendered(fields: dict[str, Any], sizes: list[int]) -> Block:
+    voice = open_voice(scene())
+    ends = [0, *itertools.accumulate(sizes)]
+    return np.concatenate([voice.render(b - a, part_of(fields, a, b)) for a, b in itertools.pairwise(ends)])
+
+
+def check_hand(whole: Block, fields: dict[str, Any]) -> None:
+    """Assert the bounds that hold for a hand."""
+    assert finite(whole)
+    assert np.max(np.abs(whole[:, 0])) <= MOST_DISPLACEMENT * HEIGHT * (1.0 + 2.0 * TOLERANCE)
+    if "speed" not in fields or isinstance(fields["load"], np.ndarray):
+        return
+    speed = np.broadcast_to(fields["speed"], FRAMES)
+    turns = min(float(np.max(np.abs(speed))) / PERIOD, MOVING_REMOVED * RATE)  # faster than that is silence
+    bend = float(np.max(np.abs(np.diff(speed)))) * RATE / PERIOD
+    slope = 2.0 * math.pi * HEIGHT * overshoot(N_MAX) * (1.0 + 2.0 * TOLERANCE)
+    highest = 2.0 * math.pi * MOVING_REMOVED * BANDWIDTH / BAND
+    assert np.max(np.abs(whole[:, 1])) <= slope * turns
+    assert np.max(np.abs(whole[:, 2])) <= slope * (turns * highest + bend)
+
+
+@pytest.mark.parametrize("name", HANDS)
+def test_a_hard_hand_stays_within_bounds_and_its_blocks_do_not_matter(name: str) -> None:
+    fields = HANDS[name]
+    whole = rendered(fields, [FRAMES])
+    check_hand(whole, fields)
+    assert np.array_equal(whole, rendered(fields, [1, 1, 7, 480, 511, 1000, 400]))
+    loads = np.broadcast_to(fields["load"], FRAMES)
+    assert not whole[loads <= 0.0, 0].any()
+    assert bool(whole[:, 1:].any()) == (name not in STILL and "smallest numbers" not in name)
+
+
+def test_blocks_of_one_frame_are_one_block() -> None:
+    fields = HANDS["a load that fades to nothing and returns"]
+    assert np.array_equal(rendered(fields, [FRAMES]), rendered(fields, [1] * FRAMES))
+
+
+@pytest.mark.parametrize("value", [1e30, 1e155, -1e300, 1.7e308])
+@pytest.mark.parametrize("name", ["speed_rate", "load_rate", "load_bend", "all of them"])
+def test_derivatives_that_no_hand_has_leave_finite_samples(name: str, value: float) -> None:
+    """What would be beyond every float32, or no number, is silence; the displacement does not depend on them."""
+    given = {"speed_rate": 0.0, "load_rate": 0.0, "load_bend": 0.0}
+    sudden = dict.fromkeys(given, value) if name == "all of them" else {**given, name: value}
+    for load in (0.3, 5e-4):  # above the gate, and in it
+        voice, other = open_voice(scene()), open_voice(scene())
+        block = voice.render(100, Motion.of(100, speed=0.04, load=load, **sudden))
+        assert finite(block)
+        even = other.render(100, Motion.of(100, speed=0.04, load=load, **given))
+        if sudden["speed_rate"] == 0.0:
+            assert np.array_equal(block[:, 0], even[:, 0])
+
+
+def swaying(speed: Real) -> dict[str, Any]:
+    """Return the places of a hand of these speeds."""
+    return {"position": np.concatenate([[0.0], np.cumsum(speed)[:-1]]) / RATE}
+
+
+FOLLOWED: dict[str, dict[str, Any]] = {
+    "a load that drops to nothing and returns": {
+        **swaying(np.full(FRAMES, 0.01)),
+        "load": np.where((TIME > 0.1) & (TIME < 0.2), 0.0, 0.3),
+    },
+    "a load that steps at every frame": {**swaying(np.full(FRAMES, 0.01)), "load": np.where(NUMBERS % 2, 0.25, 0.35)},
+    "a load that steps into the gate": {**swaying(np.full(FRAMES, 0.01)), "load": np.where(NUMBERS % 3, 5e-4, 0.3)},
+    "from a millinewton to a kilonewton": {**swaying(np.full(FRAMES, 0.01)), "load": 10.0 ** (NUMBERS // 300 - 3.0)},
+    "a reversal in mid-block": {**swaying(np.where(TIME < 0.1537, 0.01, -0.01)), "load": 0.3},
+    "speed steps": {**swaying(np.where((NUMBERS // 400) % 2, 0.01, 0.001)), "load": 0.3},
+    "noisy force at 1 kHz": {
+        **swaying(np.full(FRAMES, 0.01)),
+        "load": np.interp(TIME, np.arange(400) / 1000, 0.3 + 0.02 * RANDOM.standard_normal(400)),
+    },
+}
+
+
+@pytest.mark.parametrize("name", FOLLOWED)
+def test_a_slow_hand_stands_where_the_oracle_says_at_every_load(name: str) -> None:
+    """All of its harmonics are in the band, so the oracle of places and loads needs no band limit."""
+    fields = FOLLOWED[name]
+    followed = scene_of(
+        scan={"speed": 0.01}, output={"quantity": "displacement", "full_scale": 1.0, "sample_rate": RATE},
+        accuracy={"tolerance": TOLERANCE},
+    )  # fmt: skip
+    found = open_voice(followed).render(FRAMES, part_of(fields, 0, FRAMES))[:, 0].astype(float)
+    some = np.arange(0, FRAMES, 7)
+    loads = np.broadcast_to(fields["load"], FRAMES)[some]
+    s = np.minimum(loads / followed.scan.lift_load, 1.0)
+    gate = s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
+    wanted = gate * direct(touch_of(followed), fields["position"][some], loads, mean_phases=128)
+    assert np.max(np.abs(found[some] - wanted)) <= TOLERANCE * np.ptp(wanted)

@@ -1,0 +1,117 @@
+"""Every numeric field of a scene at both ends of its range, in all pairs, and anywhere between: fit samples, or a
+refusal of the combination that says so.
+"""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from synth.cache import ResponseCache
+from synth.errors import SceneError
+from synth.scene import parse_scene
+from synth.voice import blocks, open_voice, total_frames
+from tests.synth.hard.bounds import ALL, check_fit, merged
+from tests.synth.hard.ranges import COMBINED, FIELDS, Field, inside, rules
+
+BASE: dict[str, Any] = {"output": {**ALL, "bandwidth": 1000.0}, "accuracy": {"tolerance": 1e-2}}
+"""Few harmonics and a wide tolerance, where a pair does not ask for others: a scene takes milliseconds."""
+FRAMES = 256
+CACHE = ResponseCache()
+
+
+def check(*documents: dict[str, Any]) -> bool:
+    """Assert that the first and the last block of a whole render are fit; return False where the combination is
+    refused, as it must be then.
+    """
+    try:
+        scene = parse_scene(merged(BASE, *documents))
+    except SceneError as error:
+        assert all(any(words in fault.allowed for words in COMBINED) for fault in error.faults)
+        return False
+    voice = open_voice(scene, cache=CACHE)
+    check_fit(voice, next(blocks(voice, FRAMES)))
+    voice.seek(max(0, total_frames(scene) - FRAMES))
+    for block in blocks(voice, FRAMES):
+        check_fit(voice, block)
+    return True
+
+
+def test_every_rule_of_the_scene_is_known_to_the_table() -> None:
+    """A field of a new kind must be given its ends in `ranges`, or be named here as one without numbers."""
+    without_numbers = {"texture.kind", "scan.trajectory", "effects", "output.quantity", "output.channels"}
+    assert {path for path, _rule in rules()} == {field.path for field in FIELDS} | without_numbers
+    assert len(FIELDS) >= 27
+
+
+@pytest.mark.parametrize("field", FIELDS, ids=lambda field: field.name)
+def test_a_field_at_either_end(field: Field) -> None:
+    for end in field.ends:
+        assert check(field.company, field.document(end))
+
+
+@pytest.mark.parametrize("tolerance", ["exact", "imperceptible"])
+@pytest.mark.parametrize("field", FIELDS, ids=lambda field: field.name)
+def test_a_field_at_either_end_where_the_tolerance_is_named(field: Field, tolerance: str) -> None:
+    narrow = {"output": {"bandwidth": 100.5}, "accuracy": {"tolerance": tolerance}}
+    for end in field.ends:
+        assert check(narrow, field.company, field.document(end))
+
+
+PAIRS = [(one, other) for one, other in itertools.combinations(FIELDS, 2) if one.path != other.path]
+
+
+@pytest.mark.parametrize(("one", "other"), PAIRS, ids=lambda field: field.name.rpartition(".")[2])
+def test_two_fields_at_their_ends(one: Field, other: Field) -> None:
+    played = [check(one.document(a), other.document(b)) for a, b in itertools.product(one.ends, other.ends)]
+    assert any(played) != one.displaces(other)
+
+
+@settings(max_examples=150, suppress_health_check=[HealthCheck.too_slow])
+@given(
+    pair=st.lists(st.sampled_from(FIELDS), min_size=2, max_size=2, unique_by=lambda field: field.path),
+    places=st.tuples(st.floats(0.0, 1.0), st.floats(0.0, 1.0)),
+)
+def test_two_fields_anywhere_in_their_ranges(pair: list[Field], places: tuple[float, float]) -> None:
+    check(*(field.document(inside(field, place)) for field, place in zip(pair, places, strict=True)))
+
+
+@settings(max_examples=100, suppress_health_check=[HealthCheck.too_slow])
+@given(
+    chosen=st.lists(st.sampled_from(FIELDS), min_size=3, max_size=6, unique_by=lambda field: field.path),
+    low=st.lists(st.booleans(), min_size=6, max_size=6),
+)
+def test_several_fields_at_their_ends(chosen: list[Field], low: list[bool]) -> None:
+    check(*(field.document(field.ends[at]) for field, at in zip(chosen, low, strict=False)))
+
+
+TRAJECTORIES: dict[str, list[list[float]]] = {
+    "the closest points": [[0.01 + 1e-6 * i, 1e-6 * i, 0.3] for i in range(40)],
+    "the fastest": [[0.1 * i, 1.0 * i, 0.3] for i in range(6)],
+    "there and back at the fastest": [[0.1 * i, 1.0 * (i % 2), 0.3] for i in range(6)],
+    "the farthest": [[0.0, -1e4, 0.3], [1.0, -1e4 + 0.01, 0.3], [2.0, -1e4, 0.3], [80000.0, 1e4, 0.3]],
+    "the latest": [[86397.0, 0.0, 0.3], [86398.0, 0.01, 0.3], [86399.0, 0.0, 0.3], [86400.0, 0.01, 0.3]],
+    "the lightest": [[0.1 * i, 1e-3 * i, 0.0] for i in range(6)],
+    "the heaviest": [[0.1 * i, 1e-3 * i, 1e3] for i in range(6)],
+    "all loads": [[0.1 * i, 1e-3 * i, 10.0 ** (3 * (-1) ** i)] for i in range(6)],
+    "standing still": [[0.1 * i, 0.0, 0.3] for i in range(6)],
+}
+
+
+@pytest.mark.parametrize("name", TRAJECTORIES)
+def test_a_trajectory_at_the_ends_of_its_ranges(name: str) -> None:
+    """Between points a spline may be faster and heavier than at them: here finite, and within the displacement."""
+    points = TRAJECTORIES[name]
+    output = {"channels": [ALL["channels"][0]], "bandwidth": 300.0, "sample_rate": 8000, "duration": 86400.0}
+    voice = open_voice(parse_scene({"scan": {"trajectory": points}, "output": output, "accuracy": {"tolerance": 3e-2}}))
+    heard = False
+    for time in (0.0, points[0][0], points[1][0], points[-1][0] - 0.01, points[-1][0], 86399.9):
+        voice.seek(round(max(time, 0.0) * 8000))
+        block = voice.render(1000)
+        check_fit(voice, block)
+        heard = heard or bool(block.any())
+    assert heard == (name not in ("the lightest", "the closest points", "the fastest"))  # 1 and 10 m/s: above the band
