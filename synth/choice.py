@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from synth.contact.closed import full_contact
 from synth.contact.exact import Array
 from synth.contact.sampled import SampledGrid
 from synth.contact.spectrum import GOLDEN, Complex, Contact, Demand, Spectrum, curves, points_for, solve_spectrum
@@ -81,14 +82,15 @@ def cheapest_spectrum(contact: Contact, load: float, demand: Demand, keep: int) 
 
     The sampled solver is taken where it is cheaper and its error is within SAMPLED_SHARE of the demand's tolerance.
     """
-    sampled = _sampled(contact, load, demand)
+    closed = full_contact(contact.geometry, contact.stiffness, load) is not None
+    sampled = None if closed else _sampled(contact, load, demand)
     if sampled is not None:
         coarse, error = sampled
         rest = Demand(demand.highest, demand.orders, (1.0 - SAMPLED_SHARE) * demand.tolerance)
         spectrum = solve_spectrum(coarse, load, rest, keep)
         added = _sampling_errors(spectrum, demand, error)
         errors = tuple(one + other for one, other in zip(spectrum.errors, added, strict=True))
-        if not spectrum.closed and max(errors) <= demand.tolerance:
+        if max(errors) <= demand.tolerance:
             return replace(spectrum, errors=errors)
     return solve_spectrum(contact, load, demand, keep)
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from synth.choice import EXACT_CELL
 from synth.contact.spectrum import Contact, Demand, Spectrum, solve_spectrum
-from synth.motion import ScanMotion
+from synth.motion import LIFT_TIME, ScanMotion
 from synth.scene import Scene
 
 NARROWEST = 0.02  # of the band: narrower bandwidths ring for seconds, and their rows are cheap
@@ -67,7 +67,7 @@ def plan_frames(contact: Contact, scene: Scene, demand: Demand, tolerance: float
     )
     rate = scene.output.sample_rate
     oversampling = max(1, math.ceil(phases * motion.fastest() / (scene.texture.period * rate)))
-    solutions = oversampling * rate * (motion.duration - motion.start)
+    solutions = oversampling * rate * (motion.duration - motion.start + 2.0 * LIFT_TIME)
     cell = EXACT_CELL * contact.grid.cells
     seconds = 1e-9 * solutions * (cell + FRAME_SETUP)
     rows = LIFTING_ROWS + math.log2(high / low) * _rows_an_octave(demand.orders, tolerance)

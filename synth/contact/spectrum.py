@@ -177,6 +177,20 @@ def woven(even: Array, odd: Array) -> Array:
     return both
 
 
+def _missing(height: Array, highest: int, order: int) -> float:
+    """Return how much the harmonics of a derivative make that lie beyond what so few phases show.
+
+    They are taken to fall as those of a kink, from the largest of the last that are seen, and to have random phases.
+    """
+    seen = len(height) // 2
+    if highest < seen:
+        return 0.0
+    last = float(np.max(np.abs(harmonics_of(height, seen - 1)[3 * seen // 4 :])))
+    n = np.arange(seen, highest + 1)
+    sizes = last * (n / seen) ** -2.5 * (2.0 * math.pi * n) ** order
+    return 2.0 * math.sqrt(float(np.sum(sizes**2)))
+
+
 def _midway(height: Array) -> Array:
     """Return the cubic through the four nearest of equally spaced values, halfway between each and the next."""
     after = np.roll(height, -1)
@@ -212,6 +226,7 @@ def _errors(height: Array, demand: Demand, scale: float) -> tuple[tuple[float, .
             EARLIER_CHANGE * previous,
             LAST_FOLDED * together * folded[0],
             EARLIER_FOLDED * together * folded[1],
+            LAST_FOLDED * _missing(height, demand.highest, order),
         )
         extent = float(np.ptp(curves(now, order, points)))
         good = good and error <= demand.tolerance * extent + error_floor(scale, demand.highest, order)

@@ -175,7 +175,8 @@ def test_a_contact_that_cancels_is_not_blown_up() -> None:
 @pytest.mark.parametrize("load", [0.01, 0.3, 60.0])
 def test_the_automatic_full_scale_puts_the_steady_peak_at_08(quantity: str, load: float) -> None:
     voice = open_voice(scene_of(scan={"speed": 0.0801, "load": load}, output={"quantity": quantity}))
-    assert np.abs(voice.render(60_000)).max() == pytest.approx(0.8, rel=2e-3)
+    # 2e-3 of the peak is the tolerance, a part of the peak-to-peak; the rest is what lies between two frames
+    assert np.abs(voice.render(60_000)).max() == pytest.approx(0.8, rel=3e-3)
 
 
 def test_a_given_full_scale_only_scales() -> None:

@@ -7,6 +7,7 @@ from __future__ import annotations
 import itertools
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -43,7 +44,14 @@ def check(*documents: dict[str, Any]) -> bool:
 
 def test_every_rule_of_the_scene_is_known_to_the_table() -> None:
     """A field of a new kind must be given its ends in `ranges`, or be named here as one without numbers."""
-    without_numbers = {"texture.kind", "scan.trajectory", "effects", "output.quantity", "output.channels"}
+    without_numbers = {
+        "texture.kind",
+        "scan.trajectory",
+        "effects",
+        "output.quantity",
+        "output.channels",
+        "accuracy.threshold",
+    }
     assert {path for path, _rule in rules()} == {field.path for field in FIELDS} | without_numbers
     assert len(FIELDS) >= 27
 
@@ -113,5 +121,5 @@ def test_a_trajectory_at_the_ends_of_its_ranges(name: str) -> None:
         voice.seek(round(max(time, 0.0) * 8000))
         block = voice.render(1000)
         check_fit(voice, block)
-        heard = heard or bool(block.any())
+        heard = heard or bool(np.max(np.abs(block)) > 1e-8)  # m: less is left of a finger that comes down within 20 ms
     assert heard == (name not in ("the lightest", "the closest points", "the fastest"))  # 1 and 10 m/s: above the band
