@@ -41,7 +41,7 @@ _METHOD = {
 _ACCURACY = {
     "scene": SCENE,
     **dict.fromkeys(("quantity", "unit", "threshold", "chosen"), _TEXT),
-    **dict.fromkeys(("peak_to_peak", "duration"), _NUMBER),
+    **dict.fromkeys(("peak_to_peak", "reference_error", "duration"), _NUMBER),
     **dict.fromkeys(("sample_rate", "repeats"), _WHOLE),
     "methods": {"type": "array", "items": {"type": "object", "required": list(_METHOD), "properties": _METHOD}},
     "left_out": {"type": "array", "items": {"type": "object"}},

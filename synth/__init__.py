@@ -11,6 +11,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from synth.accuracy import measure_accuracy
     from synth.cache import ResponseCache
     from synth.costing import explain
     from synth.live import LiveVoice
@@ -27,6 +28,7 @@ _HOMES = {
     "Scene": "synth.scene",
     "Voice": "synth.voice",
     "explain": "synth.costing",
+    "measure_accuracy": "synth.accuracy",
     "open_voice": "synth.voice",
     "parse_scene": "synth.scene",
     "render": "synth.voice",
@@ -40,6 +42,7 @@ __all__ = [
     "Scene",
     "Voice",
     "explain",
+    "measure_accuracy",
     "open_voice",
     "parse_scene",
     "render",

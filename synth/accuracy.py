@@ -8,7 +8,7 @@ Model   Every method (`methods`) gives one period of the channel, and is compare
         that is not counted, so compiling is left out.
 Source  design, section 5; thresholds: `threshold`.
 Limits  a stroke, or a recording, is measured as a steady scan at its largest speed and load. Methods that would take
-        longer than PATIENCE to measure are left out, and named.
+        longer than PATIENCE to measure, or, after BUDGET of measuring, than HASTE, are left out and named.
 """
 
 from __future__ import annotations
@@ -32,7 +32,8 @@ from synth.scene import Scene, scene_document
 from synth.threshold import threshold_displacement
 
 REPEATS = 5
-PATIENCE = 6.0  # s that measuring one method may take
+PATIENCE, HASTE = 6.0, 0.5  # s that measuring one method may take, and after BUDGET
+BUDGET = 60.0  # s of measuring
 REFERENCE = 8  # times the phases of the largest table: the error of the reference is then 200 times smaller
 SEEN_PHASES = 1 << 17  # of a period, at least, at which errors are looked for
 PROBES = 8  # phases solved to guess how long a method takes
@@ -120,19 +121,22 @@ def measure_accuracy(scene: Scene, *, quantity: str | None = None, progress: Pro
     channel = _channel_of(scene, quantity)
     case = case_of(_steady(scene), channel)
     reference = _reference_of(case)
-    listed = [*methods_of(case), chosen_method(case, channel)]
+    chosen = chosen_method(case, channel)
+    listed = [*(method for method in methods_of(case) if method.name != chosen.name), chosen]
     rows: list[Measured] = []
     left_out: list[LeftOut] = []
+    began = perf_counter()
     for done, method in enumerate(listed):
         if progress is not None:
             progress(method.name, done, len(listed))
-        found = _measured(case, method, reference)
+        patience = PATIENCE if perf_counter() - began < BUDGET else HASTE
+        found = _measured(case, method, reference, math.inf if method is chosen else patience)
         if isinstance(found, Measured):
             rows.append(found)
         else:
             left_out.append(found)
     if progress is not None:
-        progress(listed[-1].name, len(listed), len(listed))
+        progress(chosen.name, len(listed), len(listed))
     planned = scene.output.channel_list[channel]
     duration = scene.output.duration
     return AccuracyReport(
@@ -144,7 +148,7 @@ def measure_accuracy(scene: Scene, *, quantity: str | None = None, progress: Pro
         sample_rate=case.rate,
         threshold=scene.accuracy.threshold,
         reference_error=reference.error,
-        chosen=listed[-1].name,
+        chosen=chosen.name,
         repeats=REPEATS,
         methods=_with_front(rows, duration),
         left_out=tuple(left_out),
@@ -191,10 +195,10 @@ def _points(case: Case) -> int:
     return max(SEEN_PHASES, 1 << (8 * case.solved.highest).bit_length())
 
 
-def _measured(case: Case, method: Method, reference: Reference) -> Measured | LeftOut:
+def _measured(case: Case, method: Method, reference: Reference, patience: float) -> Measured | LeftOut:
     ready = method.set_up()
     longest = _expected_seconds(method, case, ready)
-    if longest > PATIENCE:
+    if longest > patience:
         return LeftOut(method.name, method.family, f"It would take {longest:.3g} s to measure.")
     setups, runs = [], []
     for _ in range(REPEATS):

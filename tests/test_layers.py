@@ -33,7 +33,7 @@ STAGES: tuple[tuple[str, ...], ...] = (
     ("costing",),
     ("live", "live_*"),
     ("samples", "sound_metadata", "riff", "flac", "part_file", "file_writer", "encode"),
-    ("accuracy",),
+    ("methods", "accuracy"),
     ("study",),
 )
 """The stages of `synth`, in the order the data meets them: a module imports its own stage and those before it."""
