@@ -103,6 +103,11 @@ class Voice:
         return plan_of(replace(self._reader.solved, scene=self.scene), self._reader.rows)
 
     @property
+    def frames_together(self) -> int:
+        """Frames that are solved together, 0 where they are read from tables."""
+        return 0 if self._frames is None else self._frames.chunk
+
+    @property
     def phase(self) -> int:
         """Where the texture stands at the next frame, a 64-bit fraction of a turn."""
         if self._reader is not None:

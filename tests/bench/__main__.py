@@ -2,8 +2,8 @@
 
     python -m tests.bench [--long] [--json] [PART ...]
 
-Parts: solver, voice, response (each on one core), service, processes; --long adds an hour's render. Nothing here passes
-or fails: a figure over its limit says OVER. docs/benchmarks.md tells what each line means.
+Parts: solver, voice, response, methods (each on one core), service, processes; --long adds an hour's render. Nothing
+here passes or fails: a figure over its limit says OVER. docs/benchmarks.md tells what each line means.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from contextlib import nullcontext
 from resource import RUSAGE_SELF, getrusage
 from time import perf_counter
 
-from tests.bench import bench_processes, bench_response, bench_service, bench_solver, bench_voice
+from tests.bench import bench_methods, bench_processes, bench_response, bench_service, bench_solver, bench_voice
 from tests.bench.timing import Figure, machine, one_core
 
 Measure = Callable[[bool], list[Figure]]
@@ -24,10 +24,11 @@ PARTS: dict[str, Measure] = {
     "solver": bench_solver.figures,
     "voice": bench_voice.figures,
     "response": bench_response.figures,
+    "methods": bench_methods.figures,
     "service": bench_service.figures,
     "processes": bench_processes.figures,
 }
-ON_ONE_CORE = ("solver", "voice", "response")
+ON_ONE_CORE = ("solver", "voice", "response", "methods")
 HEADER = f"{'figure':35} {'median':>9} {'least':>9} {'unit':8} {'limit':>6} {'':6}  how"
 
 
