@@ -34,10 +34,14 @@ CHANGE_TIME = 0.05  # s from one scene to the next; shorter steps become audible
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """A scene that is ready to be taken over. scene: as it was asked for; solved: with the stream's full scale."""
+    """A scene that is ready to be taken over.
+
+    scene: as it was asked for. solved: with the stream's full scale. voice: of it, its rows solved and not yet begun.
+    """
 
     scene: Scene
     solved: Preparation
+    voice: Voice
 
 
 class LiveVoice:
@@ -107,7 +111,8 @@ class LiveVoice:
         faults = fixed_faults(self._first, scene)
         if faults:
             raise SceneError(faults)
-        return Change(scene, prepare(with_full_scale(scene, self.full_scale), self._cache))
+        solved = prepare(with_full_scale(scene, self.full_scale), self._cache)
+        return Change(scene, solved, Voice(solved, paced=True))
 
     def apply(self, change: Change) -> None:
         """Take `change` over from the next block on."""
@@ -149,7 +154,9 @@ class LiveVoice:
         change = self._waiting
         if self._coming is None and change is not None:
             self._waiting = None
-            self._coming = Voice(change.solved, phase=self._voice.phase, paced=True)
+            begun_before = change.voice.frame > 0
+            self._coming = Voice(change.solved, paced=True) if begun_before else change.voice
+            self._coming.begin_at(self._voice.phase)
             self._crossed = 0
             self.scene = change.scene
 

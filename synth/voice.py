@@ -197,6 +197,13 @@ class Voice:
         if self._solver is not None:
             self._solver.stop()
 
+    def begin_at(self, phase: int) -> None:
+        """Have the texture stand at `phase` (a 64-bit fraction of a turn) at frame 0; the voice has not begun."""
+        assert self.frame == 0, "the voice has begun"
+        self._phase = phase
+        if self._reader is not None:
+            self._reader.phase[0] = phase
+
     def seek(self, frame: int) -> None:
         """Go to `frame` of the scene's own scan; ValueError after a hand has moved it."""
         if self._by_hand:

@@ -222,3 +222,33 @@ def test_a_stream_that_begins_in_silence_is_heard_when_it_is_touched(silent: dic
     assert not voice.render(RATE // 10).any()
     voice.apply(voice.prepare(scene("acceleration")))
     assert 0.5 <= np.max(np.abs(voice.render(RATE // 2)[-4800:])) <= 1.0
+
+
+def test_a_change_is_solved_when_it_is_prepared_not_when_it_is_heard(monkeypatch: pytest.MonkeyPatch) -> None:
+    from synth.contact import exact
+
+    voice = LiveVoice(scene())
+    voice.render(960)
+    points = [[0, 0, 0.3], [0.1, 6e-3, 0.4], [0.2, 1e-2, 0.25], [0.3, 8e-3, 0.3]]
+    change = voice.prepare(scene(scan={"trajectory": points}))
+    solved = exact.solve
+    calls: list[int] = []
+
+    def counted(*arguments: Any, **named: Any) -> Any:
+        calls.append(len(arguments[1]))
+        return solved(*arguments, **named)
+
+    monkeypatch.setattr(exact, "solve", counted)
+    voice.apply(change)
+    assert voice.render(4800).any()
+    assert sum(calls) < 20000  # rows that a lifting finger passes through, not those of the recorded loads
+
+
+def test_a_change_that_was_applied_before_can_be_applied_again() -> None:
+    voice = LiveVoice(scene())
+    first, second = voice.prepare(scene(scan={"speed": 0.05})), voice.prepare(scene(scan={"speed": 0.1}))
+    for change in (first, second, first):
+        voice.apply(change)
+        block = voice.render(4800)
+        assert block.any() and np.isfinite(block).all()
+        assert voice.scene is change.scene
