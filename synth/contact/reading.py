@@ -75,12 +75,10 @@ def rest_of_step(step, rate, period):
 @inlined
 def fraction_of_turn(turns, small):
     """Return turns + small as a uint64 fraction of a turn, to 2^-65: `small` holds what is lost beside `turns`."""
-    coarse = (turns - np.rint(turns)) * TURN
-    coarse -= TURN if coarse >= HALF_TURN else 0.0
+    coarse = (turns - np.rint(turns)) * HALF_TURN
     whole = np.rint(coarse)
-    fine = (small - np.rint(small)) * TURN + (coarse - whole)
-    fine -= TURN if fine >= HALF_TURN else 0.0
-    return np.uint64(np.int64(whole)) + np.uint64(np.int64(np.rint(fine)))
+    fine = np.rint((small - np.rint(small)) * TURN + 2.0 * (coarse - whole))
+    return np.uint64((np.int64(whole) << np.int64(1)) + np.int64(fine))
 
 
 @kernel

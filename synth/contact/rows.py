@@ -30,6 +30,7 @@ LARGEST_LOAD = 1e3  # N, the end of the scene's range
 ROW_WORK = 1 << 27  # phases times cells of one row: about 1 s; the default scene takes a hundredth of it
 # the same of all rows, about 25 s: beyond it intervals are not halved any more, and the error says so
 ALL_WORK = 1 << 32
+FEWEST_START = 64  # phases that a row begins with, whatever its neighbours took: fewer could miss what they saw
 PASSING = 1.0 / 8.0  # of an octave: rows of loads that a motion only passes through
 COARSE = 1.0 / 16.0  # of an octave: rows for a hand that cannot wait
 FINEST = 1.0 / 1024.0  # of an octave: the closest rows there are
@@ -161,15 +162,20 @@ class Rows:
 
     def _solved(self, load: float) -> Spectrum:
         at = max(load, NO_LOAD * self.base)
-        row = solve_spectrum(self.contact, at, self.demand, self.keep, self._start, ROW_WORK)
+        row = solve_spectrum(self.contact, at, self.demand, self.keep, self._start(at), ROW_WORK)
         self._work += max(row.phases, 1) * self.contact.grid.cells
         return row
 
-    @property
-    def _start(self) -> int:
-        """Phases to begin a row with: half of what the first row took."""
-        first = next((row for row in list(self._spectra.values()) if not row.closed), None)
-        return 0 if first is None else max(first.phases // 2, 64)
+    def _start(self, load: float) -> int:
+        """Return the phases to begin a row at `load` (N) with: a quarter of what the nearest row took.
+
+        What is solved counts for the doublings too, so that beginning with few costs no more, and heavier loads, which
+        take fewer, are not held to what a lighter one took.
+        """
+        near = [row for row in list(self._spectra.values()) if not row.closed]
+        if not near:
+            return 0
+        return max(min(near, key=lambda row: abs(row.load - load)).phases // 4, FEWEST_START)
 
     def bounds(self, number: int) -> tuple[float, float]:
         """Return the loads (N) between which octave `number` lies."""
