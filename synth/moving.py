@@ -25,7 +25,7 @@ from synth.motion import LARGEST_LOAD, LOAD, SPEED, Motion
 from synth.output import Block
 from synth.preparation import BAND, Preparation
 
-ROW_SHARE, BETWEEN_SHARE = 0.7, 0.15  # of the tolerance: the error of a row, and between rows
+ROW_SHARE, BETWEEN_SHARE = 0.6, 0.245  # of the tolerance: the error of a row, and between rows
 # the tightest tolerance of rows for displacement, velocity and acceleration: tighter ones take minutes; the plan tells
 ROW_FLOOR = (1e-6, 1e-5, 3e-4)
 SINGLE = 1e-5  # from this tolerance on float32 is enough for the tables of velocity and acceleration

@@ -31,8 +31,8 @@ MOST_PHASES = 1 << 21  # 4 s of work on the default scene; where it is not enoug
 MOST_WORK = 1 << 29  # phases times cells of the grid: 1 to 10 s; where it is not enough the error says so
 FLOOR = 1e-12  # of a1 + a2, in displacement: the round-off of the solver (design, section 4)
 # Weights of the last change, the one before, and what folded in them, in the bound of `_errors`. With 1, 0.2, 2 and 0.5
-# one bound of 2000 is exceeded, with the changes alone one of 60. MANY harmonics, all of them seen well, cancel by chance
-# no more: of 2787 such bounds the largest error was 0.92.
+# one bound of 2000 is exceeded, with the changes alone one of 60. MANY harmonics, all of them seen well, cancel no more
+# by chance: of 2787 such bounds the largest error was 0.92.
 SURE, SURE_OF_MANY = (1.0, 0.3, 3.0, 1.0), (0.55, 0.11, 0.55, 0.16)
 MANY, SEEN_WELL = 128, 4  # harmonics, and phases of each
 MISSING = 3.0  # times the size of random harmonics: those that so few phases do not show
