@@ -16,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 
 from synth.cache import ResponseCache
-from synth.contact.reading import turns_to_phase
+from synth.contact.phases import turns_to_phase
 from synth.hand import prepare_hand, with_session_scale
 from synth.motion import LOAD, Motion, ScanMotion
 from synth.moving import MovingReader, completed

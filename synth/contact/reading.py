@@ -1,13 +1,12 @@
 """Reading the tables of a moving voice at audio rate: its compiled inner loops.
 
-Model   The phase theta is a 64-bit fraction of a turn; its high bits name the cell, the rest the place in it.
-        displacement G = g(w) R(theta, w); velocity dG/dt = G_theta theta' + G_w w'; acceleration
-        d2G/dt2 = G_tt theta'^2 + G_t theta'' + 2 G_tw theta' w' + G_ww w'^2 + G_w w''.
-        R is the contact response about its mean; g is 1 from `lift_load` on, and below it 10 s^3 - 15 s^4 + 6 s^5 with
-        s = w / lift_load, which has two continuous derivatives and is exactly 0 at no load.
+Model   The phase theta (`phases`) is a 64-bit fraction of a turn; its high bits name the cell, the rest the place in
+        it. displacement G = g(w) R(theta, w); velocity dG/dt = G_theta theta' + G_w w'; acceleration d2G/dt2 = G_tt
+        theta'^2 + G_t theta'' + 2 G_tw theta' w' + G_ww w'^2 + G_w w''. R is the contact response about its mean; g is
+        1 from `lift_load` on, and below it 10 s^3 - 15 s^4 + 6 s^5 with s = w / lift_load, which has two continuous
+        derivatives and is exactly 0 at no load.
 Source  design, sections 1, 4 and 8; the readable twin is tests/reference/slow_reading.py.
-Limits  64-bit phase: one rounding of 2^-65 turn a frame at most, 5e-10 turn in 24 h at 192 kHz.
-        The moving loops stop at the first frame whose table is not built and return its index.
+Limits  the loops stop at the first frame whose table is not built and return its index.
 """
 
 from __future__ import annotations
@@ -15,11 +14,9 @@ from __future__ import annotations
 import numpy as np
 
 from synth.contact.evaluation import SMALLEST, cubic_surface, gate, place, smooth_step, surface_rates
-from synth.contact.exact import Array
-from synth.contact.kernels import inlined, kernel, two_product
+from synth.contact.kernels import inlined, kernel
+from synth.contact.phases import phases_of, rest_of_step
 
-TURN = 2.0**64
-HALF_TURN = 2.0**63
 LARGEST = 3.4e38  # what a float32 holds; a hand whose derivatives ask for more, or for no number, is silent there
 
 STRETCH = 64  # frames that `run_until` looks at first; longer makes short runs dear, shorter long ones
@@ -62,56 +59,6 @@ def level_of(fades, turns, level):
     if level == count:
         return level, slowest, np.inf, np.inf
     return level, slowest, fades[count + level], fades[level]
-
-
-@kernel
-def rest_of_step(step, rate, period):
-    """Return what the rounding of step = 1 / (rate period) left out: times 24 hours of frames it is 1e-9 turn."""
-    whole, low = two_product(rate, period)
-    product, rest = two_product(step, whole)
-    return ((1.0 - product) - rest - step * low) * step
-
-
-@inlined
-def fraction_of_turn(turns, small):
-    """Return turns + small as a uint64 fraction of a turn, to 2^-65: `small` holds what is lost beside `turns`."""
-    coarse = (turns - np.rint(turns)) * HALF_TURN
-    whole = np.rint(coarse)
-    fine = np.rint((small - np.rint(small)) * TURN + 2.0 * (coarse - whole))
-    return np.uint64((np.int64(whole) << np.int64(1)) + np.int64(fine))
-
-
-@kernel
-def phases_of(motion, position, start, phase, step, step_rest, bend, period):
-    """Return the phase of each frame from `start` on, and the phase after the last: uint64 fractions of a turn.
-
-    step, bend: turns a frame for 1 m/s, and for 1 m/s^2; step_rest: what is lost in the rounding of `step`. position:
-    metres at each frame, or empty; where it is given the phase is the position over `period`, whatever `phase` was.
-    """
-    # Slices that begin at frame `start` let the loops run from 0: an index that may be negative cannot be vectorised.
-    frames = motion.shape[1]
-    speed, speed_rate = motion[SPEED, start:], motion[SPEED_RATE, start:]
-    phases = np.empty(frames, dtype=np.uint64)
-    steps = phases[start:]
-    step1 = np.float64(np.float32(step))  # halves of 24 and 29 bits: their products are exact
-    step2 = step - step1
-    for i in range(len(steps)):
-        speed1 = np.float64(np.float32(speed[i]))
-        speed2 = speed[i] - speed1
-        small = speed1 * step2 + speed2 * step1 + (speed2 * step2 + speed[i] * step_rest + speed_rate[i] * bend)
-        steps[i] = fraction_of_turn(speed1 * step1, small)
-    if len(position) == frames:
-        last = phases[frames - 1]
-        places = position[start:]
-        for i in range(len(steps)):
-            turns = places[i] / period
-            steps[i] = np.uint64(np.int64(np.rint((turns - np.rint(turns)) * HALF_TURN)) << np.int64(1))
-        return phases, phases[frames - 1] + last
-    for i in range(len(steps)):
-        moved = steps[i]
-        steps[i] = phase
-        phase += moved
-    return phases, phase
 
 
 @kernel
@@ -403,9 +350,3 @@ def read_rate(pool, tables, layout, state, motion, position, start, out, channel
         i += 1
     state[0] = after
     return frames
-
-
-def turns_to_phase(turns: Array) -> np.ndarray:
-    """Return turns as uint64 fractions of a turn."""
-    rest = turns - np.rint(turns)
-    return (np.rint(rest * HALF_TURN).astype(np.int64).view(np.uint64)) << np.uint64(1)

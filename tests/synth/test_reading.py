@@ -10,7 +10,8 @@ import pytest
 
 from synth.contact.evaluation import gate
 from synth.contact.levels import Levels, levels_up_to
-from synth.contact.reading import read_displacement, read_rate, turns_to_phase
+from synth.contact.phases import turns_to_phase
+from synth.contact.reading import read_displacement, read_rate
 from synth.contact.tables import CUBIC, QUINTIC, surface
 from tests.reference import slow_reading
 from tests.synth.engine_cases import Real
