@@ -34,6 +34,7 @@ SAMPLING_SETUP = 200e3  # what it costs to consider sampling at all
 
 POINTS_A_RIDGE = (8, 16, 32, 64, 128, 256, 512)
 PROBES = 16  # phases at which sampling is compared with the exact solver
+BETWEEN_PLACES = 1.1  # times the largest error of a table at the quarters of its cells: what it may be between them
 UNSEEN = 2.0  # times the largest error at the probes
 SAMPLED_SHARE = 0.3  # of the tolerance of a series: what sampling may use of it
 
@@ -58,8 +59,8 @@ def cheapest_reader(series: Complex, tolerance: float, rate: int) -> Reading:
     degree = min(costs, key=lambda one: costs[one])
     if degree == 0:
         return Reading(SteadyHarmonics(series), 4e-16 * count)
-    fitted = fitted_table(series, degree, (0,), tolerance)
-    return Reading(SteadyTable(fitted.coefficients), fitted.errors[0])
+    fitted = fitted_table(series, degree, (0,), tolerance / BETWEEN_PLACES)
+    return Reading(SteadyTable(fitted.coefficients), BETWEEN_PLACES * fitted.errors[0])
 
 
 def _expected_cells(series: Complex, degree: int, tolerance: float) -> float:

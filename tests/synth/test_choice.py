@@ -81,4 +81,4 @@ def test_the_cheapest_reader_keeps_its_tolerance(tolerance: float, count: int, r
     error = np.max(np.abs(out[:, 0] - truth))
     extent = np.ptp(curves(harmonics, 0, points_for(count)))
     assert reading.error <= tolerance
-    assert error <= 1.1 * reading.error * extent + 6e-8 * np.max(np.abs(truth))
+    assert error <= reading.error * extent + 6e-8 * np.max(np.abs(truth))
