@@ -26,6 +26,8 @@ PROBED_LOADS = 5  # of the recording: how many phases a period they take
 FEWEST_PHASES = 16  # a period, where every probed load is in full contact
 FALL = 2.5  # the power of the phases by which the error falls: kinks of order 3/2
 FRAME_SETUP = 60.0  # ns a solution for everything but the solver: motion, transforms
+MARGIN = 192  # frames beside a chunk, at the full band: the filter rings by less than 1e-15 there
+MOST_TOGETHER = 1 << 23  # solutions of the smallest chunk, which is as long as its margins: 800 MB of working memory
 PATIENCE = 300.0  # s of predicted work: beyond it rows are taken, with what they leave of the tolerance
 
 # Of displacement, velocity and acceleration:
@@ -67,6 +69,8 @@ def plan_frames(contact: Contact, scene: Scene, demand: Demand, tolerance: float
     )
     rate = scene.output.sample_rate
     oversampling = max(1, math.ceil(phases * motion.fastest() / (scene.texture.period * rate)))
+    if 4.0 * MARGIN / scale * oversampling > MOST_TOGETHER:
+        return None
     solutions = oversampling * rate * (motion.duration - motion.start + 2.0 * LIFT_TIME)
     cell = EXACT_CELL * contact.grid.cells
     seconds = 1e-9 * solutions * (cell + FRAME_SETUP)

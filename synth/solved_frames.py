@@ -22,14 +22,14 @@ import numpy as np
 from synth.contact.evaluation import SMALLEST
 from synth.contact.exact import Array
 from synth.contact.spectrum import woven
-from synth.frame_plan import FramePlan
+from synth.frame_plan import MARGIN, FramePlan
 from synth.motion import LOAD, ScanMotion
 from synth.output import Block
 from synth.preparation import Preparation
 
 CUT, WIDTH = 0.445, 0.0105  # of the rate: half amplitude, and how steeply; 0.045 beside the cut 1e-9 is left
-MARGIN = 192  # frames beside a chunk: the filter rings by less than 1e-15 there
-CHUNK = 4096  # frames of a chunk at least
+CHUNK = 4096  # frames of a chunk, where the filter does not ring for long
+TOGETHER = 1 << 21  # solutions of a chunk and its margins at most: 200 MB of working memory; more where margins need it
 FEWEST_MEANS, MOST_MEANS = 9, 1025  # loads at which the mean over a period is solved
 MEAN_PHASES = 512  # of each
 MEAN_ERROR = 1e-3  # of the tolerance, of the motion
@@ -49,7 +49,8 @@ class SolvedFrames:
         self._rate = solved.scene.output.sample_rate
         self._motion = ScanMotion(solved.scene, self._rate * plan.oversampling)
         self._margin = math.ceil(MARGIN / plan.scale)
-        self.chunk = max(CHUNK, 4 * self._margin)
+        room = TOGETHER // plan.oversampling - 2 * self._margin
+        self.chunk = max(2 * self._margin, min(room, max(CHUNK, 4 * self._margin)))
         self._indentation = solved.contact.stiffness.indentation(1.0)
         self._mean = _mean_curve(solved, self._motion)
         self._kept: tuple[int, Block] = (-1, np.empty((0, 0), np.float32))

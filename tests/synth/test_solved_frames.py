@@ -147,3 +147,16 @@ def test_a_hand_takes_over_where_the_recording_stands() -> None:
     load = float(voice._motion.at(800, 1).samples[2, 0])
     after = voice.render(16, Motion.of(16, load=load, speed=0.0)).astype(float)
     assert np.max(np.abs(after - before[-1])) <= 0.1 * np.ptp(before)
+
+
+def test_many_solutions_a_frame_are_made_in_small_chunks() -> None:
+    """Working memory stays bounded: 2 million solutions together, or the margins of the filter where those are more."""
+    frames, _scene = steady(2.0, 2000)
+    assert frames.chunk == 2**21 // 2000 - 2 * 192
+    assert frames.memory_bytes < 210e6
+    out, long = np.empty((700, 3), np.float32), np.empty((700, 3), np.float32)
+    frames.read(0, out)
+    whole, _scene = steady(2.0, 400)
+    assert whole.chunk == 4096
+    whole.read(0, long)
+    assert np.max(np.abs(out - long)) <= 1e-5 * np.max(np.abs(long), initial=0.0)
