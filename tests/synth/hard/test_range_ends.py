@@ -123,3 +123,21 @@ def test_a_trajectory_at_the_ends_of_its_ranges(name: str) -> None:
         check_fit(voice, block)
         heard = heard or bool(np.max(np.abs(block)) > 1e-8)  # m: less is left of a finger that comes down within 20 ms
     assert heard == (name not in ("the lightest", "the closest points", "the fastest"))  # 1 and 10 m/s: above the band
+
+
+def test_a_recording_in_acceleration_at_the_highest_rate_holds_its_tolerance() -> None:
+    """Its rows took 26 s to open; solved at its frames it takes two, and nothing is left to warn of."""
+    points = [
+        [0, 0, 0.3],
+        [0.1, 4e-3, 0.2],
+        [0.2, 8e-3, 0.05],
+        [0.25, 0.01, 0.02],
+        [0.3, 0.012, 0.04],
+        [0.4, 0.016, 0.25],
+    ]
+    output = {"channels": [ALL["channels"][2]], "sample_rate": 192000}
+    voice = open_voice(parse_scene({"scan": {"trajectory": points}, "output": output}))
+    block = voice.render(76800)
+    check_fit(voice, block)
+    assert block.any() and not voice.warnings
+    assert voice.plan.estimated_error["acceleration"] <= 1e-3
