@@ -28,6 +28,7 @@ from clients.accuracy_series import (
 )
 
 NOTE_LETTERS = 96  # of SMALLEST in a line
+NAME_LETTERS = 14  # of a series' name, where it stands better in two lines
 
 
 def write_names(axes: Axes, document: Document, placing: Placing) -> None:
@@ -71,7 +72,10 @@ def _series_labels(axes: Axes, document: Document) -> list[list[Label]]:
     for series in series_of(document):
         words, colour = name_of(series), style_of(series.family).colour
         places = [place_of(axes, document, row) for row in series.rows if row["method"] != document["chosen"]]
-        labels.setdefault(words, []).extend(Label(words, x, y, colour, SMALL, bold=True, keep=True) for x, y in places)
+        ways = dict.fromkeys((words, textwrap.fill(words, NAME_LETTERS)))
+        labels.setdefault(words, []).extend(
+            Label(way, x, y, colour, SMALL, bold=True, keep=True) for way in ways for x, y in places
+        )
     places = [place_of(axes, document, row) for row in front_of(document)]
     if len(places) > 1:
         labels["front"] = [Label("Pareto front", x, y, FAINT, SMALL) for x, y in places]
