@@ -6,7 +6,7 @@ Model   h of eq. 2 is sampled at equal steps and joined by straight lines. F(z),
         the part of L above z, and Newton's method from the neighbouring phases takes two to three steps.
 Source  Fagiani & Barbieri (2016), eqs 1-2.
 Limits  between two points a cosine bulges from its chord by (2 pi / n)^2 / 8 of its amplitude, n points a period; what
-        is left of that in z is measured by whoever takes this solver (`spectrum`). Loads below w / k = 1e-12 (a1 + a2)
+        is left of that in z is measured by who takes this solver (`choice`). Loads below w / k = 1e-12 (a1 + a2)
         are lost between two points.
 """
 
