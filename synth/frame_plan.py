@@ -5,7 +5,7 @@ Model   What folds at n solutions a period is what folds into a steady series of
         probed for how many phases their series take to hold the tolerance, and the fastest speed then gives the
         solutions a frame. That is compared with the rows that the recorded loads would take, and taken where it is
         cheaper, or where rows would not hold the tolerance.
-Source  design, sections 4 (`"exact"`) and 8; the rows' constants: seen with 18 recordings of 0.1 to 1 N, on one machine.
+Source  design, sections 4 (`"exact"`) and 8; constants of the rows: seen with 18 recordings of 0.1 to 1 N, one machine.
 Limits  predicted costs, not measured ones: the same scene always takes the same way.
 """
 
