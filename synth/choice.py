@@ -18,10 +18,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from synth.contact.closed import full_contact
+from synth.contact.balance import Contact
 from synth.contact.exact import Array
 from synth.contact.sampled import SampledGrid
-from synth.contact.spectrum import GOLDEN, Complex, Contact, Demand, Spectrum, curves, points_for, solve_spectrum
+from synth.contact.spectrum import GOLDEN, Complex, Demand, Spectrum, curves, points_for, solve_spectrum
 from synth.contact.steady import SteadyHarmonics, SteadyReader, SteadyTable
 from synth.contact.tables import CUBIC, LINEAR, fitted_table
 
@@ -83,8 +83,8 @@ def cheapest_spectrum(contact: Contact, load: float, demand: Demand, keep: int) 
 
     The sampled solver is taken where it is cheaper and its error is within SAMPLED_SHARE of the demand's tolerance.
     """
-    closed = full_contact(contact.geometry, contact.stiffness, load) is not None
-    sampled = None if closed else _sampled(contact, load, demand)
+    alone = contact.closed(load) is not None or not contact.of_one_shape
+    sampled = None if alone else _sampled(contact, load, demand)
     if sampled is not None:
         coarse, error = sampled
         rest = Demand(demand.highest, demand.orders, (1.0 - SAMPLED_SHARE) * demand.tolerance)
@@ -121,7 +121,7 @@ def _sampled(contact: Contact, load: float, demand: Demand) -> tuple[Contact, fl
 
 def _saves(contact: Contact, demand: Demand, points: int) -> bool:
     """Return whether so many points a ridge are cheaper than the exact solver, what it takes to try them included."""
-    exact = EXACT_CELL * contact.grid.cells
+    exact = EXACT_CELL * contact.cells
     sampled = SAMPLED_PIECE * points * max(contact.geometry.ridges, 1.0)
     return expected_phases(demand) * (exact - sampled) > SAMPLING_SETUP + PROBES * (exact + sampled)
 

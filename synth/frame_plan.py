@@ -17,7 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.choice import EXACT_CELL
-from synth.contact.spectrum import Contact, Demand, Spectrum, solve_spectrum
+from synth.contact.balance import Contact
+from synth.contact.spectrum import Demand, Spectrum, solve_spectrum
 from synth.motion import LIFT_TIME, ScanMotion
 from synth.scene import Scene
 
@@ -72,7 +73,7 @@ def plan_frames(contact: Contact, scene: Scene, demand: Demand, tolerance: float
     if 4.0 * MARGIN / scale * oversampling > MOST_TOGETHER:
         return None
     solutions = oversampling * rate * (motion.duration - motion.start + 2.0 * LIFT_TIME)
-    cell = EXACT_CELL * contact.grid.cells
+    cell = EXACT_CELL * contact.cells
     seconds = 1e-9 * solutions * (cell + FRAME_SETUP)
     rows = LIFTING_ROWS + math.log2(high / low) * _rows_an_octave(demand.orders, tolerance)
     with_rows = 1e-9 * rows * (phases * cell + ROW_SETUP)

@@ -19,13 +19,14 @@ from typing import Protocol
 import numpy as np
 
 from synth.channels import ChannelPlan
+from synth.contact.balance import Contact
 from synth.contact.baseline import BrentqGrid
 from synth.contact.closed import full_contact
 from synth.contact.evaluation import gate
 from synth.contact.exact import Array
 from synth.contact.sampled import SampledGrid
 from synth.contact.solver import PhaseSolver
-from synth.contact.spectrum import Complex, Contact, curves, harmonics_of
+from synth.contact.spectrum import Complex, curves, harmonics_of
 from synth.contact.steady import SteadyHarmonics, SteadyReader, SteadyTable
 from synth.contact.tables import CUBIC, LINEAR, polynomials
 from synth.frame_plan import FramePlan

@@ -21,8 +21,9 @@ import numpy as np
 from synth.cache import ResponseCache
 from synth.channels import ORDERS, TABLE_SHARE, ChannelPlan, Steady, silent_channel, spendable
 from synth.choice import cheapest_spectrum
+from synth.contact.balance import Contact
 from synth.contact.geometry import Geometry
-from synth.contact.spectrum import Contact, Demand, Spectrum, curves, points_for, solve_spectrum
+from synth.contact.spectrum import Demand, Spectrum, curves, points_for, solve_spectrum
 from synth.contact.stiffness import Stiffness
 from synth.frame_plan import FramePlan, plan_frames
 from synth.motion import LARGEST_LOAD, ScanMotion
@@ -79,7 +80,7 @@ class Preparation:
         """Bytes that the preparation holds."""
         held = 0 if self.spectrum is None else self.spectrum.harmonics.nbytes + self.spectrum.slopes.nbytes
         held += sum(channel.reader.nbytes for channel in self.channels if channel.reader is not None)
-        return held + (0 if self.contact is None else self.contact.grid.nbytes) + 1024
+        return held + (0 if self.contact is None else self.contact.nbytes) + 1024
 
     def demand(self) -> Demand:
         """Return what every series of this scene must hold."""
@@ -194,13 +195,13 @@ def _silence(scene: Scene, geometry: Geometry, highest: int) -> str:
 
 def _solved(contact: Contact, scene: Scene, demand: Demand, keep: int, cache: ResponseCache) -> Spectrum:
     load = scene.scan.load
-    key = ("spectrum", contact.geometry, contact.stiffness, load, demand, keep)
+    key = ("spectrum", contact.key, load, demand, keep)
     return cache.get(key, lambda: solve_spectrum(contact, load, demand, keep))
 
 
 def _cheapest(contact: Contact, scene: Scene, demand: Demand, cache: ResponseCache) -> Spectrum:
     load = scene.scan.load
-    key = ("cheapest spectrum", contact.geometry, contact.stiffness, load, demand)
+    key = ("cheapest spectrum", contact.key, load, demand)
     return cache.get(key, lambda: cheapest_spectrum(contact, load, demand, demand.highest))
 
 

@@ -62,6 +62,12 @@ class Grid:
         """Return the approach at each phase; see `solve`."""
         return solve(self, phases, indentation, guess)
 
+    def measure(self, phases: Array, heights: Array) -> tuple[Array, Array]:
+        """Return the mean of max(h - z, 0) (m) and the touching part of L, at each phase and z (m); exact."""
+        depth, touching = np.empty(len(phases)), np.empty(len(phases))
+        measure_phases(self.tables, self.k1, self.k2, phases, heights / self.height_scale, depth, touching)
+        return depth * self.height_scale, touching
+
     @classmethod
     def of_geometry(cls, geometry: Geometry) -> Grid:
         """Return the grid of `geometry`; at least one surface must have a height."""
@@ -153,6 +159,17 @@ def solve_phases(tables, k1, k2, phases, targets, guess, height, touching, itera
             z, part, iterations[i] = newton(work, tables, k1, k2, target, max(begin, lowest), lowest, scratch)
         height[i] = z
         touching[i] = part
+
+
+@kernel
+def measure_phases(tables, k1, k2, phases, heights, depth, touching):
+    """Write F(z) / (a1 + a2) and the touching part of L at each phase and z / (a1 + a2)."""
+    work = np.empty((5, tables.shape[1]))
+    scratch = np.empty((2, 64))
+    for i in range(len(phases)):
+        turn = phases[i] - math.floor(phases[i])
+        fill_cells(tables, k1, k2, math.cos(2.0 * math.pi * turn), math.sin(2.0 * math.pi * turn), work)
+        depth[i], touching[i], _bend = contact_sum(work, tables, k1, k2, heights[i], scratch)
 
 
 @kernel

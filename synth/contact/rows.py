@@ -21,8 +21,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from synth.contact.balance import Contact
 from synth.contact.exact import Array
-from synth.contact.spectrum import Complex, Contact, Demand, Spectrum, curves, points_for, solve_spectrum
+from synth.contact.spectrum import Complex, Demand, Spectrum, curves, points_for, solve_spectrum
 from synth.contact.tables import load_cubic
 
 NO_LOAD = 1e-6  # of `base`: the load at which the slope of the envelope row is taken, since dz/dw has a limit at w = 0
@@ -163,7 +164,7 @@ class Rows:
     def _solved(self, load: float) -> Spectrum:
         at = max(load, NO_LOAD * self.base)
         row = solve_spectrum(self.contact, at, self.demand, self.keep, self._start(at), ROW_WORK)
-        self._work += max(row.phases, 1) * self.contact.grid.cells
+        self._work += max(row.phases, 1) * self.contact.cells
         return row
 
     def _start(self, load: float) -> int:

@@ -6,7 +6,7 @@ obvious way, for comparison).
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from synth.contact.exact import Approaches, Array
 
@@ -36,3 +36,11 @@ class PhaseSolver(Protocol):
         indentation: w / k in metres, at least 0; one for all phases, or one a phase. guess: z in metres at each phase,
         for those who can begin from it.
         """
+
+
+@runtime_checkable
+class MeasuringSolver(PhaseSolver, Protocol):
+    """A solver that also tells how a contact is pressed at a z that need not balance any load."""
+
+    def measure(self, phases: Array, heights: Array) -> tuple[Array, Array]:
+        """Return the mean of max(h - z, 0) (m) over its length and the touching part of it, at each phase and z (m)."""

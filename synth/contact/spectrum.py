@@ -3,7 +3,7 @@
 Model   z(theta) = sum over n of Z_n exp(2 pi i n theta); the k-th time derivative at a speed u has the coefficients
         (2 pi i n u / lambda2)^k Z_n. The series is taken from M exact solutions at equal steps of phase. M doubles,
         reusing what is solved, until the change of every quantity asked for is within the tolerance.
-        dz/dw = -1.5 (w/k) / (w |C| / L), with k from eqs 4-5, gives the slope of the series with the load.
+        The slope of the series with the load comes from dz/dw (`balance`).
 Source  Fagiani & Barbieri (2016), eqs 1, 4, 5. Kinks of order 3/2 make Z_n fall as n^-2.5, so each doubling of M
         lowers the error about 5.6 times.
 Limits  `errors` bounds the error from what the last two doublings changed: of 32,871 bounds over 700 scenes, up to
@@ -19,11 +19,8 @@ from typing import Any
 
 import numpy as np
 
-from synth.contact.closed import full_contact
-from synth.contact.exact import Array, Grid
-from synth.contact.geometry import Geometry
-from synth.contact.solver import PhaseSolver
-from synth.contact.stiffness import Stiffness
+from synth.contact.balance import Contact
+from synth.contact.exact import Array
 
 Complex = np.ndarray[Any, np.dtype[np.complex128]]
 
@@ -80,34 +77,6 @@ class Spectrum:
         return self.harmonics.nbytes + self.slopes.nbytes
 
 
-@dataclass(frozen=True, slots=True)
-class Contact:
-    """Geometry and stiffness of one scene, and the solver that takes them: the exact one unless another is given."""
-
-    geometry: Geometry
-    stiffness: Stiffness
-    grid: PhaseSolver
-
-    @classmethod
-    def of(cls, geometry: Geometry, stiffness: Stiffness, grid: PhaseSolver | None = None) -> Contact:
-        """Return the contact, its grid laid out once."""
-        return cls(geometry, stiffness, grid or Grid.of_geometry(geometry))
-
-    def approach(self, phases: Array, load: float, guess: Array | None = None) -> tuple[Array, Array]:
-        """Return z (m) and dz/dw (m/N) at each of `phases` (turns) and `load` (N).
-
-        guess: z at each phase, for a solver to begin from; None: from the phases before.
-        """
-        solved = self.grid.solve(phases, self.stiffness.indentation(load), guess)
-        return solved.height, self._slope(solved.touching, load)
-
-    def _slope(self, touching: Array, load: float) -> Array:
-        if load <= 0.0:
-            return np.zeros_like(touching)
-        slope = 1.5 * self.stiffness.indentation(load) / load
-        return -slope / np.maximum(touching, 1e-12)
-
-
 def curves(harmonics: Complex, order: int, points: int) -> Array:
     """Return the `order`-th derivative over theta (in turns), without the mean, at `points` equal steps of a period."""
     count = len(harmonics)
@@ -135,14 +104,14 @@ def solve_spectrum(
     most_work: the bound on phases times cells of the grid (the other bound is MOST_PHASES).
     """
     keep = max(keep, demand.highest)
-    closed = full_contact(contact.geometry, contact.stiffness, load)
+    closed = contact.closed(load)
     if closed is not None:
         harmonics = np.zeros(keep + 1, dtype=np.complex128)
         slopes = np.zeros_like(harmonics)
         harmonics[:2] = closed.mean, closed.first
         slopes[0] = closed.slope
         return Spectrum(load, harmonics, slopes, (1e-15,) * len(demand.orders), 0, True, "closed form")
-    most = min(MOST_PHASES, max(256, most_work // contact.grid.cells))
+    most = min(MOST_PHASES, max(256, most_work // contact.cells))
     return _grown(contact, load, demand, keep, min(start, most), most)
 
 
@@ -157,9 +126,8 @@ def _grown(contact: Contact, load: float, demand: Demand, keep: int, start: int,
         phases *= 2
         errors, good = _errors(height, demand, contact.geometry.height_scale)
         if (good and (start or _probed(contact, load, height, unseen))) or 2 * phases > most:
-            return Spectrum(
-                load, harmonics_of(height, keep), harmonics_of(slope, keep), errors, phases, False, contact.grid.name
-            )
+            series = harmonics_of(height, keep), harmonics_of(slope, keep)
+            return Spectrum(load, *series, errors, phases, False, contact.solver(load).name)
 
 
 def harmonics_of(samples: Array, highest: int) -> Complex:

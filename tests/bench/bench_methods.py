@@ -12,9 +12,9 @@ from collections.abc import Callable
 import numpy as np
 
 from synth import choice
+from synth.contact.balance import Contact
 from synth.contact.geometry import Geometry
 from synth.contact.sampled import SampledGrid
-from synth.contact.spectrum import Contact
 from synth.contact.steady import SteadyHarmonics, SteadyReader, SteadyTable
 from synth.contact.stiffness import Stiffness
 from synth.contact.tables import CUBIC, LINEAR, fitted_table, polynomials

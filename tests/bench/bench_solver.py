@@ -6,9 +6,9 @@ import statistics
 
 import numpy as np
 
+from synth.contact.balance import Contact
 from synth.contact.baseline import BrentqGrid
 from synth.contact.geometry import Geometry
-from synth.contact.spectrum import Contact
 from synth.contact.stiffness import Stiffness
 from synth.scene import parse_scene
 from tests.bench.timing import Figure, figure, repeated

@@ -1,0 +1,92 @@
+"""One contact, ready to be solved at any phase and load: geometry, stiffness and solver of a scene, in one place.
+
+Model   eq. 1, with z(theta, w) at an indentation w / k; dz/dw = -1.5 (w / k) / (w |C| / L), with k from eqs 4-5.
+Source  Fagiani & Barbieri (2016), eqs 1, 4, 5.
+Limits  a contact whose shape depends on the load answers through the same methods with a solver for each load.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.contact.closed import FullContact, full_contact
+from synth.contact.exact import Array, Grid
+from synth.contact.geometry import Geometry
+from synth.contact.solver import MeasuringSolver, PhaseSolver
+from synth.contact.stiffness import Stiffness
+
+
+@dataclass(frozen=True, slots=True)
+class Contact:
+    """Geometry and stiffness of one scene, and the solver that takes them: the exact one unless another is given."""
+
+    geometry: Geometry
+    stiffness: Stiffness
+    grid: PhaseSolver
+
+    @classmethod
+    def of(cls, geometry: Geometry, stiffness: Stiffness, grid: PhaseSolver | None = None) -> Contact:
+        """Return the contact, its grid laid out once."""
+        return cls(geometry, stiffness, grid or Grid.of_geometry(geometry))
+
+    @property
+    def key(self) -> Hashable:
+        """What z depends on, for a cache."""
+        return self.geometry, self.stiffness
+
+    @property
+    def of_one_shape(self) -> bool:
+        """True where solver and shape are those of every load, and w / k is eqs 4-5 of the one contact length."""
+        return True
+
+    @property
+    def cells(self) -> int:
+        """Cells that a phase is solved on: the work of a phase."""
+        return self.grid.cells
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes that the contact holds."""
+        return self.grid.nbytes
+
+    def solver(self, load: float) -> PhaseSolver:
+        """Return what solves this contact at `load` (N)."""
+        return self.grid
+
+    def indentation(self, load: float) -> float:
+        """Return w / k (m) at `load` (N): the mean of max(h - z, 0) over the length that its solver spans."""
+        return self.stiffness.indentation(load)
+
+    def stiffness_at(self, load: float) -> float:
+        """Return k (N/m) at `load` (N): the force for a metre of that mean."""
+        return self.stiffness.stiffness(load)
+
+    def closed(self, load: float) -> FullContact | None:
+        """Return z in closed form where `load` (N) presses everything flat, else None."""
+        return full_contact(self.geometry, self.stiffness, load)
+
+    def approach(self, phases: Array, load: float, guess: Array | None = None) -> tuple[Array, Array]:
+        """Return z (m) and dz/dw (m/N) at each of `phases` (turns) and `load` (N).
+
+        guess: z at each phase, for a solver to begin from; None: from the phases before.
+        """
+        solved = self.grid.solve(phases, self.stiffness.indentation(load), guess)
+        return solved.height, self._slope(solved.touching, load)
+
+    def measure(self, phases: Array, heights: Array, load: float) -> tuple[Array, Array]:
+        """Return the mean of max(h - z, 0) (m) and the touching part of the length, at each phase (turns) and z (m).
+
+        load: N, at which the shape of the contact is taken. The reaction is `stiffness_at(load)` times that mean.
+        """
+        solver = self.solver(load)
+        assert isinstance(solver, MeasuringSolver), f"{solver.name} finds z alone"
+        return solver.measure(phases, heights)
+
+    def _slope(self, touching: Array, load: float) -> Array:
+        if load <= 0.0:
+            return np.zeros_like(touching)
+        slope = 1.5 * self.stiffness.indentation(load) / load
+        return -slope / np.maximum(touching, 1e-12)
