@@ -52,6 +52,15 @@ class Contact:
         """Bytes that the contact holds."""
         return self.grid.nbytes
 
+    @property
+    def dome(self) -> float:
+        """Return 1 / R (1/m) of a parabola about the middle of the length that is taken off h; 0: the finger is flat."""
+        return 0.0
+
+    def geometry_at(self, load: float) -> Geometry:
+        """Return the surfaces over the length that the solver at `load` (N) spans."""
+        return self.geometry
+
     def solver(self, load: float) -> PhaseSolver:
         """Return what solves this contact at `load` (N)."""
         return self.grid

@@ -33,7 +33,7 @@ class BrentqGrid:
         """Return the grid of `geometry`."""
         points = max(8, math.ceil(points_per_ridge * geometry.ridges)) + 1
         x = np.linspace(0.0, geometry.contact_length, points)
-        finger = -geometry.ridge_amplitude * np.cos(2.0 * np.pi * x / geometry.ridge_period)
+        finger = -geometry.ridge_amplitude * np.cos(2.0 * np.pi * x / geometry.ridge_period + geometry.ridge_phase)
         return cls(geometry, x, finger, points_per_ridge)
 
     @property

@@ -42,6 +42,9 @@ def full_contact(geometry: Geometry, stiffness: Stiffness, load: float) -> FullC
     a1, a2 = geometry.ridge_amplitude, geometry.texture_amplitude
     indentation = stiffness.indentation(load)
     ridge_mean = a1 * mean_sine_factor(2.0 * geometry.ridges)  # mean of a1 cos(2 pi x / lambda1) over L
+    if geometry.ridge_phase != 0.0:
+        middle = math.pi * (geometry.ridges % 2.0) + geometry.ridge_phase
+        ridge_mean = a1 * mean_sine_factor(geometry.ridges) * math.cos(middle)
     swing = a2 * abs(mean_sine_factor(geometry.texture_periods))
     if not indentation >= a1 + a2 - ridge_mean + swing:
         return None

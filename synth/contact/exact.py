@@ -79,7 +79,7 @@ class Grid:
         cells = max(4, math.ceil(CELLS_PER_PERIOD * geometry.contact_length / shortest))
         half1 = math.pi * geometry.ridges / cells
         half2 = math.pi * geometry.texture_periods / cells
-        angle1 = angles_of_centres(geometry.ridges, cells)
+        angle1 = angles_of_centres(geometry.ridges, cells) + geometry.ridge_phase
         angle2 = angles_of_centres(geometry.texture_periods, cells) + geometry.texture_phase
         tables = np.stack(
             [

@@ -1,7 +1,8 @@
 """The two surfaces in contact, in the units of the solver.
 
-Model   h(x) = a2 cos(2 pi (x - p) / lambda2 + phi) - a1 cos(2 pi x / lambda1), 0 <= x <= L; p is the distance that the
-        texture has moved under the finger and theta = p / lambda2 its phase in turns.
+Model   h(x) = a2 cos(2 pi (x - p) / lambda2 + phi) - a1 cos(2 pi x / lambda1 + psi), 0 <= x <= L; p is the distance
+        that the texture has moved under the finger and theta = p / lambda2 its phase in turns. psi is 0 in eq. 2; it
+        is the phase of the ridges where a contact begins elsewhere than at the end of the finger's nominal length.
 Source  Fagiani & Barbieri (2016), eq. 2. a1, lambda1: finger ridges; a2, lambda2, phi: texture; L: contact length.
         Amplitudes that are given as a roughness come through eq. 3, in `scene_surfaces`.
 Limits  both surfaces are single cosines along the scanning direction.
@@ -24,6 +25,7 @@ class Geometry:
     texture_period: float
     texture_phase: float
     contact_length: float
+    ridge_phase: float = 0.0
 
     @classmethod
     def of_scene(cls, scene: Scene) -> Geometry:

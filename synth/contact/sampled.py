@@ -45,7 +45,7 @@ class SampledGrid:
         """Return the grid of `geometry`; at least one surface must have a height."""
         scale = geometry.height_scale
         pieces = max(FEWEST_PIECES, math.ceil(points_per_ridge * geometry.ridges))
-        angle1 = angles_of_points(geometry.ridges, pieces)
+        angle1 = angles_of_points(geometry.ridges, pieces) + geometry.ridge_phase
         angle2 = angles_of_points(geometry.texture_periods, pieces) + geometry.texture_phase
         b1, b2 = geometry.ridge_amplitude / scale, geometry.texture_amplitude / scale
         tables = np.stack([-b1 * np.cos(angle1), b2 * np.cos(angle2), b2 * np.sin(angle2)])

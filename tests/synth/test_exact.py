@@ -168,3 +168,17 @@ def test_lengths_scale_and_metres_are_metres() -> None:
     theta = np.arange(16) / 16
     ratio = solved(small, theta, 2e-6).height / solved(large, theta, 2e-6 / 40e-6).height
     assert ratio == pytest.approx(40e-6, rel=1e-11)
+
+
+def test_a_ridge_phase_shifts_the_finger_under_the_contact() -> None:
+    """A contact that begins at x0 of another is the same one with both phases moved on."""
+    begin = 0.37
+    long = Geometry(1.0, 1.0, 0.6, 1.31, PHI, 20.0)
+    turned = Geometry(1.0, 1.0, 0.6, 1.31, PHI + 2.0 * np.pi * begin / 1.31, 5.0, 2.0 * np.pi * begin)
+    phases, heights = np.linspace(0.0, 1.0, 7), np.linspace(-0.5, 1.2, 7)
+    depth, touching = Grid.of_geometry(turned).measure(phases, heights)
+    x = begin + 5.0 * (np.arange(1 << 18) + 0.5) / (1 << 18)
+    for theta, z, mean, part in zip(phases, heights, depth, touching, strict=True):
+        h = long.texture_amplitude * np.cos(2 * np.pi * (x / 1.31 - theta) + PHI) - np.cos(2 * np.pi * x)
+        assert abs(np.mean(np.maximum(h - z, 0.0)) - mean) < 1e-9
+        assert abs(np.mean(h > z) - part) < 1e-4
