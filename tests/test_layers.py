@@ -24,6 +24,7 @@ STAGES: tuple[tuple[str, ...], ...] = (
     ("scene", "scene_*"),
     ("contact", "contact.*"),
     ("cache", "threshold"),
+    ("simulation", "simulation.*"),
     ("effects", "effects.*"),
     ("motion",),
     ("choice", "frame_plan", "channels", "preparation", "hand"),

@@ -54,7 +54,7 @@ class Contact:
 
     @property
     def dome(self) -> float:
-        """Return 1 / R (1/m) of a parabola about the middle of the length that is taken off h; 0: the finger is flat."""
+        """1 / R (1/m) of a parabola about the middle of the length that is taken off h; 0: the finger is flat."""
         return 0.0
 
     def geometry_at(self, load: float) -> Geometry:
