@@ -1,0 +1,101 @@
+"""The parabola of a round finger inside a cell; where the finger is flat, nothing, and no work of the machine.
+
+Model   a round finger takes d(x) = (x - xc)^2 / (2 R) off h. In a cell, over which t runs from -1 to 1, that is d0 + d1 t
+        + d2 t^2 in units of a1 + a2. The kernels take `tables`: the array of `exact.Grid` for a flat finger, or the pair
+        of that array and the rows d0, d1, d2 of every cell for a round one. A cell then ends in its level, the
+        coefficients of z + d(t), where it ends in z for a flat finger. Types are known when a kernel is compiled, so
+        one source gives a kernel for each.
+Source  numba's `overload`, which puts what fits the types in place of the call.
+Limits  nothing is rounded but the coefficients: to round-off of d, which is far below that of h near the middle.
+"""
+
+from __future__ import annotations
+
+from numba.core.types import BaseTuple
+from numba.extending import overload
+
+
+def surfaces_of(tables):
+    """Return the rows of the two surfaces, float64 [6, cells]."""
+    return (surfaces_of_round if isinstance(tables, tuple) else surfaces_of_flat)(tables)
+
+
+def dome_of(tables, i):
+    """Return d0, d1, d2 of cell `i`."""
+    return (dome_of_round if isinstance(tables, tuple) else dome_of_flat)(tables, i)
+
+
+def level_of(tables, i, z):
+    """Return what cell `i` ends in: z, or the coefficients of z + d."""
+    return (level_of_round if isinstance(tables, tuple) else level_of_flat)(tables, i, z)
+
+
+def level_at(level, t):
+    """Return z + d, its slope, its curvature, and its integral from 0 to `t`, at `t` of a cell."""
+    return (round_level_at if isinstance(level, tuple) else flat_level_at)(level, t)
+
+
+def surfaces_of_flat(tables):
+    """See `surfaces_of`."""
+    return tables
+
+
+def surfaces_of_round(tables):
+    """See `surfaces_of`."""
+    return tables[0]
+
+
+def dome_of_flat(tables, i):
+    """See `dome_of`."""
+    return 0.0, 0.0, 0.0
+
+
+def dome_of_round(tables, i):
+    """See `dome_of`."""
+    return tables[1][0, i], tables[1][1, i], tables[1][2, i]
+
+
+def level_of_flat(tables, i, z):
+    """See `level_of`."""
+    return z
+
+
+def level_of_round(tables, i, z):
+    """See `level_of`."""
+    return z + tables[1][0, i], tables[1][1, i], tables[1][2, i]
+
+
+def flat_level_at(level, t):
+    """See `level_at`."""
+    return level, 0.0, 0.0, level * t
+
+
+def round_level_at(level, t):
+    """See `level_at`."""
+    height, slope, bend = level
+    area = t * (height + t * (0.5 * slope + t * (bend / 3.0)))
+    return height + t * (slope + t * bend), slope + 2.0 * bend * t, 2.0 * bend, area
+
+
+@overload(surfaces_of, inline="always")
+def surfaces_of_type(tables):
+    """Choose by the type of `tables`."""
+    return surfaces_of_round if isinstance(tables, BaseTuple) else surfaces_of_flat
+
+
+@overload(dome_of, inline="always")
+def dome_of_type(tables, i):
+    """Choose by the type of `tables`."""
+    return dome_of_round if isinstance(tables, BaseTuple) else dome_of_flat
+
+
+@overload(level_of, inline="always")
+def level_of_type(tables, i, z):
+    """Choose by the type of `tables`."""
+    return level_of_round if isinstance(tables, BaseTuple) else level_of_flat
+
+
+@overload(level_at, inline="always")
+def level_at_type(level, t):
+    """Choose by the type of `level`."""
+    return round_level_at if isinstance(level, BaseTuple) else flat_level_at
