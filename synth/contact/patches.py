@@ -17,11 +17,10 @@ import math
 
 import numpy as np
 
-from synth.contact.domes import level_at
+from synth.contact.domes import Level, level_at
 from synth.contact.kernels import inlined, kernel
 
-Level = float | tuple[float, float, float]  # z, or what `domes` puts in its place for a round finger
-Cell = tuple[float, float, float, float, float, float, Level]  # u1, v1, k1^2, u2, v2, k2^2, z
+Cell = tuple[float, float, float, float, float, float, Level]  # u1, v1, k1^2, u2, v2, k2^2, level
 
 SMALLEST_PIECE = 2.0**-24  # of half a cell: below it the area of a piece that is still unclear is under 1e-24
 FLAT = 1e-17  # of a1 + a2: a piece of less relief is level, since the rounding of h is more
