@@ -54,7 +54,7 @@ def surfaces_of_round(tables: Any) -> Any:
 
 def dome_of_flat(tables: Any, i: Any) -> tuple[float, float, float]:
     """See `dome_of`."""
-    return 0.0, 0.0, 0.0
+    return 0.0, 0.0, -0.0  # d2 is added, and adding -0 is no work: it leaves every number as it is
 
 
 def dome_of_round(tables: Any, i: Any) -> tuple[float, float, float]:

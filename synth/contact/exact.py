@@ -139,7 +139,7 @@ def solve(grid: Grid, phases: Array, indentation: float | Array, guess: Array | 
 def solve_phases(tables, k1, k2, phases, targets, guess, height, touching, iterations):
     """Write z / (a1 + a2), the touching part of L and the number of iterations at each phase.
 
-    tables: `Grid.pieces`. targets: w / k / (a1 + a2), of each phase, or one for all.
+    tables: `Grid.pieces`, here and in the kernels below. targets: w / k / (a1 + a2), of each phase, or one for all.
     """
     work = np.empty((5, surfaces_of(tables).shape[1]))
     scratch = np.empty((2, 64))

@@ -7,7 +7,9 @@ Model   L(w) = L0 (w / w0)^p over x0 <= x <= x0 + L, x0 = (L0 - L) / 2, kept wit
 Source  Fagiani & Barbieri (2016), eqs 1-5, whose L is given; the power law is that of Hertz for p = 1/3, an unverified
         default. The slope is derived here, from the integral of max(h - z, 0) over x0 to x0 + L, which is L w / k.
 Limits  as exact as the solver at the length of that load: 2e-13 (a1 + a2). The ends stay hard edges. Where L meets the
-        shortest or longest length, and where a moving end begins to touch, dz/dw has a step.
+        shortest or longest length dz/dw has a step, and wherever an end passes a ridge z bends with the load: rows of
+        load (`rows`) that err by 2e-3 in displacement on the default scene lie 1/1024 of an octave apart at the worst
+        place (1/256: 6e-3, 1/64: 9e-2, 1/16: 0.3; at constant length 1/64 is enough).
 """
 
 from __future__ import annotations

@@ -19,6 +19,7 @@ from synth.contact.spectrum import Demand, solve_spectrum
 from synth.contact.stiffness import Stiffness
 from synth.scene import Scene
 from tests.reference.shaped_contact_oracle import growing_contact, grown_length
+from tests.reference.stiffness_oracle import contact_in_metres
 from tests.synth.engine_cases import contact_of, random_document, scene_of, spread, touch_of
 from tests.synth.shaped_cases import ORDERS, THETA, between, check_rows, check_series, differences
 
@@ -48,6 +49,15 @@ def test_random_scenes_agree_with_the_oracle(seed: int) -> None:
     for i, wanted in enumerate(growing_contact(touch_of(scene), one, load, exponent) for one in theta.tolist()):
         assert abs(z[i] - wanted.approach) <= ROUND_OFF * contact.geometry.height_scale + 2e-15 * abs(wanted.approach)
         assert abs(touching[i] * length - wanted.length) <= 1e-8 * length
+
+
+def test_at_constant_length_the_oracle_is_the_other_oracle() -> None:
+    touch, theta = touch_of(scene_of()), np.array([0.1, 0.4, 0.83])
+    for load in (1e-4, 0.05, 2.0, 60.0):
+        wanted = contact_in_metres(touch, theta, load)
+        found = [growing_contact(touch, one, load, 0.0) for one in theta.tolist()]
+        assert [one.approach for one in found] == pytest.approx(np.asarray(wanted.approach, dtype=float), abs=1e-18)
+        assert [one.length for one in found] == pytest.approx(np.asarray(wanted.contact_length, dtype=float), rel=1e-9)
 
 
 @pytest.mark.parametrize("seed", range(24))
