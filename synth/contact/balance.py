@@ -13,10 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.contact.closed import FullContact, full_contact
-from synth.contact.exact import Array, Grid
+from synth.contact.exact import Approaches, Array, Grid
 from synth.contact.geometry import Geometry
 from synth.contact.solver import MeasuringSolver, PhaseSolver
 from synth.contact.stiffness import Stiffness
+
+LEAST_TOUCHING = 1e-12  # of the length: keeps dz/dw finite where nothing touches
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,8 +84,8 @@ class Contact:
 
         guess: z at each phase, for a solver to begin from; None: from the phases before.
         """
-        solved = self.grid.solve(phases, self.stiffness.indentation(load), guess)
-        return solved.height, self._slope(solved.touching, load)
+        solved = self.solver(load).solve(phases, self.indentation(load), guess)
+        return solved.height, self._slope(phases, solved, load)
 
     def measure(self, phases: Array, heights: Array, load: float) -> tuple[Array, Array]:
         """Return the mean of max(h - z, 0) (m) and the touching part of the length, at each phase (turns) and z (m).
@@ -94,8 +96,9 @@ class Contact:
         assert isinstance(solver, MeasuringSolver), f"{solver.name} finds z alone"
         return solver.measure(phases, heights)
 
-    def _slope(self, touching: Array, load: float) -> Array:
+    def _slope(self, phases: Array, solved: Approaches, load: float) -> Array:
+        """Return dz/dw (m/N) of what was `solved` at each of `phases` and `load`."""
         if load <= 0.0:
-            return np.zeros_like(touching)
-        slope = 1.5 * self.stiffness.indentation(load) / load
-        return -slope / np.maximum(touching, 1e-12)
+            return np.zeros_like(solved.touching)
+        slope = 1.5 * self.indentation(load) / load
+        return -slope / np.maximum(solved.touching, LEAST_TOUCHING)

@@ -14,6 +14,7 @@ import math
 
 import numpy as np
 
+from synth.contact.domes import level_of, surfaces_of
 from synth.contact.kernels import kernel
 from synth.contact.patches import profile
 
@@ -75,7 +76,8 @@ def crest_approach(tables, k1, k2, work, target):
 
     tables, k1, k2, work: the cells as `exact.fill_cells` left them.
     """
-    cells = tables.shape[1]
+    rows = surfaces_of(tables)
+    cells = rows.shape[1]
     floor = -2.0
     for i in range(cells):
         floor = max(floor, work[1, i])
@@ -86,7 +88,7 @@ def crest_approach(tables, k1, k2, work, target):
     for i in range(cells):
         if work[0, i] < max(floor, top - REACH):
             continue
-        cell = (tables[0, i], tables[1, i], k1, work[3, i], work[4, i], k2, 0.0)
+        cell = (rows[0, i], rows[1, i], k1, work[3, i], work[4, i], k2, level_of(tables, i, 0.0))
         t, height, slope, curvature, crest = crest_of_cell(cell, i == 0, i == cells - 1)
         place = 2.0 * i + t
         if not crest or place - at <= SAME_PLACE:

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from synth.contact.crests import crest_approach
+from synth.contact.domes import dome_of, level_of, surfaces_of
 from synth.contact.geometry import Geometry
 from synth.contact.kernels import inlined, kernel
 from synth.contact.patches import touching_part
@@ -49,6 +50,11 @@ class Grid:
     family = "exact"
 
     @property
+    def pieces(self) -> Any:
+        """What the kernels read of it: see `domes`."""
+        return self.tables
+
+    @property
     def cells(self) -> int:
         """Cells that a phase is solved on: the work of a phase."""
         return int(self.tables.shape[1])
@@ -65,7 +71,7 @@ class Grid:
     def measure(self, phases: Array, heights: Array) -> tuple[Array, Array]:
         """Return the mean of max(h - z, 0) (m) and the touching part of L, at each phase and z (m); exact."""
         depth, touching = np.empty(len(phases)), np.empty(len(phases))
-        measure_phases(self.tables, self.k1, self.k2, phases, heights / self.height_scale, depth, touching)
+        measure_phases(self.pieces, self.k1, self.k2, phases, heights / self.height_scale, depth, touching)
         return depth * self.height_scale, touching
 
     @classmethod
@@ -125,7 +131,7 @@ def solve(grid: Grid, phases: Array, indentation: float | Array, guess: Array | 
     iterations = np.zeros(count, dtype=np.int64)
     begin = np.empty(0) if guess is None else guess / grid.height_scale
     targets = np.atleast_1d(np.asarray(indentation, dtype=float)) / grid.height_scale
-    solve_phases(grid.tables, grid.k1, grid.k2, phases, targets, begin, height, touching, iterations)
+    solve_phases(grid.pieces, grid.k1, grid.k2, phases, targets, begin, height, touching, iterations)
     return Approaches(height * grid.height_scale, touching, iterations)
 
 
@@ -133,10 +139,9 @@ def solve(grid: Grid, phases: Array, indentation: float | Array, guess: Array | 
 def solve_phases(tables, k1, k2, phases, targets, guess, height, touching, iterations):
     """Write z / (a1 + a2), the touching part of L and the number of iterations at each phase.
 
-    targets: w / k / (a1 + a2), of each phase, or one for all.
+    tables: `Grid.pieces`, here and in the kernels below. targets: w / k / (a1 + a2), of each phase, or one for all.
     """
-    cells = tables.shape[1]
-    work = np.empty((5, cells))
+    work = np.empty((5, surfaces_of(tables).shape[1]))
     scratch = np.empty((2, 64))
     lowest = 0.0
     for i in range(len(phases)):
@@ -164,7 +169,7 @@ def solve_phases(tables, k1, k2, phases, targets, guess, height, touching, itera
 @kernel
 def measure_phases(tables, k1, k2, phases, heights, depth, touching):
     """Write F(z) / (a1 + a2) and the touching part of L at each phase and z / (a1 + a2)."""
-    work = np.empty((5, tables.shape[1]))
+    work = np.empty((5, surfaces_of(tables).shape[1]))
     scratch = np.empty((2, 64))
     for i in range(len(phases)):
         turn = phases[i] - math.floor(phases[i])
@@ -178,18 +183,20 @@ def fill_cells(tables, k1, k2, cosine, sine, work):
 
     work: rows are the upper bound of h, the lower bound of h, the mean of h, texture height, texture slope.
     """
-    cells = tables.shape[1]
+    rows = surfaces_of(tables)
+    cells = rows.shape[1]
     mean1 = 1.0 + k1 * (-1.0 / 6.0 + k1 * (1.0 / 120.0 + k1 * (-1.0 / 5040.0 + k1 * (1.0 / 362880.0))))
     mean2 = 1.0 + k2 * (-1.0 / 6.0 + k2 * (1.0 / 120.0 + k2 * (-1.0 / 5040.0 + k2 * (1.0 / 362880.0))))
     for i in range(cells):
-        height = tables[2, i] * cosine + tables[4, i] * sine
-        slope = tables[3, i] * cosine + tables[5, i] * sine
-        centre = height + tables[0, i]
-        bend = 0.52 * (k1 * abs(tables[0, i]) + k2 * abs(height)) + 0.2 * (k1 * abs(tables[1, i]) + k2 * abs(slope))
-        reach = abs(slope + tables[1, i]) + bend
+        d0, d1, d2 = dome_of(tables, i)
+        height = rows[2, i] * cosine + rows[4, i] * sine
+        slope = rows[3, i] * cosine + rows[5, i] * sine
+        centre = height + rows[0, i] - d0
+        bend = 0.52 * (k1 * abs(rows[0, i]) + k2 * abs(height)) + 0.2 * (k1 * abs(rows[1, i]) + k2 * abs(slope))
+        reach = abs(slope + rows[1, i] - d1) + bend + d2
         work[0, i] = centre + reach
         work[1, i] = centre - reach
-        work[2, i] = mean1 * tables[0, i] + mean2 * height
+        work[2, i] = mean1 * rows[0, i] + mean2 * height - (d0 + d2 / 3.0)
         work[3, i] = height
         work[4, i] = slope
     total = 0.0
@@ -215,7 +222,8 @@ def bounds_of_cell(u1, v1, k1, u2, v2, k2):
 @kernel
 def contact_sum(work, tables, k1, k2, z, scratch):
     """Return F(z), the touching part of L, and F''(z), all relative to L and a1 + a2."""
-    cells = tables.shape[1]
+    rows = surfaces_of(tables)
+    cells = rows.shape[1]
     full = 0.0
     touching = 0
     area = 0.0
@@ -228,9 +236,10 @@ def contact_sum(work, tables, k1, k2, z, scratch):
             full += work[2, i] - z
             touching += 1
             continue
-        u1, v1, u2, v2 = tables[0, i], tables[1, i], work[3, i], work[4, i]
+        u1, v1, u2, v2 = rows[0, i], rows[1, i], work[3, i], work[4, i]
         bound2, bound3 = bounds_of_cell(u1, v1, k1, u2, v2, k2)
-        part, width, edge = touching_part((u1, v1, k1, u2, v2, k2, z), bound2, bound3, scratch)
+        cell = (u1, v1, k1, u2, v2, k2, level_of(tables, i, z))
+        part, width, edge = touching_part(cell, bound2 + 2.0 * dome_of(tables, i)[2], bound3, scratch)
         area += part
         length += width
         edges += edge

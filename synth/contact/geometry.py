@@ -10,7 +10,11 @@ Limits  both surfaces are single cosines along the scanning direction.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
 
 from synth.scene import Scene
 
@@ -59,3 +63,23 @@ class Geometry:
     def still(self) -> bool:
         """True where the texture has no height: z is then constant at a constant load."""
         return self.texture_amplitude == 0.0
+
+    def part(self, begin: float, length: float) -> Geometry:
+        """Return the same surfaces over `length` (m) from x = `begin` (m, which may be negative) on.
+
+        Whole periods up to `begin` are left out without rounding.
+        """
+        ridge_turns = math.remainder(begin, self.ridge_period) / self.ridge_period
+        texture_turns = math.remainder(begin, self.texture_period) / self.texture_period
+        return replace(
+            self,
+            contact_length=length,
+            ridge_phase=self.ridge_phase + 2.0 * math.pi * ridge_turns,
+            texture_phase=self.texture_phase + 2.0 * math.pi * texture_turns,
+        )
+
+    def heights(self, place: float, phases: Any) -> Any:
+        """Return h (m) at x = `place` (m) and each of `phases` (turns of the texture period)."""
+        ridge = 2.0 * math.pi * (place / self.ridge_period % 1.0) + self.ridge_phase
+        texture = 2.0 * math.pi * (place / self.texture_period % 1.0 - phases) + self.texture_phase
+        return self.texture_amplitude * np.cos(texture) - self.ridge_amplitude * math.cos(ridge)

@@ -164,7 +164,7 @@ class Rows:
     def _solved(self, load: float) -> Spectrum:
         at = max(load, NO_LOAD * self.base)
         row = solve_spectrum(self.contact, at, self.demand, self.keep, self._start(at), ROW_WORK)
-        self._work += max(row.phases, 1) * self.contact.cells
+        self._work += max(row.phases, 1) * self.contact.solver(at).cells
         return row
 
     def _start(self, load: float) -> int:

@@ -109,9 +109,9 @@ def solve_spectrum(
         harmonics = np.zeros(keep + 1, dtype=np.complex128)
         slopes = np.zeros_like(harmonics)
         harmonics[:2] = closed.mean, closed.first
-        slopes[0] = closed.slope
+        slopes[:2] = closed.slope, closed.first_slope
         return Spectrum(load, harmonics, slopes, (1e-15,) * len(demand.orders), 0, True, "closed form")
-    most = min(MOST_PHASES, max(256, most_work // contact.cells))
+    most = min(MOST_PHASES, max(256, most_work // contact.solver(load).cells))
     return _grown(contact, load, demand, keep, min(start, most), most)
 
 

@@ -12,7 +12,7 @@ Limits  Hertzian ridges, quasi-static. Two flat surfaces have no ridge to press:
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from synth.contact.geometry import Geometry
 from synth.scene import Scene
@@ -54,6 +54,10 @@ class Stiffness:
             shared_period=2.0 * lambda1 * lambda2 / (lambda1 + lambda2),
             contact_length=geometry.contact_length,
         )
+
+    def over(self, length: float) -> Stiffness:
+        """Return the law for the same surfaces in contact over another `length` (m)."""
+        return replace(self, contact_length=length)
 
     def half_width(self, load: float) -> float:
         """Return a, the half-width (m) of the line contact of one ridge, at `load` (N) (eq. 5)."""

@@ -1,0 +1,229 @@
+"""The contact of a round fingertip: no edges, the pressure fades to where the finger lifts off.
+
+Model   F(z) = integral of max(h - (x - xc)^2 / (2 R) - z, 0) dx = w / kappa, xc the middle of the nominal contact. The
+        foundation modulus kappa(w) = k(w, L) / L (Pa/m), k by eqs 4-5 over the length L = 2 b that a smooth round
+        finger touches on that same foundation: w = (2/3) kappa b^3 / R. Since kappa = C L^2 w^-1/2, b^5 = 3 R w^(3/2)
+        / (8 C): L grows as w^0.3, kappa as w^0.1, w / kappa as w^0.9, and dz/dw = -0.9 (w / kappa) / (w |C|).
+        The solver spans a length D about xc at whose ends no phase has pressure: half of it is sqrt(2 R (a1 + a2 - z0))
+        with a z0 that z never falls below (`lowest_approach`). Its mean over D times kappa D is the reaction.
+Source  Johnson, Contact Mechanics (1985), sec. 4.3 (Winkler foundation, parabola); Fagiani & Barbieri (2016), eqs 1, 2,
+        4, 5; the rest is derived here.
+Limits  2e-13 (a1 + a2), as `exact`, plus 3e-15 |z| (measured). Measured at a z below z0 (a finger thrown onto the
+        surface harder than its load) the pressure beyond D is left out. At no load kappa, and the stiffness, are 0.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from synth.contact.balance import LEAST_TOUCHING, Contact
+from synth.contact.exact import Array, Grid
+from synth.contact.geometry import Geometry
+from synth.contact.kept import KeptSolvers
+from synth.contact.solver import PhaseSolver
+from synth.contact.stiffness import Stiffness
+from synth.errors import CannotRender
+
+LENGTH_EXPONENT, FOUNDATION_EXPONENT = 0.3, 0.1  # of the load: see Model; the slope needs the second
+LONGEST_SPAN = 0.2  # m: longer than any hand; the work of a phase is proportional to it
+WINDOWS = 24  # numbers of crests, and widths about each, at which `lowest_approach` looks; fewer: a longer span
+SLACK = 1e-9  # of a1 + a2, off z0: more than the rounding of this bound
+
+
+@dataclass(frozen=True, slots=True)
+class RoundGrid(Grid):
+    """The cells of a round finger: those of `Grid`, and what the parabola takes off each.
+
+    dome: float64 [3, cells], the coefficients of 1, t and t^2 over a1 + a2: see `domes`.
+    """
+
+    dome: Array
+
+    name = "exact solver, round finger"
+
+    @property
+    def pieces(self) -> Any:
+        """What the kernels read of it."""
+        return self.tables, self.dome
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes that the grid holds."""
+        return int(self.tables.nbytes + self.dome.nbytes)
+
+    @classmethod
+    def of_finger(cls, geometry: Geometry, radius: float) -> RoundGrid:
+        """Return the grid of `geometry`, in whose middle a finger of `radius` (m) is thickest."""
+        flat = Grid.of_geometry(geometry)
+        half = 0.5 * geometry.contact_length / flat.cells
+        place = (2.0 * np.arange(flat.cells) + 1.0 - flat.cells) * half
+        drop = 0.5 / (radius * flat.height_scale)
+        dome = np.stack([drop * place**2, 2.0 * drop * place * half, np.full(flat.cells, drop * half * half)])
+        return cls(flat.tables, flat.k1, flat.k2, flat.texture, flat.height_scale, dome)
+
+
+def lowest_approach(geometry: Geometry, radius: float, area: float) -> float:
+    """Return a height (m) that z falls below at no phase, F being `area` (m^2) under a finger of `radius` (m).
+
+    F(z) is at least what any windows A give without the max, so z >= mean of h - d over A, less F / |A|. A is one
+    window about the middle, or one about each of n neighbouring crests of the ridges or of the texture, the middle
+    crest within half a period of xc. There h is high by the sinc of the width, and the other surface adds
+    sin(n pi r) / (n sin(pi r)) of its amplitude at worst, r the ratio of the periods.
+    """
+    ridge = geometry.ridge_amplitude, geometry.ridge_period
+    texture = geometry.texture_amplitude, geometry.texture_period
+    swing = (ridge[0] * ridge[1] + texture[0] * texture[1]) / math.pi  # most that the cosines take from an integral
+    half = float((1.5 * radius * (area + swing)) ** (1.0 / 3.0))
+    one = -(half**2) / (6.0 * radius) - 0.5 * (area + swing) / half
+    smooth = -float((1.5 * radius * area) ** (2.0 / 3.0)) / (2.0 * radius)  # the smooth finger, on the lowest h
+    crests = [_on_crests(*ridge, *texture, radius, area, half), _on_crests(*texture, *ridge, radius, area, half)]
+    return max(one, smooth - geometry.height_scale, *crests) - SLACK * geometry.height_scale
+
+
+def _on_crests(
+    amplitude: float, period: float, other: float, other_period: float, radius: float, area: float, half: float
+) -> float:
+    """Return the bound of `lowest_approach` from windows about the crests of one surface; half: m, a likely reach."""
+    number = np.unique(np.round(np.geomspace(1.0, max(4.0 * half / period, 2.0), WINDOWS)))[:, np.newaxis]
+    width = period * np.arange(1, WINDOWS + 1) / WINDOWS
+    ratio = math.remainder(period, other_period) / other_period
+    together = np.ones_like(number) if ratio == 0.0 else np.sin(math.pi * ratio * number) / math.sin(math.pi * ratio)
+    cancelled = np.abs(together / number if ratio != 0.0 else together) * np.abs(np.sinc(width / other_period))
+    drop = (period**2 * (3.0 + number**2 - 1.0) + width**2) / (24.0 * radius)
+    bound = amplitude * np.sinc(width / period) - other * cancelled - drop - area / (number * width)
+    return float(np.max(bound))
+
+
+@dataclass(frozen=True, slots=True)
+class Fingertip:
+    """The round finger without its ridges, on its foundation.
+
+    radius: R (m). reference_load: w0 (N). length: L(w0) (m). foundation: kappa(w0) (Pa/m).
+    """
+
+    radius: float
+    reference_load: float
+    length: float
+    foundation: float
+
+    @classmethod
+    def of(cls, stiffness: Stiffness, radius: float | None, reference_load: float) -> Fingertip:
+        """Return the finger of `radius` (m); None: of that which touches the length of `stiffness` at w0 (N)."""
+        assert reference_load > 0.0 and (radius is None or radius > 0.0)
+        length = stiffness.contact_length
+        foundation = stiffness.stiffness(reference_load) / length
+        fitting = foundation * length**3 / (12.0 * reference_load)
+        if radius is None:
+            return cls(fitting, reference_load, length, foundation)
+        ratio = (radius / fitting) ** 0.2  # b^5 is proportional to R, kappa to L^2
+        return cls(radius, reference_load, length * ratio, foundation * ratio**2)
+
+    def length_at(self, load: float) -> float:
+        """Return L (m), over which it would touch at `load` (N)."""
+        return float(self.length * (load / self.reference_load) ** LENGTH_EXPONENT)
+
+    def foundation_at(self, load: float) -> float:
+        """Return kappa (Pa/m) at `load` (N)."""
+        return float(self.foundation * (load / self.reference_load) ** FOUNDATION_EXPONENT)
+
+    def area(self, load: float) -> float:
+        """Return w / kappa (m^2) at `load` (N): the integral of max(h - d - z, 0)."""
+        return load / self.foundation_at(load) if load > 0.0 else 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class RoundContact(Contact):
+    """A contact under a round finger. geometry, stiffness: those of the nominal length; grid: the solver at no load."""
+
+    finger: Fingertip
+    _kept: KeptSolvers = field(default_factory=KeptSolvers, repr=False, compare=False)
+
+    @classmethod
+    def of(
+        cls,
+        geometry: Geometry,
+        stiffness: Stiffness,
+        grid: PhaseSolver | None = None,
+        radius: float | None = None,
+        reference_load: float = 1.0,
+    ) -> RoundContact:
+        """Return the contact of a finger of `radius` (m); CannotRender where it is too flat to be solved at any load.
+
+        radius: None for that of a smooth finger that touches the nominal length at `reference_load` (N). geometry,
+        stiffness: over the nominal length; both surfaces need a period, one of them a height. grid: the solver at no
+        load, laid out unless given.
+        """
+        finger = Fingertip.of(stiffness, radius, reference_load)
+        if grid is None:
+            grid = RoundGrid.of_finger(_spanned(geometry, finger, 0.0), finger.radius)
+        return cls(geometry, stiffness, grid, finger)
+
+    @property
+    def key(self) -> Hashable:
+        """What z depends on, for a cache."""
+        return self.geometry, self.stiffness, self.finger
+
+    @property
+    def of_one_shape(self) -> bool:
+        """False: each load has its own solver."""
+        return False
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes that the contact holds now."""
+        return self.grid.nbytes + self._kept.nbytes
+
+    @property
+    def dome(self) -> float:
+        """1 / R (1/m) of the parabola about the middle of the length that is taken off h."""
+        return 1.0 / self.finger.radius
+
+    def geometry_at(self, load: float) -> Geometry:
+        """Return the surfaces over the length D that is solved at `load` (N); CannotRender where D is too long."""
+        return _spanned(self.geometry, self.finger, load)
+
+    def solver(self, load: float) -> PhaseSolver:
+        """Return what solves this contact at `load` (N), laid out where it is not kept; see `geometry_at`."""
+        return self._solver_over(self.geometry_at(load))
+
+    def indentation(self, load: float) -> float:
+        """Return w / (kappa D) (m) at `load` (N): the mean of max(h - d - z, 0) over the length D that is solved."""
+        return self.finger.area(load) / self.geometry_at(load).contact_length
+
+    def stiffness_at(self, load: float) -> float:
+        """Return kappa D (N/m) at `load` (N): the force for a metre of that mean."""
+        return self.finger.foundation_at(load) * self.geometry_at(load).contact_length
+
+    def closed(self, load: float) -> None:
+        """Return None: a round finger has no full contact."""
+        return None
+
+    def approach(self, phases: Array, load: float, guess: Array | None = None) -> tuple[Array, Array]:
+        """Return z (m) and dz/dw (m/N) at each of `phases` (turns) and `load` (N); see `Contact.approach`."""
+        geometry = self.geometry_at(load)
+        indentation = self.finger.area(load) / geometry.contact_length
+        solved = self._solver_over(geometry).solve(phases, indentation, guess)
+        slope = (1.0 - FOUNDATION_EXPONENT) * indentation / load if load > 0.0 else 0.0
+        return solved.height, np.asarray(-slope / np.maximum(solved.touching, LEAST_TOUCHING))
+
+    def _solver_over(self, geometry: Geometry) -> PhaseSolver:
+        return self._kept.get(geometry, partial(RoundGrid.of_finger, radius=self.finger.radius))
+
+
+def _spanned(geometry: Geometry, finger: Fingertip, load: float) -> Geometry:
+    """Return `geometry` over the length D about its middle beyond which no phase touches at `load` (N)."""
+    room = geometry.height_scale - lowest_approach(geometry, finger.radius, finger.area(load))
+    span = 2.0 * math.sqrt(2.0 * finger.radius * room)
+    if not span <= LONGEST_SPAN:
+        raise CannotRender(
+            f"A round finger of radius {finger.radius:.3g} m would have to be followed over {span:.3g} m at a load of "
+            f"{load:.3g} N, more than {LONGEST_SPAN:g} m. Give a smaller radius, a lighter load, a shorter contact or "
+            "lower ridges, or leave the finger flat."
+        )
+    return geometry.part(0.5 * (geometry.contact_length - span), span)
