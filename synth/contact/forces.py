@@ -36,7 +36,7 @@ FRICTION_WORK = 10  # the same of z and N_g
 SCALE_PHASES = 16  # at which the sensitivity to z is taken: it scales the floor of errors, and needs no digits
 LOAD_STEP = 1e-4  # of the load: central differences leave its square; smaller ones would lose digits to rounding
 NO_DEPTH = 1e-300  # m: keeps a quotient finite where rounding leaves no contact at all
-FEWEST_MEAN, MOST_MEAN = 64, 1 << 16  # phases of a mean over a period
+FEWEST_MEAN, MOST_MEAN = 512, 1 << 16  # phases of a mean over a period; fewer may all miss a narrow dip
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +64,10 @@ class ForceOfContact:
         """Return what solves the contact at `load` (N)."""
         return self.contact.solver(load)
 
+    def _height_scale(self, load: float) -> float:
+        """Return a1 + a2 + w / k (m) at `load` (N), to which the rounding of h - z is relative."""
+        return self.contact.geometry_at(load).height_scale + load / self.contact.stiffness_at(load)
+
     def _field(self, load: float) -> PressureField:
         return PressureField.of_geometry(self.contact.geometry_at(load), self.contact.dome)
 
@@ -87,14 +91,14 @@ class SlopeForce(ForceOfContact):
         return None
 
     def scale_at(self, load: float) -> float:
-        """Return (a1 + a2) times the largest dF_s/dz (N) that the touching length allows at `load` (N)."""
+        """Return a1 + a2 + w / k times the largest dF_s/dz (N) that the touching length allows at `load` (N)."""
         if load <= 0.0:
             return 0.0
         phases, geometry = np.arange(SCALE_PHASES) / SCALE_PHASES, self.contact.geometry_at(load)
         z, _rate = self.contact.approach(phases, load)
         touching = float(np.max(self._field(load).slopes(phases, z).touching))
         steepest = 2.0 * math.pi * geometry.texture_amplitude / geometry.texture_period
-        return self.contact.stiffness_at(load) * touching * steepest * geometry.height_scale
+        return self.contact.stiffness_at(load) * touching * steepest * self._height_scale(load)
 
     def approach(self, phases: Array, load: float, guess: Array | None = None) -> tuple[Array, Array]:
         """Return F_s (N) and dF_s/dw at each of `phases` (turns) and `load` (N); `guess` is not needed."""
@@ -145,13 +149,13 @@ class FrictionForce(ForceOfContact):
         return FullContact(self.friction_coefficient * load, 0j, self.friction_coefficient)
 
     def scale_at(self, load: float) -> float:
-        """Return (a1 + a2) times the largest dQ/dz (N) at `load` (N)."""
+        """Return a1 + a2 + w / k times the largest dQ/dz (N) at `load` (N)."""
         if load <= 0.0:
             return 0.0
         phases = np.arange(SCALE_PHASES) / SCALE_PHASES
         z, _rate = self.contact.approach(phases, load)
         steepest = float(np.max(self._at(phases, z, load)[1]))
-        return steepest * self.contact.geometry_at(load).height_scale
+        return steepest * self._height_scale(load)
 
     def approach(self, phases: Array, load: float, guess: Array | None = None) -> tuple[Array, Array]:
         """Return Q (N) and dQ/dw at each of `phases` (turns) and `load` (N); `guess` is not needed."""
@@ -169,19 +173,19 @@ class FrictionForce(ForceOfContact):
     def mean(self, load: float, tolerance: float = 1e-6) -> float:
         """Return the mean of Q over a period (N) at `load` (N), to `tolerance` of itself.
 
-        Phases are doubled until the mean moves by less, MOST_MEAN of them at most.
+        Phases are doubled until the mean has moved by less twice, MOST_MEAN of them at most.
         """
         closed = self.closed(load)
         if closed is not None:
             return closed.mean
-        count = FEWEST_MEAN
+        count, moved = FEWEST_MEAN, math.inf
         mean = float(np.mean(self.approach(np.arange(count) / count, load)[0]))
         while count < MOST_MEAN:
             between = float(np.mean(self.approach((np.arange(count) + 0.5) / count, load)[0]))
-            moved, mean = 0.5 * abs(between - mean), 0.5 * (between + mean)
-            if moved <= tolerance * mean:
-                break
+            before, moved, mean = moved, 0.5 * abs(between - mean), 0.5 * (between + mean)
             count *= 2
+            if max(moved, before) <= tolerance * mean:
+                break
         return mean
 
     def _at(self, phases: Array, heights: Array, load: float) -> tuple[Array, Array]:

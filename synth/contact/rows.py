@@ -27,6 +27,10 @@ from synth.contact.spectrum import FLOOR, Complex, Demand, Spectrum, curves, poi
 from synth.contact.tables import load_cubic
 
 NO_LOAD = 1e-6  # of `base`: the load at which the slope of the envelope row is taken, since dz/dw has a limit at w = 0
+# The same of a response that is nothing at no load: its slope there is what it has grown to at this load, over the
+# load. It may grow by a power of the load below 1, whose slope at 0 is infinite; a cubic that began as steeply as it is
+# at NO_LOAD would overshoot several times, with 1 / 64 by some percent.
+LIGHT_LOAD = 1.0 / 64.0
 LARGEST_LOAD = 1e3  # N, the end of the scene's range
 ROW_WORK = 1 << 27  # phases times cells of one row: about 1 s; the default scene takes a hundredth of it
 # the same of all rows, about 25 s: beyond it intervals are not halved any more, and the error says so
@@ -163,11 +167,12 @@ class Rows:
         self.edges = np.array([parts[0].low, *(part.high for part in parts)])
 
     def _solved(self, load: float) -> Spectrum:
-        at = max(load, NO_LOAD * self.base)
+        begins_at_nothing = load == 0.0 and self.contact.nothing_at_no_load
+        at = max(load, (LIGHT_LOAD if begins_at_nothing else NO_LOAD) * self.base)
         row = solve_spectrum(self.contact, at, self.demand, self.keep, self._start(at), ROW_WORK)
         self._work += max(row.phases, 1) * self.contact.cells
-        if load == 0.0 and self.contact.nothing_at_no_load:
-            return replace(row, harmonics=np.zeros_like(row.harmonics))
+        if begins_at_nothing:
+            return replace(row, harmonics=np.zeros_like(row.harmonics), slopes=row.harmonics / at)
         return row
 
     def _start(self, load: float) -> int:

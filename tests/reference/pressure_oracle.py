@@ -51,7 +51,9 @@ class Surfaces:
     def height(self, x: Long) -> Long:
         """h."""
         finger = np.cos(2 * PI * x / np.longdouble(self.ridge_period) + self.ridge_phase)
-        texture = np.cos(2 * PI * (x - np.longdouble(self.moved)) / np.longdouble(self.texture_period) + self.texture_phase)
+        texture = np.cos(
+            2 * PI * (x - np.longdouble(self.moved)) / np.longdouble(self.texture_period) + self.texture_phase
+        )
         bulge = np.longdouble(self.dome) / 2 * (x - np.longdouble(self.length) / 2) ** 2
         return np.asarray(self.texture_amplitude * texture - self.ridge_amplitude * finger - bulge)
 

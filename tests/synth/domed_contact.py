@@ -59,20 +59,21 @@ class DomedContact:
     def solver(self, load: float) -> PhaseSolver:
         return Grid.of_geometry(self.geometry_at(load))
 
-    def heights(self, phases: Array, load: float) -> Array:
-        """Return z (m) at each phase (turns): Newton from below, which never passes it."""
+    def heights(self, phases: Array, load: float, begin: Array | None = None) -> Array:
+        """Return z (m) at each phase (turns): Newton from below, which never passes it, or from `begin`."""
         geometry = self.geometry_at(load)
         field, depth = PressureField.of_geometry(geometry, self.dome), load / self.stiffness_at(load)
-        z = np.full(len(phases), -geometry.height_scale - abs(self.dome) * geometry.contact_length**2 / 8 - depth)
+        tall = geometry.height_scale + abs(self.dome) * geometry.contact_length**2 / 8 + depth
+        z = np.full(len(phases), -tall) if begin is None else begin
         for _ in range(100):
             sums = field.slopes(phases, z)
             step = (sums.depth - depth) / np.maximum(sums.touching, 1e-12)
             z = z + step
-            if np.max(np.abs(step)) <= 1e-16 * geometry.height_scale:
+            if np.max(np.abs(step)) <= 1e-15 * tall:
                 break
         return z
 
     def approach(self, phases: Array, load: float, guess: Array | None = None) -> tuple[Array, Array]:
-        step = STEP * load
-        rate = (self.heights(phases, load + step) - self.heights(phases, load - step)) / (2 * step)
-        return self.heights(phases, load), rate
+        step, z = STEP * load, self.heights(phases, load)
+        rate = (self.heights(phases, load + step, z) - self.heights(phases, load - step, z)) / (2 * step)
+        return z, rate

@@ -154,5 +154,7 @@ def test_nothing_touches_above_the_crests() -> None:
 
 def test_a_longer_way_round_changes_nothing() -> None:
     field = PressureField.of_geometry(replace(Geometry(4e-5, 5e-4, 2e-5, 8e-4, 1.4, 1e-2), ridge_phase=0.7))
-    turned = [field.slopes(np.array([0.3125 + whole]), np.array([1e-5])).slope[0] for whole in (0.0, 1.0, -3.0, 2.0**30)]
+    turned = [
+        field.slopes(np.array([0.3125 + whole]), np.array([1e-5])).slope[0] for whole in (0.0, 1.0, -3.0, 2.0**30)
+    ]
     assert len(set(turned)) == 1
