@@ -55,6 +55,11 @@ class Contact:
         return self.grid.nbytes
 
     @property
+    def nothing_at_no_load(self) -> bool:
+        """False: z is then the envelope of the crests."""
+        return False
+
+    @property
     def dome(self) -> float:
         """1 / R (1/m) of a parabola about the middle of the length that is taken off h; 0: the finger is flat."""
         return 0.0
@@ -62,6 +67,10 @@ class Contact:
     def geometry_at(self, load: float) -> Geometry:
         """Return the surfaces over the length that the solver at `load` (N) spans."""
         return self.geometry
+
+    def work_at(self, load: float) -> int:
+        """Return the work of a phase at `load` (N), in cells of the exact solver."""
+        return self.solver(load).cells
 
     def solver(self, load: float) -> PhaseSolver:
         """Return what solves this contact at `load` (N)."""
@@ -74,6 +83,10 @@ class Contact:
     def stiffness_at(self, load: float) -> float:
         """Return k (N/m) at `load` (N): the force for a metre of that mean."""
         return self.stiffness.stiffness(load)
+
+    def scale_at(self, load: float) -> float:
+        """Return a1 + a2 (m), to which every error of z is relative at any `load` (N)."""
+        return self.geometry.height_scale
 
     def closed(self, load: float) -> FullContact | None:
         """Return z in closed form where `load` (N) presses everything flat, else None."""

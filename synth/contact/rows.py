@@ -17,16 +17,20 @@ import math
 import threading
 from bisect import bisect_right
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from synth.contact.balance import Contact
 from synth.contact.exact import Array
-from synth.contact.spectrum import Complex, Demand, Spectrum, curves, points_for, solve_spectrum
+from synth.contact.response import Response
+from synth.contact.spectrum import FLOOR, Complex, Demand, Spectrum, curves, points_for, solve_spectrum
 from synth.contact.tables import load_cubic
 
 NO_LOAD = 1e-6  # of `base`: the load at which the slope of the envelope row is taken, since dz/dw has a limit at w = 0
+# The same of a response that is nothing at no load: its slope there is what it has grown to at this load, over the
+# load. It may grow by a power of the load below 1, whose slope at 0 is infinite; a cubic that began as steeply as it is
+# at NO_LOAD would overshoot several times, with 1 / 64 by some percent.
+LIGHT_LOAD = 1.0 / 64.0
 LARGEST_LOAD = 1e3  # N, the end of the scene's range
 ROW_WORK = 1 << 27  # phases times cells of one row: about 1 s; the default scene takes a hundredth of it
 # the same of all rows, about 25 s: beyond it intervals are not halved any more, and the error says so
@@ -63,13 +67,14 @@ class Interval:
 class Rows:
     """Rows of load, solved as they are needed. Thread-safe: one thread solves, others read `edges`.
 
-    contact, demand: what each row must hold. keep: harmonics of a row. base: the load (N) where octaves begin.
+    contact: the response, z of a contact or a force. demand: what each row must hold. keep: harmonics of a row. base:
+    the load (N) where octaves begin.
     tolerance: of the error between rows, relative as that of the demand; None: that of the demand.
     edges: the loads (N) of the rows that are ready and next to each other, rising; a new array whenever there are more.
     """
 
     def __init__(
-        self, contact: Contact, demand: Demand, keep: int, base: float, tolerance: float | None = None
+        self, contact: Response, demand: Demand, keep: int, base: float, tolerance: float | None = None
     ) -> None:
         self.contact, self.demand, self.keep, self.base = contact, demand, keep, base
         self.tolerance = demand.tolerance if tolerance is None else tolerance
@@ -162,9 +167,12 @@ class Rows:
         self.edges = np.array([parts[0].low, *(part.high for part in parts)])
 
     def _solved(self, load: float) -> Spectrum:
-        at = max(load, NO_LOAD * self.base)
+        begins_at_nothing = load == 0.0 and self.contact.nothing_at_no_load
+        at = max(load, (LIGHT_LOAD if begins_at_nothing else NO_LOAD) * self.base)
         row = solve_spectrum(self.contact, at, self.demand, self.keep, self._start(at), ROW_WORK)
-        self._work += max(row.phases, 1) * self.contact.solver(at).cells
+        self._work += max(row.phases, 1) * self.contact.work_at(at)
+        if begins_at_nothing:
+            return replace(row, harmonics=np.zeros_like(row.harmonics), slopes=row.harmonics / at)
         return row
 
     def _start(self, load: float) -> int:
@@ -220,7 +228,7 @@ class Rows:
             extent = float(np.ptp(curves(truth, order, points_for(highest))))
             error = float(np.max(np.abs(curves(read - truth, order, points_for(highest)))))
             errors.append(error / extent if extent > 0.0 else 0.0)
-        floor = 1e-12 * self.contact.geometry.height_scale
+        floor = FLOOR * self.contact.scale_at(middle)
         small = float(np.max(np.abs(curves(read - truth, 0, points_for(highest))))) <= floor
         return (0.0,) * len(errors) if small else tuple(errors)
 

@@ -1,4 +1,4 @@
-"""z over one period of the texture, as a Fourier series of known error.
+"""z, or another response, over one period of the texture, as a Fourier series of known error.
 
 Model   z(theta) = sum over n of Z_n exp(2 pi i n theta); the k-th time derivative at a speed u has the coefficients
         (2 pi i n u / lambda2)^k Z_n. The series is taken from M exact solutions at equal steps of phase. M doubles,
@@ -19,15 +19,15 @@ from typing import Any
 
 import numpy as np
 
-from synth.contact.balance import Contact
 from synth.contact.exact import Array
+from synth.contact.response import Response
 
 Complex = np.ndarray[Any, np.dtype[np.complex128]]
 
 FEWEST_PHASES = 8  # doubled once at least; with fewer there is no second change to judge by
 MOST_PHASES = 1 << 21  # 4 s of work on the default scene; where it is not enough the error says so
 MOST_WORK = 1 << 29  # phases times cells of the grid: 1 to 10 s; where it is not enough the error says so
-FLOOR = 1e-12  # of a1 + a2, in displacement: the round-off of the solver (design, section 4)
+FLOOR = 1e-12  # of the scale of a response (of z: a1 + a2): the round-off of the solver (design, section 4)
 # Weights of the last change, the one before, and what folded in them, in the bound of `_errors`. With 1, 0.2, 2 and 0.5
 # one bound of 2000 is exceeded, with the changes alone one of 60. MANY harmonics, all of them seen well, cancel no more
 # by chance: of 2787 such bounds the largest error was 0.92.
@@ -59,6 +59,7 @@ class Spectrum:
     """z over a period at one load: coefficients of harmonics 0 to `highest`, in metres, and their slope with the load.
 
     harmonics, slopes: complex128 [highest + 1], one-sided (z = Z_0 + 2 Re sum Z_n e^{2 pi i n theta}); slopes in m/N.
+    Of a response that is a force: in N, and N/N.
     errors: largest error of each order of the demand relative to its peak-to-peak. phases: solutions it took.
     closed: z is one sinusoid in closed form. solver: what solved it, by name.
     """
@@ -94,40 +95,40 @@ def points_for(highest: int) -> int:
 
 
 def solve_spectrum(
-    contact: Contact, load: float, demand: Demand, keep: int = 0, start: int = 0, most_work: int = MOST_WORK
+    response: Response, load: float, demand: Demand, keep: int = 0, start: int = 0, most_work: int = MOST_WORK
 ) -> Spectrum:
-    """Return the series of z at `load` (N) that keeps `demand`, or the best that the bounds on work allow, with its
-    error.
+    """Return the series of `response` at `load` (N) that keeps `demand`, or the best that the bounds on work allow,
+    with its error.
 
     keep: harmonics of the series returned, at least those of the demand; those beyond it are as good as they come.
     start: a power of two, phases to begin with where a neighbouring load has shown how many it takes; 0 begins afresh.
     most_work: the bound on phases times cells of the grid (the other bound is MOST_PHASES).
     """
     keep = max(keep, demand.highest)
-    closed = contact.closed(load)
+    closed = response.closed(load)
     if closed is not None:
         harmonics = np.zeros(keep + 1, dtype=np.complex128)
         slopes = np.zeros_like(harmonics)
         harmonics[:2] = closed.mean, closed.first
         slopes[:2] = closed.slope, closed.first_slope
         return Spectrum(load, harmonics, slopes, (1e-15,) * len(demand.orders), 0, True, "closed form")
-    most = min(MOST_PHASES, max(256, most_work // contact.solver(load).cells))
-    return _grown(contact, load, demand, keep, min(start, most), most)
+    most = min(MOST_PHASES, max(256, most_work // response.work_at(load)))
+    return _grown(response, load, demand, keep, min(start, most), most)
 
 
-def _grown(contact: Contact, load: float, demand: Demand, keep: int, start: int, most: int) -> Spectrum:
-    phases = start or FEWEST_PHASES
-    height, slope = contact.approach(np.arange(phases) / phases, load)
+def _grown(response: Response, load: float, demand: Demand, keep: int, start: int, most: int) -> Spectrum:
+    phases, scale = start or FEWEST_PHASES, response.scale_at(load)
+    height, slope = response.approach(np.arange(phases) / phases, load)
     while True:
         between = (np.arange(phases) + 0.5) / phases
-        more_height, more_slope = contact.approach(between, load, _midway(height))
+        more_height, more_slope = response.approach(between, load, _midway(height))
         unseen = _largest_gap(height, more_height)
         height, slope = woven(height, more_height), woven(slope, more_slope)
         phases *= 2
-        errors, good = _errors(height, demand, contact.geometry.height_scale)
-        if (good and (start or _probed(contact, load, height, unseen))) or 2 * phases > most:
+        errors, good = _errors(height, demand, scale)
+        if (good and (start or _probed(response, load, height, unseen, scale))) or 2 * phases > most:
             series = harmonics_of(height, keep), harmonics_of(slope, keep)
-            return Spectrum(load, *series, errors, phases, False, contact.solver(load).name)
+            return Spectrum(load, *series, errors, phases, False, response.solver(load).name)
 
 
 def harmonics_of(samples: Array, highest: int) -> Complex:
@@ -171,8 +172,8 @@ def _midway(height: Array) -> Array:
 
 
 def error_floor(scale: float, highest: int, order: int) -> float:
-    """Return the error that round-off may leave in a derivative over theta: FLOOR of `scale` (a1 + a2, m) in
-    displacement.
+    """Return the error that round-off may leave in a derivative over theta: FLOOR of `scale` (of z: a1 + a2) in
+    the response itself.
     """
     return FLOOR * scale * (2.0 * math.pi * highest) ** order
 
@@ -220,21 +221,21 @@ def _largest_gap(height: Array, between: Array) -> float:
     return float(np.max(np.abs(np.fft.irfft(np.fft.rfft(height) * shift, count) - between)))
 
 
-def _probed(contact: Contact, load: float, height: Array, unseen: float) -> bool:
+def _probed(response: Response, load: float, height: Array, unseen: float, scale: float) -> bool:
     """Return whether the series through `height` holds at phases off every grid, better than that of half as many
     phases.
 
-    unseen: the largest error (m) of the series through every second of `height`.
+    unseen: the largest error of the series through every second of `height`. scale: of the response.
     """
     shifts = (GOLDEN * np.arange(1, PROBES // PROBED_TOGETHER + 1)) % (1.0 / PROBED_TOGETHER)
     places = np.arange(PROBED_TOGETHER) / PROBED_TOGETHER
-    exact, _slope = contact.approach((places[:, np.newaxis] + shifts).ravel(), load)
+    exact, _slope = response.approach((places[:, np.newaxis] + shifts).ravel(), load)
     count = len(height)
     series = np.fft.rfft(height) / count
     series[1:-1] *= 2.0
     read = np.array([_read_together(series, float(shift)) for shift in shifts]).T.ravel()
     gap = float(np.max(np.abs(read - exact)))
-    return gap <= SETTLED * unseen + FLOOR * contact.geometry.height_scale
+    return gap <= SETTLED * unseen + FLOOR * scale
 
 
 def _read_together(series: Complex, shift: float) -> Array:
