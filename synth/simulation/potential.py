@@ -24,7 +24,7 @@ import numpy as np
 from synth.contact.balance import Contact
 from synth.contact.exact import Array
 from synth.contact.phases import turns_to_phase
-from synth.simulation.potential_reading import TableArrays, read_heights
+from synth.simulation.potential_reading import Layout, pool_of, read_heights
 
 MOST_BYTES = 64 << 20  # of one table; beyond it `error` says what is left
 MOST_WORK = 1 << 27  # phases times cells of the contact's grid measured for a table: about a second
@@ -53,11 +53,12 @@ class _Probes(NamedTuple):
 class PotentialTable:
     """The energy of one contact, ready to be read.
 
-    arrays: what compiled loops read (`potential_reading`). error: see Limits. motion: peak-to-peak of z (m) to which
+    pool, layout: what compiled loops read (`potential_reading`). error: see Limits. motion: peak-to-peak of z (m) to which
     it is relative. load: N, at which the shape of the contact was taken.
     """
 
-    arrays: TableArrays
+    pool: Array
+    layout: Layout
     error: float
     motion: float
     load: float
@@ -65,17 +66,17 @@ class PotentialTable:
     @property
     def nbytes(self) -> int:
         """Bytes that the table holds."""
-        return sum(int(array.nbytes) for array in self.arrays)
+        return int(self.pool.nbytes)
 
     @property
     def rows(self) -> int:
         """Phases of a period at which the contact was measured."""
-        return int(self.arrays.curves.shape[1]) - 3
+        return self.layout.stride - 3
 
     @property
     def edges(self) -> Array:
         """Ends of the cells of d (m), ascending."""
-        return self.arrays.bounds[1:-1]
+        return self.pool[self.layout.bounds + 1 : self.layout.origins - 1]
 
     @classmethod
     def of(
@@ -99,7 +100,7 @@ class PotentialTable:
         edges, rows, share, work, best, before = plan.cells(CELL_SHARE), FEWEST_ROWS, CELL_SHARE, 0, None, math.inf
         while True:
             table = plan.table(edges, rows)
-            read = read_heights(table, turns_to_phase(probes.phases), probes.heights)[0]
+            read = read_heights(*table, turns_to_phase(probes.phases), probes.heights)[0]
             error = tolerance * float(np.max(np.abs(read - probes.depth) / probes.touching / probes.allowed))
             if best is None or error < best[1]:
                 best = table, error
@@ -113,7 +114,7 @@ class PotentialTable:
             before = error
             too_large = rows * len(edges) * 5 * 8 > MOST_BYTES or work + rows * len(edges) * contact.cells > MOST_WORK
             if error <= tolerance or too_large:
-                return cls(*best, plan.motion, load)
+                return cls(*best[0], best[1], plan.motion, load)
 
 
 @dataclass(frozen=True, slots=True)
@@ -205,7 +206,7 @@ class _Range:
                 ends.append(low)
         return self.bottom + unit * np.sort(np.array(ends))
 
-    def table(self, edges: Array, rows: int) -> TableArrays:
+    def table(self, edges: Array, rows: int) -> tuple[Array, Layout]:
         """Return the table of `rows` phases, exact at the ends of its cells."""
         turns = np.arange(rows) / rows
         base = _curve(self.harmonics, turns)
@@ -214,11 +215,11 @@ class _Range:
         depth, touching = (part.reshape(rows, len(edges)).T.copy() for part in measured)
         depth[-1], touching[-1] = 0.0, 0.0  # the top lies above all but what stands between the phases of its search
         highest = self.contact.solver(self.load).solve(turns, 0.0).height
-        return arrays_of(edges, splines(np.stack([base, highest])), splines(depth), splines(touching))
+        return laid_out(edges, splines(np.stack([base, highest])), splines(depth), splines(touching))
 
 
-def arrays_of(edges: Array, curves: Array, depth: Array, touching: Array) -> TableArrays:
-    """Return the arrays of a table whose I and l at `edges` are `depth` and `touching`, spline coefficients."""
+def laid_out(edges: Array, curves: Array, depth: Array, touching: Array) -> tuple[Array, Layout]:
+    """Return the pool and layout of a table whose I and l at `edges` are `depth` and `touching`, spline coefficients."""
     cells, width = len(edges) - 1, np.diff(edges)[:, None]
     pieces = np.zeros((cells + 2, depth.shape[1], 4))
     rise, start, end = np.diff(depth, axis=0), -width * touching[:-1], -width * touching[1:]
@@ -231,11 +232,7 @@ def arrays_of(edges: Array, curves: Array, depth: Array, touching: Array) -> Tab
     energies[1:-1] = np.cumsum(whole[::-1], axis=0)[::-1]
     energies[0] = energies[1]
     bounds = np.concatenate([[-np.inf], edges, [np.inf]])
-    origins = np.concatenate([edges[:1], edges])
-    scales = 1.0 / np.concatenate([width[0], width[:, 0], width[-1]])
-    places = edges[0] + (np.arange(2 << FINEST) + 0.5) * (edges[-1] - edges[0]) / (2 << FINEST)
-    index = np.searchsorted(edges, places).astype(np.uint16)
-    return TableArrays(pieces, energies, curves, bounds, origins, scales, index)
+    return pool_of(pieces, energies, curves, bounds)
 
 
 def splines(values: Array) -> Array:

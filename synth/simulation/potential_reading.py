@@ -6,12 +6,12 @@ Model   `potential`: at a phase, four rows are summed with the weights of the cu
         written about where the path begins, I = j0 + j1 u + j2 u^2 + j3 u^3, and its mean is j0 + j1 u / 2 + j2 u^2 / 3
         + j3 u^3 / 4; over several cells the parts, all of one sign, are added up.
 Source  derived here.
-Limits  exact for the table, to round-off.
+Limits  exact for the pool, layout, to round-off.
 """
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,32 +21,41 @@ from synth.contact.kernels import inlined, kernel
 PLACE = 2.0**-53  # the 53 bits of the phase below the row, as a fraction of the step between rows
 
 
-class TableArrays(NamedTuple):
-    """A table as compiled loops read it; cells run from -infinity (a line) to +infinity (nothing).
+class Layout(NamedTuple):
+    """Where things stand in the pool of a table; cells run from -infinity (a line) to +infinity (nothing).
 
-    pieces: [cells, rows + 3, 4] coefficients of I. energies: [cells, rows + 3], E at the origin of each cell.
-    curves: [2, rows + 3], b and the highest point of h. bounds: [cells + 1] of the cells (m). origins (m) and scales
-    (1/m): of t, [cells]. index: the cell at equal steps from the lowest to the highest bound.
+    At 0 stand the coefficients of I, [cells, stride, 4], stride = rows + 3. Then begin: energies [cells, stride], E at
+    the origin of each cell; curves [2, stride], b and the highest point of h; bounds [cells + 1] of the cells (m);
+    origins (m) and scales (1/m) of t, [cells]. last: the last cell. bits: log2 of the rows.
     """
 
-    pieces: Array
-    energies: Array
-    curves: Array
-    bounds: Array
-    origins: Array
-    scales: Array
-    index: np.ndarray[Any, np.dtype[np.uint16]]
+    stride: int
+    bits: int
+    energies: int
+    curves: int
+    bounds: int
+    origins: int
+    scales: int
+    last: int
+
+
+def pool_of(pieces: Array, energies: Array, curves: Array, bounds: Array) -> tuple[Array, Layout]:
+    """Return the pool of a table and its layout; see `Layout`."""
+    cells, stride = energies.shape
+    origins = np.concatenate([bounds[1:2], bounds[1:-1]])
+    widths = np.diff(bounds[1:-1])
+    parts = [pieces, energies, curves, bounds, origins, 1.0 / np.concatenate([widths[:1], widths, widths[-1:]])]
+    starts = [int(start) for start in np.cumsum([part.size for part in parts])]
+    layout = Layout(stride, (stride - 4).bit_length(), *starts[:-1], cells - 1)
+    return np.concatenate([part.ravel() for part in parts]), layout
 
 
 @inlined
-def row_of(table, phase):
-    """Return the row at or before `phase`, the place after it in steps of a row, and the number of rows."""
-    rows = table.curves.shape[1] - 3
-    bits = np.uint64(0)
-    while (1 << bits) < rows:
-        bits += np.uint64(1)
+def row_of(layout, phase):
+    """Return the row at or before `phase`, and the place after it in steps of a row."""
+    bits = np.uint64(layout.bits)
     row = np.int64(phase >> (np.uint64(64) - bits))
-    return row, np.float64(np.int64((phase << bits) >> np.uint64(11))) * PLACE, np.float64(rows)
+    return row, np.float64(np.int64((phase << bits) >> np.uint64(11))) * PLACE
 
 
 @inlined
@@ -67,68 +76,78 @@ def slopes_of(t, rows):
 
 
 @inlined
-def curve_at(curves, which, row, weights):
-    """Return one of the curves."""
+def line_at(pool, at, weights):
+    """Return what four rows of one number give."""
     first, second, third, last = weights
-    line = curves[which]
-    return first * line[row] + second * line[row + 1] + third * line[row + 2] + last * line[row + 3]
+    return first * pool[at] + second * pool[at + 1] + third * pool[at + 2] + last * pool[at + 3]
 
 
 @inlined
-def blended(pieces, cell, row, weights):
+def base_at(pool, layout, row, weights):
+    """Return b (m), or with slopes its derivative (m a turn)."""
+    return line_at(pool, layout.curves + row, weights)
+
+
+@inlined
+def highest_at(pool, layout, row, weights):
+    """Return the highest point of h (m)."""
+    return line_at(pool, layout.curves + layout.stride + row, weights)
+
+
+@inlined
+def blended(pool, layout, cell, row, weights):
     """Return the four coefficients of I in a cell."""
     first, second, third, last = weights
-    a, b, c, d = pieces[cell, row], pieces[cell, row + 1], pieces[cell, row + 2], pieces[cell, row + 3]
+    at = 4 * (cell * layout.stride + row)
     return (
-        first * a[0] + second * b[0] + third * c[0] + last * d[0],
-        first * a[1] + second * b[1] + third * c[1] + last * d[1],
-        first * a[2] + second * b[2] + third * c[2] + last * d[2],
-        first * a[3] + second * b[3] + third * c[3] + last * d[3],
+        first * pool[at] + second * pool[at + 4] + third * pool[at + 8] + last * pool[at + 12],
+        first * pool[at + 1] + second * pool[at + 5] + third * pool[at + 9] + last * pool[at + 13],
+        first * pool[at + 2] + second * pool[at + 6] + third * pool[at + 10] + last * pool[at + 14],
+        first * pool[at + 3] + second * pool[at + 7] + third * pool[at + 11] + last * pool[at + 15],
     )
 
 
 @kernel
-def cell_of(table, d, cell):
+def found_cell(pool, at, last, d):
+    """Return the cell in which `d` (m) lies; bounds begin at pool[at]."""
+    low, high = 0, last
+    while low < high:
+        middle = (low + high + 1) // 2
+        if d >= pool[at + middle]:
+            low = middle
+        else:
+            high = middle - 1
+    return low
+
+
+@inlined
+def cell_of(pool, layout, d, cell):
     """Return the cell in which `d` (m) lies; `cell` is a first guess."""
-    bounds = table.bounds
-    if bounds[cell] <= d < bounds[cell + 1]:
-        return cell
-    last = len(bounds) - 2
-    low, high = bounds[1], bounds[last]
-    if d < low:
-        return 0
-    if not d < high:
-        return last
-    places = len(table.index)
-    cell = np.int64(table.index[min(int((d - low) / (high - low) * places), places - 1)])
-    while d < bounds[cell]:
-        cell -= 1
-    while d >= bounds[cell + 1]:
-        cell += 1
-    return cell
+    at = layout.bounds + cell
+    inside = pool[at] <= d < pool[at + 1]
+    return cell if inside else found_cell(pool, layout.bounds, layout.last, d)
 
 
-@kernel
-def piece_at(table, row, weights, cell, d):
+@inlined
+def piece_at(pool, layout, row, weights, cell, d):
     """Return I about `d` (m) in a cell: j0 to j3, in powers of (distance from d) times the scale of the cell."""
-    i0, i1, i2, i3 = blended(table.pieces, cell, row, weights)
-    t = (d - table.origins[cell]) * table.scales[cell]
+    i0, i1, i2, i3 = blended(pool, layout, cell, row, weights)
+    t = (d - pool[layout.origins + cell]) * pool[layout.scales + cell]
     return i0 + t * (i1 + t * (i2 + t * i3)), i1 + t * (2.0 * i2 + 3.0 * t * i3), i2 + 3.0 * t * i3, i3
 
 
 @kernel
-def path_across(table, row, weights, cell, d, s):
+def path_across(pool, layout, row, weights, cell, d, s):
     """Return the mean of I from `d` to d + s, its derivative over s, and the cell reached; any number of cells."""
-    bounds = table.bounds
     up = 1 if s > 0.0 else 0
     step = 1 if s > 0.0 else -1
     begin, total = 0.0, 0.0
     while True:
-        edge = bounds[cell + up] - d
+        edge = pool[layout.bounds + cell + up] - d
         inside = s <= edge if s > 0.0 else s >= edge
         end = s if inside else edge
-        j0, j1, j2, j3 = piece_at(table, row, weights, cell, d + begin)
-        u = (end - begin) * table.scales[cell]
+        j0, j1, j2, j3 = piece_at(pool, layout, row, weights, cell, d + begin)
+        u = (end - begin) * pool[layout.scales + cell]
         total += (end - begin) * (j0 + u * (0.5 * j1 + u * (j2 / 3.0 + u * (0.25 * j3))))
         if inside:
             mean = total / s
@@ -137,36 +156,36 @@ def path_across(table, row, weights, cell, d, s):
         cell += step
 
 
-@kernel
-def energy_slope(table, row, weights, slopes, base_slope, cell, d):
+@inlined
+def energy_slope(pool, layout, row, weights, slopes, base_slope, cell, d):
     """Return I (m), l and dE/dtheta (m^2 a turn) at a fixed z, and dI/dtheta there."""
-    scale = table.scales[cell]
-    t = (d - table.origins[cell]) * scale
-    i0, i1, i2, i3 = blended(table.pieces, cell, row, weights)
+    scale = pool[layout.scales + cell]
+    t = (d - pool[layout.origins + cell]) * scale
+    i0, i1, i2, i3 = blended(pool, layout, cell, row, weights)
     depth = i0 + t * (i1 + t * (i2 + t * i3))
     touching = -scale * (i1 + t * (2.0 * i2 + 3.0 * t * i3))
-    i0, i1, i2, i3 = blended(table.pieces, cell, row, slopes)
+    i0, i1, i2, i3 = blended(pool, layout, cell, row, slopes)
     drift = i0 + t * (i1 + t * (i2 + t * i3))
-    energy = curve_at(table.energies, cell, row, slopes)
+    energy = line_at(pool, layout.energies + cell * layout.stride + row, slopes)
     energy -= t * (i0 + t * (0.5 * i1 + t * (i2 / 3.0 + t * (0.25 * i3)))) / scale
     return depth, touching, energy + depth * base_slope, drift + touching * base_slope
 
 
 @kernel
-def read_heights(table, phases, heights):
+def read_heights(pool, layout, phases, heights):
     """Return [5, places]: I (m), l, dE/dtheta at a fixed z (m^2 a turn), dI/dtheta at a fixed z, E (m^2)."""
     found = np.empty((5, len(phases)))
     cell = 0
     for i in range(len(phases)):
-        row, t, rows = row_of(table, phases[i])
-        weights, slopes = weights_of(t), slopes_of(t, rows)
-        d = heights[i] - curve_at(table.curves, 0, row, weights)
-        cell = cell_of(table, d, cell)
-        base_slope = curve_at(table.curves, 0, row, slopes)
-        depth, touching, energy, drift = energy_slope(table, row, weights, slopes, base_slope, cell, d)
+        row, t = row_of(layout, phases[i])
+        weights, slopes = weights_of(t), slopes_of(t, float(layout.stride - 3))
+        d = heights[i] - base_at(pool, layout, row, weights)
+        cell = cell_of(pool, layout, d, cell)
+        base_slope = base_at(pool, layout, row, slopes)
+        depth, touching, energy, drift = energy_slope(pool, layout, row, weights, slopes, base_slope, cell, d)
         found[0, i], found[1, i], found[2, i], found[3, i] = depth, touching, energy, drift
-        j0, j1, j2, j3 = blended(table.pieces, cell, row, weights)
-        u = (d - table.origins[cell]) * table.scales[cell]
-        area = u * (j0 + u * (0.5 * j1 + u * (j2 / 3.0 + u * (0.25 * j3)))) / table.scales[cell]
-        found[4, i] = curve_at(table.energies, cell, row, weights) - area
+        j0, j1, j2, j3 = blended(pool, layout, cell, row, weights)
+        u = (d - pool[layout.origins + cell]) * pool[layout.scales + cell]
+        area = u * (j0 + u * (0.5 * j1 + u * (j2 / 3.0 + u * (0.25 * j3)))) / pool[layout.scales + cell]
+        found[4, i] = line_at(pool, layout.energies + cell * layout.stride + row, weights) - area
     return found

@@ -4,7 +4,7 @@ Model   U = k1 E(z) - k2 E(z - d0), k1 = k + P / d0, k2 = P / d0; reaction R = -
         With mass m or damping c, over a step h at the phase and load of its middle, s = z1 - z0:
         m (v1 - v0) / h + c s / h = -[U(z1) - U(z0)] / s - w,  s = h (v0 + v1) / 2.
         Multiplied by s: m v^2 / 2 + U + w z changes by -c s^2 / h exactly, so nothing but the surface and the load
-        drives it. Without both, z goes downhill in U + w z to the first place where R = w, piece by piece of the table,
+        drives it. Without both, z goes downhill in U + w z to the first place where R = w, piece by piece of the pool, layout,
         each a cubic whose first root is found between its extremes.
 Source  Gonzalez (1996), J. Nonlinear Sci. 6; McLachlan, Quispel & Robidoux (1999), Phil. Trans. R. Soc. A 357; for
         collisions Chatziioannou & van Walstijn (2015), J. Sound Vib. 340; Bilbao, Torin & Chatziioannou (2015), Acta
@@ -30,11 +30,11 @@ MARCH = 1.6  # growth of the strides toward a solution; above 2 they would pass 
 
 
 @inlined
-def path_from(table, row, weights, d, cell):
+def path_from(pool, layout, row, weights, d, cell):
     """Return I about `d` (m), where paths begin: cell, d, j0 to j3, scale, and the ends of the cell from d (m)."""
-    cell = cell_of(table, d, cell)
-    j0, j1, j2, j3 = piece_at(table, row, weights, cell, d)
-    return cell, d, j0, j1, j2, j3, table.scales[cell], table.bounds[cell] - d, table.bounds[cell + 1] - d
+    cell = cell_of(pool, layout, d, cell)
+    j0, j1, j2, j3 = piece_at(pool, layout, row, weights, cell, d)
+    return cell, d, j0, j1, j2, j3, pool[layout.scales + cell], pool[layout.bounds + cell] - d, pool[layout.bounds + cell + 1] - d
 
 
 @inlined
@@ -44,7 +44,7 @@ def no_path(cell):
 
 
 @inlined
-def mean_over(table, row, weights, path, s):
+def mean_over(pool, layout, row, weights, path, s):
     """Return the mean of I over `s` (m) from where `path` begins, its derivative, and half its second derivative."""
     cell, d, j0, j1, j2, j3, scale, low, high = path
     if low <= s <= high:
@@ -52,7 +52,7 @@ def mean_over(table, row, weights, path, s):
         slope = scale * (0.5 * j1 + u * (j2 * (2.0 / 3.0) + u * (0.75 * j3)))
         bend = scale * scale * (j2 * (1.0 / 3.0) + u * (0.75 * j3))
         return j0 + u * (0.5 * j1 + u * (j2 * (1.0 / 3.0) + u * (0.25 * j3))), slope, bend
-    mean, slope, _cell = path_across(table, row, weights, cell, d, s)
+    mean, slope, _cell = path_across(pool, layout, row, weights, cell, d, s)
     return mean, slope, np.inf
 
 
@@ -65,13 +65,13 @@ def rounding_of(first, second, law, load, height):
     return BAND * EPSILON * (forces + abs(height) * slopes)
 
 
-@kernel
-def excess_at(table, row, weights, first, second, law, drive, s):
+@inlined
+def excess_at(pool, layout, row, weights, first, second, law, drive, s):
     """Return g, dg/ds and half d2g/ds2 of what a step solves: inertia (s - ahead) + drag s - (mean of R) + load."""
     k1, k2 = law
     inertia, drag, ahead, load = drive
-    mean1, slope1, bend1 = mean_over(table, row, weights, first, s)
-    mean2, slope2, bend2 = mean_over(table, row, weights, second, s) if k2 > 0.0 else (0.0, 0.0, 0.0)
+    mean1, slope1, bend1 = mean_over(pool, layout, row, weights, first, s)
+    mean2, slope2, bend2 = mean_over(pool, layout, row, weights, second, s) if k2 > 0.0 else (0.0, 0.0, 0.0)
     resisting = inertia * (s - ahead) + drag * s
     total = resisting - k1 * mean1 + k2 * mean2 + load
     size = abs(resisting) + k1 * abs(mean1) + k2 * abs(mean2) + abs(load)
@@ -79,35 +79,35 @@ def excess_at(table, row, weights, first, second, law, drive, s):
 
 
 @kernel
-def bracket_of(table, row, weights, first, second, law, drive):
+def bracket_of(pool, layout, row, weights, first, second, law, drive):
     """Return two moves (m) between which g changes sign, the nearest to `ahead` where the forces push."""
     ahead = drive[2]
-    total = excess_at(table, row, weights, first, second, law, drive, ahead)[0]
+    total = excess_at(pool, layout, row, weights, first, second, law, drive, ahead)[0]
     sign = -1.0 if total > 0.0 else 1.0
     stride = abs(total) / (drive[0] + drive[1] + law[0])  # g is no steeper: nothing is passed over
     near = ahead
     while stride > 0.0:
         far = near + sign * stride
-        if far == near or excess_at(table, row, weights, first, second, law, drive, far)[0] * sign >= 0.0:
+        if far == near or excess_at(pool, layout, row, weights, first, second, law, drive, far)[0] * sign >= 0.0:
             return min(near, far), max(near, far)
         near, stride = far, MARCH * stride
     return ahead, ahead
 
 
-@kernel
-def energy_move(table, row, weights, first, second, law, drive, band):
+@inlined
+def energy_move(pool, layout, row, weights, first, second, law, drive, band):
     """Return s - ahead (m) of one step; drive: 2 m / h^2 and c / h (N/m), h v0 (m) and the load (N)."""
     inertia, drag, ahead, _load = drive
     least = inertia + drag - 0.5 * law[1]  # dg/ds is at least this: above zero there is one solution
     low, high = -np.inf, np.inf
     s = ahead
     if least < 0.0:
-        low, high = bracket_of(table, row, weights, first, second, law, drive)
+        low, high = bracket_of(pool, layout, row, weights, first, second, law, drive)
         s = 0.5 * (low + high)
         least = 0.0
     move = s - ahead
     for _ in range(MOST_ITERATIONS):
-        total, slope, bend, size = excess_at(table, row, weights, first, second, law, drive, s)
+        total, slope, bend, size = excess_at(pool, layout, row, weights, first, second, law, drive, s)
         if abs(total) <= band and (s == 0.0 or abs(total) <= EPSILON * size):
             return move
         if total > 0.0:
@@ -181,7 +181,7 @@ def first_root(c0, c1, c2, c3, end):
 
 
 @kernel
-def downhill_move(table, row, weights, first, second, law, load, band):
+def downhill_move(pool, layout, row, weights, first, second, law, load, band):
     """Return how far (m) the first stable equilibrium lies downhill, and whether there is one."""
     k1, k2 = law
     excess = k1 * first[2] - k2 * second[2] - load
@@ -193,7 +193,7 @@ def downhill_move(table, row, weights, first, second, law, load, band):
     _cell, _d, p0, p1, p2, p3, scale1, low1, high1 = first
     _cell, _d, q0, q1, q2, q3, scale2, low2, high2 = second
     cell1, cell2 = first[0], second[0]
-    last1, last2 = len(table.bounds) - 2, len(table.bounds) - 2
+    last = layout.last
     while True:
         end1, end2 = (high1, high2) if up else (-low1, -low2)
         reach = min(end1, end2) - sign * place
@@ -208,26 +208,26 @@ def downhill_move(table, row, weights, first, second, law, load, band):
             return place, False
         place = sign * min(end1, end2)
         if end1 <= end2:
-            cell1 = min(max(cell1 + (1 if up else -1), 0), last1)
+            cell1 = min(max(cell1 + (1 if up else -1), 0), last)
         if k2 > 0.0 and end2 <= end1:
-            cell2 = min(max(cell2 + (1 if up else -1), 0), last2)
-        p0, p1, p2, p3 = piece_at(table, row, weights, cell1, first[1] + place)
-        scale1 = table.scales[cell1]
-        low1, high1 = table.bounds[cell1] - first[1], table.bounds[cell1 + 1] - first[1]
+            cell2 = min(max(cell2 + (1 if up else -1), 0), last)
+        p0, p1, p2, p3 = piece_at(pool, layout, row, weights, cell1, first[1] + place)
+        scale1 = pool[layout.scales + cell1]
+        low1, high1 = pool[layout.bounds + cell1] - first[1], pool[layout.bounds + cell1 + 1] - first[1]
         if k2 > 0.0:
-            q0, q1, q2, q3 = piece_at(table, row, weights, cell2, second[1] + place)
-            scale2 = table.scales[cell2]
-            low2, high2 = table.bounds[cell2] - second[1], table.bounds[cell2 + 1] - second[1]
+            q0, q1, q2, q3 = piece_at(pool, layout, row, weights, cell2, second[1] + place)
+            scale2 = pool[layout.scales + cell2]
+            low2, high2 = pool[layout.bounds + cell2] - second[1], pool[layout.bounds + cell2 + 1] - second[1]
 
 
 @kernel
-def elastic_place(table, row, weights, d, cell, target, base):
+def elastic_place(pool, layout, row, weights, d, cell, target, base):
     """Return d (m) at which I is `target` (m), above zero, and its cell; `d` and `cell` are a first guess."""
     low, high = -np.inf, np.inf
     for _ in range(MOST_ITERATIONS):
-        cell = cell_of(table, d, cell)
-        depth, rise, _j2, _j3 = piece_at(table, row, weights, cell, d)
-        touching = -rise * table.scales[cell]
+        cell = cell_of(pool, layout, d, cell)
+        depth, rise, _j2, _j3 = piece_at(pool, layout, row, weights, cell, d)
+        touching = -rise * pool[layout.scales + cell]
         excess = depth - target
         if excess >= 0.0:
             low = max(low, d)
@@ -237,6 +237,6 @@ def elastic_place(table, row, weights, d, cell, target, base):
             return d, cell
         ahead = d + excess / touching if touching > 0.0 else np.inf
         if not low <= ahead <= high:
-            ahead = 0.5 * (low + high) if low > -np.inf and high < np.inf else table.bounds[1]
+            ahead = 0.5 * (low + high) if low > -np.inf and high < np.inf else pool[layout.bounds + 1]
         d = ahead
     return d, cell

@@ -22,7 +22,7 @@ import numpy as np
 from synth.contact.exact import Array
 from synth.contact.kernels import inlined, kernel
 from synth.simulation.potential import PotentialTable
-from synth.simulation.potential_reading import cell_of, curve_at, energy_slope, row_of, slopes_of, weights_of
+from synth.simulation.potential_reading import base_at, cell_of, energy_slope, highest_at, row_of, slopes_of, weights_of
 from synth.simulation.steps import ATTACHED, HEIGHT, REACTION, SLOPE_FORCE, STATIC, Phases
 from synth.simulation.table_balance import (
     EPSILON,
@@ -102,14 +102,14 @@ class TableStepper:
         """
         state = TableState(np.zeros(6), np.array([phase], dtype=np.uint64), np.zeros(3, dtype=np.int64))
         state.numbers[LOAD], state.numbers[STEP] = load, step
-        settle(self.table.arrays, self.coefficients, state.numbers, state.phase, state.cells, turns)
+        settle(self.table.pool, self.table.layout, self.coefficients, state.numbers, state.phase, state.cells, turns)
         return state
 
     def run(self, state: TableState, phases: Phases, loads: Array, out: Array) -> None:
         """Go on to each of `phases` and `loads` (N) in turn, and write the rows of `out` (`steps`)."""
-        arrays, coefficients = self.table.arrays, self.coefficients
+        table, coefficients = self.table, self.coefficients
         wanted = (self.with_static, self.with_forces)
-        run_steps(arrays, coefficients, state.numbers, state.phase, state.cells, phases, loads, out, wanted)
+        run_steps(table.pool, table.layout, coefficients, state.numbers, state.phase, state.cells, phases, loads, out, wanted)
 
 
 @inlined
@@ -122,22 +122,22 @@ def stiffness_of(law, load):
 
 
 @inlined
-def paths_from(table, row, weights, law, d, cells):
+def paths_from(pool, layout, row, weights, law, d, cells):
     """Return the paths of both places at which I counts."""
-    first = path_from(table, row, weights, d, cells[0])
-    second = path_from(table, row, weights, d - law[RANGE], cells[1]) if law[PULL] > 0.0 else no_path(cells[1])
+    first = path_from(pool, layout, row, weights, d, cells[0])
+    second = path_from(pool, layout, row, weights, d - law[RANGE], cells[1]) if law[PULL] > 0.0 else no_path(cells[1])
     cells[0], cells[1] = first[0], second[0]
     return first, second
 
 
-@kernel
-def step_along(table, law, numbers, cells, phase, stiffness, load):
+@inlined
+def step_along(pool, layout, law, numbers, cells, phase, stiffness, load):
     """Write z, by energy, after a step whose middle stands at `phase` and `load`, and the velocity there."""
-    row, t, _rows = row_of(table, phase)
+    row, t = row_of(layout, phase)
     weights = weights_of(t)
     z, h, mass = numbers[Z], numbers[STEP], law[MASS]
-    base = curve_at(table.curves, 0, row, weights)
-    first, second = paths_from(table, row, weights, law, z - base, cells)
+    base = base_at(pool, layout, row, weights)
+    first, second = paths_from(pool, layout, row, weights, law, z - base, cells)
     pulling = law[PULL] / law[RANGE] if law[PULL] > 0.0 else 0.0
     pair = (stiffness + pulling, pulling)
     band = rounding_of(first, second, pair, load, z)
@@ -146,58 +146,58 @@ def step_along(table, law, numbers, cells, phase, stiffness, load):
         numbers[SPEED] = 0.0
         return
     drive = (2.0 * mass / (h * h), law[DAMPING] / h, ahead, load)
-    move = energy_move(table, row, weights, first, second, pair, drive, band)
+    move = energy_move(pool, layout, row, weights, first, second, pair, drive, band)
     numbers[Z] = z + (ahead + move)
     numbers[SPEED] = numbers[SPEED] + 2.0 * move / h if mass > 0.0 else move / h
 
 
 @kernel
-def step_to_rest(table, law, numbers, cells, phase, stiffness, load):
+def step_to_rest(pool, layout, law, numbers, cells, phase, stiffness, load):
     """Write z of the equilibrium that z leads to at `phase` and `load`; return whether there is one."""
-    row, t, _rows = row_of(table, phase)
+    row, t = row_of(layout, phase)
     weights = weights_of(t)
-    base = curve_at(table.curves, 0, row, weights)
-    first, second = paths_from(table, row, weights, law, numbers[Z] - base, cells)
+    base = base_at(pool, layout, row, weights)
+    first, second = paths_from(pool, layout, row, weights, law, numbers[Z] - base, cells)
     pulling = law[PULL] / law[RANGE] if law[PULL] > 0.0 else 0.0
     pair = (stiffness + pulling, pulling)
     band = rounding_of(first, second, pair, load, numbers[Z])
-    move, held = downhill_move(table, row, weights, first, second, pair, load, band)
+    move, held = downhill_move(pool, layout, row, weights, first, second, pair, load, band)
     numbers[Z] += move
     return held
 
 
-@kernel
-def out_of_range(table, law, phase):
+@inlined
+def out_of_range(pool, layout, law, phase):
     """Return the lowest z (m) at which nothing touches or attracts at `phase`."""
-    row, t, _rows = row_of(table, phase)
-    return curve_at(table.curves, 1, row, weights_of(t)) + law[RANGE]
+    row, t = row_of(layout, phase)
+    return highest_at(pool, layout, row, weights_of(t)) + law[RANGE]
 
 
 @kernel
-def write_static(table, numbers, cells, phase, indentation, out, i):
+def write_static(pool, layout, numbers, cells, phase, indentation, out, i):
     """Write z of the elastic contact at w / k = `indentation` (m)."""
-    row, t, _rows = row_of(table, phase)
+    row, t = row_of(layout, phase)
     weights = weights_of(t)
-    base = curve_at(table.curves, 0, row, weights)
-    place, cells[2] = elastic_place(table, row, weights, numbers[STATIC_PLACE], cells[2], indentation, base)
+    base = base_at(pool, layout, row, weights)
+    place, cells[2] = elastic_place(pool, layout, row, weights, numbers[STATIC_PLACE], cells[2], indentation, base)
     numbers[STATIC_PLACE] = place
     out[STATIC, i] = base + place
 
 
-@kernel
-def forces_of(table, law, z, cells, phase, stiffness):
+@inlined
+def forces_of(pool, layout, law, z, cells, phase, stiffness):
     """Return k I (N), dU/dtheta (N m a turn), dR/dtheta (N a turn) and -dR/dz (N/m), at `phase` and z (m)."""
-    row, t, rows = row_of(table, phase)
-    weights, slopes = weights_of(t), slopes_of(t, rows)
-    d = z - curve_at(table.curves, 0, row, weights)
-    base_slope = curve_at(table.curves, 0, row, slopes)
-    cell = cell_of(table, d, cells[0])
-    depth, touching, energy, drift = energy_slope(table, row, weights, slopes, base_slope, cell, d)
+    row, t = row_of(layout, phase)
+    weights, slopes = weights_of(t), slopes_of(t, float(layout.stride - 3))
+    d = z - base_at(pool, layout, row, weights)
+    base_slope = base_at(pool, layout, row, slopes)
+    cell = cell_of(pool, layout, d, cells[0])
+    depth, touching, energy, drift = energy_slope(pool, layout, row, weights, slopes, base_slope, cell, d)
     pressed, work, change, slope = stiffness * depth, stiffness * energy, stiffness * drift, stiffness * touching
     if law[PULL] > 0.0:
         pulling = law[PULL] / law[RANGE]
-        cell = cell_of(table, d - law[RANGE], cells[1])
-        _d, wide, far, moved = energy_slope(table, row, weights, slopes, base_slope, cell, d - law[RANGE])
+        cell = cell_of(pool, layout, d - law[RANGE], cells[1])
+        _d, wide, far, moved = energy_slope(pool, layout, row, weights, slopes, base_slope, cell, d - law[RANGE])
         work += pulling * (energy - far)
         change += pulling * (drift - moved)
         slope += pulling * (touching - wide)
@@ -205,29 +205,29 @@ def forces_of(table, law, z, cells, phase, stiffness):
 
 
 @kernel
-def settle(table, law, numbers, phase, cells, turns):
+def settle(pool, layout, law, numbers, phase, cells, turns):
     """Write the equilibrium at the phase and the load of the state, and its velocity at `turns` a second."""
     load, pull = numbers[LOAD], law[PULL]
     stiffness = stiffness_of(law, load)
-    row, t, _rows = row_of(table, phase[0])
+    row, t = row_of(layout, phase[0])
     weights = weights_of(t)
-    base = curve_at(table.curves, 0, row, weights)
+    base = base_at(pool, layout, row, weights)
     target = max(load, law[LIGHTEST]) / stiffness
-    place, cells[2] = elastic_place(table, row, weights, table.bounds[1], 0, target, base)
+    place, cells[2] = elastic_place(pool, layout, row, weights, pool[layout.bounds + 1], 0, target, base)
     numbers[STATIC_PLACE], numbers[Z], numbers[HELD] = place, base + place, 1.0
     if pull > 0.0:
-        held = load > 0.0 and step_to_rest(table, law, numbers, cells, phase[0], stiffness, load)
+        held = load > 0.0 and step_to_rest(pool, layout, law, numbers, cells, phase[0], stiffness, load)
         numbers[HELD] = 1.0 if held else 0.0
         if not held:
-            numbers[Z] = out_of_range(table, law, phase[0])
+            numbers[Z] = out_of_range(pool, layout, law, phase[0])
             return
     if law[MASS] > 0.0 and turns != 0.0:
-        _pressed, _work, change, slope = forces_of(table, law, numbers[Z], cells, phase[0], stiffness)
+        _pressed, _work, change, slope = forces_of(pool, layout, law, numbers[Z], cells, phase[0], stiffness)
         numbers[SPEED] = turns * change / slope
 
 
 @kernel
-def run_steps(table, law, numbers, state_phase, cells, phases, loads, out, wanted):
+def run_steps(pool, layout, law, numbers, state_phase, cells, phases, loads, out, wanted):
     """Go on to each phase and load, and write the rows wanted."""
     with_static, with_forces = wanted
     dynamic, pull, lightest = law[MASS] > 0.0 or law[DAMPING] > 0.0, law[PULL], law[LIGHTEST]
@@ -244,21 +244,21 @@ def run_steps(table, law, numbers, state_phase, cells, phases, loads, out, wante
                 if pull == 0.0:
                     pressing = 0.5 * (max(load, lightest) + max(load_after, lightest))
                 k = stiffness if load == load_after else stiffness_of(law, pressing)
-                step_along(table, law, numbers, cells, middle, k, pressing)
-                held = pull == 0.0 or load_after > 0.0 or numbers[Z] <= out_of_range(table, law, after)
+                step_along(pool, layout, law, numbers, cells, middle, k, pressing)
+                held = pull == 0.0 or load_after > 0.0 or numbers[Z] <= out_of_range(pool, layout, law, after)
             else:
                 pressing = load_after if pull > 0.0 else max(load_after, lightest)
-                held = step_to_rest(table, law, numbers, cells, after, stiffness, pressing)
+                held = step_to_rest(pool, layout, law, numbers, cells, after, stiffness, pressing)
             numbers[HELD] = 1.0 if held else 0.0
         if numbers[HELD] == 0.0:
-            numbers[Z], numbers[SPEED] = out_of_range(table, law, after), 0.0
+            numbers[Z], numbers[SPEED] = out_of_range(pool, layout, law, after), 0.0
         phase, load = after, load_after
         out[HEIGHT, i], out[ATTACHED, i] = numbers[Z], numbers[HELD]
         if with_static:
-            write_static(table, numbers, cells, phase, max(load, lightest) / stiffness, out, i)
+            write_static(pool, layout, numbers, cells, phase, max(load, lightest) / stiffness, out, i)
         if with_forces:
             out[SLOPE_FORCE, i], out[REACTION, i] = 0.0, 0.0
             if numbers[HELD] > 0.0:
-                pressed, work, _change, _slope = forces_of(table, law, numbers[Z], cells, phase, stiffness)
+                pressed, work, _change, _slope = forces_of(pool, layout, law, numbers[Z], cells, phase, stiffness)
                 out[SLOPE_FORCE, i], out[REACTION, i] = work / law[PERIOD], pressed
     state_phase[0], numbers[LOAD] = phase, load
