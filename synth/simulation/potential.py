@@ -8,7 +8,7 @@ Model   I(z, theta) = mean over L of max(h - z, 0), l = -dI/dz, E = integral of 
         -dE/dz of what is read, and two derivatives over the phase are continuous.
 Source  Fagiani & Barbieri (2016), eq. 1; cubic splines from samples: Unser, Aldroubi & Eden (1993), IEEE Trans.
         Signal Process. 41. The rest is derived here.
-Limits  `error` is measured, off the grid, against the exact contact: the largest error dI / l of the z that balances a
+Limits  `error` bounds, from places off the grid, against the exact contact, the largest error dI / l of the z that balances a
         load, relative to the peak-to-peak of z, or to how far z lies outside the loads asked for where that is more.
         Where crests come into contact I is only once differentiable: there the error falls as the square of the cells.
 """
@@ -27,14 +27,18 @@ from synth.contact.phases import turns_to_phase
 from synth.simulation.potential_reading import Layout, pool_of, read_heights
 
 MOST_BYTES = 64 << 20  # of one table; beyond it `error` says what is left
-MOST_WORK = 1 << 27  # phases times cells of the contact's grid measured for a table: about a second
+MOST_WORK = 1 << 28  # places measured for a table times cells of the contact's grid: a second or two
+ROW_BYTES = 5 * 8  # of a cell at one phase: four coefficients of I, and E
 FEWEST_ROWS = 64  # phases to begin with
 BASE_PHASES = 512  # at which the curve b and the range of heights are found
 BASE_HARMONICS = 16  # of b, faded out: more would bring the kinks of z to heights that have none
 FEWEST_CELLS = 8  # of d to begin with: a power of two
+CELL_PHASES = 256  # at which the cubics of a cell are judged
 FINEST = 12  # times that the range of d is halved at most; each more doubles the index of cells
 CELL_SHARE = 0.25  # of the tolerance: what the cubics of a cell may be wrong by; the rest is for the phases
-PROBES, LAYERS = 256, 8  # phases off the grid, and heights at each, at which the error is measured
+STALLED = 0.7  # of the error before: where more phases leave more than this, the cells are cut finer instead
+PROBES, LAYERS = 512, 8  # phases off the grid, and heights at each, at which the error is measured
+MARGIN = 1.5  # times the largest error found there: between probes it was up to 1.4 times as large
 SMALLEST_MOTION = 1e-5  # of a1 + a2: where z moves less, errors are relative to this
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
@@ -93,28 +97,28 @@ class PotentialTable:
 
         lightest, heaviest: loads (N) between whose heights the tolerance is kept; beyond, up to the loss of contact,
         it is relative to how far z lies outside. below, above: m, how far from those heights z may go and still be
-        read from cells (the loss of contact is always within).
+        read from cells. The loss of contact is always within, and so is a peak-to-peak of z below.
         """
         plan = _Range.of(contact, load, min(lightest, load), max(heaviest, load), below, above, tolerance)
-        probes = plan.probes(PROBES, LAYERS)
-        edges, rows, share, work, best, before = plan.cells(CELL_SHARE), FEWEST_ROWS, CELL_SHARE, 0, None, math.inf
+        probes, share, rows, before, work = plan.probes(PROBES, LAYERS), CELL_SHARE, FEWEST_ROWS, math.inf, 0
+        edges = plan.cells(share)
+        best, least = plan.table(edges, rows), math.inf
         while True:
-            table = plan.table(edges, rows)
-            read = read_heights(*table, turns_to_phase(probes.phases), probes.heights)[0]
-            error = tolerance * float(np.max(np.abs(read - probes.depth) / probes.touching / probes.allowed))
-            if best is None or error < best[1]:
-                best = table, error
-            work += rows * len(edges) * contact.cells
-            if error > 0.7 * before:  # more phases did not help: what is left is in the cells
-                share *= 0.25
+            table = plan.table(edges, rows) if work else best
+            error = plan.error(table, probes)
+            if error < least:
+                best, least = table, error
+            work += rows * len(edges)
+            most = min(MOST_BYTES // (ROW_BYTES * len(edges)), (MOST_WORK // contact.cells - work) // len(edges))
+            if error <= tolerance or 2 * rows > most:
+                return cls(*best, least, plan.motion, load)
+            if error > STALLED * before:
+                share *= CELL_SHARE
                 edges = plan.cells(share)
             else:
-                growth = max(1, math.ceil(0.5 * math.log2(max(error / tolerance, 1.0)) - 0.5))
-                rows <<= growth
+                wanted = rows * max(2.0, math.sqrt(error / tolerance))  # the error falls as the square of the rows
+                rows = 1 << int(math.log2(min(wanted, most)))
             before = error
-            too_large = rows * len(edges) * 5 * 8 > MOST_BYTES or work + rows * len(edges) * contact.cells > MOST_WORK
-            if error <= tolerance or too_large:
-                return cls(*best[0], best[1], plan.motion, load)
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,11 +154,12 @@ class _Range:
         harmonics *= np.cos(0.5 * np.pi * np.arange(BASE_HARMONICS) / BASE_HARMONICS) ** 2
         base = _curve(harmonics, phases)
         highest = solver.solve(phases, 0.0).height
+        motion = max(*(float(np.ptp(heights)) for heights in (middle, light, heavy)), SMALLEST_MOTION * scale)
+        below += motion
         top, bottom = float(np.max(highest - base)), float(np.min(heavy - base)) - below
         # all touches below -(a1 + a2) but for what a parabola takes off: there the line below the bottom is exact
         if contact.dome == 0.0:
             bottom = max(bottom, -scale - float(np.max(base)))
-        motion = max(*(float(np.ptp(heights)) for heights in (middle, light, heavy)), SMALLEST_MOTION * scale)
         bottom = min(bottom, top - motion)
         top = max(top, min(top + above, float(np.max(light - base)) + above)) + 0.01 * (top - bottom)
         return cls(contact, load, (pressed[1], pressed[2]), harmonics, bottom, top, below, motion, tolerance)
@@ -176,9 +181,14 @@ class _Range:
         allowed = self.tolerance * np.maximum(self.motion, outside)
         return _Probes(spread, heights, depth, np.maximum(touching, np.tile(light.touching, layers)), allowed)
 
+    def error(self, table: tuple[Array, Layout], probes: _Probes) -> float:
+        """Return the largest error of `table` at `probes`, relative to the motion; see Limits of the module."""
+        read = read_heights(*table, turns_to_phase(probes.phases), probes.heights)[0]
+        return MARGIN * self.tolerance * float(np.max(np.abs(read - probes.depth) / probes.touching / probes.allowed))
+
     def cells(self, share: float) -> Array:
         """Return the ends of cells of d (m): halved until their cubics keep `share` of the tolerance."""
-        turns = np.sort(np.arange(1, PROBES // 2 + 1) * GOLDEN % 1.0)
+        turns = np.sort(np.arange(1, CELL_PHASES + 1) * GOLDEN % 1.0)
         base, solver = _curve(self.harmonics, turns), self.contact.solver(self.load)
         light, heavy = (solver.solve(turns, indentation) for indentation in self.indentations)
         unit = (self.top - self.bottom) / (1 << FINEST)
@@ -189,18 +199,20 @@ class _Range:
                 known[place] = self.contact.measure(turns, base + (self.bottom + unit * place), self.load)
             return known[place]
 
+        most = min(MOST_BYTES // (4 * ROW_BYTES * FEWEST_ROWS), MOST_WORK // (4 * CELL_PHASES * self.contact.cells))
         whole = (1 << FINEST) // FEWEST_CELLS
         waiting = [(first, first + whole) for first in range(0, 1 << FINEST, whole)]
         ends = [1 << FINEST]
         while waiting:
-            low, high = waiting.pop()
+            low, high = waiting.pop(0)
             middle = (low + high) // 2
             (first, rise), (last, fall), (depth, touching) = measured(low), measured(high), measured(middle)
             wrong = np.abs(0.5 * (first + last) + 0.125 * unit * (high - low) * (fall - rise) - depth)
             heights = base + (self.bottom + unit * middle)
             outside = np.maximum(heights - light.height, heavy.height - heights)
             allowed = share * self.tolerance * np.maximum(self.motion, outside)
-            if high - low > 1 and np.any(wrong > allowed * np.maximum(touching, light.touching)):
+            finer = high - low > 1 and len(waiting) + len(ends) < most
+            if finer and np.any(wrong > allowed * np.maximum(touching, light.touching)):
                 waiting += [(low, middle), (middle, high)]
             else:
                 ends.append(low)

@@ -24,7 +24,7 @@ from synth.contact.kernels import inlined, kernel
 from synth.simulation.potential_reading import cell_of, path_across, piece_at
 
 EPSILON = 2.0**-52
-BAND = 8.0  # roundings of the forces within which they balance; fewer, and a finger at rest would creep
+BAND = 64.0  # roundings of forces and of z within which a finger rests; with few a damped one swings on at 1e-19 m
 MOST_ITERATIONS = 100  # bisection ends before
 MARCH = 1.6  # growth of the strides toward a solution; above 2 they would pass over neighbouring ones
 
@@ -108,7 +108,7 @@ def energy_move(pool, layout, row, weights, first, second, law, drive, band):
     move = s - ahead
     for _ in range(MOST_ITERATIONS):
         total, slope, bend, size = excess_at(pool, layout, row, weights, first, second, law, drive, s)
-        if abs(total) <= band and (s == 0.0 or abs(total) <= EPSILON * size):
+        if abs(total) <= band and (s == 0.0 or abs(total) <= 4.0 * EPSILON * size):
             return move
         if total > 0.0:
             high = min(high, s)

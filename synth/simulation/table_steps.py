@@ -25,6 +25,7 @@ from synth.simulation.potential import PotentialTable
 from synth.simulation.potential_reading import base_at, cell_of, energy_slope, highest_at, row_of, slopes_of, weights_of
 from synth.simulation.steps import ATTACHED, HEIGHT, REACTION, SLOPE_FORCE, STATIC, Phases
 from synth.simulation.table_balance import (
+    BAND,
     EPSILON,
     downhill_move,
     elastic_place,
@@ -142,7 +143,7 @@ def step_along(pool, layout, law, numbers, cells, phase, stiffness, load):
     pair = (stiffness + pulling, pulling)
     band = rounding_of(first, second, pair, load, z)
     ahead = h * numbers[SPEED] if mass > 0.0 else 0.0
-    if abs(ahead) <= EPSILON * abs(z) and abs(load - pair[0] * first[2] + pair[1] * second[2]) <= band:
+    if abs(ahead) <= BAND * EPSILON * abs(z) and abs(load - pair[0] * first[2] + pair[1] * second[2]) <= band:
         numbers[SPEED] = 0.0
         return
     drive = (2.0 * mass / (h * h), law[DAMPING] / h, ahead, load)
