@@ -1,0 +1,388 @@
+"""A finger with mass, damping or adhesion on a table: conserved energy, known limits, exact contacts, a slow twin."""
+
+from __future__ import annotations
+
+import functools
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from synth.contact.balance import Contact
+from synth.contact.geometry import Geometry
+from synth.contact.phases import turns_to_phase
+from synth.contact.stiffness import Stiffness
+from synth.simulation.potential import PotentialTable
+from synth.simulation.potential_reading import read_heights
+from synth.simulation.steps import ATTACHED, HEIGHT, REACTION, ROWS, SLOPE_FORCE, STATIC
+from synth.simulation.table_steps import TableState, TableStepper
+from tests.reference.slow_table_steps import SlowFinger
+from tests.synth.engine_cases import Real, contact_of, scene_of
+from tests.synth.simulation.test_potential import SCENES, slow_table
+
+LOAD = 0.3
+LIFT = 1e-3
+PERIOD = 0.8e-3
+
+
+@functools.cache
+def table_of(
+    name: str, load: float = LOAD, lightest: float = LOAD, heaviest: float = LOAD, below: float = 0.0, tol: float = 1e-3
+) -> tuple[Contact, PotentialTable]:
+    contact = contact_of(scene_of(**SCENES[name]))
+    return contact, PotentialTable.of(contact, load, lightest, heaviest, below, tolerance=tol)
+
+
+def stepper(
+    mass: float = 0.0,
+    damping: float = 0.0,
+    pull: float = 0.0,
+    reach: float = 1e-6,
+    *,
+    name: str = "default",
+    static: bool = False,
+    forces: bool = False,
+    **spanned: float,
+) -> TableStepper:
+    if pull:
+        spanned = {"below": reach, **spanned}
+    contact, table = table_of(name, **spanned)
+    period = scene_of(**SCENES[name]).texture.period
+    coefficient = contact.stiffness_at(1.0)
+    return TableStepper(table, coefficient, -0.5, LIFT, mass, damping, pull, reach, period, static, forces)
+
+
+def run(steps: TableStepper, state: TableState, turns: Real, loads: Real | float) -> Real:
+    out = np.zeros((ROWS, len(turns)))
+    phases = turns_to_phase(np.asarray(turns, dtype=float))
+    steps.run(state, phases, np.broadcast_to(np.asarray(loads, dtype=float), len(turns)).copy(), out)
+    return out
+
+
+def scanned(steps: TableStepper, rate: float, seconds: float, turns: float, load: float = LOAD) -> Real:
+    """Return what a finger that follows the surface from its equilibrium does at a constant speed."""
+    state = steps.start(0, load, turns, 1.0 / rate)
+    return run(steps, state, turns * np.arange(1, round(rate * seconds) + 1) / rate, load)
+
+
+def read(steps: TableStepper, phase: int, z: float) -> Real:
+    """Return I, l, dE/dtheta, dI/dtheta and E at one place."""
+    places = np.array([phase], dtype=np.uint64), np.array([z])
+    return np.asarray(read_heights(steps.table.pool, steps.table.layout, *places)[:, 0])
+
+
+def energy(steps: TableStepper, state: TableState, load: float) -> float:
+    """Return m v^2 / 2 + k E + w z (J)."""
+    z, v = float(state.numbers[0]), float(state.numbers[1])
+    stiffness = steps.stiffness_coefficient * load**steps.stiffness_power
+    return 0.5 * steps.mass * v**2 + stiffness * float(read(steps, int(state.phase[0]), z)[4]) + load * z
+
+
+PHASE = 12345678901234567890
+
+
+def released(steps: TableStepper, rate: float, height: float, load: float = LOAD) -> tuple[TableState, float]:
+    """Return a finger at rest `height` above its equilibrium, and the energy of the equilibrium."""
+    state = steps.start(PHASE, load, 0.0, 1.0 / rate)
+    floor = energy(steps, state, load)
+    state.numbers[0] += height
+    return state, floor
+
+
+@pytest.mark.parametrize(
+    ("name", "mass", "rate", "load"),
+    [
+        ("default", 1e-6, 8000, LOAD),
+        ("default", 1e-6, 192000, LOAD),
+        ("default", 1e-3, 48000, LOAD),
+        ("default", 1.0, 8000, LOAD),
+        ("default", 1.0, 192000, LOAD),
+        ("default", 1e-4, 48000, 1e-2),
+        ("default", 1e-4, 48000, 50.0),
+        ("large", 1e-6, 8000, LOAD),
+        ("large", 1e-2, 192000, LOAD),
+    ],
+)
+def test_energy_stays_for_ten_seconds(name: str, mass: float, rate: int, load: float) -> None:
+    steps = stepper(mass, name=name, load=load, lightest=load, heaviest=load)
+    state, floor = released(steps, rate, 1e-6, load)
+    begin = energy(steps, state, load) - floor
+    phases, loads, out = np.full(rate, PHASE, dtype=np.uint64), np.full(rate, load), np.zeros((ROWS, rate))
+    for _second in range(10):
+        steps.run(state, phases, loads, out)
+        assert abs(energy(steps, state, load) - floor - begin) <= 2e-8 * begin
+    assert np.ptp(out[HEIGHT]) > 1e-6  # it does swing
+
+
+@pytest.mark.parametrize(("mass", "damping", "rate"), [(1e-4, 0.05, 48000), (1e-6, 1e-3, 8000), (0.0, 1.0, 48000)])
+def test_damping_never_adds_energy(mass: float, damping: float, rate: int) -> None:
+    steps = stepper(mass, damping)
+    state, floor = released(steps, rate, 30e-6)
+    before = begin = energy(steps, state, LOAD) - floor
+    for _step in range(1500):
+        steps.run(state, state.phase.copy(), np.array([LOAD]), np.zeros((ROWS, 1)))
+        after = energy(steps, state, LOAD) - floor
+        assert after <= before + 1e-13 * begin
+        before = after
+    assert before < 0.5 * begin
+
+
+@pytest.mark.parametrize("name", ["default", "large", "locked"])
+@pytest.mark.parametrize("pull", [0.0, 0.1])
+@pytest.mark.parametrize(("mass", "damping"), [(1e-4, 0.5), (1e-6, 0.0), (1.0, 0.0), (0.0, 1.0), (0.0, 0.0)])
+def test_a_finger_at_rest_stays_there_bit_for_bit(name: str, pull: float, mass: float, damping: float) -> None:
+    random = np.random.default_rng(11)
+    for load in (1e-3, 0.3, 50.0):
+        steps = stepper(mass, damping, pull, name=name, load=load, lightest=load, heaviest=load, tol=1e-2)
+        for phase in random.integers(0, 1 << 64, 10, dtype=np.uint64):
+            state = steps.start(int(phase), load, 0.0, 1.0 / 48000)
+            z, out = state.numbers[0], np.zeros((ROWS, 50))
+            steps.run(state, np.full(50, phase), np.full(50, load), out)
+            assert np.all(out[HEIGHT] == z)
+            assert state.numbers[1] == 0.0
+
+
+def test_small_oscillations_have_the_frequency_of_the_touching_part() -> None:
+    steps, rate = stepper(1e-3), 192000
+    state, _floor = released(steps, rate, 1e-10)
+    touching = read(steps, PHASE, float(state.numbers[0]))[1]
+    expected = math.sqrt(steps.stiffness_coefficient * LOAD**-0.5 * touching / steps.mass) / (2.0 * math.pi)
+    z = run(steps, state, np.full(rate, PHASE / 2**64), LOAD)[HEIGHT]
+    z -= z.mean()
+    crossings = np.flatnonzero((z[:-1] < 0.0) & (z[1:] >= 0.0))
+    places = crossings - z[crossings] / (z[crossings + 1] - z[crossings])
+    found = rate * (len(places) - 1) / (places[-1] - places[0])
+    assert found == pytest.approx(expected, rel=2e-4)
+
+
+@pytest.mark.parametrize(("mass", "damping"), [(1e-3, 0.0), (1e-3, 1.0), (0.0, 2.0)])
+def test_second_order_in_the_step(mass: float, damping: float) -> None:
+    steps, base, seconds, turns = stepper(mass, damping), 24000, 0.02, 20.0
+    runs = {factor: scanned(steps, base * factor, seconds, turns)[HEIGHT][factor - 1 :: factor] for factor in (1, 2, 4, 64)}
+    errors = [float(np.max(np.abs(runs[factor] - runs[64]))) for factor in (1, 2, 4)]
+    assert errors[0] < 0.02 * np.ptp(runs[64])
+    assert 3.0 < errors[0] / errors[1] < 5.0
+    assert 3.0 < errors[1] / errors[2] < 5.0
+
+
+@pytest.mark.parametrize(("mass", "damping"), [(1e-3, 0.3), (0.0, 2.0)])
+def test_motion_agrees_with_the_exact_contact(mass: float, damping: float) -> None:
+    contact, turns, seconds, rate = table_of("default")[0], 100.0, 0.01, 384000
+    stiffness = contact.stiffness_at(LOAD)
+    steps = stepper(mass, damping, tol=1e-4)
+    state = steps.start(0, LOAD, turns, 1.0 / rate)
+
+    def reaction(t: float, z: float) -> float:
+        return stiffness * float(contact.measure(np.array([turns * t % 1.0]), np.array([z]), LOAD)[0][0])
+
+    def motion(t: float, y: Real) -> list[float]:
+        force = reaction(t, float(y[0])) - LOAD
+        return [float(y[1]), (force - damping * float(y[1])) / mass] if mass else [force / damping]
+
+    begin = [float(state.numbers[0]), float(state.numbers[1])] if mass else [float(state.numbers[0])]
+    times = np.arange(1, round(seconds * rate) + 1) / rate
+    method = "DOP853" if mass else "LSODA"
+    exact = solve_ivp(motion, (0.0, seconds), begin, method, times, rtol=1e-9, atol=1e-13).y[0]
+    z = run(steps, state, turns * times, LOAD)[HEIGHT]
+    assert np.max(np.abs(z - exact)) <= 3e-4 * np.ptp(exact)
+
+
+def test_slow_scans_follow_the_elastic_contact() -> None:
+    worst = []
+    for turns in (1.0, 0.5, 0.25):
+        out = scanned(stepper(0.0, 2.0, static=True), 24000, 1.0, turns)
+        worst.append(float(np.max(np.abs(out[HEIGHT] - out[STATIC]))))
+    assert worst[0] < 0.02 * np.ptp(out[STATIC])
+    assert worst[0] / worst[1] == pytest.approx(2.0, rel=0.15)
+    assert worst[1] / worst[2] == pytest.approx(2.0, rel=0.15)
+
+
+def test_slow_scans_with_mass_follow_the_elastic_contact() -> None:
+    out = [scanned(stepper(1e-3, 5.0, static=True), 48000, 0.5, turns) for turns in (8.0, 2.0)]
+    lag = [float(np.max(np.abs(found[HEIGHT] - found[STATIC]))) for found in out]
+    assert lag[1] < 0.35 * lag[0] < 0.35 * np.ptp(out[1][STATIC])
+
+
+def test_static_heights_are_those_of_the_exact_contact() -> None:
+    steps = stepper(static=True, lightest=0.1, heaviest=1.0)
+    turns, loads = np.arange(500) * 0.01, 0.3 + 0.2 * np.sin(np.arange(500) * 0.03)
+    out = run(steps, steps.start(0, 0.3, 0.0, 1e-4), turns, loads)
+    contact = table_of("default")[0]
+    exact = [contact.approach(np.array([turn % 1.0]), load)[0][0] for turn, load in zip(turns, loads, strict=True)]
+    assert np.max(np.abs(out[STATIC] - exact)) <= 1e-3 * steps.table.motion
+    assert np.max(np.abs(out[STATIC] - out[HEIGHT])) <= 1e-17  # without mass, damping and adhesion z is the elastic one
+
+
+def test_a_finger_that_is_let_fall_flies_a_parabola_and_comes_back() -> None:
+    mass, rate, height = 1e-3, 48000, 100e-6
+    steps = stepper(mass)
+    state, _floor = released(steps, rate, height)
+    z = run(steps, state, np.full(2000, PHASE / 2**64), LOAD)[HEIGHT]
+    crest = float(table_of("default")[0].approach(np.array([PHASE / 2**64]), 0.0)[0][0])
+    bends = np.diff(z, 2) * rate**2
+    flying = np.minimum(np.minimum(z[:-2], z[1:-1]), z[2:]) > crest + 1e-6
+    assert np.count_nonzero(flying) > 100
+    assert bends[flying] == pytest.approx(-LOAD / mass, rel=1e-6)
+    assert np.max(z[1000:]) == pytest.approx(z[0], abs=0.05 * height)  # nothing is lost
+    assert np.min(z) < crest  # and it has pressed in
+
+
+def test_a_fast_scan_loses_contact_and_regains_it() -> None:
+    steps = stepper(0.05, name="large", forces=True)
+    out = scanned(steps, 48000, 0.5, 50.0)
+    lost = out[REACTION] == 0.0
+    assert np.count_nonzero(lost) > 1000
+    assert np.max(out[REACTION, int(np.argmax(lost)) :]) > LOAD
+    assert np.all(out[ATTACHED] == 1.0)
+
+
+def test_runs_of_any_split_give_the_same_bits() -> None:
+    random = np.random.default_rng(5)
+    turns = np.cumsum(random.uniform(-1e-3, 3e-3, 3000))
+    loads = 0.3 + 0.25 * np.sin(np.arange(3000) * 0.01)
+    for mass, damping, pull in ((1e-4, 0.3, 0.0), (0.0, 0.5, 0.05), (0.0, 0.0, 0.05), (1e-4, 0.3, 0.05)):
+        steps = stepper(mass, damping, pull, static=True, forces=True, lightest=0.05, heaviest=0.6)
+        state = steps.start(0, 0.3, 50.0, 1.0 / 48000)
+        whole = run(steps, state.copied(), turns, loads)
+        ends = [0, *np.sort(random.choice(3000, 20, replace=False)), 3000]
+        parts = [run(steps, state, turns[a:b], loads[a:b]) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+        assert np.array_equal(np.concatenate(parts, axis=1), whole)
+
+
+def test_rows_that_are_not_wanted_are_left_alone() -> None:
+    steps = stepper(1e-4, 0.3)
+    out = np.full((ROWS, 10), 7.0)
+    steps.run(steps.start(0, LOAD, 0.0, 1e-4), np.zeros(10, dtype=np.uint64), np.full(10, LOAD), out)
+    assert np.all(out[[STATIC, SLOPE_FORCE, REACTION]] == 7.0)
+    assert np.all(out[[HEIGHT, ATTACHED]] != 7.0)
+
+
+def test_the_elastic_slope_force_does_no_work_over_a_period() -> None:
+    steps = stepper(forces=True)
+    out = scanned(steps, 20000, 1.0, 1.0)
+    assert abs(np.mean(out[SLOPE_FORCE])) <= 1e-6 * np.std(out[SLOPE_FORCE])
+    assert out[REACTION] == pytest.approx(LOAD, rel=1e-9)
+
+
+def test_work_against_the_slopes_is_what_the_damper_loses() -> None:
+    misses = []
+    for rate in (24000, 48000):
+        steps, turns = stepper(1e-3, 1.0, forces=True), 100.0
+        out = scanned(steps, rate, 0.5, turns)
+        period = round(rate / turns)
+        z = out[HEIGHT, -period - 1 :]
+        force = out[SLOPE_FORCE, -period - 1 :]
+        work = float(np.sum(0.5 * (force[1:] + force[:-1]))) * PERIOD / period
+        lost = float(np.sum(np.diff(z) ** 2)) * rate * steps.damping
+        assert z[-1] == pytest.approx(z[0], abs=1e-3 * np.ptp(z))
+        misses.append(abs(work - lost) / lost)
+    assert misses[0] < 0.02
+    assert misses[1] < 0.4 * misses[0]
+
+
+def flat(pull: float, reach: float, **wanted: Any) -> TableStepper:
+    """Return a contact of two surfaces of 1 nm, flat beside the range of adhesion: k = 1e5 N/m at every load."""
+    geometry = Geometry(1e-9, 0.5e-3, 1e-9, 0.8e-3, 1.0, 10e-3)
+    contact = Contact.of(geometry, Stiffness.of_contact(geometry, 1.35e5))
+    table = PotentialTable.of(contact, LOAD, 0.1 * LOAD, LOAD, reach, tolerance=1e-2)
+    coefficients = {"mass": 0.0, "damping": 0.0, **wanted}
+    return TableStepper(table, 1e5, 0.0, LIFT, pull=pull, reach=reach, texture_period=0.8e-3, **coefficients)
+
+
+def test_adhesion_of_a_flat_contact_is_its_closed_form() -> None:
+    pull, reach, stiffness = 0.02, 1e-6, 1e5
+    steps = flat(pull, reach)
+    loads = np.linspace(0.1, -0.04, 7001)
+    out = run(steps, steps.start(0, 0.1, 0.0, 1e-4), np.zeros(7001), loads)
+    held = out[ATTACHED] == 1.0
+    assert -loads[held][-1] == pytest.approx(pull, rel=5e-3)  # pull-off
+    assert not np.any(held[np.argmin(held) :])
+    pressed = held & (loads > -0.9 * pull)
+    assert out[HEIGHT][pressed] == pytest.approx(-(loads[pressed] + pull) / stiffness, abs=2e-9)
+    balanced = float(np.interp(0.0, loads[held][::-1], out[HEIGHT][held][::-1]))
+    assert balanced == pytest.approx(-pull / stiffness, abs=1e-10)
+
+    def potential(z: float) -> float:
+        return (stiffness + pull / reach) * read(steps, 0, z)[4] - pull / reach * read(steps, 0, z - reach)[4]
+
+    assert potential(2 * reach) == 0.0
+    assert -potential(balanced) == pytest.approx(0.5 * pull * reach + 0.5 * pull**2 / stiffness, rel=2e-3)
+
+
+def test_pulling_and_pushing_slowly_take_different_paths_that_close() -> None:
+    steps = flat(0.02, 1e-6)
+    loads = np.concatenate([np.linspace(0.1, -0.05, 1501), np.linspace(-0.05, 0.1, 1501)])
+    out = run(steps, steps.start(0, 0.1, 0.0, 1e-4), np.zeros(3002), loads)
+    away, back = out[:, :1501], out[:, :1500:-1]
+    apart = np.abs(away[HEIGHT] - back[HEIGHT])
+    assert np.max(apart) > 1e-6
+    assert np.all(away[ATTACHED] >= back[ATTACHED])
+    assert np.sum(away[ATTACHED] - back[ATTACHED]) * 1e-4 == pytest.approx(0.02, rel=0.02)  # held from 0 down to -P
+    assert apart[:900] == pytest.approx(0.0, abs=1e-17)
+
+
+@pytest.mark.parametrize(("mass", "damping"), [(1e-4, 0.5), (0.0, 1.0), (0.0, 0.0), (1e-6, 0.0)])
+def test_a_finger_that_has_let_go_waits_out_of_range_for_load(mass: float, damping: float) -> None:
+    steps = flat(0.02, 1e-6, mass=mass, damping=damping)
+    loads = np.concatenate([np.full(50, 0.05), np.full(2000, -0.1), np.zeros(20), np.full(20000, 0.05)])
+    turns = np.arange(len(loads)) * 1e-4
+    out = run(steps, steps.start(0, 0.05, 0.0, 1.0 / 48000), turns, loads)
+    assert np.all(out[ATTACHED, :50] == 1.0)
+    assert np.all(out[ATTACHED, 2000:2070] == 0.0)
+    assert np.all(out[[SLOPE_FORCE, REACTION], 2060] == 0.0)
+    assert out[HEIGHT, 2000:2070] == pytest.approx(1e-6, abs=3e-9)
+    assert np.all(out[ATTACHED, 2070:] == 1.0)
+    if damping or not mass:
+        assert out[HEIGHT, -1] == pytest.approx(-7e-7, abs=2e-9)
+
+
+def test_where_a_finger_begins_is_told_by_the_load() -> None:
+    steps = flat(0.02, 1e-6)
+    assert steps.start(0, 0.0, 0.0, 1e-4).numbers[3] == 0.0
+    assert steps.start(0, -0.01, 0.0, 1e-4).numbers[3] == 0.0
+    assert steps.start(0, 0.05, 0.0, 1e-4).numbers[0] == pytest.approx(-7e-7, abs=1e-9)
+
+
+@pytest.mark.parametrize("pull", [0.02, 0.3, 1.5])
+def test_adhesion_jumps_as_often_as_a_brute_force_follower(pull: float) -> None:
+    reach, frames = 2e-6, 240
+    steps = stepper(0.0, 0.0, pull, reach, lightest=0.1, heaviest=0.5, tol=1e-2)
+    turns = 0.004 * np.arange(1, frames + 1)
+    loads = 0.3 - 1.2 * pull * np.sin(np.linspace(0.0, 3.0, frames)) ** 2
+    state = steps.start(0, 0.3, 0.0, 1e-4)
+    slow = SlowFinger(0.0, 0.0, pull, reach, 1e-4, float(state.numbers[0]), 0.0)
+    out = run(steps, state, turns, loads)
+    table = slow_table(table_of("default")[0], steps.table)
+    found = np.full(frames, np.nan)
+    for i in range(frames):
+        stiffness = steps.stiffness_coefficient * max(float(loads[i]), LIFT) ** -0.5
+        if not slow.settle(table, float(turns[i]), float(loads[i]), stiffness, 1e-8):
+            break
+        found[i] = slow.z
+    held = ~np.isnan(found)
+    assert np.array_equal(out[ATTACHED, : np.count_nonzero(held)], np.ones(np.count_nonzero(held)))
+    if not np.all(held):
+        assert out[ATTACHED, np.count_nonzero(held)] == 0.0
+    assert out[HEIGHT][held] == pytest.approx(found[held], abs=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("mass", "damping", "pull", "rate"),
+    [(1e-4, 0.3, 0.0, 48000), (1e-6, 0.0, 0.0, 8000), (0.0, 0.5, 0.0, 48000), (1e-4, 0.3, 0.1, 48000), (0.0, 2.0, 0.1, 48000)],
+)
+def test_the_compiled_steps_agree_with_their_slow_twin(mass: float, damping: float, pull: float, rate: int) -> None:
+    frames = 150
+    steps = stepper(mass, damping, pull, tol=1e-2)
+    table = slow_table(table_of("default")[0], steps.table)
+    turns = 150.0 * np.arange(frames + 1) / rate
+    loads = np.concatenate([[LOAD], LOAD + 0.2 * np.sin(np.arange(frames) * 0.1)])
+    state = steps.start(0, LOAD, 150.0, 1.0 / rate)
+    slow = SlowFinger(mass, damping, pull, 1e-6, 1.0 / rate, float(state.numbers[0]), float(state.numbers[1]))
+    out = run(steps, state, turns[1:], loads[1:])
+    for i in range(frames):
+        load = 0.5 * float(loads[i] + loads[i + 1])
+        slow.move(table, 0.5 * float(turns[i] + turns[i + 1]), load, steps.stiffness_coefficient * load**-0.5)
+        assert out[HEIGHT, i] == pytest.approx(slow.z, abs=1e-13)
+    assert state.numbers[1] == pytest.approx(slow.velocity, abs=1e-8)
