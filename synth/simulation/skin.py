@@ -4,8 +4,8 @@ Model   Foundation of elements side by side; e is the indentation of one, p its 
         Kelvin-Voigt: p = kappa (e + tau e'). With p held over a step h and E = exp(-h / tau), e becomes
         E e + (1 - E) p / kappa. Relaxation (generalised Maxwell): p = kappa / g0 (g0 e + sum of gi qi), qi' = e' -
         qi / taui, g0 + sum of gi = 1. With e a straight line over the step, qi becomes Ei qi + ri (e1 - e0), ri =
-        (1 - Ei) taui / h. Both read p = kappa A (e1 - efree) with efree = keep e0 - sum of lose_i qi: an element without
-        pressure recovers to efree.
+        (1 - Ei) taui / h. Both read p = kappa A (e1 - efree) with efree = keep e0 - sum of lose_i qi, to which an
+        element without pressure recovers.
 Source  Kelvin-Voigt and Prony series: textbook forms, unverified. Times: Pawluk & Howe (1999), abstract.
 Limits  both steps are exact for what they hold, stable for any h, and of second order in h / tau; the pressure of a
         Kelvin-Voigt step is that of its middle (of its end, where h is far beyond tau), that of a relaxing element that
@@ -23,15 +23,15 @@ import numpy as np
 from synth.contact.exact import Array
 
 RECOVERY_TIME = 0.004
-"""s, the shortest time of Pawluk & Howe (1999), taken as eta / kappa of Kelvin-Voigt: an unverified default. A longer one
-has the skin leave the surface sooner behind every crest; 0 is the elastic contact."""
+"""s, the shortest time of Pawluk & Howe (1999), taken as eta / kappa of Kelvin-Voigt: an unverified default. With a
+longer one the skin leaves the surface sooner behind every crest; 0 is the elastic contact."""
 
 RELAXATION_TIMES = (0.004, 0.070, 1.4)
 """s, Pawluk & Howe (1999), from their abstract. They set the speeds at which the skin begins to stiffen."""
 
 RELAXATION_WEIGHTS = (0.25, 0.25, 0.25)
-"""Parts of the instantaneous modulus that relax: an unverified default (the paper's are not known to us). What they leave
-to 1 is the relaxed part: 1/4 makes fast skin four times as stiff as slow skin."""
+"""Parts of the instantaneous modulus that relax: an unverified default (the paper's are not known to us). What they
+leave to 1 is the relaxed part: 1/4 makes fast skin four times as stiff as slow skin."""
 
 KEEP, HARDNESS = 0, 1  # places in the head of `StepCoefficients.head`
 LOSE, DECAY, FOLLOW = 0, 1, 2  # rows of `StepCoefficients.terms`
@@ -41,8 +41,8 @@ LOSE, DECAY, FOLLOW = 0, 1, 2  # rows of `StepCoefficients.terms`
 class StepCoefficients:
     """One step of an element; step: s.
 
-    head: float64 [2], keep and A. terms: float64 [3, n], lose, E and r of each q. when: the part of the step after which
-    an element that is pressed in evenly has the pressure p of the step: there p meets the load.
+    head: float64 [2], keep and A. terms: float64 [3, n], lose, E and r of each q. when: the part of the step after
+    which an element that is pressed in evenly has the pressure p of the step: there p meets the load.
     """
 
     step: float

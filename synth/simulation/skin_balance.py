@@ -1,7 +1,7 @@
 """z of a finger of viscous skin at every step of a run: the compiled loop over the steps.
 
-Model   base + alpha (z - z0) = mean over L of max(g - z, 0), all heights relative to a1 + a2: the right side is convex and
-        falls, the left rises by alpha = (2 m / h^2 + c / h) / (k A), and Newton's method goes from z extrapolated.
+Model   base + alpha (z - z0) = mean over L of max(g - z, 0), all heights relative to a1 + a2: the right side is convex
+        and falls, the left rises by alpha = (2 m / h^2 + c / h) / (k A), and Newton's method goes from z extrapolated.
 Source  `skin_steps`, which says what is balanced; Newton is Michelot's projection on the simplex (1986).
 Limits  z is settled to rounding, 1e-15 (1 + |z|) of a1 + a2 a step; a move of less than AT_REST is taken for rounding,
         and made once the moves left out have grown beyond it.
@@ -27,8 +27,8 @@ BELOW = 1e-9  # of 1 + |z|: z begins this far below its lower bound at least: ro
 RADIANS = math.pi / HALF_TURN  # of one step of a phase taken as a signed number
 
 Z, STATIC_Z, VELOCITY, LOAD, PRESSING, NUMBERS = 0, 4, 8, 9, 10, 11
-"""Places in the numbers of a state: z and the three before it, static z and the three before it, z' (m/s), load (N), sum
-of the pressure (N); how many they are."""
+"""Places in the numbers of a state: z and the three before it, static z and the three before it, z' (m/s), load (N),
+sum of the pressure (N); how many they are."""
 
 
 @inlined

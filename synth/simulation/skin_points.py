@@ -1,8 +1,8 @@
 """The points of a finger at which viscous skin is followed, and how many of them a tolerance takes.
 
-Model   h of eq. 2 at equally spaced points of the contact's length, less the dome (x - L/2)^2 / (2 R), joined by straight
-        lines. The number of points is the smallest tried whose elastic z, about its mean, comes near that of the
-        contact's own solver over a period of the texture.
+Model   h of eq. 2 at equally spaced points of the contact's length, less the dome (x - L/2)^2 / (2 R), joined by
+        straight lines. The number of points is the smallest tried whose elastic z, about its mean, comes near that of
+        the contact's own solver over a period of the texture.
 Source  Fagiani & Barbieri (2016), eqs 1-2.
 Limits  the error is that of the elastic contact; that of viscous skin was 0.6 to 2 times it (default scene, recovery
         times to 4 ms). Of a load whose contact is shorter than a distance of points nothing is left.
@@ -39,7 +39,7 @@ class SkinPoints:
 
     @classmethod
     def of_contact(cls, contact: Contact, load: float, points: int) -> SkinPoints:
-        """Return `points` points of `contact` at the length that it has at `load` (N); one surface must have a height."""
+        """Return `points` points of `contact` over its length at `load` (N); one surface must have a height."""
         geometry, pieces = contact.geometry_at(load), points - 1
         scale = geometry.height_scale
         assert scale > 0.0 and pieces > 0, f"{points} points on surfaces of {scale} m"

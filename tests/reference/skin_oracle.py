@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 from scipy.optimize import brentq
 
@@ -77,7 +78,7 @@ class Element:
 class Finger:
     """Where a finger stands: z (m), z' (m/s), load and sum of the pressure (N), the two histories of each element.
 
-    dissipated: J, in the dashpots of Kelvin-Voigt, since the start. force: N, of the last step.
+    dissipated: J, in the dashpots of Kelvin-Voigt, since the start. force: N, on the texture's slope, of the last step.
     """
 
     z: float
@@ -139,7 +140,7 @@ def pieces_of(places: list[float], heights: list[float], held: list[float], free
         for s in stops:
             line = [(1 - s) * row[j] + s * row[j + 1] for row in (places, heights, held, free)]
             ends.append((line[0], line[1] - max(line[2], line[3])))
-        found += [(*one, *two) for one, two in zip(ends[:-1], ends[1:], strict=True)]
+        found += [(*one, *two) for one, two in pairwise(ends)]
     return found
 
 
