@@ -20,8 +20,10 @@ from synth.simulation.skin import HARDNESS, KEEP
 from synth.simulation.skin_profile import free_indentations, modified_area, modified_profile, remember, slope_integral
 from synth.simulation.steps import ATTACHED, HEIGHT, REACTION, SLOPE_FORCE, STATIC
 
-SETTLED = 1e-12  # of 1 + |z|: the Newton step that ends it; what is left then is its square
 AT_REST = 16 * 2.0**-52  # of 1 + |z|: a smaller move is rounding, and is none: a finger at rest stays where it is
+SETTLED = (
+    1e-17  # of 1 + |z|: what the bend of the area leaves in z after the last Newton step; more is seen above 1e-15
+)
 MOST_PASSES = 80  # never reached in the suite; it bounds the time of a step
 BELOW = 1e-9  # of 1 + |z|: z begins this far below its lower bound at least: rounding must not put the bound above z
 RADIANS = math.pi / HALF_TURN  # of one step of a phase taken as a signed number
@@ -43,6 +45,12 @@ def shifted(last, value):
     last[3], last[2], last[1], last[0] = last[2], last[1], last[0], value
 
 
+@inlined
+def settled(step, area, part, z):
+    """Whether z stands after a Newton step from where area and part were taken: it is off by step^2 part / area."""
+    return step <= AT_REST * (1.0 + abs(z)) or (part > 0.0 and step * step * part <= SETTLED * area * (1.0 + abs(z)))
+
+
 @kernel
 def settled_height(nodes, pieces, base, alpha, z0, z, lowest):
     """Return the z that balances; z: where to begin; `lowest`: no z that balances is below."""
@@ -55,7 +63,7 @@ def settled_height(nodes, pieces, base, alpha, z0, z, lowest):
         z1 = max(z + (area - base - alpha * (z - z0)) / (part + alpha), lowest)
         step = abs(z1 - z)
         z = z1
-        if step <= SETTLED * (1.0 + abs(z)):
+        if settled(step, area, part, z):
             break
     return z
 
@@ -75,7 +83,7 @@ def elastic_height(tables, cosine, sine, target, z, profile, steepness):
         z1 = max(z + (area - target) / part, lowest)
         step = abs(z1 - z)
         z = z1
-        if step <= SETTLED * (1.0 + abs(z)):
+        if settled(step, area, part, z):
             break
     return z
 

@@ -115,21 +115,23 @@ def remember(elements, terms, nodes, z):
     surface, points = nodes[SURFACE], nodes[POINTS]
     held_free, free_free = nodes[HELD_FREE], nodes[FREE_FREE]
     held, free = elements[HELD], elements[FREE]
+    held_depths, free_depths = held[0], free[0]
     for i in range(terms.shape[1]):
         decay, follow = terms[DECAY, i], terms[FOLLOW, i]
-        memory, free_memory = held[1 + i], free[1 + i]
+        held_memories, free_memories = held[1 + i], free[1 + i]
         for j in range(points.shape[0]):
-            touches, was_held = points[j] > z, held_free[j] >= free_free[j]
-            begins, leaves = touches and not was_held, was_held and not touches
-            before, depth = (free_memory[j], free[0, j]) if begins else (memory[j], held[0, j])
-            free_before, free_depth = (memory[j], held[0, j]) if leaves else (free_memory[j], free[0, j])
-            recovered = held_free[j] if leaves else free_free[j]
-            after = decay * before + follow * ((surface[j] - z) - depth)
-            free_after = decay * free_before + follow * (recovered - free_depth)
-            memory[j] = (after + TINY) - TINY
-            free_memory[j] = (free_after + TINY) - TINY
+            begins = (points[j] > z) & (held_free[j] < free_free[j])
+            leaves = (points[j] <= z) & (held_free[j] >= free_free[j])
+            held_memory, free_memory = held_memories[j], free_memories[j]
+            held_depth, free_depth = held_depths[j], free_depths[j]
+            held_before = free_memory if begins else held_memory
+            held_moved = (surface[j] - z) - (free_depth if begins else held_depth)
+            free_before = held_memory if leaves else free_memory
+            free_moved = held_free[j] - held_depth if leaves else free_free[j] - free_depth
+            held_memories[j] = (decay * held_before + follow * held_moved + TINY) - TINY
+            free_memories[j] = (decay * free_before + follow * free_moved + TINY) - TINY
     for j in range(points.shape[0]):
-        leaves = held_free[j] >= free_free[j] and points[j] <= z
+        leaves = (points[j] <= z) & (held_free[j] >= free_free[j])
         recovered = held_free[j] if leaves else free_free[j]
-        held[0, j] = surface[j] - z
-        free[0, j] = (recovered + TINY) - TINY
+        held_depths[j] = surface[j] - z
+        free_depths[j] = (recovered + TINY) - TINY
