@@ -37,8 +37,11 @@ def forget_stale_kernels(folder: Path, called: Path | None = None) -> None:
 
 
 HERE = Path(__file__).parent
+SIMULATION = HERE.parent / "simulation"
 forget_stale_kernels(HERE)
 forget_stale_kernels(HERE.parent, called=HERE)
+forget_stale_kernels(SIMULATION, called=HERE)
+forget_stale_kernels(SIMULATION)
 
 
 def kernel(function: Function) -> Function:
