@@ -28,7 +28,7 @@ from service.settings import Settings
 from service.sound import describe, metadata_of
 from synth.encode import Block, SoundFormat, encode_all, media_type, open_writer, stream_block
 from synth.riff import padding, wav_header
-from synth.scene import Scene, parse_scene_text
+from synth.scene import Scene, channel_count, parse_scene_text
 
 WHOLE_SAMPLES = 1 << 20  # 4 MB of float32, 22 s of mono at 48 kHz: some 20 ms of work, small enough to hold twice
 PIECE_SAMPLES = 1 << 16  # of a long render: 256 kB a write, about a millisecond of work
@@ -144,7 +144,7 @@ class Renders:
         stages = Stages()
         scene = parse_scene_text(body)
         check_duration(scene.output.duration, self._settings.max_duration, "/output/duration", "scene-refused")
-        rate, channels = scene.output.sample_rate, len(scene.output.channel_list)
+        rate, channels = scene.output.sample_rate, channel_count(scene)
         sound_format = choose_format(wanted, accept, rate, channels)
         media_type(sound_format, rate, channels)
         stages.done("scene")

@@ -213,12 +213,20 @@ def with_full_scale(scene: Scene, full_scale: tuple[float, ...]) -> Scene:
     output = dict(document["output"])
     quantities = [channel.quantity for channel in scene.output.channel_list]
     output["channels"] = [
-        {"quantity": name, "full_scale": float(value)} for name, value in zip(quantities, full_scale, strict=True)
+        {"quantity": name, "full_scale": float(value)} for name, value in zip(quantities, full_scale, strict=False)
     ]
     try:
-        return parse_scene(document | {"output": _without(output, "quantity", "full_scale")})
+        pinned = parse_scene(document | {"output": _without(output, "quantity", "full_scale")})
     except SceneError:
         return scene
+    added = full_scale[len(quantities) :]
+    return _with_added_scales(pinned, added) if added else pinned
+
+
+def _with_added_scales(scene: Scene, full_scale: tuple[float, ...]) -> Scene:
+    from synth.effect_choice import with_added_scales
+
+    return with_added_scales(scene, full_scale)
 
 
 def _without(section: dict[str, Any], *names: str) -> dict[str, Any]:

@@ -115,9 +115,12 @@ def measure_accuracy(scene: Scene, *, quantity: str | None = None, progress: Pro
     """Return what every method errs by and costs for one channel of `scene`.
 
     quantity: that of the channel, None for the first. progress: told before each method its name, how many are done,
-    and how many there are. Raises AskedWrong for a quantity that the scene has no channel of, CannotRender where
-    nothing moves.
+    and how many there are. Raises AskedWrong for a quantity that the scene has no channel of, and for a scene with
+    effects, CannotRender where nothing moves.
     """
+    if scene.effects:
+        hint = "The report compares ways to compute the contact response: leave the effects out."
+        raise AskedWrong([Fault("/effects", ", ".join(scene.effects), "{}", hint)])
     channel = _channel_of(scene, quantity)
     case = case_of(_steady(scene), channel)
     reference = _reference_of(case)

@@ -13,6 +13,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from synth.cache import ResponseCache
+from synth.effect_choice import outputs_of, with_added_scales
 from synth.preparation import Preparation, band_limit, prepare
 from synth.scene import Channel, Scene
 
@@ -31,22 +32,32 @@ def prepare_hand(scene: Scene, full_scale: tuple[float | None, ...], cache: Resp
 
 def with_session_scale(solved: Preparation, cache: ResponseCache | None = None) -> Preparation:
     """Return `solved` with the full scale of what is silent now taken from a usual hand: it may sound later."""
-    kept = [None if channel.extent == 0.0 else channel.full_scale for channel in solved.channels]
-    listed = solved.scene.output.channel_list
-    scales = tuple(asked.full_scale or scale for asked, scale in zip(listed, kept, strict=True))
+    kept = [None if channel.extent == 0.0 else channel.full_scale for channel in solved.all_channels]
+    scales = tuple(asked or scale for asked, scale in zip(asked_scales(solved.scene), kept, strict=True))
     if None not in scales:
         return solved
     hand = prepare_hand(solved.scene, scales, cache)
     pairs = zip(solved.channels, hand.channels, strict=True)
-    return replace(solved, channels=tuple(replace(now, full_scale=then.full_scale) for now, then in pairs))
+    channels = tuple(replace(now, full_scale=then.full_scale) for now, then in pairs)
+    if solved.effects is None or hand.effects is None:
+        return replace(solved, channels=channels)
+    return replace(solved, channels=channels, effects=solved.effects.scaled_as(hand.effects))
+
+
+def asked_scales(scene: Scene) -> tuple[float | None, ...]:
+    """Return the full scale that `scene` asks for of each channel, those that its effects add included."""
+    added = (scale for effect, settings in outputs_of(scene) for scale in effect.scales(settings))
+    return (*(channel.full_scale for channel in scene.output.channel_list), *added)
 
 
 def with_full_scale(scene: Scene, full_scale: tuple[float | None, ...]) -> Scene:
-    """Return `scene` with the full scale of each channel."""
-    listed = zip(scene.output.channel_list, full_scale, strict=True)
+    """Return `scene` with the full scale of each channel, those that its effects add included."""
+    own = len(scene.output.channel_list)
+    listed = zip(scene.output.channel_list, full_scale[:own], strict=True)
     channels = tuple(Channel.model_construct(quantity=channel.quantity, full_scale=value) for channel, value in listed)
     output = scene.output.model_copy(update={"channels": channels})
-    return scene.model_copy(update={"output": output})
+    changed = scene.model_copy(update={"output": output})
+    return with_added_scales(changed, full_scale[own:]) if full_scale[own:] else changed
 
 
 def nominal_scene(scene: Scene) -> Scene:

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.cache import ResponseCache
+from synth.effect_choice import added_quantities
 from synth.errors import Fault, SceneError
 from synth.hand import with_full_scale, with_session_scale
 from synth.output import Block, Limiter
@@ -196,6 +197,10 @@ def fixed_faults(first: Scene, scene: Scene) -> list[Fault]:
     if quantities[0] != quantities[1]:
         pointer = "/output/channels" if new.channels else "/output/quantity"
         faults.append(_fixed(pointer, ", ".join(quantities[1]), ", ".join(quantities[0])))
+    added = [added_quantities(one) for one in (first, scene)]
+    if added[0] != added[1]:
+        words = [", ".join(one) or "no channel" for one in added]
+        faults.append(_fixed("/effects", f"effects that add {words[1]}", f"effects that add {words[0]}"))
     scales = [[channel.full_scale for channel in output.channel_list] for output in (old, new)]
     pointer = "/output/channels" if new.channels else "/output/full_scale"
     if scales[0] != scales[1] and pointer not in {fault.pointer for fault in faults}:

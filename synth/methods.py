@@ -24,13 +24,14 @@ from synth.contact.baseline import BrentqGrid
 from synth.contact.closed import full_contact
 from synth.contact.evaluation import gate
 from synth.contact.exact import Array
+from synth.contact.phases import phase_step
 from synth.contact.sampled import SampledGrid
 from synth.contact.solver import PhaseSolver
 from synth.contact.spectrum import Complex, curves, harmonics_of
 from synth.contact.steady import SteadyHarmonics, SteadyReader, SteadyTable
 from synth.contact.tables import CUBIC, LINEAR, polynomials
 from synth.frame_plan import FramePlan
-from synth.preparation import BAND, Preparation, band_limit, phase_step, prepare
+from synth.preparation import BAND, Preparation, band_limit, prepare
 from synth.scene import Scene
 from synth.solved_frames import SolvedFrames
 

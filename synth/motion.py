@@ -20,6 +20,7 @@ import numpy as np
 from synth.contact.exact import Array
 from synth.contact.kernels import kernel, two_product
 from synth.scene import Scene, Stroke
+from synth.scene_effects import lowest_load
 from synth.scene_scan import TURN_REACH
 
 LARGEST_LOAD = 1e3  # N: the end of the scene's range, which a spline or a hand may overshoot
@@ -74,7 +75,7 @@ class Motion:
         places = NOWHERE if position is None else np.ascontiguousarray(np.broadcast_to(position, frames), dtype=float)
         if not (np.isfinite(samples).all() and np.isfinite(places).all()):
             raise ValueError("a motion is made of finite numbers: speed and position in m, load in N")
-        samples[LOAD] = np.clip(samples[LOAD], 0.0, LARGEST_LOAD)
+        samples[LOAD] = np.clip(samples[LOAD], -LARGEST_LOAD, LARGEST_LOAD)
         return cls(samples, places, complete)
 
 
@@ -85,6 +86,7 @@ class ScanMotion:
         self.rate = rate or scene.output.sample_rate
         self.scan = scene.scan
         self._splines = _splines(scene) if scene.scan.trajectory is not None else None
+        self._lowest = lowest_load(scene.effects)
 
     def at(self, first: int, frames: int) -> Motion:
         """Return the motion of `frames` frames from frame `first` on; frame n is at t = n / rate."""
@@ -104,17 +106,17 @@ class ScanMotion:
             return load, load
         start, end, _position, load_spline = self._splines
         t = np.linspace(start - LIFT_TIME, end + LIFT_TIME, 1 << 16)
-        loads = np.maximum(load_spline(np.clip(t, start, end)), 0.0)
+        loads = np.maximum(load_spline(np.clip(t, start, end)), self._lowest)
         if np.ptp(load_spline(np.clip(t, start, end))) == 0.0 and self._within(start, end):
             return float(loads[0]), float(loads[0])
-        return 0.0, float(loads.max())
+        return min(0.0, float(loads.min())), float(loads.max())
 
     def recorded_loads(self) -> tuple[float, float]:
         """Return the smallest and largest load (N) between the ends of the scan: without the finger's lift."""
         if self._splines is None:
             return self.load_range()
         start, end, _position, load = self._splines
-        loads = np.maximum(load(np.linspace(start, end, 1 << 16)), 0.0)
+        loads = np.maximum(load(np.linspace(start, end, 1 << 16)), self._lowest)
         return float(loads.min()), float(loads.max())
 
     def fastest(self) -> float:
@@ -156,8 +158,8 @@ class ScanMotion:
         samples[LOAD] = value * window
         samples[LOAD_RATE] = slope * window + value * first
         samples[LOAD_BEND] = bend * window + 2.0 * slope * first + value * second
-        held = (samples[LOAD] <= 0.0) | (samples[LOAD] >= LARGEST_LOAD)
-        samples[LOAD] = np.clip(samples[LOAD], 0.0, LARGEST_LOAD)
+        held = (samples[LOAD] <= self._lowest) | (samples[LOAD] >= LARGEST_LOAD)
+        samples[LOAD] = np.clip(samples[LOAD], self._lowest, LARGEST_LOAD)
         samples[LOAD_RATE:, held] = 0.0
         return Motion(samples, places)
 

@@ -13,6 +13,8 @@ from typing import Any
 from synth.channels import UNITS, ChannelPlan
 from synth.contact.rows import Rows
 from synth.contact.steady import SteadyHarmonics
+from synth.effect_registry import unit_of
+from synth.effects_preparation import QUANTITIES
 from synth.frame_plan import FramePlan
 from synth.preparation import BAND, N_MAX, Preparation
 from synth.scene import scene_document
@@ -23,10 +25,16 @@ NEARLY = 1.05  # times the tolerance: less than this is not worth a warning, sin
 
 @dataclass(frozen=True, slots=True)
 class Simulated:
-    """One thing that is simulated: its name and the reason, as sentences."""
+    """One thing that is simulated: its name and the reason, as sentences; an effect also has its settings."""
 
     name: str
     reason: str
+    settings: dict[str, Any] | None = None
+
+    def document(self) -> dict[str, Any]:
+        """Return it as JSON."""
+        settings = {} if self.settings is None else {"settings": self.settings}
+        return {"name": self.name, "reason": self.reason} | settings
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +73,7 @@ class Plan:
         cost = self.cost
         return {
             "scene": self.scene,
-            "simulated": [{"name": part.name, "reason": part.reason} for part in self.simulated],
+            "simulated": [part.document() for part in self.simulated],
             "left_out": [
                 {"name": part.name, "reason": part.reason, "effect_on_output": part.effect_on_output}
                 for part in self.left_out
@@ -89,6 +97,8 @@ def plan_of(solved: Preparation, rows: Rows | None = None, *, framed: bool = Fal
     """
     frames = solved.frames if framed else None
     errors: dict[str, float] = {}
+    for added in () if solved.effects is None else solved.effects.channels:
+        errors[added.quantity] = max(errors.get(added.quantity, 0.0), added.error)
     for channel in solved.channels:
         error = channel.error + _row_error(solved, channel, rows)
         if frames is not None:
@@ -133,6 +143,39 @@ def _row_warnings(solved: Preparation, rows: Rows | None) -> tuple[str, ...]:
 def _simulated(solved: Preparation, frames: FramePlan | None) -> tuple[Simulated, ...]:
     if solved.spectrum is None:
         return ()
+    response = () if solved.simulated else _response_parts(solved, frames)
+    return (*response, *_simulation_part(solved), *_effect_parts(solved))
+
+
+def _simulation_part(solved: Preparation) -> tuple[Simulated, ...]:
+    plan = None if solved.effects is None else solved.effects.simulation
+    if plan is None:
+        return ()
+    part = max(plan.change)
+    place = (
+        f"added to the response, since it changes it by {part:.2g} of its peak-to-peak only"
+        if plan.added
+        else f"in the place of the response, since it changes it by {part:.2g} of its peak-to-peak"
+    )
+    return (Simulated("simulation", f"z is simulated {plan.simulation.steps} steps a frame, {place}."),)
+
+
+def _effect_parts(solved: Preparation) -> tuple[Simulated, ...]:
+    """Return the effects that are simulated, in the order in which they run."""
+    if solved.effects is None:
+        return ()
+    return tuple(
+        Simulated(
+            one.effect.name,
+            f"{one.effect.reason(solved.scene, one.settings)} {one.reason}".strip(),
+            one.settings.document(),
+        )
+        for one in solved.effects.called
+    )
+
+
+def _response_parts(solved: Preparation, frames: FramePlan | None) -> tuple[Simulated, ...]:
+    assert solved.spectrum is not None
     if frames is not None:
         reason = (
             f"The load varies, and z is solved {frames.oversampling} times a frame: for this recording that is cheaper "
@@ -158,11 +201,15 @@ def _simulated(solved: Preparation, frames: FramePlan | None) -> tuple[Simulated
 
 
 def _left_out(solved: Preparation, frames: FramePlan | None) -> tuple[LeftOut, ...]:
+    spared = () if solved.effects is None else solved.effects.spared
+    effects = tuple(LeftOut(one.name, one.reason, one.change) for one in spared)
     if solved.spectrum is None:
-        return (LeftOut("contact response", solved.silence, None),)
+        return (LeftOut("contact response", solved.silence, None), *effects)
+    if solved.simulated:
+        return effects
     if frames is not None:
-        return (LeftOut("rows of load", "Every frame is solved by itself.", None),)
-    parts = []
+        return (LeftOut("rows of load", "Every frame is solved by itself.", None), *effects)
+    parts = list(effects)
     if not solved.load_varies:
         parts.append(LeftOut("rows of load", f"The load stays at {solved.loads[0]:.4g} N.", None))
     if not solved.moving:
@@ -190,13 +237,44 @@ def _response(solved: Preparation) -> dict[str, Any]:
                 "reader": "" if channel.reader is None else channel.reader.name,
             }
             for channel in solved.channels
-        ],
+        ] + _added_channels(solved),
+    } | _simulation(solved)  # fmt: skip
+
+
+def _added_channels(solved: Preparation) -> list[dict[str, Any]]:
+    return [
+        {
+            "quantity": channel.quantity,
+            "unit": unit_of(channel.quantity),
+            "full_scale": channel.full_scale,
+            "peak_to_peak": channel.extent,
+            "reader": channel.method,
+        }
+        for channel in (() if solved.effects is None else solved.effects.channels)
+    ]
+
+
+def _simulation(solved: Preparation) -> dict[str, Any]:
+    """Return how effects on the balance are simulated, if there are any."""
+    plan = None if solved.effects is None else solved.effects.simulation
+    if plan is None:
+        return {}
+    rate = solved.scene.output.sample_rate
+    return {
+        "simulation": {
+            "takes_the_place_of_the_response": not plan.added,
+            "steps_a_frame": plan.simulation.steps,
+            "delay_behind_a_hand_seconds": plan.simulation.filters.margin / rate,
+            "changes": {name: one for name, one in zip(map(QUANTITIES.get, plan.orders), plan.change, strict=True)},
+        }
     }
 
 
 def _method(solved: Preparation) -> str:
     if solved.spectrum is None:
         return "silence"
+    if solved.simulated:
+        return "simulation"
     if solved.spectrum.closed:
         return "closed form"
     if solved.load_varies:

@@ -14,7 +14,6 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable
 from dataclasses import dataclass, replace
-from fractions import Fraction
 
 import numpy as np
 
@@ -25,6 +24,8 @@ from synth.contact.balance import Contact
 from synth.contact.geometry import Geometry
 from synth.contact.spectrum import Demand, Spectrum, curves, points_for, solve_spectrum
 from synth.contact.stiffness import Stiffness
+from synth.effect import AddedChannel
+from synth.effects_preparation import PreparedEffects, effects_of, left_out, shape_for, simulated_channel
 from synth.frame_plan import FramePlan, plan_frames
 from synth.motion import LARGEST_LOAD, ScanMotion
 from synth.scene import Scene
@@ -52,6 +53,7 @@ class Preparation:
     moving: the scan changes speed or load by itself. loads: smallest and largest load of the scan (N). reach: harmonics
     that a moving voice keeps at most. by_hand: a hand moves, and `scene` holds its nominal scan. frames: how a
     recording is solved at its frames, None where it is read from tables. table_limit: what tables may err by.
+    effects: what the scene's effects became, None where it has none.
     """
 
     scene: Scene
@@ -69,6 +71,18 @@ class Preparation:
     by_hand: bool = False
     frames: FramePlan | None = None
     table_limit: float = math.inf
+    effects: PreparedEffects | None = None
+
+    @property
+    def all_channels(self) -> tuple[ChannelPlan | AddedChannel, ...]:
+        """The channels of the response, and those that effects add."""
+        return self.channels if self.effects is None else (*self.channels, *self.effects.channels)
+
+    @property
+    def simulated(self) -> bool:
+        """True where a simulation takes the place of the response."""
+        plan = None if self.effects is None else self.effects.simulation
+        return plan is not None and not plan.added
 
     @property
     def load_varies(self) -> bool:
@@ -80,6 +94,7 @@ class Preparation:
         """Bytes that the preparation holds."""
         held = 0 if self.spectrum is None else self.spectrum.harmonics.nbytes + self.spectrum.slopes.nbytes
         held += sum(channel.reader.nbytes for channel in self.channels if channel.reader is not None)
+        held += 0 if self.effects is None else self.effects.memory_bytes
         return held + (0 if self.contact is None else self.contact.nbytes) + 1024
 
     def demand(self) -> Demand:
@@ -104,12 +119,6 @@ def harmonics_below(frequency: float, limit: float, most: int = N_MAX) -> int:
     if frequency * most < limit:
         return most
     return max(0, math.ceil(limit / frequency * (1.0 - 1e-12)) - 1)
-
-
-def phase_step(speed: float, period: float, rate: int) -> int:
-    """Return the turns a frame as a 64-bit fraction of a turn, exact to 2^-65 turn."""
-    turns = Fraction(speed) / (Fraction(period) * rate)
-    return round(turns * 2**64) % 2**64
 
 
 def prepare(scene: Scene, cache: ResponseCache | None = None, *, by_hand: bool = False) -> Preparation:
@@ -144,15 +153,18 @@ def _prepared(scene: Scene, cache: ResponseCache, *, by_hand: bool) -> Preparati
     orders = orders_of(scene, moving=moving)
     silence = _silence(scene, geometry, highest)
     contact, spectrum, frames, tolerance, of_tables = None, None, None, _number(scene), math.inf
+    shapes = None
     if not silence:
         contact = Contact.of(geometry, stiffness)
         if scene.accuracy.tolerance == "imperceptible":
             rough = _solved(contact, scene, Demand(highest, orders, 1e-2), 0, cache)
             tolerance, of_tables = _imperceptible(rough, turns, orders, scene.accuracy.threshold)
+        if scene.effects:
+            contact, shapes = shape_for(contact, scene, Demand(max(highest, 1), orders, tolerance), loads, turns)
         share = ALIAS_SHARE_OF_FEW if highest <= FEW and not moving else ALIAS_SHARE
         demand = Demand(highest if varies else reach, orders, share * spendable(tolerance))
         spectrum = _solved(contact, scene, demand, reach, cache) if moving else _cheapest(contact, scene, demand, cache)
-        if varies and not by_hand:
+        if varies and not by_hand and contact.of_one_shape:
             scale = min(1.0, band_limit(scene) / (BAND * scene.output.sample_rate))
             frames = plan_frames(contact, scene, demand, tolerance, scale)
     found = Preparation(
@@ -172,7 +184,21 @@ def _prepared(scene: Scene, cache: ResponseCache, *, by_hand: bool) -> Preparati
         frames=frames,
         table_limit=of_tables,
     )
-    return _with_channels(found)
+    solved = _with_channels(found)
+    return _with_effects(solved, shapes, cache) if scene.effects else solved
+
+
+def _with_effects(solved: Preparation, shapes: PreparedEffects | None, cache: ResponseCache) -> Preparation:
+    """Return `solved` with its effects, its channels as they are with them."""
+    if solved.spectrum is None or shapes is None:
+        return replace(solved, effects=left_out(solved.scene, solved.silence))
+    effects = effects_of(solved, shapes, cache)
+    warnings = (*solved.warnings, *effects.warnings(solved.tolerance))
+    if effects.simulation is None:
+        return replace(solved, effects=effects, warnings=warnings)
+    listed = zip(solved.channels, solved.scene.output.channel_list, strict=True)
+    channels = tuple(simulated_channel(channel, asked.full_scale, effects.simulation) for channel, asked in listed)
+    return replace(solved, effects=effects, channels=channels, warnings=warnings)
 
 
 def _number(scene: Scene) -> float:
@@ -193,14 +219,19 @@ def _silence(scene: Scene, geometry: Geometry, highest: int) -> str:
     return ""
 
 
+def _pressed(scene: Scene) -> float:
+    """Return the load (N) at which the response of `scene` is solved: a finger that pulls has none of its own."""
+    return scene.scan.load if scene.scan.load > 0.0 else scene.scan.lift_load
+
+
 def _solved(contact: Contact, scene: Scene, demand: Demand, keep: int, cache: ResponseCache) -> Spectrum:
-    load = scene.scan.load
+    load = _pressed(scene)
     key = ("spectrum", contact.key, load, demand, keep)
     return cache.get(key, lambda: solve_spectrum(contact, load, demand, keep))
 
 
 def _cheapest(contact: Contact, scene: Scene, demand: Demand, cache: ResponseCache) -> Spectrum:
-    load = scene.scan.load
+    load = _pressed(scene)
     key = ("cheapest spectrum", contact.key, load, demand)
     return cache.get(key, lambda: cheapest_spectrum(contact, load, demand, demand.highest))
 

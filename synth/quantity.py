@@ -73,6 +73,8 @@ class Dimension(Enum):
         ("m/s^2",),
         "20 m/s^2",
     )
+    MASS = _Measure("kg", {"kg": "1", "g": "1e-3", "mg": "1e-6"}, ("kg", "g", "mg"), "5 g")
+    DAMPING = _Measure("N s/m", {"N s/m": "1", "mN s/m": "1e-3"}, ("N s/m", "mN s/m"), "3 N s/m")
     ANGLE = _Measure("rad", {"rad": "1", "deg": str(Decimal(math.pi / 180.0))}, ("rad",), "90 deg")
     NONE = _Measure("", {}, (), "0.5")
 
@@ -144,7 +146,7 @@ def show_quantity(value: float, dimension: Dimension) -> str:
 def text_pattern(dimension: Dimension) -> str:
     """Return the regular expression of the text that `parse_quantity` reads, for JSON Schema."""
     number = _NUMBER.replace("[+-]?", "[+\u2212-]?", 1)
-    spellings = [re.escape(unit).replace("u", "[u\u00b5\u03bc]") for unit in dimension.units]
+    spellings = [re.escape(unit).replace("\\ ", " ").replace("u", "[u\u00b5\u03bc]") for unit in dimension.units]
     units = "|".join(spellings).replace(r"\^2", r"(?:\^2|\u00b2)")
     return rf"^\s*{number}\s*(?:{units})\s*$"
 
@@ -172,7 +174,7 @@ def _from_text(text: str, dimension: Dimension) -> float:
 
 
 def _add_a_unit(number: str, dimension: Dimension) -> str:
-    return f'Add a unit, such as "{number} {dimension.example.split()[1]}".'
+    return f'Add a unit, such as "{number} {dimension.example.split(maxsplit=1)[1]}".'
 
 
 def _how_to_write(dimension: Dimension) -> str:

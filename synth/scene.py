@@ -8,17 +8,18 @@ Limits: a document that cannot be read is refused with all of its faults at once
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any
 
 from pydantic import Field, ValidationError
 
+from synth.effect_registry import declaration
 from synth.errors import Fault, SceneError, shown
-from synth.scene_effects import Effects, FrozenMapping
+from synth.scene_effects import Effects, FrozenMapping, lowest_load
 from synth.scene_merge import merge_patch
 from synth.scene_output import Accuracy, Channel, Output, QuantityName
-from synth.scene_scan import Scan, Stroke
+from synth.scene_scan import LOWEST_LOAD, Scan, Stroke
 from synth.scene_section import Section, inner_section, plain, rule_of, section_schema
 from synth.scene_surfaces import Finger, Texture, amplitude_of
 from synth.scene_text import object_from_text, pointer
@@ -36,6 +37,7 @@ __all__ = [
     "Stroke",
     "Texture",
     "amplitude_of",
+    "channel_count",
     "merge_patch",
     "object_from_text",
     "parse_scene",
@@ -62,25 +64,34 @@ class Scene(Section):
     accuracy: Accuracy = Field(default=Accuracy(), description="How exact the samples must be.")
 
 
-def parse_scene(document: object, known_effects: Collection[str] = ()) -> Scene:
+def parse_scene(document: object) -> Scene:
     """Return the scene that `document` (a mapping, or a name of the catalogue) describes.
 
-    known_effects: names of the registry of effects. Raises SceneError, which lists every fault of the document.
+    Raises SceneError, which lists every fault of the document.
     """
     if isinstance(document, Scene):
         return document
     if isinstance(document, str):
         document = lookup(document).document
     try:
-        return Scene.model_validate(document, context={"known_effects": known_effects})
+        return Scene.model_validate(document, context={LOWEST_LOAD: _lowest_load(document)})
     except ValidationError as error:
         raise SceneError(list(_faults(error))) from error
 
 
-def parse_scene_text(text: str | bytes, known_effects: Collection[str] = ()) -> Scene:
+def parse_scene_text(text: str | bytes) -> Scene:
     """Return the scene that JSON `text` describes; raises SceneError as `parse_scene` does, and for text that is no
     JSON object or has a field twice."""
-    return parse_scene(object_from_text(text), known_effects)
+    return parse_scene(object_from_text(text))
+
+
+def _lowest_load(document: object) -> float:
+    return lowest_load(document.get("effects")) if isinstance(document, Mapping) else 0.0
+
+
+def channel_count(scene: Scene) -> int:
+    """Return how many channels `scene` has, those that its effects add included."""
+    return len(scene.output.channel_list) + sum(declaration(name).added(scene.effects[name]) for name in scene.effects)
 
 
 def scene_document(scene: Scene) -> dict[str, Any]:

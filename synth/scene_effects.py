@@ -1,27 +1,26 @@
 """The `effects` of a scene: which physical causes beyond the contact are simulated, and with what settings.
 
-Stage: 1 (SCENE). The registry of effects belongs to a later stage, so the names it holds are passed in, as
-`known_effects` of `parse_scene`; without them every effect is refused.
-Limits: here settings are checked to be finite JSON; what a setting means is checked by its effect.
+Stage   1 (SCENE). Names come from `effect_registry`; of an effect that a scene does not name, nothing is read.
+Model   null or absent: not simulated. An object: simulated with these settings, read as the section that the effect
+        declares. "auto": simulated where it changes the output by more than the tolerance.
+Limits  two effects that replace the same part of the model are refused together; so is what an effect itself refuses
+        beside others (`Declaration.clash`).
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from pydantic import ValidationInfo
-from pydantic_core import CoreSchema, core_schema
+from pydantic import ValidationError
 
-from synth.scene_rules import Refusal, Rule, nearest, refusal, refuse, refused
+from synth.effect_registry import Declaration, declaration, effect_names
+from synth.scene_rules import Refusal, Rule, nearest, refusal, refusals_of, refuse, refused
+from synth.scene_section import section_schema
 
 AUTO = "auto"
 """Written in place of settings: simulated only where it changes the output by more than the tolerance."""
-
-DEEPEST = 8
-"""Levels of nesting in the settings of an effect; deeper ones are a mistake or an attack."""
 
 
 class FrozenMapping(Mapping[str, Any]):
@@ -54,66 +53,93 @@ class Effects(Rule):
 
     @property
     def allowed(self) -> str:
-        """The form of the object; the names come with the registry."""
+        """The form of the object."""
         return 'an object of effects by name, each null, "auto" or an object of settings'
 
-    def read(self, value: object, known: Collection[str] = ()) -> FrozenMapping:
-        """Return the effects that are not null, frozen; `known` holds the names of the registry."""
+    def read(self, value: object) -> FrozenMapping:
+        """Return the effects that are not null: "auto", or the section of its settings."""
         if not isinstance(value, Mapping):
             raise refused(self.allowed, "Write {} to simulate the contact alone.")
         refusals: list[Refusal] = []
         chosen: dict[str, Any] = {}
         for name, settings in value.items():
-            if settings is None:
-                continue
-            fault = _fault(name, settings, known)
-            if fault is None:
-                chosen[name] = _frozen(settings)
-            else:
-                refusals.append(fault)
-        refuse("effects", refusals)
-        return FrozenMapping(chosen)
+            if settings is not None:
+                _choose(name, settings, chosen, refusals)
+        refuse("effects", refusals or list(_clashes(chosen)))
+        return FrozenMapping({name: chosen[name] for name in sorted(chosen)})
 
     def schema(self) -> dict[str, Any]:
-        """Return an object without properties, as no effect is known here."""
-        settings = {"anyOf": [{"const": AUTO}, {"type": "object"}, {"type": "null"}]}
-        return {"anyOf": [{"type": "object", "additionalProperties": settings}]}
+        """Return an object with a property for each effect: its settings, "auto" where that makes sense, or null."""
+        known = {name: declaration(name) for name in effect_names()}
+        properties = {
+            name: {
+                "anyOf": [
+                    section_schema(effect.settings),
+                    *([] if effect.without_auto else [{"const": AUTO}]),
+                    {"type": "null"},
+                ],
+                "description": effect.summary,
+                "default": None,
+                "x-unit": "",
+                "x-allowed": allowed_of(effect),
+            }
+            for name, effect in known.items()
+        }
+        return {"anyOf": [{"type": "object", "additionalProperties": False, "properties": properties}]}
 
-    def __get_pydantic_core_schema__(self, _source: object, _handler: object) -> CoreSchema:
-        """Take the known names from the validation context."""
 
-        def read(value: object, found: ValidationInfo) -> FrozenMapping:
-            return self.read(value, (found.context or {}).get("known_effects", ()))
-
-        return core_schema.with_info_plain_validator_function(read)
+def allowed_of(effect: Declaration) -> str:
+    """Return what may be written for an effect."""
+    return "null or an object of settings" if effect.without_auto else 'null, "auto" or an object of settings'
 
 
-def _fault(name: object, settings: object, known: Collection[str]) -> Refusal | None:
-    """Return what is wrong with one effect, or None."""
-    if name not in known:
-        names = ", ".join(sorted(known)) or "none exists yet"
-        near = nearest(str(name), known)
+def lowest_load(effects: object) -> float:
+    """Return the smallest load (N) that a scene may ask for whose `effects`, as written, are these."""
+    if not isinstance(effects, Mapping):
+        return 0.0
+    called = [name for name, settings in effects.items() if settings is not None and name in effect_names()]
+    return min((declaration(name).lowest_load for name in called), default=0.0)
+
+
+def _choose(name: object, settings: object, chosen: dict[str, Any], refusals: list[Refusal]) -> None:
+    """Put the settings of one effect into `chosen`, or what is wrong with them into `refusals`."""
+    if not isinstance(name, str) or name not in effect_names():
+        names = ", ".join(effect_names())
+        near = nearest(str(name), effect_names())
         hint = f'The nearest effect is "{near}".' if near else "Leave it out, or write null."
-        return refusal([str(name)], settings, f"the effects: {names}", hint)
-    if settings != AUTO and not (isinstance(settings, Mapping) and _is_finite_json(settings)):
-        hint = 'Write {} for its defaults, an object of settings with finite numbers, or "auto".'
-        return refusal([str(name)], settings, 'null, "auto" or an object of settings', hint)
-    return None
+        refusals.append(refusal([str(name)], settings, f"the effects: {names}", hint))
+        return
+    effect = declaration(name)
+    if isinstance(settings, str) and settings == AUTO and not effect.without_auto:
+        chosen[name] = AUTO
+    elif isinstance(settings, Mapping | effect.settings):
+        try:
+            chosen[name] = effect.settings.model_validate(settings)
+        except ValidationError as error:
+            refusals += refusals_of(error, name)
+    elif isinstance(settings, str) and settings == AUTO:
+        refusals.append(refusal([name], settings, allowed_of(effect), effect.without_auto))
+    else:
+        hint = f"Write {{}} for its defaults: {allowed_of(effect)}."
+        refusals.append(refusal([name], settings, allowed_of(effect), hint))
 
 
-def _is_finite_json(value: object, depth: int = 0) -> bool:
-    if depth > DEEPEST:
-        return False
-    if isinstance(value, Mapping):
-        return all(isinstance(key, str) and _is_finite_json(item, depth + 1) for key, item in value.items())
-    if isinstance(value, list | tuple):
-        return all(_is_finite_json(item, depth + 1) for item in value)
-    return value is None or isinstance(value, str | int) or (isinstance(value, float) and math.isfinite(value))
+def _clashes(chosen: Mapping[str, Any]) -> Iterator[Refusal]:
+    """Yield a refusal for each effect that cannot go with one before it."""
+    taken: dict[str, str] = {}
+    for name in sorted(chosen):
+        effect = declaration(name)
+        other = taken.setdefault(effect.replaces, name) if effect.replaces else name
+        if other != name:
+            allowed = f"one effect that replaces {effect.replaces}"
+            hint = f'"{other}" replaces {effect.replaces} too, and both cannot hold. Leave one of them out.'
+            yield refusal([name], plain_settings(chosen[name]), allowed, hint)
+        elif chosen[name] != AUTO:
+            clash = effect.clash(chosen[name], {key: value for key, value in chosen.items() if key != name})
+            if clash is not None:
+                yield refusal([name], plain_settings(chosen[name]), *clash)
 
 
-def _frozen(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return FrozenMapping({key: _frozen(item) for key, item in value.items()})
-    if isinstance(value, list | tuple):
-        return tuple(_frozen(item) for item in value)
-    return value
+def plain_settings(settings: Any) -> Any:
+    """Return the settings of an effect as they may be written."""
+    return settings if settings == AUTO else settings.document()

@@ -11,12 +11,12 @@ Limits: a stroke must have room for its turns; recorded points must be 1 us apar
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 from typing import Annotated, Any
 
-from pydantic import Field
-from pydantic_core import PydanticCustomError
+from pydantic import Field, ValidationInfo
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from synth.quantity import Dimension, show_quantity
 from synth.scene_rules import (
@@ -54,7 +54,28 @@ MOST_REFUSALS = 100
 
 Point = tuple[float, float, float]
 
-LOAD = Quantity(Dimension.LOAD, 0.0, 1e3)
+LOWEST_LOAD = "lowest_load"
+"""Of the context of validation: the smallest load (N) that a scene may ask for, where an effect allows a pull."""
+
+
+class Load(Quantity):
+    """A load: at least 0, unless an effect of the scene holds a finger that pulls."""
+
+    def down_to(self, found: ValidationInfo) -> Quantity:
+        """Return the rule with the lowest load of the scene that is being read."""
+        lowest = (found.context or {}).get(LOWEST_LOAD, self.low)
+        return replace(self, low=lowest) if lowest < self.low else self
+
+    def __get_pydantic_core_schema__(self, _source: object, _handler: object) -> CoreSchema:
+        """Read with the lowest load of the scene."""
+
+        def read(value: object, found: ValidationInfo) -> float:
+            return self.down_to(found).read(value)
+
+        return core_schema.with_info_plain_validator_function(read)
+
+
+LOAD = Load(Dimension.LOAD, 0.0, 1e3)
 SPEED = Quantity(Dimension.SPEED, -FASTEST, FASTEST)
 STROKE_SPEED = Quantity(Dimension.SPEED, 1e-6, FASTEST)
 STROKE_LENGTH = Quantity(Dimension.LENGTH, 1e-4, 10.0)
@@ -65,6 +86,7 @@ POINT_RULES = (
     Quantity(Dimension.LENGTH, -1e4, 1e4),
     LOAD,
 )
+PointRules = tuple[Quantity, Quantity, Quantity]
 
 
 @dataclass(frozen=True)
@@ -79,14 +101,14 @@ class Trajectory(Rule):
             f"{FEWEST_POINTS} to {MOST_POINTS} points [t, position, load]: t {time}, position {position}, load {load}"
         )
 
-    def read(self, value: object) -> tuple[Point, ...]:
-        """Return the points in SI, times rising."""
+    def read(self, value: object, rules: PointRules = POINT_RULES) -> tuple[Point, ...]:
+        """Return the points in SI, times rising; rules: of time, position and load."""
         if not isinstance(value, list | tuple) or not FEWEST_POINTS <= len(value) <= MOST_POINTS:
             raise refused(self.allowed, "Write a list of points such as [[0, 0, 0.3], [0.1, 0.008, 0.3], ...].")
         refusals: list[Refusal] = []
         points: list[Point] = []
         for index, point in enumerate(value):
-            read = _read_point(point, index, refusals)
+            read = _read_point(point, index, rules, refusals)
             if read is not None:
                 if points:
                     refusals += _steps(points[-1], read, index)
@@ -110,8 +132,16 @@ class Trajectory(Rule):
             },
         }]}  # fmt: skip
 
+    def __get_pydantic_core_schema__(self, _source: object, _handler: object) -> CoreSchema:
+        """Read with the lowest load of the scene."""
 
-def _read_point(point: object, index: int, refusals: list[Refusal]) -> Point | None:
+        def read(value: object, found: ValidationInfo) -> tuple[Point, ...]:
+            return self.read(value, (*POINT_RULES[:2], LOAD.down_to(found)))
+
+        return core_schema.with_info_plain_validator_function(read)
+
+
+def _read_point(point: object, index: int, rules: PointRules, refusals: list[Refusal]) -> Point | None:
     """Return the point in SI, or None after adding to `refusals`."""
     if not isinstance(point, list | tuple) or len(point) != 3:
         refusals.append(
@@ -119,7 +149,7 @@ def _read_point(point: object, index: int, refusals: list[Refusal]) -> Point | N
         )
         return None
     numbers: list[float] = []
-    for place, (rule, value) in enumerate(zip(POINT_RULES, point, strict=True)):
+    for place, (rule, value) in enumerate(zip(rules, point, strict=True)):
         try:
             numbers.append(rule.read(value))
         except PydanticCustomError as error:

@@ -14,14 +14,12 @@ Limits  up to 0.40 of the rate the filter is 1 to 1e-9, above 0.49 below 1e-9 (i
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from functools import partial
 
 import numpy as np
 
 from synth.contact.evaluation import SMALLEST
 from synth.contact.exact import Array
-from synth.contact.spectrum import woven
+from synth.contact.mean import mean_curve
 from synth.frame_plan import MARGIN, FramePlan
 from synth.motion import LOAD, ScanMotion
 from synth.output import Block
@@ -30,10 +28,6 @@ from synth.preparation import Preparation
 CUT, WIDTH = 0.445, 0.0105  # of the rate: half amplitude, and how steeply; 0.045 beside the cut 1e-9 is left
 CHUNK = 4096  # frames of a chunk, where the filter does not ring for long
 TOGETHER = 1 << 21  # solutions of a chunk and its margins at most: 200 MB of working memory; more where margins need it
-FEWEST_MEANS, MOST_MEANS = 9, 1025  # loads at which the mean over a period is solved
-MEAN_PHASES = 512  # of each
-MEAN_ERROR = 1e-3  # of the tolerance, of the motion
-SPLINE_GAIN = 8.0  # by so much at least the error falls when the loads are doubled; 16 in the end
 
 
 class SolvedFrames:
@@ -52,7 +46,8 @@ class SolvedFrames:
         room = TOGETHER // plan.oversampling - 2 * self._margin
         self.chunk = max(2 * self._margin, min(room, max(CHUNK, 4 * self._margin)))
         self._indentation = solved.contact.stiffness.indentation(1.0)
-        self._mean = _mean_curve(solved, self._motion)
+        loads = self._motion.load_range()
+        self._mean = mean_curve(solved.contact, loads, self._scan.load, solved.tolerance)
         self._kept: tuple[int, Block] = (-1, np.empty((0, 0), np.float32))
 
     @property
@@ -120,31 +115,3 @@ class SolvedFrames:
         elif order == 1:
             found += rise * self._rate * self.plan.oversampling
         return np.asarray(found)
-
-
-def _mean_curve(solved: Preparation, motion: ScanMotion) -> Callable[[Array], Array]:
-    """Return the mean of z over a period (m) as a function of w^(1/3), from no load to the largest of the motion."""
-    from scipy.interpolate import CubicSpline
-
-    assert solved.contact is not None
-    contact, theta = solved.contact, np.arange(MEAN_PHASES) / MEAN_PHASES
-    lightest, heaviest = motion.load_range()
-
-    def means(roots: Array) -> Array:
-        return np.array([np.mean(contact.approach(theta, float(root) ** 3)[0]) for root in roots])
-
-    if lightest == heaviest:
-        return partial(np.full_like, fill_value=means(np.cbrt([heaviest]))[0])
-    allowed = MEAN_ERROR * solved.tolerance * float(np.ptp(contact.approach(theta, solved.scene.scan.load)[0]))
-    allowed += 1e-14 * contact.geometry.height_scale
-    roots = np.linspace(0.0, np.cbrt(max(heaviest, 1e-12)), FEWEST_MEANS)
-    values = means(roots)
-    while True:
-        curve = CubicSpline(roots, values)
-        between = 0.5 * (roots[:-1] + roots[1:])
-        more = means(between)
-        error = float(np.max(np.abs(curve(between) - more)))
-        roots, values = woven(roots, between), woven(values, more)
-        if error <= SPLINE_GAIN * allowed or len(roots) >= MOST_MEANS:
-            done: Callable[[Array], Array] = CubicSpline(roots, values)
-            return done

@@ -12,20 +12,24 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from synth.cache import ResponseCache
-from synth.contact.phases import turns_to_phase
+from synth.contact.phases import phase_step, turns_to_phase
 from synth.hand import prepare_hand, with_session_scale
 from synth.motion import LOAD, Motion, ScanMotion
 from synth.moving import MovingReader, completed
 from synth.output import Block, fade_envelope
 from synth.plan import Plan, plan_of
-from synth.preparation import Preparation, phase_step, prepare
+from synth.preparation import Preparation, prepare
 from synth.row_solver import RowSolver
 from synth.scene import Scene
 from synth.solved_frames import SolvedFrames
+
+if TYPE_CHECKING:
+    from synth.voice_effects import VoiceEffects
 
 BLOCK = 1 << 14  # frames a block of `blocks`: large enough that Python costs nothing, small enough for flat memory
 
@@ -54,10 +58,11 @@ class Voice:
         self.solved = with_session_scale(solved, self._cache) if live else solved
         self.scene = solved.scene
         self.frame = 0
-        self.channels = len(solved.channels)
+        self.channels = len(solved.all_channels)
         self._live = live
         self._solver: RowSolver | None = None
         self._phase = phase
+        self._moves = solved.moving and solved.spectrum is not None
         self._motion = ScanMotion(solved.scene)
         self._step = phase_step(solved.scene.scan.speed, solved.scene.texture.period, self.sample_rate)
         self._reader: MovingReader | None = None
@@ -65,7 +70,12 @@ class Voice:
         self._before = np.full(4, math.nan)
         self._readers = []
         self._frames: SolvedFrames | None = None
-        if solved.spectrum is not None and not solved.moving:
+        self._effects: VoiceEffects | None = None
+        if solved.effects is not None and solved.spectrum is not None:
+            self._effects = _effects_of(solved, phase, wait=True)
+        if solved.simulated:
+            pass  # the simulation takes the place of the response
+        elif solved.spectrum is not None and not solved.moving:
             self._readers = [(c.reader, 1.0 / c.full_scale) for c in solved.channels if c.reader is not None]
         elif solved.spectrum is not None and solved.frames is not None and not (live or paced):
             self._frames = SolvedFrames(solved, solved.frames)
@@ -73,7 +83,10 @@ class Voice:
             self._reader = MovingReader(solved, phase, wait=True)
             self._reader.cover(*self._motion.recorded_loads())
         self._still = solved.scene.texture.amplitude == 0.0
-        self._hand_reader = self._reader_for_hand() if live and not self._still else None
+        self._hand_reader: MovingReader | None = None
+        self._hand_effects: VoiceEffects | None = None
+        if live and not self._still:
+            self._ready_for_hand()
 
     @property
     def sample_rate(self) -> int:
@@ -83,12 +96,12 @@ class Voice:
     @property
     def quantities(self) -> tuple[str, ...]:
         """Quantity of each channel."""
-        return tuple(channel.quantity for channel in self.solved.channels)
+        return tuple(channel.quantity for channel in self.solved.all_channels)
 
     @property
     def full_scale(self) -> tuple[float, ...]:
         """SI value that is 1.0 in the audio, of each channel."""
-        return tuple(channel.full_scale for channel in self.solved.channels)
+        return tuple(channel.full_scale for channel in self.solved.all_channels)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -99,7 +112,8 @@ class Voice:
     def plan(self) -> Plan:
         """The plan that this voice runs, with the error of the rows of load solved so far."""
         if self._reader is None:
-            return plan_of(self.solved, framed=self._frames is not None)
+            solved = self.solved if self._effects is None else self._effects.solved
+            return plan_of(replace(solved, scene=self.scene), framed=self._frames is not None)
         return plan_of(replace(self._reader.solved, scene=self.scene), self._reader.rows)
 
     @property
@@ -112,7 +126,9 @@ class Voice:
         """Where the texture stands at the next frame, a 64-bit fraction of a turn."""
         if self._reader is not None:
             return int(self._reader.phase[0])
-        if self._frames is not None:
+        if self._by_hand and self._effects is not None:
+            return int(self._effects.place[0])
+        if self._frames is not None or self._moves:
             return int(turns_to_phase(self._motion.at(self.frame, 1).position / self.scene.texture.period)[0])
         return (self._phase + self._step * self.frame) % 2**64
 
@@ -120,7 +136,8 @@ class Voice:
     def memory_bytes(self) -> int:
         """Bytes of what was prepared, and of the tables and rows of a moving voice."""
         moving = self._frames or self._reader
-        return self.solved.memory_bytes + (0 if moving is None else moving.memory_bytes)
+        held = 0 if self._effects is None else self._effects.memory_bytes
+        return self.solved.memory_bytes + held + (0 if moving is None else moving.memory_bytes)
 
     def render(self, frames: int, motion: Motion | None = None) -> Block:
         """Return the next `frames` frames, float32 [frames, channels], value / full_scale.
@@ -143,31 +160,50 @@ class Voice:
             out[:] = 0.0
         elif motion is not None:
             self._hand(out, motion)
-        elif self.solved.spectrum is None and not self._by_hand:
+        elif self._by_hand:
+            self._follow(Motion(self._motion.at(self.frame, len(out)).samples), out)
+        elif self.solved.spectrum is None:
             out[:] = 0.0
-        elif self._readers and not self._by_hand:
-            for number, (reader, gain) in enumerate(self._readers):
-                reader.read(self.phase, self._step, gain, out, number)
-        elif self._frames is not None and not self._by_hand:
-            self._frames.read(self.frame, out)
         else:
-            assert self._reader is not None
+            self._scan(out)
+
+    def _scan(self, out: Block) -> None:
+        """Render the scene's own scan."""
+        phase, own = self.phase, None
+        if self._moves and (self._reader is not None or self._effects is not None):
             own = self._motion.at(self.frame, len(out))
-            self._reader.read(Motion(own.samples) if self._by_hand else own, out)
+        for number, (reader, gain) in enumerate(self._readers):
+            reader.read(phase, self._step, gain, out, number)
+        if self._frames is not None:
+            self._frames.read(self.frame, out[:, : len(self.solved.channels)])
+        elif self._reader is not None:
+            assert own is not None
+            self._reader.read(own, out)
+        if self._effects is not None:
+            self._effects.along(self.frame, phase, self._step, own, out)
 
     def _hand(self, out: Block, motion: Motion) -> None:
         if not self._by_hand:
-            reader = self._hand_reader or self._reader_for_hand()
-            reader.phase[0] = self.phase
-            self._reader, self._by_hand = reader, True
+            phase = self.phase
+            if self._hand_reader is None and self._hand_effects is None:
+                self._ready_for_hand()
+            self._reader, self._effects, self._by_hand = self._hand_reader, self._hand_effects, True
+            if self._reader is not None:
+                self._reader.phase[0] = phase
+            if self._effects is not None:
+                self._effects.place[0] = phase
         if not motion.complete:
             motion = completed(motion, self.sample_rate, self._before)
         self._follow(motion, out)
 
     def _follow(self, motion: Motion, out: Block) -> None:
         """Render a complete motion; what a live voice costs a block is this."""
-        reader = self._reader
-        assert reader is not None
+        if self._reader is not None:
+            self._read(self._reader, motion, out)
+        if self._effects is not None:
+            self._effects.after(motion, out)
+
+    def _read(self, reader: MovingReader, motion: Motion, out: Block) -> None:
         if self._solver is not None:
             load, calm = motion.samples.item(LOAD, 0), self._solver.calm
             if not calm[0] <= load <= calm[1]:
@@ -175,12 +211,15 @@ class Voice:
             reader.take_over_rows()
         reader.read(motion, out)
 
-    def _reader_for_hand(self) -> MovingReader:
+    def _ready_for_hand(self) -> None:
+        """Make what follows a hand: the response in rows of load, unless a simulation takes its place; the effects."""
         hand = prepare_hand(self.scene, self.full_scale, self._cache)
-        reader = MovingReader(hand, 0, wait=not self._live)
-        if self._live and reader.rows is not None:
-            self._solver = RowSolver(reader.rows, hand.scene.scan.load)
-        return reader
+        if not hand.simulated:
+            self._hand_reader = MovingReader(hand, 0, wait=not self._live)
+        if self._live and self._hand_reader is not None and self._hand_reader.rows is not None:
+            self._solver = RowSolver(self._hand_reader.rows, hand.scene.scan.load)
+        if hand.effects is not None:
+            self._hand_effects = _effects_of(hand, 0, wait=not self._live)
 
     @property
     def usual_loads_ready(self) -> bool:
@@ -203,12 +242,21 @@ class Voice:
         self._phase = phase
         if self._reader is not None:
             self._reader.phase[0] = phase
+        if self._effects is not None:
+            self._effects = _effects_of(self.solved, phase, wait=True)
 
     def seek(self, frame: int) -> None:
         """Go to `frame` of the scene's own scan; ValueError after a hand has moved it."""
         if self._by_hand:
             raise ValueError("a voice that a hand has moved cannot seek: its phase depends on the motion so far")
         self.frame = frame
+
+
+def _effects_of(solved: Preparation, phase: int, *, wait: bool) -> VoiceEffects:
+    """Return the effects of a voice; only a scene that has some loads them."""
+    from synth.voice_effects import VoiceEffects
+
+    return VoiceEffects(solved, phase, wait=wait)
 
 
 def open_voice(scene: Scene, *, cache: ResponseCache | None = None, live: bool = False) -> Voice:

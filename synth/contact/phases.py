@@ -8,6 +8,8 @@ Limits  below 1e-9 turn in 24 h at any rate and speed of the scene's range (test
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 import numpy as np
 
 from synth.contact.exact import Array
@@ -67,6 +69,12 @@ def phases_of(motion, position, start, phase, step, step_rest, bend, period):
         steps[i] = phase
         phase += moved
     return phases, phase
+
+
+def phase_step(speed: float, period: float, rate: int) -> int:
+    """Return the turns a frame as a 64-bit fraction of a turn, exact to 2^-65 turn."""
+    turns = Fraction(speed) / (Fraction(period) * rate)
+    return round(turns * 2**64) % 2**64
 
 
 def turns_to_phase(turns: Array) -> np.ndarray:

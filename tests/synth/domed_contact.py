@@ -34,8 +34,7 @@ class DomedContact:
     def key(self) -> Hashable:
         return self
 
-    @property
-    def cells(self) -> int:
+    def work_at(self, load: float) -> int:
         return PressureField.of_geometry(self.surfaces).cells
 
     def geometry_at(self, load: float) -> Geometry:

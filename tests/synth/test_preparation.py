@@ -11,7 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from synth.cache import ResponseCache
-from synth.preparation import EXACT, N_MAX, harmonics_below, phase_step, prepare
+from synth.contact.phases import phase_step
+from synth.preparation import EXACT, N_MAX, harmonics_below, prepare
 from synth.scene_output import THRESHOLD_NAME
 from synth.threshold import THRESHOLDS, imperceptible_tolerance, threshold_displacement
 from synth.voice import open_voice

@@ -11,12 +11,14 @@ import pytest
 from hypothesis import given
 from pydantic import ValidationError
 
+from synth.errors import SceneError
 from synth.scene import (
     Finger,
     Scan,
     Scene,
     Stroke,
     Texture,
+    merge_patch,
     parse_scene,
     parse_scene_text,
     scene_document,
@@ -157,15 +159,32 @@ def test_fields_beside_a_catalogue_name_override_it() -> None:
     assert rough.amplitude == pytest.approx(math.pi / 2 * 20e-6)
 
 
-def test_an_effect_that_the_registry_knows_is_kept_and_frozen() -> None:
-    document = {"effects": {"inertia": {"mass": 0.005, "modes": [1, {"q": 2}]}, "skin": "auto", "other": None}}
-    scene = parse_scene(document, known_effects=("inertia", "skin", "other"))
-    assert scene.effects["inertia"]["mass"] == 0.005
-    assert scene.effects["skin"] == "auto"
-    assert set(scene.effects) == {"inertia", "skin"}
-    assert scene_document(scene)["effects"] == {"inertia": {"mass": 0.005, "modes": [1, {"q": 2}]}, "skin": "auto"}
-    assert parse_scene(scene_document(scene), known_effects=("inertia", "skin")) == scene
-    assert hash(scene) == hash(parse_scene(document, known_effects=("inertia", "skin", "other")))
+def test_effects_are_read_with_their_units_and_frozen() -> None:
+    document = {"effects": {"inertia": {"mass": "7 g"}, "viscous_skin": "auto", "adhesion": None, "tangential": {}}}
+    scene = parse_scene(document)
+    assert scene.effects["inertia"].mass == 0.007
+    assert scene.effects["viscous_skin"] == "auto"
+    assert list(scene.effects) == ["inertia", "tangential", "viscous_skin"]
+    complete = scene_document(scene)["effects"]
+    assert complete["inertia"] == {"mass": 0.007, "damping": 3.0}
+    assert complete["viscous_skin"] == "auto"
+    assert parse_scene(scene_document(scene)) == scene
+    assert hash(scene) == hash(parse_scene(document))
+    assert pickle.loads(pickle.dumps(scene)) == scene
+
+
+def test_a_part_of_a_scene_changes_one_setting_of_an_effect() -> None:
+    before = {"effects": {"inertia": {"mass": "7 g", "damping": 1}, "tangential": {}}}
+    after = merge_patch(before, {"effects": {"inertia": {"mass": "9 g"}, "tangential": None, "curvature": "auto"}})
+    assert after == {"effects": {"inertia": {"mass": "9 g", "damping": 1}, "curvature": "auto"}}
+
+
+def test_a_finger_may_pull_where_something_holds_it() -> None:
+    for scan in ({"load": "-20 mN"}, {"stroke": {"load": "-20 mN"}}, {"trajectory": [*RISING, [0.4, 0.03, -0.02]]}):
+        scene = parse_scene({"scan": scan, "effects": {"adhesion": {}}})
+        assert parse_scene(scene_document(scene)) == scene
+        with pytest.raises(SceneError):
+            parse_scene({"scan": scan})
 
 
 def test_scenes_are_frozen_hashable_and_picklable() -> None:

@@ -1,0 +1,1 @@
+"""One physical cause a file. Every module here is an effect, found by its name: see `effect_registry` and `effect`."""

@@ -1,0 +1,64 @@
+"""Surfaces attract each other: the finger is pulled in, held, and let go.
+
+Kind    BALANCE: another law of the pressure. See `simulation.table_steps`.
+Model   p(d) = (k / L) max(d, 0) - s clip(1 + d / d0, 0, 1) along the contact, d = h - z: all of the attraction s where
+        surfaces touch, falling to nothing at a gap of d0; s is the stress times the length of a ridge (L of eq. 4). The
+        sum has more than one root, so z follows the path to the nearest stable one: it is pulled in on the way down,
+        and let go on the way up at a smaller load, which may be a pull.
+Source  the law is one of Derjaguin, Mueller & Toporov's kind (1975) with a linear end, so that no place is let go at
+        once; work of adhesion s d0 / 2. Stress and reach: unverified defaults, 12.5 mJ/m^2 together.
+Limits  no meniscus, no wetting with time; what has let go is held just out of reach until the load presses again.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Annotated
+
+from pydantic import Field
+
+from synth.effect import BalanceEffect, Price
+from synth.quantity import Dimension
+from synth.scene import Scene
+from synth.scene_rules import Quantity
+from synth.scene_section import Section
+from synth.simulation.terms import Adhesion, Terms
+
+LARGEST_PULL = 100.0  # N: what a scene may pull with; a fingertip's area holds far less at any stress that is allowed
+
+
+class AdhesionSettings(Section):
+    """The attraction."""
+
+    stress: Annotated[float, Quantity(Dimension.PRESSURE, 1.0, 1e7)] = Field(
+        default=5e3, description="Attraction s between surfaces that touch (unverified default)."
+    )
+    reach: Annotated[float, Quantity(Dimension.LENGTH, 1e-9, 1e-3)] = Field(
+        default=5e-6, description="Gap d0 at which the attraction is gone (unverified default)."
+    )
+
+
+class AdhesionEffect(BalanceEffect):
+    """The effect; see the module."""
+
+    name = "adhesion"
+    summary = "Surfaces attract each other: pull-in, pull-off, and loads below 0 N that pull."
+    settings = AdhesionSettings
+    replaces = "the law of the pressure"
+    lowest_load = -LARGEST_PULL
+    price = Price(0.0, 0)
+
+    def reason(self, scene: Scene, settings: AdhesionSettings) -> str:
+        """See `Effect`."""
+        most = settings.stress * scene.finger.contact_length**2
+        return (
+            f"Surfaces attract each other by {settings.stress:.4g} Pa up to a gap of {1e6 * settings.reach:.4g} um: by "
+            f"{most:.3g} N at most, if all of the contact touched."
+        )
+
+    def balanced(self, terms: Terms, settings: AdhesionSettings) -> Terms:
+        """See `BalanceEffect`."""
+        return replace(terms, adhesion=Adhesion(settings.stress, settings.reach))
+
+
+EFFECT = AdhesionEffect()

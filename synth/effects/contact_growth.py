@@ -1,0 +1,80 @@
+"""The contact grows with the load: L = L0 (w / w0)^p about the middle of the contact.
+
+Kind    SHAPE: the ridges stay where they are on the finger; more or fewer of them touch. See `contact.growing`.
+Model   L0 is `finger.contact_length`, at the reference load w0. The stiffness k of eqs 4-5 is that of L. With p = 1/3
+        (Hertz) the mean indentation w / k grows as w^(1/2), where a contact of one length has w^(3/2).
+Source  physics of a fingertip: p = 1/3 (Hertz) down to 0.15 to 0.25 where the finger stiffens; general knowledge.
+Limits  the ends stay hard edges: `curvature` softens them.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import Field
+
+from synth.effect import Price, ShapeEffect
+from synth.quantity import Dimension, show_quantity
+from synth.scene import Scene
+from synth.scene_rules import Fields, Quantity, Refusal, refusal
+from synth.scene_section import Section
+
+if TYPE_CHECKING:
+    from synth.contact.balance import Contact
+
+LENGTH = Quantity(Dimension.LENGTH, 1e-5, 0.1)
+
+
+class GrowthSettings(Section):
+    """How the contact length follows the load."""
+
+    reference_load: Annotated[float, Quantity(Dimension.LOAD, 1e-3, 1e3)] = Field(
+        default=1.0, description="Load w0 at which the contact is finger.contact_length long (unverified default)."
+    )
+    exponent: Annotated[float, Quantity(Dimension.NONE, 0.0, 1.0)] = Field(
+        default=1.0 / 3.0, description="Power p of the load that the length follows: 1/3 is Hertz; 0 does not grow."
+    )
+    shortest: Annotated[float, LENGTH] = Field(default=1e-5, description="Length below which it does not fall.")
+    longest: Annotated[float, LENGTH] = Field(default=0.1, description="Length beyond which it does not grow.")
+
+    @classmethod
+    def conflicts(cls, given: Fields) -> list[Refusal]:
+        """Refuse bounds that leave no length between them."""
+        shortest, longest = cls.value_of(given, "shortest"), cls.value_of(given, "longest")
+        if shortest is None or longest is None or shortest <= longest:
+            return []
+        allowed = f"at least the shortest length, {show_quantity(shortest, Dimension.LENGTH)}"
+        return [refusal(["longest"], longest, allowed, "Write a longer one, or a smaller shortest.")]
+
+
+class ContactGrowth(ShapeEffect):
+    """The effect; see the module."""
+
+    name = "contact_growth"
+    summary = "The contact length follows the load, about the middle of the contact."
+    settings = GrowthSettings
+    replaces = "the contact length"
+    price = Price(0.0, 0)
+
+    def reason(self, scene: Scene, settings: GrowthSettings) -> str:
+        """See `Effect`."""
+        length = show_quantity(float(f"{1e3 * self.length(scene, settings):.4g}") / 1e3, Dimension.LENGTH)
+        return (
+            f"The contact length follows the load to the power {settings.exponent:.3g}: {length} at "
+            f"{scene.scan.load:.4g} N."
+        )
+
+    def length(self, scene: Scene, settings: GrowthSettings) -> float:
+        """Return L (m) at the scan's load."""
+        grown = scene.finger.contact_length * (scene.scan.load / settings.reference_load) ** settings.exponent
+        return float(min(max(grown, settings.shortest), settings.longest))
+
+    def shaped(self, contact: Contact, settings: GrowthSettings) -> Contact:
+        """See `ShapeEffect`."""
+        from synth.contact.growing import GrowingContact, Growth
+
+        growth = Growth(settings.exponent, settings.reference_load, settings.shortest, settings.longest)
+        return GrowingContact.of(contact.geometry, contact.stiffness, growth=growth)
+
+
+EFFECT = ContactGrowth()

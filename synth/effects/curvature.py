@@ -1,0 +1,70 @@
+"""A round fingertip: the pressure fades to the ends of the contact instead of stopping at hard edges.
+
+Kind    SHAPE: a parabola is taken off the finger, and the contact is as long as it touches. See `contact.rounded`.
+Model   h(x) - (x - xc)^2 / (2 R). A smooth fingertip would touch over L(w) = L0 (w / w0)^0.3; the stiffness of the
+        skin below each place is k / L of eqs 4-5 at that length.
+Source  Johnson (1985), Contact Mechanics, section 4.3 (elastic foundation), with eqs 4-5 of Fagiani & Barbieri (2016).
+Limits  R is that of the flattened fingertip on its own foundation, not the radius of the free finger (some 8 mm), which
+        a foundation as thin as the ridges would flatten over 1 mm only.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import Field
+
+from synth.effect import Price, ShapeEffect
+from synth.quantity import Dimension
+from synth.scene import Scene
+from synth.scene_rules import Quantity
+from synth.scene_section import Section
+
+if TYPE_CHECKING:
+    from synth.contact.balance import Contact
+
+
+class CurvatureSettings(Section):
+    """How round the fingertip is."""
+
+    reference_load: Annotated[float, Quantity(Dimension.LOAD, 1e-3, 1e3)] = Field(
+        default=1.0,
+        description="Load w0 at which a smooth fingertip would touch over finger.contact_length, from which the radius "
+        "follows (unverified default).",
+    )
+    radius: Annotated[float | None, Quantity(Dimension.LENGTH, 1e-3, 1e4)] = Field(
+        default=None,
+        description="Radius R of the parabola, instead of the one that follows from the reference load.",
+    )
+
+
+class Curvature(ShapeEffect):
+    """The effect; see the module."""
+
+    name = "curvature"
+    summary = "A round fingertip: the pressure fades to the ends, and the contact length follows from the load."
+    settings = CurvatureSettings
+    replaces = "the contact length"
+    price = Price(0.0, 0)
+
+    def reason(self, scene: Scene, settings: CurvatureSettings) -> str:
+        """See `Effect`."""
+        if settings.radius is not None:
+            return f"The fingertip is a parabola of radius {settings.radius:.4g} m, and touches as far as it reaches."
+        length = 1e3 * scene.finger.contact_length
+        return (
+            f"The fingertip is round: smooth, it would touch over {length:.4g} mm at {settings.reference_load:.4g} N, "
+            "and the pressure fades to the ends."
+        )
+
+    def shaped(self, contact: Contact, settings: CurvatureSettings) -> Contact:
+        """See `ShapeEffect`."""
+        from synth.contact.rounded import RoundContact
+
+        reference_load = settings.reference_load
+        return RoundContact.of(
+            contact.geometry, contact.stiffness, radius=settings.radius, reference_load=reference_load
+        )
+
+
+EFFECT = Curvature()

@@ -1,0 +1,87 @@
+"""Which stepper simulates a contact: one that reads a table of it, or one that follows every place of the skin.
+
+Model   A spring, with or without adhesion, has a pressure that only depends on where things stand: all of it fits into
+        a table of its energy. A viscous skin has a memory at every place, and is followed there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from synth.contact.balance import Contact
+from synth.simulation.potential import PotentialTable
+from synth.simulation.skin import KelvinVoigt, Relaxation, SkinLaw
+from synth.simulation.skin_points import points_for
+from synth.simulation.skin_steps import SkinStepper
+from synth.simulation.table_steps import TableStepper
+from synth.simulation.terms import Skin, Terms
+
+POINTS_SHARE = 0.5  # of the tolerance: the error of the skin's points
+TABLE_SHARE = 0.2  # of the tolerance: the error of the table
+LOOSEST_TABLE, TIGHTEST_TABLE = 1e-3, 1e-5  # of z: derivatives ask for more than displacement; tighter takes seconds
+MEAN_PHASES = 64
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """Which rows are wanted beside z: that of the elastic contact, the forces."""
+
+    static: bool
+    forces: bool
+
+
+def stepper_of(
+    contact: Contact,
+    terms: Terms,
+    load: float,
+    loads: tuple[float, float],
+    lift_load: float,
+    tolerance: float,
+    asked: Asked,
+) -> TableStepper | SkinStepper:
+    """Return what simulates `contact` with `terms`.
+
+    load: N, the scan's. loads: between which the contact must be right. lift_load: below it loads count as it.
+    tolerance: of each quantity, relative to its peak-to-peak.
+    """
+    if terms.skin is not None:
+        points, _error = points_for(contact, load, POINTS_SHARE * tolerance)
+        return SkinStepper.of_contact(
+            contact, load, law_of(terms.skin), points, lift_load,
+            mass=terms.mass, damping=terms.damping, with_static=asked.static, with_force=asked.forces,
+        )  # fmt: skip
+    length = contact.geometry_at(load).contact_length
+    reach = 0.0 if terms.adhesion is None else terms.adhesion.reach
+    # a ridge is as long across the scan as the contact is along it (eq. 4)
+    pull = 0.0 if terms.adhesion is None else terms.adhesion.stress * contact.geometry.contact_length * length
+    pressed_in = pull / contact.stiffness_at(load)
+    exact = min(max(TABLE_SHARE * tolerance, TIGHTEST_TABLE), LOOSEST_TABLE)
+    table = PotentialTable.of(contact, load, *loads, below=reach + pressed_in, above=reach, tolerance=exact)
+    power = -0.5 if contact.of_one_shape else 0.0
+    coefficient = contact.stiffness_at(load) / load**power
+    return TableStepper(
+        table, coefficient, power, lift_load, terms.mass, terms.damping, pull, reach,
+        contact.geometry.texture_period, asked.static, asked.forces,
+    )  # fmt: skip
+
+
+def asking(stepper: TableStepper | SkinStepper, asked: Asked) -> TableStepper | SkinStepper:
+    """Return the same stepper for other rows."""
+    if isinstance(stepper, SkinStepper):
+        return replace(stepper, with_static=asked.static, with_force=asked.forces)
+    return replace(stepper, with_static=asked.static, with_forces=asked.forces)
+
+
+def law_of(skin: Skin) -> SkinLaw:
+    """Return the law of the skin."""
+    return Relaxation(skin.times, skin.weights) if skin.weights else KelvinVoigt(skin.times[0])
+
+
+def stiffness_round(contact: Contact, load: float) -> float:
+    """Return the mean of -dF/dz (N/m) over a period at `load` (N): what a small motion meets."""
+    phases = np.arange(MEAN_PHASES) / MEAN_PHASES
+    height, _slope = contact.approach(phases, load)
+    _depth, touching = contact.measure(phases, height, load)
+    return float(contact.stiffness_at(load) * np.mean(touching))

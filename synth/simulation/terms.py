@@ -1,0 +1,62 @@
+"""The balance of forces on the finger, term by term: what effects put in place of the quasi-static contact's own.
+
+Model   m z'' + c z' = sum of the pressure - w. Without effects m = c = 0 and the pressure of a place is that of a
+        spring, (k / L) max(d, 0), at an approach d = h - z. An effect replaces one term; those that do not concern each
+        other can be put together.
+Source  Fagiani & Barbieri (2016), eq. 1, for the spring; the others are those of the effects.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+FORGOTTEN = 7.0  # time constants after which a start is below 1e-3 of itself
+LONGEST_SETTLING = 0.5  # s that a scan is simulated before its first frame, at most: longer would delay every render
+
+
+@dataclass(frozen=True, slots=True)
+class Adhesion:
+    """An attraction between surfaces. stress: Pa, the largest. reach: m, the gap at which it is gone."""
+
+    stress: float
+    reach: float
+
+
+@dataclass(frozen=True, slots=True)
+class Skin:
+    """A viscoelastic foundation.
+
+    times: s, of Kelvin and Voigt's solid the retardation time, of Maxwell's the relaxation times. weights: of the
+    Maxwell elements, as parts of the stiffness at once, empty for Kelvin and Voigt's solid.
+    """
+
+    times: tuple[float, ...]
+    weights: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Terms:
+    """The terms of one balance. mass: kg. damping: N s/m. adhesion, skin: the law of the pressure, None: the spring."""
+
+    mass: float = 0.0
+    damping: float = 0.0
+    adhesion: Adhesion | None = None
+    skin: Skin | None = None
+
+    @property
+    def quasi_static(self) -> bool:
+        """True where the balance is that of eq. 1 alone."""
+        return self == Terms()
+
+    def settling(self, stiffness: float) -> float:
+        """Return how long (s) a start is heard, LONGEST_SETTLING at most; stiffness: dF/dz (N/m) round the load."""
+        slowest = max(self.skin.times) if self.skin is not None else 0.0
+        if self.mass > 0.0 and self.damping > 0.0:
+            rate = 0.5 * self.damping / self.mass
+            stiff = rate**2 - stiffness / self.mass
+            slow = rate - math.sqrt(stiff) if stiff > 0.0 else rate
+            slowest = max(slowest, 1.0 / slow if slow > 0.0 else 0.0)
+        elif self.damping > 0.0:
+            slowest = max(slowest, self.damping / stiffness)
+        return min(FORGOTTEN * slowest, LONGEST_SETTLING)

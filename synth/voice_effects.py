@@ -1,0 +1,91 @@
+"""The effects of a voice: the simulation that runs along with it, and the stages that add channels.
+
+Stage   3 (VOICE), loaded by `voice` for a scene that has any.
+Model   Where a simulation takes the place of the response it fills the channels of z; where its change is small, it is
+        added to them. The stages then write their own channels, in order.
+Limits  frames that follow a hand are late by the margin of the simulation's filters; `late` tells it.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from synth.contact.evaluation import SMALLEST
+from synth.contact.exact import Array
+from synth.effect import Passage
+from synth.motion import LOAD, Motion
+from synth.output import Block
+from synth.preparation import Preparation
+from synth.simulation.running import Running, phases_after
+
+
+class VoiceEffects:
+    """The effects of one preparation, at work.
+
+    phase: where the texture stands at frame 0, a 64-bit fraction of a turn. wait: see `OutputStage.start`. `place` is
+    where it stands at the next frame of a hand.
+    """
+
+    def __init__(self, solved: Preparation, phase: int, *, wait: bool) -> None:
+        assert solved.effects is not None
+        self.solved, self._effects = solved, solved.effects
+        self.place = np.array([phase], dtype=np.uint64)
+        self._plan = self._effects.simulation
+        self._running: Running | None = None
+        if self._plan is not None:
+            wanted = tuple(signal for stage in self._effects.stages for signal in stage.signals)
+            self._running = Running(self._plan.simulation, (*self._plan.signals, *wanted), phase)
+        self._stages = [(stage, stage.start(phase, wait=wait)) for stage in self._effects.stages]
+
+    @property
+    def late(self) -> int:
+        """Frames by which what follows a hand is late."""
+        return 0 if self._running is None else self._running.margin
+
+    @property
+    def memory_bytes(self) -> int:
+        """Bytes of what the voice alone keeps."""
+        return 0 if self._plan is None else self._plan.simulation.voice_bytes
+
+    def along(self, frame: int, phase: int, step: int, motion: Motion | None, out: Block) -> None:
+        """Put the effects into a block of the scan's own motion, from `frame` on.
+
+        phase, step: of a constant scan, at the first frame and a frame; motion: of a scan that is not.
+        """
+        rows = None
+        if self._running is not None:
+            rows = self._running.along(frame, len(out))
+            if motion is not None and not self._running.simulation.held:
+                rows *= motion.samples[LOAD] > 0.0
+            self._fill(rows, out)
+        self._step(rows, out, phase=phase, step=step, motion=motion, by_hand=False)
+
+    def after(self, motion: Motion, out: Block) -> None:
+        """Put the effects into a block that follows a hand."""
+        scene = self.solved.scene
+        phases, place = phases_after(motion, int(self.place[0]), scene.output.sample_rate, scene.texture.period)
+        rows = None
+        if self._running is not None:
+            rows = self._running.after(motion, phases)
+            self._fill(rows, out)
+        self._step(rows, out, phase=int(self.place[0]), step=0, motion=motion, by_hand=True)
+        self.place[0] = place
+
+    def _fill(self, rows: Array, out: Block) -> None:
+        assert self._plan is not None
+        for column, channel in enumerate(self.solved.channels):
+            values = rows[self._plan.orders.index(channel.order)] / channel.full_scale
+            if self._plan.added:
+                values += out[:, column]
+            out[:, column] = np.where(np.abs(values) >= SMALLEST, values, 0.0)
+
+    def _step(self, rows: Array | None, out: Block, **told: Any) -> None:
+        column = len(self.solved.channels)
+        row = 0 if self._plan is None else len(self._plan.orders)
+        for stage, state in self._stages:
+            signals = None if rows is None else rows[row : row + len(stage.signals)]
+            stage.step(state, Passage(signals=signals, column=column, **told), out)
+            column += len(stage.channels)
+            row += len(stage.signals)

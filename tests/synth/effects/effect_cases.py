@@ -1,0 +1,66 @@
+"""What the tests of the effects share: scenes with each effect, and with those that go together."""
+
+from __future__ import annotations
+
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from synth import Motion, open_voice, parse_scene
+from synth.contact.exact import Array
+from synth.effect_registry import effect_names
+from synth.errors import SceneError
+from synth.scene import Scene
+
+ALONE = effect_names()
+"""Every effect of the registry."""
+
+QUICK = {"output": {"quantity": "displacement", "sample_rate": 8000}, "accuracy": {"tolerance": 1e-2}}
+"""What makes a scene with effects quick to prepare: displacement, a low rate, a loose tolerance."""
+
+
+def scene_with(*names: str, **sections: Any) -> dict[str, Any]:
+    """Return a document with the effects called `names` at their defaults."""
+    return QUICK | sections | {"effects": {name: {} for name in names}}
+
+
+def together() -> list[tuple[str, ...]]:
+    """Return every set of two effects and more that a scene may have."""
+    found = []
+    for count in range(2, len(ALONE) + 1):
+        for names in combinations(ALONE, count):
+            try:
+                parse_scene(scene_with(*names))
+            except SceneError:
+                continue
+            found.append(names)
+    return found
+
+
+TOGETHER = together()
+LARGEST_SETS = [names for names in TOGETHER if not any(set(names) < set(other) for other in TOGETHER)]
+
+
+def rendered(document: dict[str, Any], frames: int = 800) -> Array:
+    """Return the first frames of a scene, in SI units, float64 [frames, channels]."""
+    voice = open_voice(parse_scene(document))
+    return np.asarray(voice.render(frames).astype(float) * np.array(voice.full_scale))
+
+
+def hand(frames: int, rate: int, begin: int = 0) -> Motion:
+    """Return frames of a hand that speeds up, slows down and presses."""
+    t = (begin + np.arange(frames)) / rate
+    return Motion.of(
+        frames,
+        speed=0.06 + 0.03 * np.sin(40.0 * t),
+        speed_rate=1.2 * np.cos(40.0 * t),
+        load=0.3 + 0.05 * np.sin(25.0 * t),
+        load_rate=1.25 * np.cos(25.0 * t),
+        load_bend=-31.25 * np.sin(25.0 * t),
+    )
+
+
+def quick_scene(**sections: Any) -> Scene:
+    """Return a scene without effects that is quick to prepare."""
+    return parse_scene(QUICK | sections)

@@ -1,0 +1,192 @@
+"""The contract of every effect in the registry, alone and with those that it goes with.
+
+Nothing moving is exact silence, block splits do not matter, the same scene gives the same samples, what comes out is
+finite and, live, limited; what was not called for is not even loaded.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from synth import LiveVoice, open_voice, parse_scene
+from synth.effect import Effect, Kind
+from synth.effect_registry import declaration, effect_names
+from synth.errors import CannotRender, SceneError
+from synth.scene_section import rule_of
+from tests.synth.effects.effect_cases import ALONE, LARGEST_SETS, TOGETHER, hand, quick_scene, scene_with
+
+ROOT = Path(__file__).resolve().parents[3]
+EVERY = [(name,) for name in ALONE] + LARGEST_SETS
+CHANNELS = {"output": {"channels": ["displacement", "velocity", "acceleration"], "sample_rate": 8000}}
+
+every = pytest.mark.parametrize("names", EVERY, ids="+".join)
+
+
+def test_the_registry_is_the_folder() -> None:
+    files = {path.stem for path in (ROOT / "synth" / "effects").glob("*.py")} - {"__init__"}
+    assert set(effect_names()) == files
+    assert {"contact_growth", "curvature", "inertia", "viscous_skin", "adhesion", "tangential"} <= files
+
+
+@pytest.mark.parametrize("name", ALONE)
+def test_an_effect_declares_itself(name: str) -> None:
+    effect = declaration(name)
+    assert isinstance(effect, Effect)
+    assert effect.name == name
+    assert effect.summary.endswith(".")
+    assert effect.kind in Kind
+    assert effect.price.ns_per_frame >= 0.0 and effect.price.memory_bytes >= 0
+    assert type(effect).__doc__ and sys.modules[f"synth.effects.{name}"].__doc__
+    told = sys.modules[f"synth.effects.{name}"].__doc__ or ""
+    assert all(f"\n{word}" in told for word in ("Kind ", "Model ", "Source ", "Limits "))
+    for field, declared in effect.settings.model_fields.items():
+        assert declared.description and declared.description.endswith("."), field
+        assert rule_of(effect.settings, field).allowed, field
+    reason = effect.reason(parse_scene({}), effect.settings())
+    assert reason.endswith(".") and reason[0].isupper()
+
+
+@every
+def test_nothing_moving_is_exact_silence(names: tuple[str, ...]) -> None:
+    voice = open_voice(parse_scene(scene_with(*names, scan={"speed": 0.0}, **CHANNELS)))
+    block = np.concatenate([voice.render(300), voice.render(500)])
+    assert np.all(block[:, 1:3] == 0.0)
+    assert np.all(block[:, 0] == block[0, 0])
+    assert np.all(block == block[0])
+
+
+@every
+@pytest.mark.parametrize("sections", [{"scan": {"load": 0}}, {"texture": {"amplitude": 0}}], ids=["no load", "smooth"])
+def test_no_load_and_no_texture_are_exact_zeros(names: tuple[str, ...], sections: dict[str, Any]) -> None:
+    voice = open_voice(parse_scene(scene_with(*names, **sections)))
+    assert not np.any(voice.render(500))
+    assert voice.plan.document()["left_out"]
+
+
+@every
+def test_block_splits_do_not_matter(names: tuple[str, ...]) -> None:
+    scene = parse_scene(scene_with(*names, **CHANNELS))
+    whole = open_voice(scene).render(700)
+    voice = open_voice(scene)
+    sizes = np.random.default_rng(7).multinomial(700, np.ones(11) / 11)
+    assert np.array_equal(np.concatenate([voice.render(int(size)) for size in sizes]), whole)
+    assert np.any(whole[:, :3])
+
+
+@every
+def test_block_splits_do_not_matter_under_a_hand(names: tuple[str, ...]) -> None:
+    scene = parse_scene(scene_with(*names))
+    voice = open_voice(scene)
+    if shaped_and_simulated(names):
+        with pytest.raises(CannotRender, match="load that does not change"):
+            voice.render(10, hand(10, 8000))
+        return
+    whole = voice.render(600, hand(600, 8000))
+    again = open_voice(scene)
+    parts, begin = [], 0
+    for size in (1, 99, 7, 193, 300):
+        parts.append(again.render(size, hand(size, 8000, begin)))
+        begin += size
+    assert np.array_equal(np.concatenate(parts), whole)
+    assert np.any(whole)
+
+
+@every
+def test_the_same_scene_gives_the_same_samples(names: tuple[str, ...]) -> None:
+    first, second = (open_voice(parse_scene(scene_with(*names))).render(400) for _ in range(2))
+    assert np.array_equal(first, second)
+
+
+@every
+@pytest.mark.parametrize(
+    "scan", [{"load": "1 mN"}, {"load": "50 N"}, {"speed": "2 m/s"}, {"speed": "-1 mm/s"}, {"stroke": {}}], ids=str
+)
+def test_output_is_finite_and_limited(names: tuple[str, ...], scan: dict[str, Any]) -> None:
+    scene = parse_scene(scene_with(*names, scan=scan))
+    assert np.all(np.isfinite(open_voice(scene).render(600)))
+    live = LiveVoice(scene)
+    blocks = [live.render(80) for _ in range(10)]
+    assert np.max(np.abs(blocks)) <= 1.0
+    live.release()
+    while not live.finished:
+        live.render(80)
+    assert not np.any(live.render(80))
+
+
+@every
+def test_the_plan_names_what_runs_and_what_it_costs(names: tuple[str, ...]) -> None:
+    document = open_voice(parse_scene(scene_with(*names))).plan.document()
+    listed = [part["name"] for part in document["simulated"]]
+    order = sorted(names, key=lambda name: (declaration(name).kind, name))  # type: ignore[attr-defined]
+    assert [name for name in listed if name in names] == order
+    assert all(part["reason"] for part in document["simulated"])
+    assert set(document["estimated_error"]) >= {"displacement"}
+
+
+def test_effects_on_one_thing_are_refused_together_and_all_others_combine() -> None:
+    for first, second in ((a, b) for a in ALONE for b in ALONE if a < b):
+        same = declaration(first).replaces == declaration(second).replaces != ""
+        assert ((first, second) in TOGETHER) != same
+        if same:
+            with pytest.raises(SceneError) as refused:
+                parse_scene(scene_with(first, second))
+            (fault,) = refused.value.faults
+            assert fault.pointer == f"/effects/{second}"
+            assert first in fault.hint and declaration(first).replaces in fault.allowed
+
+
+def shaped_and_simulated(names: tuple[str, ...]) -> bool:
+    """Return whether one of the effects shapes the contact and another moves it."""
+    kinds = {declaration(name).kind for name in names}  # type: ignore[attr-defined]
+    return {Kind.SHAPE, Kind.BALANCE} <= kinds
+
+
+def test_a_shape_and_a_simulation_ask_for_a_load_that_does_not_change() -> None:
+    points = [[0, 0, 0.3], [0.1, 0.008, 0.3], [0.2, 0.016, 0.4], [0.3, 0.02, 0.2]]
+    scene = parse_scene(scene_with("curvature", "inertia", scan={"trajectory": points}))
+    with pytest.raises(CannotRender, match="keep the load constant"):
+        open_voice(scene)
+
+
+ABSENT = """
+import sys
+from synth import Motion, explain, open_voice, parse_scene
+scene = parse_scene({"output": {"sample_rate": 8000}})
+voice = open_voice(scene)
+voice.render(1000)
+voice.render(100, Motion.of(100, speed=0.05, load=0.2))
+explain(scene)
+print(*(name for name in sys.modules if name.startswith(("synth.effects.", "synth.simulation", "synth.voice_effects"))))
+"""
+
+
+def test_an_effect_that_is_not_called_for_is_not_loaded() -> None:
+    done = subprocess.run([sys.executable, "-c", ABSENT], cwd=ROOT, capture_output=True, text=True, check=True)
+    loaded = set(done.stdout.split()) - {"synth.simulation", "synth.simulation.terms"}
+    assert not loaded, f"paid for and not called for: {loaded}"
+
+
+CALLED = """
+import sys
+from synth import open_voice, parse_scene
+output = {"sample_rate": 8000, "quantity": "displacement"}
+open_voice(parse_scene({"output": output, "effects": {"contact_growth": {}}}))
+print(*(name.removeprefix("synth.effects.") for name in sys.modules if name.startswith("synth.effects.")))
+"""
+
+
+def test_only_the_effects_that_are_called_for_are_loaded() -> None:
+    done = subprocess.run([sys.executable, "-c", CALLED], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["contact_growth"]
+
+
+@pytest.mark.parametrize("name", ALONE)
+def test_null_is_the_scene_without_the_effect(name: str) -> None:
+    plain = quick_scene()
+    assert parse_scene(scene_with() | {"effects": {name: None}}) == plain
