@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -31,9 +31,6 @@ from synth.preparation import ALIAS_SHARE, Preparation
 from synth.scene_effects import FrozenMapping
 from synth.simulation.running import PRESS, SLOPE, Running, Signal
 
-if TYPE_CHECKING:
-    from synth.effects.tangential import TangentialSettings
-
 QUANTITY = "tangential_force"
 READER_SHARE = 0.15  # of the tolerance: what reading a steady series may err by
 MEAN_LOADS = 65  # at which the mean of friction that is not Coulomb's is taken, over the cube root of the load
@@ -42,15 +39,26 @@ SIMULATED = (Signal(SLOPE, 0), Signal(PRESS, 0))
 
 
 @dataclass(frozen=True, slots=True)
+class Friction:
+    """The law of friction, and the full scale (N) that is asked for: see the effect `tangential`."""
+
+    friction_coefficient: float
+    pressure_exponent: float
+    reference_pressure: float
+    reversal_speed: float
+    full_scale: float | None
+
+
+@dataclass(frozen=True, slots=True)
 class TangentialStage:
     """The effect made ready for one scene.
 
-    solved: the scene. slope, friction: the forces over phase and load, as preparations of their own; None where the
+    law: of friction. solved: the scene. slope, friction: the forces over phase and load, as preparations of their own; None where the
     simulation gives them, friction also where it is Coulomb's. mean: of friction over a period (N) at each load.
     steady: what reads a constant scan; its mean (N).
     """
 
-    settings: TangentialSettings
+    law: Friction
     solved: Preparation
     slope: Preparation | None
     friction: Preparation | None
@@ -59,22 +67,22 @@ class TangentialStage:
     channel: AddedChannel
 
     @classmethod
-    def of(cls, solved: Preparation, settings: TangentialSettings, cache: ResponseCache) -> TangentialStage:
+    def of(cls, solved: Preparation, law: Friction, cache: ResponseCache) -> TangentialStage:
         """Return the stage of a prepared scene that sounds."""
         assert solved.effects is not None and solved.contact is not None and solved.spectrum is not None
         if solved.effects.simulation is not None:
-            mean = _coulomb(settings.friction_coefficient)
-            return cls(settings, solved, None, None, mean, None, _simulated_channel(solved, settings))
+            mean = _coulomb(law.friction_coefficient)
+            return cls(law, solved, None, None, mean, None, _simulated_channel(solved, law))
         contact = solved.contact
         slope = _force_of(solved, SlopeForce(contact), cache)
-        friction, mean = None, _coulomb(settings.friction_coefficient)
-        if settings.pressure_exponent != 1.0 and settings.friction_coefficient > 0.0:
-            law = FrictionForce(
-                contact, settings.friction_coefficient, settings.pressure_exponent, settings.reference_pressure
+        friction, mean = None, _coulomb(law.friction_coefficient)
+        if law.pressure_exponent != 1.0 and law.friction_coefficient > 0.0:
+            response = FrictionForce(
+                contact, law.friction_coefficient, law.pressure_exponent, law.reference_pressure
             )
-            friction = _force_of(solved, law, cache)
-            mean = _mean_friction(law, solved)
-        direction = math.tanh(solved.scene.scan.speed / settings.reversal_speed)
+            friction = _force_of(solved, response, cache)
+            mean = _mean_friction(response, solved)
+        direction = math.tanh(solved.scene.scan.speed / law.reversal_speed)
         series = _series(slope, solved.highest)
         if friction is not None:
             series = series + direction * _series(friction, solved.highest)
@@ -82,7 +90,7 @@ class TangentialStage:
         level = direction * float(mean(np.array([solved.scene.scan.load]))[0])
         extent, _peak = extent_and_peak(series)
         peak = lifted * float(np.max(np.abs(curves(series, 0, 2 * points_for(len(series) - 1)) + level)))
-        scale = settings.full_scale or (peak / PEAK if peak > STILL else 1.0)
+        scale = law.full_scale or (peak / PEAK if peak > STILL else 1.0)
         error = max(_error_of(part) for part in (slope, friction) if part is not None)
         steady = None
         if not solved.moving:
@@ -93,7 +101,7 @@ class TangentialStage:
             error += reading.error
         method = "response of force" if steady is None else steady[0].name
         channel = AddedChannel(QUANTITY, scale, lifted * extent, error + ROUNDING, method)
-        return cls(settings, solved, slope, friction, mean, steady, channel)
+        return cls(law, solved, slope, friction, mean, steady, channel)
 
     @property
     def channels(self) -> tuple[AddedChannel, ...]:
@@ -128,10 +136,10 @@ class TangentialStage:
             return
         motion = passage.motion
         speed: Array | float = self.solved.scene.scan.speed if motion is None else motion.samples[SPEED]
-        direction = np.tanh(speed / self.settings.reversal_speed)
+        direction = np.tanh(speed / self.law.reversal_speed)
         if passage.signals is not None:
             slope, pressed = passage.signals
-            force = slope + direction * self.settings.friction_coefficient * pressed
+            force = slope + direction * self.law.friction_coefficient * pressed
         else:
             assert motion is not None
             force = self._read(state, motion, direction, passage)
@@ -191,27 +199,27 @@ def _error_of(force: Preparation) -> float:
     return force.spectrum.errors[0]
 
 
-def _mean_friction(law: FrictionForce, solved: Preparation) -> Callable[[Array], Array]:
+def _mean_friction(response: FrictionForce, solved: Preparation) -> Callable[[Array], Array]:
     """Return the mean of friction over a period (N) as a function of the load (N)."""
     from scipy.interpolate import CubicSpline
 
     low, high = solved.loads
     if low == high:
-        level = law.mean(high)
+        level = response.mean(high)
         return lambda loads: np.full_like(loads, level)
     roots = np.linspace(0.0, np.cbrt(min(high, HEAVIEST_MEAN)), MEAN_LOADS)
-    curve = CubicSpline(roots, [law.mean(float(root) ** 3) for root in roots])
+    curve = CubicSpline(roots, [response.mean(float(root) ** 3) for root in roots])
     return lambda loads: np.asarray(curve(np.cbrt(loads)))
 
 
-def _simulated_channel(solved: Preparation, settings: TangentialSettings) -> AddedChannel:
+def _simulated_channel(solved: Preparation, law: Friction) -> AddedChannel:
     """Return the channel of a simulated force: its peak and error at the scan's own speed and load."""
     assert solved.effects is not None and solved.effects.simulation is not None
     plan = solved.effects.simulation
-    direction = math.tanh(solved.scene.scan.speed / settings.reversal_speed)
+    direction = math.tanh(solved.scene.scan.speed / law.reversal_speed)
     runs = [Running(one, SIMULATED).along(0, plan.pilot.moved.shape[1]) for one in (plan.nominal, plan.finer)]
-    coarse, fine = (slope + direction * settings.friction_coefficient * pressed for slope, pressed in runs)
+    coarse, fine = (slope + direction * law.friction_coefficient * pressed for slope, pressed in runs)
     extent, peak = float(np.ptp(fine)), float(np.max(np.abs(fine)))
-    scale = settings.full_scale or (peak / PEAK if peak > STILL else 1.0)
+    scale = law.full_scale or (peak / PEAK if peak > STILL else 1.0)
     error = 4.0 / 3.0 * float(np.max(np.abs(fine - coarse))) / extent if extent > 0.0 else 0.0
     return AddedChannel(QUANTITY, scale, extent, error + ROUNDING, "simulation")

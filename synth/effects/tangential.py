@@ -91,9 +91,9 @@ class Tangential(OutputEffect):
 
     def prepare(self, solved: Any, settings: TangentialSettings, cache: Any) -> TangentialStage:
         """See `OutputEffect`."""
-        from synth.tangential_force import TangentialStage
+        from synth.tangential_force import Friction, TangentialStage
 
-        return TangentialStage.of(solved, settings, cache)
+        return TangentialStage.of(solved, Friction(**settings.document()), cache)
 
 
 EFFECT = Tangential()
