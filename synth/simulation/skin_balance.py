@@ -134,11 +134,14 @@ def run_steps(tables, contact, load_law, time, head, terms, wanted, phase, numbe
         z = settled_height(nodes, pieces, base, alpha, z0, extrapolated(numbers[Z : Z + 4]), lowest)
         if abs(z - z0) <= AT_REST * (1.0 + abs(z0)):
             z = z0
-        remember(elements, terms, nodes, z)
         shifted(numbers[Z : Z + 4], z)
         if mass > 0.0:
             numbers[VELOCITY] = 2.0 * scale * (z - z0) / step - numbers[VELOCITY]
-        numbers[PRESSING] = max(full * (base + alpha * (z - z0)), 0.0)
+        if new_part < 1.0:  # measured: what the balance says would carry its rounding from step to step for ever
+            numbers[PRESSING] = full * modified_area(nodes, pieces, z)[0]
+        else:
+            numbers[PRESSING] = max(full * (base + alpha * (z - z0)), 0.0)
+        remember(elements, terms, nodes, z)
         out[HEIGHT, i], out[REACTION, i], out[ATTACHED, i] = scale * z, numbers[PRESSING], 1.0
         out[STATIC, i], out[SLOPE_FORCE, i] = 0.0, 0.0
         if with_static:
