@@ -89,6 +89,13 @@ def elastic_height(tables, cosine, sine, target, z, profile, steepness):
 
 
 @kernel
+def slope_when_pressed(tables, before, after, when, nodes, pieces, z):
+    """Return `slope_integral` with the texture at the part `when` of the way between two phases."""
+    turned = np.float64(np.int64(after)) - (1.0 - when) * np.float64(np.int64(after - before))
+    return slope_integral(tables, math.cos(RADIANS * turned), math.sin(RADIANS * turned), nodes, pieces, z)
+
+
+@kernel
 def elastic_heights(tables, phases, target, heights):
     """Write z of the elastic contact at each of `phases` (uint64 fractions of a turn)."""
     profile, steepness = np.empty(tables.shape[1]), np.empty(tables.shape[1] - 1)
@@ -150,9 +157,7 @@ def run_steps(tables, contact, load_law, time, head, terms, wanted, phase, numbe
             shifted(last, elastic_height(tables, cosine, sine, target, extrapolated(last), profile, steepness))
             out[STATIC, i] = scale * last[0]
         if with_force:
-            turned = np.float64(np.int64(phases[i])) - (1.0 - when) * np.float64(np.int64(phases[i] - phase[0]))
-            cosine, sine = math.cos(RADIANS * turned), math.sin(RADIANS * turned)
-            slope = slope_integral(tables, cosine, sine, nodes, pieces, z)
+            slope = slope_when_pressed(tables, phase[0], phases[i], when, nodes, pieces, z)
             out[SLOPE_FORCE, i] = full * slope * 2.0 * math.pi * scale / period
         phase[0] = phases[i]
         numbers[LOAD] = load
