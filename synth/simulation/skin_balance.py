@@ -115,9 +115,7 @@ def run_steps(tables, contact, load_law, time, head, terms, wanted, phase, numbe
     """
     scale, period, mass, damping = contact
     coefficient, power, lightest = load_law
-    step, when = time
-    keep, hardness = head[KEEP], head[HARDNESS]
-    with_static, with_force = wanted
+    (step, when), (with_static, with_force) = time, wanted
     count = tables.shape[1]
     nodes, pieces = np.empty((4, count)), np.empty((4, count - 1))
     profile, steepness = np.empty(count), np.empty(count - 1)
@@ -127,10 +125,10 @@ def run_steps(tables, contact, load_law, time, head, terms, wanted, phase, numbe
         change = load - numbers[LOAD]
         pressed = load - (1.0 - when) * change
         balanced = load - 0.5 * change if new_part < 1.0 else pressed
-        full = scale * hardness * coefficient * pressed**power  # N for a mean of a1 + a2
+        full = scale * head[HARDNESS] * coefficient * pressed**power  # N for a mean of a1 + a2
         angle = RADIANS * np.float64(np.int64(phases[i]))
         cosine, sine = math.cos(angle), math.sin(angle)
-        free_indentations(elements, keep, terms, nodes)
+        free_indentations(elements, head[KEEP], terms, nodes)
         mean = modified_profile(tables, cosine, sine, nodes, pieces)
         z0 = numbers[Z]
         moved = (1.0 - new_part) * numbers[PRESSING] + 2.0 * mass * numbers[VELOCITY] / step
@@ -159,5 +157,4 @@ def run_steps(tables, contact, load_law, time, head, terms, wanted, phase, numbe
         if with_force:
             slope = slope_when_pressed(tables, phase[0], phases[i], when, nodes, pieces, z)
             out[SLOPE_FORCE, i] = full * slope * 2.0 * math.pi * scale / period
-        phase[0] = phases[i]
-        numbers[LOAD] = load
+        phase[0], numbers[LOAD] = phases[i], load
