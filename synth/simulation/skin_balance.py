@@ -89,6 +89,13 @@ def elastic_height(tables, cosine, sine, target, z, profile, steepness):
 
 
 @kernel
+def slope_when_pressed(tables, before, after, when, nodes, pieces, z):
+    """Return `slope_integral` with the texture at the part `when` of the way between two phases."""
+    turned = np.float64(np.int64(after)) - (1.0 - when) * np.float64(np.int64(after - before))
+    return slope_integral(tables, math.cos(RADIANS * turned), math.sin(RADIANS * turned), nodes, pieces, z)
+
+
+@kernel
 def elastic_heights(tables, phases, target, heights):
     """Write z of the elastic contact at each of `phases` (uint64 fractions of a turn)."""
     profile, steepness = np.empty(tables.shape[1]), np.empty(tables.shape[1] - 1)
@@ -108,9 +115,7 @@ def run_steps(tables, contact, load_law, time, head, terms, wanted, phase, numbe
     """
     scale, period, mass, damping = contact
     coefficient, power, lightest = load_law
-    step, when = time
-    keep, hardness = head[KEEP], head[HARDNESS]
-    with_static, with_force = wanted
+    (step, when), (with_static, with_force) = time, wanted
     count = tables.shape[1]
     nodes, pieces = np.empty((4, count)), np.empty((4, count - 1))
     profile, steepness = np.empty(count), np.empty(count - 1)
@@ -120,10 +125,10 @@ def run_steps(tables, contact, load_law, time, head, terms, wanted, phase, numbe
         change = load - numbers[LOAD]
         pressed = load - (1.0 - when) * change
         balanced = load - 0.5 * change if new_part < 1.0 else pressed
-        full = scale * hardness * coefficient * pressed**power  # N for a mean of a1 + a2
+        full = scale * head[HARDNESS] * coefficient * pressed**power  # N for a mean of a1 + a2
         angle = RADIANS * np.float64(np.int64(phases[i]))
         cosine, sine = math.cos(angle), math.sin(angle)
-        free_indentations(elements, keep, terms, nodes)
+        free_indentations(elements, head[KEEP], terms, nodes)
         mean = modified_profile(tables, cosine, sine, nodes, pieces)
         z0 = numbers[Z]
         moved = (1.0 - new_part) * numbers[PRESSING] + 2.0 * mass * numbers[VELOCITY] / step
@@ -134,11 +139,14 @@ def run_steps(tables, contact, load_law, time, head, terms, wanted, phase, numbe
         z = settled_height(nodes, pieces, base, alpha, z0, extrapolated(numbers[Z : Z + 4]), lowest)
         if abs(z - z0) <= AT_REST * (1.0 + abs(z0)):
             z = z0
-        remember(elements, terms, nodes, z)
         shifted(numbers[Z : Z + 4], z)
         if mass > 0.0:
             numbers[VELOCITY] = 2.0 * scale * (z - z0) / step - numbers[VELOCITY]
-        numbers[PRESSING] = max(full * (base + alpha * (z - z0)), 0.0)
+        if new_part < 1.0:  # measured: what the balance says would carry its rounding from step to step for ever
+            numbers[PRESSING] = full * modified_area(nodes, pieces, z)[0]
+        else:
+            numbers[PRESSING] = max(full * (base + alpha * (z - z0)), 0.0)
+        remember(elements, terms, nodes, z)
         out[HEIGHT, i], out[REACTION, i], out[ATTACHED, i] = scale * z, numbers[PRESSING], 1.0
         out[STATIC, i], out[SLOPE_FORCE, i] = 0.0, 0.0
         if with_static:
@@ -147,9 +155,6 @@ def run_steps(tables, contact, load_law, time, head, terms, wanted, phase, numbe
             shifted(last, elastic_height(tables, cosine, sine, target, extrapolated(last), profile, steepness))
             out[STATIC, i] = scale * last[0]
         if with_force:
-            turned = np.float64(np.int64(phases[i])) - (1.0 - when) * np.float64(np.int64(phases[i] - phase[0]))
-            cosine, sine = math.cos(RADIANS * turned), math.sin(RADIANS * turned)
-            slope = slope_integral(tables, cosine, sine, nodes, pieces, z)
+            slope = slope_when_pressed(tables, phase[0], phases[i], when, nodes, pieces, z)
             out[SLOPE_FORCE, i] = full * slope * 2.0 * math.pi * scale / period
-        phase[0] = phases[i]
-        numbers[LOAD] = load
+        phase[0], numbers[LOAD] = phases[i], load

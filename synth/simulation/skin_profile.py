@@ -9,7 +9,7 @@ Model   An element that touches obeys p = kappa A (h - z - efree). Along the fin
 Source  this house; the area of a piece is that of `synth.contact.sampled`.
 Limits  second order in the distance of points: 513 leave 0.35 % of the peak-to-peak of z in the default scene (4 ms,
         80 mm/s), where one state a point, whose front jumps from point to point, left 7 %. A patch narrower than the
-        distance of points ends too soon when the point behind it leaves: small jumps of z, 1e-4 of its peak-to-peak.
+        distance of points ends too soon when the point behind it leaves: jumps of z, 2e-4 of its peak-to-peak there.
         They are largest for skin that relaxes while a front goes from point to point: at 10 mm/s and 4 ms z is 1.7 %
         off with 513 points, 0.14 % with 2049.
 """
