@@ -191,7 +191,7 @@ def test_a_mirrored_scene_turns_the_slope_force_round_and_leaves_friction_as_it_
     phases = period(50)
     for make, sign in ((SlopeForce, -1.0), (friction_of, 1.0)):
         here: ForceOfContact
-        here, there = make(contact_with(one)), make(contact_with(mirrored))  # type: ignore[assignment, operator]
+        here, there = make(contact_with(one)), make(contact_with(mirrored))
         found, wanted = there.approach(-phases, load)[0], sign * here.approach(phases, load)[0]
         assert np.max(np.abs(found - wanted)) <= FLOOR * here.scale_at(load)
         assert np.ptp(wanted) > 1e-3 * np.max(np.abs(wanted))
