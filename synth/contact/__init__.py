@@ -6,5 +6,7 @@ groups     eqs 6-7   dimensionless groups, both directions
 closed     full contact and no contact in closed form
 patches    the part of one grid cell that touches
 exact      the approach z at any phase and load, to round-off
-response   z as a function of phase and load, as spectra of known error
+pressure   integrals of the pressure at any phase and z, over the touching intervals that `intervals` finds
+forces     the horizontal forces of slopes and friction, as functions of phase and load
+response   what a function of phase and load offers, z or a force; `spectrum` takes its series
 """

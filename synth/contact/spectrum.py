@@ -26,7 +26,7 @@ Complex = np.ndarray[Any, np.dtype[np.complex128]]
 
 FEWEST_PHASES = 8  # doubled once at least; with fewer there is no second change to judge by
 MOST_PHASES = 1 << 21  # 4 s of work on the default scene; where it is not enough the error says so
-MOST_WORK = 1 << 29  # phases times cells of the grid: 1 to 10 s; where it is not enough the error says so
+MOST_WORK = 1 << 29  # phases times cells of the response: 1 to 10 s; where it is not enough the error says so
 FLOOR = 1e-12  # of the scale of a response (of z: a1 + a2): the round-off of the solver (design, section 4)
 # Weights of the last change, the one before, and what folded in them, in the bound of `_errors`. With 1, 0.2, 2 and 0.5
 # one bound of 2000 is exceeded, with the changes alone one of 60. MANY harmonics, all of them seen well, cancel no more

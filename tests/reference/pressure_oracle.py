@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-Long = npt.NDArray[np.longdouble]
+Long = npt.NDArray[np.floating[Any]]
 
 POINTS_A_PERIOD = 400
 BISECTIONS = 70
@@ -46,7 +46,8 @@ class Surfaces:
     def texture_slope(self, x: Long) -> Long:
         """dh_t/dx."""
         wave = 2 * PI / np.longdouble(self.texture_period)
-        return -self.texture_amplitude * wave * np.sin(wave * (x - np.longdouble(self.moved)) + self.texture_phase)
+        angle = wave * (x - np.longdouble(self.moved)) + self.texture_phase
+        return np.asarray(-self.texture_amplitude * wave * np.sin(angle))
 
     def height(self, x: Long) -> Long:
         """h."""

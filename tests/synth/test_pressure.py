@@ -76,7 +76,7 @@ def compare(geometry: Geometry, dome: float, phase: float, z: float, shallow: fl
         assert abs(powers.below[0] - below) <= (1e-9 + 10 * relative + 1e-14 / shallow) * below, exponent
 
 
-@pytest.mark.parametrize("seed", range(32))
+@pytest.mark.parametrize("seed", range(24))
 def test_every_sum_is_that_of_the_oracle(seed: int) -> None:
     random = np.random.default_rng(seed)
     geometry, dome = random_geometry(random), float(random.choice([0.0, random.uniform(0, 10)]))
