@@ -59,11 +59,13 @@ class Motion:
         speed_rate: Any = None,
         load_rate: Any = None,
         load_bend: Any = None,
+        pulls: bool = False,
     ) -> Motion:
         """Return a motion from numbers or arrays of `frames` values in SI units.
 
         Give `speed` or `position` (or both, if they agree) and `load`; `speed_rate`, `load_rate` and `load_bend` are
-        their time derivatives. Raises ValueError where neither speed nor position is there, or a value is not finite.
+        their time derivatives. pulls: loads below 0 are kept, for a voice with adhesion; otherwise they are no load.
+        Raises ValueError where neither speed nor position is there, or a value is not finite.
         """
         if speed is None and position is None:
             raise ValueError("a motion needs speed=... (m/s) or position=... (m), a number or one value a frame")
@@ -75,7 +77,7 @@ class Motion:
         places = NOWHERE if position is None else np.ascontiguousarray(np.broadcast_to(position, frames), dtype=float)
         if not (np.isfinite(samples).all() and np.isfinite(places).all()):
             raise ValueError("a motion is made of finite numbers: speed and position in m, load in N")
-        samples[LOAD] = np.clip(samples[LOAD], -LARGEST_LOAD, LARGEST_LOAD)
+        samples[LOAD] = np.clip(samples[LOAD], -LARGEST_LOAD if pulls else 0.0, LARGEST_LOAD)
         return cls(samples, places, complete)
 
 

@@ -53,9 +53,9 @@ class Friction:
 class TangentialStage:
     """The effect made ready for one scene.
 
-    law: of friction. solved: the scene. slope, friction: the forces over phase and load, as preparations of their own; None where the
-    simulation gives them, friction also where it is Coulomb's. mean: of friction over a period (N) at each load.
-    steady: what reads a constant scan; its mean (N).
+    law: of friction. solved: the scene. slope, friction: the forces over phase and load, as preparations of their own;
+    None where the simulation gives them, friction also where it is Coulomb's. mean: of friction over a period (N) at
+    each load. steady: what reads a constant scan; its mean (N).
     """
 
     law: Friction
