@@ -27,14 +27,12 @@ from synth.errors import CannotRender
 from synth.scene import Scene
 from synth.simulation.decimation import Decimator
 from synth.simulation.running import CHANGE, RESPONSE, STATIC_RESPONSE, Running, Signal, Simulation
-from synth.simulation.skin_steps import SkinStepper
-from synth.simulation.steppers import Asked, asking, stepper_of, stiffness_round
+from synth.simulation.steppers import Asked, asking, step_time, stepper_of, stiffness_round
 from synth.simulation.steps import ROWS, STATIC, Stepper
 from synth.simulation.terms import Terms
 
 FEWEST_STEPS = 96e3  # steps a second at least: contacts change within tens of microseconds
-BUSY = 0.16  # s of work a second of sound that steps may take, as predicted: more would not run live beside others
-TABLE_STEP, SKIN_POINT = 150.0, 2.2  # ns of a step, and of a point of a step of skin; `python -m tests.bench effects`
+BUSY = 0.14  # s of work a second of sound that steps may take, as predicted: more would not run live beside others
 SETTLED = 0.4  # of the tolerance: what halving the steps may change of a quantity
 SMALL = 0.1  # of the peak-to-peak: a smaller change is added to the response, a larger one takes its place
 PILOT, LONGEST_PILOT = 0.05, 20.0  # s: of whole periods at least, and where a period takes longer than that
@@ -131,8 +129,9 @@ def plan_simulation(case: Case, terms: Terms) -> SimulationPlan:
             "shape. Leave one of them out, or keep the load constant."
         )
     asked, lift_load = Asked(static=True, forces=case.forces), case.scene.scan.lift_load
-    stepper = stepper_of(case.contact, terms, case.pressed, _loads(case), lift_load, case.tolerance, asked)
     steps = max(2, math.ceil(FEWEST_STEPS / case.scene.output.sample_rate))
+    room = BUSY / (steps * case.scene.output.sample_rate)
+    stepper = stepper_of(case.contact, terms, case.pressed, _loads(case), lift_load, case.tolerance, asked, room)
     simulation = Simulation(
         stepper=stepper,
         scene=case.nominal,
@@ -270,8 +269,7 @@ def _loads(case: Case) -> tuple[float, float]:
 
 def _most_steps(simulation: Simulation) -> float:
     """Return how many steps a second BUSY allows."""
-    points = simulation.stepper.points.count if isinstance(simulation.stepper, SkinStepper) else 0
-    return BUSY / (1e-9 * (SKIN_POINT * points or TABLE_STEP))
+    return BUSY / step_time(simulation.stepper)
 
 
 def _mean_loads(case: Case) -> tuple[float, float]:

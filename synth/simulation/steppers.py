@@ -13,7 +13,7 @@ import numpy as np
 from synth.contact.balance import Contact
 from synth.simulation.potential import PotentialTable
 from synth.simulation.skin import KelvinVoigt, Relaxation, SkinLaw
-from synth.simulation.skin_points import points_for
+from synth.simulation.skin_points import FEWEST_POINTS, MOST_POINTS, points_for
 from synth.simulation.skin_steps import SkinStepper
 from synth.simulation.table_steps import TableStepper
 from synth.simulation.terms import Skin, Terms
@@ -22,6 +22,9 @@ POINTS_SHARE = 0.5  # of the tolerance: the error of the skin's points
 TABLE_SHARE = 0.2  # of the tolerance: the error of the table
 LOOSEST_TABLE, TIGHTEST_TABLE = 1e-3, 1e-5  # of z: derivatives ask for more than displacement; tighter takes seconds
 MEAN_PHASES = 64
+
+# s of a step, as predicted: of a table, of a point of skin, and of what the point remembers (`tests.bench effects`)
+TABLE_STEP, SKIN_POINT, SKIN_MEMORY = 150e-9, 2.0e-9, 0.6e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,16 +43,19 @@ def stepper_of(
     lift_load: float,
     tolerance: float,
     asked: Asked,
+    room: float,
 ) -> TableStepper | SkinStepper:
     """Return what simulates `contact` with `terms`.
 
     load: N, the scan's. loads: between which the contact must be right. lift_load: below it loads count as it.
-    tolerance: of each quantity, relative to its peak-to-peak.
+    tolerance: of each quantity, relative to its peak-to-peak. room: s that a step may take.
     """
     if terms.skin is not None:
-        points, _error = points_for(contact, load, POINTS_SHARE * tolerance)
+        law = law_of(terms.skin)
+        most = max(FEWEST_POINTS, int(room / _point_time(law)))
+        points, _error = points_for(contact, load, POINTS_SHARE * tolerance, min(most, MOST_POINTS))
         return SkinStepper.of_contact(
-            contact, load, law_of(terms.skin), points, lift_load,
+            contact, load, law, points, lift_load,
             mass=terms.mass, damping=terms.damping, with_static=asked.static, with_force=asked.forces,
         )  # fmt: skip
     length = contact.geometry_at(load).contact_length
@@ -72,6 +78,17 @@ def asking(stepper: TableStepper | SkinStepper, asked: Asked) -> TableStepper | 
     if isinstance(stepper, SkinStepper):
         return replace(stepper, with_static=asked.static, with_force=asked.forces)
     return replace(stepper, with_static=asked.static, with_forces=asked.forces)
+
+
+def step_time(stepper: TableStepper | SkinStepper) -> float:
+    """Return how long (s) a step is predicted to take."""
+    if isinstance(stepper, SkinStepper):
+        return stepper.points.count * _point_time(stepper.law)
+    return TABLE_STEP
+
+
+def _point_time(law: SkinLaw) -> float:
+    return SKIN_POINT + SKIN_MEMORY * law.memories
 
 
 def law_of(skin: Skin) -> SkinLaw:
