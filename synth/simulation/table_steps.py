@@ -6,7 +6,8 @@ Model   m z'' + c z' = R(z, theta) - w, R = k I(z) - (P / d0) [I(z - d0) - I(z)]
         Loss of contact and bounce are I = 0. The force on the slopes of the texture is (1 / lambda2) dU/dtheta.
         With P = 0 loads below `lightest` count as `lightest`. With P > 0 a finger that no equilibrium holds, or that
         has left the range of adhesion at no load, has let go until there is load again.
-Source  `table_balance` and `potential`. The force on slopes: derivative of the energy, Fagiani & Barbieri (2016), eq. 1.
+Source  `table_balance` and `potential`. The force on slopes is the derivative of the energy of Fagiani & Barbieri
+        (2016), eq. 1, over the place of the texture; m, c and the adhesive law are extensions of it.
 Limits  second order in the step where it resolves the resonance, 2 pi f step below 0.5; beyond, bounded and without
         gain. What the table leaves out is `PotentialTable.error`.
 """
@@ -108,12 +109,12 @@ class TableStepper:
 
     def run(self, state: TableState, phases: Phases, loads: Array, out: Array) -> None:
         """Go on to each of `phases` and `loads` (N) in turn, and write the rows of `out` (`steps`)."""
-        table, coefficients = self.table, self.coefficients
-        wanted = (self.with_static, self.with_forces)
-        run_steps(table.pool, table.layout, coefficients, state.numbers, state.phase, state.cells, phases, loads, out, wanted)
+        table, wanted = (self.table.pool, self.table.layout), (self.with_static, self.with_forces)
+        standing = (state.numbers, state.phase, state.cells)
+        run_steps(*table, self.coefficients, *standing, phases, loads, out, wanted)
 
 
-@inlined
+@kernel
 def stiffness_of(law, load):
     """Return k (N/m) at `load` (N)."""
     load, power = max(load, law[LIGHTEST]), law[POWER]
@@ -167,7 +168,7 @@ def step_to_rest(pool, layout, law, numbers, cells, phase, stiffness, load):
     return held
 
 
-@inlined
+@kernel
 def out_of_range(pool, layout, law, phase):
     """Return the lowest z (m) at which nothing touches or attracts at `phase`."""
     row, t = row_of(layout, phase)
@@ -185,7 +186,7 @@ def write_static(pool, layout, numbers, cells, phase, indentation, out, i):
     out[STATIC, i] = base + place
 
 
-@inlined
+@kernel
 def forces_of(pool, layout, law, z, cells, phase, stiffness):
     """Return k I (N), dU/dtheta (N m a turn), dR/dtheta (N a turn) and -dR/dz (N/m), at `phase` and z (m)."""
     row, t = row_of(layout, phase)
