@@ -224,7 +224,7 @@ def downhill_move(pool, layout, row, weights, first, second, law, load, band):
 @kernel
 def elastic_place(pool, layout, row, weights, d, cell, target, base):
     """Return d (m) at which I is `target` (m), above zero, and its cell; `d` and `cell` are a first guess."""
-    low, high = -np.inf, np.inf
+    lowest, low, high = pool[layout.bounds + 1], -np.inf, pool[layout.bounds + layout.last]  # I is 0 at the top
     for _ in range(MOST_ITERATIONS):
         cell = cell_of(pool, layout, d, cell)
         depth, rise, _j2, _j3 = piece_at(pool, layout, row, weights, cell, d)
@@ -237,7 +237,7 @@ def elastic_place(pool, layout, row, weights, d, cell, target, base):
         if abs(excess) <= EPSILON * (2.0 * target + touching * (abs(d) + abs(base))):
             return d, cell
         ahead = d + excess / touching if touching > 0.0 else np.inf
-        if not low <= ahead <= high:
-            ahead = 0.5 * (low + high) if low > -np.inf and high < np.inf else pool[layout.bounds + 1]
+        if not low < ahead < high:
+            ahead = 0.5 * (low + high) if low > -np.inf else min(lowest, d - 1.0 / pool[layout.scales])
         d = ahead
     return d, cell

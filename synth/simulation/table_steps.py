@@ -8,8 +8,10 @@ Model   m z'' + c z' = R(z, theta) - w, R = k I(z) - (P / d0) [I(z - d0) - I(z)]
         has left the range of adhesion at no load, has let go until there is load again.
 Source  `table_balance` and `potential`. The force on slopes is the derivative of the energy of Fagiani & Barbieri
         (2016), eq. 1, over the place of the texture; m, c and the adhesive law are extensions of it.
-Limits  second order in the step where it resolves the resonance, 2 pi f step below 0.5; beyond, bounded and without
-        gain. What the table leaves out is `PotentialTable.error`.
+Limits  second order in the step where it resolves the resonance, 2 pi f step below 0.5; beyond, a step still gives no
+        energy of its own: on a surface that stands still it changed by 2e-8 of itself at most in 10 s, from 8 to 192
+        kHz and from 1e-6 to 1 kg. A mass without damping may be driven without bound by a surface that moves. What
+        the table leaves out is `PotentialTable.error`.
 """
 
 from __future__ import annotations

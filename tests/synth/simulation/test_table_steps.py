@@ -217,6 +217,18 @@ def test_static_heights_are_those_of_the_exact_contact() -> None:
     assert np.max(np.abs(out[STATIC] - out[HEIGHT])) <= 1e-17  # without mass, damping and adhesion z is the elastic one
 
 
+@pytest.mark.parametrize("name", SCENES)
+def test_static_heights_balance_every_load_on_a_coarse_table(name: str) -> None:
+    steps = stepper(static=True, name=name, load=5.0, lightest=5.0, heaviest=5.0, tol=0.1)
+    loads = 5.0 * np.abs(np.sin(np.arange(5000) * 0.0317)) ** 4  # down to nothing, which counts as the lift load
+    turns = np.random.default_rng(9).random(5000)
+    state = steps.start(0, 5.0, 0.0, 1e-4)
+    z = run(steps, state, turns, loads)[STATIC]
+    depth = read_heights(steps.table.pool, steps.table.layout, turns_to_phase(turns), z)[0]
+    wanted = np.maximum(loads, LIFT) ** 1.5 / steps.stiffness_coefficient
+    assert np.max(np.abs(depth / wanted - 1.0)) <= 1e-9
+
+
 def test_a_finger_that_is_let_fall_flies_a_parabola_and_comes_back() -> None:
     mass, rate, height = 1e-3, 48000, 100e-6
     steps = stepper(mass)
