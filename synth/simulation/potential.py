@@ -8,9 +8,11 @@ Model   I(z, theta) = mean over L of max(h - z, 0), l = -dI/dz, E = integral of 
         -dE/dz of what is read, and two derivatives over the phase are continuous.
 Source  Fagiani & Barbieri (2016), eq. 1; cubic splines from samples: Unser, Aldroubi & Eden (1993), IEEE Trans.
         Signal Process. 41. The rest is derived here.
-Limits  `error` bounds, from places off the grid, against the exact contact, the largest error dI / l of the z that balances a
-        load, relative to the peak-to-peak of z, or to how far z lies outside the loads asked for where that is more.
-        Where crests come into contact I is only once differentiable: there the error falls as the square of the cells.
+Limits  `error` bounds, from places off the grid, against the exact contact, the largest error dI / l of the z that
+        balances a load, relative to the peak-to-peak of z, or to how far z lies outside the loads asked for where that
+        is more. Where crests come into contact I is only once differentiable: there the error falls as the square of
+        the rows. The default contact at its one load takes 0.25 s and 1.3 MB for 1e-3 (it is 5e-4 then); from 1 mN to
+        1 N it takes 1.5 s and 16 MB.
 """
 
 from __future__ import annotations
@@ -57,8 +59,8 @@ class _Probes(NamedTuple):
 class PotentialTable:
     """The energy of one contact, ready to be read.
 
-    pool, layout: what compiled loops read (`potential_reading`). error: see Limits. motion: peak-to-peak of z (m) to which
-    it is relative. load: N, at which the shape of the contact was taken.
+    pool, layout: what compiled loops read (`potential_reading`). error: see Limits. motion: peak-to-peak of z (m) to
+    which it is relative. load: N, at which the shape of the contact was taken.
     """
 
     pool: Array
@@ -231,7 +233,7 @@ class _Range:
 
 
 def laid_out(edges: Array, curves: Array, depth: Array, touching: Array) -> tuple[Array, Layout]:
-    """Return the pool and layout of a table whose I and l at `edges` are `depth` and `touching`, spline coefficients."""
+    """Return the pool and layout of a table of I and l at `edges`: spline coefficients `depth` and `touching`."""
     cells, width = len(edges) - 1, np.diff(edges)[:, None]
     pieces = np.zeros((cells + 2, depth.shape[1], 4))
     rise, start, end = np.diff(depth, axis=0), -width * touching[:-1], -width * touching[1:]

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from synth.contact.exact import Array
-from synth.contact.kernels import inlined, kernel
+from synth.contact.kernels import kernel
 
 PLACE = 2.0**-53  # the 53 bits of the phase below the row, as a fraction of the step between rows
 
@@ -46,11 +46,13 @@ def pool_of(pieces: Array, energies: Array, curves: Array, bounds: Array) -> tup
     widths = np.diff(bounds[1:-1])
     parts = [pieces, energies, curves, bounds, origins, 1.0 / np.concatenate([widths[:1], widths, widths[-1:]])]
     starts = [int(start) for start in np.cumsum([part.size for part in parts])]
-    layout = Layout(stride, (stride - 4).bit_length(), *starts[:-1], cells - 1)
+    energies_at, curves_at, bounds_at, origins_at, scales_at, _end = starts
+    bits = (stride - 4).bit_length()
+    layout = Layout(stride, bits, energies_at, curves_at, bounds_at, origins_at, scales_at, cells - 1)
     return np.concatenate([part.ravel() for part in parts]), layout
 
 
-@inlined
+@kernel
 def row_of(layout, phase):
     """Return the row at or before `phase`, and the place after it in steps of a row."""
     bits = np.uint64(layout.bits)
@@ -58,7 +60,7 @@ def row_of(layout, phase):
     return row, np.float64(np.int64((phase << bits) >> np.uint64(11))) * PLACE
 
 
-@inlined
+@kernel
 def weights_of(t):
     """Return the weights of four rows."""
     s = 1.0 - t
@@ -67,7 +69,7 @@ def weights_of(t):
     return first, second, 1.0 - first - second - last, last
 
 
-@inlined
+@kernel
 def slopes_of(t, rows):
     """Return the derivatives of the weights of four rows, a turn."""
     s = 1.0 - t
@@ -75,26 +77,26 @@ def slopes_of(t, rows):
     return first, second, -first - second - last, last
 
 
-@inlined
+@kernel
 def line_at(pool, at, weights):
     """Return what four rows of one number give."""
     first, second, third, last = weights
     return first * pool[at] + second * pool[at + 1] + third * pool[at + 2] + last * pool[at + 3]
 
 
-@inlined
+@kernel
 def base_at(pool, layout, row, weights):
     """Return b (m), or with slopes its derivative (m a turn)."""
     return line_at(pool, layout.curves + row, weights)
 
 
-@inlined
+@kernel
 def highest_at(pool, layout, row, weights):
     """Return the highest point of h (m)."""
     return line_at(pool, layout.curves + layout.stride + row, weights)
 
 
-@inlined
+@kernel
 def blended(pool, layout, cell, row, weights):
     """Return the four coefficients of I in a cell."""
     first, second, third, last = weights
@@ -120,7 +122,7 @@ def found_cell(pool, at, last, d):
     return low
 
 
-@inlined
+@kernel
 def cell_of(pool, layout, d, cell):
     """Return the cell in which `d` (m) lies; `cell` is a first guess."""
     at = layout.bounds + cell
@@ -128,7 +130,7 @@ def cell_of(pool, layout, d, cell):
     return cell if inside else found_cell(pool, layout.bounds, layout.last, d)
 
 
-@inlined
+@kernel
 def piece_at(pool, layout, row, weights, cell, d):
     """Return I about `d` (m) in a cell: j0 to j3, in powers of (distance from d) times the scale of the cell."""
     i0, i1, i2, i3 = blended(pool, layout, cell, row, weights)
@@ -156,7 +158,7 @@ def path_across(pool, layout, row, weights, cell, d, s):
         cell += step
 
 
-@inlined
+@kernel
 def energy_slope(pool, layout, row, weights, slopes, base_slope, cell, d):
     """Return I (m), l and dE/dtheta (m^2 a turn) at a fixed z, and dI/dtheta there."""
     scale = pool[layout.scales + cell]

@@ -4,7 +4,7 @@ Model   U = k1 E(z) - k2 E(z - d0), k1 = k + P / d0, k2 = P / d0; reaction R = -
         With mass m or damping c, over a step h at the phase and load of its middle, s = z1 - z0:
         m (v1 - v0) / h + c s / h = -[U(z1) - U(z0)] / s - w,  s = h (v0 + v1) / 2.
         Multiplied by s: m v^2 / 2 + U + w z changes by -c s^2 / h exactly, so nothing but the surface and the load
-        drives it. Without both, z goes downhill in U + w z to the first place where R = w, piece by piece of the pool, layout,
+        drives it. Without both, z goes downhill in U + w z to the first place where R = w, piece by piece of the table,
         each a cubic whose first root is found between its extremes.
 Source  Gonzalez (1996), J. Nonlinear Sci. 6; McLachlan, Quispel & Robidoux (1999), Phil. Trans. R. Soc. A 357; for
         collisions Chatziioannou & van Walstijn (2015), J. Sound Vib. 340; Bilbao, Torin & Chatziioannou (2015), Acta
@@ -34,7 +34,8 @@ def path_from(pool, layout, row, weights, d, cell):
     """Return I about `d` (m), where paths begin: cell, d, j0 to j3, scale, and the ends of the cell from d (m)."""
     cell = cell_of(pool, layout, d, cell)
     j0, j1, j2, j3 = piece_at(pool, layout, row, weights, cell, d)
-    return cell, d, j0, j1, j2, j3, pool[layout.scales + cell], pool[layout.bounds + cell] - d, pool[layout.bounds + cell + 1] - d
+    low, high = pool[layout.bounds + cell] - d, pool[layout.bounds + cell + 1] - d
+    return cell, d, j0, j1, j2, j3, pool[layout.scales + cell], low, high
 
 
 @inlined
@@ -130,7 +131,7 @@ def energy_move(pool, layout, row, weights, first, second, law, drive, band):
     return move
 
 
-@inlined
+@kernel
 def cubic(c0, c1, c2, c3, x):
     """Return the cubic at `x`."""
     return c0 + x * (c1 + x * (c2 + x * c3))
@@ -223,7 +224,7 @@ def downhill_move(pool, layout, row, weights, first, second, law, load, band):
 @kernel
 def elastic_place(pool, layout, row, weights, d, cell, target, base):
     """Return d (m) at which I is `target` (m), above zero, and its cell; `d` and `cell` are a first guess."""
-    low, high = -np.inf, np.inf
+    lowest, low, high = pool[layout.bounds + 1], -np.inf, pool[layout.bounds + layout.last]  # I is 0 at the top
     for _ in range(MOST_ITERATIONS):
         cell = cell_of(pool, layout, d, cell)
         depth, rise, _j2, _j3 = piece_at(pool, layout, row, weights, cell, d)
@@ -236,7 +237,7 @@ def elastic_place(pool, layout, row, weights, d, cell, target, base):
         if abs(excess) <= EPSILON * (2.0 * target + touching * (abs(d) + abs(base))):
             return d, cell
         ahead = d + excess / touching if touching > 0.0 else np.inf
-        if not low <= ahead <= high:
-            ahead = 0.5 * (low + high) if low > -np.inf and high < np.inf else pool[layout.bounds + 1]
+        if not low < ahead < high:
+            ahead = 0.5 * (low + high) if low > -np.inf else min(lowest, d - 1.0 / pool[layout.scales])
         d = ahead
     return d, cell

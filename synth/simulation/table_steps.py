@@ -6,9 +6,12 @@ Model   m z'' + c z' = R(z, theta) - w, R = k I(z) - (P / d0) [I(z - d0) - I(z)]
         Loss of contact and bounce are I = 0. The force on the slopes of the texture is (1 / lambda2) dU/dtheta.
         With P = 0 loads below `lightest` count as `lightest`. With P > 0 a finger that no equilibrium holds, or that
         has left the range of adhesion at no load, has let go until there is load again.
-Source  `table_balance` and `potential`. The force on slopes: derivative of the energy, Fagiani & Barbieri (2016), eq. 1.
-Limits  second order in the step where it resolves the resonance, 2 pi f step below 0.5; beyond, bounded and without
-        gain. What the table leaves out is `PotentialTable.error`.
+Source  `table_balance` and `potential`. The force on slopes is the derivative of the energy of Fagiani & Barbieri
+        (2016), eq. 1, over the place of the texture; m, c and the adhesive law are extensions of it.
+Limits  second order in the step where it resolves the resonance, 2 pi f step below 0.5; beyond, a step still gives no
+        energy of its own: on a surface that stands still it changed by 2e-8 of itself at most in 10 s, from 8 to 192
+        kHz and from 1e-6 to 1 kg. A mass without damping may be driven without bound by a surface that moves. What
+        the table leaves out is `PotentialTable.error`.
 """
 
 from __future__ import annotations
@@ -98,8 +101,8 @@ class TableStepper:
     def start(self, phase: int, load: float, turns: float, step: float) -> TableState:
         """Return the state of a finger in equilibrium at `phase` and `load` (N).
 
-        With mass it has the velocity of the equilibrium at `turns` texture periods a second (signed). With adhesion,
-        and a load of at most 0, it has let go. step: s.
+        With mass it has the velocity of the equilibrium at `turns` texture periods a second (signed). With adhesion
+        a finger that pulls is held where it can be; at no load at all it has let go. step: s.
         """
         state = TableState(np.zeros(6), np.array([phase], dtype=np.uint64), np.zeros(3, dtype=np.int64))
         state.numbers[LOAD], state.numbers[STEP] = load, step
@@ -108,12 +111,12 @@ class TableStepper:
 
     def run(self, state: TableState, phases: Phases, loads: Array, out: Array) -> None:
         """Go on to each of `phases` and `loads` (N) in turn, and write the rows of `out` (`steps`)."""
-        table, coefficients = self.table, self.coefficients
-        wanted = (self.with_static, self.with_forces)
-        run_steps(table.pool, table.layout, coefficients, state.numbers, state.phase, state.cells, phases, loads, out, wanted)
+        table, wanted = (self.table.pool, self.table.layout), (self.with_static, self.with_forces)
+        standing = (state.numbers, state.phase, state.cells)
+        run_steps(*table, self.coefficients, *standing, phases, loads, out, wanted)
 
 
-@inlined
+@kernel
 def stiffness_of(law, load):
     """Return k (N/m) at `load` (N)."""
     load, power = max(load, law[LIGHTEST]), law[POWER]
@@ -167,7 +170,7 @@ def step_to_rest(pool, layout, law, numbers, cells, phase, stiffness, load):
     return held
 
 
-@inlined
+@kernel
 def out_of_range(pool, layout, law, phase):
     """Return the lowest z (m) at which nothing touches or attracts at `phase`."""
     row, t = row_of(layout, phase)
@@ -185,7 +188,7 @@ def write_static(pool, layout, numbers, cells, phase, indentation, out, i):
     out[STATIC, i] = base + place
 
 
-@inlined
+@kernel
 def forces_of(pool, layout, law, z, cells, phase, stiffness):
     """Return k I (N), dU/dtheta (N m a turn), dR/dtheta (N a turn) and -dR/dz (N/m), at `phase` and z (m)."""
     row, t = row_of(layout, phase)
@@ -217,7 +220,7 @@ def settle(pool, layout, law, numbers, phase, cells, turns):
     place, cells[2] = elastic_place(pool, layout, row, weights, pool[layout.bounds + 1], 0, target, base)
     numbers[STATIC_PLACE], numbers[Z], numbers[HELD] = place, base + place, 1.0
     if pull > 0.0:
-        held = load > 0.0 and step_to_rest(pool, layout, law, numbers, cells, phase[0], stiffness, load)
+        held = load != 0.0 and step_to_rest(pool, layout, law, numbers, cells, phase[0], stiffness, load)
         numbers[HELD] = 1.0 if held else 0.0
         if not held:
             numbers[Z] = out_of_range(pool, layout, law, phase[0])
