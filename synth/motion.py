@@ -59,7 +59,7 @@ class Motion:
         speed_rate: Any = None,
         load_rate: Any = None,
         load_bend: Any = None,
-        pulls: bool = False,
+        pulls: Any = False,
     ) -> Motion:
         """Return a motion from numbers or arrays of `frames` values in SI units.
 

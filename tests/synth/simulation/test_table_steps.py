@@ -365,7 +365,8 @@ def test_a_finger_that_has_let_go_waits_out_of_range_for_load(mass: float, dampi
 def test_where_a_finger_begins_is_told_by_the_load() -> None:
     steps = flat(0.02, 1e-6)
     assert steps.start(0, 0.0, 0.0, 1e-4).numbers[3] == 0.0
-    assert steps.start(0, -0.01, 0.0, 1e-4).numbers[3] == 0.0
+    assert steps.start(0, -0.01, 0.0, 1e-4).numbers[3] == 1.0
+    assert steps.start(0, -0.03, 0.0, 1e-4).numbers[3] == 0.0
     assert steps.start(0, 0.05, 0.0, 1e-4).numbers[0] == pytest.approx(-7e-7, abs=1e-9)
 
 
