@@ -1,0 +1,77 @@
+""""auto" is right: what it leaves out would not be missed, and what it puts in would.
+
+A hundred random scenes, each with one effect left to us. Left out: forced in, the effect changes the output by less than
+the tolerance. Put in: it changes it by more than a tenth of the tolerance. Both relative to the peak-to-peak without.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from synth import open_voice, parse_scene
+from synth.contact.exact import Array
+from synth.effect_registry import declaration, effect_names
+from synth.scene_effects import AUTO
+
+LEFT_TO_US = [name for name in effect_names() if not declaration(name).without_auto]
+SCENES = 100
+RATE = 8000
+LONGEST = 8000  # frames: a period of the slowest scan
+
+
+def random_scene(random: np.random.Generator, name: str) -> dict[str, Any]:
+    """Return a scene in which `name` may matter or not: slow and fast, light and heavy, coarse and fine."""
+
+    def spread(low: float, high: float) -> float:
+        return float(np.exp(random.uniform(np.log(low), np.log(high))))
+
+    period = spread(0.2e-3, 4e-3)
+    fundamental = spread(1.0, 400.0)
+    load = float(random.choice([1.0, spread(0.02, 3.0), spread(0.02, 3.0)]))  # at 1 N contact_growth changes nothing
+    return {
+        "finger": {"contact_length": spread(2e-3, 1e-2)},
+        "texture": {"period": period, "amplitude": spread(2e-6, 6e-5)},
+        "scan": {"speed": fundamental * period * float(random.choice([-1.0, 1.0])), "load": load},
+        "output": {
+            "quantity": str(random.choice(["displacement", "velocity", "acceleration"])),
+            "sample_rate": RATE,
+            "bandwidth": float(random.choice([200.0, 1000.0, 3000.0])),
+            "full_scale": None,
+        },
+        "accuracy": {"tolerance": spread(1e-4, 3e-2)},
+        "effects": {name: AUTO},
+    }
+
+
+def rendered(document: dict[str, Any], frames: int) -> Array:
+    """Return one channel in SI units."""
+    voice = open_voice(parse_scene(document))
+    return np.asarray(voice.render(frames)[:, 0].astype(float) * voice.full_scale[0])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", range(SCENES))
+def test_what_is_left_out_would_not_be_missed_and_what_is_put_in_would(number: int) -> None:
+    random = np.random.default_rng(1000 + number)
+    name = LEFT_TO_US[number % len(LEFT_TO_US)]
+    document = random_scene(random, name)
+    scene = parse_scene(document)
+    frames = min(LONGEST, max(800, round(2.2 * RATE * scene.texture.period / abs(scene.scan.speed))))
+    plan = open_voice(scene).plan.document()
+    without = rendered(document | {"effects": {}}, frames)
+    forced = rendered(document | {"effects": {name: {}}}, frames)
+    extent = float(np.ptp(without))
+    change = float(np.max(np.abs(forced - without))) / extent if extent > 0.0 else float(np.max(np.abs(forced)))
+    tolerance = scene.accuracy.tolerance
+    assert isinstance(tolerance, float)
+    left_out = {part["name"]: part for part in plan["left_out"]}
+    if name in left_out:
+        assert change < tolerance, plan
+        assert left_out[name]["effect_on_output"] < tolerance
+        assert "tolerance" in left_out[name]["reason"]
+    else:
+        assert name in [part["name"] for part in plan["simulated"]]
+        assert change > 0.1 * tolerance, plan
