@@ -125,7 +125,10 @@ class PotentialTable:
 
 @dataclass(frozen=True, slots=True)
 class _Range:
-    """What a table is to span: the curve b as harmonics, the range of d (m), and what errors are relative to."""
+    """What a table is to span: the curve b as harmonics, the range of d (m), and what errors are relative to.
+
+    known: what `cells` has measured, by the place in d.
+    """
 
     contact: Contact
     load: float
@@ -136,6 +139,7 @@ class _Range:
     below: float
     motion: float
     tolerance: float
+    known: dict[int, tuple[Array, Array]]
 
     @classmethod
     def of(
@@ -164,7 +168,7 @@ class _Range:
             bottom = max(bottom, -scale - float(np.max(base)))
         bottom = min(bottom, top - motion)
         top = max(top, min(top + above, float(np.max(light - base)) + above)) + 0.01 * (top - bottom)
-        return cls(contact, load, (pressed[1], pressed[2]), harmonics, bottom, top, below, motion, tolerance)
+        return cls(contact, load, (pressed[1], pressed[2]), harmonics, bottom, top, below, motion, tolerance, {})
 
     def probes(self, phases: int, layers: int) -> _Probes:
         """Return `layers` heights at each of `phases` phases off every grid, from the highest point downwards."""
@@ -194,12 +198,11 @@ class _Range:
         base, solver = _curve(self.harmonics, turns), self.contact.solver(self.load)
         light, heavy = (solver.solve(turns, indentation) for indentation in self.indentations)
         unit = (self.top - self.bottom) / (1 << FINEST)
-        known: dict[int, tuple[Array, Array]] = {}
 
         def measured(place: int) -> tuple[Array, Array]:
-            if place not in known:
-                known[place] = self.contact.measure(turns, base + (self.bottom + unit * place), self.load)
-            return known[place]
+            if place not in self.known:
+                self.known[place] = self.contact.measure(turns, base + (self.bottom + unit * place), self.load)
+            return self.known[place]
 
         most = min(MOST_BYTES // (4 * ROW_BYTES * FEWEST_ROWS), MOST_WORK // (4 * CELL_PHASES * self.contact.cells))
         whole = (1 << FINEST) // FEWEST_CELLS
