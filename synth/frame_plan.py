@@ -36,6 +36,7 @@ ROWS_HOLD = (1e-5, 3e-4, 3e-2)  # the tightest tolerance that rows were seen to 
 ROWS_AN_OCTAVE = (20.0, 75.0, 125.0)  # at a tolerance of 1e-2
 ROWS_GROW = (0.36, 0.2, 0.2)  # the power of 1e-2 / tolerance by which they become more
 LIFTING_ROWS = 80  # from no load to the lightest recorded load
+SHAPED_ROWS = 8  # times as many rows where the shape of the contact follows the load: its ends pass ridges
 ROW_SETUP = 2e6  # ns a row for everything but the solver: errors between rows, tables
 
 
@@ -73,10 +74,12 @@ def plan_frames(contact: Contact, scene: Scene, demand: Demand, tolerance: float
     if 4.0 * MARGIN / scale * oversampling > MOST_TOGETHER:
         return None
     solutions = oversampling * rate * (motion.duration - motion.start + 2.0 * LIFT_TIME)
-    cell = EXACT_CELL * contact.cells
+    cell = EXACT_CELL * contact.frame_cells
     seconds = 1e-9 * solutions * (cell + FRAME_SETUP)
     rows = LIFTING_ROWS + math.log2(high / low) * _rows_an_octave(demand.orders, tolerance)
-    with_rows = 1e-9 * rows * (phases * cell + ROW_SETUP)
+    with_rows = 1e-9 * rows * (phases * EXACT_CELL * contact.cells + ROW_SETUP)
+    if not contact.of_one_shape:
+        with_rows *= SHAPED_ROWS
     holds = all(tolerance >= ROWS_HOLD[order] for order in demand.orders)
     if seconds > PATIENCE or (holds and seconds > with_rows):
         return None

@@ -164,7 +164,7 @@ def _prepared(scene: Scene, cache: ResponseCache, *, by_hand: bool) -> Preparati
         share = ALIAS_SHARE_OF_FEW if highest <= FEW and not moving else ALIAS_SHARE
         demand = Demand(highest if varies else reach, orders, share * spendable(tolerance))
         spectrum = _solved(contact, scene, demand, reach, cache) if moving else _cheapest(contact, scene, demand, cache)
-        if varies and not by_hand and contact.of_one_shape:
+        if varies and not by_hand:
             scale = min(1.0, band_limit(scene) / (BAND * scene.output.sample_rate))
             frames = plan_frames(contact, scene, demand, tolerance, scale)
     found = Preparation(

@@ -5,7 +5,7 @@ Model   A pilot of whole texture periods at the scan's speed and load is run wit
         doubles until they agree within SETTLED of the tolerance. Its steps also hold the elastic contact's z, read from
         the same table: the difference of the two is what the effects change. Up to SMALL of the peak-to-peak it is
         added to the response, so that a small effect leaves the response as exact as it is; beyond, the simulation
-        takes the place of the response.
+        takes the place of the response. A recording is also tried along its own motion.
 Limits  `errors` adds what halving the steps changed (second order: a third more than the difference), and what the
         table's error makes of the quantity through the linear motion round the load. Where more steps would take
         more than BUSY of a second's sound, doubling ends, and `errors` tells what is left.
@@ -24,6 +24,7 @@ from synth.contact.mean import mean_curve
 from synth.contact.spectrum import curves, points_for
 from synth.effect_choice import relative_change
 from synth.errors import CannotRender
+from synth.motion import LIFT_TIME, ScanMotion
 from synth.scene import Scene
 from synth.simulation.decimation import Decimator
 from synth.simulation.running import CHANGE, RESPONSE, STATIC_RESPONSE, Running, Signal, Simulation
@@ -40,6 +41,7 @@ HEAVIEST_HAND = 5.0  # N: a hand is prepared for at least; heavier, the contact 
 STEADY_BAND, MOVING_BAND = (0.40, 0.45), (0.35, 0.49)  # of the rate: kept and removed (design, section 4)
 WIDENING = 1.5  # times the bandwidth: where a narrower band is removed; steeper filters look further ahead
 LEAST_ATTENUATION, MOST_ATTENUATION = 70.0, 140.0  # dB
+LONGEST_OWN = 10.0  # s of a recording that are tried, to see what the effects change along it
 PHASES = 1024  # at which the table is compared with the exact contact
 
 
@@ -193,8 +195,7 @@ def _pilot(simulation: Simulation, case: Case) -> Pilot:
     period = 1.0 / abs(case.turns) if case.turns else PILOT
     seconds = min(period * max(1.0, math.ceil(PILOT / period)), max(LONGEST_PILOT, PILOT))
     frames = max(64, round(seconds * rate))
-    signals = tuple(Signal(kind, order) for kind in (RESPONSE, STATIC_RESPONSE) for order in case.orders)
-    rows = Running(simulation, signals).along(0, frames)
+    rows = Running(simulation, _both(case)).along(0, frames)
     moved, static = rows[: len(case.orders)], rows[len(case.orders) :]
     offset = 0.0
     if case.orders[0] == 0:
@@ -207,17 +208,19 @@ def _planned(
     case: Case, terms: Terms, tried: tuple[Simulation, Simulation], pilot: Pilot, unsettled: tuple[float, ...]
 ) -> SimulationPlan:
     """Return the plan: the stepper without what only the pilot wanted, and the errors added up."""
-    simulation, added = tried[0], pilot.added
-    of_table = _table_errors(case, terms, simulation, pilot)
+    simulation = tried[0]
+    change = _own_change(case, simulation, pilot)
+    added = pilot.added and max(change) <= SMALL
+    of_table = _table_errors(case, terms, simulation, pilot, added=added)
     filtered = 10.0 ** (-_attenuation(case) / 20.0)
-    share = max(pilot.change) if added else 1.0  # what the filter's error is of
+    share = max(change) if added else 1.0  # what the filter's error is of
     errors = tuple(4.0 / 3.0 * one + other + share * filtered for one, other in zip(unsettled, of_table, strict=True))
     stepper = asking(simulation.stepper, Asked(static=added, forces=case.forces))
     return SimulationPlan(
         simulation=replace(simulation, scene=case.scene, stepper=stepper, offset=pilot.offset),
         added=added,
         orders=case.orders,
-        change=pilot.change,
+        change=change,
         errors=errors,
         extents=tuple(float(extent) for extent in np.ptp(pilot.moved, axis=1)),
         peaks=tuple(float(peak) for peak in np.max(np.abs(pilot.moved), axis=1)),
@@ -227,7 +230,25 @@ def _planned(
     )
 
 
-def _table_errors(case: Case, terms: Terms, simulation: Simulation, pilot: Pilot) -> tuple[float, ...]:
+def _own_change(case: Case, simulation: Simulation, pilot: Pilot) -> tuple[float, ...]:
+    """Return what the effects change of each order: at the scan's speed and load, or, if more, along a recording."""
+    if case.scene.scan.trajectory is None or case.by_hand:
+        return pilot.change
+    output = case.scene.output
+    frames = round(min(output.duration, ScanMotion(case.scene).duration + LIFT_TIME, LONGEST_OWN) * output.sample_rate)
+    own = replace(simulation, scene=case.scene, offset=pilot.offset)
+    rows = Running(own, _both(case)).along(0, max(frames, 1))
+    moved, static = rows[: len(case.orders)], rows[len(case.orders) :]
+    pairs = zip(static, moved, pilot.change, strict=True)
+    return tuple(max(relative_change(before, after), steady) for before, after, steady in pairs)
+
+
+def _both(case: Case) -> tuple[Signal, ...]:
+    """Return the signals of every order with and without the effects."""
+    return tuple(Signal(kind, order) for kind in (RESPONSE, STATIC_RESPONSE) for order in case.orders)
+
+
+def _table_errors(case: Case, terms: Terms, simulation: Simulation, pilot: Pilot, *, added: bool) -> tuple[float, ...]:
     """Return what the error of the stepper's own contact makes of each order, relative to its peak-to-peak.
 
     The elastic z of the stepper is compared with the exact one over a period; how much of that comes through at each
@@ -244,7 +265,7 @@ def _table_errors(case: Case, terms: Terms, simulation: Simulation, pilot: Pilot
     frequency = 2.0 * math.pi * abs(case.turns) * np.arange(len(gap))
     stiffness = stiffness_round(case.contact, case.pressed)
     through = 1.0 / (1.0 + (1j * terms.damping * frequency - terms.mass * frequency**2) / stiffness)
-    seen = gap * (through - 1.0 if pilot.added else through)
+    seen = gap * (through - 1.0 if added else through)
     seen[limit + 1 :] = 0.0
     errors = []
     for order, extent in zip(case.orders, np.ptp(pilot.moved, axis=1), strict=True):

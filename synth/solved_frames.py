@@ -45,7 +45,6 @@ class SolvedFrames:
         self._margin = math.ceil(MARGIN / plan.scale)
         room = TOGETHER // plan.oversampling - 2 * self._margin
         self.chunk = max(2 * self._margin, min(room, max(CHUNK, 4 * self._margin)))
-        self._indentation = solved.contact.stiffness.indentation(1.0)
         loads = self._motion.load_range()
         self._mean = mean_curve(solved.contact, loads, self._scan.load, solved.tolerance)
         self._kept: tuple[int, Block] = (-1, np.empty((0, 0), np.float32))
@@ -90,7 +89,7 @@ class SolvedFrames:
         touching = np.flatnonzero(loads > 0.0)
         if len(touching):
             some = loads[touching]
-            height = self._contact.grid.solve(theta[touching], self._indentation * some**1.5).height
+            height = self._contact.heights(theta[touching], some)
             s = np.minimum(some / self._scan.lift_load, 1.0)
             value[touching] = s**3 * (10.0 + s * (6.0 * s - 15.0)) * (height - self._mean(np.cbrt(some)))
         return value

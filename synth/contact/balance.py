@@ -101,6 +101,15 @@ class Contact:
         solved = self.solver(load).solve(phases, self.indentation(load), guess)
         return solved.height, self._slope(phases, solved, load)
 
+    @property
+    def frame_cells(self) -> int:
+        """The work of a place with a load of its own, in cells of the exact solver."""
+        return self.grid.cells
+
+    def heights(self, phases: Array, loads: Array) -> Array:
+        """Return z (m) at each of `phases` (turns) and `loads` (N, above 0), one load a phase."""
+        return self.grid.solve(phases, self.stiffness.indentation(1.0) * loads**1.5).height
+
     def measure(self, phases: Array, heights: Array, load: float) -> tuple[Array, Array]:
         """Return the mean of max(h - z, 0) (m) and the touching part of the length, at each phase (turns) and z (m).
 

@@ -24,6 +24,7 @@ from synth.contact.closed import FullContact, full_contact
 from synth.contact.exact import Approaches, Array, Grid
 from synth.contact.geometry import Geometry
 from synth.contact.kept import KeptSolvers
+from synth.contact.lengths import LAYING_OUT, heights_over
 from synth.contact.solver import PhaseSolver
 from synth.contact.stiffness import Stiffness
 
@@ -105,6 +106,20 @@ class GrowingContact(Contact):
     def stiffness_at(self, load: float) -> float:
         """Return k (N/m) at `load` (N): the force for a metre of that mean."""
         return self.stiffness.over(self.length(load)).stiffness(load)
+
+    @property
+    def frame_cells(self) -> int:
+        """The work of a place with a load of its own, in cells of the exact solver."""
+        return LAYING_OUT * self.grid.cells
+
+    def heights(self, phases: Array, loads: Array) -> Array:
+        """Return z (m) at each of `phases` (turns) and `loads` (N, above 0), one load a phase."""
+        growth, nominal = self.growth, self.geometry.contact_length
+        grown = nominal * (loads / growth.reference_load) ** growth.exponent
+        lengths = np.minimum(np.maximum(grown, growth.shortest), growth.longest)
+        # w / k of eqs 4-5 over a length L falls as L^-3
+        indentations = self.stiffness.indentation(1.0) * loads**1.5 * (nominal / lengths) ** 3
+        return heights_over(self.geometry, phases, lengths, indentations)
 
     def closed(self, load: float) -> FullContact | None:
         """Return z in closed form, its slopes those of the growing length, where `load` (N) presses everything flat."""

@@ -200,6 +200,16 @@ class RoundContact(Contact):
         """Return kappa D (N/m) at `load` (N): the force for a metre of that mean."""
         return self.finger.foundation_at(load) * self.geometry_at(load).contact_length
 
+    def heights(self, phases: Array, loads: Array) -> Array:
+        """Return z (m) at each of `phases` (turns) and `loads` (N, above 0), one load a phase.
+
+        All are solved over the length of the heaviest, beyond which none touches.
+        """
+        geometry = self.geometry_at(float(np.max(loads)))
+        finger = self.finger
+        foundation = finger.foundation * (loads / finger.reference_load) ** FOUNDATION_EXPONENT
+        return self._solver_over(geometry).solve(phases, loads / foundation / geometry.contact_length).height
+
     def closed(self, load: float) -> None:
         """Return None: a round finger has no full contact."""
         return None

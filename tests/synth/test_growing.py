@@ -10,10 +10,12 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from synth.contact.balance import Contact
 from synth.contact.exact import Grid
 from synth.contact.geometry import Geometry
 from synth.contact.growing import GrowingContact, Growth
 from synth.contact.kept import MOST_BYTES, MOST_KEPT, KeptSolvers
+from synth.contact.rounded import RoundContact
 from synth.contact.rows import COARSE, Rows
 from synth.contact.spectrum import Demand, solve_spectrum
 from synth.contact.stiffness import Stiffness
@@ -216,3 +218,18 @@ def test_one_solver_is_kept_however_large() -> None:
     solver = kept.get(large, Grid.of_geometry)
     assert kept.nbytes > MOST_BYTES
     assert kept.get(large, Grid.of_geometry) is solver
+
+
+def test_places_with_loads_of_their_own_are_solved_as_each_load_is() -> None:
+    random = np.random.default_rng(11)
+    loads = np.exp(random.uniform(np.log(1e-3), np.log(20.0), 60))
+    phases = random.uniform(0.0, 1.0, 60)
+    geometry = Geometry(40e-6, 0.5e-3, 20e-6, 0.8e-3, 1.4, 10e-3)
+    stiffness = Stiffness.of_contact(geometry, 1.35e5)
+    for contact in (
+        Contact.of(geometry, stiffness),
+        GrowingContact.of(geometry, stiffness),
+        RoundContact.of(geometry, stiffness),
+    ):
+        each = [contact.approach(phases[i : i + 1], float(load))[0][0] for i, load in enumerate(loads)]
+        assert np.max(np.abs(contact.heights(phases, loads) - each)) < 2e-13 * geometry.height_scale
