@@ -13,7 +13,7 @@ from typing import Any
 from synth.channels import UNITS, ChannelPlan
 from synth.contact.rows import Rows
 from synth.contact.steady import SteadyHarmonics
-from synth.effect_registry import unit_of
+from synth.effect_registry import effect_names, unit_of
 from synth.effects_preparation import QUANTITIES
 from synth.frame_plan import FramePlan
 from synth.preparation import BAND, N_MAX, Preparation
@@ -203,18 +203,23 @@ def _response_parts(solved: Preparation, frames: FramePlan | None) -> tuple[Simu
 def _left_out(solved: Preparation, frames: FramePlan | None) -> tuple[LeftOut, ...]:
     spared = () if solved.effects is None else solved.effects.spared
     effects = tuple(LeftOut(one.name, one.reason, one.change) for one in spared)
+    effects += tuple(
+        LeftOut(name, "The scene does not call for it.", None)
+        for name in effect_names()
+        if name not in solved.scene.effects
+    )
     if solved.spectrum is None:
         return (LeftOut("contact response", solved.silence, None), *effects)
     if solved.simulated:
         return effects
     if frames is not None:
         return (LeftOut("rows of load", "Every frame is solved by itself.", None), *effects)
-    parts = list(effects)
+    parts = []
     if not solved.load_varies:
         parts.append(LeftOut("rows of load", f"The load stays at {solved.loads[0]:.4g} N.", None))
     if not solved.moving:
         parts.append(LeftOut("levels", "The speed does not vary: one band limit serves.", None))
-    return tuple(parts)
+    return (*parts, *effects)
 
 
 def _response(solved: Preparation) -> dict[str, Any]:

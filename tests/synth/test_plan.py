@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from synth.costing import explain
+from synth.effect_registry import effect_names
 from synth.plan import plan_of
 from synth.preparation import prepare
 from synth.scene import parse_scene, scene_document
@@ -17,6 +18,9 @@ from tests.synth.engine_cases import QUANTITIES, scene_of
 
 POINTS = [[0, 0, 0.3], [0.1, 6e-3, 0.4], [0.2, 1e-2, 0.25], [0.3, 8e-3, 0.3]]
 FEW = {"quantity": "displacement", "sample_rate": 8000, "bandwidth": 300}
+
+
+EFFECTS = list(effect_names())
 
 
 def plan(**sections: Any) -> Any:
@@ -30,7 +34,7 @@ def names(parts: Any) -> list[str]:
 def test_a_constant_scan_needs_neither_rows_nor_levels() -> None:
     made = plan()
     assert names(made.simulated) == ["contact response"]
-    assert names(made.left_out) == ["rows of load", "levels"]
+    assert names(made.left_out) == ["rows of load", "levels", *EFFECTS]
     assert made.response["method"] == "phase table"
     assert made.response["fundamental_hz"] == pytest.approx(100.0)
     assert made.response["harmonics"] == 191
@@ -41,10 +45,10 @@ def test_a_constant_scan_needs_neither_rows_nor_levels() -> None:
 def test_a_stroke_needs_levels_and_a_varying_load_needs_rows() -> None:
     stroke = plan(scan={"stroke": {}}, output=FEW)
     assert names(stroke.simulated) == ["contact response", "levels"]
-    assert names(stroke.left_out) == ["rows of load"]
+    assert names(stroke.left_out) == ["rows of load", *EFFECTS]
     recorded = plan(scan={"trajectory": POINTS}, output=FEW)
     assert names(recorded.simulated) == ["contact response", "rows of load", "levels"]
-    assert not recorded.left_out
+    assert names(recorded.left_out) == EFFECTS
     assert recorded.response["method"] == "rows of load"
 
 
@@ -58,7 +62,7 @@ def test_full_contact_is_said_to_be_closed_form() -> None:
 def test_silence_is_said_to_be_silence(sections: dict[str, Any]) -> None:
     made = plan(**sections)
     assert made.response["method"] == "silence"
-    assert not made.simulated and names(made.left_out) == ["contact response"]
+    assert not made.simulated and names(made.left_out) == ["contact response", *EFFECTS]
     assert made.left_out[0].reason in made.warnings
 
 

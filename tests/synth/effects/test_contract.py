@@ -172,6 +172,42 @@ def test_an_effect_that_is_not_called_for_is_not_loaded() -> None:
     assert not loaded, f"paid for and not called for: {loaded}"
 
 
+WITHOUT = """
+import hashlib
+import sys
+
+class Gone:
+    \"\"\"Has the effects, and what serves them alone, not be there.\"\"\"
+
+    def find_spec(self, name, path=None, target=None):
+        served = ("synth.voice_effects", "synth.simulation_plan", "synth.tangential_force")
+        simulated = name.startswith("synth.simulation.") and name != "synth.simulation.terms"
+        if name.startswith("synth.effects.") or simulated or name in served:
+            raise ModuleNotFoundError(name)
+
+if sys.argv[1:]:
+    sys.meta_path.insert(0, Gone())
+from synth import Motion, open_voice, parse_scene
+found = hashlib.sha256()
+for quantity, scan in (("displacement", {}), ("acceleration", {"stroke": {}}), ("velocity", {"load": 20})):
+    voice = open_voice(parse_scene({"output": {"sample_rate": 8000, "quantity": quantity}, "scan": scan}))
+    found.update(voice.render(3000).tobytes())
+    found.update(voice.render(500, Motion.of(500, speed=0.05, load=0.2)).tobytes())
+print(found.hexdigest())
+"""
+
+
+def test_without_effects_the_output_is_that_of_a_build_that_has_none() -> None:
+    """Bit for bit: with their modules not to be had, and with all of them there."""
+    outputs = [
+        subprocess.run(
+            [sys.executable, "-c", WITHOUT, *words], cwd=ROOT, capture_output=True, text=True, check=True
+        ).stdout
+        for words in ([], ["gone"])
+    ]
+    assert outputs[0] == outputs[1] != ""
+
+
 CALLED = """
 import sys
 from synth import open_voice, parse_scene
