@@ -161,6 +161,7 @@ def _prepared(scene: Scene, cache: ResponseCache, *, by_hand: bool) -> Preparati
             tolerance, of_tables = _imperceptible(rough, turns, orders, scene.accuracy.threshold)
         if scene.effects:
             contact, shapes = shape_for(contact, scene, Demand(max(highest, 1), orders, tolerance), loads, turns)
+            contact.geometry_at(max(*loads, scene.scan.lift_load))  # refuses a shape that is too long under it
         share = ALIAS_SHARE_OF_FEW if highest <= FEW and not moving else ALIAS_SHARE
         demand = Demand(highest if varies else reach, orders, share * spendable(tolerance))
         spectrum = _solved(contact, scene, demand, reach, cache) if moving else _cheapest(contact, scene, demand, cache)
