@@ -215,7 +215,7 @@ def _silence(scene: Scene, geometry: Geometry, highest: int) -> str:
     if highest == 0:
         return (
             f"Every harmonic is above the band: u / lambda2 is {abs(scene.scan.speed) / scene.texture.period:.6g} Hz, "
-            f"and at {scene.output.sample_rate} Hz what is below {BAND * scene.output.sample_rate:.6g} Hz is rendered."
+            f"and what is below {band_limit(scene):.6g} Hz is rendered."
         )
     return ""
 
