@@ -160,6 +160,9 @@ class OutputStage(Protocol):
         wait: what a block needs is solved before it is rendered; otherwise the nearest that there is plays.
         """
 
+    def begin_at(self, state: Any, phase: int) -> None:
+        """Have the texture stand at `phase` at frame 0 of a state that has not stepped."""
+
     def step(self, state: Any, passage: Passage, block: Block) -> None:
         """Write its channels of `block`, float32 [frames, channels]; it may change those before them.
 

@@ -126,6 +126,11 @@ class TangentialStage:
             return []
         return [MovingReader(part, phase, wait=wait) for part in (self.slope, self.friction) if part is not None]
 
+    def begin_at(self, state: list[MovingReader], phase: int) -> None:
+        """See `OutputStage`."""
+        for reader in state:
+            reader.phase[0] = phase
+
     def step(self, state: list[MovingReader], passage: Passage, block: Block) -> None:
         """See `OutputStage`."""
         column, scale = passage.column, self.channel.full_scale

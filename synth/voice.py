@@ -72,7 +72,7 @@ class Voice:
         self._frames: SolvedFrames | None = None
         self._effects: VoiceEffects | None = None
         if solved.effects is not None and solved.spectrum is not None:
-            self._effects = _effects_of(solved, phase, wait=True)
+            self._effects = _effects_of(solved, phase, wait=True, paced=live or paced)
         if solved.simulated:
             pass  # the simulation takes the place of the response
         elif solved.spectrum is not None and not solved.moving:
@@ -219,7 +219,7 @@ class Voice:
         if self._live and self._hand_reader is not None and self._hand_reader.rows is not None:
             self._solver = RowSolver(self._hand_reader.rows, hand.scene.scan.load)
         if hand.effects is not None:
-            self._hand_effects = _effects_of(hand, 0, wait=not self._live)
+            self._hand_effects = _effects_of(hand, 0, wait=not self._live, paced=self._live)
 
     @property
     def usual_loads_ready(self) -> bool:
@@ -243,7 +243,7 @@ class Voice:
         if self._reader is not None:
             self._reader.phase[0] = phase
         if self._effects is not None:
-            self._effects = _effects_of(self.solved, phase, wait=True)
+            self._effects.begin_at(phase)
 
     def seek(self, frame: int) -> None:
         """Go to `frame` of the scene's own scan; ValueError after a hand has moved it."""
@@ -252,11 +252,11 @@ class Voice:
         self.frame = frame
 
 
-def _effects_of(solved: Preparation, phase: int, *, wait: bool) -> VoiceEffects:
+def _effects_of(solved: Preparation, phase: int, *, wait: bool, paced: bool) -> VoiceEffects:
     """Return the effects of a voice; only a scene that has some loads them."""
     from synth.voice_effects import VoiceEffects
 
-    return VoiceEffects(solved, phase, wait=wait)
+    return VoiceEffects(solved, phase, wait=wait, paced=paced)
 
 
 def open_voice(scene: Scene, *, cache: ResponseCache | None = None, live: bool = False) -> Voice:

@@ -8,6 +8,7 @@ Limits  frames that follow a hand are late by the margin of the simulation's fil
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -21,23 +22,41 @@ from synth.preparation import Preparation
 from synth.simulation.running import Running, phases_after
 
 
+PACED_SETTLING = 0.05  # s: what a stream simulates before its first frame, within a block's time
+
+
 class VoiceEffects:
     """The effects of one preparation, at work.
 
-    phase: where the texture stands at frame 0, a 64-bit fraction of a turn. wait: see `OutputStage.start`. `place` is
-    where it stands at the next frame of a hand.
+    phase: where the texture stands at frame 0, a 64-bit fraction of a turn. wait: see `OutputStage.start`. paced: its
+    blocks have deadlines, so that no more than PACED_SETTLING is simulated before the first. `place` is where the
+    texture stands at the next frame of a hand.
     """
 
-    def __init__(self, solved: Preparation, phase: int, *, wait: bool) -> None:
+    def __init__(self, solved: Preparation, phase: int, *, wait: bool, paced: bool) -> None:
         assert solved.effects is not None
         self.solved, self._effects = solved, solved.effects
         self.place = np.array([phase], dtype=np.uint64)
         self._plan = self._effects.simulation
-        self._running: Running | None = None
-        if self._plan is not None:
-            wanted = tuple(signal for stage in self._effects.stages for signal in stage.signals)
-            self._running = Running(self._plan.simulation, (*self._plan.signals, *wanted), phase)
+        self._simulation = None if self._plan is None else self._plan.simulation
+        if paced and self._simulation is not None:
+            settling = min(self._simulation.settling, PACED_SETTLING)
+            self._simulation = replace(self._simulation, settling=settling)
+        self._running = self._run_from(phase)
         self._stages = [(stage, stage.start(phase, wait=wait)) for stage in self._effects.stages]
+
+    def _run_from(self, phase: int) -> Running | None:
+        if self._plan is None or self._simulation is None:
+            return None
+        wanted = tuple(signal for stage in self._effects.stages for signal in stage.signals)
+        return Running(self._simulation, (*self._plan.signals, *wanted), phase)
+
+    def begin_at(self, phase: int) -> None:
+        """Have the texture stand at `phase` at frame 0; nothing was rendered yet."""
+        self.place[0] = phase
+        self._running = self._run_from(phase)
+        for stage, state in self._stages:
+            stage.begin_at(state, phase)
 
     @property
     def late(self) -> int:
