@@ -74,13 +74,30 @@ class Change:
 
 
 def asked(scene: Scene, kind: Kind) -> Iterator[tuple[Effect, Any, bool]]:
-    """Yield the effects of one kind that `scene` names, with their settings, and whether they are left to us."""
-    for name, settings in scene.effects.items():
-        effect = declaration(name)
-        assert isinstance(effect, Effect), f"{name} is of no kind"
-        if effect.kind == kind:
-            auto = settings == AUTO
-            yield effect, effect.settings() if auto else settings, auto
+    """Yield the effects of one kind that `scene` names, in order, with their settings, and whether they are left to
+    us.
+    """
+    for effect in in_order([effect for effect in map(effect_called, scene.effects) if effect.kind == kind]):
+        settings = scene.effects[effect.name]
+        yield effect, effect.settings() if settings == AUTO else settings, settings == AUTO
+
+
+def effect_called(name: str) -> Effect:
+    """Return the effect of that name."""
+    effect = declaration(name)
+    assert isinstance(effect, Effect), f"{name} is of no kind"
+    return effect
+
+
+def in_order(effects: list[Effect]) -> list[Effect]:
+    """Return effects of one kind in the order of their names, each behind those that it declares to come after."""
+    waiting, ordered = sorted(effects, key=lambda effect: effect.name), []
+    while waiting:
+        names = {effect.name for effect in waiting}
+        ready = next(effect for effect in waiting if not names.intersection(effect.after))
+        waiting.remove(ready)
+        ordered.append(ready)
+    return ordered
 
 
 def judged(effect: Effect, settings: Any, change: Change, tolerance: float) -> Called | Spared:

@@ -21,7 +21,6 @@ from synth.output import Block
 from synth.preparation import Preparation
 from synth.simulation.running import Running, phases_after
 
-
 PACED_SETTLING = 0.05  # s: what a stream simulates before its first frame, within a block's time
 
 
