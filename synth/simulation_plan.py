@@ -7,13 +7,15 @@ Model   A pilot of whole texture periods at the scan's speed and load is run wit
         added to the response, so that a small effect leaves the response as exact as it is; beyond, the simulation
         takes the place of the response. A recording is also tried along its own motion.
 Limits  `errors` adds what halving the steps changed (second order: a third more than the difference), and what the
-        table's error makes of the quantity through the linear motion round the load. Where more steps would take
-        more than BUSY of a second's sound, doubling ends, and `errors` tells what is left.
+        table's error makes of the quantity through the linear motion round the load; of a viscous skin, what half as
+        many points changed. Where more steps would take more than BUSY of a second's sound, doubling ends, and `errors`
+        tells what is left.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -28,8 +30,11 @@ from synth.motion import LIFT_TIME, ScanMotion
 from synth.scene import Scene
 from synth.simulation.decimation import Decimator
 from synth.simulation.running import CHANGE, RESPONSE, STATIC_RESPONSE, Running, Signal, Simulation
+from synth.simulation.skin_points import SkinPoints
+from synth.simulation.skin_steps import SkinStepper
 from synth.simulation.steppers import Asked, asking, step_time, stepper_of, stiffness_round
 from synth.simulation.steps import ROWS, STATIC, Stepper
+from synth.simulation.table_steps import TableStepper
 from synth.simulation.terms import Terms
 
 FEWEST_STEPS = 96e3  # steps a second at least: contacts change within tens of microseconds
@@ -44,6 +49,8 @@ STEADY_BAND, MOVING_BAND = (0.40, 0.45), (0.35, 0.49)  # of the rate: kept and r
 WIDENING, WIDENING_AFTER_HAND = 1.5, 2.0
 LEAST_ATTENUATION, MOST_ATTENUATION = 70.0, 140.0  # dB
 LONGEST_OWN = 10.0  # s of a recording that are tried, to see what the effects change along it
+STIFFER = 2.0  # times its mean that a contact's stiffness is where the table's error counts most (seen: up to 2)
+LEFT_BY_POINTS = 0.55  # of what half the points change: order 1.5, by kinks where the surface comes down on the skin
 PHASES = 1024  # at which the table is compared with the exact contact
 
 
@@ -141,7 +148,7 @@ def plan_simulation(case: Case, terms: Terms) -> SimulationPlan:
         scene=case.nominal,
         steps=steps,
         filters=_filters(case, terms, steps),
-        reference=mean_curve(case.contact, _mean_loads(case), case.pressed, case.tolerance),
+        reference=_reference(case, stepper),
         offset=0.0,
         held=terms.adhesion is not None,
         settling=terms.settling(stiffness_round(case.contact, case.pressed)),
@@ -213,10 +220,13 @@ def _planned(
     simulation = tried[0]
     change = _own_change(case, simulation, pilot)
     added = pilot.added and max(change) <= SMALL
-    of_table = _table_errors(case, terms, simulation, pilot, added=added)
+    if isinstance(simulation.stepper, SkinStepper):
+        of_contact = _point_errors(case, simulation.stepper, simulation, pilot)
+    else:
+        of_contact = _table_errors(case, terms, simulation, pilot, added=added)
     filtered = 10.0 ** (-_attenuation(case) / 20.0)
     share = max(change) if added else 1.0  # what the filter's error is of
-    errors = tuple(4.0 / 3.0 * one + other + share * filtered for one, other in zip(unsettled, of_table, strict=True))
+    errors = tuple(4.0 / 3.0 * one + other + share * filtered for one, other in zip(unsettled, of_contact, strict=True))
     stepper = asking(simulation.stepper, Asked(static=added, forces=case.forces))
     return SimulationPlan(
         simulation=replace(simulation, scene=case.scene, stepper=stepper, offset=pilot.offset),
@@ -250,19 +260,22 @@ def _both(case: Case) -> tuple[Signal, ...]:
     return tuple(Signal(kind, order) for kind in (RESPONSE, STATIC_RESPONSE) for order in case.orders)
 
 
+def _point_errors(case: Case, stepper: SkinStepper, simulation: Simulation, pilot: Pilot) -> tuple[float, ...]:
+    """Return what the points of the skin leave of each order, relative to its peak-to-peak: from half as many."""
+    load = max(case.pressed, stepper.load_law.lightest)
+    points = SkinPoints.of_contact(case.contact, load, (stepper.points.count + 1) // 2)
+    halved = _pilot(replace(simulation, stepper=replace(stepper, points=points)), case)
+    moved = halved.moved - np.mean(halved.moved - pilot.moved, axis=1)[:, np.newaxis]
+    return tuple(LEFT_BY_POINTS * one for one in replace(halved, moved=moved).differs_from(pilot))
+
+
 def _table_errors(case: Case, terms: Terms, simulation: Simulation, pilot: Pilot, *, added: bool) -> tuple[float, ...]:
     """Return what the error of the stepper's own contact makes of each order, relative to its peak-to-peak.
 
     The elastic z of the stepper is compared with the exact one over a period; how much of that comes through at each
     harmonic is the linear motion's: K / (K - m w^2 + i c w), less 1 where the elastic z is taken off again.
     """
-    phases = np.arange(PHASES) / PHASES
-    whole = (np.arange(PHASES, dtype=np.uint64)) << np.uint64(64 - int(math.log2(PHASES)))
-    rows = np.empty((ROWS, PHASES))
-    stepper: Stepper = simulation.stepper
-    state = stepper.start(0, case.pressed, 0.0, 1.0 / simulation.rate)
-    stepper.run(state, whole, np.full(PHASES, case.pressed), rows)
-    gap = np.fft.rfft(rows[STATIC] - case.contact.approach(phases, case.pressed)[0]) / PHASES
+    gap = np.fft.rfft(_elastic_gap(case, simulation.stepper)) / PHASES
     limit = harmonics_within(case)
     frequency = 2.0 * math.pi * abs(case.turns) * np.arange(len(gap))
     stiffness = stiffness_round(case.contact, case.pressed)
@@ -272,8 +285,27 @@ def _table_errors(case: Case, terms: Terms, simulation: Simulation, pilot: Pilot
     errors = []
     for order, extent in zip(case.orders, np.ptp(pilot.moved, axis=1), strict=True):
         curve = curves(seen, order, points_for(len(seen) - 1)) * abs(case.turns) ** order
-        errors.append(float(np.max(np.abs(curve))) / extent if extent > 0.0 else 0.0)
+        errors.append(STIFFER * float(np.max(np.abs(curve))) / extent if extent > 0.0 else 0.0)
     return tuple(errors)
+
+
+def _elastic_gap(case: Case, stepper: Stepper) -> Array:
+    """Return by how much (m) the stepper's elastic z lies above the exact one, over a period."""
+    phases = np.arange(PHASES) / PHASES
+    whole = (np.arange(PHASES, dtype=np.uint64)) << np.uint64(64 - int(math.log2(PHASES)))
+    rows = np.empty((ROWS, PHASES))
+    state = stepper.start(0, case.pressed, 0.0, 1.0 / case.scene.output.sample_rate)
+    stepper.run(state, whole, np.full(PHASES, case.pressed), rows)
+    return np.asarray(rows[STATIC] - case.contact.approach(phases, case.pressed)[0])
+
+
+def _reference(case: Case, stepper: TableStepper | SkinStepper) -> Callable[[Array], Array]:
+    """Return z (m) that displacement is about; points of skin stand about another mean than the contact itself."""
+    mean = mean_curve(case.contact, _mean_loads(case), case.pressed, case.tolerance)
+    if isinstance(stepper, TableStepper):
+        return mean
+    raised = float(np.mean(_elastic_gap(case, stepper)))
+    return lambda roots: mean(roots) + raised
 
 
 def harmonics_within(case: Case) -> int:

@@ -11,6 +11,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 FORGOTTEN = 7.0  # time constants after which a start is below 1e-3 of itself
 LONGEST_SETTLING = 0.5  # s that a scan is simulated before its first frame, at most: longer would delay every render
 
@@ -34,6 +36,27 @@ class Skin:
     times: tuple[float, ...]
     weights: tuple[float, ...] = ()
 
+    @property
+    def slowest(self) -> float:
+        """The longest time (s) in which it creeps at a held load: longer than a relaxing skin relaxes in.
+
+        It creeps as exp(s t) where g0 + sum of g_i s / (s + 1 / tau_i) = 0, a polynomial with real roots.
+        """
+        if not self.weights:
+            return max(self.times)
+        rest = 1.0 - sum(self.weights)
+        rates = np.array([1.0])
+        terms = [np.array([1.0, 1.0 / time]) for time in self.times]
+        for one in terms:
+            rates = np.polymul(rates, one)
+        total = rest * rates
+        for place, weight in enumerate(self.weights):
+            others = np.array([weight, 0.0])
+            for other, one in enumerate(terms):
+                others = others if other == place else np.polymul(others, one)
+            total = np.polyadd(total, others)
+        return float(1.0 / np.min(np.abs(np.roots(total).real)))
+
 
 @dataclass(frozen=True, slots=True)
 class Terms:
@@ -51,7 +74,7 @@ class Terms:
 
     def settling(self, stiffness: float) -> float:
         """Return how long (s) a start is heard, LONGEST_SETTLING at most; stiffness: dF/dz (N/m) round the load."""
-        slowest = max(self.skin.times) if self.skin is not None else 0.0
+        slowest = 0.0 if self.skin is None else self.skin.slowest
         if self.mass > 0.0 and self.damping > 0.0:
             rate = 0.5 * self.damping / self.mass
             stiff = rate**2 - stiffness / self.mass

@@ -1,0 +1,118 @@
+"""Inertia, as whole renders: SciPy's integrator on the exact reaction, slow scans, light masses, a hand."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from synth import Motion, open_voice, parse_scene
+from synth.scene import Scene
+from tests.reference.moving_oracle import Finger, Scan, steady_scan
+from tests.reference.spectral_checks import fit_harmonics
+from tests.reference.stiffness_oracle import contact_in_metres, stiffness
+from tests.synth.effects.whole_renders import SCENES, check_quantities, scene_of
+from tests.synth.engine_cases import QUANTITIES, Real, physical, touch_of
+
+SETTLED = 0.03  # s, in which 5 g and 3 N s/m forget e^-9 of a start; it is 1e-6 in the end
+OWN_ERROR = 5e-6  # of the oracle
+
+
+def oracle(scene: Scene, settled: float = SETTLED) -> Scan:
+    """Return the steady motion of the finger of `scene`."""
+    inertia, scan = scene.effects["inertia"], scene.scan
+    finger = Finger(touch_of(scene), inertia.mass, inertia.damping, lambda _t: scan.load, lambda t: scan.speed * t)
+    found = steady_scan(finger, settled)
+    assert found.rest <= 1e-4, "the motion does not repeat itself"
+    return found
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_steady_render_errs_by_no_more_than_the_plan_says(name: str) -> None:
+    scene = scene_of(name, {"inertia": {}})
+    check_quantities(scene, oracle(scene).harmonics, OWN_ERROR)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("bandwidth", [None, 1000.0])
+@pytest.mark.parametrize("name", SCENES)
+def test_so_it_does_at_48_khz(name: str, bandwidth: float | None) -> None:
+    scene = scene_of(name, {"inertia": {}}, 48000, output={"bandwidth": bandwidth})
+    check_quantities(scene, oracle(scene).harmonics, OWN_ERROR)
+
+
+def test_a_light_mass_that_rings_errs_by_no_more_than_the_plan_says() -> None:
+    scene = scene_of("default", {"inertia": {"mass": "1 g", "damping": 0.5}}, texture={"amplitude": "60 um"})
+    check_quantities(scene, oracle(scene, 0.05).harmonics, OWN_ERROR)
+
+
+@pytest.mark.parametrize("damping", [0.2, 3.0])
+def test_in_full_contact_it_is_a_driven_oscillator(damping: float) -> None:
+    """m z'' + c z' + k (z - mean of h) = -w, a2 |sinc(L / lambda2)| driving: what the mass changes goes as u^2."""
+    mass, changed = 2e-3, []
+    for speed in (0.04, 0.02, 0.01):
+        scene = parse_scene(
+            {
+                "scan": {"speed": speed, "load": 50.0},
+                "finger": {"contact_length": "10.3 mm"},
+                "effects": {"inertia": {"mass": mass, "damping": damping}},
+                "output": {"quantity": "displacement", "sample_rate": 8000},
+                "accuracy": {"tolerance": 1e-4},
+            }
+        )
+        frequency, touch = speed / 0.8e-3, touch_of(scene)
+        k, omega = stiffness(touch).k, 2 * np.pi * frequency
+        wanted = k / (k - mass * omega**2 + 1j * omega * damping)
+        found = fit_harmonics(physical(open_voice(scene), 8000)[:, 0], 8000, frequency, 3000.0).coefficients[1]
+        phases = np.arange(256) / 256
+        still = np.fft.fft(np.asarray(contact_in_metres(touch, phases).approach, dtype=float))[1] / 256
+        assert abs(found / still - wanted) <= 2e-4
+        assert 2 * abs(still) == pytest.approx(20e-6 * abs(np.sinc(10.3 / 0.8)), rel=1e-9)
+        changed.append(1 - (1 / (found / still)).real)
+    assert changed[0] / changed[1] == pytest.approx(4.0, rel=0.05)
+    assert changed[1] / changed[2] == pytest.approx(4.0, rel=0.2)
+
+
+def test_a_mass_of_a_milligram_leaves_the_render() -> None:
+    plain = scene_of("default", {}, output={"channels": ["displacement"]})
+    light = scene_of("default", {"inertia": {"mass": 1e-6, "damping": 0.0}}, output={"channels": ["displacement"]})
+    voice = open_voice(light)
+    apart = physical(voice, 2000) - physical(open_voice(plain), 2000)
+    assert np.max(np.abs(apart)) <= 2e-3 * np.ptp(physical(open_voice(plain), 200))
+
+
+def test_auto_leaves_a_slow_scan_alone_and_puts_a_fast_one_in() -> None:
+    for speed, chosen in ((1e-4, False), (0.08, True)):
+        scene = parse_scene(
+            {"scan": {"speed": speed}, "effects": {"inertia": "auto"},
+             "output": {"quantity": "displacement", "sample_rate": 8000}}
+        )  # fmt: skip
+        document = open_voice(scene).plan.document()
+        part = "simulated" if chosen else "left_out"
+        assert "inertia" in [one["name"] for one in document[part]]
+
+
+def swing(t: Real) -> tuple[Real, Real]:
+    """Return position (m) and speed (m/s) of a hand that goes to and fro."""
+    return 3e-3 * (1 - np.cos(20.0 * t)) / 2, 3e-2 * np.sin(20.0 * t)
+
+
+def test_a_hand_is_late_by_what_the_plan_says_and_else_the_trajectory() -> None:
+    rate, count = 8000, 3000
+    t = np.arange(count + 400) / rate
+    place, speed = swing(t)
+    points = [[float(a), float(b), 0.3] for a, b in zip(t, place, strict=True)]
+    sections: dict[str, Any] = {
+        "effects": {"inertia": {}}, "accuracy": {"tolerance": 1e-3},
+        "output": {"channels": [{"quantity": one, "full_scale": 1e-5} for one in QUANTITIES[:1]], "sample_rate": rate},
+    }  # fmt: skip
+    recorded = physical(open_voice(parse_scene({**sections, "scan": {"trajectory": points}})), count)[:, 0]
+    voice = open_voice(parse_scene(sections))
+    motion = Motion.of(count, speed=speed[:count], speed_rate=0.6 * np.cos(20.0 * t[:count]), load=0.3)
+    live = voice.render(count, motion).astype(float)[:, 0] * voice.full_scale[0]
+    assert voice._effects is not None
+    late = voice._effects.late
+    assert 1 <= late <= 0.01 * rate
+    apart = live[late + 400 :] - recorded[400 : count - late]
+    assert np.max(np.abs(apart - np.mean(apart))) <= 2e-3 * np.ptp(recorded)

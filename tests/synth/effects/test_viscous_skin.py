@@ -1,0 +1,106 @@
+"""Viscous skin, as whole renders: places of skin one by one, slow scans, the relaxed contact."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from synth import open_voice, parse_scene
+from synth.scene import Scene
+from synth.simulation.terms import Skin
+from tests.reference.creeping_oracle import Creep, Solid
+from tests.reference.moving_oracle import Harmonics
+from tests.synth.effects.whole_renders import SCENES, check_quantities, kept_band, scene_of
+from tests.synth.engine_cases import QUANTITIES, physical, touch_of
+
+PLACES, STEPS = 8000, 1024  # more places than steps reach: a step moves the surface by half of their distance
+THREE = {"model": "three_time_constants", "short_time": 1e-3, "middle_time": 2e-3, "long_time": 4e-3}
+
+
+def creep_of(scene: Scene, places: int) -> Creep:
+    """Return the oracle's finger of `scene`."""
+    skin, scan, mass = scene.effects["viscous_skin"], scene.scan, scene.effects.get("inertia")
+    solid = Solid((skin.time_constant,)) if skin.model == "kelvin_voigt" else Solid(
+        (skin.short_time, skin.middle_time, skin.long_time), (skin.short_weight, skin.middle_weight, skin.long_weight)
+    )  # fmt: skip
+    moving = (0.0, 0.0) if mass is None else (mass.mass, mass.damping)
+    return Creep(touch_of(scene), scan.speed, solid, places, *moving)
+
+
+def oracle(scene: Scene, periods: int, places: int = PLACES) -> tuple[Harmonics, dict[str, float]]:
+    """Return z of the steady scan, and by how much half the places or half the steps change each quantity."""
+    fine = creep_of(scene, places).steady(STEPS, periods)[0]
+    others = [
+        creep_of(scene, places // 2).steady(STEPS, periods)[0],
+        creep_of(scene, places).steady(STEPS // 2, periods)[0],
+    ]
+    frames, rate, limit, apart = np.arange(800), scene.output.sample_rate, kept_band(scene), {}
+    for order, quantity in enumerate(QUANTITIES):
+        signals = [one.signal(order, frames, rate, limit) for one in (fine, *others)]
+        extent = np.ptp(signals[0])
+        apart[quantity] = sum(float(np.max(np.abs(one - signals[0]))) / extent for one in signals[1:])
+    return fine, apart
+
+
+@pytest.mark.parametrize("name", ["default", "locked", "wide", "light", "backwards"])
+def test_a_steady_render_errs_by_no_more_than_the_plan_says(name: str) -> None:
+    scene = scene_of(name, {"viscous_skin": {}})
+    wanted, own = oracle(scene, 2 if name == "wide" else 3)
+    assert own["displacement"] <= 0.02
+    check_quantities(scene, (wanted,), own)
+
+
+def test_relaxing_skin_errs_by_no_more_than_the_plan_says() -> None:
+    scene = scene_of("default", {"viscous_skin": THREE})
+    wanted, own = oracle(scene, 12, 2000)
+    assert own["acceleration"] <= 0.02
+    check_quantities(scene, (wanted,), own)
+
+
+def test_skin_with_a_mass_errs_by_no_more_than_the_plan_says() -> None:
+    scene = scene_of("default", {"viscous_skin": {}, "inertia": {}})
+    wanted, own = oracle(scene, 5)
+    check_quantities(scene, (wanted,), own)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("bandwidth", [None, 1000.0])
+@pytest.mark.parametrize("name", SCENES)
+def test_so_it_does_at_48_khz(name: str, bandwidth: float | None) -> None:
+    scene = scene_of(name, {"viscous_skin": {}}, 48000, output={"bandwidth": bandwidth})
+    wanted, own = oracle(scene, 2 if name == "wide" else 3, 2 * PLACES)
+    check_quantities(scene, (wanted,), own)
+
+
+@pytest.mark.parametrize("effects", [{"viscous_skin": {}}, {"viscous_skin": {"time_constant": "10 ms"}},
+                                     {"viscous_skin": THREE}, {"viscous_skin": {}, "inertia": {}}], ids=str)  # fmt: skip
+@pytest.mark.parametrize("name", ["default", "light", "wide"])
+def test_displacement_is_about_its_mean(name: str, effects: dict[str, Any]) -> None:
+    scene = scene_of(name, effects, output={"channels": ["displacement"]})
+    period = scene.texture.period / scene.scan.speed
+    block = physical(open_voice(scene), round(2 * max(1, round(0.05 / period)) * period * 8000))
+    assert abs(np.mean(block)) <= 2e-3 * np.ptp(block)
+
+
+def test_slow_scans_are_elastic() -> None:
+    changes = []
+    for speed in (0.02, 0.005, 0.00125):
+        sections: dict[str, Any] = {"output": {"quantity": "displacement", "sample_rate": 8000}, "scan": {"speed": speed}}
+        viscous = parse_scene({**sections, "effects": {"viscous_skin": {"time_constant": 5e-4}}})
+        count = round(8000 * 0.8e-3 / speed)
+        moved, still = (physical(open_voice(one), count)[:, 0] for one in (viscous, parse_scene(sections)))
+        changes.append(np.max(np.abs(moved - still)) / np.ptp(still))
+    assert changes[0] > 5e-3
+    assert changes[0] > 1.5 * changes[1] > 2.25 * changes[2] or changes[2] <= 2e-3
+
+
+def test_relaxing_skin_settles_as_slowly_as_it_creeps() -> None:
+    """At a held load one element of weight g and time tau creeps with tau / (1 - g), Kelvin and Voigt's with tau."""
+    assert Skin((0.004,)).slowest == 0.004
+    assert Skin((0.004,), (0.75,)).slowest == pytest.approx(0.016, rel=1e-12)
+    three = Skin((1e-3, 2e-3, 4e-3), (0.25, 0.25, 0.25))
+    s = -1 / three.slowest
+    assert 0.25 + sum(0.25 * s / (s + 1 / time) for time in three.times) == pytest.approx(0.0, abs=1e-9)
+    assert 4e-3 < three.slowest < 16e-3

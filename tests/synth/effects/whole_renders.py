@@ -1,0 +1,81 @@
+"""What the tests of whole renders share: a render in SI units beside what an oracle says it should be."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from scipy.signal import firwin
+
+from synth import open_voice, parse_scene
+from synth.scene import Scene
+from synth.voice import Voice
+from tests.reference.moving_oracle import Harmonics
+from tests.reference.spectral_checks import WINDOW_PERIODS, fit_harmonics
+from tests.synth.engine_cases import QUANTITIES, Real, physical
+
+FITTED = 0.495  # of the rate: harmonics up to here are told from those that are kept
+PASSING = 0.40  # of the rate: what a steady scan keeps
+
+SCENES: dict[str, dict[str, Any]] = {
+    "default": {},
+    "locked": {"texture": {"period": "0.5 mm"}},
+    "wide": {"texture": {"period": "5 mm", "amplitude": "100 um"}},
+    "light": {"scan": {"load": "0.02 N"}},
+    "heavy": {"scan": {"load": "3 N"}},
+    "backwards": {"scan": {"speed": "-80 mm/s"}},
+}
+"""The scenes on which every effect is compared with its oracle."""
+
+
+def scene_of(name: str, effects: dict[str, Any], rate: int = 8000, **sections: Any) -> Scene:
+    """Return a scene of SCENES with `effects`, all three quantities at `rate`."""
+    output = {"sample_rate": rate, "channels": list(QUANTITIES), **sections.pop("output", {})}
+    return parse_scene({**SCENES[name], **sections, "effects": effects, "output": output})
+
+
+def kept_band(scene: Scene) -> float:
+    """Return up to which frequency (Hz) a steady scan keeps its tolerance."""
+    return min(PASSING * scene.output.sample_rate, scene.output.bandwidth or np.inf)
+
+
+def errors_of(scene: Scene, voice: Voice, wanted: dict[str, tuple[Harmonics, int]]) -> dict[str, float]:
+    """Return the largest error of each channel below the band limit, relative to its peak-to-peak, its mean aside.
+
+    wanted: of each quantity the harmonics, and how many times they are to be differentiated.
+    """
+    rate, limit = scene.output.sample_rate, kept_band(scene)
+    fundamental = next(iter(wanted.values()))[0].fundamental_hz
+    count = max(round((WINDOW_PERIODS + 1) * rate / fundamental), 1500)
+    frames, found = np.arange(count), physical(voice, count)
+    errors = {}
+    for column, quantity in enumerate(voice.quantities):
+        if quantity in wanted:
+            harmonics, order = wanted[quantity]
+            truth = harmonics.signal(order, frames, rate, limit)
+            fit = fit_harmonics(found[:, column], rate, fundamental, FITTED * rate)
+            errors[quantity] = float(np.max(np.abs(fit.signal(frames, limit) - truth)) / np.ptp(truth))
+    return errors
+
+
+def check_quantities(scene: Scene, motion: tuple[Harmonics, ...], own_error: dict[str, float] | float = 0.0) -> Voice:
+    """Assert that a steady render errs by no more than its plan says.
+
+    motion: harmonics of z, z' and z'', or of z alone. own_error: of the oracle, relative, one for all or each its own.
+    """
+    voice = open_voice(scene)
+    wanted = {one: (motion[order if len(motion) > 1 else 0], 0 if len(motion) > 1 else order) for order, one in enumerate(QUANTITIES)}
+    errors, told = errors_of(scene, voice, wanted), voice.plan.estimated_error
+    for quantity, error in errors.items():
+        own = own_error if isinstance(own_error, float) else own_error[quantity]
+        assert error <= told[quantity] + own, f"{quantity} errs by {error:.2e}, told {told[quantity]:.2e}"
+    return voice
+
+
+def below(signal: Real, finer: int, part: float = 0.3, reach: int = 24) -> Real:
+    """Return what of a signal lies below `part` of the rate, by a filter `reach` frames long to each side.
+
+    signal: `finer` times a frame, from `reach` frames before the first frame to `reach` frames after the last.
+    """
+    taps = firwin(2 * reach * finer + 1, 2 * part / finer, window=("kaiser", 10.0))
+    return np.asarray(np.convolve(signal, taps / np.sum(taps), "valid")[::finer])
