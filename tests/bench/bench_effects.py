@@ -29,11 +29,11 @@ from synth.voice import BLOCK
 from tests.bench.timing import Figure, alternated, figure, repeated, seconds
 
 FRAMES = 480  # a live block: 10 ms at 48 kHz
-SOUND = 48000  # frames of a repeat, at least
+SOUND = 4800  # frames of a repeat, at least: short, so that other work falls into few of the repeats
 FRAME_TIME = 1e9 / 48000  # ns: real time
 FASTER = {"viscous_skin": 5.0}  # times real time at least, where it is not AT_LEAST
 AT_LEAST = 20.0
-STEPS = 1 << 14
+STEPS = 1 << 12
 
 
 def figures(quick: bool) -> list[Figure]:
@@ -46,7 +46,7 @@ def figures(quick: bool) -> list[Figure]:
     for names in largest:
         title = " + ".join(name for name in names if name not in common)
         lines += cost(f"all, {title}", names, None, quick)
-    return [*lines, *without_effects(3 if quick else 401), *steps(3 if quick else 51)]
+    return [*lines, *without_effects(3 if quick else 4001), *steps(3 if quick else 201)]
 
 
 def scene_with(*names: str) -> Scene:
@@ -81,12 +81,12 @@ def largest_sets() -> list[tuple[str, ...]]:
 def cost(title: str, names: tuple[str, ...], limit: float | None, quick: bool) -> list[Figure]:
     """Return the lines of one set of effects: a frame in live blocks and in those of a file, memory, set-up."""
     scene, told = scene_with(*names), "" if len(names) == 1 else f" with {', '.join(names)}"
-    repeats, sound, openings = (3, SOUND // 10, 1) if quick else (51, SOUND, 5)
+    repeats, openings = (3, 1) if quick else (201, 5)
     opened = [seconds(partial(open_voice, scene)) for _ in range(1 + openings)][1:]
     voice = open_voice(scene)
     lines = []
     for frames in (FRAMES, BLOCK):
-        blocks = max(1, sound // frames)
+        blocks = max(1, SOUND // frames)
         took = repeated(partial(rendered, voice, frames, blocks), repeats)
         per_frame = 1e9 / (frames * blocks)
         times = FRAME_TIME / (per_frame * statistics.median(took))
