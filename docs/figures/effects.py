@@ -24,6 +24,7 @@ from synth import Voice, open_voice, parse_scene
 from synth.simulation.steppers import stiffness_round
 from synth.simulation.steps import HEIGHT, ROWS
 
+Settings = Mapping[str, Any]
 HERE = Path(__file__).resolve().parent
 RATE = 48000
 PERIOD, SPEED, LOAD = 0.8e-3, 0.08, 0.3  # m, m/s, N: of the default scene
@@ -38,7 +39,7 @@ def main(folder: Path = HERE) -> None:
             saved(draw(), folder, f"effect-{name}")
 
 
-def voice_of(effects: Mapping[str, Any], *channels: str, **sections: Any) -> Voice:
+def voice_of(effects: Settings, *channels: str, **sections: Any) -> Voice:
     """Return a voice of the default scene with `effects`, its `channels`, and other `sections`."""
     output = {"channels": [{"quantity": name} for name in channels or ("displacement",)]}
     return open_voice(parse_scene({"effects": dict(effects), "output": output} | sections))
@@ -47,6 +48,11 @@ def voice_of(effects: Mapping[str, Any], *channels: str, **sections: Any) -> Voi
 def rendered(voice: Voice, frames: int) -> Real:
     """Return the next frames in SI units, float64 [frames, channels]."""
     return np.asarray(voice.render(frames) * np.array(voice.full_scale), dtype=np.float64)
+
+
+def with_and_without(name: str, colour: str) -> tuple[tuple[Settings, str, str], tuple[Settings, str, str]]:
+    """Return effects, colour and name of the two lines of a comparison."""
+    return ({}, FAINT, "without"), ({name: {}}, colour, name)
 
 
 def panels(*widths: float, height: float = 2.7) -> tuple[Figure, list[Axes]]:
@@ -82,9 +88,11 @@ def contact_growth() -> Figure:
     """Return length of the contact and peak-to-peak of z over the load, without and with the effect."""
     figure, (left, right) = panels(1.0, 1.25)
     loads = np.geomspace(0.05, 2.0, 161)
-    for effects, colour, name in (({}, FAINT, "without"), ({"contact_growth": {}}, BLUE, "contact_growth")):
+    for effects, colour, name in with_and_without("contact_growth", BLUE):
         voices = [voice_of(effects, scan={"load": float(load)}) for load in loads]
-        lengths = [contact_of(voice).geometry_at(load).contact_length for voice, load in zip(voices, loads, strict=True)]
+        lengths = [
+            contact_of(voice).geometry_at(load).contact_length for voice, load in zip(voices, loads, strict=True)
+        ]
         moves = [voice.plan.response["channels"][0]["peak_to_peak"] for voice in voices]
         left.plot(loads, 1e3 * np.array(lengths), color=colour, linewidth=1.3, label=name)
         right.plot(loads, 1e6 * np.array(moves), color=colour, linewidth=1.1, label=name)
@@ -110,7 +118,7 @@ def curvature() -> Figure:
     grid = figure.add_gridspec(2, 2, width_ratios=(1.5, 1.0))
     upper = figure.add_subplot(grid[0, 0])
     lower, right = figure.add_subplot(grid[1, 0], sharex=upper, sharey=upper), figure.add_subplot(grid[:, 1])
-    for axes, effects, colour, name in ((upper, {}, FAINT, "without"), (lower, {"curvature": {}}, BLUE, "curvature")):
+    for axes, (effects, colour, name) in zip((upper, lower), with_and_without("curvature", BLUE), strict=True):
         voice = voice_of(effects, **SHALLOW)
         places, pressure = pressures(contact_of(voice), 0.25, voice.scene.scan.load)
         axes.fill_between(1e3 * places, pressure, color=colour, linewidth=0.6)
@@ -149,7 +157,7 @@ def pressures(contact: Any, phase: float, load: float) -> tuple[Real, Real]:
 def inertia() -> Figure:
     """Return acceleration, its spectrum with the resonance of the contact, and a finger that is thrown off."""
     figure, (left, middle, right) = panels(1.0, 1.0, 1.0)
-    for effects, colour, name in (({}, FAINT, "without"), ({"inertia": {}}, RED, "inertia")):
+    for effects, colour, name in with_and_without("inertia", RED):
         voice = voice_of(effects, "acceleration")
         sound = rendered(voice, 100 * TURN)[:, 0]
         left.plot(1e3 * np.arange(TURN + 1) / RATE, sound[: TURN + 1], color=colour, linewidth=1.0, label=name)
@@ -184,9 +192,10 @@ JUMPS = 4 * 240  # frames of four of its periods
 def viscous_skin() -> Figure:
     """Return z over a period at rising speeds, and what a period loses over the speed."""
     figure, (left, right) = panels(1.0, 1.0)
+    viscous: Settings = {"viscous_skin": {}}
     left.plot(*over_a_period({}, SPEED), color=FAINT, linewidth=1.3, label="without, any speed")
     for speed, colour in ((0.02, GREEN), (0.08, BLUE), (0.32, RED)):
-        left.plot(*over_a_period({"viscous_skin": {}}, speed), color=colour, linewidth=1.1, label=f"{1e3 * speed:g} mm/s")
+        left.plot(*over_a_period(viscous, speed), color=colour, linewidth=1.1, label=f"{1e3 * speed:g} mm/s")
     speeds = np.geomspace(0.002, 0.64, 18)
     for effects, colour, name in LOSSES:
         right.plot(1e3 * speeds, [1e6 * lost(effects, speed) for speed in speeds], "o-", color=colour, markersize=2.2,
@@ -200,21 +209,21 @@ def viscous_skin() -> Figure:
     return figure
 
 
-LOSSES = (
+LOSSES: tuple[tuple[Settings, str, str], ...] = (
     ({}, FAINT, "without"),
     ({"viscous_skin": {}}, BLUE, "kelvin_voigt"),
     ({"viscous_skin": {"model": "three_time_constants"}}, RED, "three_time_constants"),
 )
 
 
-def over_a_period(effects: Mapping[str, Any], speed: float) -> tuple[Real, Real]:
+def over_a_period(effects: Settings, speed: float) -> tuple[Real, Real]:
     """Return places (mm) over a period of the texture and z (um) there."""
     frames = round(RATE * PERIOD / speed)
     z = rendered(voice_of(effects, scan={"speed": speed}), frames + 1)[:, 0]
     return 1e3 * PERIOD * np.linspace(0.0, 1.0, frames + 1), 1e6 * z
 
 
-def lost(effects: Mapping[str, Any], speed: float) -> float:
+def lost(effects: Settings, speed: float) -> float:
     """Return the work (J) of the force on the slopes over a period."""
     frames = round(RATE * PERIOD / speed)
     exact = PERIOD * RATE / frames  # m/s, for a whole number of frames a period
@@ -235,7 +244,7 @@ def adhesion() -> Figure:
         left.plot(1e3 * loads[part], z[part] - z.max(), color=colour, linewidth=1.1, label=f"adhesion, {name}")
     titled(left, "pulled off, and pulled in", "load (mN)", "z, from where it let go (µm)")
     named(left, loc="lower left")
-    for effects, lowest, colour, name in (({}, 0.0, FAINT, "without"), ({"adhesion": {}}, PULL, RED, "adhesion")):
+    for lowest, (effects, colour, name) in zip((0.0, PULL), with_and_without("adhesion", RED), strict=True):
         times = FALL * (PRESS - np.linspace(PRESS, lowest, 9))
         points = [[float(t), SPEED * float(t), 1e-3 * (PRESS - float(t) / FALL)] for t in times]
         moved = rendered(voice_of(effects, scan={"trajectory": points}), round(RATE * FALL * (PRESS - lowest)))[:, 0]
@@ -259,7 +268,7 @@ def heights_along(voice: Voice, loads: Real) -> Real:
     stepper, rows = effects.simulation.simulation.stepper, np.empty((ROWS, len(loads)))
     state: Any = stepper.start(0, loads[0], 0.0, 1.0 / RATE)
     stepper.run(state, np.zeros(len(loads), np.uint64), loads, rows)
-    return rows[HEIGHT]
+    return np.asarray(rows[HEIGHT])
 
 
 def tangential() -> Figure:
@@ -270,7 +279,7 @@ def tangential() -> Figure:
     left.plot(time, 1e3 * force(friction_coefficient=0), color=GREEN, linewidth=1.2)
     for settings, colour, name in (({}, BLUE, "Coulomb, g = 1"), ({"pressure_exponent": 0.8}, RED, "g = 0.8")):
         whole = 1e3 * force(**settings)
-        right.axhline(np.mean(whole[: 2 * TURN]), color=FAINT, linewidth=0.6, linestyle=(0, (4, 3)))
+        right.axhline(float(np.mean(whole[: 2 * TURN])), color=FAINT, linewidth=0.6, linestyle=(0, (4, 3)))
         right.plot(time, whole, color=colour, linewidth=1.2)
         right.annotate(name, (20.0, whole.min()), (0, -3), textcoords="offset points", fontsize=7.5, color=colour,
                        ha="right", va="top")  # fmt: skip

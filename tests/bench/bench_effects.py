@@ -128,9 +128,12 @@ def against_equal(name: str, document: dict[str, Any], what: str, repeats: int) 
 def steps(repeats: int) -> list[Figure]:
     """Return what a step of a simulation takes over what `synth.simulation.steppers` assumes."""
     relaxing = parse_scene({"effects": {"viscous_skin": {"model": "three_time_constants"}}})
-    skins = [simulation_of(scene) for scene in (scene_with("viscous_skin"), relaxing)]
-    tables = [table_line(name, repeats) for name in ("inertia", "adhesion")]
-    return [*tables, *skin_lines(skins[0], skins[1], repeats)]
+    return [
+        step_line("step of inertia", scene_with("inertia"), repeats),
+        step_line("step of adhesion", scene_with("adhesion"), repeats),
+        step_line("point of skin", scene_with("viscous_skin"), repeats),
+        step_line("point that relaxes", relaxing, repeats),
+    ]
 
 
 def simulation_of(scene: Scene) -> Simulation:
@@ -141,29 +144,16 @@ def simulation_of(scene: Scene) -> Simulation:
     return replace(simulation, stepper=asking(simulation.stepper, Asked(static=False, forces=False)))
 
 
-def table_line(name: str, repeats: int) -> Figure:
-    """Return the line of a step that reads a table."""
-    took = repeated(stepping(simulation_of(scene_with(name))), repeats)
-    per_step = 1e9 * statistics.median(took) / STEPS
-    how = f"{per_step:.0f} ns a step against {1e9 * TABLE_STEP:.0f}, median of {repeats} x {STEPS} steps"
-    return figure(f"simulation: step of {name}", took, "x assumed", None, how, scale=1.0 / (STEPS * TABLE_STEP))
-
-
-def skin_lines(plain: Simulation, relaxing: Simulation, repeats: int) -> list[Figure]:
-    """Return the lines of a point of skin, and of what each of its memories adds."""
-    skins = [one.stepper for one in (plain, relaxing) if isinstance(one.stepper, SkinStepper)]
-    first, second = alternated([stepping(plain)], [stepping(relaxing)], repeats)
-    points, memories = [skin.points.count for skin in skins], [skin.law.memories for skin in skins]
-    a_point = [took / (STEPS * points[0]) - memories[0] * SKIN_MEMORY for took in first]
-    a_memory = [
-        (late / points[1] - early / points[0]) / (STEPS * (memories[1] - memories[0]))
-        for early, late in zip(first, second, strict=True)
-    ]
-    lines = []
-    for name, took, assumed in (("point of skin", a_point, SKIN_POINT), ("memory of it", a_memory, SKIN_MEMORY)):
-        how = f"{1e9 * statistics.median(took):.2f} ns a step against {1e9 * assumed:.2g}, median of {repeats}"
-        lines.append(figure(f"simulation: {name}", took, "x assumed", None, how, scale=1.0 / assumed))
-    return lines
+def step_line(name: str, scene: Scene, repeats: int) -> Figure:
+    """Return the line of a step that reads a table, or of a point of skin in a step."""
+    simulation = simulation_of(scene)
+    stepper, count, assumed = simulation.stepper, STEPS, TABLE_STEP
+    if isinstance(stepper, SkinStepper):
+        count, assumed = STEPS * stepper.points.count, SKIN_POINT + SKIN_MEMORY * stepper.law.memories
+    took = repeated(stepping(simulation), repeats)
+    found = 1e9 * statistics.median(took) / count
+    how = f"{found:.3g} ns against {1e9 * assumed:.3g}, median of {repeats} x {STEPS} steps"
+    return figure(f"simulation: {name}", took, "x assumed", None, how, scale=1.0 / (count * assumed))
 
 
 def stepping(simulation: Simulation) -> Callable[[], None]:

@@ -49,7 +49,7 @@ class Pair:
     def cases(self) -> tuple[Case, Case]:
         """Return the case without the effect and the one with it."""
         output = {"full_scale": self.full_scale, **self.scene.get("output", {})}
-        scene = {**self.scene, "output": output}
+        scene: dict[str, object] = {**self.scene, "output": output}
         after = {**scene, "effects": {self.effect: self.settings}}
         return Case(f"{self.effect}-before", self.before, scene), Case(f"{self.effect}-after", self.after, after)
 
@@ -143,8 +143,8 @@ PAIRS = (
         {"scan": trajectory(*FALLING), "output": {"quantity": "displacement"}},
         2e-6,
         "A light touch, 20 mN, is lifted within 1 s: a thin tone that changes with the load and ends where it does.",
-        "Surfaces attract each other: the same tone, lower in colour towards the end, and louder there, since the finger "
-        "is held to the last. It is let go softly, without a click.",
+        "Surfaces attract each other: the same tone, lower in colour towards the end, and louder there, since the "
+        "finger is held to the last. It is let go softly, without a click.",
     ),
     Pair(
         "contact_growth",
