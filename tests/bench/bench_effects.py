@@ -1,7 +1,8 @@
 """Effects: what a frame, a voice's memory and its set-up cost with each alone and with all that go together.
 
 A scene that has no effect must cost nothing for those that there are: two equal voices without effects are timed in
-turn, and beside them one whose scene names every effect as null.
+turn, and beside them one whose scene names every effect as null. Frames, set-up and steps are counted in processor
+time: nothing in them waits, and what other work takes of the core is not theirs.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from itertools import combinations
+from time import thread_time
 from typing import Any
 
 import numpy as np
@@ -26,7 +28,7 @@ from synth.simulation.skin_steps import SkinStepper
 from synth.simulation.steppers import SKIN_MEMORY, SKIN_POINT, TABLE_STEP, Asked, asking
 from synth.simulation.steps import ROWS
 from synth.voice import BLOCK
-from tests.bench.timing import Figure, alternated, figure, repeated, seconds
+from tests.bench.timing import Figure, alternated, figure
 
 FRAMES = 480  # a live block: 10 ms at 48 kHz
 SOUND = 4800  # frames of a repeat, at least: short, so that other work falls into few of the repeats
@@ -82,12 +84,12 @@ def cost(title: str, names: tuple[str, ...], limit: float | None, quick: bool) -
     """Return the lines of one set of effects: a frame in live blocks and in those of a file, memory, set-up."""
     scene, told = scene_with(*names), "" if len(names) == 1 else f" with {', '.join(names)}"
     repeats, openings = (3, 1) if quick else (201, 5)
-    opened = [seconds(partial(open_voice, scene)) for _ in range(1 + openings)][1:]
+    opened = worked(partial(open_voice, scene), openings)
     voice = open_voice(scene)
     lines = []
     for frames in (FRAMES, BLOCK):
         blocks = max(1, SOUND // frames)
-        took = repeated(partial(rendered, voice, frames, blocks), repeats)
+        took = worked(partial(rendered, voice, frames, blocks), repeats)
         per_frame = 1e9 / (frames * blocks)
         times = FRAME_TIME / (per_frame * statistics.median(took))
         how = f"blocks of {frames}, {times:.3g} times faster than real time, median of {repeats}"
@@ -95,6 +97,16 @@ def cost(title: str, names: tuple[str, ...], limit: float | None, quick: bool) -
     lines.append(figure(title, [voice.memory_bytes / 1e3], "kB", None, f"memory of a voice{told}"))
     how = f"set-up: open_voice, only kernels cached, median of {openings}"
     return [*lines, figure(title, opened, "ms", None, how, scale=1e3)]
+
+
+def worked(work: Callable[[], object], repeats: int) -> list[float]:
+    """Return the seconds that the processor worked on each of `repeats` runs, after one that is not counted."""
+    times = []
+    for _ in range(1 + repeats):
+        began = thread_time()
+        work()
+        times.append(thread_time() - began)
+    return times[1:]
 
 
 def rendered(voice: Voice, frames: int, blocks: int) -> None:
@@ -150,7 +162,7 @@ def step_line(name: str, scene: Scene, repeats: int) -> Figure:
     stepper, count, assumed = simulation.stepper, STEPS, TABLE_STEP
     if isinstance(stepper, SkinStepper):
         count, assumed = STEPS * stepper.points.count, SKIN_POINT + SKIN_MEMORY * stepper.law.memories
-    took = repeated(stepping(simulation), repeats)
+    took = worked(stepping(simulation), repeats)
     found = 1e9 * statistics.median(took) / count
     how = f"{found:.3g} ns against {1e9 * assumed:.3g}, median of {repeats} x {STEPS} steps"
     return figure(f"simulation: {name}", took, "x assumed", None, how, scale=1.0 / (count * assumed))

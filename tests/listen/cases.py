@@ -135,7 +135,7 @@ HARD_CASES = (
 )
 
 FALLING = tuple((0.1 * n, 0.008 * n, 0.002 * (10 - n)) for n in range(11))
-RISING = tuple((0.1 * n, 0.008 * n, 0.05 * 1.16**n) for n in range(21))
+RISING = tuple((0.1 * n, 0.008 * n, 0.05 * 1.35**n) for n in range(11))
 
 PAIRS = (
     Pair(
@@ -148,10 +148,10 @@ PAIRS = (
     ),
     Pair(
         "contact_growth",
-        {"scan": trajectory(*RISING)},
-        100.0,
-        "A press from 0.05 N to 1 N in 2 s over a contact of one length: the colour changes slowly and evenly.",
-        "The contact grows: the tone swells and sinks several times, as its ends pass ridges. No steps, no clicks.",
+        {"scan": trajectory(*RISING), "output": {"duration": 1.0, "bandwidth": 2000.0}},
+        50.0,
+        "A press from 0.05 N to 1 N in 1 s over a contact of one length: the colour changes slowly and evenly.",
+        "The contact grows: the tone swells and sinks several times, as its ends pass ridges. No steps.",
     ),
     Pair(
         "curvature",
