@@ -48,8 +48,11 @@ class Kind(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Price:
-    """What an effect costs at the default scene: ns a frame at 48 kHz, and bytes of one voice; `python -m tests.bench
-    effects` measures both. Only ever told to people: nothing is decided by it."""
+    """What a voice costs with this effect alone in the default scene: ns a frame in blocks of 480 at 48 kHz, and bytes.
+
+    `python -m tests.bench effects` measured both, once, on the machine of docs/benchmarks.md. Only ever told to people:
+    nothing is decided by it.
+    """
 
     ns_per_frame: float
     memory_bytes: int

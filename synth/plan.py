@@ -7,12 +7,13 @@ Source  design, sections 2 and 5. Errors are those measured while the response w
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from synth.channels import UNITS, ChannelPlan
 from synth.contact.rows import Rows
 from synth.contact.steady import SteadyHarmonics
+from synth.effect import Price
 from synth.effect_registry import effect_names, unit_of
 from synth.effects_preparation import QUANTITIES
 from synth.frame_plan import FramePlan
@@ -25,16 +26,21 @@ NEARLY = 1.05  # times the tolerance: less than this is not worth a warning, sin
 
 @dataclass(frozen=True, slots=True)
 class Simulated:
-    """One thing that is simulated: its name and the reason, as sentences; an effect also has its settings."""
+    """One thing that is simulated: its name and the reason, as sentences; an effect also has its settings and price.
+
+    price: of a voice with this effect alone in the default scene, measured once on one machine; `Cost` is this scene's.
+    """
 
     name: str
     reason: str
     settings: dict[str, Any] | None = None
+    price: Price | None = None
 
     def document(self) -> dict[str, Any]:
         """Return it as JSON."""
         settings = {} if self.settings is None else {"settings": self.settings}
-        return {"name": self.name, "reason": self.reason} | settings
+        price = {} if self.price is None else {"price": asdict(self.price)}
+        return {"name": self.name, "reason": self.reason} | settings | price
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,6 +175,7 @@ def _effect_parts(solved: Preparation) -> tuple[Simulated, ...]:
             one.effect.name,
             f"{one.effect.reason(solved.scene, one.settings)} {one.reason}".strip(),
             one.settings.document(),
+            one.effect.price,
         )
         for one in solved.effects.called
     )
@@ -239,7 +246,7 @@ def _response(solved: Preparation) -> dict[str, Any]:
                 "unit": UNITS[channel.quantity],
                 "full_scale": channel.full_scale,
                 "peak_to_peak": channel.extent,
-                "reader": "" if channel.reader is None else channel.reader.name,
+                "reader": "simulation" if solved.simulated else "" if channel.reader is None else channel.reader.name,
             }
             for channel in solved.channels
         ] + _added_channels(solved),

@@ -12,16 +12,14 @@ import json
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import matplotlib
 import numpy as np
-import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
+from docs.figures.look import BLUE, FAINT, INK, LOOK, RED, Real, new_figure, saved
 from synth import open_voice, parse_scene
 from synth.scene import Scene
 
@@ -33,21 +31,6 @@ FELT_HZ = 1000.0  # what a fingertip feels ends about here (docs/examples/README
 LOWEST_HZ, HIGHEST_HZ = 60.0, 24000.0
 NAMED = (1, 3, 8)  # harmonics that carry their number
 RANGE_DB = 90.0  # of a spectrum, below its strongest line
-
-LOOK: Any = {
-    "font.family": "DejaVu Sans",
-    "font.size": 8.5,
-    "axes.linewidth": 0.6,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "xtick.major.width": 0.6,
-    "ytick.major.width": 0.6,
-    "svg.hashsalt": "ridgewave",
-    "figure.facecolor": "white",
-}
-INK, FAINT = "#1d2733", "#8a94a0"
-
-Real = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,8 +45,8 @@ class Row:
 
 
 ROWS = (
-    Row(0, 1e6, "displacement", "µm", "#1f6f8b"),
-    Row(1, 1.0, "acceleration", "m/s²", "#b5482a"),
+    Row(0, 1e6, "displacement", "µm", BLUE),
+    Row(1, 1.0, "acceleration", "m/s²", RED),
 )
 
 
@@ -71,9 +54,7 @@ def main(folder: Path = HERE) -> None:
     """Write waveform.svg and waveform.png into `folder`."""
     scene = parse_scene(json.loads(SCENE.read_text("utf-8")) | {"output": OUTPUT})
     with matplotlib.rc_context(LOOK):
-        drawn = draw(scene, rendered(scene))
-        drawn.savefig(folder / "waveform.svg", metadata={"Date": None, "Creator": None})
-        drawn.savefig(folder / "waveform.png", dpi=200, metadata={"Software": None})
+        saved(draw(scene, rendered(scene)), folder, "waveform")
 
 
 def rendered(scene: Scene) -> Real:
@@ -85,7 +66,7 @@ def rendered(scene: Scene) -> Real:
 
 def draw(scene: Scene, sound: Real) -> Figure:
     """Return the figure: a row for each quantity, its waveform and its spectrum."""
-    figure = Figure(figsize=(7.4, 4.3), layout=ConstrainedLayoutEngine(w_pad=0.09, h_pad=0.06))
+    figure = new_figure(7.4, 4.3)
     panels = figure.subplots(2, 2, sharex="col", width_ratios=(1.0, 1.25))
     for row, (waveform, spectrum) in zip(ROWS, panels, strict=True):
         draw_waveform(waveform, row, scene, sound[:, row.channel] * row.factor)

@@ -2,8 +2,8 @@
 
     python -m tests.bench [--long] [--json] [PART ...]
 
-Parts: solver, voice, response, methods (each on one core), service, processes; --long adds an hour's render. Nothing
-here passes or fails: a figure over its limit says OVER. docs/benchmarks.md tells what each line means.
+Parts: solver, voice, response, methods, effects (each on one core), service, processes; --long adds an hour's render.
+Nothing here passes or fails: a figure over its limit says OVER. docs/benchmarks.md tells what each line means.
 """
 
 from __future__ import annotations
@@ -15,7 +15,15 @@ from contextlib import nullcontext
 from resource import RUSAGE_SELF, getrusage
 from time import perf_counter
 
-from tests.bench import bench_methods, bench_processes, bench_response, bench_service, bench_solver, bench_voice
+from tests.bench import (
+    bench_effects,
+    bench_methods,
+    bench_processes,
+    bench_response,
+    bench_service,
+    bench_solver,
+    bench_voice,
+)
 from tests.bench.timing import Figure, machine, one_core
 
 Measure = Callable[[bool], list[Figure]]
@@ -25,10 +33,11 @@ PARTS: dict[str, Measure] = {
     "voice": bench_voice.figures,
     "response": bench_response.figures,
     "methods": bench_methods.figures,
+    "effects": bench_effects.figures,
     "service": bench_service.figures,
     "processes": bench_processes.figures,
 }
-ON_ONE_CORE = ("solver", "voice", "response", "methods")
+ON_ONE_CORE = ("solver", "voice", "response", "methods", "effects")
 HEADER = f"{'figure':35} {'median':>9} {'least':>9} {'unit':8} {'limit':>6} {'':6}  how"
 
 

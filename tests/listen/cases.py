@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -35,12 +35,31 @@ class Case:
     motion: str = ""
 
 
+@dataclass(frozen=True, slots=True)
+class Pair:
+    """An effect to hear: a scene without it and with it, at one full scale, and what the effect makes audible."""
+
+    effect: str
+    scene: dict[str, dict[str, object]]
+    full_scale: float
+    before: str
+    after: str
+    settings: dict[str, object] = field(default_factory=dict)
+
+    def cases(self) -> tuple[Case, Case]:
+        """Return the case without the effect and the one with it."""
+        output = {"full_scale": self.full_scale, **self.scene.get("output", {})}
+        scene: dict[str, object] = {**self.scene, "output": output}
+        after = {**scene, "effects": {self.effect: self.settings}}
+        return Case(f"{self.effect}-before", self.before, scene), Case(f"{self.effect}-after", self.after, after)
+
+
 def trajectory(*points: tuple[float, float, float]) -> dict[str, object]:
     """Return a scan of recorded points (s, m, N)."""
     return {"trajectory": [list(point) for point in points]}
 
 
-CASES = (
+HARD_CASES = (
     Case(
         "sweep",
         "A finger that speeds up from rest to 1 m/s in 4 s: a tone that rises and grows, without whistles that fall "
@@ -114,6 +133,60 @@ CASES = (
         {"output": {"sample_rate": 8000}},
     ),
 )
+
+FALLING = tuple((0.1 * n, 0.008 * n, 0.002 * (10 - n)) for n in range(11))
+RISING = tuple((0.1 * n, 0.008 * n, 0.05 * 1.35**n) for n in range(11))
+
+PAIRS = (
+    Pair(
+        "adhesion",
+        {"scan": trajectory(*FALLING), "output": {"quantity": "displacement"}},
+        2e-6,
+        "A light touch, 20 mN, is lifted within 1 s: a thin tone that changes with the load and ends where it does.",
+        "Surfaces attract each other: the same tone, lower in colour towards the end, and louder there, since the "
+        "finger is held to the last. It is let go softly, without a click.",
+    ),
+    Pair(
+        "contact_growth",
+        {"scan": trajectory(*RISING), "output": {"duration": 1.0, "bandwidth": 2000.0}},
+        50.0,
+        "A press from 0.05 N to 1 N in 1 s over a contact of one length: the colour changes slowly and evenly.",
+        "The contact grows: the tone swells and sinks several times, as its ends pass ridges. No steps.",
+    ),
+    Pair(
+        "curvature",
+        {"texture": {"amplitude": "4 um"}, "scan": {"load": "0.5 N"}},
+        1.0,
+        "Hard edges at the ends of the contact: a tone of 100 Hz.",
+        "The ends fade: the tone of 100 Hz is all but gone. What is left is thin and bright, the ridges at the ends "
+        "that touch and leave; no hiss.",
+    ),
+    Pair(
+        "inertia",
+        {},
+        30.0,
+        "The default scene, quasi-static: bright, a buzz of sharp clicks 100 times a second.",
+        "A finger of 5 g: much softer and dull, rounded about 400 Hz; no ringing that goes on by itself.",
+    ),
+    Pair(
+        "tangential",
+        {"output": {"quantity": "displacement"}},
+        2e-6,
+        "One channel: how far the finger moves, a tone of 100 Hz.",
+        "Two channels: the first is the sound before, sample for sample; the second is the force across the texture, "
+        "brighter, on a level that is not heard (but seen, and a thump where playing begins and ends).",
+    ),
+    Pair(
+        "viscous_skin",
+        {},
+        50.0,
+        "The default scene, elastic: a buzz of sharp clicks 100 times a second.",
+        "Viscous skin: a harder, louder buzz, since skin that comes back late leaves sharp corners; no hiss between.",
+    ),
+)
+"""Every effect, before and after."""
+
+CASES = (*HARD_CASES, *(case for pair in PAIRS for case in pair.cases()))
 
 
 def rendered(case: Case) -> Sound:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -42,7 +43,7 @@ def test_an_effect_declares_itself(name: str) -> None:
     assert effect.summary.endswith(".")
     assert effect.kind in Kind
     assert all(declaration(other).kind == effect.kind for other in effect.after)  # type: ignore[attr-defined]
-    assert effect.price.ns_per_frame >= 0.0 and effect.price.memory_bytes >= 0
+    assert effect.price.ns_per_frame > 0.0 and effect.price.memory_bytes > 0
     assert type(effect).__doc__ and sys.modules[f"synth.effects.{name}"].__doc__
     told = sys.modules[f"synth.effects.{name}"].__doc__ or ""
     assert all(f"\n{word}" in told for word in ("Kind ", "Model ", "Source ", "Limits "))
@@ -128,6 +129,8 @@ def test_the_plan_names_what_runs_and_what_it_costs(names: tuple[str, ...]) -> N
     assert [name for name in listed if name in names] == order
     assert all(part["reason"] for part in document["simulated"])
     assert set(document["estimated_error"]) >= {"displacement"}
+    told = {part["name"]: part["price"] for part in document["simulated"] if "price" in part}
+    assert told == {name: asdict(declaration(name).price) for name in names}  # type: ignore[attr-defined]
 
 
 def test_effects_on_one_thing_are_refused_together_and_all_others_combine() -> None:

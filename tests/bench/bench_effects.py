@@ -1,0 +1,185 @@
+"""Effects: what a frame, a voice's memory and its set-up cost with each alone and with all that go together.
+
+A scene that has no effect must cost nothing for those that there are: two equal voices without effects are timed in
+turn, and beside them one whose scene names every effect as null. Frames, set-up and steps are counted in processor
+time: nothing in them waits, and what other work takes of the core is not theirs.
+"""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from itertools import combinations
+from time import thread_time
+from typing import Any
+
+import numpy as np
+
+from synth import Voice, open_voice, parse_scene
+from synth.contact.phases import phase_step
+from synth.effect_registry import effect_names
+from synth.errors import SceneError
+from synth.scene import Scene
+from synth.simulation.running import Simulation
+from synth.simulation.skin_steps import SkinStepper
+from synth.simulation.steppers import SKIN_MEMORY, SKIN_POINT, TABLE_STEP, Asked, asking
+from synth.simulation.steps import ROWS
+from synth.voice import BLOCK
+from tests.bench.timing import Figure, alternated, figure
+
+FRAMES = 480  # a live block: 10 ms at 48 kHz
+SOUND = 4800  # frames of a repeat, at least: short, so that other work falls into few of the repeats
+FRAME_TIME = 1e9 / 48000  # ns: real time
+FASTER = {"viscous_skin": 5.0}  # times real time at least, where it is not AT_LEAST
+AT_LEAST = 20.0
+STEPS = 1 << 12
+
+
+def figures(quick: bool) -> list[Figure]:
+    """Return the lines of the effects; on one core."""
+    lines = []
+    for name in effect_names():
+        lines += cost(f"{name}, alone", (name,), limit_of(name), quick)
+    largest = largest_sets()
+    common = set.intersection(*map(set, largest))
+    for names in largest:
+        title = " + ".join(name for name in names if name not in common)
+        lines += cost(f"all, {title}", names, None, quick)
+    return [*lines, *without_effects(3 if quick else 4001), *steps(3 if quick else 201)]
+
+
+def scene_with(*names: str) -> Scene:
+    """Return the default scene with the effects called `names` at their defaults."""
+    return parse_scene({"effects": {name: {} for name in names}})
+
+
+def limit_of(name: str) -> float:
+    """Return the nanoseconds that a frame may take with one effect, whole ones."""
+    return float(math.floor(FRAME_TIME / FASTER.get(name, AT_LEAST)))
+
+
+def sets() -> list[tuple[str, ...]]:
+    """Return every set of effects that one scene may have."""
+    found = []
+    for count in range(1, len(effect_names()) + 1):
+        for names in combinations(effect_names(), count):
+            try:
+                scene_with(*names)
+            except SceneError:
+                continue
+            found.append(names)
+    return found
+
+
+def largest_sets() -> list[tuple[str, ...]]:
+    """Return those sets to which no effect can be added."""
+    found = sets()
+    return [names for names in found if not any(set(names) < set(other) for other in found)]
+
+
+def cost(title: str, names: tuple[str, ...], limit: float | None, quick: bool) -> list[Figure]:
+    """Return the lines of one set of effects: a frame in live blocks and in those of a file, memory, set-up."""
+    scene, told = scene_with(*names), "" if len(names) == 1 else f" with {', '.join(names)}"
+    repeats, openings = (3, 1) if quick else (201, 5)
+    opened = worked(partial(open_voice, scene), openings)
+    voice = open_voice(scene)
+    lines = []
+    for frames in (FRAMES, BLOCK):
+        blocks = max(1, SOUND // frames)
+        took = worked(partial(rendered, voice, frames, blocks), repeats)
+        per_frame = 1e9 / (frames * blocks)
+        times = FRAME_TIME / (per_frame * statistics.median(took))
+        how = f"blocks of {frames}, {times:.3g} times faster than real time, median of {repeats}"
+        lines.append(figure(title, took, "ns/frame", limit, how, scale=per_frame))
+    lines.append(figure(title, [voice.memory_bytes / 1e3], "kB", None, f"memory of a voice{told}"))
+    how = f"set-up: open_voice, only kernels cached, median of {openings}"
+    return [*lines, figure(title, opened, "ms", None, how, scale=1e3)]
+
+
+def worked(work: Callable[[], object], repeats: int) -> list[float]:
+    """Return the seconds that the processor worked on each of `repeats` runs, after one that is not counted."""
+    times = []
+    for _ in range(1 + repeats):
+        began = thread_time()
+        work()
+        times.append(thread_time() - began)
+    return times[1:]
+
+
+def rendered(voice: Voice, frames: int, blocks: int) -> None:
+    """Render some blocks."""
+    for _ in range(blocks):
+        voice.render(frames)
+
+
+def without_effects(repeats: int) -> list[Figure]:
+    """Return the time of a voice without effects in that of an equal one: built alike, and with every effect null."""
+    null = {"effects": dict.fromkeys(effect_names())}
+    return [
+        against_equal("no effect, twice", {}, "two equal voices", repeats),
+        against_equal("no effect, each of them null", null, "every effect named, as null", repeats),
+    ]
+
+
+def against_equal(name: str, document: dict[str, Any], what: str, repeats: int) -> Figure:
+    """Return the time of a block of the voice of `document`, in that of a voice of the default scene."""
+    voices = open_voice(parse_scene({})), open_voice(parse_scene(document))
+    assert voices[0].memory_bytes == voices[1].memory_bytes
+    blocks = SOUND // FRAMES
+    renders: list[list[Callable[[], object]]] = [[partial(voice.render, FRAMES)] * blocks for voice in voices]
+    first, second = alternated(renders[0], renders[1], repeats)
+    ratios = [other / one for one, other in zip(first, second, strict=True)]
+    low, high = np.quantile(ratios, (0.25, 0.75))
+    how = f"{what}, blocks of {FRAMES} in turn, half of {repeats} passes between {low:.4f} and {high:.4f}"
+    return Figure(name, statistics.median(ratios), min(second) / min(first), "x equal", None, how)
+
+
+def steps(repeats: int) -> list[Figure]:
+    """Return what a step of a simulation takes over what `synth.simulation.steppers` assumes."""
+    relaxing = parse_scene({"effects": {"viscous_skin": {"model": "three_time_constants"}}})
+    return [
+        step_line("step of inertia", scene_with("inertia"), repeats),
+        step_line("step of adhesion", scene_with("adhesion"), repeats),
+        step_line("point of skin", scene_with("viscous_skin"), repeats),
+        step_line("point that relaxes", relaxing, repeats),
+    ]
+
+
+def simulation_of(scene: Scene) -> Simulation:
+    """Return the simulation of a scene, asked for z alone."""
+    effects = open_voice(scene).solved.effects
+    assert effects is not None and effects.simulation is not None
+    simulation = effects.simulation.simulation
+    return replace(simulation, stepper=asking(simulation.stepper, Asked(static=False, forces=False)))
+
+
+def step_line(name: str, scene: Scene, repeats: int) -> Figure:
+    """Return the line of a step that reads a table, or of a point of skin in a step."""
+    simulation = simulation_of(scene)
+    stepper, count, assumed = simulation.stepper, STEPS, TABLE_STEP
+    if isinstance(stepper, SkinStepper):
+        count, assumed = STEPS * stepper.points.count, SKIN_POINT + SKIN_MEMORY * stepper.law.memories
+    took = worked(stepping(simulation), repeats)
+    found = 1e9 * statistics.median(took) / count
+    how = f"{found:.3g} ns against {1e9 * assumed:.3g}, median of {repeats} x {STEPS} steps"
+    return figure(f"simulation: {name}", took, "x assumed", None, how, scale=1.0 / (count * assumed))
+
+
+def stepping(simulation: Simulation) -> Callable[[], None]:
+    """Return what runs STEPS steps of a simulation on, at its scene's speed and load."""
+    scan, period = simulation.scene.scan, simulation.scene.texture.period
+    step = np.uint64(phase_step(scan.speed, period, simulation.rate))
+    loads, rows, offsets = np.full(STEPS, scan.load), np.empty((ROWS, STEPS)), np.arange(STEPS, dtype=np.uint64)
+    state: Any = simulation.stepper.start(0, scan.load, scan.speed / period, 1.0 / simulation.rate)
+    begun = np.zeros(1, np.uint64)
+
+    def run() -> None:
+        with np.errstate(over="ignore"):
+            phases = begun + step * (offsets + np.uint64(1))
+        begun[0] = phases[-1]
+        simulation.stepper.run(state, phases, loads, rows)
+
+    return run
