@@ -49,10 +49,13 @@ class PreparedEffects:
     def warnings(self, tolerance: float) -> tuple[str, ...]:
         """Return what a listener should know: what misses the tolerance."""
         late = {channel.quantity: channel.error for channel in self.channels}
+        gone: tuple[str, ...] = ()
+        if self.simulation is not None and self.simulation.let_go:
+            gone = ("The finger pulls harder than what holds it: it has let go, and nothing moves.",)
         if self.simulation is not None:
             pairs = zip(self.simulation.orders, self.simulation.errors, strict=True)
             late |= {QUANTITIES[order]: error for order, error in pairs}
-        return tuple(
+        return gone + tuple(
             f"The {quantity.replace('_', ' ')} reaches an error of {error:.2g} of its peak-to-peak, not the "
             f"{tolerance:.2g} asked for: effects are simulated step by step."
             for quantity, error in late.items()

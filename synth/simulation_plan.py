@@ -80,6 +80,11 @@ class SimulationPlan:
         """What a voice asks of the simulation: a signal for each order."""
         return tuple(Signal(CHANGE if self.added else RESPONSE, order) for order in self.orders)
 
+    @property
+    def let_go(self) -> bool:
+        """True where nothing holds the finger at the scan's own load."""
+        return self.simulation.held and not any(self.extents)
+
     def change_from(self, other: SimulationPlan) -> tuple[float, ...]:
         """Return by how much each order differs from another simulation of the same scan, relative to that one."""
         pairs = zip(other.pilot.moved, self.pilot.moved, strict=True)
