@@ -1,4 +1,4 @@
-"""The tables of `ridgewave explain`: effects with their settings, units and prices, and nothing that reads like JSON."""
+"""The tables of `ridgewave explain`: effects with settings, units and prices, and nothing that reads like JSON."""
 
 from __future__ import annotations
 
