@@ -33,7 +33,7 @@ from synth.simulation.running import CHANGE, RESPONSE, STATIC_RESPONSE, Running,
 from synth.simulation.skin_points import SkinPoints
 from synth.simulation.skin_steps import SkinStepper
 from synth.simulation.steppers import Asked, asking, step_time, stepper_of, stiffness_round
-from synth.simulation.steps import ROWS, STATIC, Stepper
+from synth.simulation.steps import ATTACHED, HEIGHT, ROWS, STATIC, Stepper
 from synth.simulation.table_steps import TableStepper
 from synth.simulation.terms import Terms
 
@@ -277,15 +277,18 @@ def _point_errors(case: Case, stepper: SkinStepper, simulation: Simulation, pilo
 def _table_errors(case: Case, terms: Terms, simulation: Simulation, pilot: Pilot, *, added: bool) -> tuple[float, ...]:
     """Return what the error of the stepper's own contact makes of each order, relative to its peak-to-peak.
 
-    The elastic z of the stepper is compared with the exact one over a period; how much of that comes through at each
+    The stepper's own equilibrium is compared with the exact one over a period; how much of that comes through at each
     harmonic is the linear motion's: K / (K - m w^2 + i c w), less 1 where the elastic z is taken off again.
     """
-    gap = np.fft.rfft(_elastic_gap(case, simulation.stepper)) / PHASES
+    stepper = simulation.stepper
+    assert isinstance(stepper, TableStepper)
+    sticks = stepper.pull > 0.0
+    gap = np.fft.rfft(_adhesive_gap(case, stepper) if sticks else _elastic_gap(case, stepper)) / PHASES
     limit = harmonics_within(case)
     frequency = 2.0 * math.pi * abs(case.turns) * np.arange(len(gap))
     stiffness = stiffness_round(case.contact, case.pressed)
     through = 1.0 / (1.0 + (1j * terms.damping * frequency - terms.mass * frequency**2) / stiffness)
-    seen = gap * (through - 1.0 if added else through)
+    seen = gap * (through - 1.0 if added and not sticks else through)
     seen[limit + 1 :] = 0.0
     errors = []
     for order, extent in zip(case.orders, np.ptp(pilot.moved, axis=1), strict=True):
@@ -302,6 +305,23 @@ def _elastic_gap(case: Case, stepper: Stepper) -> Array:
     state = stepper.start(0, case.pressed, 0.0, 1.0 / case.scene.output.sample_rate)
     stepper.run(state, whole, np.full(PHASES, case.pressed), rows)
     return np.asarray(rows[STATIC] - case.contact.approach(phases, case.pressed)[0])
+
+
+def _adhesive_gap(case: Case, stepper: TableStepper) -> Array:
+    """Return by how much (m) a finger that adhesion holds, at rest, lies above the exact equilibrium, over a period."""
+    still = replace(stepper, mass=0.0, damping=0.0)
+    phases = np.arange(PHASES) / PHASES
+    whole = (np.arange(PHASES, dtype=np.uint64)) << np.uint64(64 - int(math.log2(PHASES)))
+    rows = np.empty((ROWS, PHASES))
+    load = case.load
+    still.run(still.start(0, load, 0.0, 1.0), whole, np.full(PHASES, load), rows)
+    depth, touching = case.contact.measure(phases, rows[HEIGHT], case.pressed)
+    far, wide = case.contact.measure(phases, rows[HEIGHT] - stepper.reach, case.pressed)
+    stiffness, pulling = case.contact.stiffness_at(case.pressed), stepper.pull / stepper.reach
+    excess = (stiffness + pulling) * depth - pulling * far - load
+    slope = (stiffness + pulling) * touching - pulling * wide
+    held = (rows[ATTACHED] > 0.0) & (slope > 0.0)
+    return np.where(held, -excess / np.where(held, slope, 1.0), 0.0)
 
 
 def _reference(case: Case, stepper: TableStepper | SkinStepper) -> Callable[[Array], Array]:

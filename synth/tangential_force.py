@@ -91,7 +91,10 @@ class TangentialStage:
         extent, _peak = extent_and_peak(series)
         peak = lifted * float(np.max(np.abs(curves(series, 0, 2 * points_for(len(series) - 1)) + level)))
         scale = law.full_scale or (peak / PEAK if peak > STILL else 1.0)
-        error = max(_error_of(part) for part in (slope, friction) if part is not None)
+        error = _left_over(slope, solved.highest)
+        if friction is not None:
+            error += abs(direction) * _left_over(friction, solved.highest)
+        error = error / extent if extent > 0.0 else 0.0
         steady = None
         if not solved.moving:
             reading = cheapest_reader(
@@ -199,9 +202,10 @@ def _series(force: Preparation, highest: int) -> Complex:
     return kept
 
 
-def _error_of(force: Preparation) -> float:
+def _left_over(force: Preparation, highest: int) -> float:
+    """Return the largest error (N) of a force over a period: each is known relative to its own peak-to-peak."""
     assert force.spectrum is not None
-    return force.spectrum.errors[0]
+    return force.spectrum.errors[0] * extent_and_peak(_series(force, highest))[0]
 
 
 def _mean_friction(response: FrictionForce, solved: Preparation) -> Callable[[Array], Array]:

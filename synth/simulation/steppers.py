@@ -62,15 +62,26 @@ def stepper_of(
     reach = 0.0 if terms.adhesion is None else terms.adhesion.reach
     # a ridge is as long across the scan as the contact is along it (eq. 4)
     pull = 0.0 if terms.adhesion is None else terms.adhesion.stress * contact.geometry.contact_length * length
-    pressed_in = pull / contact.stiffness_at(load)
+    sunk = 0.0 if terms.adhesion is None else reach + _sunk(contact, load, loads[1], pull)
     exact = min(max(TABLE_SHARE * tolerance, TIGHTEST_TABLE), LOOSEST_TABLE)
-    table = PotentialTable.of(contact, load, *loads, below=reach + pressed_in, above=reach, tolerance=exact)
+    table = PotentialTable.of(contact, load, *loads, below=sunk, above=reach, tolerance=exact)
     power = -0.5 if contact.of_one_shape else 0.0
     coefficient = contact.stiffness_at(load) / load**power
     return TableStepper(
         table, coefficient, power, lift_load, terms.mass, terms.damping, pull, reach,
         contact.geometry.texture_period, asked.static, asked.forces,
     )  # fmt: skip
+
+
+def _sunk(contact: Contact, load: float, heaviest: float, pull: float) -> float:
+    """Return how much deeper (m) the contact of `load` (N) sinks at most where all of `pull` (N) adds to `heaviest`.
+
+    Its first part sinks it far more than the mean indentation says: only a part of the length touches.
+    """
+    phases, stiffness = np.arange(MEAN_PHASES) / MEAN_PHASES, contact.stiffness_at(heaviest)
+    solver = contact.solver(load)
+    pressed, pulled = (solver.solve(phases, force / stiffness).height for force in (heaviest, heaviest + pull))
+    return float(np.max(pressed - pulled))
 
 
 def asking(stepper: TableStepper | SkinStepper, asked: Asked) -> TableStepper | SkinStepper:

@@ -1,0 +1,127 @@
+"""Adhesion, as whole renders: the path of the finger followed in small moves, pull-off, letting go, coming back."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from synth import open_voice, parse_scene
+from synth.motion import LIFT_TIME
+from synth.scene import Scene
+from tests.reference.adhesion_oracle import Held, Path
+from tests.reference.moving_oracle import Harmonics
+from tests.reference.stiffness_oracle import Touch
+from tests.reference.synthesis_oracle import mean_approach
+from tests.synth.effects.whole_renders import below, check_quantities, kept_band, scene_of
+from tests.synth.engine_cases import QUANTITIES, Real, physical, touch_of
+
+PHASES = 1024
+RATE = 8000
+LIFT = 1e-3  # N
+STRONG = {"stress": "20 kPa", "reach": "20 um"}  # lets go at a pull of 0.12 to 0.14 N on the default texture
+
+
+def path_of(scene: Scene) -> Path:
+    """Return the oracle's finger of `scene`."""
+    adhesion = scene.effects["adhesion"]
+    touch = replace(touch_of(scene), load=max(scene.scan.load, LIFT))
+    return Path(touch, adhesion.stress, adhesion.reach, LIFT)
+
+
+def oracle(scene: Scene) -> tuple[Harmonics, dict[str, float]]:
+    """Return z of the steady scan, and by how much twice as few phases change each quantity."""
+    several, count = [], PHASES
+    for count in (PHASES, PHASES // 2):
+        theta = np.copysign(1.0, scene.scan.speed) * np.arange(-count // 4, count) / count
+        found = path_of(scene).followed(theta, np.full(len(theta), scene.scan.load))
+        assert np.all(found.held == 1.0)
+        z = found.z[count // 4 :]
+        several.append(Harmonics(np.fft.rfft(z) / count, abs(scene.scan.speed) / scene.texture.period))
+    frames, limit, apart = np.arange(800), kept_band(scene), {}
+    for order, quantity in enumerate(QUANTITIES):
+        fine, coarse = (one.signal(order, frames, RATE, limit) for one in several)
+        apart[quantity] = float(np.max(np.abs(fine - coarse)) / np.ptp(fine))
+    return several[0], apart
+
+
+@pytest.mark.parametrize("name", ["default", "locked", "wide", "light", "heavy", "backwards"])
+def test_a_steady_render_errs_by_no_more_than_the_plan_says(name: str) -> None:
+    scene = scene_of(name, {"adhesion": {}})
+    wanted, own = oracle(scene)
+    check_quantities(scene, (wanted,), own)
+
+
+def test_an_attraction_that_sinks_the_finger_far_is_within_the_table() -> None:
+    """2 N at most on 0.3 N: a table that ended where the pull presses in by its mean was wrong by 9e-2."""
+    scene = scene_of("default", {"adhesion": STRONG})
+    wanted, own = oracle(scene)
+    assert own["acceleration"] <= 1e-3
+    check_quantities(scene, (wanted,), own)
+
+
+def test_a_constant_pull_is_held_where_there_is_a_root() -> None:
+    scene = scene_of("default", {"adhesion": STRONG}, scan={"load": "-0.05 N"})
+    wanted, own = oracle(scene)
+    check_quantities(scene, (wanted,), own)
+
+
+def test_a_constant_pull_beyond_the_pull_off_is_silence() -> None:
+    scene = scene_of("default", {"adhesion": STRONG}, scan={"load": "-0.4 N"})
+    assert not np.any(open_voice(scene).render(1000))
+
+
+def pulled(lowest: float, seconds: float = 0.4) -> tuple[dict[str, Any], Real, Real]:
+    """Return a recording that presses, pulls down to `lowest` (N) and presses again; position and load of it.
+
+    Both at twice the rate, from 0.05 s on: before that nothing moves.
+    """
+
+    def at(t: Real) -> tuple[Real, Real]:
+        s = np.clip((t - 0.05) / (seconds - 0.1), 0.0, 1.0)
+        load = 0.2 + (lowest - 0.2) * (1 - np.cos(2 * np.pi * s)) / 2
+        return 8e-3 * (s - np.sin(2 * np.pi * s) / (2 * np.pi)), load
+
+    points = np.arange(round(seconds * 2000) + 1) / 2000
+    place, load = at(points)
+    document = {"trajectory": np.stack([points, place, load], axis=1).tolist()}
+    return document, *at(np.arange(2 * round(seconds * RATE)) / (2 * RATE))
+
+
+def rendered(lowest: float) -> tuple[Real, Held, Real, Touch]:
+    """Return displacement (m) and what the oracle says at twice the rate; loads; the touch."""
+    scan, place, load = pulled(lowest)
+    sections: dict[str, Any] = {"scan": scan, "output": {"quantity": "displacement", "sample_rate": RATE}}
+    scene = parse_scene({**sections, "effects": {"adhesion": STRONG}})
+    found = path_of(scene).followed(place / scene.texture.period, load)
+    return physical(open_voice(scene), len(load) // 2)[:, 0], found, load, touch_of(scene)
+
+
+def test_it_pulls_lets_go_is_silent_and_comes_back_as_the_oracle_does() -> None:
+    found, wanted, load, touch = rendered(-0.3)
+    held = np.flatnonzero(np.diff(wanted.held)) // 2
+    assert len(held) == 2, "it lets go once, and comes back once"
+    off, on = held.tolist()
+    assert -0.2 < load[2 * off] < -0.1, "it was held against a pull"
+    fade, near = round(LIFT_TIME * RATE), 60
+    assert not np.any(found[off + fade + near : on - near])
+    assert np.all(found[on + near :] != 0.0) and np.all(found[near : off - near] != 0.0)
+    silent = np.flatnonzero(found == 0.0)
+    silent = silent[silent > near]
+    assert np.all(np.diff(silent) == 1), "no chatter: one silence"
+    about = np.asarray(wanted.z - mean_approach(touch, np.maximum(load, 0.0)))
+    reach = 24
+    truth = below(about, 2, reach=reach)
+    ours = below(found, 1, reach=reach)
+    parts = [slice(near, off - near - 2 * reach), slice(on + fade + near, len(ours) - near)]
+    level = np.mean(np.concatenate([ours[part] - truth[part] for part in parts]))
+    for part in parts:
+        assert np.max(np.abs(ours[part] - truth[part] - level)) <= 5e-3 * np.ptp(truth[part])
+
+
+def test_a_pull_that_is_held_all_the_time_is_never_silent() -> None:
+    found, wanted, load, _touch = rendered(-0.05)
+    assert np.all(wanted.held == 1.0) and np.min(load) < 0.0
+    assert np.all(found[60:] != 0.0)

@@ -1,0 +1,129 @@
+"""The tangential force, as whole renders: against integrals of the pressure, its means, reversals, and with a mass."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from synth import open_voice, parse_scene
+from synth.scene import Scene
+from tests.reference.moving_oracle import Finger, Harmonics, Profile, Reaction, elastic, steady_scan
+from tests.reference.pressure_oracle import Surfaces, power_mean
+from tests.reference.stiffness_oracle import Touch, stiffness
+from tests.synth.effects.whole_renders import SCENES, errors_of, scene_of
+from tests.synth.engine_cases import Real, physical, touch_of
+
+FORCE = "tangential_force"
+PHASES = 2048
+RATE = 8000
+
+
+def tangential(scene: Scene, seconds: float) -> tuple[Real, float]:
+    """Return the force (N) of the first `seconds` of a scene, and the error that its plan tells."""
+    voice = open_voice(scene)
+    assert voice.quantities[-1] == FORCE
+    return physical(voice, round(seconds * RATE))[:, -1], voice.plan.estimated_error[FORCE]
+
+
+def slope_force(touch: Touch, theta: Real) -> Real:
+    """Return -(k / L) times the integral of max(h - z, 0) dh_t/dx (N) at each theta (turns)."""
+    profile, found = Profile(touch), stiffness(touch)
+    heights = [elastic(profile, found.indentation, one) for one in theta.tolist()]
+    reaction = Reaction(profile)
+    return np.array([reaction.force(z, one, found.k) for z, one in zip(heights, theta.tolist(), strict=True)])
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_the_force_of_the_slopes_errs_by_no_more_than_the_plan_says(name: str) -> None:
+    scene = scene_of(name, {"tangential": {"friction_coefficient": 0}})
+    sign = np.copysign(1.0, scene.scan.speed)
+    force = slope_force(touch_of(scene), sign * np.arange(PHASES) / PHASES)
+    wanted = Harmonics(np.fft.rfft(force) / PHASES, abs(scene.scan.speed) / scene.texture.period)
+    voice = open_voice(scene)
+    error = errors_of(scene, voice, {FORCE: (wanted, 0)})[FORCE]
+    assert error <= voice.plan.estimated_error[FORCE] + 1e-5
+
+
+@pytest.mark.parametrize("effects", [{}, {"adhesion": {}}], ids=str)
+def test_slopes_alone_have_no_mean_over_a_period(effects: dict[str, Any]) -> None:
+    scene = scene_of("default", {"tangential": {"friction_coefficient": 0}, **effects})
+    force, _told = tangential(scene, 0.1)
+    assert abs(np.mean(force)) <= (1e-4 if effects else 1e-6) * np.ptp(force)
+
+
+@pytest.mark.parametrize("speed", [0.08, -0.08])
+def test_coulombs_friction_has_the_mean_mu_w_against_the_motion(speed: float) -> None:
+    scene = scene_of("default", {"tangential": {"friction_coefficient": 1}}, scan={"speed": speed})
+    force, _told = tangential(scene, 0.1)
+    assert np.mean(force) == pytest.approx(np.copysign(0.3, speed), rel=1e-6)
+    slower = scene_of("default", {"tangential": {"friction_coefficient": 1}}, scan={"speed": 1e-3})
+    force, _told = tangential(slower, 0.8)
+    assert np.mean(force) == pytest.approx(0.3 * np.tanh(1.0), rel=1e-5)
+
+
+@pytest.mark.parametrize("exponent", [0.8, 1.2])
+def test_friction_of_another_power_is_that_of_the_pressure(exponent: float) -> None:
+    law = {"friction_coefficient": 0.6, "pressure_exponent": exponent, "reference_pressure": "20 kPa"}
+    scene = scene_of("default", {"tangential": law})
+    touch, count = touch_of(scene), 256
+    found, area, force = stiffness(touch), touch.contact_length**2, np.empty(count)
+    theta, profile = np.arange(count) / count, Profile(touch)
+    for i, one in enumerate(theta.tolist()):
+        surfaces = Surfaces(
+            touch.ridge_amplitude, touch.ridge_period, 0.0, touch.texture_amplitude, touch.texture_period, touch.phase,
+            touch.contact_length, moved=one * touch.texture_period,
+        )  # fmt: skip
+        mean = power_mean(surfaces, elastic(profile, found.indentation, one), exponent)
+        force[i] = 0.6 * 2e4 * area * (found.k / (area * 2e4)) ** exponent * mean
+    force += slope_force(touch, theta)
+    wanted = Harmonics(np.fft.rfft(force) / count, 100.0)
+    voice = open_voice(scene)
+    error = errors_of(scene, voice, {FORCE: (wanted, 0)})[FORCE]
+    assert error <= voice.plan.estimated_error[FORCE] + 1e-5
+    assert np.mean(physical(voice, 800)[:, -1]) == pytest.approx(np.mean(force), rel=1e-5)
+
+
+def test_a_stroke_turns_without_a_step() -> None:
+    stroke = {"speed": "80 mm/s", "length": "12 mm", "turn_time": "60 ms"}
+    law = {"friction_coefficient": 1, "reversal_speed": "10 mm/s"}
+    force, _told = tangential(scene_of("default", {"tangential": law}, scan={"stroke": stroke}), 1.0)
+    slopes, _told = tangential(scene_of("default", {"tangential": {"friction_coefficient": 0}}), 0.1)
+    assert np.max(force) > 0.28 and np.min(force) < -0.28, "it goes to and fro"
+    turning = 0.3 * 3 * 0.08 / 0.06 / 0.01 / RATE  # mu w times the largest change of u / u0 from frame to frame
+    assert np.max(np.abs(np.diff(force))) <= turning + np.max(np.abs(np.diff(slopes)))
+
+
+@pytest.mark.parametrize("damping", [3.0, 1.0])
+def test_with_a_mass_the_mean_is_the_power_of_the_damper(damping: float) -> None:
+    effects = {"inertia": {"damping": damping}, "tangential": {"friction_coefficient": 0}}
+    scene = scene_of("default", effects)
+    force, told = tangential(scene, 0.1)
+    touch = touch_of(scene)
+    scan = steady_scan(Finger(touch, 5e-3, damping, lambda _t: 0.3, lambda t: 0.08 * t), 0.12 / damping)
+    lost = damping * float(np.mean(scan.motion[1] ** 2))
+    assert lost > 1e-7
+    assert abs(np.mean(force) * 0.08 - lost) <= min(told * np.ptp(force) * 0.08, 2e-3 * lost)
+
+
+def test_with_a_mass_the_force_errs_by_no_more_than_the_plan_says() -> None:
+    scene = scene_of("default", {"inertia": {}, "tangential": {"friction_coefficient": 0.5}})
+    touch = touch_of(scene)
+    scan = steady_scan(Finger(touch, 5e-3, 3.0, lambda _t: 0.3, lambda t: 0.08 * t), 0.04)
+    reaction, k = Reaction(Profile(replace(touch))), stiffness(touch).k
+    some = slice(None, None, 8)
+    force = [
+        reaction.force(z, 0.08 * t / touch.texture_period, k) + 0.5 * reaction.at(z, 0.08 * t / touch.texture_period, k)[1]
+        for z, t in zip(scan.motion[0][some].tolist(), scan.times[some].tolist(), strict=True)
+    ]
+    wanted = Harmonics(np.fft.rfft(force) / len(force), 100.0)
+    voice = open_voice(scene)
+    error = errors_of(scene, voice, {FORCE: (wanted, 0)})[FORCE]
+    assert error <= voice.plan.estimated_error[FORCE] + 2e-5
+
+
+def test_no_load_is_no_force() -> None:
+    scene = parse_scene({"effects": {"tangential": {}}, "scan": {"load": 0}, "output": {"sample_rate": RATE}})
+    assert not np.any(open_voice(scene).render(500))
