@@ -20,7 +20,8 @@ from synth.effect_choice import Called, Change, Spared, asked, judged, outputs_o
 from synth.scene import Scene
 
 if TYPE_CHECKING:
-    from synth.simulation_plan import Case, SimulationPlan
+    from synth.simulation_pilot import Case
+    from synth.simulation_plan import SimulationPlan
 
 NEARLY = 1.05  # times the tolerance: less than this is not worth a warning, since the error is itself an estimate
 QUANTITIES: Mapping[int, str] = {order: quantity for quantity, order in ORDERS.items()}
@@ -142,7 +143,7 @@ def _simulated(solved: Any, forces: bool) -> tuple[SimulationPlan | None, list[C
 
 
 def _case(solved: Any, forces: bool) -> Case:
-    from synth.simulation_plan import Case
+    from synth.simulation_pilot import Case
 
     return Case(
         scene=solved.scene,

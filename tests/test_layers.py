@@ -27,7 +27,7 @@ STAGES: tuple[tuple[str, ...], ...] = (
     ("motion",),
     ("simulation", "simulation.*"),
     ("effect",),
-    ("choice", "frame_plan", "channels", "effect_choice", "simulation_plan", "effects_preparation"),
+    ("choice", "frame_plan", "channels", "effect_choice", "simulation_*", "effects_preparation"),
     ("preparation", "hand"),
     ("plan", "plan_*"),
     ("output", "output_*"),

@@ -184,9 +184,9 @@ class Gone:
     \"\"\"Has the effects, and what serves them alone, not be there.\"\"\"
 
     def find_spec(self, name, path=None, target=None):
-        served = ("synth.voice_effects", "synth.simulation_plan", "synth.tangential_force")
+        served = ("synth.voice_effects", "synth.tangential_force")
         simulated = name.startswith("synth.simulation.") and name != "synth.simulation.terms"
-        if name.startswith("synth.effects.") or simulated or name in served:
+        if name.startswith(("synth.effects.", "synth.simulation_")) or simulated or name in served:
             raise ModuleNotFoundError(name)
 
 if sys.argv[1:]:
