@@ -155,7 +155,7 @@ def attenuation_of(case: Case) -> float:
 
 
 def filters_of(case: Case, terms: Terms, steps: int) -> Decimator:
-    """Return what makes frames of `steps` steps each; a mass that the band shows has what its steps lose made up for."""
+    """Return what makes frames of `steps` steps; a mass that the band shows has made up what its steps lose."""
     orders = tuple(sorted({0, *case.orders}))
     rate, band = case.scene.output.sample_rate, band_of(case)
     heavy = terms.mass * (math.pi * band[0] * rate) ** 2 > stiffness_round(case.contact, case.pressed)
