@@ -109,7 +109,7 @@ class Session:
     def _merged(self, body: bytes) -> Scene:
         patch = object_from_text(body)
         scene = parse_scene(merge_patch(scene_document(self.scene), patch))
-        faults = list(_fixed_faults(self.scene.output, scene.output))
+        faults = [*_fixed_faults(self.scene.output, scene.output), *_added_faults(self.scene, scene)]
         if faults:
             raise Problem("fixed", "A session keeps its rate, channels, quantities and full scale.", tuple(faults))
         return with_full_scale(scene, self.full_scale)
@@ -246,6 +246,21 @@ def _fixed_faults(before: Output, after: Output) -> list[Fault]:
             faults.append(_fixed(f"/output/channels/{index}/quantity", now.quantity, was.quantity))
         if now.full_scale not in (None, was.full_scale):
             faults.append(_fixed(f"/output/channels/{index}/full_scale", str(now.full_scale), str(was.full_scale)))
+    return faults
+
+
+def _added_faults(before: Scene, after: Scene) -> list[Fault]:
+    """Return what a change would do to the channels that effects add, a fault each."""
+    from synth.effect_choice import added_quantities, outputs_of
+
+    was, now = (", ".join(added_quantities(scene)) or "no channel" for scene in (before, after))
+    if was != now:
+        return [_fixed("/effects", f"effects that add {now}", f"effects that add {was}, as it began")]
+    faults = []
+    for (effect, settings), (_effect, kept) in zip(outputs_of(after), outputs_of(before), strict=True):
+        for asked, scale in zip(effect.scales(settings), effect.scales(kept), strict=True):
+            if asked not in (None, scale):
+                faults.append(_fixed(f"/effects/{effect.name}/full_scale", str(asked), str(scale)))
     return faults
 
 

@@ -25,7 +25,7 @@ from synth.contact.forces import FrictionForce, SlopeForce
 from synth.contact.spectrum import Complex, Demand, Spectrum, curves, points_for, solve_spectrum
 from synth.contact.steady import SteadyReader
 from synth.effect import AddedChannel, Block, Passage
-from synth.motion import LOAD, SPEED
+from synth.motion import LOAD, SPEED, ScanMotion
 from synth.moving import MovingReader
 from synth.preparation import ALIAS_SHARE, Preparation
 from synth.scene_effects import FrozenMapping
@@ -127,7 +127,12 @@ class TangentialStage:
         """See `OutputStage`: the readers of the forces, none where the scan is constant or simulated."""
         if self.slope is None or self.steady is not None:
             return []
-        return [MovingReader(part, phase, wait=wait) for part in (self.slope, self.friction) if part is not None]
+        readers = [MovingReader(part, phase, wait=wait) for part in (self.slope, self.friction) if part is not None]
+        if not self.solved.by_hand:
+            loads = ScanMotion(self.solved.scene).recorded_loads()
+            for reader in readers:
+                reader.cover(*loads)
+        return readers
 
     def begin_at(self, state: list[MovingReader], phase: int) -> None:
         """See `OutputStage`."""

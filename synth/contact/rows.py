@@ -118,7 +118,11 @@ class Rows:
 
     def octave(self, load: float) -> int:
         """Return the number of the octave that holds `load` (N): 0 is everything below `base`."""
-        return 0 if load < self.base else 1 + math.floor(math.log2(load / self.base) + 1e-12)
+        if load < self.base:
+            return 0
+        number = 1 + math.floor(math.log2(load / self.base))  # which rounding may put next to an end: ask the ends
+        low, high = self.bounds(number)
+        return number - 1 if load < low else number + 1 if load >= high else number
 
     def cover(self, low: float, high: float, finest: float, stop: Callable[[], bool] = lambda: False) -> None:
         """Solve the loads from `low` to `high` (N), and for passing through the octaves that hold them and those

@@ -7,7 +7,7 @@ Model   Every frame is `steps` steps long. Rows that the stepper writes become s
         through its places and speeds.
 Source  design, sections 4 (gate, derivatives) and 8 (blocks of any size give the same samples).
 Limits  the gate follows the load; where something may hold the finger (`held`), it follows whether it touches, over
-        LIFT_TIME; a load of exactly 0 N that lasts is a finger that is taken away.
+        LIFT_TIME; no load that lasts, less than TOUCH_LOAD either way, is a finger that is taken away.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from synth.scene import Scene
 from synth.simulation.decimation import Decimator
 from synth.simulation.skin_steps import SkinStepper
 from synth.simulation.steps import ATTACHED, HEIGHT, REACTION, ROWS, SLOPE_FORCE, STATIC, Phases
-from synth.simulation.table_steps import TableStepper
+from synth.simulation.table_steps import TOUCH_LOAD, TableStepper
 
 TURN = 2.0**64
 RESPONSE, STATIC_RESPONSE, CHANGE, SLOPE, PRESS = range(5)
@@ -196,7 +196,7 @@ class Running:
     def _gates(self, attached: Array, loads: Array) -> Array:
         gates = np.empty(len(loads))
         if self.simulation.held:
-            fade_held(attached * (loads != 0.0), self._touching, 1.0 / (LIFT_TIME * self.simulation.rate), gates)
+            fade_held(attached * (np.abs(loads) >= TOUCH_LOAD), self._touching, 1.0 / (LIFT_TIME * self.simulation.rate), gates)
         else:
             fade_with_load(loads, self.simulation.scene.scan.lift_load, gates)
         return gates

@@ -202,3 +202,14 @@ def test_the_solver_thread_rests_when_the_hand_does() -> None:
         assert solver.resting and rows.edges is edges
     finally:
         solver.stop()
+
+
+def test_a_load_next_to_the_end_of_an_octave_lies_in_the_octave_that_holds_it() -> None:
+    """A recording that came to 0.3 N less 1e-14 waited for ever for rows that began at 0.3 N."""
+    rows = rows_of()
+    for number in range(1, 13):
+        low, high = rows.bounds(number)
+        assert [rows.octave(load) for load in (low, np.nextafter(high, 0.0), high)] == [number, number, number + 1]
+    low = float(np.nextafter(rows.bounds(5)[0], 0.0))
+    rows.cover(low, low, COARSE)
+    assert rows.edges[0] <= low < rows.edges[-1]

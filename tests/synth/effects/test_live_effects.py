@@ -1,0 +1,100 @@
+"""Effects in a live voice: changes cross-fade without a step, what adds a channel is refused, lifting is silence."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from synth import LiveVoice, Motion, open_voice
+from synth.cache import ResponseCache
+from synth.errors import SceneError
+from synth.output import Block
+from synth.scene import Scene, parse_scene
+
+RATE = 8000
+CACHE = ResponseCache()
+OUTPUT = {"quantity": "displacement", "sample_rate": RATE}
+
+CHANGES: dict[str, dict[str, Any]] = {
+    "inertia": {"inertia": {}},
+    "viscous_skin": {"viscous_skin": {}},
+    "adhesion": {"adhesion": {}},
+    "curvature": {"curvature": {}},
+    "contact_growth": {"contact_growth": {}},
+    "inertia and viscous_skin": {"inertia": {}, "viscous_skin": {}},
+}
+
+
+def scene(effects: dict[str, Any] | None = None, **sections: Any) -> Scene:
+    return parse_scene({"output": OUTPUT, "accuracy": {"tolerance": 1e-2}, **sections, "effects": effects or {}})
+
+
+def largest_step(block: Block) -> float:
+    return float(np.max(np.abs(np.diff(block[:, 0].astype(float)))))
+
+
+@pytest.mark.parametrize("name", CHANGES)
+@pytest.mark.parametrize("adding", [True, False], ids=["adding", "taking away"])
+def test_a_change_of_effects_makes_no_step(name: str, adding: bool) -> None:
+    before, after = ({}, CHANGES[name]) if adding else (CHANGES[name], {})
+    voice = LiveVoice(scene(before), cache=CACHE)
+    voice.render(RATE // 20)
+    first = voice.render(RATE // 10)
+    voice.apply(voice.prepare(scene(after)))
+    crossing = np.concatenate([first[-1:], voice.render(RATE // 5)])
+    steady = voice.render(RATE // 10)
+    allowed = 1.02 * max(largest_step(first), largest_step(steady)) + abs(level(first) - level(steady)) / 40
+    assert largest_step(crossing) <= allowed
+    assert np.any(steady)
+
+
+def level(block: Block) -> float:
+    """Return the mean of a block, and so the way that a cross-fade of 400 frames goes beside the motion."""
+    return float(np.mean(block[:, 0]))
+
+
+@pytest.mark.parametrize("adding", [True, False])
+def test_a_change_of_the_channels_is_refused(adding: bool) -> None:
+    with_it, without = scene({"tangential": {}}), scene()
+    first, second = (without, with_it) if adding else (with_it, without)
+    voice = LiveVoice(first, cache=CACHE)
+    with pytest.raises(SceneError) as refused:
+        voice.prepare(second)
+    (fault,) = refused.value.faults
+    assert fault.pointer == "/effects"
+    assert "tangential_force" in f"{fault.value} {fault.allowed}"
+    assert "new session" in fault.hint
+
+
+def test_a_setting_of_an_effect_changes_as_any_field_does() -> None:
+    voice = LiveVoice(scene({"inertia": {"mass": "5 g"}}), cache=CACHE)
+    voice.render(RATE // 10)
+    voice.apply(voice.prepare(scene({"inertia": {"mass": "8 g"}})))
+    voice.render(RATE // 5)
+    assert voice.scene.effects["inertia"].mass == 8e-3
+    changed = voice.render(400)
+    assert np.any(changed) and np.all(np.isfinite(changed))
+
+
+@pytest.mark.parametrize("name", [*CHANGES, "tangential"])
+def test_a_finger_that_lifts_in_a_recording_is_exact_silence(name: str) -> None:
+    effects = CHANGES.get(name, {name: {}})
+    # between two points the curve swings past 0 N, four times less from point to point
+    points = [[i / 200, 4e-4 * i, float(np.interp(i, [0, 20, 24, 76, 80, 100], [0.3, 0.3, 0, 0, 0.3, 0.3]))]
+              for i in range(101)]  # fmt: skip
+    voice = open_voice(scene(effects, scan={"trajectory": points}))
+    block = voice.render(4000)
+    assert not np.any(block[round(0.24 * RATE) : round(0.26 * RATE)])
+    assert np.all(np.ptp(block[: round(0.08 * RATE)], axis=0) > 0.0)
+    assert np.all(np.ptp(block[round(0.44 * RATE) :], axis=0) > 0.0)
+
+
+@pytest.mark.parametrize("name", ["inertia", "viscous_skin", "adhesion", "tangential"])
+def test_a_hand_that_lifts_is_exact_silence(name: str) -> None:
+    voice = open_voice(scene({name: {}}))
+    load = np.concatenate([np.full(400, 0.3), 0.15 * (1 + np.cos(np.pi * np.arange(80) / 80)), np.zeros(800)])
+    block = voice.render(len(load), Motion.of(len(load), speed=0.08, load=load))
+    assert np.any(block[:400])
+    assert not np.any(block[-200:])
