@@ -196,7 +196,8 @@ class Running:
     def _gates(self, attached: Array, loads: Array) -> Array:
         gates = np.empty(len(loads))
         if self.simulation.held:
-            fade_held(attached * (np.abs(loads) >= TOUCH_LOAD), self._touching, 1.0 / (LIFT_TIME * self.simulation.rate), gates)
+            there = attached * (np.abs(loads) >= TOUCH_LOAD)
+            fade_held(there, self._touching, 1.0 / (LIFT_TIME * self.simulation.rate), gates)
         else:
             fade_with_load(loads, self.simulation.scene.scan.lift_load, gates)
         return gates

@@ -113,7 +113,7 @@ def touching(z, shape, waves):
                 top = max(top, level)
             for part in range(2):
                 left, right = (places[i - 1], turn) if part == 0 else (turn, places[i])
-                first, last = (h, level) if part == 0 else (level, after)
+                _first, last = (h, level) if part == 0 else (level, after)
                 if (last > z) != inside:
                     edge = crossing(left, right, z, shape, False)
                     if inside:

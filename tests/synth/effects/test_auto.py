@@ -1,4 +1,4 @@
-""""auto" is right: what it leaves out would not be missed, and what it puts in would.
+""" "auto" is right: what it leaves out would not be missed, and what it puts in would.
 
 A hundred random scenes, each with one effect left to us. Left out: forced in, the effect changes the output by less
 than the tolerance. Put in: it changes it by more than a tenth of it. Both relative to the peak-to-peak without.

@@ -114,9 +114,10 @@ def test_with_a_mass_the_force_errs_by_no_more_than_the_plan_says() -> None:
     scan = steady_scan(Finger(touch, 5e-3, 3.0, lambda _t: 0.3, lambda t: 0.08 * t), 0.04)
     reaction, k = Reaction(Profile(replace(touch))), stiffness(touch).k
     some = slice(None, None, 8)
+    places = (0.08 * scan.times[some] / touch.texture_period).tolist()
     force = [
-        reaction.force(z, 0.08 * t / touch.texture_period, k) + 0.5 * reaction.at(z, 0.08 * t / touch.texture_period, k)[1]
-        for z, t in zip(scan.motion[0][some].tolist(), scan.times[some].tolist(), strict=True)
+        reaction.force(z, place, k) + 0.5 * reaction.at(z, place, k)[1]
+        for z, place in zip(scan.motion[0][some].tolist(), places, strict=True)
     ]
     wanted = Harmonics(np.fft.rfft(force) / len(force), 100.0)
     voice = open_voice(scene)

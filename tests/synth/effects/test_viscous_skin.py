@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -40,7 +41,7 @@ def oracle(scene: Scene, periods: int, places: int = PLACES) -> tuple[Harmonics,
     for order, quantity in enumerate(QUANTITIES):
         signals = [one.signal(order, frames, rate, limit) for one in (fine, *others)]
         extent = np.ptp(signals[0])
-        apart[quantity] = sum(float(np.max(np.abs(one - signals[0]))) / extent for one in signals[1:])
+        apart[quantity] = math.fsum(float(np.max(np.abs(one - signals[0]))) / float(extent) for one in signals[1:])
     return fine, apart
 
 
@@ -74,8 +75,16 @@ def test_so_it_does_at_48_khz(name: str, bandwidth: float | None) -> None:
     check_quantities(scene, (wanted,), own)
 
 
-@pytest.mark.parametrize("effects", [{"viscous_skin": {}}, {"viscous_skin": {"time_constant": "10 ms"}},
-                                     {"viscous_skin": THREE}, {"viscous_skin": {}, "inertia": {}}], ids=str)  # fmt: skip
+@pytest.mark.parametrize(
+    "effects",
+    [
+        {"viscous_skin": {}},
+        {"viscous_skin": {"time_constant": "10 ms"}},
+        {"viscous_skin": THREE},
+        {"viscous_skin": {}, "inertia": {}},
+    ],
+    ids=str,
+)
 @pytest.mark.parametrize("name", ["default", "light", "wide"])
 def test_displacement_is_about_its_mean(name: str, effects: dict[str, Any]) -> None:
     scene = scene_of(name, effects, output={"channels": ["displacement"]})
@@ -87,7 +96,8 @@ def test_displacement_is_about_its_mean(name: str, effects: dict[str, Any]) -> N
 def test_slow_scans_are_elastic() -> None:
     changes = []
     for speed in (0.02, 0.005, 0.00125):
-        sections: dict[str, Any] = {"output": {"quantity": "displacement", "sample_rate": 8000}, "scan": {"speed": speed}}
+        output = {"quantity": "displacement", "sample_rate": 8000}
+        sections: dict[str, Any] = {"output": output, "scan": {"speed": speed}}
         viscous = parse_scene({**sections, "effects": {"viscous_skin": {"time_constant": 5e-4}}})
         count = round(8000 * 0.8e-3 / speed)
         moved, still = (physical(open_voice(one), count)[:, 0] for one in (viscous, parse_scene(sections)))

@@ -64,7 +64,8 @@ def check_quantities(scene: Scene, motion: tuple[Harmonics, ...], own_error: dic
     motion: harmonics of z, z' and z'', or of z alone. own_error: of the oracle, relative, one for all or each its own.
     """
     voice = open_voice(scene)
-    wanted = {one: (motion[order if len(motion) > 1 else 0], 0 if len(motion) > 1 else order) for order, one in enumerate(QUANTITIES)}
+    several = len(motion) > 1
+    wanted = {one: (motion[order], 0) if several else (motion[0], order) for order, one in enumerate(QUANTITIES)}
     errors, told = errors_of(scene, voice, wanted), voice.plan.estimated_error
     for quantity, error in errors.items():
         own = own_error if isinstance(own_error, float) else own_error[quantity]
