@@ -136,7 +136,7 @@ def test_what_does_not_move_is_silent_at_any_scale_and_says_why(name: str) -> No
         voice.seek(10**12)
         assert not voice.render(10).any()
         assert any(reason in warning for warning in voice.warnings)
-        assert [part.name for part in voice.plan.left_out] == ["contact response"]
+        assert voice.plan.left_out[0].name == "contact response" and not voice.plan.simulated
         assert reason in voice.plan.left_out[0].reason
         assert not voice.plan.simulated
 
