@@ -243,7 +243,7 @@ def _point_errors(case: Case, stepper: SkinStepper, simulation: Simulation, pilo
     points = SkinPoints.of_contact(case.contact, load, (stepper.points.count + 1) // 2)
     halved = _pilot(replace(simulation, stepper=replace(stepper, points=points)), case)
     moved = halved.moved - np.mean(halved.moved - pilot.moved, axis=1)[:, np.newaxis]
-    return tuple(LEFT_BY_POINTS * one for one in replace(halved, moved=moved).differs_from(pilot))
+    return tuple(LEFT_BY_POINTS * float(one) for one in replace(halved, moved=moved).differs_from(pilot))
 
 
 def _table_errors(case: Case, terms: Terms, simulation: Simulation, pilot: Pilot) -> tuple[float, ...]:

@@ -1,4 +1,4 @@
-"""A steady scan over viscous skin, by implicit Euler on places of the skin and extrapolation: the reference for renders.
+"""A steady scan over viscous skin, by implicit Euler on places of the skin, extrapolated: the reference for renders.
 
 Model   u is how far a place of the skin is pressed in. It never lies below the surface, u >= h - z; its pressure p is
         never below 0, and is 0 where u > h - z. Kelvin and Voigt: p = kappa (u + tau u'). Relaxing: p = kappa / g0 (g0

@@ -7,7 +7,7 @@ Method  The profile is cut at 48 points a shortest period, and where its slope c
         each stretch is monotone; an edge is found by Newton's rule kept in its stretch; areas in closed form. The
         motion by DOP853. What repeats itself is sampled over one period and told as harmonics.
 Limits  I to 1e-13 of the heights: an edge's error counts squared. Two turns between two points of the grid are missed.
-        About 10 us a call; compiled, with nothing of the engine.
+        Below 0.1 ms a call; compiled, with nothing of the engine.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ def touching(z, shape, waves):
     a1, a2, wave1, wave2, angle = shape
     places, cos1, sin1, cos2, sin2 = waves
     cosine, sine = math.cos(angle), math.sin(angle)
-    area, length, top, h, slope = 0.0, 0.0, -1e9, 0.0, 0.0
+    area, length, top, slope = 0.0, 0.0, -1e9, 0.0
     begin, inside = 0.0, False
     for i in range(len(places)):
         after = a2 * (cos2[i] * cosine - sin2[i] * sine) - a1 * cos1[i]
@@ -113,15 +113,14 @@ def touching(z, shape, waves):
                 top = max(top, level)
             for part in range(2):
                 left, right = (places[i - 1], turn) if part == 0 else (turn, places[i])
-                first, last = (h, level) if part == 0 else (level, after)
-                if (last > z) != inside:
+                if ((level if part == 0 else after) > z) != inside:
                     edge = crossing(left, right, z, shape, False)
                     if inside:
                         area += area_before(edge, shape) - area_before(begin, shape) - z * (edge - begin)
                         length += edge - begin
                     begin, inside = edge, not inside
         top = max(top, after)
-        h, slope = after, steep
+        slope = steep
     if inside:
         area += area_before(places[-1], shape) - area_before(begin, shape) - z * (places[-1] - begin)
         length += places[-1] - begin

@@ -82,7 +82,7 @@ def test_a_session_with_a_force_has_two_channels_and_two_scales(running: Running
 @pytest.mark.parametrize("streaming", [True, False], ids=["streaming", "idle"])
 def test_a_change_of_the_channels_is_refused(running: Running, adding: bool, streaming: bool) -> None:
     session = running.open_session(QUICK if adding else QUICK | {"effects": {"tangential": {}}})
-    patch = {"effects": {"tangential": {} if adding else None}}
+    patch: dict[str, Any] = {"effects": {"tangential": {} if adding else None}}
     if streaming:
         with running.listening(session, channels=1 if adding else 2) as listener:
             listener.frames(100)

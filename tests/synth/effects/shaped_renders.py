@@ -34,7 +34,7 @@ def check_steady(scene: Scene, approach: Approach) -> None:
         fine, coarse = (one.signal(order, frames, scene.output.sample_rate, limit) for one in several)
         own[quantity] = 0.3 * float(np.max(np.abs(fine - coarse)) / np.ptp(fine))  # folding falls as the power -2.5
     assert own["displacement"] <= 1e-3
-    check_quantities(scene, several[:1], own)
+    check_quantities(scene, (several[0],), own)
 
 
 def motion(seconds: float = 0.12) -> tuple[list[list[float]], Callable[[Real], tuple[Real, Real]]]:

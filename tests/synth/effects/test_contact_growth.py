@@ -12,7 +12,7 @@ from synth import open_voice, parse_scene
 from tests.reference.shaped_contact_oracle import growing_contact
 from tests.reference.stiffness_oracle import Touch
 from tests.synth.effects.shaped_renders import Approach, check_moving, check_steady
-from tests.synth.effects.whole_renders import scene_of
+from tests.synth.effects.whole_renders import named, scene_of
 from tests.synth.engine_cases import physical, touch_of
 
 GROWING: dict[str, Any] = {"contact_growth": {"exponent": 0.25}}
@@ -23,12 +23,13 @@ def approach_of(touch: Touch) -> Approach:
     return lambda theta, load: growing_contact(touch, theta, load, 0.25).approach
 
 
-@pytest.mark.parametrize("name", ["default", "locked", "light", "backwards"])
+@pytest.mark.parametrize("name", named("default"))
 def test_a_steady_render_errs_by_no_more_than_the_plan_says(name: str) -> None:
     scene = scene_of(name, GROWING, output={"channels": ["displacement", "velocity"], "bandwidth": 1000})
     check_steady(scene, approach_of(touch_of(scene)))
 
 
+@pytest.mark.slow
 def test_where_speed_and_load_vary_it_is_the_oracle_too() -> None:
     check_moving(GROWING, approach_of(Touch()))
 

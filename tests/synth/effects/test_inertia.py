@@ -12,7 +12,7 @@ from synth.scene import Scene
 from tests.reference.moving_oracle import Finger, Scan, steady_scan
 from tests.reference.spectral_checks import fit_harmonics
 from tests.reference.stiffness_oracle import contact_in_metres, stiffness
-from tests.synth.effects.whole_renders import SCENES, check_quantities, scene_of
+from tests.synth.effects.whole_renders import SCENES, check_quantities, named, scene_of
 from tests.synth.engine_cases import QUANTITIES, Real, physical, touch_of
 
 SETTLED = 0.03  # s, in which 5 g and 3 N s/m forget e^-9 of a start; it is 1e-6 in the end
@@ -28,7 +28,7 @@ def oracle(scene: Scene, settled: float = SETTLED) -> Scan:
     return found
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", named("default", "light"))
 def test_a_steady_render_errs_by_no_more_than_the_plan_says(name: str) -> None:
     scene = scene_of(name, {"inertia": {}})
     check_quantities(scene, oracle(scene).harmonics, OWN_ERROR)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import pytest
 from scipy.signal import firwin
 
 from synth import open_voice, parse_scene
@@ -26,6 +27,11 @@ SCENES: dict[str, dict[str, Any]] = {
     "backwards": {"scan": {"speed": "-80 mm/s"}},
 }
 """The scenes on which every effect is compared with its oracle."""
+
+
+def named(*quick: str) -> list[Any]:
+    """Return the names of SCENES for a test to run over; those that are not `quick` are marked slow."""
+    return [name if name in quick else pytest.param(name, marks=pytest.mark.slow) for name in SCENES]
 
 
 def scene_of(name: str, effects: dict[str, Any], rate: int = 8000, **sections: Any) -> Scene:
@@ -64,7 +70,11 @@ def check_quantities(scene: Scene, motion: tuple[Harmonics, ...], own_error: dic
     motion: harmonics of z, z' and z'', or of z alone. own_error: of the oracle, relative, one for all or each its own.
     """
     voice = open_voice(scene)
-    wanted = {one: (motion[order if len(motion) > 1 else 0], 0 if len(motion) > 1 else order) for order, one in enumerate(QUANTITIES)}
+    orders = {one: order for order, one in enumerate(QUANTITIES)}
+    if len(motion) == 1:
+        wanted = {one: (motion[0], order) for one, order in orders.items()}
+    else:
+        wanted = {one: (motion[order], 0) for one, order in orders.items()}
     errors, told = errors_of(scene, voice, wanted), voice.plan.estimated_error
     for quantity, error in errors.items():
         own = own_error if isinstance(own_error, float) else own_error[quantity]
