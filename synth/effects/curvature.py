@@ -45,7 +45,7 @@ class Curvature(ShapeEffect):
     summary = "A round fingertip: the pressure fades to the ends, and the contact length follows from the load."
     settings = CurvatureSettings
     replaces = "the contact length"
-    price = Price(5.8, 160_000)
+    price = Price(5.7, 160_000)
 
     def reason(self, scene: Scene, settings: CurvatureSettings) -> str:
         """See `Effect`."""
