@@ -22,10 +22,10 @@ Approach = Callable[[float, float], float]
 """z (m) at theta (turns) and load (N)."""
 
 
-def check_steady(scene: Scene, approach: Approach) -> None:
+def check_steady(scene: Scene, approach: Approach, phases: int = PHASES) -> None:
     """Assert that displacement and velocity of a steady scan err by no more than the plan says."""
     sign = np.copysign(1.0, scene.scan.speed)
-    z = [approach(float(sign * i / PHASES), scene.scan.load) for i in range(PHASES)]
+    z = [approach(float(sign * i / phases), scene.scan.load) for i in range(phases)]
     fundamental = abs(scene.scan.speed) / scene.texture.period
     several = [Harmonics(np.fft.rfft(z[::part]) / len(z[::part]), fundamental) for part in (1, 2)]
     own, frames = {}, np.arange(800)
