@@ -8,8 +8,8 @@ Model   A pilot of whole texture periods at the scan's speed and load is run wit
         takes the place of the response. A recording is also tried along its own motion.
 Limits  `errors` adds what halving the steps changed (second order: a third more than the difference), and what the
         table's error makes of the quantity through the linear motion round the load; of a viscous skin, what half as
-        many points changed. Where more steps would take more than BUSY of a second's sound, doubling ends, and `errors`
-        tells what is left.
+        many points changed. Where more steps would take more than BUSY of a second's sound, or the pilot more than
+        PATIENCE, doubling ends, and `errors` tells what is left.
 """
 
 from __future__ import annotations
@@ -34,6 +34,7 @@ from synth.simulation_pilot import SMALL, Case, Pilot, attenuation_of, filters_o
 
 FEWEST_STEPS = 96e3  # steps a second at least: contacts change within tens of microseconds
 BUSY = 0.14  # s of work a second of sound that steps may take, as predicted: more would not run live beside others
+PATIENCE = 4e6  # steps of a pilot at most that are halved once more: slow textures would take minutes
 SETTLED = 0.4  # of the tolerance: what halving the steps may change of a quantity
 HEAVIEST_HAND = 5.0  # N: a hand is prepared for at least; heavier, the contact is linear, which it is once all touches
 
@@ -108,6 +109,7 @@ def plan_simulation(case: Case, terms: Terms) -> SimulationPlan:
         fine = run_pilot(finer, case)
         unsettled = fine.differs_from(coarse)
         fastest = 2 * case.scene.output.sample_rate * simulation.steps > _most_steps(simulation)
+        fastest = fastest or 4 * fine.moved.shape[1] * simulation.steps > PATIENCE
         if fastest or max(unsettled) <= SETTLED * case.tolerance:
             return _planned(case, terms, (simulation, finer), coarse, unsettled)
         simulation, coarse = finer, fine
