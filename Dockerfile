@@ -37,9 +37,14 @@ RUN install -d -o ridgewave -g ridgewave /var/cache/ridgewave
 USER 10001:10001
 WORKDIR /home/ridgewave
 
-# One render of every example compiles the kernels into the image. numba compiles again, once, on another kind of CPU.
+# One render of every example, and of one with each effect, compiles the kernels into the image. numba compiles again,
+# once, on another kind of CPU.
 RUN for scene in /opt/ridgewave/examples/*.json; do \
         ridgewave render "$scene" --duration 0.1 -o /tmp/warm.wav || exit 1; \
+    done \
+    && for effect in $(python -c 'from synth.effect_registry import effect_names as names; print(*names())'); do \
+        ridgewave render /opt/ridgewave/examples/paper-finger.json --duration 0.1 --set "effects.$effect={}" \
+            -o /tmp/warm.wav || exit 1; \
     done \
     && rm /tmp/warm.wav
 
