@@ -23,7 +23,7 @@ from synth.contact.balance import LEAST_TOUCHING, Contact
 from synth.contact.closed import FullContact, full_contact
 from synth.contact.exact import Approaches, Array, Grid
 from synth.contact.geometry import Geometry
-from synth.contact.kept import KeptSolvers
+from synth.contact.kept import KeptSolvers, ManyShapes
 from synth.contact.lengths import LAYING_OUT, heights_over
 from synth.contact.solver import PhaseSolver
 from synth.contact.stiffness import Stiffness
@@ -57,7 +57,7 @@ class Growth:
 
 
 @dataclass(frozen=True, slots=True)
-class GrowingContact(Contact):
+class GrowingContact(ManyShapes, Contact):
     """A contact of the length that `growth` gives; geometry, stiffness and grid are those of the nominal length."""
 
     growth: Growth = Growth()
@@ -74,16 +74,6 @@ class GrowingContact(Contact):
     def key(self) -> Hashable:
         """What z depends on, for a cache."""
         return self.geometry, self.stiffness, self.growth
-
-    @property
-    def of_one_shape(self) -> bool:
-        """False: each load has its own solver."""
-        return False
-
-    @property
-    def nbytes(self) -> int:
-        """Bytes that the contact holds now."""
-        return self.grid.nbytes + self._kept.nbytes
 
     def length(self, load: float) -> float:
         """Return L (m) at `load` (N)."""

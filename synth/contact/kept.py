@@ -18,6 +18,25 @@ MOST_KEPT = 8  # rows of load are solved one at a time; with fewer, threads at d
 MOST_BYTES = 64 << 20  # of all that are kept; a solver of the default scene holds 16 kB
 
 
+class ManyShapes:
+    """What contacts share whose shape depends on the load. grid: the solver at one load; _kept: those of the others."""
+
+    __slots__ = ()
+
+    grid: PhaseSolver
+    _kept: KeptSolvers
+
+    @property
+    def of_one_shape(self) -> bool:
+        """False: each load has its own solver."""
+        return False
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes that the contact holds now."""
+        return self.grid.nbytes + self._kept.nbytes
+
+
 class KeptSolvers:
     """The solvers of the shapes that were asked for last, by their geometry; thread-safe."""
 

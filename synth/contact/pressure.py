@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import roots_jacobi, roots_legendre
 
-from synth.contact.exact import CELLS_PER_PERIOD, Array, angles_of_centres, bounds_of_cell
+from synth.contact.exact import Array, Grid, bounds_of_cell
 from synth.contact.geometry import Geometry
 from synth.contact.intervals import (
     LEFT,
@@ -82,31 +82,12 @@ class PressureField:
     @classmethod
     def of_geometry(cls, geometry: Geometry, dome: float = 0.0) -> PressureField:
         """Return the field of `geometry` with a dome of 1 / R (1/m); at least one surface must have a height."""
-        scale, length = geometry.height_scale, geometry.contact_length
-        b1, b2 = geometry.ridge_amplitude / scale, geometry.texture_amplitude / scale
-        shortest = min(
-            geometry.ridge_period if b1 > 0.0 else math.inf, geometry.texture_period if b2 > 0.0 else math.inf
-        )
-        cells = max(4, math.ceil(CELLS_PER_PERIOD * length / shortest))
-        half, half1, half2 = 0.5 * length / cells, math.pi * geometry.ridges / cells, math.pi / cells
-        half2 *= geometry.texture_periods
-        angle1 = angles_of_centres(geometry.ridges, cells) + geometry.ridge_phase
-        angle2 = angles_of_centres(geometry.texture_periods, cells) + geometry.texture_phase
+        grid, length = Grid.of_geometry(geometry), geometry.contact_length
+        cells, bend = grid.cells, dome / grid.height_scale
+        half = 0.5 * length / cells
         place = half * (2.0 * np.arange(cells) + (1.0 - cells))
-        tables = np.stack(
-            [
-                -b1 * np.cos(angle1),
-                b1 * half1 * np.sin(angle1),
-                b2 * np.cos(angle2),
-                -b2 * half2 * np.sin(angle2),
-                b2 * np.sin(angle2),
-                b2 * half2 * np.cos(angle2),
-                0.5 * dome / scale * place**2,
-                dome / scale * half * place,
-            ]
-        )
-        squares = (half1 * half1 if b1 else 0.0, half2 * half2 if b2 else 0.0)
-        return cls(tables, *squares, 0.5 * dome / scale * half * half, scale, length)
+        tables = np.vstack([grid.tables, 0.5 * bend * place**2, bend * half * place])
+        return cls(tables, grid.k1, grid.k2, 0.5 * bend * half * half, grid.height_scale, length)
 
     @property
     def cells(self) -> int:

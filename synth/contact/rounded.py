@@ -25,7 +25,7 @@ import numpy as np
 from synth.contact.balance import LEAST_TOUCHING, Contact
 from synth.contact.exact import Array, Grid
 from synth.contact.geometry import Geometry
-from synth.contact.kept import KeptSolvers
+from synth.contact.kept import KeptSolvers, ManyShapes
 from synth.contact.solver import PhaseSolver
 from synth.contact.stiffness import Stiffness
 from synth.errors import CannotRender
@@ -138,7 +138,7 @@ class Fingertip:
 
 
 @dataclass(frozen=True, slots=True)
-class RoundContact(Contact):
+class RoundContact(ManyShapes, Contact):
     """A contact under a round finger. geometry, stiffness: those of the nominal length; grid: the solver at no load."""
 
     finger: Fingertip
@@ -168,16 +168,6 @@ class RoundContact(Contact):
     def key(self) -> Hashable:
         """What z depends on, for a cache."""
         return self.geometry, self.stiffness, self.finger
-
-    @property
-    def of_one_shape(self) -> bool:
-        """False: each load has its own solver."""
-        return False
-
-    @property
-    def nbytes(self) -> int:
-        """Bytes that the contact holds now."""
-        return self.grid.nbytes + self._kept.nbytes
 
     @property
     def dome(self) -> float:

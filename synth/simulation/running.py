@@ -30,7 +30,6 @@ from synth.simulation.skin_steps import SkinStepper
 from synth.simulation.steps import ATTACHED, HEIGHT, REACTION, ROWS, SLOPE_FORCE, STATIC, Phases
 from synth.simulation.table_steps import TOUCH_LOAD, TableStepper
 
-TURN = 2.0**64
 RESPONSE, STATIC_RESPONSE, CHANGE, SLOPE, PRESS = range(5)
 """What a signal is of: z, z of the elastic contact, their difference (m), the force of the slopes, the sum of the
 pressure where it presses (N)."""

@@ -23,13 +23,6 @@ presses (N), and 1 while the finger touches or is held, 0 when it has let go."""
 ROWS = 5
 
 
-class Steps(Protocol):
-    """State of one simulation: where it stands after the last step."""
-
-    def copied(self) -> Steps:
-        """Return a state that goes on from here by itself."""
-
-
 class Stepper(Protocol):
     """Simulates one contact; frozen coefficients, so that one stepper serves many states."""
 
