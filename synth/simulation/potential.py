@@ -152,7 +152,7 @@ class _Range:
         above: float,
         tolerance: float,
     ) -> _Range:
-        """Return the range of the heights between the loads, with what lies below and above; see `PotentialTable.of`."""
+        """Return the range of the heights between the loads and what is below and above; see `PotentialTable.of`."""
         solver, phases = contact.solver(load), np.arange(BASE_PHASES) / BASE_PHASES
         pressed = [_indentation(contact, w, load) for w in (load, lightest, heaviest)]
         middle, light, heavy = (solver.solve(phases, indentation).height for indentation in pressed)
