@@ -1,9 +1,8 @@
 """The parts of one grid cell that touch, as intervals: none is missed, and their edges are found to round-off.
 
-Model   In a cell, t in [-1, 1] runs over it and y = h - z = sum over both surfaces of u cos(k t) + (v / k) sin(k t),
-        less what a dome takes off: offset + lean t + bow t^2 (z is part of the offset). The cell is cut into pieces
-        that are monotone, or curved to one side only, by bounds on the second and third derivative, as in `patches`;
-        in each there are at most two edges. Intervals that meet at a cut are joined again, so that an end of an
+Model   cells, heights and y = h - z are those of `patches`, the level being z and the dome's parabola. The cell is cut
+        into pieces that are monotone, or curved to one side only, by bounds on the second and third derivative, as
+        there; in each there are at most two edges. Intervals that meet at a cut are joined again, so that an end of an
         interval is an edge, where y vanishes, or an end of the cell.
 Source  Fagiani & Barbieri (2016), eqs 1-2: the integrand max(h - z, 0); the rest is derived here.
 Limits  heights relative to a1 + a2 (so of order 1); an edge errs by about 1e-11 of the width of its patch, or by what
@@ -13,27 +12,12 @@ Limits  heights relative to a1 + a2 (so of order 1); an edge errs by about 1e-11
 from __future__ import annotations
 
 from synth.contact.kernels import inlined, kernel
-from synth.contact.patches import FLAT, SMALLEST_PIECE, parabola_root, sine_series
-
-Cell = tuple[float, float, float, float, float, float, float, float, float]
-"""u1, v1, k1^2, u2, v2, k2^2, offset, lean, bow"""
+from synth.contact.patches import FLAT, SMALLEST_PIECE, Cell, parabola_root, profile, turning_point
 
 LEFT, RIGHT, LEFT_EDGE, RIGHT_EDGE = range(4)  # rows of what is found; the last two are 1 at an edge, 0 at a cut
 MOST_INTERVALS = 32  # of a cell; seven functions that span h leave six edges at most, and level rounding some more
 EDGE_STEP = 4e-6  # of half a cell: Newton's last step, which leaves its square
 EDGE_BEND = 3e-6  # of its slope: what the last step may change the slope by; so an edge is right to 1e-11 of a patch
-
-
-@inlined
-def relief(cell: Cell, t: float) -> tuple[float, float, float]:
-    """Return y = h - z, its slope and its curvature at `t` of the cell."""
-    u1, v1, k1, u2, v2, k2, offset, lean, bow = cell
-    s1, c1 = sine_series(k1, t)
-    s2, c2 = sine_series(k2, t)
-    h1 = u1 - u1 * k1 * c1 + v1 * s1
-    h2 = u2 - u2 * k2 * c2 + v2 * s2
-    slope = v1 - k1 * (u1 * s1 + v1 * c1) + v2 - k2 * (u2 * s2 + v2 * c2)
-    return h1 + h2 - offset - t * (lean + bow * t), slope - lean - 2.0 * bow * t, -k1 * h1 - k2 * h2 - 2.0 * bow
 
 
 @inlined
@@ -43,7 +27,7 @@ def edge_between(cell: Cell, rising: bool, low: float, high: float, t: float) ->
     t: where to begin.
     """
     for _ in range(60):
-        y, slope, curvature = relief(cell, t)
+        y, slope, curvature, _area = profile(cell, t)
         if (y > 0.0) == rising:
             high = t
         else:
@@ -57,20 +41,6 @@ def edge_between(cell: Cell, rising: bool, low: float, high: float, t: float) ->
             break
         t = guess if low < guess < high else 0.5 * (low + high)
     return t
-
-
-@inlined
-def turning_point(cell: Cell, low: float, high: float, t: float) -> tuple[float, float]:
-    """Return where y turns between `low` and `high`, and y there; an end of the piece where it does not turn inside."""
-    y = 0.0
-    for _ in range(8):
-        t = min(max(t, low), high)
-        y, slope, curvature = relief(cell, t)
-        step = -slope / curvature if curvature != 0.0 else 0.0
-        if abs(step) < 1e-8 or not low < t + step < high:
-            break
-        t += step
-    return t, y
 
 
 @inlined
@@ -91,8 +61,8 @@ def joined(found, count, left, right, left_edge, right_edge):
 def curved_piece(cell, low, high, found, count):
     """Add the touching intervals of a piece that is monotone or curved to one side only; return how many there are."""
     middle = 0.5 * (low + high)
-    y, slope, curvature = relief(cell, middle)
-    y_low, y_high = relief(cell, low)[0], relief(cell, high)[0]
+    y, slope, curvature, _area = profile(cell, middle)
+    y_low, y_high = profile(cell, low)[0], profile(cell, high)[0]
     if (y_low > 0.0) != (y_high > 0.0):
         rising = y_high > 0.0
         guess = parabola_root(y, slope, curvature, middle, low, high, rising)
@@ -133,7 +103,7 @@ def touching_intervals(cell, bound2, bound3, stack, found):
         high = stack[1, depth]
         middle = 0.5 * (low + high)
         half = 0.5 * (high - low)
-        y, slope, curvature = relief(cell, middle)
+        y, slope, curvature, _area = profile(cell, middle)
         reach = abs(slope) * half + 0.5 * bound2 * half * half
         if y + reach <= 0.0:
             continue

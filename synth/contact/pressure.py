@@ -29,12 +29,10 @@ from synth.contact.intervals import (
     MOST_INTERVALS,
     RIGHT,
     RIGHT_EDGE,
-    Cell,
-    relief,
     touching_intervals,
 )
 from synth.contact.kernels import inlined, kernel
-from synth.contact.patches import sine_series
+from synth.contact.patches import profile, sine_series
 
 SLOPE_NODES = 6  # exact to 2e-17 for products of two waves of 1/16 period a cell; 5 would leave 7e-14
 FEW_NODES, SOME_NODES, MANY_NODES = 5, 6, 9  # of a power, whose nearest root lies FAR, AWAY or NEAR
@@ -156,7 +154,7 @@ def intervals_of_cell(cell, whole, stack, found):
     """Write the touching intervals of a cell and return how many, and a bound of the third derivative of h; `whole`:
     the cell is known to touch all over.
     """
-    u1, v1, k1, u2, v2, k2, _offset, _lean, bow = cell
+    u1, v1, k1, u2, v2, k2, (_offset, _lean, bow) = cell
     bound2, bound3 = bounds_of_cell(u1, v1, k1, u2, v2, k2)
     count = 1
     if whole:
@@ -167,9 +165,9 @@ def intervals_of_cell(cell, whole, stack, found):
 
 
 @inlined
-def depth_and_rise(cell: Cell, t: float) -> tuple[float, float]:
+def depth_and_rise(cell, t):
     """Return y and the slope of the texture at `t` of the cell."""
-    u1, v1, k1, u2, v2, k2, offset, lean, bow = cell
+    u1, v1, k1, u2, v2, k2, (offset, lean, bow) = cell
     s1, c1 = sine_series(k1, t)
     s2, c2 = sine_series(k2, t)
     y = u1 - u1 * k1 * c1 + v1 * s1 + u2 - u2 * k2 * c2 + v2 * s2 - offset - t * (lean + bow * t)
@@ -199,7 +197,7 @@ def sum_slopes(tables, coefficients, phases, heights, moments, nodes, sums):
                 depth += u1 * c1 + u2 * c2 - 2.0 * offset - bow * (2.0 / 3.0)
                 touching += 2.0
                 continue
-            cell = (u1, v1, k1, u2, v2, k2, offset, lean, bow)
+            cell = (u1, v1, k1, u2, v2, k2, (offset, lean, bow))
             count, _bound3 = intervals_of_cell(cell, False, stack, found)
             for n in range(count):
                 half = 0.5 * (found[RIGHT, n] - found[LEFT, n])
@@ -231,9 +229,8 @@ def sum_powers(tables, coefficients, phases, heights, below, smooth, nodes, sums
         for j in range(cells):
             if work[0, j] <= z:
                 continue
-            cell = (
-                tables[0, j], tables[1, j], k1, work[2, j], work[3, j], k2, z + tables[6, j], tables[7, j], bow
-            )  # fmt: skip
+            level = (z + tables[6, j], tables[7, j], bow)
+            cell = (tables[0, j], tables[1, j], k1, work[2, j], work[3, j], k2, level)
             count, bound3 = intervals_of_cell(cell, work[1, j] >= z, stack, found)
             for n in range(count):
                 edges = int(found[LEFT_EDGE, n]) + 2 * int(found[RIGHT_EDGE, n])
@@ -285,7 +282,7 @@ def power_of_interval(cell, bound3, ends, edges, below, smooth, nodes, stack):
         clear = smooth or half <= smallest
         a, b = 0.0, 0.0
         if clear or kind == 0:
-            y, slope, curvature = relief(cell, middle)
+            y, slope, curvature, _area = profile(cell, middle)
             if smooth or falls_within(slope, curvature, bound3, FAR * half) <= y:
                 clear = True
                 a, b = power_sum(cell, nodes, 0, SOME_FROM, middle, half, below)
@@ -299,7 +296,7 @@ def power_of_interval(cell, bound3, ends, edges, below, smooth, nodes, stack):
                     a, b = power_sum(cell, nodes, MANY_FROM, ROOTED_FROM, middle, half, below)
         elif kind < 3:
             edge = low if kind == 1 else high
-            _y, slope, curvature = relief(cell, edge)
+            _y, slope, curvature, _area = profile(cell, edge)
             reach = (1.0 + NEAR) * half
             clear = reach * (0.5 * abs(curvature) + bound3 * reach / 6.0) <= abs(slope)
             if clear:
