@@ -34,7 +34,6 @@ class ResponseCache:
         self.hits = 0
         self.misses = 0
         self._entries: OrderedDict[Hashable, Kept] = OrderedDict()
-        self._sizes: dict[Hashable, int] = {}
         self._lock = threading.Lock()
         self._building: dict[Hashable, threading.Lock] = {}
 
@@ -42,7 +41,7 @@ class ResponseCache:
     def used_bytes(self) -> int:
         """Bytes held now."""
         with self._lock:
-            return sum(self._sizes.values())
+            return self._used()
 
     def get(self, key: Hashable, build: Callable[[], T]) -> T:
         """Return what is kept under `key`, building it at the first call; errors of `build` reach every caller's own
@@ -73,10 +72,12 @@ class ResponseCache:
         with self._lock:
             self.misses += 1
             self._building.pop(key, None)
-            size = made.memory_bytes
-            if size > self.max_bytes:
+            if made.memory_bytes > self.max_bytes:
                 return
-            self._entries[key], self._sizes[key] = made, size
-            while sum(self._sizes.values()) > self.max_bytes:
-                oldest, _entry = self._entries.popitem(last=False)
-                del self._sizes[oldest]
+            self._entries[key] = made
+            while self._used() > self.max_bytes:
+                self._entries.popitem(last=False)
+
+    def _used(self) -> int:
+        """Return the bytes of all entries now: tables of hands grow while they are kept."""
+        return sum(entry.memory_bytes for entry in self._entries.values())

@@ -172,6 +172,10 @@ class OutputStage(Protocol):
     def begin_at(self, state: Any, phase: int) -> None:
         """Have the texture stand at `phase` at frame 0 of a state that has not stepped."""
 
+    def readers(self, state: Any) -> tuple[Any, ...]:
+        """Return what in `state` reads rows of load that are solved while a hand moves (`moving.MovingReader`)."""
+        return ()
+
     def step(self, state: Any, passage: Passage, block: Block) -> None:
         """Write its channels of `block`, float32 [frames, channels]; it may change those before them.
 

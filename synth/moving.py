@@ -4,12 +4,15 @@ Stage   3 (VOICE), its moving half.
 Model   see `contact.reading`. Tables are built when a block first meets their level and interval of load, rows of load
         when a block first meets their octave.
 Source  design, sections 1 and 4.
-Limits  with `wait` false a load beyond the rows that are ready plays the nearest row until they are.
+Limits  with `wait` false a load beyond the rows that are ready plays the nearest row until they are. All voices of one
+        response share its tables and its rows (`MovingTables`); each takes new rows over when it likes.
 """
 
 from __future__ import annotations
 
 import math
+import threading
+from time import monotonic
 
 import numpy as np
 
@@ -19,59 +22,71 @@ from synth.contact.levels import Levels, levels_up_to
 from synth.contact.reading import read_displacement, read_rate
 from synth.contact.rows import COARSE, FINEST, PASSING, Rows
 from synth.contact.spectrum import Demand
-from synth.contact.surfaces import OneRow, RowSource, Surfaces
+from synth.contact.surfaces import OneRow, RowSource, Surfaces, TableStore
 from synth.contact.tables import CUBIC, QUINTIC, fitted_table, kept_harmonics
 from synth.motion import LARGEST_LOAD, LOAD, SPEED, Motion
 from synth.output import Block
 from synth.preparation import BAND, Preparation
+from synth.row_solver import Followed, RowSolver
 
 ROW_SHARE, BETWEEN_SHARE = 0.6, 0.245  # of the tolerance: the error of a row, and between rows
 # the tightest tolerance of rows for displacement, velocity and acceleration: tighter ones take minutes; the plan tells
 ROW_FLOOR = (1e-6, 1e-5, 3e-4)
 SINGLE = 1e-5  # from this tolerance on float32 is enough for the tables of velocity and acceleration
+LOOK_SECONDS = 0.05  # between two times that a hand takes new rows over, which costs some 50 us
 BASE_OF_LIFT = 0.25  # octaves of load begin here at most, as a part of lift_load: the gate leaves under a tenth below
 
 
-class MovingReader:
-    """Tables and state of one preparation in motion: `read` renders a block.
+class MovingTables:
+    """What all readers of one preparation share: levels, rows of load, and the tables made of them. Thread-safe.
 
-    wait: rows that a block needs are solved before it is rendered; otherwise the nearest rows play.
+    wait: rows that a block needs are solved before it is rendered; otherwise the nearest rows play, and a thread solves
+    more of them while a reader `follow`s a hand.
     """
 
-    def __init__(self, solved: Preparation, phase: int, *, wait: bool) -> None:
+    def __init__(self, solved: Preparation, *, wait: bool) -> None:
         assert solved.spectrum is not None
         self.solved, self.wait = solved, wait
-        self.rate, self.period = solved.scene.output.sample_rate, solved.scene.texture.period
         self.levels = _levels(solved)
         self.rows = self._rows_for(solved) if solved.load_varies else None
         source: RowSource = self.rows or OneRow(solved.spectrum)
         degrees = sorted({_degree(channel) for channel in solved.channels})
-        self.surfaces = {
-            degree: Surfaces(
+        self.stores = {
+            degree: TableStore(
                 source, self.levels, degree, self._density(degree),
                 single=degree == QUINTIC and solved.tolerance >= SINGLE,
             )
             for degree in degrees
         }  # fmt: skip
-        self._edges = source.edges
-        self.phase = np.array([phase], dtype=np.uint64)
-        self._layouts: list[Array] = []
-        self._lay_out()
+        self._solver: RowSolver | None = None
+        self._lock = threading.Lock()
 
-    def _lay_out(self) -> None:
-        """Bring the layouts of the channels up to date with the rows."""
-        lift = self.solved.scene.scan.lift_load
-        hold = 0.0 if self.wait and self.rows is not None else 1.0
-        self._layouts = [
-            self.surfaces[_degree(channel)].layout([self.rate, self.period, lift, 1.0 / channel.full_scale, hold])
-            for channel in self.solved.channels
-        ]
+    @property
+    def edges(self) -> Array:
+        """Loads (N) of the rows that are ready; another array whenever there are more."""
+        return next(iter(self.stores.values())).rows.edges
 
     @property
     def memory_bytes(self) -> int:
         """Bytes of tables and rows."""
         rows = 0 if self.rows is None else self.rows.memory_bytes
-        return rows + sum(surface.memory_bytes for surface in self.surfaces.values())
+        return rows + sum(store.memory_bytes for store in self.stores.values())
+
+    def follow(self) -> Followed | None:
+        """Return what a hand tells its load, None where rows need no solving; `leave` it in the end."""
+        if self.wait or self.rows is None:
+            return None
+        with self._lock:
+            if self._solver is None:
+                self._solver = RowSolver(self.rows)
+            return self._solver.follow(self.solved.scene.scan.load)
+
+    @property
+    def finest(self) -> float:
+        """The closest rows to begin with: a hand that waits has the finest, `cover` gives them to a recorded load."""
+        if not self.wait:
+            return COARSE
+        return FINEST if self.solved.by_hand else PASSING
 
     def _rows_for(self, solved: Preparation) -> Rows:
         assert solved.contact is not None
@@ -81,15 +96,8 @@ class MovingReader:
         budget = spendable(max(solved.tolerance, ROW_FLOOR[max(demand.orders)]))
         wanted = Demand(demand.highest, demand.orders, ROW_SHARE * budget)
         rows = Rows(solved.contact, wanted, self.levels.highest[0], base, BETWEEN_SHARE * budget)
-        rows.cover(scan.load, scan.load, self._finest)
+        rows.cover(scan.load, scan.load, self.finest)
         return rows
-
-    @property
-    def _finest(self) -> float:
-        """The closest rows to begin with: a hand that waits has the finest, `cover` gives them to a recorded load."""
-        if not self.wait:
-            return COARSE
-        return FINEST if self.solved.by_hand else PASSING
 
     def _density(self, degree: int) -> float:
         """Return cells a harmonic that the tolerance needs, at the scan's own speed.
@@ -107,6 +115,47 @@ class MovingReader:
             for curve in ((series, kink) if self.rows is not None else (series,))
         ]
         return max(sizes) / len(n)
+
+
+class MovingReader:
+    """One voice in motion: `read` renders a block.
+
+    solved: with the voice's own full scale. tables: shared with other voices of the same response; made here unless
+    given. wait: see `MovingTables`.
+    """
+
+    def __init__(
+        self, solved: Preparation, phase: int, *, wait: bool = True, tables: MovingTables | None = None
+    ) -> None:
+        self.shared = tables or MovingTables(solved, wait=wait)
+        self.solved, self.rows = solved, self.shared.rows
+        self.rate, self.period = solved.scene.output.sample_rate, solved.scene.texture.period
+        self.surfaces = {degree: Surfaces(store) for degree, store in self.shared.stores.items()}
+        self._edges = self.shared.edges
+        self.phase = np.array([phase], dtype=np.uint64)
+        self._layouts: list[Array] = []
+        self._followed: Followed | None = None
+        self._looked = 0.0
+        self._lay_out()
+
+    def _lay_out(self) -> None:
+        """Bring the layouts of the channels up to date with the rows."""
+        lift = self.solved.scene.scan.lift_load
+        hold = 0.0 if self.shared.wait and self.rows is not None else 1.0
+        self._layouts = [
+            self.surfaces[_degree(channel)].layout([self.rate, self.period, lift, 1.0 / channel.full_scale, hold])
+            for channel in self.solved.channels
+        ]
+
+    @property
+    def memory_bytes(self) -> int:
+        """Bytes of tables and rows, which other voices may share."""
+        return self.shared.memory_bytes
+
+    @property
+    def edges(self) -> Array:
+        """Loads (N) of the rows that this voice uses."""
+        return self._edges
 
     def read(self, motion: Motion, out: Block) -> None:
         """Write the block of `motion` to `out` (float32 [frames, channels]) and move the phase on."""
@@ -137,16 +186,43 @@ class MovingReader:
     def _meet(self, tables: Surfaces, sample: Array) -> None:
         """Build what the loop missed at one frame."""
         load = float(sample[LOAD])
-        if self.rows is not None and self.wait:
+        if self.rows is not None and self.shared.wait:
             if not load <= LARGEST_LOAD:
                 raise ValueError(f"a load of {load!r} N is beyond the largest, {LARGEST_LOAD:g} N")
-            self.rows.cover(load, load, self._finest)
+            self.rows.cover(load, load, self.shared.finest)
             if self.take_over_rows():
                 return
         turns = abs(float(sample[SPEED])) / (self.rate * self.period)
-        level = int(np.searchsorted(self.levels.fade_to, turns, side="right"))
+        levels = self.shared.levels
+        level = int(np.searchsorted(levels.fade_to, turns, side="right"))
         interval = int(np.clip(np.searchsorted(tables.edges, load, side="right") - 1, 0, len(tables.edges) - 2))
-        tables.build(range(level, min(level + 2, len(self.levels.highest))), interval)
+        tables.build(range(level, min(level + 2, len(levels.highest))), interval)
+
+    def follow(self) -> None:
+        """Have rows solved where the hand is, in a thread, until `close`; nothing where blocks wait for them."""
+        if self._followed is None:
+            self._followed = self.shared.follow()
+
+    @property
+    def followed(self) -> Followed | None:
+        """The hand as the solver of rows knows it, None where none is followed."""
+        return self._followed
+
+    def read_hand(self, motion: Motion, out: Block) -> None:
+        """Do as `read` for a hand that is followed, with the rows that have become ready."""
+        if self._followed is not None:
+            load, calm = motion.samples.item(LOAD, 0), self._followed.calm
+            if not calm[0] <= load <= calm[1]:
+                self._followed.now_at(load)
+            if self.shared.edges is not self._edges and monotonic() - self._looked > LOOK_SECONDS:
+                self._looked = monotonic()
+                self.take_over_rows()
+        self.read(motion, out)
+
+    def close(self) -> None:
+        """Be followed no more; what is solved can still be read."""
+        if self._followed is not None:
+            self._followed.leave()
 
     def cover(self, low: float, high: float) -> None:
         """Solve the rows from `low` to `high` (N) as finely as rows may lie, and use them."""
@@ -156,13 +232,18 @@ class MovingReader:
 
     def take_over_rows(self) -> bool:
         """Use the rows that became ready since; return whether there were any."""
-        if self.rows is None or self._edges is self.rows.edges:
+        edges = self.shared.edges
+        if edges is self._edges:
             return False
-        self._edges = self.rows.edges
-        for tables in self.surfaces.values():
-            tables.refresh()
-        self._lay_out()
+        self.use_rows(edges)
         return True
+
+    def use_rows(self, edges: Array) -> None:
+        """Use the rows at `edges` (N), those of the shared rows now or, in a recording, at some time."""
+        self._edges = edges
+        for tables in self.surfaces.values():
+            tables.use(edges)
+        self._lay_out()
 
 
 def _degree(channel: ChannelPlan) -> int:

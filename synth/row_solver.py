@@ -1,17 +1,20 @@
-"""A thread that solves rows of load ahead of a hand, so that a live voice never waits for them.
+"""A thread that solves rows of load ahead of hands, so that a live voice never waits for them.
 
 Stage   3 (VOICE), beside it.
-Model   First the usual range of loads, coarsely; then, finely, the load where the hand is and more and more round it,
-        and the usual range where that is soon done. A hand that moves on is followed at once; one that rests costs
-        nothing. A row is solved without the GIL.
+Model   First the usual range of loads, coarsely; then, finely, the loads where hands are, one after another, and more
+        and more round them while no other hand asks, and the usual range where that is soon done. A hand that moves on
+        is followed at once; hands that rest cost nothing. A row is solved without the GIL. The thread lives while
+        somebody follows.
 Source  USUAL_LOADS: the loads at which roughness is usefully perceived, 0.05 to 1.8 N (Fagiani & Barbieri, 2016,
         section 2).
-Limits  what plays until a row is ready is the nearest one: on a slow machine a fast press sounds late in its load.
+Limits  what plays until a row is ready is the nearest one: on a slow machine a fast press sounds late in its load, and
+        with many hands that press differently each waits for those before it.
 """
 
 from __future__ import annotations
 
 import threading
+from collections import deque
 from time import monotonic
 
 from synth.contact.rows import COARSE, FINEST, Rows
@@ -23,25 +26,90 @@ SOON = 2.0  # s from the start in which the usual range is made fine, if it can 
 INSIDE = 1.03  # a load this much within the ends of what is fine needs nothing new,
 MOVED = 1.02  # nor does one that is no further than this from the load that is worked at
 
+Range = tuple[float, float]
 
-class RowSolver:
-    """Solves `rows` in a thread of its own, which ends with `stop` or with the program.
 
-    calm: the loads (N) between which a hand calls for nothing new; beyond them, tell `now_at`.
+class Followed:
+    """One hand that a solver follows.
+
+    calm: the loads (N) between which it calls for nothing new; beyond them, tell `now_at`.
     """
 
-    def __init__(self, rows: Rows, load: float) -> None:
-        self._rows = rows
-        self._load = load
-        self._fine = (load, load)
+    def __init__(self, solver: RowSolver, load: float) -> None:
+        self._solver = solver
+        self.load = load
         self.calm = (load / MOVED, load * MOVED)
-        self._usual = threading.Event()
-        self._ended = threading.Event()
-        self._moved = threading.Event()
-        self._resting = threading.Event()
-        self._moved.set()
-        self._thread = threading.Thread(target=self._run, name="ridgewave-rows", daemon=True)
-        self._thread.start()
+
+    @property
+    def solver(self) -> RowSolver:
+        """Who solves for it."""
+        return self._solver
+
+    def now_at(self, load: float) -> None:
+        """Tell where the hand is (N)."""
+        fine = self._solver.fine_round(load)
+        if fine is not None:
+            self.calm = fine
+        elif not self.calm[0] <= load <= self.calm[1]:
+            self.calm = (load / MOVED, load * MOVED)
+            self.load = load
+            self._solver.ask(self)
+
+    def leave(self) -> None:
+        """Be followed no more; the last to leave ends the thread after the row that it is at."""
+        self._solver.leave(self)
+
+
+class RowSolver:
+    """Solves `rows` for the hands that it follows, in a thread of its own."""
+
+    def __init__(self, rows: Rows) -> None:
+        self._rows = rows
+        self._fine: list[Range] = []  # disjoint, rising
+        self._hands: set[Followed] = set()
+        self._asking: deque[Followed] = deque()
+        self._usual, self._resting = threading.Event(), threading.Event()
+        self._changed = threading.Condition()
+        self._thread: threading.Thread | None = None
+
+    def follow(self, load: float) -> Followed:
+        """Return a new hand at `load` (N), with its rows asked for; begins the thread where there is none."""
+        hand = Followed(self, load)
+        with self._changed:
+            self._hands.add(hand)
+            self._asking.append(hand)
+            self._resting.clear()
+            if self._thread is None:
+                self._thread = threading.Thread(target=self._run, name="ridgewave-rows", daemon=True)
+                self._thread.start()
+            self._changed.notify()
+        return hand
+
+    def ask(self, hand: Followed) -> None:
+        """Have the rows round a hand's load solved."""
+        with self._changed:
+            if hand in self._hands and hand not in self._asking:
+                self._asking.append(hand)
+                self._resting.clear()
+                self._changed.notify()
+
+    def leave(self, hand: Followed) -> None:
+        """Follow `hand` no more; the last ends the thread, and waits for it."""
+        with self._changed:
+            self._hands.discard(hand)
+            if hand in self._asking:
+                self._asking.remove(hand)
+            thread = self._thread if not self._hands else None
+            self._changed.notify()
+        while thread is not None and thread.is_alive() and not self._hands:  # one may come while it ends
+            thread.join(0.05)
+
+    def fine_round(self, load: float) -> Range | None:
+        """Return the loads round `load` (N) that need nothing new, None where it does."""
+        for low, high in self._fine:
+            if low * INSIDE <= load <= high / INSIDE:
+                return low * INSIDE, high / INSIDE
+        return None
 
     @property
     def usual_range_ready(self) -> bool:
@@ -50,56 +118,61 @@ class RowSolver:
 
     @property
     def resting(self) -> bool:
-        """True when the rows round the hand are solved too, and nothing is left to do until it moves on."""
-        return self._resting.is_set() and not self._moved.is_set()
+        """True when the rows round the hands are solved too, and nothing is left to do until one moves on."""
+        return self._resting.is_set()
 
     def wait(self, seconds: float) -> bool:
         """Wait until the usual range of loads is solved, `seconds` at most; return whether it is."""
         return self._usual.wait(seconds)
 
-    def now_at(self, load: float) -> None:
-        """Tell where the hand is (N)."""
-        low, high = self._fine[0] * INSIDE, self._fine[1] / INSIDE
-        if low <= load <= high:
-            self.calm = (low, high)
-        elif not self.calm[0] <= load <= self.calm[1]:
-            self.calm = (load / MOVED, load * MOVED)
-            self._load = load
-            self._moved.set()
-
-    def stop(self) -> None:
-        """End the thread after the row that it is at."""
-        self._ended.set()
-        self._moved.set()
-        self._thread.join()
-
     def _run(self) -> None:
-        stopped = self._ended.is_set
         until = monotonic() + SOON
-        self._rows.cover(*USUAL_LOADS, COARSE, stopped)
-        if not stopped():
+        self._rows.cover(*USUAL_LOADS, COARSE, self._left)
+        if not self._left():
             self._usual.set()
-        while not stopped():
-            self._moved.wait()
-            self._resting.clear()
-            self._moved.clear()
-            load = self._load
-            self._rows.cover(load / NEIGHBOURHOOD, load * NEIGHBOURHOOD, COARSE, stopped)
-            self._rows.cover(load, load, FINEST, stopped)
-            for reach in ROUND:
-                self._rows.cover(load / reach, load * reach, FINEST, self._moved.is_set)
-                if self._moved.is_set():
-                    break
-                self._fine = _joined(self._fine, (load / reach, load * reach))
-            else:
-                self._rows.cover(*USUAL_LOADS, FINEST, lambda: self._moved.is_set() or monotonic() > until)
-                if monotonic() <= until and not self._moved.is_set():
-                    self._fine = _joined(self._fine, USUAL_LOADS)
+        while (hand := self._next()) is not None:
+            self._solve_round(hand.load, until)
+
+    def _next(self) -> Followed | None:
+        """Return the hand that asked first, waiting for one; None when all have left."""
+        with self._changed:
+            while self._hands and not self._asking:
                 self._resting.set()
+                self._changed.wait()
+            if self._hands:
+                return self._asking.popleft()
+            self._thread = None
+            return None
+
+    def _left(self) -> bool:
+        return not self._hands
+
+    def _wanted_elsewhere(self) -> bool:
+        return bool(self._asking) or not self._hands
+
+    def _solve_round(self, load: float, until: float) -> None:
+        self._rows.cover(load / NEIGHBOURHOOD, load * NEIGHBOURHOOD, COARSE, self._left)
+        self._rows.cover(load, load, FINEST, self._left)
+        for reach in ROUND:
+            around = load / reach, load * reach
+            self._rows.cover(*around, FINEST, self._wanted_elsewhere)
+            if self._wanted_elsewhere():
+                return
+            self._fine = _joined(self._fine, around)
+        if monotonic() > until:
+            return
+        self._rows.cover(*USUAL_LOADS, FINEST, lambda: self._wanted_elsewhere() or monotonic() > until)
+        if monotonic() <= until and not self._wanted_elsewhere():
+            self._fine = _joined(self._fine, USUAL_LOADS)
 
 
-def _joined(one: tuple[float, float], other: tuple[float, float]) -> tuple[float, float]:
-    """Return the range that two ranges make together, or `other` where there is a gap between them."""
-    if other[0] > one[1] or other[1] < one[0]:
-        return other
-    return min(one[0], other[0]), max(one[1], other[1])
+def _joined(ranges: list[Range], new: Range) -> list[Range]:
+    """Return disjoint ranges that hold `ranges` and `new`."""
+    low, high = new
+    apart = []
+    for one in ranges:
+        if one[1] < low or one[0] > high:
+            apart.append(one)
+        else:
+            low, high = min(low, one[0]), max(high, one[1])
+    return sorted([*apart, (low, high)])

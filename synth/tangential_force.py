@@ -134,6 +134,10 @@ class TangentialStage:
                 reader.cover(*loads)
         return readers
 
+    def readers(self, state: list[MovingReader]) -> tuple[MovingReader, ...]:
+        """See `OutputStage`."""
+        return tuple(state)
+
     def begin_at(self, state: list[MovingReader], phase: int) -> None:
         """See `OutputStage`."""
         for reader in state:
@@ -165,8 +169,9 @@ class TangentialStage:
         for reader, part in zip(readers, parts, strict=False):
             if passage.by_hand:
                 reader.phase[0] = passage.phase
-                reader.take_over_rows()
-            reader.read(motion, part)
+                reader.read_hand(motion, part)
+            else:
+                reader.read(motion, part)
         loads, lift = motion.samples[LOAD], self.solved.scene.scan.lift_load
         level = self.mean(np.maximum(loads, 0.0)) * _gates(loads, lift)
         return np.asarray(parts[0, :, 0] + direction * (parts[1, :, 0] + level))

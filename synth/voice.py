@@ -19,12 +19,11 @@ import numpy as np
 from synth.cache import ResponseCache
 from synth.contact.phases import phase_step, turns_to_phase
 from synth.hand import prepare_hand, with_session_scale
-from synth.motion import LOAD, Motion, ScanMotion
-from synth.moving import MovingReader, completed
+from synth.motion import Motion, ScanMotion
+from synth.moving import MovingReader, MovingTables, completed
 from synth.output import Block, fade_envelope
 from synth.plan import Plan, plan_of
 from synth.preparation import Preparation, prepare
-from synth.row_solver import RowSolver
 from synth.scene import Scene
 from synth.solved_frames import SolvedFrames
 
@@ -60,7 +59,6 @@ class Voice:
         self.frame = 0
         self.channels = len(solved.all_channels)
         self._live = live
-        self._solver: RowSolver | None = None
         self._phase = phase
         self._moves = solved.moving and solved.spectrum is not None
         self._motion = ScanMotion(solved.scene)
@@ -199,42 +197,51 @@ class Voice:
     def _follow(self, motion: Motion, out: Block) -> None:
         """Render a complete motion; what a live voice costs a block is this."""
         if self._reader is not None:
-            self._read(self._reader, motion, out)
+            self._reader.read_hand(motion, out)
         if self._effects is not None:
             self._effects.after(motion, out)
-
-    def _read(self, reader: MovingReader, motion: Motion, out: Block) -> None:
-        if self._solver is not None:
-            load, calm = motion.samples.item(LOAD, 0), self._solver.calm
-            if not calm[0] <= load <= calm[1]:
-                self._solver.now_at(load)
-            reader.take_over_rows()
-        reader.read(motion, out)
 
     def _ready_for_hand(self) -> None:
         """Make what follows a hand: the response in rows of load, unless a simulation takes its place; the effects."""
         hand = prepare_hand(self.scene, self.full_scale, self._cache)
         if not hand.simulated:
-            self._hand_reader = MovingReader(hand, 0, wait=not self._live)
-        if self._live and self._hand_reader is not None and self._hand_reader.rows is not None:
-            self._solver = RowSolver(self._hand_reader.rows, hand.scene.scan.load)
+            self._hand_reader = MovingReader(hand, 0, tables=self._tables_of(hand))
         if hand.effects is not None:
             self._hand_effects = _effects_of(hand, 0, wait=not self._live, paced=self._live)
+        for reader in self.hand_readers:
+            reader.follow()
+
+    @property
+    def hand_readers(self) -> tuple[MovingReader, ...]:
+        """What reads rows of load for a hand."""
+        own = () if self._hand_reader is None else (self._hand_reader,)
+        return own if self._hand_effects is None else (*own, *self._hand_effects.readers)
+
+    def _tables_of(self, hand: Preparation) -> MovingTables:
+        """Return the tables of a hand; those of live voices are shared with all that touch the same."""
+        if not self._live:
+            return MovingTables(hand, wait=True)
+        scene, output = hand.scene, hand.scene.output
+        sound = output.sample_rate, output.bandwidth, tuple(channel.quantity for channel in output.channel_list)
+        key = ("hand tables", scene.finger, scene.texture, scene.scan, scene.effects, sound, scene.accuracy)
+        return self._cache.get(key, lambda: MovingTables(hand, wait=False))
 
     @property
     def usual_loads_ready(self) -> bool:
         """True when the usual range of loads is solved, coarsely."""
-        return self._solver is None or self._solver.usual_range_ready
+        followed = None if self._hand_reader is None else self._hand_reader.followed
+        return followed is None or followed.solver.usual_range_ready
 
     @property
     def rows_ready(self) -> bool:
-        """True when the loads round the hand are solved to the tolerance too, and no thread works for it."""
-        return self._solver is None or self._solver.resting
+        """True when the loads round the hands are solved to the tolerance too, and no thread works for them."""
+        followed = None if self._hand_reader is None else self._hand_reader.followed
+        return followed is None or followed.solver.resting
 
     def close(self) -> None:
-        """End the thread that solves rows, if there is one; the voice can still render what is solved."""
-        if self._solver is not None:
-            self._solver.stop()
+        """End the threads that solve rows, if there are any; the voice can still render what is solved."""
+        for reader in self.hand_readers:
+            reader.close()
 
     def begin_at(self, phase: int) -> None:
         """Have the texture stand at `phase` (a 64-bit fraction of a turn) at frame 0; the voice has not begun."""

@@ -58,6 +58,11 @@ class VoiceEffects:
             stage.begin_at(state, phase)
 
     @property
+    def readers(self) -> tuple[Any, ...]:
+        """What reads rows of load that are solved while a hand moves."""
+        return tuple(reader for stage, state in self._stages for reader in stage.readers(state))
+
+    @property
     def late(self) -> int:
         """Frames by which what follows a hand is late."""
         return 0 if self._running is None else self._running.margin

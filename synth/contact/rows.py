@@ -173,22 +173,22 @@ class Rows:
     def _solved(self, load: float) -> Spectrum:
         begins_at_nothing = load == 0.0 and self.contact.nothing_at_no_load
         at = max(load, (LIGHT_LOAD if begins_at_nothing else NO_LOAD) * self.base)
-        row = solve_spectrum(self.contact, at, self.demand, self.keep, self._start(at), ROW_WORK)
+        row = solve_spectrum(self.contact, at, self.demand, self.keep, self._start(load), ROW_WORK)
         self._work += max(row.phases, 1) * self.contact.work_at(at)
         if begins_at_nothing:
             return replace(row, harmonics=np.zeros_like(row.harmonics), slopes=row.harmonics / at)
         return row
 
     def _start(self, load: float) -> int:
-        """Return the phases to begin a row at `load` (N) with: a quarter of what the nearest row took.
+        """Return the phases to begin the row at `load` (N) with: a quarter of what the heavier end of its octave took.
 
-        What is solved counts for the doublings too, so that beginning with few costs no more, and heavier loads, which
-        take fewer, are not held to what a lighter one took.
+        What is solved counts for the doublings too, so that beginning with few costs no more. The ends of octaves begin
+        afresh, so that a row is the same whatever was solved before it: a recording of a hand depends on that.
         """
-        near = [row for row in list(self._spectra.values()) if not row.closed]
-        if not near:
+        low, high = self.bounds(self.octave(load))
+        if load in (low, high):
             return 0
-        return max(min(near, key=lambda row: abs(row.load - load)).phases // 4, FEWEST_START)
+        return max(self.spectrum(high).phases // 4, FEWEST_START)
 
     def bounds(self, number: int) -> tuple[float, float]:
         """Return the loads (N) between which octave `number` lies."""

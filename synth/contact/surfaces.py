@@ -1,13 +1,17 @@
 """The tables of a moving voice: for each level and each interval of load one block of coefficients, built when it is
 met.
 
-Model   see `tables` and `levels`. All blocks lie in one pool, so that the compiled loop needs one array.
+Model   see `tables` and `levels`. All blocks lie in one pool, so that the compiled loop needs one array. The blocks
+        are the same for every voice of a response: a `TableStore` builds and keeps them for many voices, in any
+        thread; the `Surfaces` of a voice is its own view of them, with the intervals that it has taken over.
+        Arrays that were handed out are never changed where a view could look.
 Source  design, sections 1 and 4.
-Limits  the pool is emptied when it would pass POOL_BYTES; what plays next is built anew, however large.
+Limits  the pool is begun anew when it would pass POOL_BYTES; what plays next is built anew, however large.
 """
 
 from __future__ import annotations
 
+import threading
 from typing import Any, Protocol
 
 import numpy as np
@@ -17,8 +21,10 @@ from synth.contact.levels import Levels
 from synth.contact.spectrum import Complex, Spectrum
 from synth.contact.tables import FEWEST_CELLS, surface
 
-POOL_BYTES = 64 << 20  # what a voice may hold in tables of one degree; smaller pools are filled anew more often
+POOL_BYTES = 64 << 20  # what a response may hold in tables of one degree; smaller pools are filled anew more often
 EVERYWHERE = 4e3  # N: beyond any load, the end of the one interval of a response that does not vary with the load
+
+Offsets = np.ndarray[Any, np.dtype[np.int64]]
 
 
 class RowSource(Protocol):
@@ -50,10 +56,9 @@ class OneRow:
         return series, nothing, nothing, nothing
 
 
-class Surfaces:
-    """Coefficients of one degree for every level and interval that was met.
+class TableStore:
+    """Coefficients of one degree for every level and interval that some voice met. Thread-safe.
 
-    pool, tables: as `reading` takes them. edges: loads (N) between the intervals.
     cells_per_harmonic: cells of a level for each of its harmonics, from the tolerance. single: keep the coefficients
     as float32, which holds 3e-7 of the largest value and half the memory; a hand that presses meets megabytes a second.
     """
@@ -65,56 +70,90 @@ class Surfaces:
         self._type = np.dtype(np.float32 if single else np.float64)
         sizes = [max(FEWEST_CELLS, 1 << int(np.ceil(np.log2(cells_per_harmonic * n)))) for n in levels.highest]
         self._bits = np.array([size.bit_length() - 1 for size in sizes], dtype=np.int64)
-        self.edges: Array = rows.edges
-        self.pool = np.empty(0, self._type)
-        self.used = 0
-        self.tables: np.ndarray[Any, np.dtype[np.int64]] = np.empty((0, 0), dtype=np.int64)
+        self._lock = threading.Lock()
+        self._pool = np.empty(0, self._type)
+        self._used = 0
         self._placed: dict[tuple[int, float, float], int] = {}
-        self.refresh()
+        self._latest: tuple[Array, Array, Offsets] | None = None  # edges, and the pool and tables for them
 
     @property
     def memory_bytes(self) -> int:
         """Bytes that the tables hold."""
-        return self.pool.nbytes
+        return self._pool.nbytes
+
+    def view(self, edges: Array) -> tuple[Array, Offsets]:
+        """Return the pool, and where in it the tables of each level and interval of `edges` begin."""
+        with self._lock:
+            return self._view(edges)
+
+    def build(self, levels: range, interval: int, edges: Array) -> tuple[Array, Offsets]:
+        """Return a view of `edges` that holds the tables of `levels` over one interval, building what is missing."""
+        low, high = float(edges[interval]), float(edges[interval + 1])
+        with self._lock:
+            missing = [level for level in levels if (level, low, high) not in self._placed]
+            size = sum((self.degree + 1) * 4 << int(self._bits[level]) for level in missing)
+            if self._used and self._used + size > POOL_BYTES // self._type.itemsize:
+                self._begin_anew()
+                missing = list(levels)
+            _pool, tables = self._view(edges)
+            if missing:
+                for level in missing:
+                    self._place(level, low, high)
+            tables = tables.copy()
+            for level in levels:
+                tables[level, 1 + interval] = self._placed[level, low, high]
+            self._latest = edges, self._pool, tables
+            return self._pool, tables
+
+    def _view(self, edges: Array) -> tuple[Array, Offsets]:
+        if self._latest is None or self._latest[0] is not edges:
+            tables = np.full((len(self.levels.highest), len(edges)), -1, dtype=np.int64)
+            tables[:, 0] = self._bits
+            for (level, low, high), offset in self._placed.items():
+                interval = int(np.searchsorted(edges, low))
+                if interval + 1 < len(edges) and edges[interval] == low and edges[interval + 1] == high:
+                    tables[level, 1 + interval] = offset
+            self._latest = edges, self._pool, tables
+        return self._latest[1], self._latest[2]
+
+    def _place(self, level: int, low: float, high: float) -> None:
+        series = self.rows.cubic(low, high, self.levels.highest[level])
+        block = surface(series, self.degree, 1 << int(self._bits[level])).ravel()
+        if self._used + block.size > self._pool.size:
+            grown = np.empty(max(2 * self._pool.size, self._used + block.size), self._type)
+            grown[: self._used] = self._pool[: self._used]
+            self._pool = grown
+        self._pool[self._used : self._used + block.size] = block
+        self._placed[level, low, high] = self._used
+        self._used += block.size
+
+    def _begin_anew(self) -> None:
+        """Leave the pool to the views that still read it."""
+        self._pool, self._used = np.empty(0, self._type), 0
+        self._placed.clear()
+        self._latest = None
+
+
+class Surfaces:
+    """The view that one voice has of a store.
+
+    pool, tables: as `reading` takes them. edges: loads (N) between the intervals.
+    """
+
+    def __init__(self, store: TableStore) -> None:
+        self.store = store
+        self.use(store.rows.edges)
 
     def layout(self, constants: list[float]) -> Array:
         """Return what `reading` calls the layout: `constants`, the fades of the levels, the edges of the intervals."""
-        return np.concatenate([constants, self.levels.fade_from, self.levels.fade_to, self.edges])
+        levels = self.store.levels
+        return np.concatenate([constants, levels.fade_from, levels.fade_to, self.edges])
 
-    def refresh(self) -> None:
-        """Take over the rows that have become ready since; tables that are built stay."""
-        self.edges = self.rows.edges
-        self.tables = np.full((len(self.levels.highest), len(self.edges)), -1, dtype=np.int64)
-        self.tables[:, 0] = self._bits
-        for (level, low, high), offset in list(self._placed.items()):
-            interval = int(np.searchsorted(self.edges, low))
-            if interval + 1 < len(self.edges) and self.edges[interval] == low and self.edges[interval + 1] == high:
-                self.tables[level, 1 + interval] = offset
+    def use(self, edges: Array) -> None:
+        """Take over the rows at `edges` (N), an array of the store's rows."""
+        self.edges = edges
+        self.pool, self.tables = self.store.view(edges)
 
     def build(self, levels: range, interval: int) -> None:
-        """Build the tables of `levels` over one interval of `edges`, together: a loop that fades needs them at once."""
-        missing = [level for level in levels if self.tables[level, 1 + interval] < 0]
-        size = sum((self.degree + 1) * 4 << int(self._bits[level]) for level in missing)
-        if self.used and self.used + size > POOL_BYTES // self._type.itemsize:
-            self._empty()
-            missing = list(levels)
-        for level in missing:
-            self._place(level, interval)
-
-    def _place(self, level: int, interval: int) -> None:
-        low, high = float(self.edges[interval]), float(self.edges[interval + 1])
-        series = self.rows.cubic(low, high, self.levels.highest[level])
-        block = surface(series, self.degree, 1 << int(self._bits[level])).ravel()
-        if self.used + block.size > self.pool.size:
-            grown = np.empty(max(2 * self.pool.size, self.used + block.size), self._type)
-            grown[: self.used] = self.pool[: self.used]
-            self.pool = grown
-        self.pool[self.used : self.used + block.size] = block
-        self.tables[level, 1 + interval] = self.used
-        self._placed[level, low, high] = self.used
-        self.used += block.size
-
-    def _empty(self) -> None:
-        self.used = 0
-        self._placed.clear()
-        self.tables[:, 1:] = -1
+        """Have the tables of `levels` over one interval of `edges`, together: a loop that fades needs them at once."""
+        self.pool, self.tables = self.store.build(levels, interval, self.edges)

@@ -123,13 +123,14 @@ def test_errors_and_bytes_are_told() -> None:
 def test_the_solver_thread_covers_the_usual_loads_and_ends() -> None:
     rows = rows_of(1e-2)
     rows.cover(0.3, 0.3, COARSE)
-    solver = RowSolver(rows, 0.3)
+    solver = RowSolver(rows)
+    hand = solver.follow(0.3)
     try:
         assert solver.wait(60)
         assert solver.usual_range_ready
         assert rows.edges[0] <= USUAL_LOADS[0] and rows.edges[-1] >= USUAL_LOADS[1]
     finally:
-        solver.stop()
+        hand.leave()
     assert not [thread for thread in threading.enumerate() if thread.name == "ridgewave-rows"]
 
 
@@ -145,13 +146,14 @@ def test_the_solver_thread_follows_the_hand() -> None:
             arrived.set()
 
     rows.cover = watched  # type: ignore[method-assign, assignment]
-    solver = RowSolver(rows, 0.3)
+    solver = RowSolver(rows)
+    hand = solver.follow(0.3)
     try:
         assert solver.wait(60)
-        solver.now_at(9.0)
+        hand.now_at(9.0)
         assert arrived.wait(60)
     finally:
-        solver.stop()
+        hand.leave()
 
 
 def test_rows_are_made_fine_only_where_the_load_is() -> None:
@@ -187,21 +189,22 @@ def test_where_rows_are_fine_the_error_told_is_that_of_the_acceleration() -> Non
 def test_the_solver_thread_rests_when_the_hand_does() -> None:
     rows = rows_of(1e-3, 4)
     rows.cover(0.3, 0.3, COARSE)
-    solver = RowSolver(rows, 0.3)
+    solver = RowSolver(rows)
+    hand = solver.follow(0.3)
     try:
         assert solver.wait(60)
-        solver.now_at(3.0)  # beyond the usual loads
+        hand.now_at(3.0)  # beyond the usual loads
         assert not solver.resting
         until = time.monotonic() + 60
         while not solver.resting and time.monotonic() < until:
-            solver.now_at(3.03)  # close by: no new work
+            hand.now_at(3.03)  # close by: no new work
             time.sleep(0.01)
         assert solver.resting
         edges = rows.edges
-        solver.now_at(3.06)
+        hand.now_at(3.06)
         assert solver.resting and rows.edges is edges
     finally:
-        solver.stop()
+        hand.leave()
 
 
 def test_a_load_next_to_the_end_of_an_octave_lies_in_the_octave_that_holds_it() -> None:

@@ -67,7 +67,7 @@ def plateau(scene_document: dict[str, Any]) -> float:
     voice = open_voice(parse_scene(scene_document))
     voice.render(8, even(8, 0.02, 0.3))
     assert voice._reader is not None
-    levels = voice._reader.levels
+    levels = voice._reader.shared.levels
     level = next(k for k, top in enumerate(levels.highest) if top <= 10)
     turns = 0.5 * (levels.fade_to[level - 1] + levels.fade_from[level])
     return float(turns * voice.sample_rate * PERIOD)
@@ -274,7 +274,8 @@ def test_rows_come_ready_in_the_thread_and_then_sound_as_those_that_were_waited_
     live = open_voice(scene, live=True)
     try:
         while not live.rows_ready:
-            assert live._solver is not None and live._solver.wait(60)
+            assert live._hand_reader is not None and live._hand_reader.followed is not None
+            assert live._hand_reader.followed.solver.wait(60)
         found = hand_signal(live, motion)[:, 0]
     finally:
         live.close()
