@@ -1,0 +1,225 @@
+"""A hand on the network, followed: updates of 30 to 1000 Hz become position and load at audio rate.
+
+Stage   motion, for hands that are far away.
+Model   Each update says where the hand is expected (`following_track`), and the position joins that straight line with
+        two continuous derivatives, without delay at constant speed (`following_curve`, third order). Past the horizon
+        it glides to a stop. A hand that gives speeds is followed by a glide; the load joins the newest one, held, with
+        its own fixed decay: a kernel that is never negative, so that the load stays between the loads asked for.
+Source  docs/live-motion.md: what was measured, against which alternatives, and the figures that this choice rests on.
+Limits  the load is late by 3 / LOAD_DECAY; a sudden stop is overshot by what the hand went since the last updates.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.contact.exact import Array
+from synth.contact.kernels import unfused
+from synth.following_curve import fill_curve, glide, join, new_curve, stand, values_at
+from synth.following_track import INTERVAL, begin_anew, late_by, new_track, slope_with
+from synth.following_track import SLOPE as LEARNT
+from synth.motion import LARGEST_LOAD, LOAD, LOAD_BEND, LOAD_RATE, NOWHERE, SPEED, SPEED_RATE, Motion
+
+TIGHTNESS = 3.0  # decays in an interval of updates; more: updates are heard one by one; less: late at turns
+QUICKEST = 250.0  # 1/s: decay at most, reached at 83 Hz; more: rough time stamps sound rough; less: late at turns
+SLOWEST = 60.0  # 1/s: decay at least, of updates at 20 Hz; less: a turn at 5 Hz is lost
+GLIDE_DECAY = 100.0  # 1/s of a stop without updates: it goes on by 20 ms of its speed; more is a jolt
+LOAD_DECAY = 200.0  # 1/s: a load is 15 ms late; more: 30 Hz updates sound like a staircase; less: touches come late
+HORIZON = 4.0  # intervals that a speed is carried on: one lost update and a late one; less: gaps are heard
+LEAST_HORIZON, MOST_HORIZON = 0.04, 0.15  # s; more: a hand that stops without a word goes on for longer
+LEAP_SPEED = 1.5  # m/s by which a hand may surprise; more: teleports are heard as a sweep; less: swift starts are faded
+LEAST_LEAP = 0.01  # s of LEAP_SPEED at least, however quick the updates are
+
+UNKNOWN, BY_POSITION, BY_SPEED = 0.0, 1.0, 2.0
+FRAME, MODE, UNTIL, ASKED = range(4)
+"""Entries of a hand: next frame, what it gives, frame at which it glides to a stop, load asked for (N)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Update:
+    """One contact update.
+
+    time: s of the client's clock. position: m, or speed: m/s: exactly one. load: N; None keeps the last.
+    """
+
+    seq: int
+    time: float
+    position: float | None
+    speed: float | None
+    load: float | None
+
+
+class Follower:
+    """The state of one followed hand; nothing is queued, the newest update wins.
+
+    lowest_load: N, that of the scene's effects (`scene_effects.lowest_load`); loads stay within it and LARGEST_LOAD.
+    The same calls at the same frames give the same bits, whatever the blocks.
+    """
+
+    __slots__ = ("_curves", "_hand", "_lowest", "_powers", "_track", "sample_rate")
+
+    def __init__(self, sample_rate: int, *, lowest_load: float = 0.0) -> None:
+        self.sample_rate = sample_rate
+        self._lowest = lowest_load
+        self._hand = np.array([0.0, UNKNOWN, math.inf, 0.0])
+        (place, places), (load, loads) = new_curve(), new_curve()
+        self._curves, self._powers = np.array([place, load]), np.array([places, loads])
+        self._track = new_track()
+
+    @property
+    def frame(self) -> int:
+        """The next frame."""
+        return int(self._hand[FRAME])
+
+    @property
+    def delay(self) -> float:
+        """Seconds that a change of the load comes late; a steady speed is not late."""
+        return 3.0 / LOAD_DECAY
+
+    def begin(self, position: float, speed: float, load: float) -> None:
+        """Begin as a hand that already moves at `position` (m) and `speed` (m/s) with `load` (N), and goes on so."""
+        held = min(max(load, self._lowest), LARGEST_LOAD)
+        frame = self._hand[FRAME]
+        stand(self._curves[0], frame, position, speed)
+        stand(self._curves[1], frame, held, 0.0)
+        self._hand[MODE:] = BY_POSITION, math.inf, held
+        self._track = new_track()
+        begin_anew(self._track, speed)
+
+    def apply(self, update: Update) -> bool:
+        """Follow `update` from the next frame on.
+
+        Return True for a jump: the finger was put elsewhere while it sounds, faster than a hand moves or because
+        positions follow upon speeds. Cross-fade then from a copy of the state before to this one.
+        """
+        by_speed = update.position is None
+        value = update.speed if by_speed else update.position
+        assert value is not None, "an update has a position or a speed"
+        load = math.nan if update.load is None else update.load
+        jumped: bool = apply_update(
+            self._hand, self._curves, self._powers, self._track, float(self.sample_rate), self._lowest,
+            float(update.time), float(value), by_speed, float(load),
+        )  # fmt: skip
+        return jumped
+
+    def release(self) -> None:
+        """Let the load go to zero and the position glide to a stop, until the next update."""
+        release_hand(self._hand, self._curves, self._powers, float(self.sample_rate), self._lowest)
+
+    def motion(self, frames: int) -> Motion:
+        """Return the next frames, complete; without positions where the hand gives speeds, or nothing yet."""
+        samples, position = np.empty((5, frames)), np.empty(frames)
+        known = self._hand[MODE] == BY_POSITION
+        self.fill(samples, position)
+        return Motion(samples, position if known else NOWHERE)
+
+    def fill(self, samples: Array, position: Array) -> None:
+        """Write the next frames to `samples` (float64 [5, frames], rows of a Motion) and `position` (m)."""
+        fill_motion(
+            self._hand, self._curves, self._powers, float(self.sample_rate), self._lowest, samples, position
+        )
+
+    def copy(self) -> Follower:
+        """Return another follower in the same state."""
+        other = Follower.__new__(Follower)
+        other.sample_rate, other._lowest = self.sample_rate, self._lowest
+        other._hand, other._track = self._hand.copy(), self._track.copy()
+        other._curves, other._powers = self._curves.copy(), self._powers.copy()
+        return other
+
+
+@unfused
+def apply_update(
+    hand: Array, curves: Array, powers: Array, track: Array, rate: float, lowest: float,
+    time: float, value: float, by_speed: bool, load: float,
+) -> bool:  # fmt: skip
+    """Lead the curves of place and load to an update; return whether it is a jump. load: NaN keeps the last."""
+    frame = hand[FRAME]
+    pressed, press_rate, _bend = values_at(curves[1], frame - 1.0, rate)
+    silent = hand[MODE] == UNKNOWN or (lowest == 0.0 and pressed == 0.0 and press_rate == 0.0)
+    late = late_by(track, frame / rate, time, silent)
+    if load == load:
+        hand[ASKED] = min(max(load, lowest), LARGEST_LOAD)
+    press(curves[1], powers[1], rate, frame, hand[ASKED])
+    decay = min(max(TIGHTNESS / track[INTERVAL], SLOWEST), QUICKEST)
+    if by_speed:
+        x, v, a = values_at(curves[0], frame - 1.0, rate)
+        if silent:
+            stand(curves[0], frame - 1.0, x, value)
+        else:
+            glide(curves[0], powers[0], rate, frame - 1.0, x, v, a, value, decay)
+        begin_anew(track, value)
+        hand[MODE], hand[UNTIL] = BY_SPEED, np.inf
+        return False
+    return _go_to(hand, curves[0], powers[0], track, rate, time, value, late, decay, silent)
+
+
+@unfused
+def _go_to(
+    hand: Array, curve: Array, powers: Array, track: Array, rate: float,
+    time: float, position: float, late: float, decay: float, silent: bool,
+) -> bool:  # fmt: skip
+    """Lead the place to a position that was true `late` s ago."""
+    before = hand[FRAME] - 1.0
+    x, v, a = values_at(curve, before, rate)
+    slope = slope_with(track, time, position)
+    level = position + slope * (late - 1.0 / rate)
+    leap = LEAP_SPEED * max(track[INTERVAL], LEAST_LEAP)
+    jumped = not silent and (hand[MODE] == BY_SPEED or not abs(x - level) < leap)
+    if jumped and hand[MODE] != BY_SPEED:
+        begin_anew(track, 0.0)
+        slope_with(track, time, position)
+        slope, level, v, a = 0.0, position, 0.0, 0.0
+    if silent:
+        stand(curve, before, level, slope)
+    else:
+        join(curve, powers, rate, before, level if jumped else x, v, a, level, slope, decay)
+    hand[MODE], hand[UNTIL] = BY_POSITION, np.inf
+    if slope != 0.0:
+        horizon = min(max(HORIZON * track[INTERVAL], LEAST_HORIZON), MOST_HORIZON)
+        hand[UNTIL] = hand[FRAME] + max(0.0, np.ceil((horizon - late) * rate))
+    return jumped
+
+
+@unfused
+def press(curve: Array, powers: Array, rate: float, frame: float, load: float) -> None:
+    """Lead the load to `load`, from the frame before `frame` on, unless it goes there already."""
+    if load != curve[2]:
+        w, w1, w2 = values_at(curve, frame - 1.0, rate)
+        join(curve, powers, rate, frame - 1.0, w, w1, w2, load, 0.0, LOAD_DECAY)
+
+
+@unfused
+def release_hand(hand: Array, curves: Array, powers: Array, rate: float, lowest: float) -> None:
+    """Lead the load to zero and the speed to rest."""
+    press(curves[1], powers[1], rate, hand[FRAME], max(0.0, lowest))
+    x, v, a = values_at(curves[0], hand[FRAME] - 1.0, rate)
+    glide(curves[0], powers[0], rate, hand[FRAME] - 1.0, x, v, a, 0.0, GLIDE_DECAY)
+    hand[UNTIL] = np.inf
+
+
+@unfused
+def fill_motion(
+    hand: Array, curves: Array, powers: Array, rate: float, lowest: float, samples: Array, position: Array
+) -> None:
+    """Write the next frames, and glide to a stop where the horizon lies among them."""
+    frames, first, done = len(position), hand[FRAME], 0
+    while done < frames:
+        if hand[UNTIL] <= first + done:
+            x, v, a = values_at(curves[0], hand[UNTIL], rate)
+            glide(curves[0], powers[0], rate, hand[UNTIL], x, v, a, 0.0, GLIDE_DECAY)
+            hand[UNTIL] = np.inf
+        stop = int(min(float(frames), hand[UNTIL] - first))
+        fill_curve(
+            curves[0], powers[0], rate, first + done,
+            position[done:stop], samples[SPEED, done:stop], samples[SPEED_RATE, done:stop],
+        )  # fmt: skip
+        done = stop
+    loads = samples[LOAD]
+    fill_curve(curves[1], powers[1], rate, first, loads, samples[LOAD_RATE], samples[LOAD_BEND])
+    for i in range(frames):
+        loads[i] = min(max(loads[i], lowest), LARGEST_LOAD)
+    hand[FRAME] = first + frames
