@@ -1,19 +1,21 @@
-"""`ridgewave render SCENE -o OUT`: a scene in, a sound file out, in the memory of a few blocks."""
+"""`ridgewave render SCENE -o OUT`: a scene, or a recording of a live session, in; a sound file out, block by block."""
 
 from __future__ import annotations
 
 import argparse
 import sys
 import time
+from collections.abc import Mapping
 from typing import Any, BinaryIO
 
 from clients.export import Export, export
 from clients.outcome import DONE, print_json, warn
 from clients.progress import Progress
-from clients.scene_argument import read_scene
+from clients.scene_argument import read_document, scene_of, unchanged
 from clients.target import Target, read_target
 from synth import Scene, open_voice
 from synth.encode import Metadata, open_writer
+from synth.hand_log import is_recording
 from synth.output import Limiter
 from synth.scene import scene_document
 from synth.sound_metadata import UNITS
@@ -22,7 +24,12 @@ from synth.sound_metadata import UNITS
 def run(arguments: argparse.Namespace) -> int:
     """Carry out the command; raises AskedWrong, CannotRender, OSError."""
     target = read_target(arguments.output, arguments.subtype)
-    result = render_to(target, read_scene(arguments), arguments.progress)
+    document = read_document(arguments.scene)
+    if is_recording(document):
+        unchanged(arguments, "a recording")
+        result = render_recording(target, document, arguments.progress)
+    else:
+        result = render_to(target, scene_of(document, arguments), arguments.progress)
     if not arguments.json:
         for text in result["warnings"]:
             warn(text)
@@ -40,8 +47,23 @@ def render_to(target: Target, scene: Scene, progress: bool | None) -> dict[str, 
     """Render `scene` into `target` and return the result, in the words of `--json`."""
     started = time.perf_counter()
     voice = open_voice(scene)
+    return _written(target, voice, scene, round(scene.output.duration * voice.sample_rate), started, progress)
+
+
+def render_recording(target: Target, document: Mapping[str, Any], progress: bool | None) -> dict[str, Any]:
+    """Render the recording of a live session into `target`: the samples that were sent; return the result."""
+    from synth.recording import Recording
+
+    started = time.perf_counter()
+    replay = Recording(document).open()
+    return _written(target, replay, replay.scene, replay.frames, started, progress)
+
+
+def _written(
+    target: Target, voice: Any, scene: Scene, frames: int, started: float, progress: bool | None
+) -> dict[str, Any]:
+    """Write `frames` of `voice` and return the result; started: when its preparation began."""
     ready = time.perf_counter()
-    frames = round(scene.output.duration * voice.sample_rate)
     limit = None if target.sound_format.is_float else Limiter(voice.channels, voice.sample_rate).process
     metadata = Metadata(voice.full_scale, voice.quantities, scene_document(scene))
     place: Any = _standard_output() if target.path is None else target.path

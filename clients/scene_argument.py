@@ -21,13 +21,25 @@ LARGEST_BYTES = 64 * 2**20  # a day-long trajectory at 10 Hz is 40 MB of text; m
 
 def read_scene(arguments: argparse.Namespace) -> Scene:
     """Return the scene that `arguments` (scene, changes, duration) ask for; raises AskedWrong, OSError."""
-    document = read_document(arguments.scene)
+    return scene_of(read_document(arguments.scene), arguments)
+
+
+def scene_of(document: dict[str, object], arguments: argparse.Namespace) -> Scene:
+    """Return the scene of `document` with the changes that `arguments` ask for; raises AskedWrong."""
     changes = list(arguments.changes)
     if arguments.duration is not None:
         changes.append(f"output.duration={arguments.duration}")
     for change in changes:
         document = merge_patch(document, patch_of(change))
     return parse_scene(document)
+
+
+def unchanged(arguments: argparse.Namespace, what: str) -> None:
+    """Raise AskedWrong where `arguments` would change what can only be taken as it is."""
+    if arguments.changes:
+        asked_wrong("--set", arguments.changes[0], f"nothing with {what}", "Render a scene to change one.")
+    if arguments.duration is not None:
+        asked_wrong("--duration", arguments.duration, f"nothing with {what}", f"{what.capitalize()} has its length.")
 
 
 def read_document(name: str) -> dict[str, object]:

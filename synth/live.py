@@ -64,6 +64,7 @@ class LiveVoice:
         self._crossed = 0
         self._waiting: Change | None = None
         self._gain = 0.0
+        self._rise = RAMP_TIME
         self._released = False
         self.frame = 0
 
@@ -86,6 +87,11 @@ class LiveVoice:
     def full_scale(self) -> tuple[float, ...]:
         """SI value that is 1.0 in the audio, of each channel; it does not change."""
         return self._voice.full_scale
+
+    @property
+    def first_scene(self) -> Scene:
+        """The scene that it began with, as it was asked for."""
+        return self._first
 
     @property
     def plan(self) -> Plan:
@@ -138,7 +144,8 @@ class LiveVoice:
         block = np.empty((frames, self.channels), dtype=np.float32)
         done = 0
         while done < frames:
-            self._begin_change()
+            if self._coming is None:
+                self._begin_change()
             count = frames - done
             if self._coming is not None:
                 count = min(count, self._crossing_frames - self._crossed)
@@ -152,33 +159,46 @@ class LiveVoice:
         return max(1, round(CHANGE_TIME * self.sample_rate))
 
     def _begin_change(self) -> None:
+        """Begin the cross-fade to what waits, if anything does."""
         change = self._waiting
-        if self._coming is None and change is not None:
+        if change is not None:
             self._waiting = None
             begun_before = change.voice.frame > 0
-            self._coming = Voice(change.solved, paced=True) if begun_before else change.voice
-            self._coming.begin_at(self._voice.phase)
-            self._crossed = 0
+            self._cross_to(Voice(change.solved, paced=True) if begun_before else change.voice)
             self.scene = change.scene
 
+    def _cross_to(self, voice: Voice) -> None:
+        """Begin the cross-fade to `voice`, the texture where it stands."""
+        self._coming, self._crossed = voice, 0
+        voice.begin_at(self._voice.phase)
+
     def _next(self, frames: int) -> Block:
-        block = self._voice.render(frames)
+        block = self._rendered(self._voice, frames)
         if self._coming is None:
             return block
         n = self._crossed + np.arange(1, frames + 1)
         part = 0.5 - 0.5 * np.cos(math.pi * n / self._crossing_frames)
-        block += ((self._coming.render(frames) - block) * part[:, np.newaxis]).astype(np.float32)
+        block += ((self._rendered(self._coming, frames) - block) * part[:, np.newaxis]).astype(np.float32)
         self._crossed += frames
         if self._crossed >= self._crossing_frames:
-            self._voice, self._coming = self._coming, None
+            self._crossing_done(self._coming)
         return block
+
+    def _rendered(self, voice: Voice, frames: int) -> Block:
+        """Return the next frames of one of the two voices of a cross-fade."""
+        return voice.render(frames)
+
+    def _crossing_done(self, voice: Voice) -> None:
+        """Leave the cross-fade, to `voice` alone."""
+        self._voice, self._coming = voice, None
 
     def _ramp(self, block: Block) -> None:
         """Move the gain toward 1, or toward 0 after a release, and apply it."""
         goal = 0.0 if self._released else 1.0
         if self._gain == goal == 1.0:
             return
-        step = 1.0 / max(1, round(RAMP_TIME * self.sample_rate))
+        seconds = RAMP_TIME if self._released else self._rise
+        step = 1.0 / max(1, round(seconds * self.sample_rate))
         away = np.arange(1, len(block) + 1) * (step if goal else -step)
         gains = np.clip(self._gain + away, 0.0, 1.0)
         block *= (0.5 - 0.5 * np.cos(math.pi * gains))[:, np.newaxis].astype(np.float32)

@@ -136,6 +136,7 @@ class MovingReader:
         self._layouts: list[Array] = []
         self._followed: Followed | None = None
         self._looked = 0.0
+        self.takes_over = True  # by itself, while it reads a hand; a live voice that is recorded does it instead
         self._lay_out()
 
     def _lay_out(self) -> None:
@@ -214,15 +215,21 @@ class MovingReader:
             load, calm = motion.samples.item(LOAD, 0), self._followed.calm
             if not calm[0] <= load <= calm[1]:
                 self._followed.now_at(load)
-            if self.shared.edges is not self._edges and monotonic() - self._looked > LOOK_SECONDS:
-                self._looked = monotonic()
-                self.take_over_rows()
+            if self.takes_over:
+                self.look()
         self.read(motion, out)
 
-    def close(self) -> None:
-        """Be followed no more; what is solved can still be read."""
+    def look(self) -> bool:
+        """Take over the rows that have become ready, every LOOK_SECONDS at most; return whether there were any."""
+        if self.shared.edges is self._edges or monotonic() - self._looked <= LOOK_SECONDS:
+            return False
+        self._looked = monotonic()
+        return self.take_over_rows()
+
+    def close(self, *, wait: bool = True) -> None:
+        """Be followed no more; what is solved can still be read. wait: for a thread that ends with the last."""
         if self._followed is not None:
-            self._followed.leave()
+            self._followed.leave(wait=wait)
 
     def cover(self, low: float, high: float) -> None:
         """Solve the rows from `low` to `high` (N) as finely as rows may lie, and use them."""

@@ -55,9 +55,9 @@ class Followed:
             self.load = load
             self._solver.ask(self)
 
-    def leave(self) -> None:
-        """Be followed no more; the last to leave ends the thread after the row that it is at."""
-        self._solver.leave(self)
+    def leave(self, *, wait: bool = True) -> None:
+        """Be followed no more; the last to leave ends the thread after the row that it is at, and may wait for that."""
+        self._solver.leave(self, wait=wait)
 
 
 class RowSolver:
@@ -93,15 +93,15 @@ class RowSolver:
                 self._resting.clear()
                 self._changed.notify()
 
-    def leave(self, hand: Followed) -> None:
-        """Follow `hand` no more; the last ends the thread, and waits for it."""
+    def leave(self, hand: Followed, *, wait: bool = True) -> None:
+        """Follow `hand` no more; the last ends the thread, and waits for it unless told not to."""
         with self._changed:
             self._hands.discard(hand)
             if hand in self._asking:
                 self._asking.remove(hand)
             thread = self._thread if not self._hands else None
             self._changed.notify()
-        while thread is not None and thread.is_alive() and not self._hands:  # one may come while it ends
+        while wait and thread is not None and thread.is_alive() and not self._hands:  # one may come while it ends
             thread.join(0.05)
 
     def fine_round(self, load: float) -> Range | None:

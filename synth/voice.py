@@ -227,6 +227,11 @@ class Voice:
         return self._cache.get(key, lambda: MovingTables(hand, wait=False))
 
     @property
+    def late(self) -> int:
+        """Frames by which what follows a hand is late."""
+        return 0 if self._hand_effects is None else self._hand_effects.late
+
+    @property
     def usual_loads_ready(self) -> bool:
         """True when the usual range of loads is solved, coarsely."""
         followed = None if self._hand_reader is None else self._hand_reader.followed
@@ -238,10 +243,20 @@ class Voice:
         followed = None if self._hand_reader is None else self._hand_reader.followed
         return followed is None or followed.solver.resting
 
-    def close(self) -> None:
-        """End the threads that solve rows, if there are any; the voice can still render what is solved."""
+    def close(self, *, wait: bool = True) -> None:
+        """End the threads that solve rows, unless other voices need them; this one can still render what is solved.
+
+        wait: until they have ended.
+        """
         for reader in self.hand_readers:
-            reader.close()
+            reader.close(wait=wait)
+
+    def twin(self) -> Voice:
+        """Return a voice that a hand may take somewhere else from here on: the same scene, gain and rows, live."""
+        made = Voice(self.solved, live=self._live, cache=self._cache)
+        for mine, theirs in zip(self.hand_readers, made.hand_readers, strict=True):
+            theirs.use_rows(mine.edges)
+        return made
 
     def begin_at(self, phase: int) -> None:
         """Have the texture stand at `phase` (a 64-bit fraction of a turn) at frame 0; the voice has not begun."""

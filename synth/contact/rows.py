@@ -134,21 +134,27 @@ class Rows:
         low, high = max(low, 0.0), min(high, LARGEST_LOAD)
         first, last = self.octave(low), self.octave(high)
         with self._lock:
-            reached = [first, last, *self._octaves]
-            for number in range(min(reached), max(reached) + 1):
+            for number in self._missing(first, last):
                 if stop():
                     return
-                if number not in self._octaves:
-                    unseen = (math.inf,) * len(self.demand.orders)
-                    self._octaves[number] = self._halved(
-                        Interval(*self.bounds(number), unseen, unseen), number, PASSING
-                    )
-                    self._publish()
+                unseen = (math.inf,) * len(self.demand.orders)
+                self._octaves[number] = self._halved(Interval(*self.bounds(number), unseen, unseen), number, PASSING)
+                self._publish()
             if finest < COARSE:
                 known = self._fine if math.isfinite(self._fine[1]) else (low, high)
                 self._fine = (min(known[0], low), max(known[1], high))
             for number in range(first, last + 1):
                 self._refine(number, low, high, finest, stop)
+
+    def _missing(self, first: int, last: int) -> list[int]:
+        """Return the octaves to solve so that those from `first` to `last` and those that are there leave no gap.
+
+        Each borders on what is there by then: a load that could be read stays within the rows that are ready.
+        """
+        if not self._octaves:
+            return list(range(first, last + 1))
+        low, high = min(self._octaves), max(self._octaves)
+        return [*range(low - 1, first - 1, -1), *range(high + 1, last + 1)]
 
     def _refine(self, number: int, low: float, high: float, finest: float, stop: Callable[[], bool]) -> None:
         """Halve those intervals of an octave in which the loads from `low` to `high` lie."""
@@ -165,9 +171,7 @@ class Rows:
                 self._publish()
 
     def _publish(self) -> None:
-        numbers = sorted(self._octaves)
-        gapless = [number for place, number in enumerate(numbers) if number - numbers[0] == place]
-        parts = [part for number in gapless for part in self._octaves[number]]
+        parts = [part for number in sorted(self._octaves) for part in self._octaves[number]]
         self.edges = np.array([parts[0].low, *(part.high for part in parts)])
 
     def _solved(self, load: float) -> Spectrum:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -110,6 +111,21 @@ def test_covering_stops_when_it_is_told_to() -> None:
     before = rows.edges
     rows.cover(0.2, 3.0, COARSE, lambda: True)
     assert rows.edges is before
+
+
+def test_rows_that_are_ready_stay_so_while_others_are_solved() -> None:
+    rows = rows_of()
+    rows.cover(0.3, 0.3, COARSE)
+    seen = [rows.edges]
+
+    def watched() -> bool:
+        seen.append(rows.edges)
+        return False
+
+    rows.cover(0.05, 3.0, COARSE, watched)
+    assert len({len(edges) for edges in seen}) > 4
+    for before, after in pairwise([*seen, rows.edges]):
+        assert np.isin(before, after).all()
 
 
 def test_errors_and_bytes_are_told() -> None:

@@ -1,0 +1,75 @@
+"""The log of a live voice that a hand moves: what decided its samples, each with its frame; the heart of a recording.
+
+Stage   3 (VOICE), beside `live_hand`, which writes it; `recording` reads it.
+Model   An event is a list: frame, name, values.
+            [frame, "contact", seq, time, position, speed, load]   an update, from this frame on; null: not given
+            [frame, "lift"]                                        the finger was taken off
+            [frame, "scene", scene]                                a change of scene, begun as soon as it could be
+            [frame, "release"]                                     the fade that ends it
+            [frame, "rows", part, reader, "all" or "more", loads]  the rows of load that a part of the sound used
+        Rows are part of it because they become ready in their own time. Parts count the voices that a hand moved, in
+        the order in which they began.
+Limits  LARGEST_EVENTS events; then it is full, and holds the beginning.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from synth.contact.exact import Array
+from synth.following import Update
+
+FORMAT, VERSION = "ridgewave-recording", 1
+LARGEST_EVENTS = 1_000_000  # 100 a second for 2.8 h; some 200 MB of memory
+
+Event = list[Any]
+
+
+def is_recording(document: Mapping[str, object]) -> bool:
+    """Return whether a JSON object is a recording rather than a scene."""
+    return document.get("format") == FORMAT
+
+
+class HandLog:
+    """Events in the order in which they happened."""
+
+    def __init__(self) -> None:
+        self.events: list[Event] = []
+        self.ended_at: int | None = None
+        self._rows: dict[tuple[int, int], Array] = {}
+
+    def contact(self, frame: int, update: Update) -> None:
+        """Note an update."""
+        self._note([frame, "contact", update.seq, update.time, update.position, update.speed, update.load])
+
+    def lift(self, frame: int) -> None:
+        """Note that the finger was taken off."""
+        self._note([frame, "lift"])
+
+    def release(self, frame: int) -> None:
+        """Note the fade at the end."""
+        self._note([frame, "release"])
+
+    def scene(self, frame: int, document: dict[str, Any]) -> None:
+        """Note a change to the scene of `document`."""
+        self._note([frame, "scene", document])
+
+    def rows(self, frame: int, part: int, reader: int, loads: Array) -> None:
+        """Note the rows of load (N) that a reader of a part uses from now on."""
+        before = self._rows.get((part, reader))
+        self._rows[part, reader] = loads
+        more = None if before is None else np.setdiff1d(loads, before)
+        if more is None or len(more) + len(before if before is not None else ()) != len(loads):
+            self._note([frame, "rows", part, reader, "all", loads.tolist()])
+        else:
+            self._note([frame, "rows", part, reader, "more", more.tolist()])
+
+    def _note(self, event: Event) -> None:
+        if self.ended_at is None:
+            if len(self.events) < LARGEST_EVENTS:
+                self.events.append(event)
+            else:
+                self.ended_at = event[0]

@@ -1,0 +1,237 @@
+"""A live voice that a hand moves: the scene's own scan until the first contact, then the motion of the updates.
+
+Stage   3 (VOICE), for the live protocol.
+Model   Updates become position and load at audio rate in `following`. The first contact, and an update that puts the
+        finger elsewhere at once (a jump), are cross-faded as a change of scene is: what sounds goes on as it moved,
+        the next part begins where the update says. An update without a load has that of the one before it, the first
+        that of the scene. A jump that comes while another cross-fade is under way waits for its end; the newest wins.
+        A finger that lands ramps in. `lift` takes the finger off until the next update. What decides the samples goes
+        into a `HandLog`: `recording` plays them again.
+Source  design, sections 4 (motion, recording) and 7.
+Limits  an update is heard `motion_delay` after the frame at which it was applied. Rows of load that a thread has solved
+        meanwhile are taken over between blocks. One hand.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from synth.cache import ResponseCache
+from synth.contact.exact import Array
+from synth.following import Follower, Update
+from synth.hand import nominal_scene, with_full_scale
+from synth.hand_log import HandLog
+from synth.live import LOOK_AHEAD, Change, LiveVoice
+from synth.motion import LOAD, Motion
+from synth.output import Block
+from synth.preparation import prepare
+from synth.scene import Scene, scene_document
+from synth.scene_effects import lowest_load
+from synth.voice import Voice
+
+LANDING_TIME = 0.02  # s in which a finger that lands sounds up: its load sets in within a millisecond, which knocks
+
+RowsOfPart = Callable[[int, int], Array]
+
+
+@dataclass(frozen=True, slots=True)
+class HandChange(Change):
+    """A scene that is ready to be taken over. hand: its voice for a hand, not yet begun."""
+
+    hand: Voice
+
+
+class HandVoice(LiveVoice):
+    """An endless voice for one hand.
+
+    scene, cache: as `LiveVoice`. record: keep a log. rows: for a recording that is played again: the rows of load (N)
+    with which a reader of a part begins; no thread solves others then.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        *,
+        cache: ResponseCache | None = None,
+        record: bool = False,
+        rows: RowsOfPart | None = None,
+    ) -> None:
+        super().__init__(scene, cache=cache)
+        self.log = HandLog() if record else None
+        self._rows = rows
+        self._spare: Voice | None = self._voice_for_hand(self.scene)
+        self._follower: Follower | None = None
+        self._leaving: Follower | None = None
+        self._jump: Update | None = None
+        self._load = nominal_scene(scene).scan.load
+        self._lifted = self._off = False
+        self._motion: Motion | None = None
+        self._parts: dict[Voice, int] = {}
+        self._begun = 0
+
+    @property
+    def motion_delay(self) -> float:
+        """Seconds from the frame at which an update is applied to its full effect in the sound, at most."""
+        margin = 0 if self._spare is None else self._spare.late
+        return LOOK_AHEAD + Follower(self.sample_rate).delay + margin / self.sample_rate
+
+    @property
+    def lowest_load(self) -> float:
+        """The lowest load (N) that an update may have: below 0 where the finger can pull."""
+        return lowest_load(self.scene.effects)
+
+    @property
+    def touched(self) -> bool:
+        """True from the first contact on."""
+        return self._follower is not None or self._jump is not None
+
+    def touch(self, update: Update) -> None:
+        """Apply `update` from the next frame on."""
+        if self.log is not None:
+            self.log.contact(self.frame, update)
+        self._load = self._load if update.load is None else update.load
+        update = replace(update, load=self._load)
+        self._lifted = False
+        if self._follower is None:
+            self._jump = update
+            return
+        if self._off and self._load > 0.0:
+            self._gain, self._rise = 0.0, LANDING_TIME
+        moved = self._follower.copy()
+        if moved.apply(update):
+            self._jump = update
+        else:
+            self._follower, self._jump = moved, None
+
+    def lift(self) -> None:
+        """Take the finger off from the next frame on: the load goes to nothing, until an update brings another."""
+        if self.log is not None:
+            self.log.lift(self.frame)
+        self._lifted = True
+        if self._follower is not None:
+            self._follower.release()
+
+    def release(self) -> None:
+        """Fade out, beginning with the next block."""
+        if self.log is not None and not self._released:
+            self.log.release(self.frame)
+        super().release()
+
+    def prepare(self, scene: Scene) -> HandChange:
+        """Return `scene` ready to be taken over; SceneError where it changes what is fixed for a stream."""
+        change = super().prepare(scene)
+        return HandChange(scene, change.solved, change.voice, self._voice_for_hand(scene))
+
+    def apply(self, change: Change) -> None:
+        """Take `change` over from the next block on."""
+        if self.log is not None:
+            self.log.scene(self.frame, scene_document(change.scene))
+        super().apply(change)
+
+    def render(self, frames: int) -> Block:
+        """Return the next `frames` frames, float32 [frames, channels], within -1..1."""
+        if self._rows is None and self._parts:
+            self._look()
+        return super().render(frames)
+
+    def use_rows(self, part: int, reader: int, loads: Array) -> None:
+        """Have a part use these rows of load (N), as the log of a recording says."""
+        for voice, number in self._parts.items():
+            if number == part:
+                voice.hand_readers[reader].use_rows(loads)
+
+    def close(self) -> None:
+        """End the threads that solve rows of load for this hand alone; waits for none of them."""
+        for voice in (*self._parts, *([] if self._spare is None else [self._spare])):
+            voice.close(wait=False)
+
+    def _voice_for_hand(self, scene: Scene) -> Voice:
+        """Return a voice of `scene` for a hand, with the stream's full scale; slow."""
+        still = nominal_scene(scene).model_copy(update={"texture": scene.texture})
+        solved = prepare(with_full_scale(still, self.full_scale), self._cache)
+        voice = Voice(solved, live=True, cache=self._cache)
+        for reader in voice.hand_readers:
+            reader.takes_over = False
+            if self._rows is not None:
+                reader.close(wait=False)
+        return voice
+
+    def _look(self) -> None:
+        """Take over the rows of load that are ready."""
+        for voice, part in self._parts.items():
+            for place, reader in enumerate(voice.hand_readers):
+                if reader.look() and self.log is not None:
+                    self.log.rows(self.frame, part, place, reader.edges)
+
+    def _begin_change(self) -> None:
+        change = self._waiting
+        if isinstance(change, HandChange) and self._follower is not None:
+            self._waiting = None
+            self.scene = change.scene
+            self._cross_to_hand(change.hand)
+            return
+        if isinstance(change, HandChange):
+            self._drop(self._spare)
+            self._spare = change.hand
+        super()._begin_change()
+        if self._coming is None and self._jump is not None:
+            self._begin_at(self._jump)
+
+    def _begin_at(self, update: Update) -> None:
+        """Cross-fade to a finger where `update` says: the first contact, or a jump."""
+        self._jump = None
+        if self._follower is None:
+            assert self._spare is not None
+            self._follower = Follower(self.sample_rate, lowest_load=self.lowest_load)
+            self._follower.begin(update.position or 0.0, update.speed or 0.0, self._load)
+            self._follower.apply(update)
+            voice, self._spare = self._spare, None
+        else:
+            self._leaving = self._follower
+            self._follower = self._follower.copy()
+            self._follower.apply(update)
+            voice = self._voice.twin()
+            for reader in voice.hand_readers:
+                reader.takes_over = False
+                if self._rows is not None:
+                    reader.close(wait=False)
+        if self._lifted:
+            self._follower.release()
+        self._cross_to_hand(voice)
+
+    def _cross_to_hand(self, voice: Voice) -> None:
+        part = self._begun
+        self._begun += 1
+        self._parts[voice] = part
+        for place, reader in enumerate(voice.hand_readers):
+            if self._rows is not None:
+                reader.use_rows(self._rows(part, place))
+            elif self.log is not None:
+                self.log.rows(self.frame, part, place, reader.edges)
+        self._cross_to(voice)
+
+    def _next(self, frames: int) -> Block:
+        self._motion = None
+        return super()._next(frames)
+
+    def _rendered(self, voice: Voice, frames: int) -> Block:
+        if voice not in self._parts:
+            return voice.render(frames)
+        if self._leaving is not None and voice is self._voice:
+            return voice.render(frames, self._leaving.motion(frames))
+        assert self._follower is not None
+        if self._motion is None:
+            self._motion = self._follower.motion(frames)
+            self._off = self._motion.samples.item(LOAD, -1) == 0.0
+        return voice.render(frames, self._motion)
+
+    def _crossing_done(self, voice: Voice) -> None:
+        self._drop(self._voice)
+        self._leaving = None
+        super()._crossing_done(voice)
+
+    def _drop(self, voice: Voice | None) -> None:
+        if voice is not None:
+            self._parts.pop(voice, None)
+            voice.close(wait=False)

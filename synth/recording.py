@@ -1,0 +1,202 @@
+"""Recordings of live sessions: a document that holds what decided every sample, and the samples again.
+
+Stage   3 (VOICE), after `live_hand`.
+Model   A recording is {"format": "ridgewave-recording", "version": 1, "scene", "full_scale", "frames", "events"}: the
+        scene of the beginning, what 1.0 stood for, how many frames were sent, and the events of `hand_log`. Played
+        again, each event is applied before the frame that it names.
+Source  design, section 4 (recording).
+Limits  the samples are the same on a machine that computes as the first did: same versions, same kind of processor.
+        A log that became full is played to there.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from synth.cache import ResponseCache
+from synth.contact.exact import Array
+from synth.errors import Fault, SceneError, shown
+from synth.following import Update
+from synth.hand import with_full_scale
+from synth.hand_log import FORMAT, VERSION, Event
+from synth.live_hand import HandVoice
+from synth.output import Block
+from synth.scene import Scene, parse_scene, scene_document
+
+LONGEST_BLOCK = 1 << 14  # frames rendered together
+AS_DOWNLOADED = "Keep the recording as it was downloaded."
+
+
+def recording_of(voice: HandVoice) -> dict[str, Any]:
+    """Return the recording of `voice` so far; it must have been opened with record=True."""
+    log = voice.log
+    assert log is not None, "the voice keeps no log"
+    return {
+        "format": FORMAT,
+        "version": VERSION,
+        "scene": scene_document(voice.first_scene),
+        "full_scale": list(voice.full_scale),
+        "quantities": list(voice.quantities),
+        "frames": voice.frame if log.ended_at is None else log.ended_at,
+        "complete": log.ended_at is None,
+        "events": list(log.events),
+    }
+
+
+class Recording:
+    """A recording, read and checked. Raises SceneError for a document that is none, with the place at fault."""
+
+    def __init__(self, document: Mapping[str, Any]) -> None:
+        self.scene, self.full_scale, self.frames = _read_head(document)
+        self.events: tuple[Event, ...] = tuple(document["events"])
+        first = 0
+        for place, event in enumerate(self.events):
+            first = _checked(event, place, first)
+
+    def open(self, cache: ResponseCache | None = None) -> Replay:
+        """Return what plays it again, at frame 0; solves the first scene."""
+        return Replay(self, cache)
+
+
+class Replay:
+    """A session that is played again: `render` gives its samples, in blocks of any length.
+
+    scene: with which it began. frames: how many there are. The other attributes are those of a voice.
+    """
+
+    def __init__(self, recording: Recording, cache: ResponseCache | None = None) -> None:
+        self.scene, self.frames = recording.scene, recording.frames
+        self._events, self._next = recording.events, 0
+        first = _first_rows(recording.events)
+        self._rows = dict.fromkeys(first, np.empty(0))
+        self._voice = HandVoice(recording.scene, cache=cache, rows=lambda part, reader: first[part, reader])
+        self.sample_rate, self.channels = self._voice.sample_rate, self._voice.channels
+        self.quantities, self.full_scale = self._voice.quantities, self._voice.full_scale
+        if len(self.full_scale) != len(recording.full_scale):
+            told = ", ".join(f"{scale:g}" for scale in recording.full_scale)
+            raise _refusal("/full_scale", told, f"{self.channels} numbers, one a channel", AS_DOWNLOADED)
+
+    @property
+    def frame(self) -> int:
+        """The frame that the next block begins at."""
+        return self._voice.frame
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What a user should know about the scene that sounds."""
+        return self._voice.warnings
+
+    def render(self, frames: int) -> Block:
+        """Return the next `frames` frames, float32 [frames, channels], as they were sent."""
+        block = np.empty((frames, self.channels), np.float32)
+        done = 0
+        while done < frames:
+            while self._next < len(self._events) and self._events[self._next][0] <= self.frame:
+                _apply(self._events[self._next], self._voice, self._rows)
+                self._next += 1
+            ahead = self._events[self._next][0] - self.frame if self._next < len(self._events) else frames
+            count = min(frames - done, ahead, LONGEST_BLOCK)
+            block[done : done + count] = self._voice.render(count)
+            done += count
+        return block
+
+
+def _apply(event: Event, voice: HandVoice, rows: dict[tuple[int, int], Array]) -> None:
+    """Do to the voice what an event says."""
+    name = event[1]
+    if name == "contact":
+        voice.touch(Update(*event[2:7]))
+    elif name == "lift":
+        voice.lift()
+    elif name == "release":
+        voice.release()
+    elif name == "scene":
+        voice.apply(voice.prepare(with_full_scale(parse_scene(event[2]), voice.full_scale)))
+    else:
+        part, reader, kind, loads = event[2:6]
+        known = np.array(loads, dtype=float)
+        rows[part, reader] = known if kind == "all" else np.union1d(rows[part, reader], known)
+        voice.use_rows(part, reader, rows[part, reader])
+
+
+def _read_head(document: Mapping[str, Any]) -> tuple[Scene, tuple[float, ...], int]:
+    """Return the scene, with its full scale, that full scale, and the number of frames."""
+    if document.get("format") != FORMAT or document.get("version") != VERSION:
+        told = f"{document.get('format')} {document.get('version')}"
+        raise _refusal("/version", told, f"{FORMAT} {VERSION}", "Download the recording from a live session.")
+    frames, events, scales = document.get("frames"), document.get("events"), document.get("full_scale")
+    if not _is_whole(frames):
+        raise _refusal("/frames", shown(frames), "a whole number of frames", AS_DOWNLOADED)
+    if not isinstance(events, list):
+        raise _refusal("/events", shown(events), "a list of events", AS_DOWNLOADED)
+    if not isinstance(scales, list) or not scales or not all(_is_number(scale) and scale > 0.0 for scale in scales):
+        raise _refusal("/full_scale", shown(scales), "a list of numbers above 0, one a channel", AS_DOWNLOADED)
+    scene, scale = parse_scene(document.get("scene")), tuple(float(scale) for scale in scales)
+    if len(scale) < len(scene.output.channel_list):
+        raise _refusal("/full_scale", shown(scales), "one number a channel", AS_DOWNLOADED)
+    assert isinstance(frames, int)
+    return with_full_scale(scene, scale), scale, frames
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _is_whole(value: object) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and value >= 0
+
+
+def _checked(event: object, place: int, first: int) -> int:
+    """Return the frame of an event; raises SceneError where it makes no sense after one at frame `first`."""
+    at = f"/events/{place}"
+    if not isinstance(event, list) or len(event) < 2 or not isinstance(event[1], str) or event[1] not in VALUES:
+        raise _refusal(at, shown(event), f"[frame, one of {', '.join(VALUES)}, values]", AS_DOWNLOADED)
+    frame, name, *values = event
+    if not _is_whole(frame) or frame < first:
+        raise _refusal(f"{at}/0", shown(frame), f"a frame from {first} on", "Events stand in their order.")
+    if not VALUES[name](values):
+        raise _refusal(at, shown(event), f"the values of {name} as docs/live.md has them", AS_DOWNLOADED)
+    return int(frame)
+
+
+def _is_contact(values: list[Any]) -> bool:
+    if len(values) != 5 or not _is_whole(values[0]) or not _is_number(values[1]):
+        return False
+    numbers = all(value is None or _is_number(value) for value in values[2:])
+    return numbers and (values[2] is None) != (values[3] is None)
+
+
+def _are_rows(values: list[Any]) -> bool:
+    if len(values) != 4 or not (_is_whole(values[0]) and _is_whole(values[1])):
+        return False
+    loads = values[3]
+    wanted = 2 if values[2] == "all" else 0
+    rising = isinstance(loads, list) and all(map(_is_number, loads)) and sorted(set(loads)) == loads
+    return values[2] in ("all", "more") and rising and len(loads) >= wanted
+
+
+VALUES: dict[str, Callable[[list[Any]], bool]] = {
+    "contact": _is_contact,
+    "lift": lambda values: not values,
+    "scene": lambda values: len(values) == 1 and isinstance(values[0], dict),
+    "release": lambda values: not values,
+    "rows": _are_rows,
+}
+"""What may stand behind the name of each kind of event."""
+
+
+def _first_rows(events: Iterable[Event]) -> dict[tuple[int, int], Array]:
+    """Return the rows with which each reader of each part began."""
+    found: dict[tuple[int, int], Array] = {}
+    for event in events:
+        if event[1] == "rows" and (event[2], event[3]) not in found:
+            found[event[2], event[3]] = np.array(event[5], dtype=float)
+    return found
+
+
+def _refusal(pointer: str, value: str, allowed: str, hint: str) -> SceneError:
+    return SceneError([Fault(pointer, value, allowed, hint)])

@@ -1,0 +1,78 @@
+"""`ridgewave render` of a recording: the samples that a live session sent, as any file."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import soundfile
+
+from synth.following import Update
+from synth.live_hand import HandVoice
+from synth.recording import recording_of
+from synth.scene import parse_scene
+from tests.conftest import RunsRidgewave
+
+RATE = 8000
+
+
+@pytest.fixture(scope="module")
+def session(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, np.ndarray]:
+    """Return the file of a recording, and the samples that were heard while it was made."""
+    scene = parse_scene({"output": {"sample_rate": RATE, "bandwidth": 800}})
+    voice = HandVoice(scene, record=True)
+    blocks = []
+    for number in range(100):
+        voice.touch(Update(number, 0.01 * number, 8e-4 * number, None, 0.25))
+        blocks.append(voice.render(80))
+    voice.release()
+    blocks.append(voice.render(200))
+    voice.close()
+    path = tmp_path_factory.mktemp("recording") / "stroke.json"
+    path.write_text(json.dumps(recording_of(voice)))
+    return path, np.concatenate(blocks)
+
+
+def test_the_file_holds_the_samples_that_were_sent(
+    session: tuple[Path, np.ndarray], tmp_path: Path, ridgewave: RunsRidgewave
+) -> None:
+    path, heard = session
+    out = tmp_path / "out.wav"
+    done = ridgewave("render", str(path), "-o", str(out), "--json")
+    assert done.returncode == 0, done.stderr
+    samples, rate = soundfile.read(out, dtype="float32", always_2d=True)
+    assert rate == RATE
+    assert np.array_equal(samples, heard)
+    assert json.loads(done.stdout)["frames"] == len(heard)
+
+
+def test_sixteen_bit_files_are_what_a_sixteen_bit_session_sends(
+    session: tuple[Path, np.ndarray], tmp_path: Path, ridgewave: RunsRidgewave
+) -> None:
+    from synth.encode import SoundFormat, encode_all
+
+    path, heard = session
+    out = tmp_path / "out.l16"
+    assert ridgewave("render", str(path), "-o", str(out)).returncode == 0
+    assert out.read_bytes() == encode_all(heard, SoundFormat.L16, RATE, None)
+
+
+@pytest.mark.parametrize("words", [["--set", "texture.period=1mm"], ["--duration", "2"]])
+def test_a_recording_is_taken_as_it_is(
+    words: list[str], session: tuple[Path, np.ndarray], tmp_path: Path, ridgewave: RunsRidgewave
+) -> None:
+    out = tmp_path / "out.wav"
+    done = ridgewave("render", str(session[0]), "-o", str(out), *words)
+    assert done.returncode == 2
+    assert words[0].encode() in done.stderr and b"recording" in done.stderr
+    assert not out.exists()
+
+
+def test_a_recording_that_was_cut_short_is_refused_with_its_place(tmp_path: Path, ridgewave: RunsRidgewave) -> None:
+    path = tmp_path / "broken.json"
+    path.write_text(json.dumps({"format": "ridgewave-recording", "version": 1, "scene": {}, "events": []}))
+    done = ridgewave("render", str(path), "-o", str(tmp_path / "out.wav"))
+    assert done.returncode == 2
+    assert b"frames: got None" in done.stderr and b"Traceback" not in done.stderr

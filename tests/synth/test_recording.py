@@ -1,0 +1,128 @@
+"""Recordings: the same samples again, from the document alone, whatever the blocks and whatever became ready when."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+
+from synth.cache import ResponseCache
+from synth.errors import SceneError
+from synth.following import Update
+from synth.live_hand import HandVoice
+from synth.output import Block
+from synth.recording import Recording, recording_of
+from synth.scene import parse_scene
+
+RATE = 8000
+SCENES: dict[str, dict[str, Any]] = {
+    "displacement": {"output": {"quantity": "displacement"}},
+    "acceleration": {"output": {"quantity": "acceleration"}},
+    "two channels": {"output": {"channels": [{"quantity": "velocity"}, {"quantity": "displacement"}]}},
+    "stroke": {"scan": {"stroke": {"speed": "60 mm/s", "length": "20 mm", "load": "0.2 N"}}},
+    "tangential": {"effects": {"tangential": {}}},
+    "inertia": {"effects": {"inertia": {}}},
+}
+
+
+def document_of(name: str) -> dict[str, Any]:
+    scene = SCENES[name]
+    return scene | {"output": {"sample_rate": RATE, "bandwidth": 800} | scene.get("output", {})}
+
+
+def session(scene: dict[str, Any], seed: int, cache: ResponseCache | None = None) -> tuple[Block, dict[str, Any]]:
+    """Return the samples and the recording of a restless hand: it strokes, presses, jumps, lifts, changes texture."""
+    random = np.random.default_rng(seed)
+    voice = HandVoice(parse_scene(scene), cache=cache, record=True)
+    blocks = [voice.render(700)]
+    for number in range(220):
+        time = 0.01 * number
+        where = 0.02 * np.sin(7.0 * time) + (0.3 if 90 < number < 140 else 0.0)
+        load = None if number % 3 else 0.3 + 0.2 * np.sin(3.0 * time)
+        if not 150 < number < 170:
+            voice.touch(Update(number, time, where, None, load))
+        if number == 155:
+            voice.lift()
+        if number == 60:
+            voice.apply(voice.prepare(parse_scene(scene | {"texture": {"period": "0.7 mm"}})))
+        if number == 215:
+            voice.release()
+        blocks.append(voice.render(int(random.integers(1, 160))))
+    voice.close()
+    return np.concatenate(blocks), json.loads(json.dumps(recording_of(voice)))
+
+
+def played(document: dict[str, Any], seed: int) -> Block:
+    random = np.random.default_rng(seed)
+    replay = Recording(document).open()
+    parts = []
+    while replay.frame < replay.frames:
+        parts.append(replay.render(min(int(random.integers(1, 3000)), replay.frames - replay.frame)))
+    return np.concatenate(parts)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_recording_plays_the_same_samples(name: str) -> None:
+    heard, document = session(document_of(name), 1)
+    assert np.abs(heard).max() > 0.1
+    assert np.array_equal(played(document, 2), heard)
+
+
+def test_rows_that_others_had_solved_before_are_part_of_the_recording() -> None:
+    cache = ResponseCache()
+    session(document_of("displacement"), 3, cache)
+    heard, document = session(document_of("displacement"), 4, cache)
+    assert np.array_equal(played(document, 5), heard)
+
+
+def test_a_recording_of_a_scan_that_nobody_touched_is_the_scan() -> None:
+    voice = HandVoice(parse_scene(document_of("stroke")), record=True)
+    heard = voice.render(5000)
+    voice.close()
+    assert np.array_equal(played(recording_of(voice), 6), heard)
+
+
+@pytest.mark.parametrize(
+    ("change", "pointer"),
+    [
+        ({"version": 2}, "/version"),
+        ({"frames": -1}, "/frames"),
+        ({"frames": True}, "/frames"),
+        ({"full_scale": [0.0]}, "/full_scale"),
+        ({"full_scale": []}, "/full_scale"),
+        ({"full_scale": "1"}, "/full_scale"),
+        ({"events": {}}, "/events"),
+        ({"events": [[0, "touch"]]}, "/events/0"),
+        ({"events": [[0, "lift"], [5, "contact", 1, 0.0, None, None, 0.1]]}, "/events/1"),
+        ({"events": [[0, "contact", 1, float("nan"), 0.0, None, 0.1]]}, "/events/0"),
+        ({"events": [[5, "lift"], [4, "lift"]]}, "/events/1/0"),
+        ({"events": [[0, "rows", 0, 0, "all", [2.0, 1.0]]]}, "/events/0"),
+        ({"events": [[0, "rows", 0, 0, "all", ["a", 1.0]]]}, "/events/0"),
+        ({"events": ["lift"]}, "/events/0"),
+        ({"scene": {"texture": {"period": -1}}}, "/texture/period"),
+    ],
+)
+def test_what_is_no_recording_is_refused_with_its_place(change: dict[str, Any], pointer: str) -> None:
+    document = {
+        "format": "ridgewave-recording",
+        "version": 1,
+        "scene": {},
+        "full_scale": [1.0],
+        "frames": 10,
+        "events": [],
+    }
+    Recording(document)
+    with pytest.raises(SceneError) as refused:
+        Recording(document | change)
+    assert refused.value.faults[0].pointer == pointer
+
+
+def test_a_full_log_holds_the_beginning(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("synth.hand_log.LARGEST_EVENTS", 60)
+    heard, document = session(document_of("displacement"), 7)
+    assert not document["complete"]
+    found = played(document, 8)
+    assert 0 < len(found) < len(heard)
+    assert np.array_equal(found, heard[: len(found)])
