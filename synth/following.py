@@ -20,7 +20,6 @@ from synth.contact.exact import Array
 from synth.contact.kernels import unfused
 from synth.following_curve import fill_curve, glide, join, new_curve, stand, values_at
 from synth.following_track import INTERVAL, begin_anew, late_by, new_track, slope_with
-from synth.following_track import SLOPE as LEARNT
 from synth.motion import LARGEST_LOAD, LOAD, LOAD_BEND, LOAD_RATE, NOWHERE, SPEED, SPEED_RATE, Motion
 
 TIGHTNESS = 3.0  # decays in an interval of updates; more: updates are heard one by one; less: late at turns

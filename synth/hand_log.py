@@ -6,6 +6,7 @@ Model   An event is a list: frame, name, values.
             [frame, "lift"]                                        the finger was taken off
             [frame, "scene", scene]                                a change of scene, begun as soon as it could be
             [frame, "release"]                                     the fade that ends it
+            [frame, "refine"]                                      a cross-fade to newer rows of load, as a new part
             [frame, "rows", part, reader, "all" or "more", loads]  the rows of load that a part of the sound used
         Rows are part of it because they become ready in their own time. Parts count the voices that a hand moved, in
         the order in which they began.
@@ -56,6 +57,10 @@ class HandLog:
     def scene(self, frame: int, document: dict[str, Any]) -> None:
         """Note a change to the scene of `document`."""
         self._note([frame, "scene", document])
+
+    def refine(self, frame: int) -> None:
+        """Note a cross-fade to newer rows of load, those of the next part."""
+        self._note([frame, "refine"])
 
     def rows(self, frame: int, part: int, reader: int, loads: Array) -> None:
         """Note the rows of load (N) that a reader of a part uses from now on."""

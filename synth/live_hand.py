@@ -9,19 +9,20 @@ Model   Updates become position and load at audio rate in `following`. The first
         into a `HandLog`: `recording` plays them again.
 Source  design, sections 4 (motion, recording) and 7.
 Limits  an update is heard `motion_delay` after the frame at which it was applied. Rows of load that a thread has solved
-        meanwhile are taken over between blocks. One hand.
+        meanwhile are taken over between blocks, in a cross-fade where they change what sounds. One hand.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 from synth.cache import ResponseCache
 from synth.contact.exact import Array
 from synth.following import Follower, Update
 from synth.hand import nominal_scene, with_full_scale
-from synth.hand_log import HandLog
+from synth.hand_log import FORMAT, VERSION, HandLog
 from synth.live import LOOK_AHEAD, Change, LiveVoice
 from synth.motion import LOAD, Motion
 from synth.output import Block
@@ -85,6 +86,29 @@ class HandVoice(LiveVoice):
     def touched(self) -> bool:
         """True from the first contact on."""
         return self._follower is not None or self._jump is not None
+
+    @property
+    def plan_document(self) -> dict[str, Any]:
+        """The plan of the scene that sounds, or is coming, as a JSON document without the scene and a cost."""
+        document = self.plan.document()
+        response = document["response"] | {"delay_behind_a_hand_seconds": self.motion_delay}
+        return {name: value for name, value in document.items() if name not in ("scene", "cost")} | {
+            "response": response
+        }
+
+    def recording(self) -> dict[str, Any]:
+        """Return the recording so far as a JSON document (`recording`); the voice was opened with `record`."""
+        assert self.log is not None, "the voice keeps no log"
+        return {
+            "format": FORMAT,
+            "version": VERSION,
+            "scene": scene_document(self.first_scene),
+            "full_scale": list(self.full_scale),
+            "quantities": list(self.quantities),
+            "frames": self.frame if self.log.ended_at is None else self.log.ended_at,
+            "complete": self.log.ended_at is None,
+            "events": list(self.log.events),
+        }
 
     def touch(self, update: Update) -> None:
         """Apply `update` from the next frame on."""
@@ -157,12 +181,33 @@ class HandVoice(LiveVoice):
                 reader.close(wait=False)
         return voice
 
+    def refine(self) -> None:
+        """Cross-fade to the newest rows of load from the next frame on."""
+        if self.log is not None:
+            self.log.refine(self.frame)
+        self._cross_to_hand(self._twin())
+
     def _look(self) -> None:
-        """Take over the rows of load that are ready."""
-        for voice, part in self._parts.items():
-            for place, reader in enumerate(voice.hand_readers):
-                if reader.look() and self.log is not None:
-                    self.log.rows(self.frame, part, place, reader.edges)
+        """Take over the rows of load that are ready: at once where nothing is heard of it, else in a cross-fade."""
+        if self._coming is not None or self._motion is None or not self._parts:
+            return
+        load, part = self._motion.samples.item(LOAD, -1), self._parts[self._voice]
+        news = [(place, one) for place, one in enumerate(self._voice.hand_readers) if one.has_news()]
+        if self._voice.cheap_twin and any(reader.news_matter(load) for _, reader in news):
+            self.refine()
+            return
+        for place, reader in news:
+            reader.take_over_rows()
+            if self.log is not None:
+                self.log.rows(self.frame, part, place, reader.edges)
+
+    def _twin(self) -> Voice:
+        voice = self._voice.twin()
+        for reader in voice.hand_readers:
+            reader.takes_over = False
+            if self._rows is not None:
+                reader.close(wait=False)
+        return voice
 
     def _begin_change(self) -> None:
         change = self._waiting
@@ -191,11 +236,7 @@ class HandVoice(LiveVoice):
             self._leaving = self._follower
             self._follower = self._follower.copy()
             self._follower.apply(update)
-            voice = self._voice.twin()
-            for reader in voice.hand_readers:
-                reader.takes_over = False
-                if self._rows is not None:
-                    reader.close(wait=False)
+            voice = self._twin()
         if self._lifted:
             self._follower.release()
         self._cross_to_hand(voice)
@@ -207,8 +248,10 @@ class HandVoice(LiveVoice):
         for place, reader in enumerate(voice.hand_readers):
             if self._rows is not None:
                 reader.use_rows(self._rows(part, place))
-            elif self.log is not None:
-                self.log.rows(self.frame, part, place, reader.edges)
+            else:
+                reader.take_over_rows()
+                if self.log is not None:
+                    self.log.rows(self.frame, part, place, reader.edges)
         self._cross_to(voice)
 
     def _next(self, frames: int) -> Block:

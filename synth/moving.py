@@ -139,6 +139,15 @@ class MovingReader:
         self.takes_over = True  # by itself, while it reads a hand; a live voice that is recorded does it instead
         self._lay_out()
 
+    def twin(self) -> MovingReader:
+        """Return another reader of the same tables and rows, at phase 0, that follows where this one does."""
+        made = MovingReader(self.solved, 0, tables=self.shared)
+        made.takes_over = self.takes_over
+        made.use_rows(self._edges)
+        if self._followed is not None:
+            made.follow()
+        return made
+
     def _lay_out(self) -> None:
         """Bring the layouts of the channels up to date with the rows."""
         lift = self.solved.scene.scan.lift_load
@@ -215,16 +224,20 @@ class MovingReader:
             load, calm = motion.samples.item(LOAD, 0), self._followed.calm
             if not calm[0] <= load <= calm[1]:
                 self._followed.now_at(load)
-            if self.takes_over:
-                self.look()
+            if self.takes_over and self.has_news():
+                self.take_over_rows()
         self.read(motion, out)
 
-    def look(self) -> bool:
-        """Take over the rows that have become ready, every LOOK_SECONDS at most; return whether there were any."""
+    def has_news(self) -> bool:
+        """Return whether rows have become ready since the last, every LOOK_SECONDS at most."""
         if self.shared.edges is self._edges or monotonic() - self._looked <= LOOK_SECONDS:
             return False
         self._looked = monotonic()
-        return self.take_over_rows()
+        return True
+
+    def news_matter(self, load: float) -> bool:
+        """Return whether the newest rows change what sounds at `load` (N)."""
+        return _interval_ends(self.shared.edges, load) != _interval_ends(self._edges, load)
 
     def close(self, *, wait: bool = True) -> None:
         """Be followed no more; what is solved can still be read. wait: for a thread that ends with the last."""
@@ -251,6 +264,12 @@ class MovingReader:
         for tables in self.surfaces.values():
             tables.use(edges)
         self._lay_out()
+
+
+def _interval_ends(edges: Array, load: float) -> tuple[float, float]:
+    """Return the rows (N) round `load`, the last two on its side where it is beyond them."""
+    place = min(max(int(np.searchsorted(edges, load, side="right")) - 1, 0), len(edges) - 2)
+    return float(edges[place]), float(edges[place + 1])
 
 
 def _degree(channel: ChannelPlan) -> int:

@@ -25,26 +25,10 @@ from synth.hand import with_full_scale
 from synth.hand_log import FORMAT, VERSION, Event
 from synth.live_hand import HandVoice
 from synth.output import Block
-from synth.scene import Scene, parse_scene, scene_document
+from synth.scene import Scene, parse_scene
 
 LONGEST_BLOCK = 1 << 14  # frames rendered together
 AS_DOWNLOADED = "Keep the recording as it was downloaded."
-
-
-def recording_of(voice: HandVoice) -> dict[str, Any]:
-    """Return the recording of `voice` so far; it must have been opened with record=True."""
-    log = voice.log
-    assert log is not None, "the voice keeps no log"
-    return {
-        "format": FORMAT,
-        "version": VERSION,
-        "scene": scene_document(voice.first_scene),
-        "full_scale": list(voice.full_scale),
-        "quantities": list(voice.quantities),
-        "frames": voice.frame if log.ended_at is None else log.ended_at,
-        "complete": log.ended_at is None,
-        "events": list(log.events),
-    }
 
 
 class Recording:
@@ -114,6 +98,8 @@ def _apply(event: Event, voice: HandVoice, rows: dict[tuple[int, int], Array]) -
         voice.lift()
     elif name == "release":
         voice.release()
+    elif name == "refine":
+        voice.refine()
     elif name == "scene":
         voice.apply(voice.prepare(with_full_scale(parse_scene(event[2]), voice.full_scale)))
     else:
@@ -184,6 +170,7 @@ VALUES: dict[str, Callable[[list[Any]], bool]] = {
     "lift": lambda values: not values,
     "scene": lambda values: len(values) == 1 and isinstance(values[0], dict),
     "release": lambda values: not values,
+    "refine": lambda values: not values,
     "rows": _are_rows,
 }
 """What may stand behind the name of each kind of event."""

@@ -2,9 +2,9 @@
 
 Stage   3 (VOICE), beside it.
 Model   First the usual range of loads, coarsely; then, finely, the loads where hands are, one after another, and more
-        and more round them while no other hand asks, and the usual range where that is soon done. A hand that moves on
-        is followed at once; hands that rest cost nothing. A row is solved without the GIL. The thread lives while
-        somebody follows.
+        and more round them while no other hand asks, and the usual range where that is soon done; then, for fingers
+        that lift, all that is lighter. A hand that moves on is followed at once; hands that rest cost nothing. A row is
+        solved without the GIL. The thread lives while somebody follows.
 Source  USUAL_LOADS: the loads at which roughness is usefully perceived, 0.05 to 1.8 N (Fagiani & Barbieri, 2016,
         section 2).
 Limits  what plays until a row is ready is the nearest one: on a slow machine a fast press sounds late in its load, and
@@ -17,7 +17,7 @@ import threading
 from collections import deque
 from time import monotonic
 
-from synth.contact.rows import COARSE, FINEST, Rows
+from synth.contact.rows import COARSE, FINEST, PASSING, Rows
 
 USUAL_LOADS = (0.05, 1.8)  # N
 NEIGHBOURHOOD = 1.1  # the octave of a load this much higher or lower is solved too, before the hand is there
@@ -130,19 +130,29 @@ class RowSolver:
         self._rows.cover(*USUAL_LOADS, COARSE, self._left)
         if not self._left():
             self._usual.set()
-        while (hand := self._next()) is not None:
-            self._solve_round(hand.load, until)
+        light = False
+        while self._goes_on():
+            hand = self._next(wait=light)
+            if hand is not None:
+                self._solve_round(hand.load, until)
+            elif not light:
+                self._rows.cover(0.0, USUAL_LOADS[0], PASSING, self._wanted_elsewhere)
+                light = not self._wanted_elsewhere()
 
-    def _next(self) -> Followed | None:
-        """Return the hand that asked first, waiting for one; None when all have left."""
+    def _goes_on(self) -> bool:
+        """Return whether anybody is left; where nobody is, the next to come begins another thread."""
         with self._changed:
-            while self._hands and not self._asking:
+            if not self._hands:
+                self._thread = None
+            return bool(self._hands)
+
+    def _next(self, *, wait: bool) -> Followed | None:
+        """Return the hand that asked first; None where none asks, or, after waiting for one, when all have left."""
+        with self._changed:
+            while wait and self._hands and not self._asking:
                 self._resting.set()
                 self._changed.wait()
-            if self._hands:
-                return self._asking.popleft()
-            self._thread = None
-            return None
+            return self._asking.popleft() if self._asking else None
 
     def _left(self) -> bool:
         return not self._hands

@@ -11,7 +11,6 @@ import soundfile
 
 from synth.following import Update
 from synth.live_hand import HandVoice
-from synth.recording import recording_of
 from synth.scene import parse_scene
 from tests.conftest import RunsRidgewave
 
@@ -31,7 +30,7 @@ def session(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, np.ndarray]
     blocks.append(voice.render(200))
     voice.close()
     path = tmp_path_factory.mktemp("recording") / "stroke.json"
-    path.write_text(json.dumps(recording_of(voice)))
+    path.write_text(json.dumps(voice.recording()))
     return path, np.concatenate(blocks)
 
 

@@ -13,7 +13,7 @@ from synth.errors import SceneError
 from synth.following import Update
 from synth.live_hand import HandVoice
 from synth.output import Block
-from synth.recording import Recording, recording_of
+from synth.recording import Recording
 from synth.scene import parse_scene
 
 RATE = 8000
@@ -51,7 +51,7 @@ def session(scene: dict[str, Any], seed: int, cache: ResponseCache | None = None
             voice.release()
         blocks.append(voice.render(int(random.integers(1, 160))))
     voice.close()
-    return np.concatenate(blocks), json.loads(json.dumps(recording_of(voice)))
+    return np.concatenate(blocks), json.loads(json.dumps(voice.recording()))
 
 
 def played(document: dict[str, Any], seed: int) -> Block:
@@ -81,7 +81,7 @@ def test_a_recording_of_a_scan_that_nobody_touched_is_the_scan() -> None:
     voice = HandVoice(parse_scene(document_of("stroke")), record=True)
     heard = voice.render(5000)
     voice.close()
-    assert np.array_equal(played(recording_of(voice), 6), heard)
+    assert np.array_equal(played(voice.recording(), 6), heard)
 
 
 @pytest.mark.parametrize(
