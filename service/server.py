@@ -97,6 +97,8 @@ def _serve(settings: Settings, listener: socket.socket, engine: Engine | None) -
     import uvicorn
     from uvicorn.supervisors import Multiprocess
 
+    from service.websocket import LiveProtocol
+
     options: dict[str, Any] = {
         "factory": True,
         "workers": settings.workers,
@@ -105,6 +107,7 @@ def _serve(settings: Settings, listener: socket.socket, engine: Engine | None) -
         "server_header": False,
         "proxy_headers": False,
         "timeout_graceful_shutdown": settings.shutdown_timeout,
+        "ws": LiveProtocol,
         "ws_per_message_deflate": False,
         "ws_max_size": 65_536,
         "ws_ping_interval": 5.0,
