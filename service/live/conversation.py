@@ -1,8 +1,8 @@
 """The state machine of one live connection: messages and time in, actions out. No I/O, no await, no clock.
 
-Model: the phases are HELLO -> OPENING -> STREAMING -> ENDING -> OVER. Every input may leave actions in `actions`, which
-    the shell takes and does. A block is two steps, since rendering may take a thread: `begin_block` says how many frames
-    are due and applies what waits, `block_done` gives the messages to send. `now` is any clock in seconds that rises.
+Model: the phases are HELLO -> OPENING -> STREAMING -> ENDING -> OVER. Every input may leave actions in `actions`,
+    which the shell takes and does. A block is two steps, since rendering may take a thread: `begin_block` says how many
+    frames are due and applies what waits, `block_done` gives the messages to send. `now` is any clock in seconds.
 Limits: what is slow (opening a voice, preparing a change) is an action; what it gave comes back as an input.
 """
 

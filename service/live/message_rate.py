@@ -1,7 +1,7 @@
 """How many messages a connection may send: a number a second, the rest dropped unread, a flood closed.
 
-Model: messages are counted in windows of a second; a window that was long begins anew only when its count is used up, so
-    the usual message costs one comparison. A burst of up to twice the rate may pass across two windows.
+Model: messages are counted in windows of a second; a window begins anew only when its count is used up, so the
+    usual message costs one comparison. A burst of up to twice the rate may pass across two windows.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The clock of a realtime stream: when the next block is due, and whose fault it is when it is late.
 
-Model: the block at frame n is due at start + (n - first) / rate, absolute. Time spent in writes that waited for the peer
-    is the peer's; a stream that is behind is read too slowly where more than half of that is so.
+Model: the block at frame n is due at start + (n - first) / rate, absolute. Time spent in writes that waited for the
+    peer is the peer's; a stream that is behind is read too slowly where more than half of that is so.
 Limits: behind by our own fault for more than `FORGIVEN_SECONDS`, the clock starts anew: the sound has a gap, and the
     peer is not sent a long burst.
 """
