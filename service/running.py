@@ -108,6 +108,7 @@ async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         expiry.cancel()
         watch.cancel()
         service.begin_closing()
+        await service.live.settle(PLAY_END_SECONDS)
         await asyncio.to_thread(service.finish)
         warming.cancel()
         sys.setswitchinterval(interval)

@@ -28,6 +28,7 @@ class Resume:
     """Find a session, take it from whoever has it; then `opened` or `end`."""
 
     session: str
+    frame: int
 
 
 @dataclass(frozen=True, slots=True)

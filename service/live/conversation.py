@@ -147,7 +147,7 @@ class Conversation:
         resume = message.get("resume")
         if resume is not None:
             self._asked = int(resume["frame"])
-            self.actions.append(Resume(resume["session"]))
+            self.actions.append(Resume(resume["session"], self._asked))
             return
         block = message.get("block")
         options = Options(
@@ -204,11 +204,11 @@ class Conversation:
     def opened(self, stream: Stream, now: float) -> None:
         """Take the stream that OpenVoice or Resume gave, and begin; a frame that is not kept ends the connection."""
         assert self.phase is Phase.OPENING
-        if not stream.past.begin <= self._asked <= stream.frame:
-            allowed = f"{stream.past.begin} to {stream.frame}"
-            hint = "Begin a new session."
-            self.end("policy", refused("/resume/frame", shown(self._asked), allowed, hint, "not-found"))
-            self.actions.insert(0, Detach())
+        try:
+            stream.require_kept(self._asked)
+        except Problem as problem:
+            self.actions.append(Detach())
+            self.end("policy", problem)
             return
         self.stream, self.phase = stream, Phase.STREAMING
         self.position = self._asked
@@ -265,7 +265,9 @@ class Conversation:
 
     def _over(self, *, at_once: bool = False) -> None:
         self.phase = Phase.OVER
-        self.actions += [Send(answers.end(self._reason, self.position)), Finish()]
+        self.actions.append(Send(answers.end(self._reason, self.position)))
+        if self.stream is not None:
+            self.actions.append(Finish())
         self.actions.append(Close(self._code, self._reason, at_once))
 
     # Blocks out

@@ -168,11 +168,15 @@ class LiveSessions:
         session = self._sessions[name] = LiveSession(stream, peer)
         return session
 
-    async def resume(self, name: str, peer: Peer) -> LiveSession:
-        """Return the session of that id, taken from whoever is connected to it; raises Problem (not-found)."""
+    async def resume(self, name: str, frame: int, peer: Peer) -> LiveSession:
+        """Return the session of that id, taken from whoever is connected to it.
+
+        Raises Problem (not-found) where there is none, or it does not keep `frame` any more.
+        """
         session = self._sessions.get(name)
         if session is None or (session.peer is not None and session.peer.ending):
             raise Problem("not-found", "No such session: it has ended, expired or was stopped, or was never there.")
+        session.stream.require_kept(frame)
         earlier, session.peer, session.detached_at = session.peer, peer, None
         if earlier is not None:
             earlier.displaced()
@@ -219,6 +223,11 @@ class LiveSessions:
         """End everything for good."""
         self._closed = True
         self.end_all("shutting down")
+
+    async def settle(self, seconds: float) -> None:
+        """Return once what has ended is let go of, or after so long."""
+        if self._tasks:
+            await asyncio.wait(self._tasks, timeout=seconds)
 
     async def watch(self) -> None:
         """Look at what only time tells, until cancelled."""

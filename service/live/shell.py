@@ -119,6 +119,7 @@ class Connection:
         """Fade out and end; at_once: a peer that does not read gets 10 ms."""
         self.conversation.end(reason)
         self._perform()
+        self._ring()
         grace = STOP_GRACE_SECONDS if at_once else GRACE_SECONDS
         asyncio.get_running_loop().call_later(grace, self._cut)
 
@@ -158,7 +159,7 @@ class Connection:
                 case actions.OpenVoice():
                     self._start(self._open(self._live.open(action.scene, action.options, self)))
                 case actions.Resume():
-                    self._start(self._open(self._live.resume(action.session, self)))
+                    self._start(self._open(self._live.resume(action.session, action.frame, self)))
                 case actions.Close():
                     self._close = action
                     if action.at_once and self._blocks is not None and self.conversation.pace.in_write:

@@ -15,7 +15,7 @@ import numpy as np
 
 from service.engine import HandVoice
 from service.live import answers
-from service.live.messages import LARGEST_BLOCK, PROTOCOL, SMALLEST_BLOCK
+from service.live.messages import LARGEST_BLOCK, PROTOCOL, SMALLEST_BLOCK, refused
 from service.live.past import KEPT_BLOCKS, KEPT_SECONDS, Past
 from service.source import FADE_SECONDS, faded
 from synth.following import Update
@@ -68,6 +68,12 @@ class Stream:
     def frame(self) -> int:
         """Return the frame that the next block begins at."""
         return self.past.end
+
+    def require_kept(self, frame: int) -> None:
+        """Raise Problem (not-found) where the stream cannot go on from `frame`."""
+        if not self.past.begin <= frame <= self.frame:
+            allowed = f"{self.past.begin} to {self.frame}"
+            raise refused("/resume/frame", str(frame), allowed, "Begin a new session.", "not-found")
 
     def take(self, update: Update, now: float) -> None:
         """Have the next block begin with `update`, unless a newer one is here already."""
