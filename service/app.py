@@ -16,7 +16,7 @@ from starlette.responses import Response
 from service import openapi, problems
 from service.engine import Engine, SynthEngine
 from service.problems import Problem
-from service.routes import accuracy, operations, play, render, sessions, stream, textures
+from service.routes import accuracy, live, operations, play, render, sessions, stream, textures
 from service.running import Service, lifespan
 from service.security import Bouncer, KeyCheck
 from service.settings import Settings
@@ -45,7 +45,7 @@ def create_app(settings: Settings, engine: Engine | None = None) -> FastAPI:
             HTTPException: _answer_status,
         },
     )
-    for routes in (render, accuracy, textures, sessions, stream, play, operations):
+    for routes in (render, accuracy, textures, sessions, stream, play, live, operations):
         app.include_router(routes.router)
     app.state.service = Service(settings, engine or SynthEngine(settings.cache_bytes))
     app.openapi = lambda: openapi.document(app)  # type: ignore[method-assign]

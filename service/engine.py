@@ -12,6 +12,7 @@ from typing import Any, Protocol
 
 from service.sound import Sounding
 from synth.encode import Block
+from synth.following import Update
 from synth.scene import Scene
 
 
@@ -44,6 +45,49 @@ class LiveVoice(Voice, Protocol):
         """Cross-fade to what `prepare` returned, from the next block on; instant."""
 
 
+class HandVoice(LiveVoice, Protocol):
+    """A live voice that a hand leads; `render` takes microseconds usually, what is not `prepare` is instant."""
+
+    @property
+    def frame(self) -> int:
+        """Return the frame that the next block begins at."""
+
+    @property
+    def finished(self) -> bool:
+        """Return whether it was released and has faded out."""
+
+    @property
+    def reduction_db(self) -> float:
+        """Return by how much the limiter turns down now, in dB."""
+
+    @property
+    def motion_delay(self) -> float:
+        """Return by how many seconds the sound is behind the updates."""
+
+    @property
+    def lowest_load(self) -> float:
+        """Return the smallest load of an update, in newtons: 0 but for adhesion."""
+
+    @property
+    def plan_document(self) -> dict[str, Any]:
+        """Return the JSON document of `/v1/explain` of the scene that sounds or is coming, without scene and cost."""
+
+    def touch(self, update: Update) -> None:
+        """Take `update` over from the next block's first frame on."""
+
+    def lift(self) -> None:
+        """Let the load ramp to zero from the next block on; the next `touch` picks it up again."""
+
+    def release(self) -> None:
+        """Fade out (10 ms) from the next block on; then `finished`. Again is the same as once."""
+
+    def recording(self) -> dict[str, Any]:
+        """Return what `synth` renders the same samples from; of a voice opened with `record`, from any thread."""
+
+    def close(self) -> None:
+        """Let go of threads; nothing is rendered any more."""
+
+
 class Limiter(Protocol):
     """The safety limiter, for integer output of finite renders."""
 
@@ -62,6 +106,9 @@ class Engine(Protocol):
 
     def open_live(self, scene: Scene) -> LiveVoice:
         """Return a live voice at frame 0, silent and about to ramp in."""
+
+    def open_hand(self, scene: Scene, *, record: bool = False) -> HandVoice:
+        """Return a live voice at frame 0 that takes updates of a hand; record: it can give a recording."""
 
     @property
     def live_delay(self) -> float:
@@ -107,6 +154,12 @@ class SynthEngine:
         from synth.live import LiveVoice
 
         return LiveVoice(scene, cache=self._cache)
+
+    def open_hand(self, scene: Scene, *, record: bool = False) -> HandVoice:
+        """See `Engine`."""
+        from synth.live_hand import HandVoice
+
+        return HandVoice(scene, cache=self._cache, record=record)
 
     @property
     def live_delay(self) -> float:

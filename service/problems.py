@@ -37,12 +37,19 @@ class ProblemType:
 
 _ROWS = (
     ("bad-request", 400, "Not a request that can be read", "The request's framing or headers make no sense."),
+    ("protocol", 400, "No such protocol", "The WebSocket offers no subprotocol that the service speaks: ridgewave.v1."),
     ("key-required", 401, "A key is required", "RIDGEWAVE_API_KEYS is set and the request has no such Bearer token."),
     ("host-refused", 403, "Host not allowed", "The Host header is none of RIDGEWAVE_ALLOWED_HOSTS."),
     ("origin-refused", 403, "Origin not allowed", "A write came from a web page of another origin."),
     ("not-found", 404, "Not found", "No such route, session, play or texture; an expired or stopped session is gone."),
     ("method-not-allowed", 405, "Method not allowed", "The route exists, not with this method; see Allow."),
     ("not-acceptable", 406, "No such sound format", "Accept names nothing that this sound can be sent as."),
+    (
+        "slow-reader",
+        408,
+        "Read too slowly",
+        "A live stream is read slower than it plays; past RIDGEWAVE_SLOW_READER it ends.",
+    ),
     ("busy", 409, "Already in use", "The session already has a reader (stream) or already plays (play)."),
     ("fixed", 409, "Fixed for the session", "Rate, channels, quantity and full scale do not change in a session."),
     ("name-taken", 409, "Name taken", "A recording of that name exists; recordings are never overwritten."),
@@ -54,6 +61,13 @@ _ROWS = (
         422,
         "The request is refused",
         "A parameter, or a body that is no scene, is wrong; see `errors`.",
+    ),
+    ("message-refused", 422, "The message is refused", "A live message fits no schema, or not here; see `errors`."),
+    (
+        "too-fast",
+        429,
+        "Too many messages",
+        "More live messages a second than RIDGEWAVE_MAX_UPDATES; the rest is dropped.",
     ),
     ("internal", 500, "Our mistake", "A bug of ridgewave; `instance` is the id under which the log has it."),
     ("cannot-render", 503, "Cannot be done here", "The request is sound, but this machine cannot carry it out."),
@@ -98,7 +112,7 @@ def of(error: RidgewaveError) -> Problem:
     """Return the problem that a refusal of `synth` becomes."""
     if isinstance(error, AskedWrong):
         kind = "scene-refused" if isinstance(error, SceneError) else "request-refused"
-        return Problem(kind, _summary(error.faults), error.faults)
+        return Problem(kind, summary(error.faults), error.faults)
     assert isinstance(error, CannotRender)
     return Problem("cannot-render", error.reason)
 
@@ -106,10 +120,11 @@ def of(error: RidgewaveError) -> Problem:
 def refused(pointer: str, value: str, allowed: str, hint: str, kind: str = "request-refused") -> Problem:
     """Return a problem with one fault; a query parameter is written "?name" where a pointer would stand."""
     fault = Fault(pointer, value, allowed, hint)
-    return Problem(kind, _summary([fault]), (fault,))
+    return Problem(kind, summary([fault]), (fault,))
 
 
-def _summary(faults: Iterable[Fault]) -> str:
+def summary(faults: Iterable[Fault]) -> str:
+    """Return the first fault as a sentence, and how many more there are."""
     faults = tuple(faults)
     if not faults:
         return "The request is refused."

@@ -21,6 +21,7 @@ from typing import Any
 from fastapi import FastAPI, Request
 
 from service.engine import Engine
+from service.live.sessions import LiveSessions
 from service.measuring import Measurements
 from service.playing import Player
 from service.rendering import Renders
@@ -45,6 +46,7 @@ class Service:
         self.measurements = Measurements(engine)
         self.blocks = ThreadPoolExecutor(BLOCK_THREADS, thread_name_prefix="blocks")
         self.sessions = Sessions(engine, settings, self.renders.pool)
+        self.live = LiveSessions(engine, settings, self.renders.pool, self.blocks)
         self.warm = False
         self.closing = False
         self._players: list[Player] = []
@@ -54,6 +56,12 @@ class Service:
         self.closing = True
         self.measurements.close()
         self._players += self.sessions.close()
+        self.live.close()
+
+    def stop_all(self) -> dict[str, int]:
+        """End every session, HTTP and live, silent at once; return how many of each there were."""
+        counts, live = self.sessions.end_all(at_once=True), self.live.end_all("stopped", at_once=True)
+        return {name: count + live.get(name, 0) for name, count in counts.items()}
 
     def warm_up(self) -> None:
         """Render a little, so that the kernels are compiled before somebody waits for them; for a thread."""
@@ -91,14 +99,16 @@ async def lifespan(app: FastAPI) -> AsyncIterator[None]:
     loop = asyncio.get_running_loop()
     interval = sys.getswitchinterval()
     sys.setswitchinterval(SWITCH_SECONDS)
-    expiry = asyncio.create_task(_expire(service))
+    expiry, watch = asyncio.create_task(_expire(service)), asyncio.create_task(service.live.watch())
     warming = loop.run_in_executor(service.renders.pool, service.warm_up)
     try:
         with signals_first(lambda: _from_signal(loop, service.begin_closing)):
             yield
     finally:
         expiry.cancel()
+        watch.cancel()
         service.begin_closing()
+        await service.live.settle(PLAY_END_SECONDS)
         await asyncio.to_thread(service.finish)
         warming.cancel()
         sys.setswitchinterval(interval)

@@ -3,13 +3,15 @@
 Pure ASGI, one layer each, in this order from outside:
     Bouncer   refuses a Host that is not allowed (DNS rebinding: another site's name that resolves to this machine) and
               a write, or a WebSocket, from a web page of another origin; adds headers; turns our bugs into a 500.
-    KeyCheck  asks for a Bearer key where RIDGEWAVE_API_KEYS is set. Keys are compared in constant time.
+    KeyCheck  asks for a Bearer key where RIDGEWAVE_API_KEYS is set; a WebSocket may offer it as a subprotocol,
+              `ridgewave.key.` and the key in base64url. Keys are compared in constant time, never echoed or logged.
 Between the two stands CORS where RIDGEWAVE_ALLOWED_ORIGINS names someone: a preflight carries no key.
 Limits: without a key, any program on this machine may call; these checks keep web pages out, not programs.
 """
 
 from __future__ import annotations
 
+import base64
 import hmac
 import logging
 import uuid
@@ -24,6 +26,7 @@ log = logging.getLogger("ridgewave.service")
 
 READING = frozenset({"GET", "HEAD", "OPTIONS"})
 OPEN_PATHS = frozenset({"/", "/docs", "/openapi.json", "/healthz", "/readyz"})  # answer without a key, tell no secrets
+KEY_PROTOCOL = "ridgewave.key."
 HEADERS = (
     (b"x-content-type-options", b"nosniff"),
     (b"cross-origin-resource-policy", b"same-origin"),
@@ -52,6 +55,9 @@ class Bouncer:
         if scope["type"] not in ("http", "websocket"):
             await self._app(scope, receive, send)
             return
+        if scope["type"] == "websocket":
+            await self._websocket(scope, receive, send)
+            return
         started = False
 
         async def send_with_headers(message: Message) -> None:
@@ -75,6 +81,14 @@ class Bouncer:
             if started:
                 return  # the server cuts the answer short, which is all a peer should learn
             await refuse(mistake, scope, receive, send_with_headers)
+
+    async def _websocket(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Check one WebSocket, then hand it on with nothing between it and the server: it sends many messages."""
+        try:
+            self._check(scope)
+            await self._app(scope, receive, send)
+        except Problem as problem:
+            await refuse(problem, scope, receive, send)
 
     def _check(self, scope: Scope) -> None:
         host = header(scope, b"host") or ""
@@ -111,9 +125,21 @@ class KeyCheck:
         if not self._keys or scope["path"] in OPEN_PATHS:
             return True
         scheme, _, token = (header(scope, b"authorization") or "").partition(" ")
-        given = token.strip().encode("latin-1")
+        given = token.strip().encode("latin-1") if scheme.lower() == "bearer" else _offered_key(scope)
         matches = [hmac.compare_digest(given, key) for key in self._keys]  # every key, whatever the first says
-        return scheme.lower() == "bearer" and any(matches)
+        return any(matches)
+
+
+def _offered_key(scope: Scope) -> bytes:
+    """Return the key that a WebSocket offers as a subprotocol, since a web page cannot set its headers; else b""."""
+    offered = [name[len(KEY_PROTOCOL) :] for name in scope.get("subprotocols", ()) if name.startswith(KEY_PROTOCOL)]
+    if len(offered) != 1:
+        return b""
+    text = offered[0].rstrip("=")
+    try:
+        return base64.b64decode(text + "=" * (-len(text) % 4), b"-_", validate=True)
+    except ValueError:
+        return b""
 
 
 def our_bug(scope: Scope) -> Problem:
@@ -124,8 +150,8 @@ def our_bug(scope: Scope) -> Problem:
 
 
 async def refuse(problem: Problem, scope: Scope, receive: Receive, send: Send) -> None:
-    """Answer with `problem`; a WebSocket is closed before it opens."""
-    if scope["type"] == "websocket":
+    """Answer with `problem`; a WebSocket is refused before it opens, with the same document where the server can."""
+    if scope["type"] == "websocket" and "websocket.http.response" not in scope.get("extensions", {}):
         await send({"type": "websocket.close", "code": 1008, "reason": problem.kind})
     else:
         await problem.response()(scope, receive, send)

@@ -26,6 +26,13 @@ log = logging.getLogger("ridgewave.service")
 
 WAITING_BYTES = 16_384  # unsent bytes of a connection: 85 ms of float32 mono at 48 kHz; a render still fills the link
 BACKLOG = 2048
+LIVE_OPTIONS: dict[str, Any] = {  # of uvicorn, for the WebSockets of the live protocol
+    "ws": "service.websocket:LiveProtocol",
+    "ws_per_message_deflate": False,  # noise does not compress: it would only cost time
+    "ws_max_size": 65_536,  # bytes of a message; larger ones close the connection with 1009
+    "ws_ping_interval": 5.0,
+    "ws_ping_timeout": 5.0,  # a connection that looks alive is found out within 10 s
+}
 
 
 def run(settings: Settings, engine: Engine | None = None) -> int:
@@ -105,10 +112,7 @@ def _serve(settings: Settings, listener: socket.socket, engine: Engine | None) -
         "server_header": False,
         "proxy_headers": False,
         "timeout_graceful_shutdown": settings.shutdown_timeout,
-        "ws_per_message_deflate": False,
-        "ws_max_size": 65_536,
-        "ws_ping_interval": 5.0,
-        "ws_ping_timeout": 5.0,
+        **LIVE_OPTIONS,
     }
     if settings.workers > 1:
         os.environ.update(as_environment(settings))

@@ -13,7 +13,7 @@ import asyncio
 import math
 import secrets
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from typing import Any
 
@@ -73,7 +73,7 @@ class Session:
         nothing has changed.
         """
         async with self._lock:
-            scene = await self._in_thread(self._merged, body)
+            scene = await self._in_thread(lambda: changed_scene(self.scene, object_from_text(body), self.full_scale))
             players = [self.player] if self.player is not None and self.player.playing else []
             sources = [holder.source for holder in (self.reader, *players) if holder is not None and holder.source]
             changes = [(source, await self._in_thread(source.prepare, scene)) for source in sources]
@@ -105,14 +105,6 @@ class Session:
             "heard_within": settings.lead + settings.stream_block + self._engine.live_delay,
             "stream": f"/v1/sessions/{self.id}/stream",
         }
-
-    def _merged(self, body: bytes) -> Scene:
-        patch = object_from_text(body)
-        scene = parse_scene(merge_patch(scene_document(self.scene), patch))
-        faults = [*_fixed_faults(self.scene.output, scene.output), *_added_faults(self.scene, scene)]
-        if faults:
-            raise Problem("fixed", "A session keeps its rate, channels, quantities and full scale.", tuple(faults))
-        return with_full_scale(scene, self.full_scale)
 
     async def _in_thread(self, work: Callable[..., Any], *arguments: Any) -> Any:
         return await asyncio.get_running_loop().run_in_executor(self._pool, work, *arguments)
@@ -202,6 +194,18 @@ class Sessions:
     def _refuse_workers(self) -> None:
         if self._settings.workers > 1:
             raise Problem("one-worker", "Sessions live in one process: start the service with RIDGEWAVE_WORKERS=1.")
+
+
+def changed_scene(scene: Scene, patch: Mapping[str, object], full_scale: tuple[float, ...]) -> Scene:
+    """Return `scene` changed by `patch`, with the session's full scale.
+
+    Raises SceneError for a scene that is refused, Problem (fixed) for one that would change what a session keeps.
+    """
+    changed = parse_scene(merge_patch(scene_document(scene), patch))
+    faults = [*_fixed_faults(scene.output, changed.output), *_added_faults(scene, changed)]
+    if faults:
+        raise Problem("fixed", "A session keeps its rate, channels, quantities and full scale.", tuple(faults))
+    return with_full_scale(changed, full_scale)
 
 
 def with_full_scale(scene: Scene, full_scale: tuple[float, ...]) -> Scene:

@@ -105,7 +105,10 @@ class Settings:
         "Web pages of other origins that may write and read (CORS). The service's own origin always may.",
     )
     max_sessions: int = _setting(
-        64, _whole(1, 10_000), "1 to 10000", "Sessions at one time; one more is answered 503 with Retry-After."
+        64,
+        _whole(1, 10_000),
+        "1 to 10000",
+        "Sessions at one time, and as many live ones; one more is answered 503 with Retry-After, or closed 1013.",
     )
     session_idle: float = _setting(
         300.0,
@@ -133,6 +136,27 @@ class Settings:
         _number(0.0, 1.0),
         "0 to 1 s",
         "How far ahead of the clock a stream is sent. A change is heard within the lead; a slow network wants more.",
+    )
+    max_silence: float = _setting(
+        0.25,
+        _number(0.01, 10.0),
+        "0.01 to 10 s",
+        "Without a contact update for this long, the load of a live stream ramps to zero.",
+    )
+    max_updates: int = _setting(
+        2000,
+        _whole(10, 100_000),
+        "10 to 100000 a second",
+        "Messages that one live connection may send; more are dropped unread, ten times as many close it.",
+    )
+    resume: float = _setting(
+        10.0, _number(0.0, 600.0), "0 to 600 s", "How long a live session whose connection broke can be resumed."
+    )
+    slow_reader: float = _setting(
+        1.0,
+        _number(0.05, 60.0),
+        "0.05 to 60 s",
+        "How far a realtime stream may fall behind because it is not read; then it is closed (4408).",
     )
     file_folder: str = _setting(
         "recordings",

@@ -25,7 +25,7 @@ async def stop(request: Request) -> Response:
     that connects again by itself gets nothing. Needs no body. The answer counts what was stopped."""
     service = service_of(request)
     await read_body(request, service.settings.max_body, optional=True)
-    return JSONResponse({"stopped": service.sessions.end_all(at_once=True)})
+    return JSONResponse({"stopped": service.stop_all()})
 
 
 @router.head("/healthz", include_in_schema=False)

@@ -23,7 +23,7 @@ from fastapi import FastAPI
 from service.app import create_app
 from service.engine import Engine
 from service.running import Service
-from service.server import listen, shown_address
+from service.server import LIVE_OPTIONS, listen, shown_address
 from service.settings import Settings, read_settings
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -127,7 +127,8 @@ def serving(engine: Engine | None = None, **changes: object) -> Iterator[Running
     settings = settings_of(**changes)
     app = create_app(settings, engine)
     listener = listen(settings)
-    server = uvicorn.Server(uvicorn.Config(app, log_config=None, access_log=False, timeout_graceful_shutdown=1))
+    config = uvicorn.Config(app, log_config=None, access_log=False, timeout_graceful_shutdown=1, **LIVE_OPTIONS)
+    server = uvicorn.Server(config)
     thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]}, daemon=True)
     thread.start()
     running = Running(app, server, f"http://{shown_address(listener)}")

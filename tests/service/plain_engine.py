@@ -8,7 +8,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,6 +17,9 @@ from synth.encode import Block
 from synth.errors import CannotRender
 from synth.scene import Scene, scene_document
 from tests.accuracy_case import report
+
+if TYPE_CHECKING:
+    from tests.service.plain_hand import PlainHand
 
 LEVEL = 0.8
 FULL_SCALE = 12.5
@@ -93,6 +96,7 @@ class PlainEngine:
     slow: bool = False
     gate: threading.Event | None = None
     opened: list[str] = field(default_factory=list)
+    hands: list[PlainHand] = field(default_factory=list)
     live_delay = 0.0
 
     def open_voice(self, scene: Scene) -> PlainVoice:
@@ -107,6 +111,14 @@ class PlainEngine:
     def open_live(self, scene: Scene) -> PlainLive:
         self._about_to("live")
         return PlainLive(scene)
+
+    def open_hand(self, scene: Scene, *, record: bool = False) -> PlainHand:
+        from tests.service.plain_hand import PlainHand
+
+        self._about_to("hand")
+        hand = PlainHand(scene, record=record)
+        self.hands.append(hand)
+        return hand
 
     def explain(self, scene: Scene) -> dict[str, Any]:
         self._about_to("explain")

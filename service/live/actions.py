@@ -1,0 +1,60 @@
+"""What the state machine of a connection asks its shell to do; each is done in the order it was asked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from service.live.stream import Options
+
+
+@dataclass(frozen=True, slots=True)
+class Send:
+    """Send a text message, after those before it and before the next block."""
+
+    message: str
+
+
+@dataclass(frozen=True, slots=True)
+class OpenVoice:
+    """Open a session; then `opened` or `end`."""
+
+    scene: dict[str, Any]
+    options: Options
+
+
+@dataclass(frozen=True, slots=True)
+class Resume:
+    """Find a session, take it from whoever has it; then `opened` or `end`."""
+
+    session: str
+    frame: int
+
+
+@dataclass(frozen=True, slots=True)
+class Prepare:
+    """Prepare the change that a partial scene makes and leave it in `Stream.coming`; or `refuse`."""
+
+    patch: dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Detach:
+    """Keep the session for a while: its connection broke."""
+
+
+@dataclass(frozen=True, slots=True)
+class Finish:
+    """Forget the session: it has ended."""
+
+
+@dataclass(frozen=True, slots=True)
+class Close:
+    """Close the connection, after all messages; at_once: even where the peer does not read."""
+
+    code: int
+    reason: str
+    at_once: bool = False
+
+
+Action = Send | OpenVoice | Resume | Prepare | Detach | Finish | Close

@@ -1,0 +1,391 @@
+"""The state machine of one live connection: messages and time in, actions out. No I/O, no await, no clock.
+
+Model: the phases are HELLO -> OPENING -> STREAMING -> ENDING -> OVER. Every input may leave actions in `actions`,
+    which the shell takes and does. A block is two steps, since rendering may take a thread: `begin_block` says how many
+    frames are due and applies what waits, `block_done` gives the messages to send. `now` is any clock in seconds.
+Limits: what is slow (opening a voice, preparing a change) is an action; what it gave comes back as an input.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+from service.live import answers, contact
+from service.live.actions import Action, Close, Detach, Finish, OpenVoice, Prepare, Resume, Send
+from service.live.message_rate import MessageRate
+from service.live.messages import NotJson, read_message, refused
+from service.live.pace import Behind, Pace
+from service.live.stream import Options, Stream
+from service.problems import Problem
+from synth.errors import shown
+
+HELLO_SECONDS = 10.0  # for the first message; a connection without one holds a place for nothing
+CREDIT_SECONDS = 60.0  # of outstanding credit; more would be sound that no change reaches
+EARLY_MESSAGES = 256  # kept while the voice is opened
+FADE_BOUND_SECONDS = 0.1  # for a voice that never says it has faded out
+CODES = {
+    "stopped": 1000,
+    "finished": 1000,
+    "shutting down": 1001,
+    "expired": 1001,
+    "policy": 1008,
+    "too long": 1008,
+    "cannot render": 1011,
+    "our mistake": 1011,
+    "slow reader": 4408,
+}
+
+
+class Phase(Enum):
+    """Where a connection stands."""
+
+    HELLO = "waits for hello"
+    OPENING = "the voice is opened"
+    STREAMING = "blocks go out"
+    ENDING = "the last blocks fade out"
+    OVER = "nothing more is sent"
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """What the settings allow a connection; seconds, and messages a second."""
+
+    slow_reader: float = 1.0
+    max_updates: int = 2000
+    longest_recording: float = 3600.0
+
+
+class Conversation:
+    """One connection, from its opening on."""
+
+    def __init__(self, limits: Limits, now: float) -> None:
+        self.phase = Phase.HELLO
+        self.actions: list[Action] = []
+        self.stream: Stream | None = None
+        self.position = 0  # frame of the next block that goes out; behind the stream's where a resumed past is sent
+        self.pace = Pace(limits.slow_reader, now)
+        self._limits, self._opened = limits, now
+        self._rate = MessageRate(limits.max_updates, now)
+        self._early: list[str | bytes] = []
+        self._asked, self._credit, self._warned = 0, 0, False
+        self._reason, self._code = "stopped", CODES["stopped"]
+        self._fading, self._faded, self._fade_bound = False, 0, 0
+        self._messages: dict[str, Callable[[dict[str, Any], float], None]] = {
+            "more": self._more,
+            "contact": self._contact,
+            "scene": self._scene,
+            "stop": self._stop,
+        }
+
+    def take_actions(self) -> list[Action]:
+        """Return the actions that wait to be done, once."""
+        taken, self.actions = self.actions, []
+        return taken
+
+    # Messages in
+
+    def binary(self, data: bytes, now: float) -> None:
+        """Take a binary message: a contact update."""
+        if not self._rate.admits(now):
+            self._excess(now)
+            return
+        stream = self.stream
+        if self.phase is not Phase.STREAMING or stream is None:
+            self._out_of_turn(data)
+            return
+        try:
+            stream.take(contact.from_bytes(data, stream.lowest_load), now)
+        except Problem as problem:
+            self.refuse(problem)
+
+    def text(self, text: str, now: float) -> None:
+        """Take a text message."""
+        if not self._rate.admits(now) and not _may_be_stop(text):
+            self._excess(now)
+            return
+        if self.phase not in (Phase.HELLO, Phase.STREAMING):
+            self._out_of_turn(text)
+            return
+        try:
+            message = read_message(text)
+        except NotJson:
+            problem = refused("", "text that is not JSON", "one JSON object a message", "Correct it.")
+            self.end("policy", problem, code=1007)
+        except Problem as problem:
+            self._refuse_message(problem)
+        else:
+            self._message(message, now)
+
+    def refuse(self, problem: Problem) -> None:
+        """Tell the peer of a problem that leaves the stream going."""
+        if self.phase is not Phase.OVER:
+            self.actions.append(Send(answers.problem(problem)))
+
+    def _refuse_message(self, problem: Problem) -> None:
+        if self.phase is Phase.HELLO:
+            self.end("policy", problem)
+        else:
+            self.refuse(problem)
+
+    def _message(self, message: dict[str, Any], now: float) -> None:
+        kind = message["type"]
+        if self.phase is Phase.HELLO:
+            if kind == "hello":
+                self._hello(message)
+            else:
+                self.end("policy", refused("/type", shown(kind), "hello", "Say hello first."))
+        elif kind == "hello":
+            self.end("policy", refused("/type", "hello again", "hello once", "Open another connection."))
+        else:
+            self._messages[kind](message, now)
+
+    def _hello(self, message: dict[str, Any]) -> None:
+        self.phase = Phase.OPENING
+        resume = message.get("resume")
+        if resume is not None:
+            self._asked = int(resume["frame"])
+            self.actions.append(Resume(resume["session"], self._asked))
+            return
+        block = message.get("block")
+        options = Options(
+            message.get("format", "f32le"),
+            None if block is None else int(block),
+            message.get("pacing", "pull"),
+            message.get("record", False),
+        )
+        self.actions.append(OpenVoice(message.get("scene", {}), options))
+
+    def _out_of_turn(self, message: str | bytes) -> None:
+        """Keep what comes while the voice is opened; drop what comes after the end."""
+        if self.phase is Phase.OPENING and len(self._early) < EARLY_MESSAGES:
+            self._early.append(message)
+        elif self.phase is Phase.HELLO:
+            self.end("policy", refused("", "a binary message", "hello", "Say hello first."))
+
+    def _more(self, message: dict[str, Any], now: float) -> None:
+        stream = self.stream
+        assert stream is not None
+        if stream.realtime:
+            self.refuse(refused("/type", "more", "no credit where the pacing is realtime", "Leave it out."))
+            return
+        room = round(CREDIT_SECONDS * stream.rate) - self._credit
+        if message["frames"] > room:
+            allowed = f"at most {room} frames now: {CREDIT_SECONDS:g} s of sound outstanding"
+            self.refuse(refused("/frames", shown(message["frames"]), allowed, "Grant less, more often."))
+            return
+        self._credit += int(message["frames"])
+
+    def _contact(self, message: dict[str, Any], now: float) -> None:
+        assert self.stream is not None
+        try:
+            self.stream.take(contact.from_message(message, self.stream.lowest_load), now)
+        except Problem as problem:
+            self.refuse(problem)
+
+    def _scene(self, message: dict[str, Any], now: float) -> None:
+        self.actions.append(Prepare(message["scene"]))
+
+    def _stop(self, message: dict[str, Any], now: float) -> None:
+        self.end("stopped")
+
+    def _excess(self, now: float) -> None:
+        allowed = f"{self._rate.allowed} messages a second (RIDGEWAVE_MAX_UPDATES)"
+        problem = Problem("too-fast", f"More than {allowed}: the rest of this second is dropped unread.")
+        if self._rate.flooded:
+            self.end("policy", problem)
+        elif self._rate.scolds(now):
+            self.refuse(problem)
+
+    # The session
+
+    def opened(self, stream: Stream, now: float) -> None:
+        """Take the stream that OpenVoice or Resume gave, and begin; a frame that is not kept ends the connection."""
+        assert self.phase is Phase.OPENING
+        try:
+            stream.require_kept(self._asked)
+        except Problem as problem:
+            self.actions.append(Detach())
+            self.end("policy", problem)
+            return
+        self.stream, self.phase = stream, Phase.STREAMING
+        self.position = self._asked
+        self.pace.begin(self.position, stream.rate, now)
+        self._fade_bound = round(FADE_BOUND_SECONDS * stream.rate)
+        self.actions.append(Send(stream.ready(self.position)))
+        early, self._early = self._early, []
+        for message in early:
+            if isinstance(message, str):
+                self.text(message, now)
+            else:
+                self.binary(message, now)
+
+    def displaced(self) -> None:
+        """End here, since another connection has taken the session over, which goes on there."""
+        problem = Problem("busy", "Another connection has resumed the session.")
+        self.actions += [Send(answers.problem(problem)), Send(answers.end("policy", self.position))]
+        self.actions.append(Close(CODES["policy"], "policy", at_once=True))
+        self.phase, self.stream = Phase.OVER, None
+
+    def lost(self) -> None:
+        """Take note that the connection is gone."""
+        if self.phase is Phase.STREAMING:
+            self.actions.append(Detach())
+        elif self.phase is Phase.ENDING:
+            self.actions.append(Finish())
+        self.phase = Phase.OVER
+
+    # Ends
+
+    def end(self, reason: str, problem: Problem | None = None, *, code: int | None = None) -> None:
+        """Fade out what sounds, then end; `problem` is told first."""
+        if self.phase in (Phase.ENDING, Phase.OVER):
+            return
+        if problem is not None:
+            self.actions.append(Send(answers.problem(problem)))
+        self._reason, self._code = reason, CODES[reason] if code is None else code
+        if self.phase is Phase.STREAMING and self.position:
+            self.phase = Phase.ENDING
+        else:
+            self._over()
+
+    def broken(self, problem: Problem, reason: str = "our mistake") -> None:
+        """End without a fade: the voice has failed."""
+        if self.phase is not Phase.OVER:
+            self.actions.append(Send(answers.problem(problem)))
+            self._reason, self._code = reason, CODES[reason]
+            self._over()
+
+    def cut(self) -> None:
+        """End now, whatever has not been taken: the peer does not read."""
+        if self.phase is Phase.ENDING:
+            self._over(at_once=True)
+
+    def _over(self, *, at_once: bool = False) -> None:
+        self.phase = Phase.OVER
+        self.actions.append(Send(answers.end(self._reason, self.position)))
+        if self.stream is not None:
+            self.actions.append(Finish())
+        self.actions.append(Close(self._code, self._reason, at_once))
+
+    # Blocks out
+
+    def begin_block(self, now: float) -> int:
+        """Return how many frames are to be sent now, 0 for none; what waits has been applied to the voice."""
+        stream = self.stream
+        if stream is None or self.phase is not Phase.STREAMING:
+            return self._last_frames() if self.phase is Phase.ENDING else 0
+        frames = stream.block
+        if stream.realtime:
+            if now < self.pace.due or self._too_slow(now):
+                return 0
+        else:
+            frames = min(frames, self._credit)
+            if not frames:
+                return 0
+        kept = stream.frame - self.position
+        if kept:
+            return min(frames, kept)
+        if self._ends_by_itself(stream):
+            return self._last_frames()
+        stream.begin(now)
+        return frames
+
+    def past(self, frames: int) -> bytes | None:
+        """Return the next `frames` where they were rendered before (a resumed stream), None where they were not."""
+        stream = self.stream
+        if stream is None or self.position == stream.frame:
+            return None
+        pcm = stream.past.read(self.position, frames)
+        return stream.faded(pcm) if self.phase is Phase.ENDING else pcm
+
+    def block_done(self, pcm: bytes, frames: int, now: float) -> list[str | bytes]:
+        """Return what to send, in this order, for the block that `begin_block` began; nothing where all is over."""
+        stream = self.stream
+        if stream is None or self.phase is Phase.OVER:
+            return []
+        if self.phase is Phase.ENDING:
+            return self._last_block(stream, pcm, frames)
+        messages: list[str | bytes] = [*stream.notices(self.position), pcm]
+        self.position += frames
+        if stream.realtime:
+            self.pace.advance(self.position)
+        else:
+            self._credit -= frames
+        told = stream.limited(now)
+        if told is not None:
+            messages.append(told)
+        return messages
+
+    def wait(self, now: float) -> float | None:
+        """Return the seconds until `begin_block` may give frames, None where only a message can change that."""
+        if self.phase is Phase.ENDING:
+            return 0.0
+        if self.phase is not Phase.STREAMING or self.stream is None:
+            return None
+        if self.stream.realtime:
+            return max(0.0, self.pace.due - now)
+        return 0.0 if self._credit else None
+
+    def _ends_by_itself(self, stream: Stream) -> bool:
+        if stream.voice.finished:
+            self.end("finished")
+        elif stream.options.record and stream.frame >= self._limits.longest_recording * stream.rate:
+            problem = Problem("too-large", "A recorded session may last as long as RIDGEWAVE_MAX_DURATION.")
+            self.end("too long", problem)
+        return self.phase is not Phase.STREAMING
+
+    def _last_block(self, stream: Stream, pcm: bytes, frames: int) -> list[str | bytes]:
+        if not self._fading:  # the end was asked for while it was rendered: it must not go out at full level any more
+            kept = min(frames, stream.fade_frames)
+            pcm, frames, self._fade_bound = stream.faded(pcm[: len(pcm) // frames * kept]), kept, 0
+        self._faded += frames
+        self.position += frames
+        return [pcm]
+
+    def _last_frames(self) -> int:
+        """Return how many frames of the fade come next; after the last of them all is over."""
+        stream = self.stream
+        assert stream is not None
+        kept, self._fading = stream.frame - self.position, True
+        if kept and not self._faded:
+            self._fade_bound = 0  # the kept past is faded in place of the voice
+            return min(kept, stream.fade_frames, stream.block)
+        if self._faded < self._fade_bound and not stream.voice.finished:
+            stream.voice.release()
+            rest = stream.fade_frames - self._faded
+            return min(stream.block, rest if rest > 0 else 1 + stream.fade_frames // 5)
+        if self.phase is not Phase.OVER:
+            self._over()
+        return 0
+
+    # Time
+
+    def check(self, now: float) -> None:
+        """Look at what only time tells: a hello that is late, a peer that has stopped reading."""
+        if self.phase is Phase.HELLO and now - self._opened > HELLO_SECONDS:
+            self.end("policy", refused("", "no hello", f"hello within {HELLO_SECONDS:g} s", "Say hello first."))
+        elif self.phase is Phase.STREAMING and self.stream is not None and self.stream.realtime:
+            self._too_slow(now)
+
+    def _too_slow(self, now: float) -> bool:
+        """Return whether the peer reads so slowly that all is over; warn it before that."""
+        behind = self.pace.behind(now)
+        if behind is Behind.FINE:
+            return False
+        if behind is Behind.SLOW:
+            if not self._warned:
+                self._warned = True
+                detail = f"Half of the {self._limits.slow_reader:g} s that it may be behind have passed."
+                self.refuse(Problem("slow-reader", detail))
+            return False
+        self._reason, self._code = "slow reader", CODES["slow reader"]
+        self._over(at_once=True)
+        return True
+
+
+def _may_be_stop(text: str) -> bool:
+    """Return whether `text` is short and names stop: that is read, whatever the rate."""
+    return len(text) < 100 and '"stop"' in text

@@ -1,0 +1,274 @@
+"""Every message of the live protocol: the JSON Schema that `/v1/live/schema.json` serves and text is checked against.
+
+Model: one table of fields a message and a direction makes the schema; a message that does not fit becomes faults as a
+    scene's do (pointer, value, allowed, hint). Binary messages: `service.live.contact` from the client, PCM from here.
+Limits: a scene is only an object here; `synth.scene` reads it and says more about it than a schema could.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+import jsonschema_rs
+
+from service import problems
+from service.problems import Problem
+from synth.errors import Fault, SceneError, shown
+from synth.scene import object_from_text
+from synth.scene_text import pointer
+
+PROTOCOL = "ridgewave.v1"
+FORMATS = ("f32le", "s16le")
+PACINGS = ("pull", "realtime")
+SMALLEST_BLOCK, LARGEST_BLOCK = 16, 48_000  # frames; smaller costs more than its sound, larger feels like a stall
+LARGEST_CREDIT = 10_000_000  # frames of one `more`
+LARGEST_SEQ = 2**32 - 1  # the binary form's u32
+LARGEST_POSITION = 1e3  # m
+LARGEST_SPEED = 10.0  # m/s, as in a scene
+LARGEST_LOAD = 1e3  # N, as in a scene
+LARGEST_FRAME = 2**63 - 1
+LARGEST_TIME = 1.7976931348623157e308  # the largest finite float64: any clock
+END_REASONS = (
+    "stopped",
+    "finished",
+    "shutting down",
+    "expired",
+    "slow reader",
+    "policy",
+    "too long",
+    "cannot render",
+    "our mistake",
+)
+
+_TEXT: dict[str, Any] = {"type": "string"}
+_OBJECT: dict[str, Any] = {"type": "object"}
+
+
+def _whole(low: int, high: int, sentence: str, unit: str = "") -> dict[str, Any]:
+    return {"type": "integer", "minimum": low, "maximum": high, "description": sentence} | _unit(unit)
+
+
+def _number(low: float, high: float, sentence: str, unit: str) -> dict[str, Any]:
+    return {"type": "number", "minimum": low, "maximum": high, "description": sentence} | _unit(unit)
+
+
+def _unit(unit: str) -> dict[str, Any]:
+    return {"x-unit": unit} if unit else {}
+
+
+def _choice(names: tuple[str, ...], sentence: str, **rest: Any) -> dict[str, Any]:
+    return {"enum": list(names), "description": sentence, **rest}
+
+
+def _message(kind: str, sentence: str, fields: Mapping[str, Any], optional: tuple[str, ...] = ()) -> dict[str, Any]:
+    return {
+        "type": "object",
+        "description": sentence,
+        "properties": {"type": {"const": kind}, **fields},
+        "required": ["type", *(name for name in fields if name not in optional)],
+        "additionalProperties": False,
+    }
+
+
+_FRAME = _whole(0, LARGEST_FRAME, "Frame of the stream, from 0.", "frames")
+_SEQ = _whole(0, LARGEST_SEQ, "Number of the update; one that does not rise is ignored.")
+_RESUME: dict[str, Any] = {
+    "type": "object",
+    "description": "Go on with a session whose connection broke, from a frame that the server still has.",
+    "properties": {"session": {"type": "string", "maxLength": 64}, "frame": _FRAME},
+    "required": ["session", "frame"],
+    "additionalProperties": False,
+}
+_HELLO = {
+    "scene": {"type": "object", "description": "A scene; {} is the default one.", "default": {}},
+    "format": _choice(FORMATS, "Samples: float32 or int16, little-endian, interleaved.", default="f32le"),
+    "block": _whole(SMALLEST_BLOCK, LARGEST_BLOCK, "Frames of one binary message; default 10 ms.", "frames"),
+    "pacing": _choice(PACINGS, "Whose clock sets the pace: the client's, or the server's.", default="pull"),
+    "record": {"type": "boolean", "description": "Keep a recording of the session.", "default": False},
+    "resume": _RESUME,
+}
+_CONTACT = {
+    "seq": _SEQ,
+    "time": _number(-LARGEST_TIME, LARGEST_TIME, "The client's clock, of any origin.", "s"),
+    "position": _number(-LARGEST_POSITION, LARGEST_POSITION, "Where the surface stands under the finger.", "m"),
+    "speed": _number(-LARGEST_SPEED, LARGEST_SPEED, "How fast it moves, where no position is known.", "m/s"),
+    "load": _number(-LARGEST_LOAD, LARGEST_LOAD, "Force of the finger; below 0 only with adhesion.", "N"),
+}
+CLIENT: Mapping[str, dict[str, Any]] = {
+    "hello": _message("hello", "The first message, once.", _HELLO, tuple(_HELLO))
+    | {"dependentSchemas": {"resume": {"properties": {name: False for name in _HELLO if name != "resume"}}}},
+    "more": _message(
+        "more",
+        "Credit, which adds up; only where the pacing is pull.",
+        {"frames": _whole(1, LARGEST_CREDIT, "Frames that may be sent.", "frames")},
+    ),
+    "contact": _message("contact", "What the hand does now.", _CONTACT, ("position", "speed", "load"))
+    | {"oneOf": [{"required": ["position"]}, {"required": ["speed"]}]},
+    "scene": _message(
+        "scene", "Change the scene.", {"scene": {"type": "object", "description": "A partial scene (RFC 7396)."}}
+    ),
+    "stop": _message("stop", "Fade out and end.", {}),
+}
+_FAULT = {
+    "type": "object",
+    "properties": dict.fromkeys(("pointer", "value", "allowed", "hint"), _TEXT),
+    "required": ["pointer", "value", "allowed", "hint"],
+}
+_READY = {
+    "session": _TEXT | {"description": "128 random bits: who knows them can resume the session."},
+    "protocol": {"const": PROTOCOL},
+    "sample_rate": _whole(1, 192_000, "Frames a second.", "Hz"),
+    "channels": _whole(1, 1024, "Samples a frame."),
+    "quantities": {"type": "array", "items": _TEXT},
+    "full_scale": {"type": "array", "items": {"type": "number"}, "description": "SI value of 1.0, one a channel."},
+    "format": _choice(FORMATS, "As asked."),
+    "block": _whole(SMALLEST_BLOCK, LARGEST_BLOCK, "Frames of a binary message.", "frames"),
+    "pacing": _choice(PACINGS, "As asked."),
+    "recording": {"type": "boolean"},
+    "frame": _FRAME | {"description": "Of the first sample that follows."},
+    "max_silence_ms": {"type": "number", "description": "After so long without a contact the load ramps to zero."},
+    "motion_delay_ms": {"type": "number", "description": "How far the sound is behind the updates."},
+    "plan": _OBJECT | {"description": "What is simulated, as /v1/explain tells it, without scene and cost."},
+}
+_PROBLEM = {
+    "problem": _TEXT | {"description": "The `type` of the problem document over HTTP."},
+    "title": _TEXT,
+    "status": {"type": "integer"},
+    "detail": _TEXT,
+    "errors": {"type": "array", "items": _FAULT},
+    "instance": _TEXT,
+}
+SERVER: Mapping[str, dict[str, Any]] = {
+    "ready": _message("ready", "The answer to hello.", _READY),
+    "applied": _message("applied", "That update is felt from that frame on.", {"seq": _SEQ, "frame": _FRAME}),
+    "scene": _message("scene", "The cross-fade to the changed scene begins.", {"frame": _FRAME, "plan": _OBJECT}),
+    "limited": _message(
+        "limited",
+        "The safety limiter acted; the largest reduction since the last of these.",
+        {"frame": _FRAME, "gain_reduction_db": {"type": "number", "minimum": 0.0}},
+    ),
+    "problem": _message("problem", "Something was refused, or went wrong.", _PROBLEM, ("instance",)),
+    "end": _message("end", "No sound follows.", {"reason": _choice(END_REASONS, "Why."), "frame": _FRAME}),
+}
+
+
+def schema() -> dict[str, Any]:
+    """Return the JSON Schema (2020-12) of every text message; `$defs` names them client.hello, server.ready, ..."""
+    sides = {"client": CLIENT, "server": SERVER}
+    messages = {f"{side}.{name}": made for side, table in sides.items() for name, made in table.items()}
+    groups = {side: {"oneOf": [{"$ref": f"#/$defs/{side}.{name}"} for name in table]} for side, table in sides.items()}
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": f"ridgewave live protocol, {PROTOCOL}",
+        "description": "Text messages of the WebSocket /v1/live. Binary ones: contact updates in, PCM out.",
+        "anyOf": [{"$ref": "#/$defs/client"}, {"$ref": "#/$defs/server"}],
+        "$defs": groups | messages,
+    }
+
+
+_VALIDATORS = {name: jsonschema_rs.Draft202012Validator(made) for name, made in CLIENT.items()}
+
+
+class NotJson(ValueError):
+    """Text that is no JSON at all: the connection ends with 1007."""
+
+
+def read_message(text: str) -> dict[str, Any]:
+    """Return the message that `text` holds.
+
+    Raises NotJson for what is not JSON, Problem (message-refused) for what fits no message.
+    """
+    try:
+        message = object_from_text(text)
+    except SceneError as error:
+        if not _is_json(text):
+            raise NotJson from error
+        raise refusal(error.faults) from error
+    kind = message.get("type")
+    validator = _VALIDATORS.get(kind) if isinstance(kind, str) else None
+    if validator is None:
+        raise refusal([_unknown(kind)])
+    try:
+        if validator.is_valid(message):
+            return message
+        faults = [_fault(str(kind), message, error) for error in validator.iter_errors(message)]
+    except ValueError:  # a lone surrogate, which no JSON text should hold
+        fault = Fault("", "text that is not Unicode", "JSON text in Unicode", "Leave the lone surrogate out.")
+        raise refusal([fault]) from None
+    raise refusal(faults)
+
+
+def refusal(faults: list[Fault] | tuple[Fault, ...]) -> Problem:
+    """Return the problem of a message with `faults`."""
+    return Problem("message-refused", problems.summary(faults), tuple(faults))
+
+
+def refused(at: str, value: str, allowed: str, hint: str, kind: str = "message-refused") -> Problem:
+    """Return the problem of a message with one fault."""
+    return problems.refused(at, value, allowed, hint, kind)
+
+
+def _is_json(text: str) -> bool:
+    try:
+        json.loads(text)
+    except (ValueError, RecursionError):
+        return False
+    return True
+
+
+def _unknown(kind: object) -> Fault:
+    value = "nothing" if kind is None else shown(kind)
+    return Fault("/type", _printable(value), ", ".join(CLIENT), 'Write {"type": "contact", ...}.')
+
+
+def _fault(kind: str, message: Mapping[str, Any], error: jsonschema_rs.ValidationError) -> Fault:
+    """Return what `error` says about a message of `kind`, in the words of a scene's faults."""
+    fields, path, rule = CLIENT[kind]["properties"], list(error.instance_path), error.kind
+    if isinstance(rule, jsonschema_rs.ValidationErrorKind.AdditionalProperties):
+        names, at = rule.unexpected, pointer(*path, rule.unexpected[0])
+        return Fault(at, f"{len(names)} field(s) that do not exist", _names(kind, path), "Leave them out.")
+    if isinstance(rule, jsonschema_rs.ValidationErrorKind.Required):
+        name = str(rule.property)
+        made = _of_path(fields, [*path, name])
+        return Fault(pointer(*path, name), "nothing", allowed_text(made), f"Write a value for {name}.")
+    if isinstance(rule, jsonschema_rs.ValidationErrorKind.FalseSchema):
+        return Fault(pointer(*path), "a value", "nothing beside resume", "Leave it out: the session keeps its own.")
+    if not path:
+        both = "both" if "position" in message else "neither"
+        return Fault("", f"{both} of position and speed", "exactly one of them", "Write a position, or a speed.")
+    value: Any = message
+    for part in path:
+        value = value[part]
+    allowed = allowed_text(_of_path(fields, path))
+    return Fault(pointer(*path), _printable(shown(value)), allowed, "Write a value in this range.")
+
+
+def _names(kind: str, path: list[str | int]) -> str:
+    made = _of_path(CLIENT[kind]["properties"], path) if path else CLIENT[kind]
+    return ", ".join(made["properties"])
+
+
+def _of_path(fields: Mapping[str, Any], path: list[Any]) -> dict[str, Any]:
+    made: dict[str, Any] = {"properties": fields}
+    for part in path:
+        made = made["properties"][part]
+    return made
+
+
+def allowed_text(made: Mapping[str, Any]) -> str:
+    """Return what the schema `made` of a field allows, for a person."""
+    if "enum" in made:
+        return " or ".join(made["enum"])
+    unit = f" {made['x-unit']}" if "x-unit" in made else ""
+    if made.get("maximum") == LARGEST_TIME:
+        return f"any finite number of{unit}"
+    if made["type"] in ("integer", "number"):
+        whole = "whole, " if made["type"] == "integer" else ""
+        return f"{whole}{made['minimum']:g} to {made['maximum']:g}{unit}"
+    return {"object": "an object", "boolean": "true or false", "string": "text of at most 64 characters"}[made["type"]]
+
+
+def _printable(text: str) -> str:
+    return text.encode("utf-8", "backslashreplace").decode("utf-8")

@@ -1,0 +1,277 @@
+"""The live sessions of one process: opened, resumed, taken over, expired, stopped; and their recordings.
+
+Model: a session is a stream and whoever is connected to it. One whose connection broke is kept for RIDGEWAVE_RESUME,
+    not rendering; a second connection to one that looks alive takes it over, since half-open connections look alive.
+Limits: sessions live in one process. A recording is kept for RIDGEWAVE_SESSION_IDLE after its session's end.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import logging
+import secrets
+import time
+from collections.abc import Callable, Coroutine
+from concurrent.futures import Executor
+from typing import Any, Protocol
+
+from service.engine import Engine
+from service.live.changes import open_stream, prepare_change
+from service.live.stream import Options, Stream
+from service.problems import Problem
+from service.settings import Settings
+from service.source import QUICK_SECONDS
+
+log = logging.getLogger("ridgewave.service")
+
+WATCH_SECONDS = 0.05  # between two looks at what only time tells: late hellos, slow readers, expiry
+WAITING_CHANGES = 100  # partial scenes that wait while one is prepared
+PER_SESSION = 2  # connections a session: one, and one that takes it over
+
+
+class Peer(Protocol):
+    """A connection, as the sessions see it."""
+
+    @property
+    def ending(self) -> bool:
+        """Return whether its stream fades out or has ended."""
+
+    def check(self, now: float) -> None:
+        """Look at what only time tells."""
+
+    def refuse(self, problem: Problem) -> None:
+        """Tell of a problem that leaves the stream going."""
+
+    def failed(self) -> None:
+        """End, because of the exception that is being handled: our mistake."""
+
+    def displaced(self) -> None:
+        """End: another connection has the session now."""
+
+    def end(self, reason: str, *, at_once: bool = False) -> None:
+        """Fade out and end; at_once: a peer that does not read gets 10 ms."""
+
+
+class LiveSession:
+    """One session; its methods run in the event loop."""
+
+    def __init__(self, stream: Stream, peer: Peer) -> None:
+        self.stream = stream
+        self.peer: Peer | None = peer
+        self.detached_at: float | None = None
+        self.turn = asyncio.Lock()  # held while a thread renders
+        self._patches: list[dict[str, Any]] = []
+        self._preparing: asyncio.Task[None] | None = None
+
+    async def render(self, frames: int, pool: Executor) -> bytes:
+        """Return the PCM of the next block, rendered here while the voice is quick and in `pool` while it is not."""
+        stream = self.stream
+        async with self.turn:
+            began = time.perf_counter()
+            if stream.quick:
+                pcm = stream.render(frames)
+            else:
+                pcm, began = await asyncio.get_running_loop().run_in_executor(pool, _timed, stream, frames)
+            stream.quick = time.perf_counter() - began < QUICK_SECONDS
+        return pcm
+
+    def change(self, patch: dict[str, Any], pool: Executor) -> None:
+        """Have the scene changed by `patch`, together with those that wait already."""
+        if len(self._patches) >= WAITING_CHANGES:
+            if self.peer is not None:
+                self.peer.refuse(
+                    Problem("too-fast", f"{WAITING_CHANGES} changes of the scene wait: this one is dropped.")
+                )
+            return
+        self._patches.append(patch)
+        if self._preparing is None:
+            self._preparing = asyncio.get_running_loop().create_task(self._prepare(pool))
+
+    async def _prepare(self, pool: Executor) -> None:
+        loop = asyncio.get_running_loop()
+        try:
+            while self._patches:
+                patches, self._patches = self._patches, []
+                scene = self.stream.scene
+                made = await loop.run_in_executor(pool, prepare_change, self.stream.voice, scene, patches)
+                if made.coming is not None:
+                    self.stream.scene, self.stream.coming = made.coming[0], made.coming
+                for problem in made.refused:
+                    if self.peer is not None:
+                        self.peer.refuse(problem)
+        except Exception:
+            if self.peer is not None:
+                self.peer.failed()
+            else:
+                log.exception("our mistake: a change of a live session whose connection is gone")
+        finally:
+            self._preparing = None
+
+
+class LiveSessions:
+    """The live sessions of one process."""
+
+    def __init__(self, engine: Engine, settings: Settings, pool: Executor, blocks: Executor) -> None:
+        self.settings, self.pool, self.blocks = settings, pool, blocks
+        self.late: Callable[[float], None] | None = None
+        """Called with the lateness (s) of each realtime block, where somebody measures it."""
+        self._engine = engine
+        self._peers: set[Peer] = set()
+        self._sessions: dict[str, LiveSession] = {}
+        self._recordings: dict[str, tuple[float, asyncio.Future[bytes]]] = {}
+        self._opening = 0
+        self._closed = False
+        self._tasks: set[asyncio.Task[None]] = set()
+
+    def __len__(self) -> int:
+        return len(self._sessions)
+
+    @property
+    def connected(self) -> int:
+        """Return how many sessions have a connection."""
+        return sum(session.peer is not None for session in self._sessions.values())
+
+    # Connections
+
+    def admit(self) -> None:
+        """Raise Problem where one more connection is too many."""
+        if self.settings.workers > 1:
+            raise Problem("one-worker", "Sessions live in one process: start the service with RIDGEWAVE_WORKERS=1.")
+        if self._closed:
+            raise Problem("closing", "The service is shutting down.")
+        if len(self._peers) >= PER_SESSION * self.settings.max_sessions:
+            raise Problem("full", "As many live connections as there may be.", headers={"Retry-After": "1"})
+
+    def enter(self, peer: Peer) -> None:
+        """Look after `peer` until `leave`."""
+        self._peers.add(peer)
+
+    def leave(self, peer: Peer) -> None:
+        """Forget `peer`."""
+        self._peers.discard(peer)
+
+    # Sessions
+
+    async def open(self, document: dict[str, Any], options: Options, peer: Peer) -> LiveSession:
+        """Return a new session of `peer`; raises Problem (full, closing), SceneError, CannotRender."""
+        if self._closed:
+            raise Problem("closing", "The service is shutting down.")
+        if len(self._sessions) + self._opening >= self.settings.max_sessions:
+            raise Problem("full", "As many live sessions as there may be (RIDGEWAVE_MAX_SESSIONS).")
+        self._opening += 1
+        name, silence = secrets.token_urlsafe(16), self.settings.max_silence
+        try:
+            stream = await self._in_thread(open_stream, self._engine, name, document, options, silence)
+        finally:
+            self._opening -= 1
+        session = self._sessions[name] = LiveSession(stream, peer)
+        return session
+
+    async def resume(self, name: str, frame: int, peer: Peer) -> LiveSession:
+        """Return the session of that id, taken from whoever is connected to it.
+
+        Raises Problem (not-found) where there is none, or it does not keep `frame` any more.
+        """
+        session = self._sessions.get(name)
+        if session is None or (session.peer is not None and session.peer.ending):
+            raise Problem("not-found", "No such session: it has ended, expired or was stopped, or was never there.")
+        session.stream.require_kept(frame)
+        earlier, session.peer, session.detached_at = session.peer, peer, None
+        if earlier is not None:
+            earlier.displaced()
+        async with session.turn:  # the block that a thread renders for the earlier connection
+            return session
+
+    def detach(self, session: LiveSession, peer: Peer) -> None:
+        """Keep `session`, whose connection `peer` broke, for a while."""
+        if session.peer is peer:
+            session.peer, session.detached_at = None, time.monotonic()
+
+    def finish(self, session: LiveSession) -> None:
+        """Forget `session`, which has ended; its recording stays for a while."""
+        if self._sessions.pop(session.stream.name, None) is None:
+            return
+        recorded: asyncio.Future[bytes] | None = None
+        if session.stream.options.record:
+            recorded = asyncio.get_running_loop().create_future()
+            self._recordings[session.stream.name] = (time.monotonic() + self.settings.session_idle, recorded)
+        self._start(self._let_go(session, recorded))
+
+    async def recording(self, name: str) -> bytes:
+        """Return the JSON of a session's recording; raises Problem (not-found)."""
+        session = self._sessions.get(name)
+        if session is not None and session.stream.options.record:
+            made: bytes = await self._in_thread(_recording, session.stream)
+            return made
+        _, kept = self._recordings.get(name, (0.0, None))
+        if kept is None:
+            raise Problem("not-found", "No recording: the live session did not ask for one, or ended long ago.")
+        return await asyncio.shield(kept)
+
+    def end_all(self, reason: str, *, at_once: bool = False) -> dict[str, int]:
+        """End every session; return how many there were, and how many of them were connected."""
+        counts = {"sessions": len(self), "streams": self.connected}
+        for peer in list(self._peers):
+            peer.end(reason, at_once=at_once)
+        for session in list(self._sessions.values()):
+            if session.peer is None:
+                self.finish(session)
+        return counts
+
+    def close(self) -> None:
+        """End everything for good."""
+        self._closed = True
+        self.end_all("shutting down")
+
+    async def settle(self, seconds: float) -> None:
+        """Return once what has ended is let go of, or after so long."""
+        if self._tasks:
+            await asyncio.wait(self._tasks, timeout=seconds)
+
+    async def watch(self) -> None:
+        """Look at what only time tells, until cancelled."""
+        while True:
+            await asyncio.sleep(WATCH_SECONDS)
+            now, wall = time.perf_counter(), time.monotonic()
+            for peer in list(self._peers):
+                peer.check(now)
+            self._expire(wall)
+
+    def _expire(self, now: float) -> None:
+        for session in list(self._sessions.values()):
+            if session.detached_at is not None and now - session.detached_at > self.settings.resume:
+                self.finish(session)
+        for name, (until, _) in list(self._recordings.items()):
+            if now > until:
+                del self._recordings[name]
+
+    async def _let_go(self, session: LiveSession, recorded: asyncio.Future[bytes] | None) -> None:
+        async with session.turn:
+            try:
+                if recorded is not None:
+                    recorded.set_result(await self._in_thread(_recording, session.stream))
+                await self._in_thread(session.stream.voice.close)
+            except Exception:
+                log.exception("our mistake: a live session that has ended")
+            finally:
+                if recorded is not None and not recorded.done():
+                    recorded.cancel()
+                    self._recordings.pop(session.stream.name, None)
+
+    def _start(self, work: Coroutine[Any, Any, None]) -> None:
+        task = asyncio.get_running_loop().create_task(work)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    async def _in_thread(self, work: Callable[..., Any], *arguments: Any) -> Any:
+        return await asyncio.get_running_loop().run_in_executor(self.pool, work, *arguments)
+
+
+def _timed(stream: Stream, frames: int) -> tuple[bytes, float]:
+    began = time.perf_counter()
+    return stream.render(frames), began
+
+
+def _recording(stream: Stream) -> bytes:
+    return json.dumps(stream.voice.recording(), allow_nan=False).encode("ascii")

@@ -1,0 +1,306 @@
+"""One live connection: the state machine between a WebSocket (ASGI) and the sessions.
+
+Model: one task reads and feeds `Conversation`, one writes what it gives; both call it in the event loop, so it needs no
+    locks. Blocks are rendered here while they are quick, in threads while they are not. A peer that does not read holds
+    up its own writer only; where the end cannot wait for it, the write that waits is given up.
+Limits: the event loop's timer counts in milliseconds; a block goes out up to two after it is due.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections import deque
+from collections.abc import Callable, Coroutine, Sequence
+from typing import Any
+
+from starlette.types import Receive, Scope, Send
+
+from service import problems
+from service.live import actions
+from service.live.changes import as_problem
+from service.live.conversation import Conversation, Limits, Phase
+from service.live.sessions import LiveSession, LiveSessions
+from service.problems import Problem
+from service.security import our_bug
+from service.settings import Settings
+from synth.errors import CannotRender, RidgewaveError
+
+GRACE_SECONDS = 0.5  # for a peer to take the block that waits when its session ends
+STOP_GRACE_SECONDS = 0.01  # the same for a stop, which promises silence within 20 ms
+FLUSH_SECONDS = 1.0  # for the last messages, where the server cannot be told to buffer them
+WAITING_MESSAGES = 256  # texts that a peer does not read; beyond, problems are dropped
+TIMER_SECONDS = 0.001  # added to a sleep, since a timer of whole milliseconds would ring early and twice
+
+
+def limits_of(settings: Settings) -> Limits:
+    """Return what `settings` allow a connection."""
+    return Limits(settings.slow_reader, settings.max_updates, settings.max_duration)
+
+
+class Connection:
+    """One accepted WebSocket; see `service.live.sessions.Peer`.
+
+    unblock: makes the server buffer what is sent from now on, though the peer does not read; None where it cannot.
+    """
+
+    def __init__(
+        self,
+        scope: Scope,
+        receive: Receive,
+        send: Send,
+        live: LiveSessions,
+        *,
+        unblock: Callable[[], None] | None = None,
+        clock: Callable[[], float] = time.perf_counter,
+    ) -> None:
+        self._scope, self._receive, self._send = scope, receive, send
+        self._live, self._unblock, self._clock = live, unblock, clock
+        self.conversation = Conversation(limits_of(live.settings), clock())
+        self.session: LiveSession | None = None
+        self._outbox: deque[str] = deque()
+        self._close: actions.Close | None = None
+        self._waiter: asyncio.Future[None] | None = None
+        self._rung = False
+        self._blocks: asyncio.Task[None] | None = None
+        self._tasks: set[asyncio.Task[None]] = set()
+
+    async def run(self) -> None:
+        """Serve the connection until it is closed."""
+        self._live.enter(self)
+        reader, writer = asyncio.create_task(self._read()), asyncio.create_task(self._write())
+        try:
+            await asyncio.wait([reader, writer], return_when=asyncio.FIRST_COMPLETED)
+            if not writer.done():
+                self._lose()
+                await writer
+        finally:
+            reader.cancel()
+            writer.cancel()
+            if self._blocks is not None:
+                self._blocks.cancel()
+            self._lose()
+            self._live.leave(self)
+
+    def _lose(self) -> None:
+        self.conversation.lost()
+        self._perform()
+        self._ring()
+
+    # What the sessions ask of a peer
+
+    @property
+    def ending(self) -> bool:
+        """Return whether its stream fades out or has ended."""
+        return self.conversation.phase in (Phase.ENDING, Phase.OVER)
+
+    def check(self, now: float) -> None:
+        """Look at what only time tells."""
+        self.conversation.check(now)
+        self._perform()
+
+    def refuse(self, problem: Problem) -> None:
+        """Tell of a problem that leaves the stream going."""
+        self.conversation.refuse(problem)
+        self._perform()
+
+    def failed(self) -> None:
+        """End, because of the exception that is being handled: our mistake."""
+        self.conversation.broken(our_bug(self._scope))
+        self._perform()
+
+    def displaced(self) -> None:
+        """End: another connection has the session now."""
+        self.session = None
+        self.conversation.displaced()
+        self._perform()
+
+    def end(self, reason: str, *, at_once: bool = False) -> None:
+        """Fade out and end; at_once: a peer that does not read gets 10 ms."""
+        self.conversation.end(reason)
+        self._perform()
+        self._ring()
+        grace = STOP_GRACE_SECONDS if at_once else GRACE_SECONDS
+        asyncio.get_running_loop().call_later(grace, self._cut)
+
+    def _cut(self) -> None:
+        """Give up the write that waits since before the end."""
+        if self.conversation.pace.in_write:
+            self.conversation.cut()
+            self._perform()
+
+    # Reading
+
+    async def _read(self) -> None:
+        receive, conversation, clock = self._receive, self.conversation, self._clock
+        while True:
+            message = await receive()
+            try:
+                if (data := message.get("bytes")) is not None:
+                    conversation.binary(data, clock())
+                elif (text := message.get("text")) is not None:
+                    conversation.text(text, clock())
+                    self._ring()
+                elif message["type"] == "websocket.disconnect":
+                    return
+            except Exception:
+                self.failed()
+            if conversation.actions:
+                self._perform()
+
+    def _perform(self) -> None:
+        """Do what the state machine asks."""
+        asked = self.conversation.take_actions()
+        for action in asked:
+            match action:
+                case actions.Send():
+                    if len(self._outbox) < WAITING_MESSAGES or self.conversation.phase is Phase.OVER:
+                        self._outbox.append(action.message)
+                case actions.OpenVoice():
+                    self._start(self._open(self._live.open(action.scene, action.options, self)))
+                case actions.Resume():
+                    self._start(self._open(self._live.resume(action.session, action.frame, self)))
+                case actions.Close():
+                    self._close = action
+                    if action.at_once and self._blocks is not None and self.conversation.pace.in_write:
+                        self._blocks.cancel()
+                case _ if self.session is None:
+                    pass
+                case actions.Prepare():
+                    self.session.change(action.patch, self._live.pool)
+                case actions.Detach():
+                    self._live.detach(self.session, self)
+                case actions.Finish():
+                    self._live.finish(self.session)
+        if asked:
+            self._ring()
+
+    async def _open(self, opening: Coroutine[Any, Any, LiveSession]) -> None:
+        """Begin with the session that `opening` gives, or end."""
+        conversation = self.conversation
+        try:
+            session = await opening
+        except CannotRender as error:
+            conversation.end("cannot render", problems.of(error))
+        except RidgewaveError as error:
+            conversation.end("policy", problems.of(error))
+        except Problem as problem:
+            if problem.kind == "closing":
+                conversation.end("shutting down", problem)
+            else:
+                conversation.end("policy", problem, code=1013 if problem.kind == "full" else None)
+        except Exception:
+            conversation.broken(our_bug(self._scope))
+        else:
+            self._begin(session)
+        self._perform()
+
+    def _begin(self, session: LiveSession) -> None:
+        if self.conversation.phase is Phase.OPENING:
+            self.session = session
+            self.conversation.opened(session.stream, self._clock())
+        elif session.stream.frame:
+            self._live.detach(session, self)  # the connection broke meanwhile
+        else:
+            self._live.finish(session)  # the same, and nobody was told of the session
+
+    def _start(self, work: Coroutine[Any, Any, None]) -> None:
+        task = asyncio.get_running_loop().create_task(work)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    # Writing
+
+    async def _write(self) -> None:
+        """Write blocks until all is over, then the last messages and the close."""
+        self._blocks = asyncio.create_task(self._write_blocks())
+        await asyncio.wait([self._blocks])
+        if self._close is None:
+            return
+        if self._close.at_once and self._unblock is not None:
+            self._unblock()
+        try:
+            async with asyncio.timeout(FLUSH_SECONDS):
+                await self._send_all(list(self._outbox))
+                await self._send({"type": "websocket.close", "code": self._close.code, "reason": self._close.reason})
+        except (OSError, TimeoutError):
+            return  # the peer is gone, or takes nothing
+
+    async def _write_blocks(self) -> None:
+        try:
+            while self._close is None and self.conversation.phase is not Phase.OVER:
+                await self._next()
+        except OSError:
+            return  # the peer is gone; the reader learns it too
+
+    async def _next(self) -> None:
+        """Send the messages that wait, then the next block where one is due; else wait for either."""
+        conversation = self.conversation
+        while self._outbox:
+            await self._send_all([self._outbox.popleft()])
+        due = conversation.pace.due
+        frames = conversation.begin_block(self._clock())
+        if conversation.actions:
+            self._perform()
+        if not frames:
+            await self._sleep(conversation.wait(self._clock()))
+            return
+        messages = await self._block(frames)
+        if not messages:
+            return
+        if self._live.late is not None and conversation.stream is not None and conversation.stream.realtime:
+            self._live.late(self._clock() - due)
+        await self._send_all(messages)
+        if not conversation.wait(self._clock()):
+            await asyncio.sleep(0)  # more is due already: let the others have their turn
+
+    async def _block(self, frames: int) -> Sequence[str | bytes]:
+        """Return the messages of the block that is due; none where the voice has failed."""
+        conversation, session = self.conversation, self.session
+        assert session is not None
+        try:
+            pcm = conversation.past(frames)
+            if pcm is None:
+                pcm = await session.render(frames, self._live.blocks)
+            return conversation.block_done(pcm, frames, self._clock())
+        except CannotRender as error:
+            conversation.broken(as_problem(error), "cannot render")
+        except Exception:
+            conversation.broken(our_bug(self._scope))
+        self._perform()
+        return ()
+
+    async def _send_all(self, messages: Sequence[str | bytes]) -> None:
+        send, pace = self._send, self.conversation.pace
+        pace.writing(self._clock())
+        for message in messages:
+            if isinstance(message, bytes):
+                await send({"type": "websocket.send", "bytes": message})
+            else:
+                await send({"type": "websocket.send", "text": message})
+        pace.written(self._clock())
+
+    def _ring(self) -> None:
+        """Wake the writer."""
+        self._rung = True
+        if self._waiter is not None:
+            _wake(self._waiter)
+
+    async def _sleep(self, seconds: float | None) -> None:
+        """Return after `seconds`, None for ever, or as soon as something rings."""
+        if not self._rung:
+            loop = asyncio.get_running_loop()
+            self._waiter = loop.create_future()
+            timer = None if seconds is None else loop.call_later(seconds + TIMER_SECONDS, _wake, self._waiter)
+            try:
+                await self._waiter
+            finally:
+                self._waiter = None
+                if timer is not None:
+                    timer.cancel()
+        self._rung = False
+
+
+def _wake(waiter: asyncio.Future[None]) -> None:
+    if not waiter.done():
+        waiter.set_result(None)

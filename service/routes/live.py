@@ -1,0 +1,58 @@
+"""`WS /v1/live`, the schema of its messages, and the recordings of its sessions."""
+
+from __future__ import annotations
+
+from fastapi import APIRouter, Request
+from starlette.responses import JSONResponse, Response
+from starlette.routing import WebSocketRoute
+from starlette.types import Receive, Scope, Send
+
+from service import openapi
+from service.live.messages import PROTOCOL, schema
+from service.live.shell import Connection
+from service.problems import Problem
+from service.running import Service, service_of
+from service.websocket import UNBLOCK
+
+router = APIRouter(tags=["live"])
+
+
+class LiveEndpoint:
+    """The ASGI application of `WS /v1/live`."""
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one WebSocket; raises Problem where its upgrade is refused."""
+        service: Service = scope["app"].state.service
+        service.live.admit()
+        if PROTOCOL not in scope["subprotocols"]:
+            raise Problem("protocol", f"Offer the subprotocol {PROTOCOL} (Sec-WebSocket-Protocol): there is no other.")
+        assert (await receive())["type"] == "websocket.connect"
+        await send({"type": "websocket.accept", "subprotocol": PROTOCOL, "headers": []})
+        unblock = scope.get("extensions", {}).get(UNBLOCK)
+        await Connection(scope, receive, send, service.live, unblock=unblock).run()
+
+
+router.routes.append(WebSocketRoute("/v1/live", LiveEndpoint(), name="live"))
+
+
+@router.get(
+    "/v1/live/schema.json",
+    summary="Show the schema of the live protocol",
+    response_class=JSONResponse,
+    responses=openapi.problem_answers(),
+)
+async def live_schema() -> Response:
+    """JSON Schema (2020-12) of every text message of the WebSocket `/v1/live`, which the service checks against."""
+    return JSONResponse(schema(), media_type="application/schema+json")
+
+
+@router.get(
+    "/v1/sessions/{session_id}/recording",
+    summary="Fetch the recording of a live session",
+    response_class=JSONResponse,
+    responses=openapi.problem_answers("not-found"),
+)
+async def recording(request: Request, session_id: str) -> Response:
+    """Of a live session whose hello had `record`: while it lives, and for RIDGEWAVE_SESSION_IDLE after."""
+    body = await service_of(request).live.recording(session_id)
+    return Response(body, media_type="application/json", headers={"Cache-Control": "no-store"})

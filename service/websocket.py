@@ -1,0 +1,78 @@
+"""The server's end of a WebSocket: uvicorn's own, with what a live stream needs when it ends.
+
+Model: the WebSocket itself is uvicorn's (`websockets-sansio`). Added: a peer that does not read cannot hold its
+    connection open; on a shutdown streams fade before they are closed; headers, which hold keys, are never logged.
+Limits: made for uvicorn 0.54 and its like; what it overrides is named in tests.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Any
+
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
+from websockets.http11 import Request
+
+UNBLOCK = "ridgewave.unblock"  # ASGI extension: buffer what is sent from now on, though the peer does not read
+CLOSE_SECONDS = 1.0  # for the peer to answer a close; longer, and a peer that floods or sleeps costs something
+SHUTDOWN_SECONDS = 0.5  # for streams to fade, which the signal has told them to
+
+
+class LiveProtocol(WebSocketsSansIOProtocol):
+    """One connection."""
+
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        self.conn.debug = False  # it would log the headers
+        self._aborting: asyncio.TimerHandle | None = None
+
+    def handle_connect(self, event: Request) -> None:
+        """Offer the extension to the application."""
+        super().handle_connect(event)
+        if hasattr(self, "scope"):
+            extensions: dict[str, Any] = {**(self.scope["extensions"] or {}), UNBLOCK: self.writable.set}
+            self.scope["extensions"] = extensions
+
+    def send_receive_event_to_app(self) -> None:
+        """Close with 1007 on text that is not UTF-8, without a traceback in the log."""
+        if self.curr_msg_data_type == "text" and not self.close_sent:
+            try:
+                b"".join(self.frames).decode()
+            except UnicodeDecodeError:
+                self.conn.send_close(1007)
+                self.handle_parser_exception()
+                return
+        super().send_receive_event_to_app()
+
+    async def send(self, message: Any) -> None:
+        """Send; after a close, give the peer a moment and then drop it."""
+        await super().send(message)
+        if message["type"] == "websocket.close":
+            self._abort_soon()
+
+    def keepalive_timeout(self) -> None:
+        """Drop a peer that does not answer pings, though it may not take the close either."""
+        super().keepalive_timeout()
+        self._abort_soon()
+
+    def on_task_complete(self, task: asyncio.Task[None]) -> None:
+        """Drop a peer that the application is done with."""
+        super().on_task_complete(task)
+        self._abort_soon()
+
+    def shutdown(self) -> None:
+        """Close on a shutdown: a stream that fades is left to end by itself."""
+        if self.handshake_complete and not self.close_sent and not self.disconnected:
+            self.loop.call_later(SHUTDOWN_SECONDS, super().shutdown)
+        else:
+            super().shutdown()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Let go of the timer."""
+        if self._aborting is not None:
+            self._aborting.cancel()
+        super().connection_lost(exc)
+
+    def _abort_soon(self) -> None:
+        if self._aborting is None and not self.disconnected:
+            self._aborting = self.loop.call_later(CLOSE_SECONDS, self.transport.abort)

@@ -1,0 +1,193 @@
+"""Drives the state machine of a connection without a network and without time: a day runs in a second.
+
+`Driver` does what the shell does, at once and in order, with a clock that a test moves.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from service.live.actions import Close, Detach, Finish, OpenVoice, Prepare, Resume, Send
+from service.live.changes import as_problem, open_stream, prepare_change
+from service.live.contact import IS_SPEED, LAYOUT, NO_LOAD
+from service.live.conversation import Conversation, Limits, Phase
+from service.live.stream import Stream
+from service.problems import Problem
+from synth.errors import RidgewaveError
+from tests.service.plain_engine import PlainEngine
+from tests.service.plain_hand import PlainHand
+
+RATE = 48000
+BLOCK = 480
+SILENCE = 0.25
+
+
+def contact(seq: int, *, load: float | None = 0.3, position: float = 0.0, speed: float | None = None) -> bytes:
+    """Return a contact update in its binary form."""
+    flags = (IS_SPEED if speed is not None else 0) | (NO_LOAD if load is None else 0)
+    value = position if speed is None else speed
+    return LAYOUT.pack(1, flags, 0, seq, 0.0, value, 0.0 if load is None else load)
+
+
+class Driver:
+    """One connection; `sent` is what it was sent, in order: texts as documents, PCM as bytes."""
+
+    def __init__(
+        self, limits: Limits | None = None, streams: dict[str, Stream] | None = None, now: float = 100.0
+    ) -> None:
+        self.now = now
+        self.engine = PlainEngine()
+        self.streams = {} if streams is None else streams
+        self.machine = Conversation(limits or Limits(), now)
+        self.sent: list[dict[str, Any] | bytes] = []
+        self.times: list[float] = []
+        self.closed: Close | None = None
+        self.finished = self.detached = False
+        self.holding = False
+        self.held: list[OpenVoice | Prepare] = []
+
+    # In
+
+    def say(self, kind: str, **fields: Any) -> None:
+        """Send a text message."""
+        self.text(json.dumps({"type": kind, **fields}))
+
+    def text(self, text: str) -> None:
+        """Send any text."""
+        self.machine.text(text, self.now)
+        self.perform()
+
+    def binary(self, data: bytes) -> None:
+        """Send bytes."""
+        self.machine.binary(data, self.now)
+        self.perform()
+
+    def hello(self, **fields: Any) -> dict[str, Any]:
+        """Say hello and return `ready`."""
+        self.say("hello", **fields)
+        return self.texts("ready")[0]
+
+    # The shell's part
+
+    def perform(self) -> None:
+        """Do every action that waits."""
+        while actions := self.machine.take_actions():
+            for action in actions:
+                self._perform(action)
+
+    def _perform(self, action: Any) -> None:
+        if isinstance(action, OpenVoice | Prepare) and self.holding:
+            self.held.append(action)
+            return
+        match action:
+            case Send():
+                assert self.closed is None, "a message after the close"
+                self.sent.append(json.loads(action.message))
+                self.times.append(self.now)
+            case OpenVoice():
+                self._open(action)
+            case Resume():
+                stream = self.streams.get(action.session)
+                if stream is None:
+                    self.machine.end("policy", Problem("not-found", "No such session."))
+                else:
+                    self.machine.opened(stream, self.now)
+            case Prepare():
+                stream = self.stream
+                made = prepare_change(stream.voice, stream.scene, [action.patch])
+                if made.coming is not None:
+                    stream.scene, stream.coming = made.coming[0], made.coming
+                for problem in made.refused:
+                    self.machine.refuse(problem)
+            case Detach():
+                self.detached = True
+            case Finish():
+                self.finished = True
+            case Close():
+                assert self.closed is None, "closed twice"
+                self.closed = action
+
+    def _open(self, action: OpenVoice) -> None:
+        try:
+            stream = open_stream(self.engine, f"s{len(self.streams)}", action.scene, action.options, SILENCE)
+        except (RidgewaveError, Problem) as error:
+            self.machine.end("policy", as_problem(error))
+            return
+        self.streams[stream.name] = stream
+        if self.machine.phase is Phase.OPENING:
+            self.machine.opened(stream, self.now)
+
+    def release(self) -> None:
+        """Do what was held."""
+        self.holding = False
+        held, self.held = self.held, []
+        for action in held:
+            self._perform(action)
+        self.perform()
+
+    def write(self) -> int:
+        """Send every block that is due now; return how many there were."""
+        count = 0
+        while frames := self.machine.begin_block(self.now):
+            self.perform()
+            pcm = self.machine.past(frames)
+            if pcm is None:
+                pcm = self.stream.render(frames)
+            self.machine.pace.writing(self.now)
+            for message in self.machine.block_done(pcm, frames, self.now):
+                self.sent.append(message if isinstance(message, bytes) else json.loads(message))
+                self.times.append(self.now)
+            self.machine.pace.written(self.now)
+            self.perform()
+            count += 1
+        self.perform()
+        return count
+
+    def run(self, seconds: float) -> None:
+        """Let time pass, each block sent when it is due."""
+        until = self.now + seconds
+        while self.machine.phase not in (Phase.OVER,):
+            self.write()
+            wait = self.machine.wait(self.now)
+            if wait is None or self.now + wait > until:
+                break
+            self.now += wait
+        self.now = until
+
+    def pull(self, frames: int) -> None:
+        """Grant credit and take what it gives."""
+        self.say("more", frames=frames)
+        self.write()
+
+    # What came
+
+    @property
+    def stream(self) -> Stream:
+        """The stream of the session."""
+        assert self.machine.stream is not None
+        return self.machine.stream
+
+    @property
+    def hand(self) -> PlainHand:
+        """The voice."""
+        return self.engine.hands[-1]
+
+    def texts(self, kind: str) -> list[dict[str, Any]]:
+        """Return the text messages of a kind."""
+        return [message for message in self.sent if isinstance(message, dict) and message["type"] == kind]
+
+    def blocks(self) -> list[bytes]:
+        """Return the PCM messages."""
+        return [message for message in self.sent if isinstance(message, bytes)]
+
+    def pcm(self) -> npt.NDArray[np.float32]:
+        """Return all of the PCM, of f32le mono."""
+        return np.frombuffer(b"".join(self.blocks()), "<f4")
+
+    def order(self) -> list[str]:
+        """Return the kinds of all messages in order, "pcm" for sound."""
+        return [message["type"] if isinstance(message, dict) else "pcm" for message in self.sent]

@@ -1,0 +1,58 @@
+"""Too many messages are dropped unread, a flood is closed, a stop is always read."""
+
+from __future__ import annotations
+
+from service.live.conversation import Limits
+from tests.service.live.driver import Driver, contact
+
+
+def flooded(a_second: int, seconds: float, allowed: int = 2000) -> Driver:
+    driver = Driver(Limits(max_updates=allowed))
+    driver.hello(pacing="realtime")
+    for seq in range(round(a_second * seconds)):
+        driver.binary(contact(seq + 1, load=0.1))
+        driver.now += 1 / a_second
+        driver.write()
+    return driver
+
+
+def test_as_many_as_allowed_are_all_read() -> None:
+    driver = flooded(1990, 3.0)
+    assert driver.texts("problem") == [] and driver.closed is None
+
+
+def test_ten_thousand_a_second_are_thinned_and_told_once_a_second() -> None:
+    driver = flooded(10_000, 3.5)
+    told = driver.texts("problem")
+    assert driver.closed is None and 2 <= len(told) <= 4
+    assert all(message["problem"] == "/docs#problem-too-fast" and message["status"] == 429 for message in told)
+    newest = [message["seq"] for message in driver.texts("applied")]
+    assert newest == sorted(newest) and newest[-1] > 30_000
+    assert len(driver.blocks()) == 351, "the sound does not suffer"
+
+
+def test_ten_times_as_many_close_the_connection() -> None:
+    driver = flooded(25_000, 2.0)
+    assert driver.closed is not None and driver.closed.code == 1008
+    assert driver.texts("end")[0]["reason"] == "policy" and driver.pcm()[-1] == 0.0
+
+
+def test_text_counts_too_and_a_stop_is_always_read() -> None:
+    driver = Driver(Limits(max_updates=10))
+    driver.hello(pacing="realtime")
+    for _ in range(30):
+        driver.say("more", frames=1)
+    kinds = [message["problem"].rpartition("-")[2] for message in driver.texts("problem")]
+    assert kinds.count("fast") == 1 and kinds.count("refused") == 9
+    driver.say("stop")
+    assert driver.texts("end")[0]["reason"] == "stopped"
+
+
+def test_after_a_pause_the_count_begins_anew() -> None:
+    driver = Driver(Limits(max_updates=10))
+    driver.hello(pacing="realtime")
+    for _ in range(20):
+        for seq in range(9):
+            driver.binary(contact(seq))
+        driver.now += 1.0
+    assert driver.texts("problem") == []

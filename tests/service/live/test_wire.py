@@ -1,0 +1,417 @@
+"""The live protocol over real WebSockets: who is let in, what is heard, and how it ends."""
+
+from __future__ import annotations
+
+import base64
+import json
+import logging
+import socket
+import threading
+from typing import Any
+
+import numpy as np
+import pytest
+from websockets.exceptions import InvalidStatus
+
+from service import problems
+from service.live.messages import schema
+from service.live.sessions import LiveSession
+from synth.scene import parse_scene
+from tests.service.harness import Running, problem, serving, until
+from tests.service.live.client import PROTOCOL, live
+from tests.service.plain_engine import PlainEngine
+from tests.service.plain_hand import PlainHand, expected
+
+RATE = 48000
+SCENE = parse_scene({})
+
+
+def session_of(running: Running, name: str) -> LiveSession:
+    return running.service.live._sessions[name]
+
+
+def hands(engine: PlainEngine) -> list[PlainHand]:
+    """Return the hands of the sessions, in order; each session opens one more, to learn its full scale."""
+    return [hand for hand in engine.hands if hand.frame or not hand.closed]
+
+
+def hand_of(engine: PlainEngine) -> PlainHand:
+    return hands(engine)[-1]
+
+
+def refused(running: Running, **options: Any) -> dict[str, Any]:
+    """Return the problem that an upgrade is refused with."""
+    with pytest.raises(InvalidStatus) as caught, live(running, **options):
+        pass
+    answer = caught.value.response
+    assert answer.headers["content-type"] == problems.MEDIA_TYPE
+    document: dict[str, Any] = json.loads(answer.body or b"")
+    assert document["status"] == answer.status_code
+    return document
+
+
+# Who is let in
+
+
+def test_a_page_of_another_origin_and_another_host_are_refused(running: Running) -> None:
+    assert refused(running, origin="https://evil.example")["type"].endswith("origin-refused")
+    host = running.url.removeprefix("http://")
+    name = {"Host": "evil.example:80"}
+    with pytest.raises(InvalidStatus) as caught, live(running, additional_headers=name):
+        pass
+    assert caught.value.response.status_code in (400, 403), "two Host headers, or one that is not ours"
+    with live(running, origin=f"http://{host}") as client:
+        client.hello()
+
+
+def test_a_host_that_is_not_ours_is_refused(running: Running) -> None:
+    port = int(running.url.rpartition(":")[2])
+    with socket.create_connection(("127.0.0.1", port)) as raw:
+        raw.sendall(
+            b"GET /v1/live HTTP/1.1\r\nHost: evil.example\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+            b"Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n"
+            b"Sec-WebSocket-Protocol: ridgewave.v1\r\n\r\n"
+        )
+        raw.settimeout(20.0)
+        answer = raw.recv(65536)
+    assert answer.startswith(b"HTTP/1.1 403") and b"host-refused" in answer
+
+
+@pytest.mark.parametrize("offered", [None, ["ridgewave.v2"], ["chat", "ridgewave"]])
+def test_the_version_is_negotiated(running: Running, offered: list[str] | None) -> None:
+    document = refused(running, subprotocols=offered)
+    assert document["status"] == 400 and document["type"] == "/docs#problem-protocol"
+    assert "ridgewave.v1" in document["detail"]
+
+
+def test_the_newest_client_falls_back_to_what_the_service_speaks(running: Running) -> None:
+    with live(running, subprotocols=["ridgewave.v9", PROTOCOL]) as client:
+        assert client.socket.subprotocol == PROTOCOL
+
+
+KEY = "a key with ümlaut/+".replace(" ", "-").replace("ü", "u")
+
+
+def key_protocol(key: str) -> str:
+    return "ridgewave.key." + base64.urlsafe_b64encode(key.encode()).decode().rstrip("=")
+
+
+def test_a_key_comes_in_a_header_or_as_a_subprotocol_and_is_never_echoed(caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level(logging.DEBUG)
+    with serving(PlainEngine(), api_keys=f"other,{KEY}") as running:
+        for options in (
+            {"additional_headers": {"Authorization": f"Bearer {KEY}"}},
+            {"subprotocols": [PROTOCOL, key_protocol(KEY)]},
+            {"subprotocols": [key_protocol(KEY), PROTOCOL]},
+        ):
+            with live(running, **options) as client:
+                assert client.socket.subprotocol == PROTOCOL
+                client.hello()
+        for wrong in (
+            {},
+            {"subprotocols": [PROTOCOL, key_protocol("wrong")]},
+            {"subprotocols": [PROTOCOL, key_protocol(KEY), key_protocol(KEY)]},
+            {"subprotocols": [PROTOCOL, "ridgewave.key.A"]},
+            {"subprotocols": [PROTOCOL, f"ridgewave.key.{KEY.replace('/', '_')}"]},
+            {"additional_headers": {"Authorization": "Bearer wrong"}},
+        ):
+            document = refused(running, **wrong)  # type: ignore[arg-type]
+            assert document["status"] == 401 and KEY not in json.dumps(document)
+    mine = [record for record in caplog.records if not record.name.startswith("websockets.client")]
+    logged = "\n".join(record.getMessage() for record in mine)
+    assert KEY not in logged and key_protocol(KEY) not in logged and "WebSocket" in logged
+
+
+def test_with_several_workers_there_are_no_live_sessions() -> None:
+    with serving(PlainEngine(), workers=2) as running:
+        assert refused(running)["type"] == "/docs#problem-one-worker"
+
+
+def test_a_session_too_many_is_closed_with_1013() -> None:
+    with serving(PlainEngine(), max_sessions=1) as running, live(running) as first:
+        first.hello()
+        with live(running) as second:
+            second.say("hello")
+            second.rest()
+            assert second.code == 1013 and second.texts("problem")[0]["problem"] == "/docs#problem-full"
+        first.say("stop")
+        first.rest()
+        with live(running) as third:
+            third.hello()
+
+
+# What is heard
+
+
+def test_a_realtime_stream_is_the_plain_hand_sample_for_sample(running: Running, engine: PlainEngine) -> None:
+    with live(running) as client:
+        ready = client.hello(pacing="realtime")
+        for seq in range(1, 40):
+            client.contact(seq, load=seq / 40)
+            client.until("applied")
+        client.say("scene", scene={"scan": {"speed": "160 mm/s"}})
+        client.until("scene")
+        client.frames(client.sound // 4 + 4800)
+        client.say("stop")
+        pcm = client.rest()
+        assert client.code == 1000 and client.reason == "stopped"
+    applied = hand_of(engine).applied
+    np.testing.assert_array_equal(pcm, expected(parse_scene({}), applied, len(pcm)))
+    told = [(message["frame"], message["seq"]) for message in client.texts("applied")]
+    assert told == [(frame, update.seq) for frame, update in applied.updates] and len(told) == 39
+    assert client.texts("end")[0] == {"type": "end", "reason": "stopped", "frame": len(pcm)}
+    assert ready["frame"] == 0 and applied.scenes[0][0] == client.texts("scene")[0]["frame"]
+
+
+def test_a_pull_stream_gives_what_it_was_granted(running: Running, engine: PlainEngine) -> None:
+    with live(running) as client:
+        client.hello(block=100)
+        client.say("more", frames=1050)
+        client.say("more", frames=950)
+        pcm = client.frames(2000)
+        client.contact(1, load=1.0)
+        client.say("more", frames=500)
+        client.until("applied")
+        pcm = client.frames(2500)
+        assert len(pcm) == 2500
+        np.testing.assert_array_equal(pcm, expected(SCENE, hand_of(engine).applied, 2500))
+        assert hand_of(engine).applied.updates[0][0] == 2000
+
+
+def test_every_message_of_the_server_fits_the_schema_that_it_serves(running: Running) -> None:
+    import jsonschema_rs
+
+    answer = running.client.get("/v1/live/schema.json")
+    assert answer.status_code == 200 and answer.json() == schema()
+    jsonschema_rs.meta.validate(answer.json())
+    served = answer.json()
+    validator = jsonschema_rs.Draft202012Validator({"$ref": "#/$defs/server", "$defs": served["$defs"]})
+    with live(running) as client:
+        client.hello(pacing="realtime", record=True)
+        client.contact(1, load=5000.0)
+        client.contact(2)
+        client.until("applied")
+        client.say("scene", scene={"scan": {"speed": 0.1}})
+        client.until("scene")
+        client.say("stop")
+        client.rest()
+        texts = [message for message in client.received if isinstance(message, dict)]
+    assert {message["type"] for message in texts} == {"ready", "problem", "applied", "scene", "end"}
+    for message in texts:
+        validator.validate(message)
+
+
+# How it ends
+
+
+def test_a_connection_that_breaks_is_resumed_where_it_was(running: Running, engine: PlainEngine) -> None:
+    with live(running) as client:
+        name = client.hello(pacing="realtime")["session"]
+        client.contact(1, load=0.9)
+        first = client.frames(9600)
+        client.break_off()
+    until(lambda: session_of(running, name).peer is None)
+    kept = len(first) - 1000
+    with live(running) as again:
+        ready = again.hello(resume={"session": name, "frame": kept})
+        assert ready["frame"] == kept and ready["session"] == name
+        second = again.frames(24000)
+        assert len(hands(engine)) == 1
+        whole = np.concatenate([first[:kept], second])
+        np.testing.assert_array_equal(whole, expected(SCENE, hand_of(engine).applied, len(whole)))
+
+
+def test_a_half_open_connection_is_taken_over(running: Running, engine: PlainEngine) -> None:
+    with live(running) as old, live(running) as new:
+        name = old.hello(pacing="realtime")["session"]
+        first = old.frames(4800)
+        new.hello(resume={"session": name, "frame": len(first)})
+        second = new.frames(9600)
+        old.rest()
+        assert old.code == 1008 and old.texts("problem")[0]["problem"] == "/docs#problem-busy"
+        assert len(running.service.live) == 1
+        whole = np.concatenate([first, second])
+        np.testing.assert_array_equal(whole, expected(SCENE, hand_of(engine).applied, len(whole)))
+        new.say("stop")
+        new.rest()
+        assert new.code == 1000 and len(running.service.live) == 0
+
+
+def test_a_take_over_waits_for_the_block_that_a_thread_renders(running: Running, engine: PlainEngine) -> None:
+    with live(running) as old, live(running) as new:
+        name = old.hello(pacing="realtime")["session"]
+        old.frames(4800)
+        hand, session = hand_of(engine), session_of(running, name)
+        earlier = session.peer
+        session.stream.quick = False
+        gate = hand.gate = threading.Event()
+        until(lambda: hand.waits)
+        frame = session.stream.frame
+        new.say("hello", resume={"session": name, "frame": frame})
+        until(lambda: session.peer is not earlier)
+        gate.set()
+        new.until("ready")
+        pcm = new.frames(4800)
+        np.testing.assert_array_equal(pcm, expected(SCENE, hand.applied, frame + len(pcm))[frame:])
+
+
+def test_a_resume_that_cannot_be_leaves_the_session_alone(running: Running) -> None:
+    with live(running) as old, live(running) as new:
+        name = old.hello(pacing="realtime")["session"]
+        new.say("hello", resume={"session": name, "frame": 10**9})
+        new.rest()
+        assert new.code == 1008 and new.texts("problem")[0]["problem"] == "/docs#problem-not-found"
+        before = old.sound
+        old.frames(before // 4 + 4800)
+
+
+def test_a_session_that_nobody_resumes_expires() -> None:
+    engine = PlainEngine()
+    with serving(engine, resume=0.1) as running:
+        with live(running) as client:
+            name = client.hello()["session"]
+            client.break_off()
+        until(lambda: len(running.service.live) == 0 and all(hand.closed for hand in engine.hands))
+        with live(running) as client:
+            client.say("hello", resume={"session": name, "frame": 0})
+            client.rest()
+            assert client.code == 1008
+
+
+def test_a_slow_reader_is_told_and_closed_and_makes_nobody_late() -> None:
+    """It reads nothing; beside it, another keeps its time and its samples."""
+    engine = PlainEngine()
+    channels = {"output": {"sample_rate": 192000, "channels": [{"quantity": "acceleration"}] * 4}}
+    with serving(engine, slow_reader=0.2) as running, live(running) as well:
+        well.hello(pacing="realtime")
+        with live(running, max_queue=1, ping_interval=None) as sleeper:
+            name = sleeper.hello(pacing="realtime", scene=channels)["session"]
+            until(lambda: name not in running.service.live._sessions)
+            sleeper.rest()
+            assert sleeper.code in (4408, None), "None: it woke so late that the server had dropped it"
+        before = well.sound
+        pcm = well.frames(before // 4 + 4800)
+        np.testing.assert_array_equal(pcm, expected(SCENE, hands(engine)[0].applied, len(pcm)))
+        assert well.texts("problem") == []
+
+
+def test_a_stop_ends_every_stream_with_a_fade(running: Running, engine: PlainEngine) -> None:
+    with live(running) as one, live(running) as two, live(running) as waiting:
+        one.hello(pacing="realtime")
+        two.hello()
+        one.frames(4800)
+        two.say("more", frames=4800)
+        two.frames(4800)
+        answer = running.client.post("/v1/stop")
+        assert answer.json() == {"stopped": {"sessions": 2, "streams": 2, "plays": 0}}
+        for client, hand in ((one, hands(engine)[0]), (two, hands(engine)[1])):
+            pcm = client.rest()
+            assert (client.code, client.reason) == (1000, "stopped")
+            assert client.texts("end")[0]["reason"] == "stopped" and pcm[-1] == 0.0
+            np.testing.assert_array_equal(pcm, expected(SCENE, hand.applied, len(pcm)))
+        waiting.rest()
+        assert waiting.code == 1000
+    until(lambda: all(hand.closed for hand in engine.hands))
+
+
+def test_a_voice_that_crashes_ends_its_own_session_only(
+    running: Running, engine: PlainEngine, caplog: pytest.LogCaptureFixture
+) -> None:
+    with live(running) as one, live(running) as two:
+        one.hello(pacing="realtime")
+        two.hello(pacing="realtime")
+        one.frames(4800)
+        failing = hands(engine)[0]
+        failing.fails = RuntimeError("a secret that no peer may learn")
+        one.rest()
+        assert one.code == 1011 and one.texts("end")[0]["reason"] == "our mistake"
+        (found,) = one.texts("problem")
+        assert found["problem"] == "/docs#problem-internal" and found["instance"].startswith("urn:uuid:")
+        assert "secret" not in json.dumps(one.texts("problem")) and found["instance"] in caplog.text
+        before = two.sound
+        pcm = two.frames(before // 4 + 4800)
+        np.testing.assert_array_equal(pcm, expected(SCENE, hand_of(engine).applied, len(pcm)))
+    until(lambda: failing.closed)
+
+
+def test_an_engine_that_cannot_or_fails_says_so_and_no_more() -> None:
+    for engine, code, kind in (
+        (PlainEngine(refuse="No such surface."), 1011, "cannot-render"),
+        (PlainEngine(mistake=True), 1011, "internal"),
+    ):
+        with serving(engine) as running, live(running) as client:
+            client.say("hello")
+            client.rest()
+            assert client.code == code
+            (found,) = client.texts("problem")
+            assert found["problem"] == f"/docs#problem-{kind}" and "secret" not in json.dumps(found)
+
+
+@pytest.mark.parametrize(
+    ("message", "code"),
+    [("x" * 70_000, 1009), (b"x" * 70_000, 1009), ("{", 1007)],
+    ids=["long text", "long bytes", "not JSON"],
+)
+def test_what_is_no_message_closes_the_connection(running: Running, message: str | bytes, code: int) -> None:
+    with live(running) as client:
+        client.hello(pacing="realtime")
+        client.socket.send(message)
+        client.rest()
+        assert client.code == code
+
+
+def test_text_that_is_not_utf8_closes_with_1007_and_without_a_traceback(
+    running: Running, caplog: pytest.LogCaptureFixture
+) -> None:
+    with live(running) as client:
+        client.hello(pacing="realtime")
+        client.socket.send(b"\xff\xfe", text=True)
+        client.rest()
+        assert client.code == 1007
+    assert "Traceback" not in caplog.text
+
+
+def test_a_connection_that_breaks_while_its_voice_is_opened_leaves_nothing(engine: PlainEngine) -> None:
+    engine.gate = threading.Event()
+    with serving(engine) as running:
+        engine.gate.clear()
+        with live(running) as client:
+            client.say("hello")
+            until(lambda: "hand" in engine.opened)
+            client.break_off()
+        engine.gate.set()
+        until(lambda: len(engine.hands) == 2 and all(hand.closed for hand in engine.hands))
+        assert len(running.service.live) == 0
+
+
+# Recordings
+
+
+def test_a_recording_is_there_while_the_session_lives_and_after(running: Running, engine: PlainEngine) -> None:
+    with live(running) as client:
+        name = client.hello(pacing="realtime", record=True)["session"]
+        client.contact(1)
+        client.until("applied")
+        path = f"/v1/sessions/{name}/recording"
+        answer = running.client.get(path)
+        assert answer.status_code == 200 and answer.headers["content-type"] == "application/json"
+        assert [seq for _, seq in answer.json()["updates"]] == [1]
+        client.contact(2)
+        client.until("applied")
+        client.say("stop")
+        client.rest()
+    until(lambda: all(hand.closed for hand in engine.hands))
+    assert [seq for _, seq in running.client.get(path).json()["updates"]] == [1, 2]
+
+
+def test_without_record_or_after_a_while_there_is_no_recording() -> None:
+    with serving(PlainEngine(), session_idle=0.1) as running:
+        with live(running) as client:
+            plain = client.hello()["session"]
+            problem(running.client.get(f"/v1/sessions/{plain}/recording"), 404, "not-found")
+        with live(running) as client:
+            name = client.hello(record=True)["session"]
+            client.say("stop")
+            client.rest()
+        until(lambda: running.client.get(f"/v1/sessions/{name}/recording").status_code == 404)
+        problem(running.client.get("/v1/sessions/nobody/recording"), 404, "not-found")
