@@ -55,6 +55,13 @@ _ROWS = (
         "The request is refused",
         "A parameter, or a body that is no scene, is wrong; see `errors`.",
     ),
+    ("rate-limited", 429, "Too many requests", "More requests than RIDGEWAVE_REQUESTS_PER_SECOND; see Retry-After."),
+    (
+        "too-many-streams",
+        429,
+        "Too many streams",
+        "The key or the address has as many streams as RIDGEWAVE_STREAMS_PER_KEY or _PER_ADDRESS allows.",
+    ),
     ("internal", 500, "Our mistake", "A bug of ridgewave; `instance` is the id under which the log has it."),
     ("cannot-render", 503, "Cannot be done here", "The request is sound, but this machine cannot carry it out."),
     ("full", 503, "Full", "As many sessions, renders or measurements as there may be; try again after Retry-After."),

@@ -12,20 +12,27 @@ import signal
 import sys
 import threading
 import time
+from collections import Counter
 from collections.abc import AsyncIterator, Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import asynccontextmanager, contextmanager
+from pathlib import Path
 from types import FrameType
 from typing import Any
 
 from fastapi import FastAPI, Request
 
 from service.engine import Engine
+from service.health import Health
+from service.limits import Limits
 from service.measuring import Measurements
+from service.metrics import Metrics
 from service.playing import Player
 from service.rendering import Renders
 from service.sessions import Sessions
 from service.settings import Settings
+from service.siblings import Siblings
+from service.telling import Telling
 from synth.scene import parse_scene
 
 log = logging.getLogger("ridgewave.service")
@@ -38,16 +45,39 @@ PLAY_END_SECONDS = 1.0  # for all plays to complete their files at the end
 class Service:
     """The parts of one process."""
 
-    def __init__(self, settings: Settings, engine: Engine) -> None:
+    def __init__(self, settings: Settings, engine: Engine, folder: Path | None = None) -> None:
+        """folder: through which the workers of one service speak; None where there is one."""
         self.settings = settings
         self.engine = engine
-        self.renders = Renders(engine, settings)
+        self.metrics = Metrics()
+        self.limits = Limits(settings)
+        self.health = Health(settings, live=False)
+        self.siblings = Siblings(folder, {"stop": self.stop_here, "metrics": lambda: self.telling.write()})
+        self.telling = Telling(self.metrics, self.siblings, folder)
+        self.renders = Renders(engine, settings, self.metrics)
         self.measurements = Measurements(engine)
         self.blocks = ThreadPoolExecutor(BLOCK_THREADS, thread_name_prefix="blocks")
-        self.sessions = Sessions(engine, settings, self.renders.pool)
+        self.sessions = Sessions(engine, settings, self.renders.pool, self.metrics)
         self.warm = False
         self.closing = False
         self._players: list[Player] = []
+        self._watch()
+
+    async def stop(self) -> dict[str, Any]:
+        """Silence every stream and play of every worker; return how many of each there were.
+
+        Where a worker does not say how many in time, `unanswered_workers` counts it; it stops as soon as it can.
+        """
+        question = self.siblings.ask("stop")
+        stopped = Counter(self.stop_here())
+        for answer in await question.wait():
+            stopped.update(answer)
+        document: dict[str, Any] = {"stopped": dict(stopped)}
+        return document | ({"unanswered_workers": question.unanswered} if question.unanswered else {})
+
+    def stop_here(self) -> dict[str, int]:
+        """The same in this process alone, at once."""
+        return self.sessions.end_all(at_once=True)
 
     def begin_closing(self) -> None:
         """Have every stream and play fade and end; take no new ones. Again is the same as once."""
@@ -76,6 +106,17 @@ class Service:
         self.measurements.close()
         self.renders.close()
         self.blocks.shutdown(wait=False, cancel_futures=True)
+        self.telling.write()
+
+    def _watch(self) -> None:
+        """Have the metrics read what others count."""
+        cache = self.engine.cache_counts
+        self.metrics.watch("ridgewave_cache_hits_total", lambda: cache().hits)
+        self.metrics.watch("ridgewave_cache_misses_total", lambda: cache().misses)
+        self.metrics.watch("ridgewave_cache_bytes", lambda: cache().used_bytes)
+        self.metrics.watch("ridgewave_sessions", lambda: len(self.sessions))
+        self.metrics.watch("ridgewave_renders", lambda: self.renders.under_way)
+        self.metrics.watch("ridgewave_workers", lambda: 1)
 
 
 def service_of(request: Request) -> Service:
@@ -91,15 +132,19 @@ async def lifespan(app: FastAPI) -> AsyncIterator[None]:
     loop = asyncio.get_running_loop()
     interval = sys.getswitchinterval()
     sys.setswitchinterval(SWITCH_SECONDS)
-    expiry = asyncio.create_task(_expire(service))
+    service.siblings.open()
+    chores = [_expire(service), service.telling.keep_writing(), service.health.look()]
+    tasks = [asyncio.create_task(chore) for chore in chores]
     warming = loop.run_in_executor(service.renders.pool, service.warm_up)
     try:
         with signals_first(lambda: _from_signal(loop, service.begin_closing)):
             yield
     finally:
-        expiry.cancel()
+        for task in tasks:
+            task.cancel()
         service.begin_closing()
         await asyncio.to_thread(service.finish)
+        service.siblings.close()
         warming.cancel()
         sys.setswitchinterval(interval)
 

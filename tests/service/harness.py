@@ -122,10 +122,10 @@ class Listener:
 
 
 @contextmanager
-def serving(engine: Engine | None = None, **changes: object) -> Iterator[Running]:
-    """Yield a server on a free port of this machine."""
+def serving(engine: Engine | None = None, siblings: Path | None = None, **changes: object) -> Iterator[Running]:
+    """Yield a server on a free port of this machine; siblings: the folder through which several are one service."""
     settings = settings_of(**changes)
-    app = create_app(settings, engine)
+    app = create_app(settings, engine, siblings)
     listener = listen(settings)
     server = uvicorn.Server(uvicorn.Config(app, log_config=None, access_log=False, timeout_graceful_shutdown=1))
     thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]}, daemon=True)
