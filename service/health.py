@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import asyncio
 import importlib.util
-from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
@@ -34,9 +33,9 @@ class Health:
         self._sessions = _capability(settings.workers == 1, NO_SESSIONS)
         self._version = _version()
 
-    async def look(self, missing: Callable[[], str | None] = missing_portaudio) -> None:
+    async def look(self) -> None:
         """Find out what takes time, once."""
-        reason = await asyncio.to_thread(missing)
+        reason = await asyncio.to_thread(missing_portaudio)
         self._audio_device = _capability(reason is None, reason or "")
 
     def document(self, *, ready: bool, workers: int) -> dict[str, Any]:

@@ -25,6 +25,7 @@ from service.settings import Settings
 
 CALLERS = 10_000  # buckets remembered, 2 MB; fewer forget a busy caller sooner in a flood from many addresses
 UNLIMITED_PATHS = frozenset({"/v1/stop", "/healthz", "/readyz"})  # a stop is never refused for its rate
+ROUNDING = 1e-9  # of a token: who comes back exactly when it was told to must not be refused by the last digit
 KEY = "ridgewave.key"  # in a scope: the number of the key that the request carried, as KeyCheck found it
 
 Address = ipaddress.IPv4Address | ipaddress.IPv6Address
@@ -44,7 +45,7 @@ class TokenBucket:
         now = self._now()
         self._tokens = min(self._burst, self._tokens + (now - self._filled) * self._rate)
         self._filled = now
-        if self._tokens >= tokens:
+        if self._tokens >= tokens - ROUNDING:
             self._tokens -= tokens
             return 0.0
         return (tokens - self._tokens) / self._rate

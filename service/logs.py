@@ -72,9 +72,9 @@ def about_session(session: str) -> None:
 
 def request_line(scope: Scope) -> str:
     """Return `GET /v1/textures`: the method ("WEBSOCKET" for one) and the path as it was sent, without its query."""
-    path = scope.get("raw_path") or scope["path"].encode("ascii", "backslashreplace")
-    line: str = path.partition(b"?")[0].decode("ascii", "backslashreplace")
-    return f"{scope.get('method', 'WEBSOCKET')} {line.encode('unicode_escape').decode('ascii')}"
+    raw: bytes | None = scope.get("raw_path")
+    path: str = scope["path"] if raw is None else raw.partition(b"?")[0].decode("latin-1")
+    return f"{scope.get('method', 'WEBSOCKET')} {path.encode('unicode_escape').decode('ascii')}"
 
 
 def set_up_log(level: str, log_format: str = "text") -> None:

@@ -81,7 +81,7 @@ _ROWS = (
     Row(
         "ridgewave_cache_bytes", "gauge", "Memory of the cached responses; the bound is RIDGEWAVE_CACHE_BYTES a worker."
     ),
-    Row("ridgewave_renders", "gauge", "Renders running or waiting."),
+    Row("ridgewave_renders_under_way", "gauge", "Renders running or waiting."),
     Row("ridgewave_renders_total", "counter", "Finite sounds begun."),
     Row("ridgewave_problems_total", "counter", "Problems told, by their name.", "type", tuple(problems.TYPES)),
     Row("ridgewave_live_closes_total", "counter", "Live connections closed, by code.", "code", CLOSE_CODES),

@@ -115,7 +115,7 @@ class Service:
         self.metrics.watch("ridgewave_cache_misses_total", lambda: cache().misses)
         self.metrics.watch("ridgewave_cache_bytes", lambda: cache().used_bytes)
         self.metrics.watch("ridgewave_sessions", lambda: len(self.sessions))
-        self.metrics.watch("ridgewave_renders", lambda: self.renders.under_way)
+        self.metrics.watch("ridgewave_renders_under_way", lambda: self.renders.under_way)
         self.metrics.watch("ridgewave_workers", lambda: 1)
 
 

@@ -38,18 +38,14 @@ class Telling:
         """Return the answer of `/metrics` and its media type."""
         question = self._siblings.ask("metrics")
         own = self._metrics.snapshot()
+        self._keep(own)  # what was told once must not be lost with this worker
         await question.wait()
         return await asyncio.to_thread(self._written, own, self._siblings.present(), accept)
 
     def write(self) -> dict[str, Any]:
         """Keep the snapshot as it is now; nothing where there is one worker only."""
         if self._folder is not None:
-            part = self._folder / f"{self._siblings.name}.part"
-            try:
-                part.write_text(json.dumps(self._metrics.snapshot()))
-                os.replace(part, self._folder / f"{self._siblings.name}.json")
-            except OSError:
-                log.exception("our mistake: the metrics of a worker could not be kept")
+            self._keep(self._metrics.snapshot())
         return {}
 
     async def keep_writing(self) -> None:
@@ -57,6 +53,16 @@ class Telling:
         while self._folder is not None:
             self.write()
             await asyncio.sleep(WRITE_SECONDS)
+
+    def _keep(self, snapshot: Snapshot) -> None:
+        if self._folder is None:
+            return
+        part = self._folder / f"{self._siblings.name}.part"
+        try:
+            part.write_text(json.dumps(snapshot))
+            os.replace(part, self._folder / f"{self._siblings.name}.json")
+        except OSError:
+            log.exception("our mistake: the metrics of a worker could not be kept")
 
     def _written(self, own: Snapshot, present: set[str], accept: str) -> tuple[bytes, str]:
         here: list[Snapshot] = [own]

@@ -162,7 +162,7 @@ class Child:
         return address
 
     def _address(self) -> str | None:
-        found = re.search(r"listening on (http://\S+)", self.log.read_text())
+        found = re.search(r"listening on (http://[^\s\"]+)", self.log.read_text())
         return found.group(1) if found else None
 
     def _answers(self, address: str) -> bool:
