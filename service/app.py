@@ -1,9 +1,12 @@
 """The ASGI application: layers outside, routes inside, one shape of error everywhere.
 
-Bouncer (Host, Origin, headers, our bugs) -> CORS, if anyone is allowed -> KeyCheck -> routes
+Subjects (for the log) -> Bouncer (Host, Origin, headers, our bugs) -> CORS, if anyone is allowed
+-> RateLimit by address -> KeyCheck -> RateLimit by key -> routes
 """
 
 from __future__ import annotations
+
+from pathlib import Path
 
 from fastapi import FastAPI
 from fastapi.exceptions import RequestValidationError
@@ -15,9 +18,12 @@ from starlette.responses import Response
 
 from service import openapi, problems
 from service.engine import Engine, SynthEngine
+from service.health import Health
+from service.limits import Limits, RateLimit
+from service.logs import Subjects
 from service.problems import Problem
 from service.routes import accuracy, live, operations, play, render, sessions, stream, textures
-from service.running import Service, lifespan
+from service.running import Service, lifespan, service_of
 from service.security import Bouncer, KeyCheck
 from service.settings import Settings
 from synth.errors import Fault, RidgewaveError, shown
@@ -27,8 +33,12 @@ EXPOSED = ["Ridgewave-Format", "Ridgewave-Full-Scale", "Ridgewave-Quantities", "
 STATUSES = {400: "bad-request", 404: "not-found", 405: "method-not-allowed", 413: "too-large"}
 
 
-def create_app(settings: Settings, engine: Engine | None = None) -> FastAPI:
-    """Return the application of one process; `engine` is `synth` unless a test brings its own."""
+def create_app(settings: Settings, engine: Engine | None = None, siblings: Path | None = None) -> FastAPI:
+    """Return the application of one process; `engine` is `synth` unless a test brings its own.
+
+    siblings: the folder through which the workers of one service speak; None where this process is the only one.
+    """
+    service = Service(settings, engine or SynthEngine(settings.cache_bytes), siblings)
     app = FastAPI(
         title="ridgewave",
         description=DESCRIPTION,
@@ -37,7 +47,7 @@ def create_app(settings: Settings, engine: Engine | None = None) -> FastAPI:
         docs_url=None,
         redoc_url=None,
         redirect_slashes=False,
-        middleware=_layers(settings),
+        middleware=_layers(settings, service.limits),
         exception_handlers={
             Problem: _answer_problem,
             RidgewaveError: _answer_refusal,
@@ -47,13 +57,14 @@ def create_app(settings: Settings, engine: Engine | None = None) -> FastAPI:
     )
     for routes in (render, accuracy, textures, sessions, stream, play, live, operations):
         app.include_router(routes.router)
-    app.state.service = Service(settings, engine or SynthEngine(settings.cache_bytes))
+    app.state.service = service
+    service.health = Health(settings, live="/v1/live" in {getattr(route, "path", "") for route in app.routes})
     app.openapi = lambda: openapi.document(app)  # type: ignore[method-assign]
     return app
 
 
-def _layers(settings: Settings) -> list[Middleware]:
-    layers = [Middleware(Bouncer, settings=settings)]
+def _layers(settings: Settings, limits: Limits) -> list[Middleware]:
+    layers = [Middleware(Subjects), Middleware(Bouncer, settings=settings)]
     if settings.allowed_origins:
         cross_origin = Middleware(
             CORSMiddleware,
@@ -63,31 +74,37 @@ def _layers(settings: Settings) -> list[Middleware]:
             expose_headers=EXPOSED,
         )
         layers.append(cross_origin)
-    return [*layers, Middleware(KeyCheck, settings=settings)]
+    by_address, by_key = (Middleware(RateLimit, limits=limits, by_key=by_key) for by_key in (False, True))
+    return [*layers, by_address, Middleware(KeyCheck, settings=settings), by_key]
 
 
-async def _answer_problem(_request: Request, error: Exception) -> Response:
+def _answer(request: Request, problem: Problem) -> Response:
+    service_of(request).metrics.refused(problem.kind)
+    return problem.response()
+
+
+async def _answer_problem(request: Request, error: Exception) -> Response:
     assert isinstance(error, Problem)
-    return error.response()
+    return _answer(request, error)
 
 
-async def _answer_refusal(_request: Request, error: Exception) -> Response:
+async def _answer_refusal(request: Request, error: Exception) -> Response:
     assert isinstance(error, RidgewaveError)
-    return problems.of(error).response()
+    return _answer(request, problems.of(error))
 
 
-async def _answer_parameters(_request: Request, error: Exception) -> Response:
+async def _answer_parameters(request: Request, error: Exception) -> Response:
     """Answer for query parameters, the only thing that the framework checks by itself."""
     assert isinstance(error, RequestValidationError)
     faults = tuple(_parameter_fault(entry) for entry in error.errors())
-    return Problem("request-refused", faults[0].sentence(), faults).response()
+    return _answer(request, Problem("request-refused", faults[0].sentence(), faults))
 
 
-async def _answer_status(_request: Request, error: Exception) -> Response:
+async def _answer_status(request: Request, error: Exception) -> Response:
     """Answer for what the router refuses: no such path, not this method."""
     assert isinstance(error, HTTPException)
     kind = STATUSES.get(error.status_code, "bad-request")
-    return Problem(kind, problems.TYPES[kind].when, headers=error.headers or {}).response()
+    return _answer(request, Problem(kind, problems.TYPES[kind].when, headers=error.headers or {}))
 
 
 def _parameter_fault(entry: dict[str, object]) -> Fault:

@@ -44,6 +44,10 @@ class LiveVoice(Voice, Protocol):
     def apply(self, change: Any) -> None:
         """Cross-fade to what `prepare` returned, from the next block on; instant."""
 
+    @property
+    def reduction_db(self) -> float:
+        """Return how far the limiter turns down at this moment."""
+
 
 class HandVoice(LiveVoice, Protocol):
     """A live voice that a hand leads; `render` takes microseconds usually, what is not `prepare` is instant."""
@@ -95,8 +99,27 @@ class Limiter(Protocol):
         """Return `block` limited to full scale; may work in place."""
 
 
+class CacheCounts(Protocol):
+    """What a cache of solved scenes has done so far."""
+
+    @property
+    def hits(self) -> int:
+        """Return how often it had what was wanted."""
+
+    @property
+    def misses(self) -> int:
+        """Return how often it had not."""
+
+    @property
+    def used_bytes(self) -> int:
+        """Return the bytes that it holds."""
+
+
 class Engine(Protocol):
     """Scenes in, voices out."""
+
+    def cache_counts(self) -> CacheCounts:
+        """Return what the cache has done so far."""
 
     def open_voice(self, scene: Scene) -> FiniteVoice:
         """Return a voice at frame 0 for a finite render."""
@@ -135,6 +158,10 @@ class SynthEngine:
         from synth.cache import ResponseCache
 
         self._cache = ResponseCache(max_bytes=cache_bytes)
+
+    def cache_counts(self) -> CacheCounts:
+        """See `Engine`."""
+        return self._cache
 
     def open_voice(self, scene: Scene) -> FiniteVoice:
         """See `Engine`."""

@@ -13,7 +13,7 @@ from synth.scene import scene_schema
 Answers = dict[int | str, dict[str, Any]]
 
 _BINARY = {"schema": {"type": "string", "format": "binary"}}
-_ALWAYS = ("bad-request", "key-required", "host-refused", "origin-refused", "internal")
+_ALWAYS = ("bad-request", "key-required", "host-refused", "origin-refused", "rate-limited", "internal")
 _HEADERS = {
     "Ridgewave-Format": "Format, rate and channels of the samples, as in f32le;rate=48000;channels=1.",
     "Ridgewave-Full-Scale": "SI value of a sample of 1.0, one a channel.",

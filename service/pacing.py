@@ -33,6 +33,12 @@ class Pacer:
             ahead = 0.0
         return ahead - self._lead
 
+    def late(self, frames: int) -> float:
+        """Return by how many seconds a block of frame `frames` on is late if it goes out now; not before the start,
+        when the lead is still being filled, is any due.
+        """
+        return self._now() - max(self._start, self._start + frames / self._rate - self._lead)
+
 
 class Bell:
     """Rings once, for good, and ends the sleep that is under way. Of one event loop; one task sleeps on it."""

@@ -10,9 +10,11 @@ from __future__ import annotations
 
 import logging
 import threading
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from service.metrics import Metrics
 from service.settings import Settings
 from service.sinks import FileSink, Sink, open_sink
 from service.source import Source
@@ -25,10 +27,12 @@ log = logging.getLogger("ridgewave.service")
 class Player:
     """One play of one session."""
 
-    def __init__(self, device: str | int | None, settings: Settings) -> None:
+    def __init__(
+        self, device: str | int | None, settings: Settings, metrics: Metrics, over: Callable[[], None] = lambda: None
+    ) -> None:
         """Take the device of the request; `source` is set later, and nothing is opened before `start`.
 
-        Raises AskedWrong for a bad file name.
+        over: called once when a play that began is over, from its thread. Raises AskedWrong for a bad file name.
         """
         folder = Path(settings.file_folder)
         self.source: Source | None = None
@@ -37,6 +41,8 @@ class Player:
         self._sink: Sink = open_sink(device, folder)
         self._folder = folder
         self._settings = settings
+        self._metrics, self._told_over = metrics, over
+        self._underruns = 0
         self._ending, self._over = threading.Event(), threading.Event()
         self._dropping = False
         self._thread = threading.Thread(target=self._run, name="play", daemon=True)
@@ -56,6 +62,7 @@ class Player:
         except BaseException:
             self._over.set()
             raise
+        self._metrics.stream_opened("play")
         self._thread.start()
 
     def end(self, *, at_once: bool = False) -> None:
@@ -91,6 +98,9 @@ class Player:
         finally:
             self._sink.close()
             self.failure = self.failure or (None if self._dropping else self._sink.failure)
+            self._count(0)
+            self._metrics.stream_closed("play")
+            self._told_over()
             self._over.set()
 
     def _play(self) -> None:
@@ -100,10 +110,21 @@ class Player:
         while not self._ending.is_set() and self.frames < longest:
             block = self.source.block(min(size, longest - self.frames))
             self._sink.write(block)
-            self.frames += len(block)
+            self._count(len(block))
+            if self.source.reduction_db > 0.0:
+                self._metrics.limited(self.source.reduction_db, len(block) / self.source.sample_rate)
         last = self.source.last(self.source.fade_frames)
         self._sink.write(last)
-        self.frames += len(last)
+        self._count(len(last))
+
+    def _count(self, frames: int) -> None:
+        """Note so many frames more in the sink, and what the sink has been short of."""
+        self.frames += frames
+        if frames:
+            self._metrics.block_sent("play", frames)
+        underruns = self._sink.underruns
+        self._metrics.underran(underruns - self._underruns)
+        self._underruns = underruns
 
 
 def _make_folder(folder: Path) -> None:

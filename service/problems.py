@@ -69,6 +69,13 @@ _ROWS = (
         "Too many messages",
         "More live messages a second than RIDGEWAVE_MAX_UPDATES; the rest is dropped.",
     ),
+    ("rate-limited", 429, "Too many requests", "More requests than RIDGEWAVE_REQUESTS_PER_SECOND; see Retry-After."),
+    (
+        "too-many-streams",
+        429,
+        "Too many streams",
+        "The key or the address has as many streams as RIDGEWAVE_STREAMS_PER_KEY or _PER_ADDRESS allows.",
+    ),
     ("internal", 500, "Our mistake", "A bug of ridgewave; `instance` is the id under which the log has it."),
     ("cannot-render", 503, "Cannot be done here", "The request is sound, but this machine cannot carry it out."),
     ("full", 503, "Full", "As many sessions, renders or measurements as there may be; try again after Retry-After."),

@@ -21,6 +21,7 @@ from typing import Any, TypeVar
 from starlette.responses import Response
 
 from service.engine import Engine, FiniteVoice, Limiter
+from service.metrics import Metrics
 from service.negotiation import choose_format
 from service.problems import Problem, refused
 from service.pumping import PumpedResponse
@@ -93,10 +94,11 @@ class Render:
 class Renders:
     """The renders of one process, as many at a time as the settings allow."""
 
-    def __init__(self, engine: Engine, settings: Settings) -> None:
+    def __init__(self, engine: Engine, settings: Settings, metrics: Metrics) -> None:
         self._engine = engine
         self._settings = settings
-        self._under_way = 0
+        self._metrics = metrics
+        self.under_way = 0
         self.pool = ThreadPoolExecutor(max(2, os.cpu_count() or 2), thread_name_prefix="render")
 
     def close(self) -> None:
@@ -126,12 +128,12 @@ class Renders:
         return self._engine.explain(parse_scene_text(body))
 
     def _enter(self) -> None:
-        if self._under_way >= self._settings.max_renders:
+        if self.under_way >= self._settings.max_renders:
             raise Problem("full", "Too many renders at one time.", headers={"Retry-After": "1"})
-        self._under_way += 1
+        self.under_way += 1
 
     def _leave(self) -> None:
-        self._under_way -= 1
+        self.under_way -= 1
 
     def _make(self, body: bytes, wanted: str | None, accept: str | None) -> Response | Render:
         """Return the answer where it is short or FLAC, else the render from whose pieces it will be made."""
@@ -148,9 +150,10 @@ class Renders:
         sound_format = choose_format(wanted, accept, rate, channels)
         media_type(sound_format, rate, channels)
         stages.done("scene")
-        voice = self._engine.open_voice(scene)
+        voice = self._metrics.timed("voice", self._engine.open_voice, scene)
         stages.done("voice")
         limiter = None if sound_format.is_float else self._engine.limiter(channels, rate)
+        self._metrics.render_began()
         frames = round(scene.output.duration * rate)
         whole = frames * channels <= WHOLE_SAMPLES
         blocks = self._engine.blocks(voice, frames if whole else max(1, PIECE_SAMPLES // channels))

@@ -12,44 +12,77 @@ import signal
 import sys
 import threading
 import time
+from collections import Counter
 from collections.abc import AsyncIterator, Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import asynccontextmanager, contextmanager
+from pathlib import Path
 from types import FrameType
 from typing import Any
 
 from fastapi import FastAPI, Request
 
 from service.engine import Engine
+from service.health import Health
+from service.limits import Limits
 from service.live.sessions import LiveSessions
 from service.measuring import Measurements
+from service.metrics import Metrics
 from service.playing import Player
 from service.rendering import Renders
 from service.sessions import Sessions
 from service.settings import Settings
+from service.siblings import Siblings
+from service.telling import Telling
+from synth.following import Update
 from synth.scene import parse_scene
 
 log = logging.getLogger("ridgewave.service")
 
 SWITCH_SECONDS = 0.0005  # between Python threads; at the default of 5 ms a play's thread is late beside busy ones
 BLOCK_THREADS = 4  # for blocks of streams that are not quick: apart from the renders, which would make them late
+WARM_BLOCKS = 8  # of a hand: enough to meet every kernel of a live session, cross-fade included
 PLAY_END_SECONDS = 1.0  # for all plays to complete their files at the end
 
 
 class Service:
     """The parts of one process."""
 
-    def __init__(self, settings: Settings, engine: Engine) -> None:
+    def __init__(self, settings: Settings, engine: Engine, folder: Path | None = None) -> None:
+        """folder: through which the workers of one service speak; None where there is one."""
         self.settings = settings
         self.engine = engine
-        self.renders = Renders(engine, settings)
+        self.metrics = Metrics()
+        self.limits = Limits(settings)
+        self.health = Health(settings, live=False)
+        self.siblings = Siblings(folder, {"stop": self.stop_here, "metrics": lambda: self.telling.write()})
+        self.telling = Telling(self.metrics, self.siblings, folder)
+        self.renders = Renders(engine, settings, self.metrics)
         self.measurements = Measurements(engine)
         self.blocks = ThreadPoolExecutor(BLOCK_THREADS, thread_name_prefix="blocks")
-        self.sessions = Sessions(engine, settings, self.renders.pool)
+        self.sessions = Sessions(engine, settings, self.renders.pool, self.metrics)
         self.live = LiveSessions(engine, settings, self.renders.pool, self.blocks)
         self.warm = False
         self.closing = False
         self._players: list[Player] = []
+        self._watch()
+
+    async def stop(self) -> dict[str, Any]:
+        """Silence every stream and play of every worker; return how many of each there were.
+
+        Where a worker does not say how many in time, `unanswered_workers` counts it; it stops as soon as it can.
+        """
+        question = self.siblings.ask("stop")
+        stopped = Counter(self.stop_here())
+        for answer in await question.wait():
+            stopped.update(answer)
+        document: dict[str, Any] = {"stopped": dict(stopped)}
+        return document | ({"unanswered_workers": question.unanswered} if question.unanswered else {})
+
+    def stop_here(self) -> dict[str, int]:
+        """The same in this process alone, at once."""
+        counts, live = self.sessions.end_all(at_once=True), self.live.end_all("stopped", at_once=True)
+        return {name: count + live.get(name, 0) for name, count in counts.items()}
 
     def begin_closing(self) -> None:
         """Have every stream and play fade and end; take no new ones. Again is the same as once."""
@@ -58,17 +91,13 @@ class Service:
         self._players += self.sessions.close()
         self.live.close()
 
-    def stop_all(self) -> dict[str, int]:
-        """End every session, HTTP and live, silent at once; return how many of each there were."""
-        counts, live = self.sessions.end_all(at_once=True), self.live.end_all("stopped", at_once=True)
-        return {name: count + live.get(name, 0) for name, count in counts.items()}
-
     def warm_up(self) -> None:
         """Render a little, so that the kernels are compiled before somebody waits for them; for a thread."""
         began = time.perf_counter()
         try:
             self.engine.open_voice(parse_scene({})).render(480)
             self.engine.open_live(parse_scene({})).render(480)
+            _stroke_once(self.engine)
         except Exception:
             log.exception("our mistake: the default scene does not render; the service stays not ready")
             return
@@ -84,6 +113,30 @@ class Service:
         self.measurements.close()
         self.renders.close()
         self.blocks.shutdown(wait=False, cancel_futures=True)
+        self.telling.write()
+
+    def _watch(self) -> None:
+        """Have the metrics read what others count."""
+        cache = self.engine.cache_counts
+        self.metrics.watch("ridgewave_cache_hits_total", lambda: cache().hits)
+        self.metrics.watch("ridgewave_cache_misses_total", lambda: cache().misses)
+        self.metrics.watch("ridgewave_cache_bytes", lambda: cache().used_bytes)
+        self.metrics.watch("ridgewave_sessions", lambda: len(self.sessions))
+        self.metrics.watch("ridgewave_renders_under_way", lambda: self.renders.under_way)
+        self.metrics.watch("ridgewave_workers", lambda: 1)
+
+
+def _stroke_once(engine: Engine) -> None:
+    """Have a hand press, slide and lift, in blocks, as a live session does."""
+    voice = engine.open_hand(parse_scene({}))
+    for number in range(WARM_BLOCKS):
+        time_now = 0.01 * number
+        voice.touch(Update(number, time_now, 0.05 * time_now, None, 0.3 + 0.1 * (number % 3)))
+        voice.render(480)
+    voice.lift()
+    voice.render(480)
+    voice.release()
+    voice.close()
 
 
 def service_of(request: Request) -> Service:
@@ -99,17 +152,20 @@ async def lifespan(app: FastAPI) -> AsyncIterator[None]:
     loop = asyncio.get_running_loop()
     interval = sys.getswitchinterval()
     sys.setswitchinterval(SWITCH_SECONDS)
-    expiry, watch = asyncio.create_task(_expire(service)), asyncio.create_task(service.live.watch())
+    service.siblings.open()
+    chores = [_expire(service), service.telling.keep_writing(), service.health.look(), service.live.watch()]
+    tasks = [asyncio.create_task(chore) for chore in chores]
     warming = loop.run_in_executor(service.renders.pool, service.warm_up)
     try:
         with signals_first(lambda: _from_signal(loop, service.begin_closing)):
             yield
     finally:
-        expiry.cancel()
-        watch.cancel()
+        for task in tasks:
+            task.cancel()
         service.begin_closing()
         await service.live.settle(PLAY_END_SECONDS)
         await asyncio.to_thread(service.finish)
+        service.siblings.close()
         warming.cancel()
         sys.setswitchinterval(interval)
 

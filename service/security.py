@@ -19,6 +19,8 @@ import uuid
 from starlette.requests import ClientDisconnect
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from service.limits import KEY
+from service.logs import request_line
 from service.problems import Problem
 from service.settings import Settings
 
@@ -127,7 +129,10 @@ class KeyCheck:
         scheme, _, token = (header(scope, b"authorization") or "").partition(" ")
         given = token.strip().encode("latin-1") if scheme.lower() == "bearer" else _offered_key(scope)
         matches = [hmac.compare_digest(given, key) for key in self._keys]  # every key, whatever the first says
-        return any(matches)
+        if not any(matches):
+            return False
+        scope[KEY] = matches.index(True)  # for the limits: the key's number, never the key
+        return True
 
 
 def _offered_key(scope: Scope) -> bytes:
@@ -145,12 +150,16 @@ def _offered_key(scope: Scope) -> bytes:
 def our_bug(scope: Scope) -> Problem:
     """Log the exception being handled under a new id, and return the problem that names the id and nothing else."""
     instance = f"urn:uuid:{uuid.uuid4()}"
-    log.exception("our mistake %s: %s %s", instance, scope.get("method", scope["type"]), scope["path"])
+    log.exception("our mistake %s: %s", instance, request_line(scope), extra={"instance": instance})
     return Problem("internal", "A mistake of the service's own, not of the request.", instance=instance)
 
 
 async def refuse(problem: Problem, scope: Scope, receive: Receive, send: Send) -> None:
-    """Answer with `problem`; a WebSocket is refused before it opens, with the same document where the server can."""
+    """Answer with `problem`, and count it.
+
+    A WebSocket is refused before it opens, with the same document where the server can.
+    """
+    scope["app"].state.service.metrics.refused(problem.kind)
     if scope["type"] == "websocket" and "websocket.http.response" not in scope.get("extensions", {}):
         await send({"type": "websocket.close", "code": 1008, "reason": problem.kind})
     else:

@@ -11,12 +11,18 @@ from __future__ import annotations
 
 import ipaddress
 import logging
-import logging.config
 import os
+import shutil
 import socket
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from service.logs import set_up_log
 from service.settings import Settings, SettingsError, as_environment, variable
+from service.siblings import FOLDER_VARIABLE, check_folder
 from synth.errors import CannotRender, Fault
 
 if TYPE_CHECKING:
@@ -29,7 +35,6 @@ BACKLOG = 2048
 LIVE_OPTIONS: dict[str, Any] = {  # of uvicorn, for the WebSockets of the live protocol
     "ws": "service.websocket:LiveProtocol",
     "ws_per_message_deflate": False,  # noise does not compress: it would only cost time
-    "ws_max_size": 65_536,  # bytes of a message; larger ones close the connection with 1009
     "ws_ping_interval": 5.0,
     "ws_ping_timeout": 5.0,  # a connection that looks alive is found out within 10 s
 }
@@ -42,7 +47,7 @@ def run(settings: Settings, engine: Engine | None = None) -> int:
     cannot be listened on.
     """
     require_key(settings)
-    set_up_log(settings.log_level)
+    set_up_log(settings.log_level, settings.log_format)
     listener = listen(settings)
     log.info("listening on http://%s", shown_address(listener))
     try:
@@ -83,23 +88,6 @@ def shown_address(listener: socket.socket) -> str:
     return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
 
 
-def set_up_log(level: str) -> None:
-    """Log to standard error, a plain line an event."""
-    handler = {"class": "logging.StreamHandler", "formatter": "plain"}
-    layout = {"format": "%(asctime)s %(levelname)s %(name)s: %(message)s"}
-    chosen = {"level": level.upper(), "handlers": ["stderr"], "propagate": False}
-    names = ("ridgewave", "uvicorn", "uvicorn.error", "uvicorn.access")
-    logging.config.dictConfig(
-        {
-            "version": 1,
-            "disable_existing_loggers": False,
-            "formatters": {"plain": layout},
-            "handlers": {"stderr": handler},
-            "loggers": {name: chosen for name in names},
-        }
-    )
-
-
 def _serve(settings: Settings, listener: socket.socket, engine: Engine | None) -> None:
     import uvicorn
     from uvicorn.supervisors import Multiprocess
@@ -113,16 +101,29 @@ def _serve(settings: Settings, listener: socket.socket, engine: Engine | None) -
         "proxy_headers": False,
         "timeout_graceful_shutdown": settings.shutdown_timeout,
         **LIVE_OPTIONS,
+        "ws_max_size": settings.max_message,  # beyond it the connection is closed with 1009
     }
     if settings.workers > 1:
-        os.environ.update(as_environment(settings))
-        config = uvicorn.Config("service.worker:app", **options)
-        Multiprocess(config, sockets=[listener]).run()
+        with _private_folder() as folder:
+            os.environ.update(as_environment(settings) | {FOLDER_VARIABLE: str(folder)})
+            config = uvicorn.Config("service.worker:app", **options)
+            Multiprocess(config, sockets=[listener]).run()
         return
     from service.app import create_app
 
     config = uvicorn.Config(lambda: create_app(settings, engine), **options)
     uvicorn.Server(config).run(sockets=[listener])
+
+
+@contextmanager
+def _private_folder() -> Iterator[Path]:
+    """Yield a folder that only this user may enter, for the workers to speak through; it goes with the service."""
+    folder = Path(tempfile.mkdtemp(prefix="ridgewave-"))
+    try:
+        check_folder(folder)
+        yield folder
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 def _addresses(host: str) -> list[str]:

@@ -18,6 +18,7 @@ from concurrent.futures import Executor
 from typing import Any
 
 from service.engine import Engine, LiveVoice
+from service.metrics import Metrics
 from service.playing import Player
 from service.problems import Problem
 from service.settings import Settings
@@ -30,7 +31,7 @@ from synth.scene import Output, Scene, merge_patch, object_from_text, parse_scen
 class Session:
     """One session; its methods run in the event loop, and hand what is slow to `pool`."""
 
-    def __init__(self, scene: Scene, voice: LiveVoice, engine: Engine, pool: Executor) -> None:
+    def __init__(self, scene: Scene, voice: LiveVoice, engine: Engine, pool: Executor, metrics: Metrics) -> None:
         self.id = secrets.token_urlsafe(16)
         self.sample_rate, self.channels = voice.sample_rate, voice.channels
         self.full_scale, self.quantities = tuple(voice.full_scale), tuple(voice.quantities)
@@ -39,7 +40,7 @@ class Session:
         self.player: Player | None = None
         self.ended = False
         self.touched = time.monotonic()
-        self._engine, self._pool = engine, pool
+        self._engine, self._pool, self._metrics = engine, pool, metrics
         self._spare: LiveVoice | None = voice
         self._lock = asyncio.Lock()  # changes one after another, and no voice opened while the scene changes
 
@@ -61,7 +62,7 @@ class Session:
         async with self._lock:
             voice, self._spare = self._spare, None
             if voice is None:
-                voice = await self._in_thread(self._engine.open_live, self.scene)
+                voice = await self._in_thread(self._metrics.timed, "voice", self._engine.open_live, self.scene)
         if self.ended:
             raise Problem("not-found", "The session has ended.")
         return Source(voice)
@@ -76,8 +77,9 @@ class Session:
             scene = await self._in_thread(lambda: changed_scene(self.scene, object_from_text(body), self.full_scale))
             players = [self.player] if self.player is not None and self.player.playing else []
             sources = [holder.source for holder in (self.reader, *players) if holder is not None and holder.source]
-            changes = [(source, await self._in_thread(source.prepare, scene)) for source in sources]
-            self._spare = None if changes else await self._in_thread(self._engine.open_live, scene)
+            timed = self._metrics.timed
+            changes = [(source, await self._in_thread(timed, "change", source.prepare, scene)) for source in sources]
+            self._spare = None if changes else await self._in_thread(timed, "voice", self._engine.open_live, scene)
             for source, change in changes:
                 source.change(change)
             self.scene = scene
@@ -113,8 +115,8 @@ class Session:
 class Sessions:
     """The sessions of one process."""
 
-    def __init__(self, engine: Engine, settings: Settings, pool: Executor) -> None:
-        self._engine, self._settings, self._pool = engine, settings, pool
+    def __init__(self, engine: Engine, settings: Settings, pool: Executor, metrics: Metrics) -> None:
+        self._engine, self._settings, self._pool, self._metrics = engine, settings, pool, metrics
         self._sessions: dict[str, Session] = {}
         self._opening = 0
         self._closed = False
@@ -134,7 +136,7 @@ class Sessions:
             scene, voice = await asyncio.get_running_loop().run_in_executor(self._pool, self._open, body)
         finally:
             self._opening -= 1
-        session = Session(scene, voice, self._engine, self._pool)
+        session = Session(scene, voice, self._engine, self._pool, self._metrics)
         self._sessions[session.id] = session
         return session
 
@@ -182,9 +184,9 @@ class Sessions:
     def _open(self, body: bytes) -> tuple[Scene, LiveVoice]:
         """Return the scene with its full scale written into it, and its first voice; for a thread."""
         scene = parse_scene(object_from_text(body))
-        voice = self._engine.open_live(scene)
+        voice = self._metrics.timed("voice", self._engine.open_live, scene)
         pinned = with_full_scale(scene, tuple(voice.full_scale))
-        return pinned, voice if pinned == scene else self._engine.open_live(pinned)
+        return pinned, voice if pinned == scene else self._metrics.timed("voice", self._engine.open_live, pinned)
 
     def _retry_after(self) -> str:
         waits = [session.expires_in(self._settings.session_idle) for session in self._sessions.values()]

@@ -7,6 +7,7 @@ for flat numbers, names and lists, so there is no settings library.
 
 from __future__ import annotations
 
+import ipaddress
 import math
 import os
 import re
@@ -64,6 +65,11 @@ def _listed(pattern: str) -> Callable[[str], tuple[str, ...]]:
         return items
 
     return read
+
+
+def _networks(text: str) -> tuple[str, ...]:
+    items = tuple(item.strip() for item in text.split(",") if item.strip())
+    return tuple(str(ipaddress.ip_network(item)) for item in items)
 
 
 _HOST = r"[A-Za-z0-9._-]+|\[[0-9A-Fa-f:.]+\]"
@@ -176,8 +182,44 @@ class Settings:
         "1 to 3600 s, whole",
         "After SIGTERM, how long unfinished answers may take. Streams end at once, with a fade, whatever it is.",
     )
+    streams_per_key: int = _setting(
+        512,
+        _whole(1, 100_000),
+        "1 to 100000",
+        "Streams that one key may have at a time in a worker, live ones, HTTP streams and plays together; then 429.",
+    )
+    streams_per_address: int = _setting(
+        512, _whole(1, 100_000), "1 to 100000", "The same for one address. All of loopback is one address."
+    )
+    requests_per_second: float = _setting(
+        500.0,
+        _number(0.1, 1e6),
+        "0.1 to 1000000",
+        "Requests a second, on average, of one address and of one key in a worker; beyond, 429 with Retry-After.",
+    )
+    request_burst: int = _setting(
+        1000, _whole(1, 1_000_000), "1 to 1000000", "Requests that one address or key may send at once after a pause."
+    )
+    max_stream: float = _setting(
+        86_400.0,
+        _number(0.05, 31_536_000),
+        "0.05 to 31536000 s",
+        "The longest live stream and the longest endless HTTP stream; it ends with a fade.",
+    )
+    max_message: int = _setting(
+        65_536, _whole(1024, 16_777_216), "1024 to 16777216 bytes", "The largest message of a live connection."
+    )
+    trusted_proxies: tuple[str, ...] = _setting(
+        (),
+        _networks,
+        "addresses or networks such as 10.0.0.0/8, separated by commas",
+        "Proxies whose X-Forwarded-For tells a caller's address; without them it is the proxy that is counted.",
+    )
     log_level: str = _setting(
         "info", _matching("debug|info|warning|error"), "debug, info, warning or error", "The least that is logged."
+    )
+    log_format: str = _setting(
+        "text", _matching("text|json"), "text or json", "A plain line an event, or a JSON object."
     )
 
 

@@ -33,6 +33,11 @@ class Source:
         self.channels = voice.channels
         self.fade_frames = max(1, round(FADE_SECONDS * voice.sample_rate))
 
+    @property
+    def reduction_db(self) -> float:
+        """Return how far the safety limiter turns down at the end of the last block, in dB."""
+        return self._voice.reduction_db
+
     def prepare(self, scene: Scene) -> Any:
         """Return the solved change to `scene`; slow, for a thread."""
         return self._voice.prepare(scene)

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import AsyncGenerator
 from concurrent.futures import Executor
 
+from service.metrics import Metrics
 from service.pacing import Bell, Pacer
 from service.settings import Settings
 from service.source import Source, faded
@@ -26,8 +27,9 @@ SILENCE_BYTES = 1 << 16  # a write of the silence that fills up a finite stream
 class Reader:
     """The one reader of a session, from its request until its answer is over."""
 
-    def __init__(self) -> None:
+    def __init__(self, metrics: Metrics) -> None:
         self.source: Source | None = None
+        self._metrics = metrics
         self._bell = Bell()
         self._grace = GRACE_SECONDS
 
@@ -68,9 +70,10 @@ class Reader:
         source = self.source
         assert source is not None
         size = max(1, round(settings.stream_block * source.sample_rate))
+        most = (round(settings.max_stream * source.sample_rate) if frames is None else frames) - source.fade_frames
         pacer, sent = Pacer(source.sample_rate, settings.lead), 0
-        while not self._bell.rung and (frames is None or sent < frames - source.fade_frames):
-            count = size if frames is None else min(size, frames - source.fade_frames - sent)
+        while not self._bell.rung and sent < most:
+            count = min(size, most - sent)
             await self._bell.sleep(pacer.delay(sent))
             if self._bell.rung:
                 break
@@ -78,10 +81,16 @@ class Reader:
             if self._bell.rung:  # while it was rendered: it must not go out at full level any more
                 yield faded(block, source.fade_frames)
                 return
+            self._count(block, source, pacer.late(sent))
             sent += count
             yield block
         last = source.fade_frames if frames is None else min(source.fade_frames, frames - sent)
         yield faded(await source.next_block(last, pool), last)
+
+    def _count(self, block: Block, source: Source, late: float) -> None:
+        self._metrics.block_sent("http", len(block), late)
+        if source.reduction_db > 0.0:
+            self._metrics.limited(source.reduction_db, len(block) / source.sample_rate)
 
 
 def opening(

@@ -14,6 +14,8 @@ import pytest
 
 from service import problems, settings
 from service.app import create_app
+from service.health import Health
+from service.security import OPEN_PATHS
 from service.settings import read_settings
 from synth.errors import Fault
 from tests.readme_blocks import code_blocks
@@ -21,8 +23,9 @@ from tests.service.harness import PATIENCE, serving
 from tests.service.plain_engine import PlainEngine
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
-HTTP, SETTINGS, PROBLEMS = (
-    (DOCS / name).read_text(encoding="utf-8") for name in ("http.md", "settings.md", "problems.md")
+HTTP, SETTINGS, PROBLEMS, OPERATIONS, SECURITY = (
+    (DOCS / name).read_text(encoding="utf-8")
+    for name in ("http.md", "settings.md", "problems.md", "operations.md", "security.md")
 )
 
 
@@ -65,6 +68,31 @@ def test_every_setting_has_its_line_and_every_line_a_setting() -> None:
     assert rows(SETTINGS) == wanted
     named = set(re.findall(r"RIDGEWAVE_[A-Z_]+", HTTP + PROBLEMS + SETTINGS))
     assert named == {settings.variable(entry.name) for entry in settings.setting_fields()}
+
+
+def test_every_setting_has_its_place_in_the_pages_on_operations_or_security() -> None:
+    named = set(re.findall(r"RIDGEWAVE_[A-Z_]+", OPERATIONS + SECURITY))
+    assert named == {settings.variable(entry.name) for entry in settings.setting_fields()}
+
+
+def test_every_bound_on_a_caller_has_its_place_in_the_page_on_security() -> None:
+    bounds = {
+        settings.variable(entry.name)
+        for entry in settings.setting_fields()
+        if re.match("max_|streams_per_|request|session_|cache_", entry.name)
+    }
+    assert bounds <= set(re.findall(r"RIDGEWAVE_[A-Z_]+", SECURITY))
+
+
+def test_every_path_that_needs_no_key_is_named_in_the_page_on_security() -> None:
+    paragraph = SECURITY.partition("- **Keys.**")[2].partition("- **")[0]
+    assert {path.strip("`") for path in re.findall(r"`/[^`]*`", paragraph)} == OPEN_PATHS
+
+
+def test_every_field_of_a_healthy_answer_has_its_line() -> None:
+    section = OPERATIONS.partition("\n## Health\n")[2].partition("\n## ")[0]
+    document = Health(read_settings({}), live=True).document(ready=True, workers=1)
+    assert re.findall(r"^\| `(\w+)` \|", section, re.M) == list(document)
 
 
 def sentence(entry: object) -> str:

@@ -1,9 +1,9 @@
-"""`POST /v1/stop`, `/healthz`, `/readyz`, `/docs` and `/`: what those who look after the service call."""
+"""`POST /v1/stop`, `/healthz`, `/readyz`, `/metrics`, `/docs` and `/`: what those who look after the service call."""
 
 from __future__ import annotations
 
 from fastapi import APIRouter, Request
-from starlette.responses import HTMLResponse, JSONResponse, RedirectResponse, Response
+from starlette.responses import HTMLResponse, JSONResponse, PlainTextResponse, RedirectResponse, Response
 
 from service import openapi
 from service.body import read_body
@@ -22,10 +22,10 @@ router = APIRouter(tags=["operations"])
 )
 async def stop(request: Request) -> Response:
     """Every stream and device falls silent within 20 ms at the server's write, and every session ends, so that a player
-    that connects again by itself gets nothing. Needs no body. The answer counts what was stopped."""
+    that connects again by itself gets nothing. Needs no body. The answer counts what was stopped, in all workers."""
     service = service_of(request)
     await read_body(request, service.settings.max_body, optional=True)
-    return JSONResponse({"stopped": service.stop_all()})
+    return JSONResponse(await service.stop())
 
 
 @router.head("/healthz", include_in_schema=False)
@@ -35,9 +35,12 @@ async def stop(request: Request) -> Response:
     response_class=JSONResponse,
     responses=openapi.problem_answers(),
 )
-async def health() -> Response:
-    """For a container's health check; needs no key."""
-    return JSONResponse({"status": "ok"}, headers={"Cache-Control": "no-store"})
+async def health(request: Request) -> Response:
+    """For a container's health check; needs no key. It also says what works here and what does not, and why."""
+    service = service_of(request)
+    workers = 1 + len(service.siblings.present())
+    document = service.health.document(ready=service.warm and not service.closing, workers=workers)
+    return JSONResponse(document, headers={"Cache-Control": "no-store"})
 
 
 @router.head("/readyz", include_in_schema=False)
@@ -55,6 +58,18 @@ async def ready(request: Request) -> Response:
     if not service.warm:
         raise Problem("warming", "The kernels are being compiled.", headers={"Retry-After": "1"})
     return JSONResponse({"status": "ready"}, headers={"Cache-Control": "no-store"})
+
+
+@router.get(
+    "/metrics",
+    summary="Measure the service",
+    response_class=PlainTextResponse,
+    responses=openapi.problem_answers(),
+)
+async def metrics(request: Request) -> Response:
+    """For Prometheus, in its text or as OpenMetrics; of all workers. docs/operations.md has each metric."""
+    text, media_type = await service_of(request).telling.metrics(request.headers.get("accept", ""))
+    return Response(text, headers={"Content-Type": media_type, "Cache-Control": "no-store"})
 
 
 @router.get("/docs", summary="Read this", response_class=HTMLResponse, responses=openapi.problem_answers())

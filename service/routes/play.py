@@ -6,14 +6,14 @@ import asyncio
 
 from fastapi import APIRouter, Request
 from starlette.responses import JSONResponse, Response
+from starlette.types import Scope
 
 from service import openapi
 from service.body import read_body
 from service.playing import Player
 from service.problems import Problem, of, refused
-from service.running import service_of
+from service.running import Service, service_of
 from service.sessions import Session
-from service.settings import Settings
 from service.sinks import list_devices
 from service.sound import metadata_of
 from synth.errors import CannotRender, NameTaken, SceneError, shown
@@ -35,7 +35,14 @@ BODY = {
     status_code=202,
     response_class=JSONResponse,
     responses=openapi.problem_answers(
-        "not-found", "busy", "too-large", "not-json", "request-refused", "cannot-render", "one-worker"
+        "not-found",
+        "busy",
+        "too-large",
+        "not-json",
+        "request-refused",
+        "too-many-streams",
+        "cannot-render",
+        "one-worker",
     ),
     openapi_extra=openapi.body(BODY),
 )
@@ -44,7 +51,7 @@ async def play(request: Request, session_id: str) -> Response:
     service = service_of(request)
     text = await read_body(request, service.settings.max_body)
     session = service.sessions.find(session_id)
-    player = await _start(session, _device(text), service.settings)
+    player = await _start(service, request.scope, session, _device(text))
     return JSONResponse(player.document(), 202, {"Location": f"/v1/sessions/{session.id}"})
 
 
@@ -83,12 +90,22 @@ async def devices(request: Request) -> Response:
     return JSONResponse({"devices": found, "file_sink": "file:NAME.wav or file:NAME.flac", "note": note})
 
 
-async def _start(session: Session, device: str | int | None, settings: Settings) -> Player:
+async def _start(service: Service, scope: Scope, session: Session, device: str | int | None) -> Player:
     """Return the session's play, begun; raises Problem (409) where it plays already."""
     if session.player is not None and session.player.playing:
         raise Problem("busy", "The session plays already. DELETE its play first.")
-    earlier, player = session.player, Player(device, settings)
-    session.player = player
+    ticket = service.limits.admit(scope)
+    try:
+        player = Player(device, service.settings, service.metrics, over=ticket.release)
+        return await _begin(session, player)
+    except BaseException:
+        ticket.release()
+        raise
+
+
+async def _begin(session: Session, player: Player) -> Player:
+    """Return `player`, begun as the session's; where it does not begin, the session keeps what it had."""
+    earlier, session.player = session.player, player
     try:
         player.source = await session.open_source()
         await asyncio.to_thread(player.start, metadata_of(session, session.scene))

@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from starlette.responses import Response
 
 from service import openapi
+from service.metrics import Metrics
 from service.negotiation import choose_format
 from service.problems import Problem
 from service.pumping import HeadResponse, PumpedResponse
@@ -40,7 +41,14 @@ class StreamParameters(BaseModel):
     summary="Listen to a session",
     response_class=Response,
     responses=openapi.audio(
-        "not-found", "not-acceptable", "busy", "request-refused", "cannot-render", "one-worker", flac=False
+        "not-found",
+        "not-acceptable",
+        "busy",
+        "request-refused",
+        "too-many-streams",
+        "cannot-render",
+        "one-worker",
+        flac=False,
     ),
 )
 async def stream(request: Request, session_id: str, parameters: Annotated[StreamParameters, Query()]) -> Response:
@@ -60,16 +68,28 @@ async def stream(request: Request, session_id: str, parameters: Annotated[Stream
         headers["Content-Length"] = str(length(sound_format, len(header), session.channels, frames))
     if request.method == "HEAD":
         return HeadResponse(headers, kind)
-    reader = await _claim(session)
+    ticket = service.limits.admit(request.scope)
+    try:
+        reader = await _claim(session, service.metrics)
+    except BaseException:
+        ticket.release()
+        raise
+    service.metrics.stream_opened("http")
+
+    def released() -> None:
+        _release(session, reader)
+        ticket.release()
+        service.metrics.stream_closed("http")
+
     chunks = reader.chunks(sound_format, header, frames, service.settings, service.blocks)
-    return PumpedResponse(chunks, headers, kind, released=lambda: _release(session, reader), ended=reader.ended)
+    return PumpedResponse(chunks, headers, kind, released=released, ended=reader.ended)
 
 
-async def _claim(session: Session) -> Reader:
+async def _claim(session: Session, metrics: Metrics) -> Reader:
     """Return the session's one reader, ready; raises Problem (409) where there is one already."""
     if session.reader is not None:
         raise Problem("busy", "The session has a reader. Close its stream first, or open another session.")
-    reader = session.reader = Reader()
+    reader = session.reader = Reader(metrics)
     try:
         reader.source = await session.open_source()
     except BaseException:

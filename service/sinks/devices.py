@@ -8,6 +8,8 @@ Limits: PortAudio looks at the devices once, when it is loaded: one plugged in l
 from __future__ import annotations
 
 import atexit
+import ctypes.util
+import importlib.util
 from typing import Any, TypedDict
 
 from synth.errors import AskedWrong, CannotRender, Fault, shown
@@ -39,6 +41,15 @@ def portaudio() -> Any:
     except Exception as error:  # its PortAudioError, which has no name yet when the import fails
         raise CannotRender(f"PortAudio did not start: {error}.") from error
     return sounddevice
+
+
+def missing_portaudio() -> str | None:
+    """Return why there can be no audio devices here, None where PortAudio is there; loads nothing, takes a moment."""
+    if importlib.util.find_spec("sounddevice") is None:
+        return "audio devices need the Python package sounddevice: pip install sounddevice."
+    if importlib.util.find_spec("_sounddevice_data") is None and ctypes.util.find_library("portaudio") is None:
+        return f"{INSTALL_PORTAUDIO}."
+    return None
 
 
 def let_go_at_exit() -> None:

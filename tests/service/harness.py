@@ -122,10 +122,10 @@ class Listener:
 
 
 @contextmanager
-def serving(engine: Engine | None = None, **changes: object) -> Iterator[Running]:
-    """Yield a server on a free port of this machine."""
+def serving(engine: Engine | None = None, siblings: Path | None = None, **changes: object) -> Iterator[Running]:
+    """Yield a server on a free port of this machine; siblings: the folder through which several are one service."""
     settings = settings_of(**changes)
-    app = create_app(settings, engine)
+    app = create_app(settings, engine, siblings)
     listener = listen(settings)
     config = uvicorn.Config(app, log_config=None, access_log=False, timeout_graceful_shutdown=1, **LIVE_OPTIONS)
     server = uvicorn.Server(config)
@@ -163,7 +163,7 @@ class Child:
         return address
 
     def _address(self) -> str | None:
-        found = re.search(r"listening on (http://\S+)", self.log.read_text())
+        found = re.search(r"listening on (http://[^\s\"]+)", self.log.read_text())
         return found.group(1) if found else None
 
     def _answers(self, address: str) -> bool:

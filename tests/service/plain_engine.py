@@ -69,6 +69,8 @@ class PlainLive(PlainVoice):
     def prepare(self, scene: Scene) -> Scene:
         return scene
 
+    reduction_db = 0.0
+
     def apply(self, change: Scene) -> None:
         self._from, self.scene, self._since = self.scene, change, self.frame
 
@@ -78,6 +80,15 @@ class PlainLive(PlainVoice):
         before = 0.0 if self._from is None else sine(self._from, start, frames)
         block = weight * super().render(frames) + (1 - weight) * before
         return np.asarray(block, dtype=np.float32)
+
+
+@dataclass(frozen=True)
+class NoCache:
+    """What a cache that is not there has done."""
+
+    hits: int = 0
+    misses: int = 0
+    used_bytes: int = 0
 
 
 class NoLimiter:
@@ -98,6 +109,9 @@ class PlainEngine:
     opened: list[str] = field(default_factory=list)
     hands: list[PlainHand] = field(default_factory=list)
     live_delay = 0.0
+
+    def cache_counts(self) -> NoCache:
+        return NoCache()
 
     def open_voice(self, scene: Scene) -> PlainVoice:
         self._about_to("voice")

@@ -108,13 +108,13 @@ def test_warnings_travel_in_a_header(app: FastAPI, monkeypatch: pytest.MonkeyPat
 def test_too_many_renders_are_told_to_come_back() -> None:
     app = create_app(settings_of(max_renders=1), PlainEngine())
     service = app.state.service
-    service.renders._under_way = 1
+    service.renders.under_way = 1
     answer = ask(app, "POST", "/v1/render", json={})
     problem(answer, 503, "full")
     assert answer.headers["retry-after"] == "1"
-    service.renders._under_way = 0
+    service.renders.under_way = 0
     assert [ask(app, "POST", "/v1/render", json=LONG).status_code for _ in range(3)] == [200] * 3
-    assert service.renders._under_way == 0
+    assert service.renders.under_way == 0
     service.finish()
 
 

@@ -37,7 +37,18 @@ BAD = [
     ("file_folder", "a\0b"),
     ("cache_bytes", "1e6"),
     ("shutdown_timeout", "0"),
+    ("streams_per_key", "0"),
+    ("streams_per_address", "-1"),
+    ("requests_per_second", "0"),
+    ("requests_per_second", "inf"),
+    ("request_burst", "0.5"),
+    ("max_stream", "0"),
+    ("max_updates", "0"),
+    ("max_message", "10"),
+    ("trusted_proxies", "proxy.example"),
+    ("trusted_proxies", "10.0.0.1/8"),
     ("log_level", "loud"),
+    ("log_format", "xml"),
 ]
 
 
@@ -93,5 +104,10 @@ def test_an_option_wins_over_the_environment_and_none_does_not() -> None:
 
 
 def test_workers_read_back_what_the_parent_was_told() -> None:
-    told = read_settings({"RIDGEWAVE_API_KEYS": "a,b", "RIDGEWAVE_LEAD": "0.125"}, port=9001, workers=3)
+    environment = {
+        "RIDGEWAVE_API_KEYS": "a,b",
+        "RIDGEWAVE_LEAD": "0.125",
+        "RIDGEWAVE_TRUSTED_PROXIES": "10.0.0.0/8, ::1",
+    }
+    told = read_settings(environment, port=9001, workers=3)
     assert read_settings(as_environment(told)) == told

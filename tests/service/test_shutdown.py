@@ -23,16 +23,16 @@ PLAIN = "tests.service.serve_plain"
 class Follower:
     """Reads a stream in a thread until it ends; `error` is what went wrong, if its end was not proper."""
 
-    def __init__(self, url: str, path: str) -> None:
+    def __init__(self, client: httpx.Client, path: str) -> None:
         self.samples = np.zeros(0, np.float32)
         self.error: Exception | None = None
         self.started = threading.Event()
-        self.thread = threading.Thread(target=self._run, args=(url, path))
+        self.thread = threading.Thread(target=self._run, args=(client, path))
         self.thread.start()
 
-    def _run(self, url: str, path: str) -> None:
+    def _run(self, client: httpx.Client, path: str) -> None:
         try:
-            with httpx.stream("GET", url + path, timeout=30.0) as answer:
+            with client.stream("GET", path, timeout=30.0) as answer:
                 listener = Listener(answer)
                 first = listener.frames(4800)
                 self.started.set()
@@ -51,7 +51,7 @@ def test_a_signal_ends_every_stream_with_a_fade_within_two_seconds(
     try:
         url = child.url()
         sessions = [httpx.post(f"{url}/v1/sessions", json={}).json()["stream"] for _ in range(6)]
-        followers = [Follower(url, f"{session}?format=f32le") for session in sessions]
+        followers = [Follower(httpx.Client(base_url=url), f"{session}?format=f32le") for session in sessions]
         assert all(follower.started.wait(20.0) for follower in followers)
         recorded = httpx.post(f"{url}/v1/sessions", json={}).json()["id"]
         assert httpx.post(f"{url}/v1/sessions/{recorded}/play", json={"device": "file:a.wav"}).status_code == 202

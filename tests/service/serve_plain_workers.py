@@ -1,0 +1,30 @@
+"""`python -m tests.service.serve_plain_workers`: workers with the plain engine, that allow sessions all the same.
+
+A worker process imports this module before it makes its application, so what stands at module level reaches it too.
+Sessions of plain HTTP are refused with several workers because a later request may reach another one; a test that keeps
+one connection for each session stays with its worker, and so can see what a stop does to the streams of all of them.
+"""
+
+from __future__ import annotations
+
+import sys
+
+import service.app
+from service.__main__ import main
+from service.sessions import Sessions
+from tests.service.plain_engine import PlainEngine
+
+
+def _engine(cache_bytes: int) -> PlainEngine:
+    return PlainEngine()
+
+
+def _allow(self: Sessions) -> None:
+    return
+
+
+service.app.SynthEngine = _engine  # type: ignore[attr-defined,assignment]
+Sessions._refuse_workers = _allow  # type: ignore[method-assign]
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,211 @@
+"""Several workers are one service: a stop reaches all of them, and the metrics are of all of them."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import shutil
+import signal
+import socket
+import tempfile
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Any
+
+import httpx
+import numpy as np
+import pytest
+
+from service.siblings import LONGEST_PATH, Siblings, check_folder
+from synth.errors import CannotRender
+from tests.service.harness import Child, Running, problem, serving, until
+from tests.service.plain_engine import PlainEngine
+from tests.service.scraping import scrape
+from tests.service.test_shutdown import Follower
+
+WORKERS = "tests.service.serve_plain_workers"
+STREAMS = 12
+
+
+@contextmanager
+def pair(folder: Path) -> Iterator[tuple[Running, Running]]:
+    """Yield two services that think they are workers of one."""
+    with serving(PlainEngine(), folder) as first, serving(PlainEngine(), folder) as second:
+        yield first, second
+
+
+def deaf(folder: Path, name: str = "deaf") -> socket.socket:
+    """Return the socket of a worker that hangs: it takes what comes and answers nothing."""
+    made = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+    made.bind(str(folder / f"{name}.sock"))
+    made.setblocking(False)
+    return made
+
+
+def test_a_stop_at_one_worker_silences_the_other(tmp_path: Path) -> None:
+    with pair(tmp_path) as (first, second):
+        session, other = first.open_session(), second.open_session()
+        with first.listening(session) as listener, second.listening(other) as neighbour:
+            listener.frames(9600)
+            neighbour.frames(9600)
+            answer = second.client.post("/v1/stop").json()
+            ends = [listener.rest(), neighbour.rest()]
+        assert answer["stopped"]["sessions"] == answer["stopped"]["streams"] == 2
+        assert "unanswered_workers" not in answer
+        for rest in ends:
+            assert rest[-1] == 0.0
+            assert np.abs(rest[-10:]).max() < 0.005
+        problem(first.client.get(f"/v1/sessions/{session}"), 404, "not-found")
+
+
+def test_the_metrics_of_one_are_those_of_both(tmp_path: Path) -> None:
+    with pair(tmp_path) as (first, second):
+        for running, count in ((first, 2), (second, 3)):
+            for _ in range(count):
+                running.client.post("/v1/render", json={"output": {"duration": 0.01}})
+        for running in (first, second):
+            shown = scrape(running.client)
+            assert shown.value("renders_total") == 5
+            assert shown.value("workers") == 2
+            assert running.client.get("/healthz").json()["workers"] == 2
+
+
+def test_what_a_worker_counted_outlives_it_and_its_sessions_do_not(tmp_path: Path) -> None:
+    with serving(PlainEngine(), tmp_path) as first:
+        with serving(PlainEngine(), tmp_path) as second:
+            second.client.post("/v1/render", json={"output": {"duration": 0.01}})
+            second.open_session()
+            assert scrape(first.client).value("sessions") == 1
+        shown = scrape(first.client)
+    assert shown.value("renders_total") == 1
+    assert (shown.value("sessions"), shown.value("workers")) == (0, 1)
+
+
+def test_a_worker_that_hangs_holds_nothing_up_and_is_told_of(tmp_path: Path) -> None:
+    with deaf(tmp_path), serving(PlainEngine(), tmp_path) as running:
+        running.open_session()
+        answer = running.client.post("/v1/stop").json()
+        assert answer == {"stopped": {"sessions": 1, "streams": 0, "plays": 0}, "unanswered_workers": 1}
+        assert scrape(running.client).value("problems_total", type="not-found") == 0
+
+
+def test_a_stop_waits_for_room_in_a_full_queue(tmp_path: Path) -> None:
+    """A worker that hung under a flood of questions finds the stop too when it wakes."""
+    with deaf(tmp_path) as sleeper, serving(PlainEngine(), tmp_path) as running:
+        filler = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+        filler.setblocking(False)
+        with filler, pytest.raises(BlockingIOError):
+            while True:
+                filler.sendto(b"{}", str(tmp_path / "deaf.sock"))
+        assert running.client.post("/v1/stop").json()["unanswered_workers"] == 1
+        heard: list[dict[str, Any]] = []
+
+        def stopped() -> bool:
+            try:
+                heard.append(json.loads(sleeper.recv(65536)))
+            except BlockingIOError:
+                return False
+            return heard[-1].get("ask") == "stop"
+
+        until(stopped)
+
+
+def test_a_dead_worker_is_forgotten(tmp_path: Path) -> None:
+    deaf(tmp_path).close()
+    with serving(PlainEngine(), tmp_path) as running:
+        assert running.client.get("/healthz").json()["workers"] == 2
+        assert "unanswered_workers" not in running.client.post("/v1/stop").json()
+        assert running.client.get("/healthz").json()["workers"] == 1
+
+
+def test_nonsense_from_another_program_stops_nothing(tmp_path: Path) -> None:
+    with serving(PlainEngine(), tmp_path) as running, socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as stranger:
+        (place,) = tmp_path.glob("*.sock")
+        for text in (b"", b"\xff", b"[]", b"{}", b'{"ask": "format"}', b'{"answer": {}, "number": 1, "from": "x"}'):
+            stranger.sendto(text, str(place))
+        assert running.client.post("/v1/stop").status_code == 200
+
+
+def test_a_question_to_nobody_is_answered_at_once() -> None:
+    async def act() -> None:
+        alone = Siblings(None, {})
+        alone.open()
+        question = alone.ask("stop")
+        assert await question.wait(patience=1000.0) == [] and question.unanswered == 0
+        alone.close()
+
+    asyncio.run(asyncio.wait_for(act(), 20.0))
+
+
+def test_a_folder_whose_name_is_too_long_for_sockets_is_refused_in_a_sentence() -> None:
+    check_folder(Path("/tmp/ridgewave-abcdefgh"))
+    with pytest.raises(CannotRender, match="TMPDIR"):
+        check_folder(Path("/" + "x" * LONGEST_PATH))
+
+
+def test_a_service_of_two_workers_stops_and_counts_as_one(tmp_path: Path) -> None:
+    short = Path(tempfile.mkdtemp(prefix="rw"))  # paths of sockets are at most 100 bytes long
+    child = Child(WORKERS, tmp_path, RIDGEWAVE_WORKERS="2", TMPDIR=str(short))
+    try:
+        url = child.url()
+        (folder,) = short.glob("ridgewave-*")
+        assert folder.stat().st_mode & 0o777 == 0o700
+        until(lambda: len(list(folder.glob("*.sock"))) == 2)
+        followers = _streams(url)
+        with httpx.Client(base_url=url) as client:
+            assert scrape(client).value("streams", kind="http") == STREAMS
+            answer = client.post("/v1/stop").json()
+            assert answer == {"stopped": {"sessions": STREAMS, "streams": STREAMS, "plays": 0}}
+            for follower in followers:
+                follower.thread.join(20.0)
+                assert follower.error is None and follower.samples[-1] == 0.0
+            until(lambda: scrape(client).value("streams", kind="http") == 0)
+            frames = scrape(client).value("frames_sent_total", kind="http")
+            os.kill(_a_worker(child.process.pid), signal.SIGKILL)
+            _counts_never_fall(url, frames)
+        child.process.send_signal(signal.SIGTERM)
+        assert child.process.wait(20.0) == 0
+        assert not folder.exists()
+    finally:
+        child.end()
+        shutil.rmtree(short)
+
+
+def _streams(url: str) -> list[Follower]:
+    """Return readers of as many sessions, each over the connection that its session was opened with."""
+    with ExitStack() as stack:
+        followers = []
+        for _ in range(STREAMS):
+            client = stack.enter_context(httpx.Client(base_url=url))
+            session = client.post("/v1/sessions", json={}).json()["stream"]
+            followers.append(Follower(client, f"{session}?format=f32le"))
+        assert all(follower.started.wait(20.0) for follower in followers)
+        stack.pop_all()
+    return followers
+
+
+def _a_worker(parent: int) -> int:
+    """Return the process of a worker: a child of `parent` whose command line is that of a spawned process."""
+    for entry in Path(f"/proc/{parent}/task/{parent}/children").read_text().split():
+        if b"spawn_main" in Path(f"/proc/{entry}/cmdline").read_bytes():
+            return int(entry)
+    raise AssertionError("no worker")
+
+
+def _counts_never_fall(url: str, frames: float) -> None:
+    """Scrape until the parent has replaced the worker that was killed."""
+    seen: list[float] = []
+
+    def replaced() -> bool:
+        try:
+            with httpx.Client(base_url=url) as client:
+                shown = scrape(client)
+        except httpx.TransportError:  # a connection that the dead worker had taken
+            return False
+        assert shown.value("frames_sent_total", kind="http") >= frames
+        seen.append(shown.value("workers"))
+        return 1 in seen and seen[-1] == 2
+
+    until(replaced)
