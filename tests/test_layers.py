@@ -24,7 +24,7 @@ STAGES: tuple[tuple[str, ...], ...] = (
     ("scene", "scene_*", "effect_registry"),
     ("contact", "contact.*"),
     ("cache", "threshold"),
-    ("motion",),
+    ("motion", "following", "following_*"),
     ("simulation", "simulation.*"),
     ("effect",),
     ("choice", "frame_plan", "channels", "effect_choice", "simulation_*", "effects_preparation"),
