@@ -3,9 +3,9 @@
 Stage   motion, for hands that are far away.
 Model   Each update says where the hand was expected DELAY ago (`following_track`), and the position joins that straight
         line with two continuous derivatives (`following_curve`, third order): at constant speed DELAY is all that it is
-        late. Past the horizon it glides to a stop. A hand that gives speeds is followed by a glide, and the load joins
-        the newest one, held, each with the decay whose delay is DELAY too, so that place and load are of one instant.
-        These two weigh the past with a kernel that is never negative: what they give lies between what was asked for.
+        late. Past the horizon it glides to a stop. A hand that gives speeds is followed by a glide of the same delay,
+        and the load joins the newest one, held, with a fixed decay. These two weigh the past with a kernel that is
+        never negative: what they give lies between what was asked for.
 Source  docs/live-motion.md: what was measured, against which alternatives, and the figures that this choice rests on.
 Limits  what the hand does between two updates is not known: a sudden stop is overshot by a part of it.
 """
@@ -23,13 +23,14 @@ from synth.following_curve import fill_curve, glide, join, new_curve, stand, val
 from synth.following_track import INTERVAL, begin_anew, late_by, new_track, slope_with
 from synth.motion import LARGEST_LOAD, LOAD, LOAD_BEND, LOAD_RATE, NOWHERE, SPEED, SPEED_RATE, Motion
 
-DELAY = 0.01  # s that all motion is late, a block of the service; less: turns and stops are overshot, and mice sound
-# rough (without it twice the error); more: a touch is felt after it is seen
+DELAY = 0.01  # s that place and speed are late, a block of the service; less: turns and stops are overshot, and mice
+# sound rough (without it twice the error); more: a stroke is felt after it is seen
 TIGHTNESS = 3.0  # decays in an interval of updates; more: updates are heard one by one; less: late at turns
 QUICKEST = 250.0  # 1/s: decay at most, reached at 83 Hz; more: rough time stamps sound rough; less: late at turns
 SLOWEST = 60.0  # 1/s: decay at least, of updates at 20 Hz; less: a turn at 5 Hz is lost
 GLIDE_DECAY = 2.0 / DELAY  # 1/s of speeds, and of a stop without updates
-LOAD_DECAY = 3.0 / DELAY  # 1/s
+LOAD_DECAY = 200.0  # 1/s: a load is 15 ms late; more: a touch is a click, louder than the texture (from 300 on); less:
+# presses come late, and a lift sounds on for longer
 HORIZON, SPARE = 2.0, 0.035  # intervals and s that a speed is carried on: one lost update, DELAY, a block, some jitter;
 # less: such gaps are heard; more: a hand that stops, or turns while an update is lost, is carried too far
 LEAP_SPEED = 1.5  # m/s by which a hand may surprise; more: teleports are heard as a sweep; less: swift starts are faded
@@ -78,7 +79,7 @@ class Follower:
 
     @property
     def delay(self) -> float:
-        """Seconds that motion is late for being smooth, beside what the network costs."""
+        """Seconds that place and speed are late for being smooth; the load is 3 / LOAD_DECAY late."""
         return DELAY
 
     def begin(self, position: float, speed: float, load: float) -> None:

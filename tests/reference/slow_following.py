@@ -26,6 +26,7 @@ class Numbers:
     """The constants of the engine: s, 1/s, m/s, and counts."""
 
     delay: float
+    load_decay: float
     tightness: float
     quickest: float
     slowest: float
@@ -129,7 +130,7 @@ class SlowFollower:
         return (*map(float, self.place), *load)  # type: ignore[return-value]
 
     def _load(self) -> tuple[float, float, float]:
-        k = 3.0 / self.numbers.delay
+        k = self.numbers.load_decay
         q, s = k / self.rate, math.exp(-k / self.rate)
         a, b, c = (stage - self.goal for stage in self.stages)
         self.going += 1

@@ -232,11 +232,11 @@ def test_a_hand_that_goes_still_without_a_word_glides_to_rest() -> None:
 
 def test_a_lift_ends_in_exact_silence_and_never_below_no_load() -> None:
     follower = moving()
-    rows = followed(follower, [*steady(20), (BLOCK, at_position(20, 0.016, 0.0))], RATE // 7)
+    rows = followed(follower, [*steady(20), (BLOCK, at_position(20, 0.016, 0.0))], RATE // 5)
     load = rows[3, 20 * BLOCK :]
     assert np.all(np.diff(load) <= 0.0) and load.min() == 0.0
     assert not rows[3:, -BLOCK:].any()
-    assert np.argmax(load < 1e-3) <= 0.05 * RATE
+    assert np.argmax(load < 1e-3) <= 0.06 * RATE
 
 
 def test_a_release_lifts_and_stops_until_the_next_update() -> None:
@@ -253,7 +253,7 @@ def test_loads_stay_between_those_that_were_asked_for() -> None:
     for lowest in (0.0, -0.01):
         follower = Follower(RATE, lowest_load=lowest)
         loads = [-0.5, *random.uniform(0.1, 0.9, 300), 2e3]
-        gaps = [0, RATE // 7, *random.integers(16, 2000, 300).tolist()]
+        gaps = [0, RATE // 5, *random.integers(16, 2000, 300).tolist()]
         events = [(gap, at_position(n, 0.0, load)) for n, (gap, load) in enumerate(zip(gaps, loads, strict=True))]
         seen = followed(follower, events, BLOCK)
         assert seen[3].min() == lowest and seen[3].max() <= LARGEST_LOAD

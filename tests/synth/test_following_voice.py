@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from synth.following import Follower, Update
+from synth.motion import Motion
 from synth.voice import Voice, open_voice
 from tests.synth.engine_cases import Real, scene_of
 
@@ -18,16 +19,40 @@ Contact = tuple[float, float | None]
 """Position (m) and load (N) of an update."""
 
 
+LOADS = (1e-3, 3e-3, 1e-2, 3e-2, 0.1, LOAD, 1.5 * LOAD)  # N: from where a lift begins to fade
+
+
+def ready(voice: Voice) -> None:
+    while not voice.rows_ready:
+        assert voice._solver is not None and voice._solver.wait(60)
+
+
 @pytest.fixture(scope="module")
 def voice() -> Iterator[Voice]:
-    output = {"quantity": "acceleration", "sample_rate": RATE}
-    voice = open_voice(scene_of(output=output, accuracy={"tolerance": 3e-2}), live=True)
+    """Return a live voice whose rows are solved wherever these hands go, so that none comes while they are heard."""
+    voice = open_voice(scene_of(output={"quantity": "acceleration", "sample_rate": RATE, "bandwidth": 1000}), live=True)
     try:
-        while not voice.rows_ready:
-            assert voice._solver is not None and voice._solver.wait(60)
+        for load in (*LOADS, *LOADS[::-1]):
+            stroke(voice, load)
+            ready(voice)
         yield voice
     finally:
         voice.close()
+
+
+def stroke(voice: Voice, load: float, speed: float = 1.25 * SPEED) -> Real:
+    """Return the acceleration (m/s^2) of a steady stroke, by default of the speed that a reversal reaches."""
+    place = 0.998 * speed * np.arange(20 * BLOCK) / RATE
+    rates = {"speed_rate": 0.0, "load_rate": 0.0, "load_bend": 0.0}
+    motion = Motion.of(20 * BLOCK, position=place, speed=0.998 * speed, load=load, **rates)
+    return np.asarray(voice.render(20 * BLOCK, motion)[:, 0].astype(float) * voice.full_scale[0])
+
+
+@pytest.fixture(scope="module")
+def kept(voice: Voice) -> dict[float, Real]:
+    """Return load (N) -> largest step and largest value (m/s^2) of a steady stroke."""
+    strokes = {load: stroke(voice, load) for load in LOADS}
+    return {load: np.array([largest_step(found), np.abs(found).max()]) for load, found in strokes.items()}
 
 
 def heard(voice: Voice, contacts: list[Contact], follower: Follower | None = None) -> Real:
@@ -65,31 +90,34 @@ WHAT: dict[str, Callable[[int], Contact]] = {
 }
 
 
+TOUCHING = {"lifts and touches": 2.0}
+"""A load that comes at once comes within 2 ms: it is heard, though no louder than the texture under a light finger."""
+
+
 @pytest.mark.parametrize("name", WHAT)
-def test_what_a_finger_does_makes_no_step_above_a_steady_strokes(voice: Voice, name: str) -> None:
+def test_what_a_finger_does_makes_no_step_above_a_steady_strokes(
+    voice: Voice, kept: dict[float, Real], name: str
+) -> None:
+    stroke(voice, LOAD)
+    ready(voice)
     before = steady(40)
     then = [(before[-1][0] + place, load) for place, load in map(WHAT[name], range(1, 60))]
     samples = heard(voice, before + then)
-    kept = largest_step(samples[20 * BLOCK : 40 * BLOCK])
-    louder = 1.5 ** (2.0 / 3.0) if name == "presses" else 1.0
-    print(name, largest_step(samples[40 * BLOCK :]) / kept)
-    assert largest_step(samples[40 * BLOCK :]) <= 1.05 * louder * kept
-    if name not in ("reverses", "presses", "lifts and touches"):
+    loads = {load for _place, load in then} | {LOAD}
+    steps, peaks = np.max([kept[load] for load in LOADS if min(loads) <= load <= max(loads)], axis=0)
+    assert largest_step(samples[40 * BLOCK :]) <= TOUCHING.get(name, 1.0) * steps
+    assert np.abs(samples[40 * BLOCK :]).max() <= 1.02 * peaks
+    if name in ("stops", "stops at once", "lifts", "lifts at once"):
         assert not samples[-BLOCK:].any()
 
 
-def test_a_hand_that_touches_down_begins_without_a_step(voice: Voice) -> None:
-    samples = heard(voice, [(place, LOAD if n >= 10 else 0.0) for n, (place, _load) in enumerate(steady(60))])
-    assert not samples[: 10 * BLOCK].any()
-    assert largest_step(samples[: 40 * BLOCK]) <= 1.05 * largest_step(samples[40 * BLOCK :])
-
-
-def test_a_teleport_is_flagged_where_it_would_be_heard(voice: Voice) -> None:
+def test_a_jump_is_told_and_its_cross_fade_makes_no_step(voice: Voice, kept: dict[float, Real]) -> None:
     follower = Follower(RATE)
-    samples = heard(voice, steady(60), follower)
-    kept = largest_step(samples[30 * BLOCK :])
+    before = heard(voice, steady(60), follower)[-1:]
     old = follower.copy()
     assert follower.apply(Update(60, 0.6, 0.2003, None, LOAD))
-    assert abs(follower.motion(1).position[0] - old.motion(1).position[0]) > 0.1
-    hard = voice.render(BLOCK, follower.motion(BLOCK))[:, 0].astype(float) * voice.full_scale[0]
-    assert abs(hard[0] - samples[-1]) > kept or largest_step(hard) > 0.0
+    gone, come = (
+        voice.render(BLOCK, one.motion(BLOCK))[:, 0].astype(float) * voice.full_scale[0] for one in (old, follower)
+    )
+    part = 0.5 - 0.5 * np.cos(np.pi * np.arange(1, BLOCK + 1) / BLOCK)
+    assert largest_step(np.concatenate([before, gone + part * (come - gone)])) <= kept[LOAD][0]
