@@ -301,13 +301,13 @@ def silence_after_lift() -> tuple[float, float]:
     return float(np.argmax(load < 1e-3)) / RATE, float(np.argmax(load == 0.0)) / RATE
 
 
-TROUBLES = {
-    "none but blocks of 10 ms": lambda hz: clean(hz),
+TROUBLES: dict[str, Callable[[float], Network]] = {
+    "none but blocks of 10 ms": clean,
     "jitter of 3 ms": lambda hz: replace(clean(hz), jitter=3e-3),
     "loss of 5 %": lambda hz: replace(clean(hz), loss=0.05),
     "time stamps ± 0.5 ms": lambda hz: replace(clean(hz), stamp=0.5e-3),
     "mouse of 0.1 mm": lambda hz: replace(clean(hz), grid=1e-4),
-    "all of them": lambda hz: Network(hz),
+    "all of them": Network,
     "all, but frames, not blocks": lambda hz: Network(hz, block=1),
 }
 """Name -> network of a rate."""

@@ -205,6 +205,19 @@ def test_updates_that_arrive_late_do_not_shake_a_steady_hand() -> None:
     assert np.abs(speeds - 0.08).max() <= 0.025 * 0.08
 
 
+def test_acceleration_and_bend_are_continuous_their_steps_halve_at_twice_the_rate() -> None:
+    largest = []
+    for rate in (RATE, 2 * RATE):
+        follower, block = moving(rate=rate), rate // 100
+        places = [0.08 * 0.01 * n for n in range(20)] + [0.015] * 5 + [0.02, 0.01, 0.005] * 3
+        events: list[Event] = [
+            (block, at_position(n, place, 0.0 if n % 9 == 5 else 0.4)) for n, place in enumerate(places)
+        ]
+        rows = followed(follower, [*events, (block, None)], rate // 10)
+        largest.append(np.abs(np.diff(rows, axis=1)).max(axis=1))
+    assert largest[1][[2, 5]] == pytest.approx(0.5 * largest[0][[2, 5]], rel=0.02)
+
+
 def test_the_first_frame_after_an_update_is_changed_by_it() -> None:
     for update in (at_position(9, 0.00719), at_speed(9, 0.1), at_position(9, 0.0072, 0.6)):
         changed, kept = moving(), moving()

@@ -15,7 +15,7 @@ from tests.synth.engine_cases import Real, scene_of
 RATE, BLOCK = 48000, 480
 SPEED, LOAD = 0.08, 0.3
 
-Contact = tuple[float, float | None]
+Contact = tuple[float, float]
 """Position (m) and load (N) of an update."""
 
 
