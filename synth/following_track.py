@@ -76,9 +76,9 @@ def late_by(track: Array, now: float, time: float, silent: bool) -> float:
 
 @unfused
 def _pace(track: Array, passed: float) -> None:
-    """Learn from an interval (s), unless it is a pause: after one the old positions say nothing."""
+    """Learn from an interval (s), unless it is a pause: after one the old positions and speed say nothing."""
     if passed > PAUSE:
-        track[PLACES] = 0.0
+        track[PLACES], track[SLOPE] = 0.0, 0.0
         return
     paces, known = track[PACES:TIMES], int(track[INTERVALS])
     paces[known % PACED] = passed

@@ -192,7 +192,7 @@ class SlowFollower:
             if passed <= 0.0:
                 self.points, self.lateness, self.intervals = [], [], []
             elif passed > n.pause:
-                self.points = []
+                self.points, self.slope = [], 0.0
             else:
                 self.intervals.append(passed)
         now, first = self.frame / self.rate, not self.lateness

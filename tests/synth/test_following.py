@@ -73,11 +73,11 @@ def updates() -> st.SearchStrategy[list[Event]]:
 
 
 def in_order(events: list[Event]) -> list[Event]:
-    """Return `events` with times that rise as a client's do, by 1 to 60 ms."""
+    """Return `events` with times that rise as a client's do, by 1 to 60 ms, or a pause."""
     time, ordered = 0.0, []
     for frames, update in events:
         if update is not None:
-            time += 1e-3 + 0.03 * update.time
+            time += 1e-3 + (0.2 if update.time > 1.8 else 0.03) * update.time
             update = Update(0, time, update.position, update.speed, update.load)
         ordered.append((frames, update))
     return ordered
@@ -87,7 +87,7 @@ def in_order(events: list[Event]) -> list[Event]:
 
 
 @given(updates(), st.booleans(), st.sampled_from([0.0, -0.02]))
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150, deadline=None, derandomize=True)
 def test_any_order_of_updates_gives_finite_bounded_motion(events: list[Event], rising: bool, lowest: float) -> None:
     follower = Follower(RATE, lowest_load=lowest)
     rows = followed(follower, in_order(events) if rising else events, 400)
@@ -98,7 +98,7 @@ def test_any_order_of_updates_gives_finite_bounded_motion(events: list[Event], r
 
 
 @given(updates(), st.booleans())
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100, deadline=None, derandomize=True)
 def test_rows_are_the_derivatives_of_those_above_them(events: list[Event], rising: bool) -> None:
     follower, parts, load = moving(), [np.empty((6, 0))], 0.3
     for frames, update in in_order(events) if rising else events:
@@ -124,7 +124,7 @@ def _assert_derivatives(rows: Real) -> None:
 
 
 @given(updates(), st.booleans(), st.lists(st.integers(1, 700), min_size=1, max_size=6))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100, deadline=None, derandomize=True)
 def test_blocks_of_any_size_give_the_same_bits(events: list[Event], rising: bool, sizes: list[int]) -> None:
     events = in_order(events) if rising else events
     events = [*events, (900, None)]
@@ -145,7 +145,7 @@ def test_blocks_of_any_size_give_the_same_bits(events: list[Event], rising: bool
 
 
 @given(updates())
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=40, deadline=None, derandomize=True)
 def test_the_slow_twin_moves_alike(events: list[Event]) -> None:
     engine, twin = Follower(RATE), SlowFollower(RATE, numbers())
     for number, (frames, update) in enumerate([*in_order(events), (300, None)]):
@@ -241,6 +241,15 @@ def test_a_hand_that_goes_still_without_a_word_glides_to_rest() -> None:
     assert not rows[1:3, -BLOCK:].any()
     assert speeds.min() >= 0.0 and rows[0, -1] <= 0.0232 + 0.08 * 0.08
     assert np.all(rows[3, -BLOCK:] == 0.3)
+
+
+def test_a_hand_that_comes_back_after_a_pause_is_not_carried_on_at_its_old_speed() -> None:
+    follower = moving()
+    place = followed(follower, steady(30), RATE)[0, -1]
+    follower.apply(at_position(130, place))
+    motion = follower.motion(BLOCK)
+    assert motion.position == pytest.approx(np.full(BLOCK, place), abs=1e-12)
+    assert not motion.samples[SPEED : SPEED_RATE + 1].any()
 
 
 def test_a_lift_ends_in_exact_silence_and_never_below_no_load() -> None:
