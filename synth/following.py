@@ -1,12 +1,13 @@
 """A hand on the network, followed: updates of 30 to 1000 Hz become position and load at audio rate.
 
 Stage   motion, for hands that are far away.
-Model   Each update says where the hand is expected (`following_track`), and the position joins that straight line with
-        two continuous derivatives, without delay at constant speed (`following_curve`, third order). Past the horizon
-        it glides to a stop. A hand that gives speeds is followed by a glide; the load joins the newest one, held, with
-        its own fixed decay: a kernel that is never negative, so that the load stays between the loads asked for.
+Model   Each update says where the hand was expected DELAY ago (`following_track`), and the position joins that straight
+        line with two continuous derivatives (`following_curve`, third order): at constant speed DELAY is all that it is
+        late. Past the horizon it glides to a stop. A hand that gives speeds is followed by a glide of the same delay,
+        and the load joins the newest one, held, with a fixed decay. These two weigh the past with a kernel that is
+        never negative: what they give lies between what was asked for.
 Source  docs/live-motion.md: what was measured, against which alternatives, and the figures that this choice rests on.
-Limits  the load is late by 3 / LOAD_DECAY; a sudden stop is overshot by what the hand went since the last updates.
+Limits  what the hand does between two updates is not known: a sudden stop is overshot by a part of it.
 """
 
 from __future__ import annotations
@@ -22,13 +23,16 @@ from synth.following_curve import fill_curve, glide, join, new_curve, stand, val
 from synth.following_track import INTERVAL, begin_anew, late_by, new_track, slope_with
 from synth.motion import LARGEST_LOAD, LOAD, LOAD_BEND, LOAD_RATE, NOWHERE, SPEED, SPEED_RATE, Motion
 
+DELAY = 0.01  # s that place and speed are late, a block of the service; less: turns and stops are overshot, and mice
+# sound rough (without it twice the error); more: a stroke is felt after it is seen
 TIGHTNESS = 3.0  # decays in an interval of updates; more: updates are heard one by one; less: late at turns
 QUICKEST = 250.0  # 1/s: decay at most, reached at 83 Hz; more: rough time stamps sound rough; less: late at turns
 SLOWEST = 60.0  # 1/s: decay at least, of updates at 20 Hz; less: a turn at 5 Hz is lost
-GLIDE_DECAY = 100.0  # 1/s of a stop without updates: it goes on by 20 ms of its speed; more is a jolt
-LOAD_DECAY = 200.0  # 1/s: a load is 15 ms late; more: 30 Hz updates sound like a staircase; less: touches come late
-HORIZON = 4.0  # intervals that a speed is carried on: one lost update and a late one; less: gaps are heard
-LEAST_HORIZON, MOST_HORIZON = 0.04, 0.15  # s; more: a hand that stops without a word goes on for longer
+GLIDE_DECAY = 2.0 / DELAY  # 1/s of speeds, and of a stop without updates
+LOAD_DECAY = 200.0  # 1/s: a load is 15 ms late; more: a touch is a click, louder than the texture (from 300 on); less:
+# presses come late, and a lift sounds on for longer
+HORIZON, SPARE = 2.0, 0.035  # intervals and s that a speed is carried on: one lost update, DELAY, a block, some jitter;
+# less: such gaps are heard; more: a hand that stops, or turns while an update is lost, is carried too far
 LEAP_SPEED = 1.5  # m/s by which a hand may surprise; more: teleports are heard as a sweep; less: swift starts are faded
 LEAST_LEAP = 0.01  # s of LEAP_SPEED at least, however quick the updates are
 
@@ -75,8 +79,8 @@ class Follower:
 
     @property
     def delay(self) -> float:
-        """Seconds that a change of the load comes late; a steady speed is not late."""
-        return 3.0 / LOAD_DECAY
+        """Seconds that place and speed are late for being smooth; the load is 3 / LOAD_DECAY late."""
+        return DELAY
 
     def begin(self, position: float, speed: float, load: float) -> None:
         """Begin as a hand that already moves at `position` (m) and `speed` (m/s) with `load` (N), and goes on so."""
@@ -143,43 +147,45 @@ def apply_update(
     if load == load:
         hand[ASKED] = min(max(load, lowest), LARGEST_LOAD)
     press(curves[1], powers[1], rate, frame, hand[ASKED])
-    decay = min(max(TIGHTNESS / track[INTERVAL], SLOWEST), QUICKEST)
     if by_speed:
         x, v, a = values_at(curves[0], frame - 1.0, rate)
         if silent:
             stand(curves[0], frame - 1.0, x, value)
         else:
-            glide(curves[0], powers[0], rate, frame - 1.0, x, v, a, value, decay)
+            glide(curves[0], powers[0], rate, frame - 1.0, x, v, a, value, GLIDE_DECAY)
         begin_anew(track, value)
         hand[MODE], hand[UNTIL] = BY_SPEED, np.inf
         return False
-    return _go_to(hand, curves[0], powers[0], track, rate, time, value, late, decay, silent)
+    jumped: bool = _go_to(hand, curves[0], powers[0], track, rate, time, value, late, silent)
+    return jumped
 
 
 @unfused
 def _go_to(
     hand: Array, curve: Array, powers: Array, track: Array, rate: float,
-    time: float, position: float, late: float, decay: float, silent: bool,
+    time: float, position: float, late: float, silent: bool,
 ) -> bool:  # fmt: skip
     """Lead the place to a position that was true `late` s ago."""
     before = hand[FRAME] - 1.0
     x, v, a = values_at(curve, before, rate)
     slope = slope_with(track, time, position)
-    level = position + slope * (late - 1.0 / rate)
+    level = position + slope * (late - DELAY - 1.0 / rate)
     leap = LEAP_SPEED * max(track[INTERVAL], LEAST_LEAP)
-    jumped = not silent and (hand[MODE] == BY_SPEED or not abs(x - level) < leap)
-    if jumped and hand[MODE] != BY_SPEED:
-        begin_anew(track, 0.0)
-        slope_with(track, time, position)
-        slope, level, v, a = 0.0, position, 0.0, 0.0
+    jumped = not silent and bool(hand[MODE] == BY_SPEED or not abs(x - level) < leap)
+    if jumped:
+        level = position
+        if hand[MODE] == BY_POSITION:
+            begin_anew(track, 0.0)
+            slope_with(track, time, position)
+            slope, v, a = 0.0, 0.0, 0.0
     if silent:
         stand(curve, before, level, slope)
     else:
+        decay = min(max(TIGHTNESS / track[INTERVAL], SLOWEST), QUICKEST)
         join(curve, powers, rate, before, level if jumped else x, v, a, level, slope, decay)
     hand[MODE], hand[UNTIL] = BY_POSITION, np.inf
     if slope != 0.0:
-        horizon = min(max(HORIZON * track[INTERVAL], LEAST_HORIZON), MOST_HORIZON)
-        hand[UNTIL] = hand[FRAME] + max(0.0, np.ceil((horizon - late) * rate))
+        hand[UNTIL] = hand[FRAME] + max(0.0, np.ceil((HORIZON * track[INTERVAL] + SPARE - late) * rate))
     return jumped
 
 

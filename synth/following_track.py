@@ -1,9 +1,9 @@
 """Where a hand is expected, from updates that come late, seldom, jittered, or with rough positions.
 
-Model   An update of time t arrives at now = frame / rate. The smallest of the last KEPT values of now - t is how far the
-        clocks are apart, and an update is late by what its own exceeds that. Its position p is carried on from its own
-        time along the slope u of a straight line, fitted by least squares to the updates of the last WINDOW seconds:
-        p + u (late + s). The interval of updates is the median of the last PACED.
+Model   An update of time t arrives at now = frame / rate. The smallest of the last KEPT values of now - t is how far
+        the clocks are apart, and an update is late by what its own exceeds that. Its position p is carried on from its
+        own time along the slope u of a straight line, fitted by least squares to the updates of the last WINDOW
+        seconds: p + u (late + s). The interval of updates is the median of the last PACED.
 Source  the design's live protocol; what each number was measured against is in docs/live-motion.md.
 Limits  a clock that drifts by more than CREEP is followed late. Positions are of one finger on one line.
 """
@@ -25,7 +25,8 @@ PAUSE = 0.25  # s without an update (the watchdog's default) after which the old
 FIRST_INTERVAL = 1.0 / 60.0  # s that updates are apart until two are known; unverified default
 
 CREEP = 2e-3  # s a second by which later arrivals move the clock: drift is 1e-4; more is heard as a change of pitch
-HASTE, HURRY = 0.05, 0.01  # s a second, beyond HURRY s of difference, or downward: a pitch wrong by 5 % at most
+RETURN = 0.02  # s a second by which earlier ones do: a pitch wrong by 2 % at most; less: late for long at the beginning
+HASTE, HURRY = 0.05, 0.01  # s a second of either where the difference is beyond HURRY s: the path has changed
 OTHER_CLOCK = 0.1  # s of difference that is taken over at once: a client that restarts, a stream that runs ahead
 LATEST = 0.05  # s that an update is carried on for its lateness; more: an error of the clocks throws the finger off
 FASTEST = 10.0  # m/s: the end of the protocol's range
@@ -66,18 +67,18 @@ def late_by(track: Array, now: float, time: float, silent: bool) -> float:
     if known == 0 or silent or not abs(gap) < OTHER_CLOCK:
         track[CLOCK] = least
     elif gap < 0.0:
-        track[CLOCK] = max(least, track[CLOCK] - HASTE * step)
+        track[CLOCK] = max(least, track[CLOCK] - (RETURN if gap > -HURRY else HASTE) * step)
     else:
         track[CLOCK] = min(least, track[CLOCK] + (CREEP if gap < HURRY else HASTE) * step)
     track[TIME], track[ARRIVALS] = time, known + 1
-    return min(max((now - time) - track[CLOCK], -LATEST), LATEST)
+    return float(min(max((now - time) - track[CLOCK], -LATEST), LATEST))
 
 
 @unfused
 def _pace(track: Array, passed: float) -> None:
-    """Learn from an interval (s), unless it is a pause: after one the old positions say nothing."""
+    """Learn from an interval (s), unless it is a pause: after one the old positions and speed say nothing."""
     if passed > PAUSE:
-        track[PLACES] = 0.0
+        track[PLACES], track[SLOPE] = 0.0, 0.0
         return
     paces, known = track[PACES:TIMES], int(track[INTERVALS])
     paces[known % PACED] = passed
@@ -99,7 +100,7 @@ def slope_with(track: Array, time: float, position: float) -> float:
     track[PLACES] = known + 1
     if span >= SHORTEST_SPAN:
         track[SLOPE] = min(max((n * tp - t_sum * p_sum) / (n * tt - t_sum * t_sum), -FASTEST), FASTEST)
-    return track[SLOPE]
+    return float(track[SLOPE])
 
 
 @unfused

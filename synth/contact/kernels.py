@@ -40,6 +40,7 @@ HERE = Path(__file__).parent
 SIMULATION = HERE.parent / "simulation"
 forget_stale_kernels(HERE)
 forget_stale_kernels(HERE.parent, called=HERE)
+forget_stale_kernels(HERE.parent)
 forget_stale_kernels(SIMULATION, called=HERE)
 forget_stale_kernels(SIMULATION)
 
