@@ -26,11 +26,14 @@ log = logging.getLogger("ridgewave.service")
 
 WAITING_BYTES = 16_384  # unsent bytes of a connection: 85 ms of float32 mono at 48 kHz; a render still fills the link
 BACKLOG = 2048
+WORKER = "service.worker:app"  # what each of several processes calls for its application
 
 
-def run(settings: Settings, engine: Engine | None = None) -> int:
-    """Serve until a signal; return 0. `engine` is `synth` unless a test of one process brings its own.
+def run(settings: Settings, engine: Engine | None = None, *, worker: str = WORKER) -> int:
+    """Serve until a signal; return 0.
 
+    engine: `synth` unless a test brings its own, for one process. worker: the factory, "module:function", of each of
+    several processes, for a test whose engine they shall have.
     Raises SettingsError where `settings` may not be served (no key beyond loopback), CannotRender where the address
     cannot be listened on.
     """
@@ -39,7 +42,7 @@ def run(settings: Settings, engine: Engine | None = None) -> int:
     listener = listen(settings)
     log.info("listening on http://%s", shown_address(listener))
     try:
-        _serve(settings, listener, engine)
+        _serve(settings, listener, engine, worker)
     finally:
         listener.close()
     return 0
@@ -93,7 +96,7 @@ def set_up_log(level: str) -> None:
     )
 
 
-def _serve(settings: Settings, listener: socket.socket, engine: Engine | None) -> None:
+def _serve(settings: Settings, listener: socket.socket, engine: Engine | None, worker: str) -> None:
     import uvicorn
     from uvicorn.supervisors import Multiprocess
 
@@ -112,7 +115,7 @@ def _serve(settings: Settings, listener: socket.socket, engine: Engine | None) -
     }
     if settings.workers > 1:
         os.environ.update(as_environment(settings))
-        config = uvicorn.Config("service.worker:app", **options)
+        config = uvicorn.Config(worker, **options)
         Multiprocess(config, sockets=[listener]).run()
         return
     from service.app import create_app

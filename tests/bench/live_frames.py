@@ -1,8 +1,8 @@
 """The client's half of a WebSocket as the load generator needs it: whole frames out, frames out of any chunks in.
 
-Model: RFC 6455. Contact updates are built many at once: one array of 34-byte frames, each under a random mask of its own,
-    so that sending one is a slice of bytes. What arrives is cut into frames wherever the network cut it.
-Source: RFC 6455, sections 4.1 (handshake), 5.2 (frames), 5.3 (masks); docs of the live protocol for the 28 bytes.
+Model: RFC 6455. Contact updates are built many at once: one array of 34-byte frames, each under a random mask of its
+    own, so that sending one is a slice of bytes. What arrives is cut into frames wherever the network cut it.
+Source: RFC 6455, sections 4.1 (handshake), 5.2 (frames), 5.3 (masks); the live protocol for the 28 bytes of an update.
 Limits: no extensions, no fragmented messages (a server that was offered no extension has no reason to fragment).
 """
 

@@ -1,8 +1,8 @@
 """What a stream of the load generator feels and how its hand moves: scenes that differ, strokes back and forth.
 
-Model: position A sin(2 pi f t + phase), or minimum-jerk sweeps of the same length and time (10 s^3 - 15 s^4 + 6 s^5); the
-    load swings slowly round its middle. Streams differ in phase and pace, so that their updates are never alike.
-Source: Flash and Hogan (1985), J. Neurosci. 5(7), for minimum jerk; the rest are unverified defaults of an exploring hand.
+Model: position A sin(2 pi f t + phase), or minimum-jerk sweeps of the same length and time (10 s^3 - 15 s^4 + 6 s^5);
+    the load swings slowly round its middle. Streams differ in phase and pace, so that their updates are never alike.
+Source: Flash and Hogan (1985), J. Neurosci. 5(7), for minimum jerk; the rest are unverified defaults.
 """
 
 from __future__ import annotations

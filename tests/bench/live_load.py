@@ -2,10 +2,10 @@
 
     python -m tests.bench.live_load http://127.0.0.1:8000 --streams 200 --seconds 60 [--pid SERVER]
 
-Model: one thread, non-blocking sockets, one epoll. A pass takes what has come, sends the updates that are due (spread evenly
-    over time and streams), and sleeps a tick. Streams run from their `ready` on; measured is the time between the last
-    one's opening, plus `--settle`, and `--seconds` later. Prints JSON (`live_report`); exits 1 where blocks are missing
-    or a stream broke the protocol.
+Model: one thread, non-blocking sockets, one epoll. A pass takes what has come, sends the updates that are due (spread
+    evenly over time and streams), and sleeps a tick. Streams run from their `ready` on; measured are the `--seconds`
+    that begin `--settle` after the last one's opening. Prints JSON (`live_report`); exits 1 where blocks are missing or
+    a stream broke the protocol. A signal (SIGTERM, SIGINT) ends the time measured, and the report is made as ever.
 Limits: Linux (epoll, /proc). Lateness and latency hold up to a tick and a pass of this process's own.
 """
 
@@ -15,6 +15,7 @@ import argparse
 import json
 import resource
 import select
+import signal
 import socket
 import sys
 import time
@@ -33,7 +34,6 @@ from tests.bench.process_use import family, processor_seconds, resident_bytes
 
 OPENING = 16  # connections that are being opened at a time: more would measure the server's queue, not its streams
 OPEN_SECONDS = 30.0  # for one stream to be ready: a first scene may have to be compiled and solved
-DRAIN_SECONDS = 1.0  # after the time measured, before a block counts as missing
 END_SECONDS = 2.0  # for the server to fade and end after `stop`
 
 
@@ -45,6 +45,7 @@ class Asked:
     streams: int = 1
     seconds: float = 10.0
     settle: float = 1.0
+    drain: float = 1.0
     updates_hz: float = 100.0
     block: int = 480
     sample_rate: int = 48000
@@ -66,6 +67,11 @@ class Load:
         self._touched = 0  # updates sent since `_hands_from`, over all streams
         self._hands_from = 0.0
         self._passes: list[float] = []
+        self._enough = False
+
+    def enough(self) -> None:
+        """End the time measured; for a signal."""
+        self._enough = True
 
     def run(self) -> dict[str, Any]:
         """Open, measure, end; return the report."""
@@ -76,12 +82,14 @@ class Load:
             before, own = self._server_seconds(), time.process_time()
             self._passes.clear()
             begin = perf_counter()
+            print("measuring", file=sys.stderr, flush=True)
             self._go(begin + asked.seconds)
             window = Window(begin, perf_counter())
             own = time.process_time() - own
             servers = self._servers(before, window.seconds)
+            self._enough = False
             passes = spread(np.array(self._passes))
-            self._go(perf_counter() + DRAIN_SECONDS)
+            self._go(perf_counter() + asked.drain)
             self._end_all()
         finally:
             for stream in self.streams:
@@ -123,7 +131,7 @@ class Load:
         stream.flush()
 
     def _go(self, until: float) -> None:
-        while perf_counter() < until:
+        while perf_counter() < until and not self._enough:
             self._pass(hands=True)
 
     def _until(self, happened: Any, seconds: float) -> None:
@@ -192,6 +200,8 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument("--streams", type=int, default=usual.streams, help="connections (default %(default)s)")
     made.add_argument("--seconds", type=float, default=usual.seconds, help="time measured (default %(default)s)")
     made.add_argument("--settle", type=float, default=usual.settle, help="seconds before it (default %(default)s)")
+    made.add_argument("--drain", type=float, default=usual.drain,
+                      help="seconds behind it, before a block counts as missing (default %(default)s)")  # fmt: skip
     made.add_argument("--updates", type=float, default=usual.updates_hz, dest="updates_hz", metavar="HZ",
                       help="contact updates a second of each stream, 0 for none (default %(default)s)")  # fmt: skip
     made.add_argument("--block", type=int, default=usual.block, help="frames of a block (default %(default)s)")
@@ -212,7 +222,10 @@ def main(words: Sequence[str] | None = None) -> int:
     asked = Asked(**arguments | {"pids": tuple(arguments["pids"])})
     limit = resource.getrlimit(resource.RLIMIT_NOFILE)
     resource.setrlimit(resource.RLIMIT_NOFILE, (limit[1], limit[1]))
-    found = Load(asked).run()
+    load = Load(asked)
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, lambda *_: load.enough())
+    found = load.run()
     print(json.dumps(found, indent=1))
     return 1 if found["missing"] or found["mistaken_streams"] else 0
 

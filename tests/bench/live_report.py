@@ -2,8 +2,8 @@
 
 Model: the clock of a stream runs at its rate from a zero that is the least delayed block of the first second measured;
     a block's lateness is its arrival after that clock. A block is missing where the clock says that it was due in the
-    time measured and it had not come a second after it. An update is felt when the block arrives that `applied` (its seq, or
-    a later one) stands before.
+    time measured and it had not come by the end of the drain. An update is felt when the block arrives that
+    `applied` (its seq, or a later one) stands before.
 Limits: arrivals are those at the load generator, its own delay included; `own.pass_ms` tells how long that can be.
 """
 

@@ -1,7 +1,7 @@
 """One connection of the load generator: from the handshake to the end, what came and when.
 
-Model: blocks are counted, not kept; what is kept is the time at which each came. `applied`, `limited` and `end` name the
-    frame at which the stream stands, which must be the number of frames that came: a block that was lost, sent twice or
+Model: blocks are counted, not kept; what is kept is the time at which each came. `applied` and `end` name the frame
+    at which the stream stands, which must be the number of frames that came: a block that was lost, sent twice or
     out of its place shows there, whatever its size.
 """
 
@@ -39,7 +39,9 @@ KEPT_MISTAKES = 5  # of a stream: the first say what is wrong, the rest follow f
 class Stream:
     """One live connection; `act` and `touch` are called by the loop that owns the socket, which does not block."""
 
-    def __init__(self, index: int, connection: socket.socket, hello: dict[str, Any], host: str, key: str | None) -> None:
+    def __init__(
+        self, index: int, connection: socket.socket, hello: dict[str, Any], host: str, key: str | None
+    ) -> None:
         self.connection, self.hello, self.block = connection, hello, int(hello["block"])
         self.ready: dict[str, Any] | None = None
         self.began = 0.0  # perf_counter at `ready`

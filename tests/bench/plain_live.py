@@ -2,8 +2,8 @@
 
     python -m tests.bench.plain_live PORT
 
-Model: asyncio alone, one timer for all streams; what it costs is what the protocol's bytes cost. `Faults` are what the tests of
-    the load generator have it find.
+Model: asyncio alone, one timer for all streams; what it costs is what the protocol's bytes cost. `Faults` are what
+    the tests of the load generator have it find.
 Limits: realtime, f32le, mono; no sound, no ranges, no problems; contact updates in their binary form. Not the service.
 """
 

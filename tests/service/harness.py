@@ -172,6 +172,14 @@ class Child:
         except httpx.TransportError:
             return False
 
+    def terminate(self) -> None:
+        """Have it end as it ends in use; leave no process behind if it does not."""
+        self.process.terminate()
+        try:
+            self.process.wait(PATIENCE)
+        finally:
+            self.end()
+
     def end(self) -> None:
         """Leave no process behind."""
         if self.process.poll() is None:
