@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from tests.bench.timing import Figure
-from tests.service.harness import ROOT, Child
+from tests.service.harness import ROOT, Child, roomy_environment
 
 REAL, ZEROS = "service", "tests.service.serve_zeros"
 TURNS = 2  # of each
@@ -26,7 +26,6 @@ SEARCH_SECONDS = 10.0  # of one step of the search: a thousand blocks a stream
 SCENES = 8  # different textures and loads, in turn
 FIRST_STEP = 25  # streams that the search begins with
 MOST = 1600  # streams that the search ends at, whatever they do
-ROOM = ("MAX_SESSIONS", "MAX_LIVE", "MAX_STREAMS", "MAX_CONNECTIONS")  # limits of admission, out of the way
 UPDATES_HZ = 100.0
 Report = dict[str, Any]
 
@@ -78,7 +77,7 @@ def said(runs: list[Report]) -> str:
 
 def served(module: str, streams: int, seconds: float, workers: int) -> Report:
     """Return the report of so many streams on a service started for them."""
-    environment = {f"RIDGEWAVE_{name}": "10000" for name in ROOM} | {"RIDGEWAVE_WORKERS": str(workers)}
+    environment = roomy_environment() | {"RIDGEWAVE_WORKERS": str(workers)}
     with tempfile.TemporaryDirectory() as folder:
         child = Child(module, Path(folder), **environment)
         try:

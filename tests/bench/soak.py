@@ -3,13 +3,13 @@
     python -m tests.bench.soak day [--seconds 86400] [--rate 48000]
     python -m tests.bench.soak hands [--minutes 10] [--streams 50] [--workers 1]
 
-Model: day: a live voice of a constant scan is rendered as fast as it goes, every frame of 24 h, and its phase is compared
-    with exact arithmetic: frame * speed / (rate * period) turns, in whole numbers. The clock that paces blocks is driven
-    through the same day by a time of its own, whose sleeps end late. hands: the load generator on the service, whose
+Model: day: a live voice of a constant scan is rendered as fast as it goes, every frame of 24 h, and its phase is
+    compared with exact arithmetic: frame * speed / (rate * period) turns, in whole numbers. The clock that paces blocks
+    is driven through the same day by a time of its own, whose sleeps end late. hands: the load generator on the service, whose
     memory is read when it is warm and at the end, and whose clock is compared with this machine's: how much later than
     at the beginning blocks come at the end.
-Limits: a day at 48 kHz is 4.1e9 frames: a few minutes of one core. A hand's voice costs several times that; its phase is
-    that of the positions it is sent, so there is nothing to drift but its updates' speed.
+Limits: a day at 48 kHz is 4.1e9 frames: a few minutes of one core. A hand's voice costs several times that; its
+    phase is that of the positions it is sent, so there is nothing to drift but its updates' speed.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ import numpy as np
 from service.pacing import Pacer
 from synth.live import LiveVoice
 from synth.scene import parse_scene
-from tests.bench.bench_live import ROOM, loaded
+from tests.bench.bench_live import loaded
 from tests.bench.process_use import family, resident_bytes
-from tests.service.harness import Child
+from tests.service.harness import Child, roomy_environment
 
 DAY = 86_400.0  # s
 SPEED, PERIOD = "37.3 mm/s", "0.811 mm"  # no simple ratio to each other or to a rate
@@ -106,7 +106,7 @@ def clock_drift(seconds: float, rate: int) -> float:
 
 def hands(minutes: float, streams: int, workers: int) -> dict[str, Any]:
     """Return what so many minutes of so many streams do to a service: the load's report, and memory."""
-    environment = {f"RIDGEWAVE_{name}": "10000" for name in ROOM} | {"RIDGEWAVE_WORKERS": str(workers)}
+    environment = roomy_environment() | {"RIDGEWAVE_WORKERS": str(workers)}
     seconds, memory = 60.0 * minutes, Memory()
     with tempfile.TemporaryDirectory() as folder:
         child = Child("service", Path(folder), **environment)

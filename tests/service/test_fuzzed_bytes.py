@@ -22,14 +22,14 @@ from hypothesis import strategies as st
 
 from service.app import create_app
 from service.problems import MEDIA_TYPE
-from tests.service.harness import Running, ask, problem, settings_of
+from tests.service.harness import Running, ask, problem, roomy_settings, settings_of
 from tests.service.plain_engine import PlainEngine
 
 THOROUGH = 10
 MANY = [pytest.param(1, id="few"), pytest.param(THOROUGH, id="many", marks=pytest.mark.thorough)]
 READS = ["/v1/render", "/v1/explain", "/v1/accuracy", "/v1/sessions"]
 JSON = {"Content-Type": "application/json"}
-APP = create_app(settings_of(max_duration=0.05), PlainEngine())
+APP = create_app(settings_of(**roomy_settings() | {"max_duration": 0.05}), PlainEngine())
 WHOLE: dict[str, Any] = {
     "finger": {"ridge_period": "0.5 mm", "ridge_amplitude": 4e-5, "contact_length": 0.01, "youngs_modulus": "101 kPa"},
     "texture": {"kind": "harmonics", "period": 8e-4, "components": [{"order": 1, "amplitude": 2e-5, "phase": 0.0}]},

@@ -37,7 +37,7 @@ from service import problems
 from service.app import create_app
 from service.engine import SynthEngine
 from synth.textures import catalogue
-from tests.service.harness import LOCAL, ask, settings_of
+from tests.service.harness import LOCAL, ask, roomy_settings, settings_of
 from tests.service.plain_engine import PlainEngine
 
 CHECKS = [
@@ -54,6 +54,7 @@ THOROUGH = 10
 REAL = ("POST /v1/render", "POST /v1/explain", "POST /v1/sessions", "PATCH /v1/sessions/{session_id}")
 """The calls that the smaller run asks of the real engine: those that solve a scene, but not for a minute."""
 STREAM, PLAY = "/v1/sessions/{session_id}/stream", "/v1/sessions/{session_id}/play"
+LIMITS = {"max_duration": LONGEST, "max_sessions": 8}
 JSON = {"Content-Type": "application/json"}
 NAMES = itertools.count()
 
@@ -93,7 +94,7 @@ def no_devices() -> Iterator[None]:
 @pytest.fixture(scope="module")
 def plain(tmp_path_factory: pytest.TempPathFactory) -> Iterator[FastAPI]:
     folder = tmp_path_factory.mktemp("recordings")
-    app = create_app(settings_of(max_duration=LONGEST, file_folder=folder, max_sessions=8), PlainEngine())
+    app = create_app(settings_of(**roomy_settings() | LIMITS, file_folder=folder), PlainEngine())
     app.state.service.warm_up()
     yield app
     app.state.service.sessions.close()
@@ -103,7 +104,7 @@ def plain(tmp_path_factory: pytest.TempPathFactory) -> Iterator[FastAPI]:
 @pytest.fixture(scope="module")
 def real(tmp_path_factory: pytest.TempPathFactory) -> Iterator[FastAPI]:
     folder = tmp_path_factory.mktemp("recordings")
-    chosen = settings_of(max_duration=LONGEST, file_folder=folder, max_sessions=8)
+    chosen = settings_of(**roomy_settings() | LIMITS, file_folder=folder)
     app = create_app(chosen, SynthEngine(chosen.cache_bytes))
     yield app
     app.state.service.sessions.close()
