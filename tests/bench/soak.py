@@ -5,9 +5,9 @@
 
 Model: day: a live voice of a constant scan is rendered as fast as it goes, every frame of 24 h, and its phase is
     compared with exact arithmetic: frame * speed / (rate * period) turns, in whole numbers. The clock that paces blocks
-    is driven through the same day by a time of its own, whose sleeps end late. hands: the load generator on the service, whose
-    memory is read when it is warm and at the end, and whose clock is compared with this machine's: how much later than
-    at the beginning blocks come at the end.
+    is driven through the same day by a time of its own, whose sleeps end late.
+    hands: the load generator on the service, whose memory is read when it is warm and at the end, and whose clock is
+    compared with this machine's: how much later than at the beginning blocks come at the end.
 Limits: a day at 48 kHz is 4.1e9 frames: a few minutes of one core. A hand's voice costs several times that; its
     phase is that of the positions it is sent, so there is nothing to drift but its updates' speed.
 """
