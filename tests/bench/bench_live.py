@@ -94,6 +94,8 @@ def loaded(url: str, pid: int, streams: int, seconds: float, *words: str) -> Rep
     if done.returncode not in (0, 1) or not done.stdout:
         raise RuntimeError(f"the load generator failed: {done.stderr[-2000:]}")
     report: Report = json.loads(done.stdout)
+    if not report["opened"]:
+        raise RuntimeError(f"no stream opened: {report['mistakes'][:1]}")
     return report
 
 

@@ -104,12 +104,12 @@ def clock_drift(seconds: float, rate: int) -> float:
     return float(Fraction(now + pacer.delay((blocks - 1) * BLOCK)) - Fraction(start) - ideal)
 
 
-def hands(minutes: float, streams: int, workers: int) -> dict[str, Any]:
-    """Return what so many minutes of so many streams do to a service: the load's report, and memory."""
+def hands(minutes: float, streams: int, workers: int, module: str = "service") -> dict[str, Any]:
+    """Return what so many minutes of so many streams do to a service, `python -m MODULE`: the load's report, memory."""
     environment = roomy_environment() | {"RIDGEWAVE_WORKERS": str(workers)}
     seconds, memory = 60.0 * minutes, Memory()
     with tempfile.TemporaryDirectory() as folder:
-        child = Child("service", Path(folder), **environment)
+        child = Child(module, Path(folder), **environment)
         try:
             url = child.url()
             memory.watch(child.process.pid)
@@ -170,13 +170,14 @@ def main(words: Sequence[str] | None = None) -> int:
     many.add_argument("--minutes", type=float, default=10.0)
     many.add_argument("--streams", type=int, default=50)
     many.add_argument("--workers", type=int, default=1)
+    many.add_argument("--module", default="service", help="what is served, as tests.service.serve_zeros")
     asked = made.parse_args(words)
     began = time.time()
     if asked.kind == "day":
         report = day(asked.seconds, asked.rate)
         good = report["drift_within"] and report["growth_within"]
     else:
-        report = hands(asked.minutes, asked.streams, asked.workers)
+        report = hands(asked.minutes, asked.streams, asked.workers, asked.module)
         good = report["drift_within_a_block"] and report["growth_within"] and not report["missing"]
     print(json.dumps(report | {"good": bool(good), "seconds_of_all": round(time.time() - began, 1)}, indent=1))
     return 0 if good else 1
