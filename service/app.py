@@ -30,6 +30,7 @@ from synth.errors import Fault, RidgewaveError, shown
 
 DESCRIPTION = "What a finger feels when it scans a texture: a scene in, the vibration out, as a file or a live stream."
 EXPOSED = ["Ridgewave-Format", "Ridgewave-Full-Scale", "Ridgewave-Quantities", "Ridgewave-Warning", "Server-Timing"]
+LONGEST_NAME = 100  # characters of a parameter's name that a refusal repeats: a peer's text is not sent back whole
 STATUSES = {400: "bad-request", 404: "not-found", 405: "method-not-allowed", 413: "too-large"}
 
 
@@ -111,6 +112,7 @@ def _parameter_fault(entry: dict[str, object]) -> Fault:
     place = entry["loc"]
     assert isinstance(place, tuple)
     name = str(place[-1])
+    name = name if len(name) <= LONGEST_NAME else name[: LONGEST_NAME - 3] + "..."
     if entry["type"] == "extra_forbidden":
         return Fault(f"?{name}", "a parameter that does not exist", "the parameters of this call", "See /docs.")
     return Fault(f"?{name}", shown(entry.get("input")), str(entry["msg"]), "See /docs.")

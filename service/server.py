@@ -38,11 +38,14 @@ LIVE_OPTIONS: dict[str, Any] = {  # of uvicorn, for the WebSockets of the live p
     "ws_ping_interval": 5.0,
     "ws_ping_timeout": 5.0,  # a connection that looks alive is found out within 10 s
 }
+WORKER = "service.worker:app"  # what each of several processes calls for its application
 
 
-def run(settings: Settings, engine: Engine | None = None) -> int:
-    """Serve until a signal; return 0. `engine` is `synth` unless a test of one process brings its own.
+def run(settings: Settings, engine: Engine | None = None, *, worker: str = WORKER) -> int:
+    """Serve until a signal; return 0.
 
+    engine: `synth` unless a test brings its own, for one process. worker: the factory, "module:function", of each of
+    several processes, for a test whose engine they shall have.
     Raises SettingsError where `settings` may not be served (no key beyond loopback), CannotRender where the address
     cannot be listened on.
     """
@@ -51,7 +54,7 @@ def run(settings: Settings, engine: Engine | None = None) -> int:
     listener = listen(settings)
     log.info("listening on http://%s", shown_address(listener))
     try:
-        _serve(settings, listener, engine)
+        _serve(settings, listener, engine, worker)
     finally:
         listener.close()
     return 0
@@ -88,7 +91,7 @@ def shown_address(listener: socket.socket) -> str:
     return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
 
 
-def _serve(settings: Settings, listener: socket.socket, engine: Engine | None) -> None:
+def _serve(settings: Settings, listener: socket.socket, engine: Engine | None, worker: str) -> None:
     import uvicorn
     from uvicorn.supervisors import Multiprocess
 
@@ -106,7 +109,7 @@ def _serve(settings: Settings, listener: socket.socket, engine: Engine | None) -
     if settings.workers > 1:
         with _private_folder() as folder:
             os.environ.update(as_environment(settings) | {FOLDER_VARIABLE: str(folder)})
-            config = uvicorn.Config("service.worker:app", **options)
+            config = uvicorn.Config(worker, **options)
             Multiprocess(config, sockets=[listener]).run()
         return
     from service.app import create_app

@@ -96,8 +96,11 @@ class Reader:
 def opening(
     sound_format: SoundFormat, sample_rate: int, channels: int, metadata: Metadata, frames: int | None
 ) -> bytes:
-    """Return the header of a stream of `frames`, or of an endless one; nothing for raw formats."""
-    if frames is None or sound_format.container == "raw":
+    """Return the header of a stream of `frames`, or of an endless one; nothing for raw formats.
+
+    Raises AskedWrong for FLAC, which does not stream, of any length.
+    """
+    if frames is None or sound_format.container != "wav":
         return stream_header(sound_format, sample_rate, channels, metadata)
     return wav_header(sound_format, sample_rate, channels, metadata, frames)
 

@@ -1,8 +1,10 @@
 """Every figure that the project has set itself, measured in one run and printed beside its limit.
 
     python -m tests.bench [--long] [--json] [PART ...]
+    python -m tests.bench live [--seconds 60] [--streams 200] [--workers 2]
 
 Parts: solver, voice, response, methods, effects (each on one core), service, processes; --long adds an hour's render.
+`live` runs only where it is named: it loads a service with streams for minutes.
 Nothing here passes or fails: a figure over its limit says OVER. docs/benchmarks.md tells what each line means.
 """
 
@@ -12,11 +14,13 @@ import argparse
 import json
 from collections.abc import Callable
 from contextlib import nullcontext
+from functools import partial
 from resource import RUSAGE_SELF, getrusage
 from time import perf_counter
 
 from tests.bench import (
     bench_effects,
+    bench_live,
     bench_methods,
     bench_processes,
     bench_response,
@@ -37,6 +41,7 @@ PARTS: dict[str, Measure] = {
     "service": bench_service.figures,
     "processes": bench_processes.figures,
 }
+BY_NAME: dict[str, Measure] = {"live": bench_live.figures}  # parts that take minutes, measured only where named
 ON_ONE_CORE = ("solver", "voice", "response", "methods", "effects")
 HEADER = f"{'figure':35} {'median':>9} {'least':>9} {'unit':8} {'limit':>6} {'':6}  how"
 
@@ -44,7 +49,10 @@ HEADER = f"{'figure':35} {'median':>9} {'least':>9} {'unit':8} {'limit':>6} {'':
 def main(words: list[str] | None = None) -> None:
     """Measure what `words` ask for, a line as soon as it is known."""
     arguments = parser().parse_args(words)
-    asked: dict[str, Measure] = {name: PARTS[name] for name in arguments.parts or PARTS}
+    asked: dict[str, Measure] = {name: (PARTS | BY_NAME)[name] for name in arguments.parts or PARTS}
+    if "live" in asked:
+        live = partial(bench_live.figures, seconds=arguments.seconds, streams=arguments.streams)
+        asked["live"] = partial(live, workers=arguments.workers)
     if arguments.long:
         asked["hour"] = bench_processes.hour
     if not arguments.json:
@@ -74,17 +82,20 @@ def measured_with(measure: Measure, quick: bool, pinned: bool) -> tuple[list[Fig
 def parser() -> argparse.ArgumentParser:
     """Return the command's arguments."""
     made = argparse.ArgumentParser(prog="python -m tests.bench", description="Measure ridgewave on this machine.")
-    made.add_argument("parts", nargs="*", metavar="PART", type=part, help=f"of {', '.join(PARTS)}; all without one")
+    made.add_argument("parts", nargs="*", metavar="PART", type=part, help=f"of {', '.join(PARTS)}; or live")
     made.add_argument("--long", action="store_true", help="an hour's render too: its peak memory")
     made.add_argument("--json", action="store_true", help="the figures as JSON, when all are measured")
+    made.add_argument("--seconds", type=float, default=60.0, help="of live: each run (default %(default)g)")
+    made.add_argument("--streams", type=int, default=200, help="of live: streams at a time (default %(default)d)")
+    made.add_argument("--workers", type=int, default=2, help="of live: server processes (default %(default)d)")
     made.add_argument("--quick", action="store_true", help="few repeats: shows that it runs, not how fast")
     return made
 
 
 def part(word: str) -> str:
     """Return `word` if it names a part."""
-    if word not in PARTS:
-        raise argparse.ArgumentTypeError(f"{word!r} is none of {', '.join(PARTS)}")
+    if word not in PARTS | BY_NAME:
+        raise argparse.ArgumentTypeError(f"{word!r} is none of {', '.join(PARTS | BY_NAME)}")
     return word
 
 

@@ -24,11 +24,30 @@ from service.app import create_app
 from service.engine import Engine
 from service.running import Service
 from service.server import LIVE_OPTIONS, listen, shown_address
-from service.settings import Settings, read_settings
+from service.settings import Settings, read_settings, setting_fields, variable
 
 ROOT = Path(__file__).resolve().parents[2]
 LOCAL = "http://localhost"
 PATIENCE = 20.0  # seconds before a poll gives up: far beyond what anything here takes
+ROOM = {
+    "max_sessions": 10_000,
+    "streams_per_address": 10_000,
+    "streams_per_key": 10_000,
+    "requests_per_second": 1_000_000,
+    "request_burst": 1_000_000,
+}
+"""What admits callers, out of the way of tests and benchmarks that load the service on purpose."""
+
+
+def roomy_settings() -> dict[str, int]:
+    """Return `ROOM`, as far as the service has such settings, for `settings_of`."""
+    known = {entry.name for entry in setting_fields()}
+    return {name: limit for name, limit in ROOM.items() if name in known}
+
+
+def roomy_environment() -> dict[str, str]:
+    """Return `ROOM` as environment variables, for a `Child`."""
+    return {variable(name): str(limit) for name, limit in roomy_settings().items()}
 
 
 def until(happened: Callable[[], bool], patience: float = PATIENCE) -> None:
@@ -172,6 +191,14 @@ class Child:
             return httpx.get(f"{address}/readyz", timeout=1.0).status_code == 200
         except httpx.TransportError:
             return False
+
+    def terminate(self) -> None:
+        """Have it end as it ends in use; leave no process behind if it does not."""
+        self.process.terminate()
+        try:
+            self.process.wait(PATIENCE)
+        finally:
+            self.end()
 
     def end(self) -> None:
         """Leave no process behind."""

@@ -1,0 +1,121 @@
+"""Many hands on the live protocol: the service beside the same service that sends zeros, and what one worker carries.
+
+Model: the two are served in turn, A B A B, each in processes of its own, so that what slows the machine for a while
+    slows both; the load comes from a process of its own (`live_load`). A ratio of 1 says that the synthesis costs a
+    stream nothing that it would notice. The most streams are found by doubling until one block came later than `LATE`,
+    then by halving the gap; a step that fails is tried once more.
+Limits: server and load share the machine: on two cores two workers and the load compete. It takes minutes.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from tests.bench.timing import Figure
+from tests.service.harness import ROOT, Child, roomy_environment
+
+REAL, ZEROS = "service", "tests.service.serve_zeros"
+TURNS = 2  # of each
+LATE = 0.01  # s: a block of 10 ms that comes a block late leaves a player with one block in hand with nothing
+SEARCH_SECONDS = 10.0  # of one step of the search: a thousand blocks a stream
+SCENES = 8  # different textures and loads, in turn
+FIRST_STEP = 25  # streams that the search begins with
+MOST = 1600  # streams that the search ends at, whatever they do
+UPDATES_HZ = 100.0
+Report = dict[str, Any]
+
+
+def figures(quick: bool, *, seconds: float = 60.0, streams: int = 200, workers: int = 2) -> list[Figure]:
+    """Return the lines of the live protocol; quick: a few streams for seconds, and no search."""
+    if quick:
+        seconds, streams, workers = 1.0, 4, 1
+    turns = [(served(ZEROS, streams, seconds, workers), served(REAL, streams, seconds, workers)) for _ in range(TURNS)]
+    how = f"{streams} streams, {workers} workers, {UPDATES_HZ:g} updates a second each, {seconds:g} s, {TURNS} turns"
+    lines = compared(turns, how)
+    if not quick:
+        for module, name in ((REAL, "live"), (ZEROS, "live, zeros")):
+            most = float(most_streams(module))
+            told = f"one worker, none of their blocks later than {1e3 * LATE:g} ms in {SEARCH_SECONDS:g} s"
+            lines.append(Figure(f"{name}, most streams", most, most, "streams", None, told))
+    return lines
+
+
+def compared(turns: list[tuple[Report, Report]], how: str) -> list[Figure]:
+    """Return the lines of alternated runs, (zeros, real) each."""
+    zeros, real = ([turn[side] for turn in turns] for side in (0, 1))
+    ratios = [one["blocks_per_second"] / other["blocks_per_second"] for other, one in turns]
+    lines = [line_of("live, of the blocks of zeros", ratios, "x zeros", how)]
+    for name, runs in (("live", real), ("live, zeros", zeros)):
+        lines += [
+            line_of(f"{name}, blocks", [run["blocks_per_second"] for run in runs], "1/s", how),
+            line_of(f"{name}, blocks missing", [run["missing"] for run in runs], "blocks", how),
+            line_of(f"{name}, broken streams", [run["mistaken_streams"] for run in runs], "streams", said(runs)),
+            line_of(f"{name}, server", [100.0 * run["servers"]["processor"] for run in runs], "% core", how),
+            line_of(f"{name}, load", [100.0 * run["own"]["processor"] for run in runs], "% core", "the load's own"),
+        ]
+        for kind, title in (("lateness_ms", "late"), ("latency_ms", "update to wire")):
+            for share in ("p50", "p99", "p99.9", "max"):
+                values = [run[kind][share] for run in runs if run[kind][share] is not None]
+                lines += [line_of(f"{name}, {title} {share}", values, "ms", how)] if values else []
+    return lines
+
+
+def line_of(name: str, values: list[float], unit: str, how: str) -> Figure:
+    """Return the line of a few runs: their mean, and the least of them."""
+    return Figure(name, sum(values) / len(values), float(min(values)), unit, None, how)
+
+
+def said(runs: list[Report]) -> str:
+    """Return the first thing that a run complains of."""
+    return next((what for run in runs for what in run["mistakes"]), "what breaks the protocol: none")
+
+
+def served(module: str, streams: int, seconds: float, workers: int) -> Report:
+    """Return the report of so many streams on a service started for them."""
+    environment = roomy_environment() | {"RIDGEWAVE_WORKERS": str(workers)}
+    with tempfile.TemporaryDirectory() as folder:
+        child = Child(module, Path(folder), **environment)
+        try:
+            return loaded(child.url(), child.process.pid, streams, seconds)
+        finally:
+            child.terminate()
+
+
+def loaded(url: str, pid: int, streams: int, seconds: float, *words: str) -> Report:
+    """Return the report of the load generator, run in a process of its own, against `url`, served by `pid`."""
+    words = ("--streams", str(streams), "--seconds", str(seconds), "--pid", str(pid), "--scenes", str(SCENES), *words)
+    command = [sys.executable, "-m", "tests.bench.live_load", url, "--updates", str(UPDATES_HZ), *words]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=seconds + 180.0, check=False)
+    if done.returncode not in (0, 1) or not done.stdout:
+        raise RuntimeError(f"the load generator failed: {done.stderr[-2000:]}")
+    report: Report = json.loads(done.stdout)
+    if not report["opened"]:
+        raise RuntimeError(f"no stream opened: {report['mistakes'][:1]}")
+    return report
+
+
+def most_streams(module: str) -> int:
+    """Return the most streams that one worker of `module` carries without a late or missing block; 0 for none."""
+    good, bad = 0, FIRST_STEP
+    while bad <= MOST and carried(module, bad):
+        good, bad = bad, 2 * bad
+    while bad - good > max(1, good // 10):
+        middle = (good + bad) // 2
+        good, bad = (middle, bad) if carried(module, middle) else (good, middle)
+    return good
+
+
+def carried(module: str, streams: int) -> bool:
+    """Return whether no block was late or missing in one of two runs; the second only where the first failed."""
+    return any(in_time(served(module, streams, SEARCH_SECONDS, 1)) for _ in range(2))
+
+
+def in_time(report: Report) -> bool:
+    """Return whether every block of every stream came, none of them later than `LATE`."""
+    whole = report["missing"] == 0 and report["mistaken_streams"] == 0 and report["opened"] == report["streams"]
+    return bool(whole and report["lateness_ms"]["max"] <= 1e3 * LATE)

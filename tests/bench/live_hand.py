@@ -1,0 +1,53 @@
+"""What a stream of the load generator feels and how its hand moves: scenes that differ, strokes back and forth.
+
+Model: position A sin(2 pi f t + phase), or minimum-jerk sweeps of the same length and time (10 s^3 - 15 s^4 + 6 s^5);
+    the load swings slowly round its middle. Streams differ in phase and pace, so that their updates are never alike.
+Source: Flash and Hogan (1985), J. Neurosci. 5(7), for minimum jerk; the rest are unverified defaults.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+REACH = 0.03  # m to either side: a finger's usual sweep; much longer is an arm's
+PACE_HZ = 0.7  # sweeps there and back a second: with REACH, 0.13 m/s at the middle; above 3 Hz no hand follows
+LOAD = 0.4  # N, the middle
+LOAD_SWING = 0.3  # of the middle
+LOAD_HZ = 0.23  # slow beside the strokes, and no simple fraction of them
+GOLDEN = 0.6180339887498949  # steps of it, modulo 1, spread any number of scenes evenly
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Hand:
+    """The strokes of one stream. smooth: minimum-jerk sweeps in place of a sine."""
+
+    index: int
+    smooth: bool = False
+
+    def position(self, times: Array) -> Array:
+        """Return where the finger is at `times` (s), in metres."""
+        turns = PACE_HZ * (1.0 + 0.2 * (self.index * GOLDEN % 1.0)) * times + self.index * GOLDEN
+        if not self.smooth:
+            return np.asarray(REACH * np.sin(2.0 * np.pi * turns))
+        s = 2.0 * np.abs(turns % 1.0 - 0.5)
+        return np.asarray(REACH * (2.0 * s**3 * (10.0 - 15.0 * s + 6.0 * s**2) - 1.0))
+
+    def load(self, times: Array) -> Array:
+        """Return how hard it presses at `times`, in newtons."""
+        return np.asarray(LOAD * (1.0 + LOAD_SWING * np.sin(2.0 * np.pi * (LOAD_HZ * times + self.index * GOLDEN))))
+
+
+def scene(index: int, sample_rate: int) -> dict[str, Any]:
+    """Return one of the scenes that streams take in turn; 0 is the default scene."""
+    output = {"sample_rate": sample_rate}
+    if index == 0:
+        return {"output": output}
+    share = index * GOLDEN % 1.0
+    texture = {"period": round(0.5e-3 + 1.1e-3 * share, 6), "amplitude": round(30e-6 - 20e-6 * share, 7)}
+    return {"texture": texture, "scan": {"load": round(0.2 + 0.4 * (1.0 - share), 3)}, "output": output}

@@ -1,0 +1,39 @@
+"""What processes use, from Linux's /proc: processor time, resident memory and open files, with all their children."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+TICK = 1.0 / os.sysconf("SC_CLK_TCK")  # s
+PAGE = os.sysconf("SC_PAGE_SIZE")  # bytes
+USER_TIME, SYSTEM_TIME = 11, 12  # fields of /proc/PID/stat behind the name of the program (proc(5): 14 and 15)
+
+
+def family(pid: int) -> list[int]:
+    """Return `pid` and the processes that it started, those of theirs too; without those that have ended."""
+    try:
+        tasks = list(Path(f"/proc/{pid}/task").iterdir())
+        started = [int(word) for task in tasks for word in (task / "children").read_text().split()]
+    except (FileNotFoundError, ProcessLookupError):
+        return []
+    return [pid, *(member for child in started for member in family(child))]
+
+
+def processor_seconds(pid: int) -> float:
+    """Return the processor time that one process has taken so far, in seconds; 0 for one that has ended."""
+    try:
+        fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    except (FileNotFoundError, ProcessLookupError):
+        return 0.0
+    return TICK * (int(fields[USER_TIME]) + int(fields[SYSTEM_TIME]))
+
+
+def resident_bytes(pid: int) -> int:
+    """Return the memory of one process that is in RAM."""
+    return PAGE * int(Path(f"/proc/{pid}/statm").read_text().split()[1])
+
+
+def open_files(pid: int) -> int:
+    """Return how many file descriptors a process has."""
+    return len(os.listdir(f"/proc/{pid}/fd"))

@@ -1,0 +1,187 @@
+"""Does it hold? A day of a voice on a fast clock, and ten minutes of fifty hands on a real service: drift and memory.
+
+    python -m tests.bench.soak day [--seconds 86400] [--rate 48000]
+    python -m tests.bench.soak hands [--minutes 10] [--streams 50] [--workers 1]
+
+Model: day: a live voice of a constant scan is rendered as fast as it goes, every frame of 24 h, and its phase is
+    compared with exact arithmetic: frame * speed / (rate * period) turns, in whole numbers. The clock that paces blocks
+    is driven through the same day by a time of its own, whose sleeps end late.
+    hands: the load generator on the service, whose memory is read when it is warm and at the end, and whose clock is
+    compared with this machine's: how much later than at the beginning blocks come at the end.
+Limits: a day at 48 kHz is 4.1e9 frames: a few minutes of one core. A hand's voice costs several times that; its
+    phase is that of the positions it is sent, so there is nothing to drift but its updates' speed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Sequence
+from fractions import Fraction
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from service.pacing import Pacer
+from synth.live import LiveVoice
+from synth.scene import parse_scene
+from tests.bench.bench_live import loaded
+from tests.bench.process_use import family, resident_bytes
+from tests.service.harness import Child, roomy_environment
+
+DAY = 86_400.0  # s
+SPEED, PERIOD = "37.3 mm/s", "0.811 mm"  # no simple ratio to each other or to a rate
+BLOCK = 480
+WARM_SHARE = 0.02  # of the run, after which memory is read first: caches and pools are filled by then
+DRIFT_LIMIT = 1e-9  # turn in a day (the design's rule)
+GROWTH_LIMIT = 0.05  # of memory, after the warm-up
+TURN = 1 << 64  # of the phase, which wraps
+
+
+def day(seconds: float, rate: int) -> dict[str, Any]:
+    """Return what a day does to a live voice and to the clock of its blocks."""
+    scene = parse_scene(
+        {
+            "texture": {"period": PERIOD},
+            "scan": {"speed": SPEED},
+            "output": {"quantity": "displacement", "sample_rate": rate},
+        }
+    )
+    voice = LiveVoice(scene)
+    first = voice.render(BLOCK)
+    blocks, warm, began = round(seconds * rate) // BLOCK, 0, perf_counter()
+    largest = float(np.max(np.abs(first)))
+    for number in range(1, blocks):
+        block = voice.render(BLOCK)
+        if number == max(1, round(WARM_SHARE * blocks)):
+            warm = resident_bytes(os.getpid())
+        if number % 1000 == 0:
+            largest = max(largest, float(np.max(np.abs(block))))
+    took, after = perf_counter() - began, resident_bytes(os.getpid())
+    drift = phase_error(voice, rate)
+    return {
+        "simulated_seconds": voice.frame / rate,
+        "sample_rate": rate,
+        "frames": voice.frame,
+        "took_seconds": round(took, 1),
+        "times_real_time": round(voice.frame / rate / took, 1),
+        "drift_turns": drift,
+        "drift_within": drift < DRIFT_LIMIT,
+        "largest_sample": round(largest, 4),
+        "resident_bytes": {"warm": warm, "end": after},
+        "growth": round(after / warm - 1.0, 5) if warm else None,
+        "growth_within": bool(warm) and after <= (1.0 + GROWTH_LIMIT) * warm,
+        "clock_drift_seconds": clock_drift(seconds, rate),
+    }
+
+
+def phase_error(voice: LiveVoice, rate: int) -> float:
+    """Return how far the phase of a voice at constant speed is from frame * speed / (rate * period), in turns."""
+    inner = voice._voice
+    scene = inner.scene
+    exact = inner.frame * Fraction(scene.scan.speed) / (rate * Fraction(scene.texture.period)) % 1
+    away = (Fraction(int(inner.phase) % TURN, TURN) - exact) % 1
+    return float(min(away, 1 - away))
+
+
+def clock_drift(seconds: float, rate: int) -> float:
+    """Return by how much the deadlines of the pacing clock, asked block after block for a day, end up off (s)."""
+    now = 1e5 / 3.0
+    start = now
+    pacer = Pacer(rate, 0.0, lambda: now)
+    blocks = round(seconds * rate) // BLOCK
+    for number in range(blocks):
+        due = pacer.delay(number * BLOCK)
+        now += max(0.0, due) + 1e-4 * ((number * 7919) % 97) / 97.0  # a sleep that ends up to 0.1 ms late
+    ideal = Fraction((blocks - 1) * BLOCK, rate)
+    return float(Fraction(now + pacer.delay((blocks - 1) * BLOCK)) - Fraction(start) - ideal)
+
+
+def hands(minutes: float, streams: int, workers: int, module: str = "service") -> dict[str, Any]:
+    """Return what so many minutes of so many streams do to a service, `python -m MODULE`: the load's report, memory."""
+    environment = roomy_environment() | {"RIDGEWAVE_WORKERS": str(workers)}
+    seconds, memory = 60.0 * minutes, Memory()
+    with tempfile.TemporaryDirectory() as folder:
+        child = Child(module, Path(folder), **environment)
+        try:
+            url = child.url()
+            memory.watch(child.process.pid)
+            report = loaded(url, child.process.pid, streams, seconds)
+        finally:
+            memory.end()
+            child.terminate()
+    grown = memory.growth()
+    return report | {
+        "drift_within_a_block": report["drift_ms"] <= 1e3 * BLOCK / 48_000,
+        "resident_bytes_of_time": memory.read[:: max(1, len(memory.read) // 20)],
+        "growth": grown,
+        "growth_within": grown is not None and grown <= GROWTH_LIMIT,
+    }
+
+
+class Memory:
+    """Reads the memory of a process and its children once a second."""
+
+    def __init__(self) -> None:
+        self.read: list[int] = []
+        self._over = threading.Event()
+        self._thread: threading.Thread | None = None
+
+    def watch(self, pid: int) -> None:
+        """Begin."""
+
+        def work() -> None:
+            while not self._over.wait(1.0):
+                self.read.append(sum(resident_bytes(member) for member in family(pid)))
+
+        self._thread = threading.Thread(target=work)
+        self._thread.start()
+
+    def end(self) -> None:
+        """End."""
+        self._over.set()
+        if self._thread is not None:
+            self._thread.join()
+
+    def growth(self) -> float | None:
+        """Return the growth from the second tenth of the time, when it is warm, to the last but one; both medians."""
+        tenth = len(self.read) // 10
+        if tenth == 0:
+            return None
+        warm, last = (np.median(part) for part in (self.read[tenth : 2 * tenth], self.read[-2 * tenth : -tenth]))
+        return round(float(last / warm - 1.0), 5)
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Soak as `words` ask; return 0, or 1 where something drifted, grew or went missing."""
+    made = argparse.ArgumentParser(prog="python -m tests.bench.soak", description="Show that it holds for long.")
+    kinds = made.add_subparsers(dest="kind", required=True)
+    one = kinds.add_parser("day", help="a day of one voice on a fast clock")
+    one.add_argument("--seconds", type=float, default=DAY)
+    one.add_argument("--rate", type=int, default=48_000)
+    many = kinds.add_parser("hands", help="minutes of many streams on a real service")
+    many.add_argument("--minutes", type=float, default=10.0)
+    many.add_argument("--streams", type=int, default=50)
+    many.add_argument("--workers", type=int, default=1)
+    many.add_argument("--module", default="service", help="what is served, as tests.service.serve_zeros")
+    asked = made.parse_args(words)
+    began = time.time()
+    if asked.kind == "day":
+        report = day(asked.seconds, asked.rate)
+        good = report["drift_within"] and report["growth_within"]
+    else:
+        report = hands(asked.minutes, asked.streams, asked.workers, asked.module)
+        good = report["drift_within_a_block"] and report["growth_within"] and not report["missing"]
+    print(json.dumps(report | {"good": bool(good), "seconds_of_all": round(time.time() - began, 1)}, indent=1))
+    return 0 if good else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,52 @@
+"""`python -m tests.service.faults.serve_inspected`: the service, with a route that tells what the process holds.
+
+Model: `GET /inspected` counts tasks and file descriptors, and gives the resident memory after a full garbage collection
+    and after the C library has given back what it keeps (malloc_trim, where there is one).
+"""
+
+from __future__ import annotations
+
+import asyncio
+import ctypes
+import gc
+import os
+import sys
+
+from fastapi import FastAPI
+from starlette.responses import JSONResponse
+
+from service import app as app_module
+from service.__main__ import main
+from service.engine import Engine
+from service.settings import Settings
+from tests.bench.process_use import open_files, resident_bytes
+
+PATH = "/inspected"
+
+
+async def inspected() -> JSONResponse:
+    """Answer with what is held now."""
+    gc.collect()
+    trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
+    if trim is not None:
+        trim(0)
+    names = sorted(getattr(task.get_coro(), "__qualname__", "?") for task in asyncio.all_tasks())
+    own = os.getpid()
+    return JSONResponse({"tasks": names, "files": open_files(own), "resident_bytes": resident_bytes(own)})
+
+
+def inspectable() -> None:
+    """Have `create_app` make applications that have the route."""
+    made = app_module.create_app
+
+    def create_app(settings: Settings, engine: Engine | None = None) -> FastAPI:
+        app = made(settings, engine)
+        app.add_api_route(PATH, inspected, include_in_schema=False)
+        return app
+
+    app_module.create_app = create_app
+
+
+if __name__ == "__main__":
+    inspectable()
+    sys.exit(main())

@@ -1,0 +1,195 @@
+"""Every call that OpenAPI tells of, with thousands of requests that nobody thought of: only promised answers.
+
+Model: schemathesis draws requests from the service's own OpenAPI document, some that fit its schemas and some that do
+    not, with scenes drawn from `synth.scene.scene_schema()`; each is answered in process. An answer must have a
+    documented status, media type and schema. 5xx is allowed for 503 alone, with the type of a problem
+    that is documented for 503.
+Limits: endless streams are asked for with `?duration=`, renders are short (an answer in process is collected whole),
+    and PortAudio is kept out, so that no test plays on the machine's own device. The plain engine gives breadth, the
+    real one a smaller run. `-m thorough` draws ten times as many.
+"""
+
+from __future__ import annotations
+
+import itertools
+import sys
+from collections import Counter
+from collections.abc import Iterator
+from typing import Any
+
+import httpx
+import pytest
+import requests
+import schemathesis
+from fastapi import FastAPI
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from schemathesis import Case as AnyCase
+from schemathesis import GenerationMode
+from schemathesis.specs.openapi.checks import (
+    content_type_conformance,
+    response_headers_conformance,
+    response_schema_conformance,
+    status_code_conformance,
+)
+
+from service import problems
+from service.app import create_app
+from service.engine import SynthEngine
+from synth.textures import catalogue
+from tests.service.harness import LOCAL, ask, roomy_settings, settings_of
+from tests.service.plain_engine import PlainEngine
+
+CHECKS = [
+    content_type_conformance,
+    response_headers_conformance,
+    response_schema_conformance,
+    status_code_conformance,
+]
+MAY_BE_503 = {kind.uri for kind in problems.TYPES.values() if kind.status == 503}
+LONGEST = 0.25  # s of a render or a stream in these tests
+EXAMPLES = 40  # requests of a call and a mode; some ten seconds for all
+REAL_EXAMPLES = 8  # of the real engine, whose answer to a wild scene can take seconds
+THOROUGH = 10
+REAL = ("POST /v1/render", "POST /v1/explain", "POST /v1/sessions", "PATCH /v1/sessions/{session_id}")
+"""The calls that the smaller run asks of the real engine: those that solve a scene, but not for a minute."""
+STREAM, PLAY = "/v1/sessions/{session_id}/stream", "/v1/sessions/{session_id}/play"
+LIMITS = {"max_duration": LONGEST, "max_sessions": 8}
+JSON = {"Content-Type": "application/json"}
+NAMES = itertools.count()
+
+
+Case = AnyCase[Any]
+
+
+def documented() -> Any:
+    """Return schemathesis' view of the service."""
+    return schemathesis.openapi.from_dict(create_app(settings_of(), PlainEngine()).openapi())
+
+
+OPERATIONS = {found.ok().label: found.ok() for found in documented().get_all_operations()}
+FITS = [pytest.param(label, True, id=f"{label} fits") for label in OPERATIONS]
+FITS_NOT = [
+    pytest.param(label, False, id=f"{label} does not fit")
+    for label, operation in OPERATIONS.items()
+    if operation.body or operation.query  # a path's parameters are any text
+]
+MANY = [pytest.param(1, id="few"), pytest.param(THOROUGH, id="many", marks=pytest.mark.thorough)]
+
+
+def drawn(examples: int) -> settings:
+    """Return the settings of a run of so many examples; the same requests in each run of the same versions."""
+    quiet = list(HealthCheck)
+    return settings(max_examples=examples, deadline=None, suppress_health_check=quiet, database=None, derandomize=True)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def no_devices() -> Iterator[None]:
+    """Keep the machine's own devices out of reach."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(sys.modules, "sounddevice", None)
+        yield
+
+
+@pytest.fixture(scope="module")
+def plain(tmp_path_factory: pytest.TempPathFactory) -> Iterator[FastAPI]:
+    folder = tmp_path_factory.mktemp("recordings")
+    app = create_app(settings_of(**roomy_settings() | LIMITS, file_folder=folder), PlainEngine())
+    app.state.service.warm_up()
+    yield app
+    app.state.service.sessions.close()
+    app.state.service.finish()
+
+
+@pytest.fixture(scope="module")
+def real(tmp_path_factory: pytest.TempPathFactory) -> Iterator[FastAPI]:
+    folder = tmp_path_factory.mktemp("recordings")
+    chosen = settings_of(**roomy_settings() | LIMITS, file_folder=folder)
+    app = create_app(chosen, SynthEngine(chosen.cache_bytes))
+    yield app
+    app.state.service.sessions.close()
+    app.state.service.finish()
+
+
+def answered(app: FastAPI, case: Case, known: bool) -> httpx.Response:
+    """Return the answer to `case` after checking it; known: what its path names exists."""
+    if known:
+        exist(app, case)
+    shorten(case)
+    sent = ("method", "url", "headers", "params", "json", "data", "cookies", "files")
+    words = case.as_transport_kwargs(base_url=LOCAL)
+    asked = requests.Request(**{name: words[name] for name in sent if name in words}).prepare()
+    body: Any = asked.body
+    answer = ask(app, asked.method or "", asked.url or "", content=body, headers=dict(asked.headers))
+    check(answer)
+    case.validate_response(answer, checks=CHECKS)
+    return answer
+
+
+def check(answer: httpx.Response) -> None:
+    """Fail where an answer is a mistake of ours, or a 503 without a documented reason."""
+    if answer.status_code >= 500:
+        assert answer.status_code == 503, answer.text
+        assert answer.json()["type"] in MAY_BE_503
+    if answer.status_code >= 400:
+        assert answer.headers["content-type"] == problems.MEDIA_TYPE, answer.text
+
+
+def exist(app: FastAPI, case: Case) -> None:
+    """Have the path of `case` name what there is: a session, with a play that can be ended, or a texture."""
+    names = case.path_parameters or {}
+    if "name" in names:
+        names["name"] = catalogue()[0].name
+    if "session_id" in names:
+        names["session_id"] = session_of(app)
+        recording: Any = {"device": f"file:take-{next(NAMES)}.wav"}
+        if case.operation.label == f"DELETE {PLAY}":
+            path = PLAY.format(session_id=names["session_id"])
+            assert ask(app, "POST", path, json=recording).status_code == 202
+        if case.operation.label == f"POST {PLAY}" and case.body == {}:
+            case.body = recording
+
+
+def session_of(app: FastAPI) -> str:
+    """Return the id of a fresh session; earlier ones end, so that there is always room."""
+    app.state.service.sessions.end_all()
+    return str(ask(app, "POST", "/v1/sessions", content=b"{}", headers=JSON).json()["id"])
+
+
+def shorten(case: Case) -> None:
+    """Make an endless stream finite and most renders short, without making what is wrong with them right."""
+    if case.operation.path == STREAM and "duration" not in (case.query or {}):
+        case.query = {**(case.query or {}), "duration": 0.01}
+    body: Any = case.body
+    if isinstance(body, dict) and case.operation.path == "/v1/render" and isinstance(body.get("output", {}), dict):
+        asked = body.get("output", {}).get("duration")
+        if asked is None or isinstance(asked, float | int):
+            case.body = body | {"output": body.get("output", {}) | {"duration": min(0.02, abs(asked or 0.02))}}
+
+
+@pytest.mark.parametrize("times", MANY)
+@pytest.mark.parametrize(("label", "fits"), FITS + FITS_NOT)
+def test_every_answer_is_one_that_the_document_promises(plain: FastAPI, label: str, fits: bool, times: int) -> None:
+    mode = GenerationMode.POSITIVE if fits else GenerationMode.NEGATIVE
+    seen: Counter[int] = Counter()
+
+    @drawn(EXAMPLES * times)
+    @given(case=OPERATIONS[label].as_strategy(generation_mode=mode), known=st.booleans())
+    def run(case: Case, known: bool) -> None:
+        plain.state.service.sessions.end_all()
+        seen[answered(plain, case, known).status_code] += 1
+
+    run()
+    assert not fits or any(status < 300 for status in seen), f"nothing was accepted: {seen}"
+
+
+@pytest.mark.parametrize("times", MANY)
+@pytest.mark.parametrize("label", REAL)
+def test_the_real_engine_makes_no_mistake_of_a_scene_that_fits(real: FastAPI, label: str, times: int) -> None:
+    @drawn(REAL_EXAMPLES * times)
+    @given(case=OPERATIONS[label].as_strategy(generation_mode=GenerationMode.POSITIVE))
+    def run(case: Case) -> None:
+        real.state.service.sessions.end_all()
+        answered(real, case, known=True)
+
+    run()
