@@ -249,7 +249,7 @@ class HandVoice(LiveVoice):
             if self._rows is not None:
                 reader.use_rows(self._rows(part, place))
             else:
-                reader.take_over_rows()
+                reader.renew()
                 if self.log is not None:
                     self.log.rows(self.frame, part, place, reader.edges)
         self._cross_to(voice)

@@ -27,12 +27,14 @@ from synth.contact.tables import CUBIC, QUINTIC, fitted_table, kept_harmonics
 from synth.motion import LARGEST_LOAD, LOAD, SPEED, Motion
 from synth.output import Block
 from synth.preparation import BAND, Preparation
-from synth.row_solver import Followed, RowSolver
+from synth.row_solver import MOVED, Followed, RowSolver
 
 ROW_SHARE, BETWEEN_SHARE = 0.6, 0.245  # of the tolerance: the error of a row, and between rows
 # the tightest tolerance of rows for displacement, velocity and acceleration: tighter ones take minutes; the plan tells
 ROW_FLOOR = (1e-6, 1e-5, 3e-4)
 SINGLE = 1e-5  # from this tolerance on float32 is enough for the tables of velocity and acceleration
+NOWHERE_FINE = (0.0, 0.0)  # N: the range of loads in which a hand that does not rest needs fine rows
+REST_TIME = 0.1  # s that a hand keeps its load before rows are made fine there; shorter: presses fill the memory
 LOOK_SECONDS = 0.05  # between two times that a hand takes new rows over, which costs some 50 us
 BASE_OF_LIFT = 0.25  # octaves of load begin here at most, as a part of lift_load: the gate leaves under a tenth below
 
@@ -71,6 +73,19 @@ class MovingTables:
         """Bytes of tables and rows."""
         rows = 0 if self.rows is None else self.rows.memory_bytes
         return rows + sum(store.memory_bytes for store in self.stores.values())
+
+    @property
+    def edges_at_first(self) -> Array:
+        """Those with which a reader begins: all where it waits, the coarse ones for a hand that may not rest."""
+        return self.edges if self.wait or self.rows is None else self.edges_fine_in(self.edges, NOWHERE_FINE)
+
+    def edges_fine_in(self, edges: Array, fine: tuple[float, float]) -> Array:
+        """Return those of the rows at `edges` (N) that are coarse, and all between two loads and next to them."""
+        assert self.rows is not None
+        kept = self.rows.coarse(edges)
+        low, high = np.searchsorted(edges, fine[0], side="right") - 1, np.searchsorted(edges, fine[1])
+        kept[max(low, 0) : high + 1] |= fine[1] > 0.0
+        return np.asarray(edges[kept])
 
     def follow(self) -> Followed | None:
         """Return what a hand tells its load, None where rows need no solving; `leave` it in the end."""
@@ -130,12 +145,14 @@ class MovingReader:
         self.shared = tables or MovingTables(solved, wait=wait)
         self.solved, self.rows = solved, self.shared.rows
         self.rate, self.period = solved.scene.output.sample_rate, solved.scene.texture.period
-        self.surfaces = {degree: Surfaces(store) for degree, store in self.shared.stores.items()}
-        self._edges = self.shared.edges
+        self._edges = self.shared.edges_at_first
+        self.surfaces = {degree: Surfaces(store, self._edges) for degree, store in self.shared.stores.items()}
         self.phase = np.array([phase], dtype=np.uint64)
         self._layouts: list[Array] = []
         self._followed: Followed | None = None
         self._looked = 0.0
+        self._rest, self._rested, self._fine = NOWHERE_FINE, 0, NOWHERE_FINE
+        self._news, self._seen = self._edges, (self._edges, NOWHERE_FINE)
         self.takes_over = True  # by itself, while it reads a hand; a live voice that is recorded does it instead
         self._lay_out()
 
@@ -144,6 +161,7 @@ class MovingReader:
         made = MovingReader(self.solved, 0, tables=self.shared)
         made.takes_over = self.takes_over
         made.use_rows(self._edges)
+        made._rest, made._rested, made._fine = self._rest, self._rested, self._fine
         if self._followed is not None:
             made.follow()
         return made
@@ -200,7 +218,7 @@ class MovingReader:
             if not load <= LARGEST_LOAD:
                 raise ValueError(f"a load of {load!r} N is beyond the largest, {LARGEST_LOAD:g} N")
             self.rows.cover(load, load, self.shared.finest)
-            if self.take_over_rows():
+            if self._use_all_rows():
                 return
         turns = abs(float(sample[SPEED])) / (self.rate * self.period)
         levels = self.shared.levels
@@ -221,23 +239,52 @@ class MovingReader:
     def read_hand(self, motion: Motion, out: Block) -> None:
         """Do as `read` for a hand that is followed, with the rows that have become ready."""
         if self._followed is not None:
-            load, calm = motion.samples.item(LOAD, 0), self._followed.calm
-            if not calm[0] <= load <= calm[1]:
-                self._followed.now_at(load)
+            self._follow(motion.samples.item(LOAD, 0), motion.samples.shape[1])
             if self.takes_over and self.has_news():
                 self.take_over_rows()
         self.read(motion, out)
 
+    def _follow(self, load: float, frames: int) -> None:
+        """Tell who solves rows of a load that needs new ones: at once beyond the rows, else when the hand rests there.
+
+        A load that is only passed through needs no fine rows: the tables of each would be built for a moment.
+        """
+        assert self._followed is not None
+        if self._rest[0] <= load <= self._rest[1]:
+            self._rested += frames
+        else:
+            self._rest, self._rested = (load / MOVED, load * MOVED), 0
+        resting = self._rested >= REST_TIME * self.rate
+        self._fine = self._rest if resting else NOWHERE_FINE
+        calm = self._followed.calm
+        if not calm[0] <= load <= calm[1] and (resting or not self._edges[0] <= load <= self._edges[-1]):
+            self._followed.now_at(load)
+
     def has_news(self) -> bool:
-        """Return whether rows have become ready since the last, every LOOK_SECONDS at most."""
-        if self.shared.edges is self._edges or monotonic() - self._looked <= LOOK_SECONDS:
+        """Return whether there are other rows for this hand than it uses; they are looked for every LOOK_SECONDS."""
+        asked = self.shared.edges, self._fine
+        if asked[0] is self._seen[0] and asked[1] == self._seen[1]:
             return False
-        self._looked = monotonic()
-        return True
+        now = monotonic()
+        if now - self._looked <= LOOK_SECONDS:
+            return False
+        self._looked, self._seen = now, asked
+        self._news = asked[0] if self._followed is None else self.shared.edges_fine_in(*asked)
+        return not np.array_equal(self._news, self._edges)
 
     def news_matter(self, load: float) -> bool:
-        """Return whether the newest rows change what sounds at `load` (N)."""
-        return _interval_ends(self.shared.edges, load) != _interval_ends(self._edges, load)
+        """Return whether the rows that were found last change what sounds at `load` (N)."""
+        return _interval_ends(self._news, load) != _interval_ends(self._edges, load)
+
+    def take_over_rows(self) -> None:
+        """Use the rows that `has_news` found."""
+        self.use_rows(self._news)
+
+    def renew(self) -> None:
+        """Use the rows that are there for this hand now."""
+        self._looked = 0.0
+        if self.has_news():
+            self.take_over_rows()
 
     def close(self, *, wait: bool = True) -> None:
         """Be followed no more; what is solved can still be read. wait: for a thread that ends with the last."""
@@ -248,14 +295,13 @@ class MovingReader:
         """Solve the rows from `low` to `high` (N) as finely as rows may lie, and use them."""
         if self.rows is not None:
             self.rows.cover(low, high, FINEST)
-            self.take_over_rows()
+            self._use_all_rows()
 
-    def take_over_rows(self) -> bool:
-        """Use the rows that became ready since; return whether there were any."""
-        edges = self.shared.edges
-        if edges is self._edges:
+    def _use_all_rows(self) -> bool:
+        """Use every row that is ready; return whether there are new ones."""
+        if self.shared.edges is self._edges:
             return False
-        self.use_rows(edges)
+        self.use_rows(self.shared.edges)
         return True
 
     def use_rows(self, edges: Array) -> None:

@@ -13,8 +13,11 @@ Limits  what plays until a row is ready is the nearest one: on a slow machine a 
 
 from __future__ import annotations
 
+import os
+import sys
 import threading
 from collections import deque
+from contextlib import suppress
 from time import monotonic
 
 from synth.contact.rows import COARSE, FINEST, PASSING, Rows
@@ -23,6 +26,7 @@ USUAL_LOADS = (0.05, 1.8)  # N
 NEIGHBOURHOOD = 1.1  # the octave of a load this much higher or lower is solved too, before the hand is there
 ROUND = (1.03, 1.1)  # how far round the hand's load rows are made fine, in turn
 SOON = 2.0  # s from the start in which the usual range is made fine, if it can be
+POLITENESS = 10  # of Linux's 0 to 19: a tenth of a busy core; less and streams are late, more and rows never come
 INSIDE = 1.03  # a load this much within the ends of what is fine needs nothing new,
 MOVED = 1.02  # nor does one that is no further than this from the load that is worked at
 
@@ -126,6 +130,7 @@ class RowSolver:
         return self._usual.wait(seconds)
 
     def _run(self) -> None:
+        _let_others_first()
         until = monotonic() + SOON
         self._rows.cover(*USUAL_LOADS, COARSE, self._left)
         if not self._left():
@@ -174,6 +179,13 @@ class RowSolver:
         self._rows.cover(*USUAL_LOADS, FINEST, lambda: self._wanted_elsewhere() or monotonic() > until)
         if monotonic() <= until and not self._wanted_elsewhere():
             self._fine = _joined(self._fine, USUAL_LOADS)
+
+
+def _let_others_first() -> None:
+    """Have this thread wait for those that render, where the system knows a priority of threads (Linux)."""
+    if sys.platform == "linux":
+        with suppress(OSError):
+            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), POLITENESS)
 
 
 def _joined(ranges: list[Range], new: Range) -> list[Range]:

@@ -18,6 +18,7 @@ import threading
 from bisect import bisect_right
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -169,6 +170,12 @@ class Rows:
                 at = bisect_right(parts, part.low, key=_low_of) - 1
                 self._octaves[number] = [*parts[:at], *halves, *parts[at + 1 :]]
                 self._publish()
+
+    def coarse(self, loads: Array) -> np.ndarray[Any, np.dtype[np.bool_]]:
+        """Return which of `loads` (N), each that of a row, are ends of intervals of COARSE or wider."""
+        mantissa, _exponent = np.frexp(loads / self.base)
+        place = np.where(loads < self.base, loads / self.base, 2.0 * mantissa - 1.0) / COARSE
+        return np.asarray(np.abs(place - np.rint(place)) < 1e-6)
 
     def _publish(self) -> None:
         parts = [part for number in sorted(self._octaves) for part in self._octaves[number]]

@@ -12,6 +12,7 @@ Limits  the pool is begun anew when it would pass POOL_BYTES; what plays next is
 from __future__ import annotations
 
 import threading
+from itertools import pairwise
 from typing import Any, Protocol
 
 import numpy as np
@@ -21,7 +22,7 @@ from synth.contact.levels import Levels
 from synth.contact.spectrum import Complex, Spectrum
 from synth.contact.tables import FEWEST_CELLS, surface
 
-POOL_BYTES = 64 << 20  # what a response may hold in tables of one degree; smaller pools are filled anew more often
+POOL_BYTES = 128 << 20  # what a response may hold in tables of one degree; many hands that press refill smaller ones
 EVERYWHERE = 4e3  # N: beyond any load, the end of the one interval of a response that does not vary with the load
 
 Offsets = np.ndarray[Any, np.dtype[np.int64]]
@@ -73,8 +74,7 @@ class TableStore:
         self._lock = threading.Lock()
         self._pool = np.empty(0, self._type)
         self._used = 0
-        self._placed: dict[tuple[int, float, float], int] = {}
-        self._latest: tuple[Array, Array, Offsets] | None = None  # edges, and the pool and tables for them
+        self._placed: dict[tuple[float, float], Offsets] = {}  # by interval: where the table of each level begins
 
     @property
     def memory_bytes(self) -> int:
@@ -84,54 +84,50 @@ class TableStore:
     def view(self, edges: Array) -> tuple[Array, Offsets]:
         """Return the pool, and where in it the tables of each level and interval of `edges` begin."""
         with self._lock:
-            return self._view(edges)
+            return self._pool, self._tables(edges)
 
     def build(self, levels: range, interval: int, edges: Array) -> tuple[Array, Offsets]:
         """Return a view of `edges` that holds the tables of `levels` over one interval, building what is missing."""
         low, high = float(edges[interval]), float(edges[interval + 1])
         with self._lock:
-            missing = [level for level in levels if (level, low, high) not in self._placed]
+            offsets = self._offsets(low, high)
+            missing = [level for level in levels if offsets[level] < 0]
             size = sum((self.degree + 1) * 4 << int(self._bits[level]) for level in missing)
             if self._used and self._used + size > POOL_BYTES // self._type.itemsize:
-                self._begin_anew()
-                missing = list(levels)
-            _pool, tables = self._view(edges)
-            if missing:
-                for level in missing:
-                    self._place(level, low, high)
-            tables = tables.copy()
-            for level in levels:
-                tables[level, 1 + interval] = self._placed[level, low, high]
-            self._latest = edges, self._pool, tables
-            return self._pool, tables
+                self._pool, self._used = np.empty(0, self._type), 0  # views that still read the old one keep it
+                self._placed.clear()
+                offsets, missing = self._offsets(low, high), list(levels)
+            for level in missing:
+                offsets[level] = self._place(level, low, high)
+            return self._pool, self._tables(edges)
 
-    def _view(self, edges: Array) -> tuple[Array, Offsets]:
-        if self._latest is None or self._latest[0] is not edges:
-            tables = np.full((len(self.levels.highest), len(edges)), -1, dtype=np.int64)
-            tables[:, 0] = self._bits
-            for (level, low, high), offset in self._placed.items():
-                interval = int(np.searchsorted(edges, low))
-                if interval + 1 < len(edges) and edges[interval] == low and edges[interval + 1] == high:
-                    tables[level, 1 + interval] = offset
-            self._latest = edges, self._pool, tables
-        return self._latest[1], self._latest[2]
+    def _offsets(self, low: float, high: float) -> Offsets:
+        found = self._placed.get((low, high))
+        if found is None:
+            found = self._placed[low, high] = np.full(len(self._bits), -1, dtype=np.int64)
+        return found
 
-    def _place(self, level: int, low: float, high: float) -> None:
+    def _tables(self, edges: Array) -> Offsets:
+        tables = np.full((len(self._bits), len(edges)), -1, dtype=np.int64)
+        tables[:, 0] = self._bits
+        loads = edges.tolist()
+        for interval, ends in enumerate(pairwise(loads)):
+            found = self._placed.get(ends)
+            if found is not None:
+                tables[:, 1 + interval] = found
+        return tables
+
+    def _place(self, level: int, low: float, high: float) -> int:
+        """Build one table; return where it begins."""
         series = self.rows.cubic(low, high, self.levels.highest[level])
         block = surface(series, self.degree, 1 << int(self._bits[level])).ravel()
         if self._used + block.size > self._pool.size:
             grown = np.empty(max(2 * self._pool.size, self._used + block.size), self._type)
             grown[: self._used] = self._pool[: self._used]
             self._pool = grown
-        self._pool[self._used : self._used + block.size] = block
-        self._placed[level, low, high] = self._used
-        self._used += block.size
-
-    def _begin_anew(self) -> None:
-        """Leave the pool to the views that still read it."""
-        self._pool, self._used = np.empty(0, self._type), 0
-        self._placed.clear()
-        self._latest = None
+        begin, self._used = self._used, self._used + block.size
+        self._pool[begin : self._used] = block
+        return begin
 
 
 class Surfaces:
@@ -140,9 +136,9 @@ class Surfaces:
     pool, tables: as `reading` takes them. edges: loads (N) between the intervals.
     """
 
-    def __init__(self, store: TableStore) -> None:
+    def __init__(self, store: TableStore, edges: Array) -> None:
         self.store = store
-        self.use(store.rows.edges)
+        self.use(edges)
 
     def layout(self, constants: list[float]) -> Array:
         """Return what `reading` calls the layout: `constants`, the fades of the levels, the edges of the intervals."""

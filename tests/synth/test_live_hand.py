@@ -20,7 +20,7 @@ from synth.scene import parse_scene
 
 RATE, BLOCK = 8000, 80
 ABOVE = firwin(101, 2500, fs=RATE, pass_zero=False)
-CLICK = 0.06  # of full scale; a load that sets in at once, without a ramp, is one of 0.8
+CLICK = {"displacement": 0.03, "acceleration": 0.2}  # of full scale; the model's own, of such a landing: 0.21 at most
 QUANTITIES = ("displacement", "acceleration")
 
 
@@ -118,7 +118,7 @@ def test_first_contacts_and_jumps_do_not_step(voices: Any, quantity: str) -> Non
     for number, place in enumerate((0.3, -0.2, 0.31)):
         voice.touch(Update(1000 + number, 10.0 + number, place, None, 0.3))
         found.append(still(voice, 3 if number == 1 else 30))  # the third comes in the midst of the second's cross-fade
-    assert click(np.concatenate(found)) <= CLICK
+    assert click(np.concatenate(found)) <= CLICK[quantity]
 
 
 def test_a_jump_in_the_midst_of_a_cross_fade_waits_and_the_newest_wins(voices: Any) -> None:
@@ -143,7 +143,7 @@ def test_a_lift_is_silent_in_the_end_and_the_next_contact_sounds_with_the_last_l
     assert np.abs(falling[-10 * BLOCK :]).max() == 0.0
     back = stroked(voice, 40, first=90, load=None)
     assert np.abs(back[-5 * BLOCK :]).max() > 0.3
-    assert click(np.concatenate([falling, back])) <= CLICK
+    assert click(np.concatenate([falling, back])) <= CLICK[quantity]
 
 
 def test_a_scene_may_change_under_the_hand(voices: Any) -> None:
