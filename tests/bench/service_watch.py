@@ -66,7 +66,7 @@ def _stops() -> None:
 def _stop(url: str) -> tuple[float, float]:
     """Return the seconds until the answer, and until the last stream has ended."""
     ends: list[float] = []
-    sounding = threading.Barrier(STREAMS + 1)
+    sounding = threading.Barrier(STREAMS + 1, timeout=30.0)
 
     def read() -> None:
         with httpx.Client(base_url=url) as client:
