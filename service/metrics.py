@@ -3,7 +3,7 @@
 Model: plain numbers under one lock; nothing is formatted until somebody asks (`snapshot`), and what others already
     count (the cache, the sessions) is read then and not before (`watch`). `service.exposition` merges the snapshots
     of all workers and writes them for Prometheus.
-Limits: half a microsecond a block (tests/bench/metrics_cost.py prints it). Methods may be called from any thread.
+Limits: half a microsecond a block (tests/bench/service_watch.py prints it). Methods may be called from any thread.
 """
 
 from __future__ import annotations

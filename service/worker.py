@@ -1,10 +1,19 @@
-"""What each worker process starts from, when there is more than one: its settings come from the environment."""
+"""What each worker process starts from, when there is more than one: its settings come from the environment.
+
+Model: a worker whose parent has gone (killed, out of memory) ends as if it had been told to: nobody would replace it,
+    and nobody could end it by ending the service.
+"""
 
 from __future__ import annotations
 
+import asyncio
+import logging
 import os
+import signal
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from fastapi import FastAPI
 
@@ -16,10 +25,39 @@ from service.siblings import FOLDER_VARIABLE
 if TYPE_CHECKING:
     from service.engine import Engine
 
+log = logging.getLogger("ridgewave.service")
+
+PARENT_SECONDS = 0.5  # between looks for the parent; an orphan plays on for so long at most
+
+
 
 def app(engine: Engine | None = None) -> FastAPI:
     """Return the application of this worker; `engine` is `synth` unless a test brings its own."""
     settings = read_settings()
     set_up_log(settings.log_level, settings.log_format)
     folder = os.environ.get(FOLDER_VARIABLE)
-    return create_app(settings, engine, siblings=None if folder is None else Path(folder))
+    made = create_app(settings, engine, siblings=None if folder is None else Path(folder))
+    made.router.lifespan_context = _with_parent(made.router.lifespan_context)
+    return made
+
+
+def _with_parent(lifespan: Callable[[FastAPI], Any]) -> Callable[[FastAPI], Any]:
+    """Return `lifespan`, ended when the parent of this process has gone."""
+
+    @asynccontextmanager
+    async def watched(app: FastAPI) -> AsyncIterator[None]:
+        async with lifespan(app):
+            watch = asyncio.create_task(_end_with(os.getppid()))
+            try:
+                yield
+            finally:
+                watch.cancel()
+
+    return watched
+
+
+async def _end_with(parent: int) -> None:
+    while os.getppid() == parent:
+        await asyncio.sleep(PARENT_SECONDS)
+    log.error("the process that started this worker has gone: the worker ends too")
+    os.kill(os.getpid(), signal.SIGTERM)

@@ -89,7 +89,7 @@ def test_a_wrong_method_is_405_with_allow(app: FastAPI, method: str, path: str, 
     assert allow in answer.headers["allow"]
 
 
-@pytest.mark.parametrize("path", ["/nothing", "/v1/render/", "/v1/textures/none", "/v1/sessions/none", "/metrics"])
+@pytest.mark.parametrize("path", ["/nothing", "/v1/render/", "/v1/textures/none", "/v1/sessions/none"])
 def test_what_is_not_there_is_404(app: FastAPI, path: str) -> None:
     problem(ask(app, "GET", path), 404, "not-found")
 
