@@ -58,8 +58,8 @@ class Client:
     def render(self, scene: Any = None, format: str = "f32le") -> Sound:
         """Return the sound of a scene (a partial scene as a mapping, a `synth.Scene`, None for the default scene).
 
-        format: how it travels: "f32le" and "wav" are float32, not limited; "wav16", "wav24", "flac" and "l16" are integers,
-        limited, and come back as float32.
+        format: how it travels: "f32le" and "wav" are float32, not limited; "wav16", "wav24", "flac" and "l16" are
+        integers, limited, and come back as float32.
         """
         return self.carry(calls.render(scene, format))
 
@@ -175,7 +175,7 @@ class Session(SessionFace):
 
     @contextlib.contextmanager
     def stream(self, duration: float | None = None, format: str = "f32le") -> Iterator[Stream]:
-        """Yield the sound, in real time; endless, or of `duration` seconds. format: "f32le", or "l16", half the bytes."""
+        """Yield the sound, in real time; endless, or of `duration` seconds. format: "f32le", or "l16": half as much."""
         with self._client.carry_open(calls.stream(self.id, duration, format)) as response:
             yield Stream(response)
 

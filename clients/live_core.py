@@ -34,7 +34,6 @@ Reconnect = Literal["new"] | bool
 
 PROBLEMS_KEPT = 100  # the newest; a client that is told more does not read them
 REALTIME_WAITING = 1.0  # s of sound that may wait to be read; past it the service sees a slow reader, as there is one
-FADE_SECONDS = 0.1  # s of credit for the fade of a stop; the fade takes 10 ms, and the service ends where it is over
 SCENE_REFUSALS = frozenset({"scene-refused", "fixed", "cannot-render"})  # problems that answer a change of the scene
 LEFT = "left"  # the reason where `with` ended before the stream
 ASKED_ENDS = frozenset({"stopped", "finished", LEFT})
@@ -195,10 +194,10 @@ class LiveCore:
         self._changes.ask(partial)
 
     def stop(self) -> None:
-        """Ask for the end, with credit for the fade."""
+        """Ask for the end; the fade that comes before it needs no credit."""
         if not self._stopping:
             self._stopping = self._stop_unsent = True
-            self._wanted = self._buffer.frames + self._credit.outstanding + round(FADE_SECONDS * self._rate)
+            self._wanted = 0
 
     def want(self, frames: int) -> None:
         """Note that `frames` are to be read next. Raises AskedWrong for what is not a number of frames."""
@@ -281,7 +280,7 @@ class LiveCore:
         elif kind == "limited":
             self.gain_reduction_db = float(message["gain_reduction_db"])
         elif kind == "problem":
-            self._note(Problem.read(message))
+            self._note(Problem.read({**message, "type": message.get("problem", "about:blank")}))
         elif kind == "end" and self._attached:
             reason = str(message["reason"])
             told = None if reason in ASKED_ENDS else self._told

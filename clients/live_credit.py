@@ -21,7 +21,7 @@ class Credit:
         self.outstanding = 0
 
     def spend(self, frames: int) -> None:
-        """Note that `frames` came; the fade at an end may come beyond the credit."""
+        """Note that `frames` came; the fade at an end comes beyond the credit."""
         self.outstanding = max(0, self.outstanding - frames)
 
     def grant(self, missing: int) -> int:

@@ -45,7 +45,7 @@ class Sound:
         return np.multiply(self.frames, np.asarray(self.full_scale, dtype=np.float64))
 
     def save(self, path: str | Path, subtype: str | None = None) -> Path:
-        """Write a sound file and return its path; ending and subtype as `ridgewave render -o` and `--subtype` have them.
+        """Write a sound file and return its path; ending and subtype are those of `ridgewave render`.
 
         Integer sound passes the safety limiter first, because integers clip. Raises AskedWrong, CannotRender.
         """
