@@ -109,7 +109,9 @@ class LiveCore:
         return wire.hello_again(self.ready.session, self.heard - self._offset)
 
     def receive(self, message: str | bytes) -> None:
-        """Heed one message of the service; what cannot be right ends the stream."""
+        """Heed one message of the service; what cannot be right ends the stream, and nothing is heard after an end."""
+        if self.over is not None:
+            return
         try:
             if isinstance(message, bytes):
                 self._hear(message)
@@ -144,11 +146,13 @@ class LiveCore:
             self.over = ResumeLost(f"the service cannot go on from frame {self.heard}: {detail}")
 
     def leave(self) -> str | None:
-        """End the stream from this side; return what is to be said first, if anything."""
-        attached = self._attached and self.over is None
-        if self.over is None:
-            self.over = StreamEnded(LEFT, self.heard)
-        return wire.stop() if attached else None
+        """End the stream from this side, and drop what was not read; return what is to be said first, if anything."""
+        if self.ready is not None:
+            self._buffer.take(self._buffer.frames)
+        if self.over is not None:
+            return None
+        self.over = StreamEnded(LEFT, self.heard)
+        return wire.stop() if self._attached else None
 
     def next_message(self) -> str | bytes | None:
         """Return what to send now, which counts as sent; None where there is nothing."""

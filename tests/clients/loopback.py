@@ -122,6 +122,8 @@ def cutting(url: str, cuts: Iterable[int | None]) -> Iterator[str]:
             except OSError:
                 return
             server = socket.create_connection((host, int(port)))
+            for sock in (client, server):
+                sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             for work, arguments in ((_up, (client, server)), (_down, (server, client, next(limits, None)))):
                 thread = threading.Thread(target=work, args=arguments, daemon=True)
                 thread.start()

@@ -86,6 +86,12 @@ class MemoryConnection:
         self.peer.lost()
         self._came.put(Close(1000, "closed here"))
 
+    def cut(self) -> None:
+        """Break now."""
+        self._line.broken = True
+        self.peer.lost()
+        self._came.put(BROKEN)
+
 
 class AsyncMemoryConnection:
     """The connection of the shell with an event loop."""
