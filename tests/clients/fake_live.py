@@ -49,7 +49,8 @@ def sound(first: int, frames: int, channels: int, update: int = NOTHING, scene: 
 def encoded(block: npt.NDArray[np.float32], sample_format: str) -> bytes:
     if sample_format == "f32le":
         return block.astype("<f4").tobytes()
-    return np.rint(block * 32768.0).astype("<i2").tobytes()
+    integers: bytes = np.rint(block * 32768.0).astype("<i2").tobytes()
+    return integers
 
 
 @dataclass

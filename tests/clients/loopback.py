@@ -162,3 +162,45 @@ def _down(server: socket.socket, client: socket.socket, left: int | None) -> Non
             sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
             sock.shutdown(socket.SHUT_RD)
         sock.close()
+
+
+@contextmanager
+def silenced(url: str) -> Iterator[tuple[str, threading.Event]]:
+    """Yield the address of a proxy to `url`, and what makes its first connection pass nothing more, and not end."""
+    host, _, port = url.removeprefix("ws://").partition("/")[0].partition(":")
+    silence = threading.Event()
+    listener = socket.create_server(("127.0.0.1", 0))
+    pairs: list[socket.socket] = []
+
+    def pass_on(source: socket.socket, sink: socket.socket, mute: threading.Event | None) -> None:
+        try:
+            while data := source.recv(65536):
+                if mute is None or not mute.is_set():
+                    sink.sendall(data)
+            sink.shutdown(socket.SHUT_WR)
+        except OSError:
+            pass
+
+    def accept() -> None:
+        mute: threading.Event | None = silence
+        while True:
+            try:
+                client, _ = listener.accept()
+            except OSError:
+                return
+            server = socket.create_connection((host, int(port)))
+            pairs.extend((client, server))
+            for source, sink in ((client, server), (server, client)):
+                threading.Thread(target=pass_on, args=(source, sink, mute), daemon=True).start()
+            mute = None
+
+    thread = threading.Thread(target=accept, daemon=True)
+    thread.start()
+    try:
+        yield f"ws://127.0.0.1:{listener.getsockname()[1]}/v1/live", silence
+    finally:
+        listener.shutdown(socket.SHUT_RDWR)
+        listener.close()
+        thread.join(20.0)
+        for sock in pairs:
+            sock.close()

@@ -6,77 +6,21 @@ What goes through `place` holds of every service that speaks the protocol; here 
 from __future__ import annotations
 
 import asyncio
-import socket
 import threading
-from collections.abc import AsyncIterator, Callable, Iterator
-from contextlib import ExitStack, asynccontextmanager, contextmanager
-from typing import Any, Protocol
+from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
-from clients import AsyncLive, Client, ConnectionLost, Live, RefusedError, ResumeLost, StreamEnded
+from clients import ConnectionLost, Live, RefusedError, ResumeLost, StreamEnded
 from clients.live_reconnect import Backoff, Closure
 from synth.errors import AskedWrong
 from tests.clients.fake_live import FULL_SCALE, RATE, Service, sound
-from tests.clients.loopback import LoopbackService, cutting
-from tests.clients.memory_connection import LoopNetwork, MemoryConnection, ThreadNetwork
+from tests.clients.live_places import READS, Block, MemoryPlace, Place, WebSocketPlace, stroke, stroke_async
+from tests.clients.loopback import LoopbackService
+from tests.clients.memory_connection import MemoryConnection, ThreadNetwork
 from tests.service.harness import until
-
-AT_ONCE = {"first": 0.0, "largest": 0.0}
-Block = npt.NDArray[np.float32]
-Cuts = tuple[int | None, ...]
-
-
-class Place(Protocol):
-    """Where a service is to be had; cuts: the byte from the service after which each connection breaks."""
-
-    def live(self, scene: Any = None, cuts: Cuts = (), **options: Any) -> Any: ...
-    def live_async(self, scene: Any = None, cuts: Cuts = (), **options: Any) -> Any: ...
-
-
-class MemoryPlace:
-    """No socket."""
-
-    def __init__(self) -> None:
-        self.service = Service()
-
-    @contextmanager
-    def live(self, scene: Any = None, cuts: Cuts = (), **options: Any) -> Iterator[Live]:
-        options.setdefault("backoff", Backoff(**AT_ONCE))
-        with Live(scene, connect=ThreadNetwork(self.service, cuts), **options) as touch:
-            yield touch
-
-    @asynccontextmanager
-    async def live_async(self, scene: Any = None, cuts: Cuts = (), **options: Any) -> AsyncIterator[AsyncLive]:
-        options.setdefault("backoff", Backoff(**AT_ONCE))
-        async with AsyncLive(scene, connect=LoopNetwork(self.service, cuts), **options) as touch:
-            yield touch
-
-
-class WebSocketPlace:
-    """A real WebSocket to `url`, through a proxy where there are cuts."""
-
-    def __init__(self, url: str) -> None:
-        self.url = url
-
-    @contextmanager
-    def live(self, scene: Any = None, cuts: Cuts = (), **options: Any) -> Iterator[Live]:
-        options.setdefault("backoff", Backoff(**AT_ONCE))
-        with ExitStack() as opened:
-            url = opened.enter_context(cutting(self.url, cuts)) if cuts else self.url
-            yield opened.enter_context(Live(scene, url=url, **options))
-
-    @asynccontextmanager
-    async def live_async(self, scene: Any = None, cuts: Cuts = (), **options: Any) -> AsyncIterator[AsyncLive]:
-        options.setdefault("backoff", Backoff(**AT_ONCE))
-        with ExitStack() as opened:
-            url = opened.enter_context(cutting(self.url, cuts)) if cuts else self.url
-            async with AsyncLive(scene, url=url, **options) as touch:
-                yield touch
 
 
 @pytest.fixture(scope="module")
@@ -90,27 +34,6 @@ def place(request: pytest.FixtureRequest) -> Place:
     if request.param == "memory":
         return MemoryPlace()
     return WebSocketPlace(request.getfixturevalue("loopback").url)
-
-
-def stroke(touch: Live, reads: list[int]) -> Block:
-    """Move before each read; return all that was read."""
-    blocks = []
-    for number, frames in enumerate(reads):
-        touch.move(0.001 * number, 0.3)
-        blocks.append(touch.read(frames, timeout=20.0))
-    return np.concatenate(blocks)
-
-
-async def stroke_async(touch: AsyncLive, reads: list[int]) -> Block:
-    blocks = []
-    for number, frames in enumerate(reads):
-        touch.move(0.001 * number, 0.3)
-        async with asyncio.timeout(20.0):
-            blocks.append(await touch.read(frames))
-    return np.concatenate(blocks)
-
-
-READS = [80, 1, 200, 80, 37, 160, 800]
 
 
 # Any service
@@ -367,152 +290,3 @@ def test_a_checked_scene_of_the_engine_is_a_scene() -> None:
     service = Service()
     with Live(parse_scene({"scan": {"load": "0.2 N"}}), connect=ThreadNetwork(service)):
         assert service.heard("hello")[0]["scene"]["scan"]["load"] == 0.2
-
-
-# The wire
-
-
-def test_the_opening_is_what_the_protocol_says_to_the_byte() -> None:
-    with socket.create_server(("127.0.0.1", 0)) as listener:
-        port = listener.getsockname()[1]
-        heads: list[bytes] = []
-
-        def answer() -> None:
-            client, _ = listener.accept()
-            with client:
-                head = b""
-                while not head.endswith(b"\r\n\r\n"):
-                    head += client.recv(65536)
-                heads.append(head)
-                client.sendall(b"HTTP/1.1 404 Not Found\r\nContent-Length: 0\r\nConnection: close\r\n\r\n")
-
-        thread = threading.Thread(target=answer, daemon=True)
-        thread.start()
-        with pytest.raises(RefusedError) as refused, Live(url=f"ws://127.0.0.1:{port}/v1/live", key="se/cr+et"):
-            pass
-        thread.join(20.0)
-    assert refused.value.problem.status == 404
-    lines = heads[0].decode().split("\r\n")
-    assert lines[0] == "GET /v1/live HTTP/1.1"
-    assert "Sec-WebSocket-Protocol: ridgewave.v1, ridgewave.key.c2UvY3IrZXQ" in lines
-    assert not any(line.lower().startswith(("sec-websocket-extensions", "authorization")) for line in lines)
-
-
-def test_a_key_lets_in_and_its_lack_is_a_problem() -> None:
-    with LoopbackService(Service(), key="a2V5") as service:
-        with Live(url=service.url, key="key") as touch:
-            touch.read(10, timeout=20.0)
-        with pytest.raises(RefusedError) as refused, Live(url=service.url):
-            pass
-    assert refused.value.problem.kind == "key-required"
-
-
-def test_a_service_of_another_kind_is_not_taken_for_this_one() -> None:
-    from websockets.sync.server import serve
-
-    with serve(lambda connection: None, "127.0.0.1", 0) as server:
-        thread = threading.Thread(target=server.serve_forever, daemon=True)
-        thread.start()
-        port = server.socket.getsockname()[1]
-        with pytest.raises(ConnectionLost, match=r"does not speak ridgewave\.v1"), Live(url=f"ws://127.0.0.1:{port}/"):
-            pass
-        server.shutdown()
-        thread.join(20.0)
-
-
-def test_nobody_listening_is_said_at_once() -> None:
-    with socket.create_server(("127.0.0.1", 0)) as listener:
-        port = listener.getsockname()[1]
-    with pytest.raises(ConnectionLost), Live(url=f"ws://127.0.0.1:{port}/v1/live"):
-        pass
-
-    async def opened() -> None:
-        async with AsyncLive(url=f"ws://127.0.0.1:{port}/v1/live"):
-            pass
-
-    with pytest.raises(ConnectionLost):
-        asyncio.run(opened())
-
-
-def test_a_peer_that_is_gone_without_a_word_is_found_by_a_ping(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("clients.live_connection.PING_SECONDS", 0.1)
-    monkeypatch.setattr("clients.live_connection.CLOSE_SECONDS", 0.1)
-    with (
-        LoopbackService(Service()) as service,
-        silenced(service.url) as (url, silence),
-        Live(url=url, backoff=Backoff(**AT_ONCE)) as touch,
-    ):
-        first = touch.read(100, timeout=20.0)
-        silence.set()
-        assert np.array_equal(touch.read(100, timeout=20.0), sound(100, 100, 1))
-        assert touch.reconnections == 1
-    assert np.array_equal(first, sound(0, 100, 1))
-
-
-@contextmanager
-def silenced(url: str) -> Iterator[tuple[str, threading.Event]]:
-    """Yield the address of a proxy to `url`, and what makes its first connection pass nothing more, and not end."""
-    host, _, port = url.removeprefix("ws://").partition("/")[0].partition(":")
-    silence = threading.Event()
-    listener = socket.create_server(("127.0.0.1", 0))
-    pairs: list[socket.socket] = []
-
-    def pass_on(source: socket.socket, sink: socket.socket, mute: threading.Event | None) -> None:
-        try:
-            while data := source.recv(65536):
-                if mute is None or not mute.is_set():
-                    sink.sendall(data)
-            sink.shutdown(socket.SHUT_WR)
-        except OSError:
-            pass
-
-    def accept() -> None:
-        mute: threading.Event | None = silence
-        while True:
-            try:
-                client, _ = listener.accept()
-            except OSError:
-                return
-            server = socket.create_connection((host, int(port)))
-            pairs.extend((client, server))
-            for source, sink in ((client, server), (server, client)):
-                threading.Thread(target=pass_on, args=(source, sink, mute), daemon=True).start()
-            mute = None
-
-    thread = threading.Thread(target=accept, daemon=True)
-    thread.start()
-    try:
-        yield f"ws://127.0.0.1:{listener.getsockname()[1]}/v1/live", silence
-    finally:
-        listener.shutdown(socket.SHUT_RDWR)
-        listener.close()
-        thread.join(20.0)
-        for sock in pairs:
-            sock.close()
-
-
-def test_the_recording_is_fetched_from_the_same_service(loopback: LoopbackService) -> None:
-    with Live(url=loopback.url, record=True) as touch:
-        touch.move(0.25, 0.1)
-        touch.read(80, timeout=20.0)
-        assert touch.recording() == {"contacts": [{"seq": 0, "value": 0.25}]}
-        with Client(loopback.http) as client:
-            assert client.recording(touch.session) == touch.recording()
-
-    async def recorded() -> dict[str, Any]:
-        async with AsyncLive(url=loopback.url, record=True) as touch:
-            touch.slide(0.5, 0.1)
-            await touch.read(80)
-            return await touch.recording()
-
-    assert asyncio.run(recorded()) == {"contacts": [{"seq": 0, "value": 0.5}]}
-
-
-@settings(max_examples=12)
-@given(cuts=st.lists(st.integers(800, 4000), min_size=1, max_size=4))
-def test_resets_at_any_byte_of_a_real_socket_leave_the_same_samples(loopback: LoopbackService, cuts: list[int]) -> None:
-    place = WebSocketPlace(loopback.url)
-    with place.live() as touch:
-        whole = stroke(touch, READS)
-    with place.live(cuts=tuple(cuts)) as touch:
-        assert np.array_equal(stroke(touch, READS), whole)
