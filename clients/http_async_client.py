@@ -157,8 +157,7 @@ class AsyncSession(SessionFace):
 
     async def play(self, device: str | int | None = None) -> Document:
         """As `Session.play`."""
-        self.document = await self._client.carry(calls.play(self.id, device))
-        return self.document
+        return await self._client.carry(calls.play(self.id, device))
 
     async def end_play(self) -> Document:
         """As `Session.end_play`."""

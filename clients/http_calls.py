@@ -23,7 +23,7 @@ from clients.client_errors import (
     read_problem,
     retry_seconds,
 )
-from clients.live_wire import document_of, text_of
+from clients.live_wire import checked_key, document_of, text_of
 from clients.pcm import SAMPLE_TYPES, Block, PcmBuffer
 from clients.rendered_sound import Sound, read_shape, read_sound
 from synth.errors import AskedWrong, Fault, shown
@@ -65,7 +65,7 @@ class Call(Generic[T]):
 
 def settings_of(base_url: str, key: str | None) -> dict[str, Any]:
     """Return the keywords of a client of httpx."""
-    headers = {} if key is None else {"Authorization": f"Bearer {key}"}
+    headers = {} if key is None else {"Authorization": f"Bearer {checked_key(key)}"}
     timeout = httpx.Timeout(ANSWER_SECONDS, connect=CONNECT_SECONDS)
     return {"base_url": base_url, "headers": headers, "timeout": timeout}
 
@@ -124,7 +124,7 @@ def devices() -> Call[list[Document]]:
 
 def stop() -> Call[Document]:
     """Return the call that silences everything."""
-    return Call("POST", "/v1/stop", _object)
+    return Call("POST", "/v1/stop", lambda response: dict(_object(response)["stopped"]))
 
 
 def healthz() -> Call[bool]:

@@ -165,9 +165,8 @@ class Session(SessionFace):
         self._client.carry(calls.delete(self.id))
 
     def play(self, device: str | int | None = None) -> Document:
-        """Play on a device of the service's machine, or into "file:NAME.wav" there; return the session."""
-        self.document = self._client.carry(calls.play(self.id, device))
-        return self.document
+        """Play on a device of the service's machine, or into "file:NAME.wav" there; return how it goes."""
+        return self._client.carry(calls.play(self.id, device))
 
     def end_play(self) -> Document:
         """End the play; return how it went."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 import base64
 import json
 import math
+import re
 import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -120,7 +121,15 @@ def subprotocols(key: str | None) -> tuple[str, ...]:
     """Return the subprotocols to offer: the protocol, and the key, in BASE64URL without padding, where there is one."""
     if key is None:
         return (SUBPROTOCOL,)
-    return (SUBPROTOCOL, KEY_SUBPROTOCOL + base64.urlsafe_b64encode(key.encode()).decode().rstrip("="))
+    encoded = base64.urlsafe_b64encode(checked_key(key).encode()).decode()
+    return (SUBPROTOCOL, KEY_SUBPROTOCOL + encoded.rstrip("="))
+
+
+def checked_key(key: str) -> str:
+    """Return `key`, which goes into a header; raises AskedWrong for what cannot, and does not show it."""
+    if not re.fullmatch(r"[\x21-\x7e]+", key):
+        raise AskedWrong([Fault("/key", "(not shown)", "visible ASCII characters", "Write one of the service's keys.")])
+    return key
 
 
 def document_of(scene: Any) -> dict[str, Any]:
