@@ -175,7 +175,7 @@ def test_a_full_service_says_when_to_come_again() -> None:
 
 
 def test_a_key_is_sent_as_a_bearer_token_and_its_lack_is_a_problem() -> None:
-    with serving(PlainEngine(), api_keys=("first", "se/cr+et")) as server:
+    with serving(PlainEngine(), api_keys="first,se/cr+et") as server:
         with Client(server.url) as client, pytest.raises(RefusedError) as refused:
             client.explain({})
         assert refused.value.problem.kind == "key-required"
