@@ -11,7 +11,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import AsyncIterator, Iterator, Mapping
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self, TypeVar, Unpack
+from typing import Any, Self, TypeVar
 
 import httpx
 
@@ -20,10 +20,6 @@ from clients.client_errors import ClientError, RefusedError
 from clients.http_calls import Call, Document, SessionFace, StreamFrames
 from clients.pcm import Block
 from clients.rendered_sound import Sound
-
-if TYPE_CHECKING:
-    from clients.live_async import AsyncLive
-    from clients.live_hand import LiveOptions
 
 T = TypeVar("T")
 
@@ -37,7 +33,6 @@ class AsyncClient:
         key: str | None = None,
         transport: httpx.AsyncBaseTransport | None = None,
     ) -> None:
-        self._key = key
         self._http = httpx.AsyncClient(transport=transport, **calls.settings_of(base_url, key))
 
     async def __aenter__(self) -> Self:
@@ -98,15 +93,6 @@ class AsyncClient:
     async def recording(self, name: str) -> Document:
         """As `Client.recording`."""
         return await self.carry(calls.recording(name))
-
-    def live(self, scene: Any = None, **options: Unpack[LiveOptions]) -> AsyncLive:
-        """Return a live stream of the same service; see `clients.AsyncLive`."""
-        from clients.live_async import AsyncLive
-
-        base = str(self._http.base_url).rstrip("/")
-        options.setdefault("url", base.replace("http", "ws", 1) + "/v1/live")
-        options.setdefault("key", self._key)
-        return AsyncLive(scene, client=self, **options)
 
     async def carry(self, call: Call[T]) -> T:
         """Send a call and return what its answer says."""

@@ -11,7 +11,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Iterator, Mapping
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self, TypeVar, Unpack
+from typing import Any, Self, TypeVar
 
 import httpx
 
@@ -20,10 +20,6 @@ from clients.client_errors import ClientError, RefusedError
 from clients.http_calls import Call, Document, SessionFace, StreamFrames
 from clients.pcm import Block
 from clients.rendered_sound import Sound
-
-if TYPE_CHECKING:
-    from clients.live import Live
-    from clients.live_hand import LiveOptions
 
 T = TypeVar("T")
 
@@ -40,7 +36,6 @@ class Client:
     def __init__(
         self, base_url: str = calls.DEFAULT_URL, key: str | None = None, transport: httpx.BaseTransport | None = None
     ) -> None:
-        self._key = key
         self._http = httpx.Client(transport=transport, **calls.settings_of(base_url, key))
 
     def __enter__(self) -> Self:
@@ -105,15 +100,6 @@ class Client:
     def recording(self, name: str) -> Document:
         """Return what the hand did in the live session of that id, which was opened with `record`."""
         return self.carry(calls.recording(name))
-
-    def live(self, scene: Any = None, **options: Unpack[LiveOptions]) -> Live:
-        """Return a live stream of the same service; see `clients.Live`."""
-        from clients.live import Live
-
-        base = str(self._http.base_url).rstrip("/")
-        options.setdefault("url", base.replace("http", "ws", 1) + "/v1/live")
-        options.setdefault("key", self._key)
-        return Live(scene, client=self, **options)
 
     def carry(self, call: Call[T]) -> T:
         """Send a call and return what its answer says."""
