@@ -17,13 +17,12 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
 
 from synth.errors import Fault, RidgewaveError
-
-if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,9 +122,11 @@ class StreamEnded(ClientError):
     rest: the frames that were asked for and came before the end, float32 [fewer than asked, channels].
     """
 
-    def __init__(self, reason: str, frame: int, problem: Problem | None = None) -> None:
+    def __init__(
+        self, reason: str, frame: int, problem: Problem | None = None, rest: npt.NDArray[np.float32] | None = None
+    ) -> None:
         self.reason, self.frame, self.problem = reason, frame, problem
-        self.rest: npt.NDArray[np.float32] | None = None
+        self.rest = np.zeros((0, 1), np.float32) if rest is None else rest
         told = f": {problem.sentence()}" if problem else ""
         super().__init__(f"the stream ended at frame {frame} ({reason}){told}")
 

@@ -232,6 +232,5 @@ class StreamFrames:
 
     def ended(self) -> StreamEnded:
         """Return the exception for a stream that is over, with what is left."""
-        ended = StreamEnded("finished", self.frame + self._buffer.frames)
-        ended.rest = self.take(self._buffer.frames)
-        return ended
+        rest = self.take(self._buffer.frames)
+        return StreamEnded("finished", self.frame, rest=rest)

@@ -23,7 +23,16 @@ from typing import TYPE_CHECKING, Any, Self, Unpack
 from websockets.sync.client import ClientConnection, connect
 
 from clients.client_errors import ConnectionLost
-from clients.live_connection import FAILURES, Address, Connect, Connection, check_subprotocol, closure_of
+from clients.live_connection import (
+    FAILURES,
+    READY_SECONDS,
+    Address,
+    Connect,
+    Connection,
+    check_subprotocol,
+    closure_of,
+    not_ready,
+)
 from clients.live_core import LiveCore, not_open
 from clients.live_hand import LiveHand, LiveOptions
 from clients.live_reconnect import Closed
@@ -32,7 +41,6 @@ from clients.pcm import Block
 if TYPE_CHECKING:
     from clients.http_client import Client
 
-READY_SECONDS = 60.0  # s for a scene to be solved at the opening; the dearest take some ten seconds
 STALL_SECONDS = 5.0  # s for a peer to take a message; without a bound, one that reads nothing holds `close` up for ever
 
 
@@ -67,7 +75,7 @@ class Live(LiveHand):
             with self._changed:
                 self._changed.wait_for(lambda: core.ready is not None or core.over is not None, READY_SECONDS)
                 if core.ready is None:
-                    raise core.over or ConnectionLost(f"the service was not ready within {READY_SECONDS:g} s")
+                    raise core.over or not_ready()
         except BaseException:
             self.close()
             raise
@@ -232,8 +240,9 @@ def open_connection(address: Address) -> Connection:
 def _bound_sends(sock: socket.socket) -> None:
     """Let a send fail that a peer does not take: `websockets` would hold its lock meanwhile, and `close` needs it."""
     if sys.platform != "win32":
-        seconds = struct.pack("@ll", int(STALL_SECONDS), 0)
-        sock.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, seconds)
+        whole = int(STALL_SECONDS)
+        interval = struct.pack("@ll", whole, round(1e6 * (STALL_SECONDS - whole)))  # a timeval: s and us
+        sock.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, interval)
 
 
 @contextlib.contextmanager

@@ -21,11 +21,13 @@ from websockets.asyncio.client import ClientConnection, connect
 from clients.live_connection import (
     CLOSE_SECONDS,
     FAILURES,
+    READY_SECONDS,
     Address,
     AsyncConnect,
     AsyncConnection,
     check_subprotocol,
     closure_of,
+    not_ready,
 )
 from clients.live_core import LiveCore, not_open
 from clients.live_hand import LiveHand, LiveOptions
@@ -63,10 +65,11 @@ class AsyncLive(LiveHand):
         self._task = asyncio.create_task(self._live(), name="ridgewave-live")
         core = self._core
         try:
-            await self._until(lambda: core.ready is not None or core.over is not None)
+            with contextlib.suppress(TimeoutError):
+                async with asyncio.timeout(READY_SECONDS):
+                    await self._until(lambda: core.ready is not None or core.over is not None)
             if core.ready is None:
-                assert core.over is not None
-                raise core.over
+                raise core.over or not_ready()
         except BaseException:
             await self.close()
             raise

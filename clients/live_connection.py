@@ -16,13 +16,14 @@ from urllib.parse import urlsplit, urlunsplit
 from websockets import Subprotocol
 from websockets.exceptions import ConnectionClosed, InvalidMessage, InvalidStatus, WebSocketException
 
-from clients.client_errors import read_problem, retry_seconds
+from clients.client_errors import ConnectionLost, read_problem, retry_seconds
 from clients.live_reconnect import Closed, Closure
 from clients.live_wire import SUBPROTOCOL, subprotocols
 from synth.errors import AskedWrong, Fault, shown
 
 PING_SECONDS = 5.0  # s between pings, and to wait for each answer: a peer that is gone is found within twice that
 OPEN_SECONDS = 5.0  # s for TCP, TLS and the upgrade; longer wastes the time for which the service keeps a session
+READY_SECONDS = 60.0  # s from there to `ready`; a scene is solved meanwhile, and the dearest take some ten seconds
 CLOSE_SECONDS = 1.0  # s for the peer to answer a close; longer only delays the next connection
 LARGEST_MESSAGE = 1 << 23  # bytes: one second at 48 kHz in 32 channels of float32 is 6.1 MB; the service sends no more
 
@@ -95,6 +96,11 @@ class AsyncConnection(Protocol):
 
 Connect = Callable[[Address], Connection]
 AsyncConnect = Callable[[Address], Awaitable[AsyncConnection]]
+
+
+def not_ready() -> ConnectionLost:
+    """Return the exception for a service that was connected and has not answered `hello`."""
+    return ConnectionLost(f"the service was not ready within {READY_SECONDS:g} s")
 
 
 def check_subprotocol(chosen: str | None) -> None:

@@ -218,7 +218,8 @@ class LiveCore:
             assert self.over is not None, "nothing to take yet"
             self._raise_end()
         self._wanted = 0
-        self.playout.play(frames / self._rate, self.clock())
+        if frames:
+            self.playout.play(frames / self._rate, self.clock())
         return self._buffer.take(frames)
 
     def take_rest(self) -> Block:
@@ -254,9 +255,8 @@ class LiveCore:
         assert self.over is not None
         if not isinstance(self.over, StreamEnded):
             raise self.over
-        ended = StreamEnded(self.over.reason, self.over.frame, self.over.problem)
-        ended.rest = self._buffer.take(self._buffer.frames)
-        raise ended
+        rest = self._buffer.take(self._buffer.frames)
+        raise StreamEnded(self.over.reason, self.over.frame, self.over.problem, rest)
 
     def _contact_message(self) -> bytes:
         assert self._contact is not None

@@ -147,7 +147,6 @@ def document_of(scene: Any) -> dict[str, Any]:
 
 
 def _fault(name: str, value: float, limit: float, unit: str) -> Fault | None:
-    number = isinstance(value, int | float) or hasattr(value, "__float__")
-    if number and not isinstance(value, str) and math.isfinite(value) and -limit <= value <= limit:
+    if hasattr(value, "__float__") and math.isfinite(value) and -limit <= value <= limit:
         return None
     return Fault("/" + name, shown(value), f"-{limit:g} {unit} to {limit:g} {unit}", "Write a number in SI units.")

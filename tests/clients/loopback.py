@@ -165,18 +165,24 @@ def _down(server: socket.socket, client: socket.socket, left: int | None) -> Non
 
 
 @contextmanager
-def silenced(url: str) -> Iterator[tuple[str, threading.Event]]:
-    """Yield the address of a proxy to `url`, and what makes its first connection pass nothing more, and not end."""
+def silenced(url: str, *, stalled: bool = False) -> Iterator[tuple[str, threading.Event]]:
+    """Yield the address of a proxy to `url`, and what makes its first connection pass nothing more, and not end.
+
+    stalled: what comes is not even taken from then on, so that the sender's buffers fill up.
+    """
     host, _, port = url.removeprefix("ws://").partition("/")[0].partition(":")
     silence = threading.Event()
     listener = socket.create_server(("127.0.0.1", 0))
     pairs: list[socket.socket] = []
+    over = threading.Event()
 
     def pass_on(source: socket.socket, sink: socket.socket, mute: threading.Event | None) -> None:
         try:
             while data := source.recv(65536):
                 if mute is None or not mute.is_set():
                     sink.sendall(data)
+                elif stalled:
+                    over.wait(PATIENCE)
             sink.shutdown(socket.SHUT_WR)
         except OSError:
             pass
@@ -199,8 +205,9 @@ def silenced(url: str) -> Iterator[tuple[str, threading.Event]]:
     try:
         yield f"ws://127.0.0.1:{listener.getsockname()[1]}/v1/live", silence
     finally:
+        over.set()
         listener.shutdown(socket.SHUT_RDWR)
         listener.close()
-        thread.join(20.0)
+        thread.join(PATIENCE)
         for sock in pairs:
             sock.close()

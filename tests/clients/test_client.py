@@ -130,7 +130,7 @@ def test_a_finite_stream_ends_with_what_is_left(client: Client) -> None:
         assert stream.read(2000).shape == (2000, 1)
         with pytest.raises(StreamEnded) as ended:
             stream.read(2000)
-    assert ended.value.rest is not None and ended.value.rest.shape == (400, 1)
+    assert ended.value.rest.shape == (400, 1)
     assert ended.value.frame == 2400
 
 
@@ -289,7 +289,7 @@ def test_an_async_session_is_read_steered_and_ended(running: Running) -> None:
                     assert (await stream.read(2000)).shape == (2000, 1)
                     with pytest.raises(StreamEnded) as ended:
                         await stream.read(2000)
-                    assert ended.value.rest is not None and len(ended.value.rest) == 400
+                    assert len(ended.value.rest) == 400
                 assert (await session.play("file:async.wav"))["state"] == "playing"
                 assert (await session.end_play())["failure"] is None
                 assert (await (await client.session(session.id)).look())["id"] == session.id

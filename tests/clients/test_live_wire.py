@@ -14,6 +14,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from clients import AsyncLive, Client, ConnectionLost, Live, RefusedError
+from clients.live import open_connection
+from clients.live_connection import Address
+from clients.live_reconnect import Closed
 from tests.clients.fake_live import Service, sound
 from tests.clients.live_places import READS, WebSocketPlace, at_once, stroke
 from tests.clients.loopback import LoopbackService, silenced
@@ -100,6 +103,47 @@ def test_a_peer_that_is_gone_without_a_word_is_found_by_a_ping(monkeypatch: pyte
         assert np.array_equal(touch.read(100, timeout=20.0), sound(100, 100, 1))
         assert touch.reconnections == 1
     assert np.array_equal(first, sound(0, 100, 1))
+
+
+def test_a_peer_that_takes_nothing_does_not_hold_up_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("clients.live.STALL_SECONDS", 0.2)
+    monkeypatch.setattr("clients.live_connection.CLOSE_SECONDS", 0.2)
+    with LoopbackService(Service()) as service, silenced(service.url, stalled=True) as (url, silence):
+        connection = open_connection(Address.of(url, None))
+        silence.set()
+        with pytest.raises(Closed) as closed:
+            for _ in range(10_000):
+                connection.send(bytes(65536))
+        connection.close()
+    assert closed.value.closure.worth_another_try
+
+
+def test_a_service_that_never_gets_ready_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("clients.live.READY_SECONDS", 0.05)
+    monkeypatch.setattr("clients.live_async.READY_SECONDS", 0.05)
+    with LoopbackService(Service()) as service:
+        monkeypatch.setattr(Service, "connect", lambda *_: Mute())
+        with pytest.raises(ConnectionLost, match="not ready"), Live(url=service.url):
+            pass
+
+        async def opened() -> None:
+            async with AsyncLive(url=service.url):
+                pass
+
+        with pytest.raises(ConnectionLost, match="not ready"):
+            asyncio.run(opened())
+
+
+class Mute:
+    """A peer that says nothing."""
+
+    session = None
+
+    def receive(self, _: object) -> None:
+        """Heed nothing."""
+
+    def lost(self) -> None:
+        """Mind nothing."""
 
 
 def test_the_recording_is_fetched_from_the_same_service(loopback: LoopbackService) -> None:
