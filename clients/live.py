@@ -232,9 +232,15 @@ def open_connection(address: Address) -> Connection:
     """Return a connection to `address`; raises Closed."""
     with _closed():
         connection = connect(address.url, **address.options).__enter__()  # as `with`, which ends elsewhere
-    _bound_sends(connection.socket)
-    check_subprotocol(connection.subprotocol)
-    return WebSocketConnection(connection)
+    made = WebSocketConnection(connection)
+    try:
+        check_subprotocol(connection.subprotocol)
+    except Closed:
+        made.close()
+        raise
+    with contextlib.suppress(OSError):  # one that has ended already says so where it is used
+        _bound_sends(connection.socket)
+    return made
 
 
 def _bound_sends(sock: socket.socket) -> None:

@@ -203,8 +203,13 @@ async def open_connection(address: Address) -> AsyncConnection:
     """Return a connection to `address`; raises Closed."""
     with _closed():
         connection = await connect(address.url, **address.options)
-    check_subprotocol(connection.subprotocol)
-    return AsyncWebSocketConnection(connection)
+    made = AsyncWebSocketConnection(connection)
+    try:
+        check_subprotocol(connection.subprotocol)
+    except Closed:
+        await made.close()
+        raise
+    return made
 
 
 @contextlib.contextmanager

@@ -68,6 +68,7 @@ class LiveCore:
         self.ready: Ready | None = None
         self.plan: Mapping[str, Any] = {}
         self.applied: Applied | None = None
+        self.changed_frame: int | None = None
         self.gain_reduction_db = 0.0
         self.problems: deque[Problem] = deque(maxlen=PROBLEMS_KEPT)
         self.gaps: tuple[int, ...] = ()
@@ -279,7 +280,7 @@ class LiveCore:
         elif kind == "applied":
             self.applied = Applied(int(message["seq"]), int(message["frame"]) + self._offset)
         elif kind == "scene":
-            self.plan = dict(message["plan"])
+            self.plan, self.changed_frame = dict(message["plan"]), int(message["frame"]) + self._offset
             self._changes.answered()
         elif kind == "limited":
             self.gain_reduction_db = float(message["gain_reduction_db"])

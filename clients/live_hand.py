@@ -98,7 +98,7 @@ class LiveHand(ABC):
             return self._core.lift()
 
     def change(self, partial: Mapping[str, Any]) -> None:
-        """Change the scene by a partial scene, cross-faded; `plan` is then the new one. A refusal is in `problems`."""
+        """Change the scene by a partial scene, cross-faded; `changed_frame` tells when. A refusal is in `problems`."""
         with self._guarded():
             self._core.change(partial)
 
@@ -148,6 +148,11 @@ class LiveHand(ABC):
     def plan(self) -> Mapping[str, Any]:
         """Return what is simulated, why, and what is left out."""
         return self._core.plan
+
+    @property
+    def changed_frame(self) -> int | None:
+        """Return the frame at which the cross-fade to the newest changed scene begins; None before any."""
+        return self._core.changed_frame
 
     # How it goes
 

@@ -1,6 +1,7 @@
 """Where the tests of the live client have their service: in memory, or behind a real WebSocket at any address.
 
-Another service takes the place of the fake one as `WebSocketPlace(url)`.
+`LIVE_SERVICES` are the services behind WebSockets: the fake one and, where its plain engine can follow a hand, the
+service itself. The last of them is what the examples of docs/ talk to.
 """
 
 from __future__ import annotations
@@ -22,11 +23,21 @@ import numpy.typing as npt
 from clients import AsyncLive, Live
 from clients.live_reconnect import Backoff
 from tests.clients.fake_live import Service
-from tests.clients.loopback import cutting
+from tests.clients.loopback import LoopbackService, cutting
 from tests.clients.memory_connection import LoopNetwork, ThreadNetwork
+from tests.service.harness import serving
+from tests.service.plain_engine import PlainEngine
 
+LIVE_SERVICES = ("fake", "service") if hasattr(PlainEngine, "open_hand") else ("fake",)
 Block = npt.NDArray[np.float32]
 Cuts = tuple[int | None, ...]
+
+
+@contextmanager
+def serving_live() -> Iterator[dict[str, str]]:
+    """Yield the address of the live protocol of each of LIVE_SERVICES."""
+    with LoopbackService(Service()) as fake, serving(PlainEngine()) as running:
+        yield {"fake": fake.url, "service": running.url.replace("http", "ws", 1) + "/v1/live"}
 
 
 def at_once() -> Backoff:

@@ -1,6 +1,6 @@
 """The examples of docs/client.md run, as they stand but for the address: over HTTP against the service itself.
 
-`live_url` is the one place that says which service the live examples, and those of README.md, talk to.
+The live ones, and that of README.md, talk to the last of `LIVE_SERVICES`.
 """
 
 from __future__ import annotations
@@ -10,8 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.clients.fake_live import Service
-from tests.clients.loopback import LoopbackService
+from tests.clients.live_places import LIVE_SERVICES, serving_live
 from tests.readme_blocks import CodeBlock, code_blocks
 from tests.service.harness import Running, serving
 from tests.service.plain_engine import PlainEngine
@@ -38,8 +37,8 @@ def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
 
 @pytest.fixture(scope="module")
 def live_url() -> Iterator[str]:
-    with LoopbackService(Service()) as service:
-        yield service.url
+    with serving_live() as urls:
+        yield urls[LIVE_SERVICES[-1]]
 
 
 @pytest.mark.parametrize("block", examples())

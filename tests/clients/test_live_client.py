@@ -17,23 +17,32 @@ from clients import ConnectionLost, Live, RefusedError, ResumeLost, StreamEnded
 from clients.live_reconnect import Backoff, Closure
 from synth.errors import AskedWrong
 from tests.clients.fake_live import FULL_SCALE, RATE, Service, sound
-from tests.clients.live_places import READS, Block, MemoryPlace, Place, WebSocketPlace, stroke, stroke_async
-from tests.clients.loopback import LoopbackService
+from tests.clients.live_places import (
+    LIVE_SERVICES,
+    READS,
+    Block,
+    MemoryPlace,
+    Place,
+    WebSocketPlace,
+    serving_live,
+    stroke,
+    stroke_async,
+)
 from tests.clients.memory_connection import MemoryConnection, ThreadNetwork
 from tests.service.harness import until
 
 
-@pytest.fixture(scope="module")
-def loopback() -> Iterator[LoopbackService]:
-    with LoopbackService(Service()) as service:
-        yield service
-
-
-@pytest.fixture(params=["memory", "websocket"])
+@pytest.fixture(params=["memory", *LIVE_SERVICES])
 def place(request: pytest.FixtureRequest) -> Place:
     if request.param == "memory":
         return MemoryPlace()
-    return WebSocketPlace(request.getfixturevalue("loopback").url)
+    return WebSocketPlace(request.getfixturevalue("live_urls")[request.param])
+
+
+@pytest.fixture(scope="module")
+def live_urls() -> Iterator[dict[str, str]]:
+    with serving_live() as urls:
+        yield urls
 
 
 # Any service
@@ -121,9 +130,10 @@ def test_a_refused_scene_is_an_exception_that_says_what_is_wrong(place: Place) -
 
 def test_a_change_is_told_by_the_plan_and_a_refused_one_by_a_problem(place: Place) -> None:
     with place.live() as touch:
-        before = touch.plan
+        assert touch.changed_frame is None
         touch.change({"scan": {"load": 0.2}})
-        until(lambda: bool(touch.read(80, timeout=20.0).size) and touch.plan != before)
+        until(lambda: bool(touch.read(80, timeout=20.0).size) and touch.changed_frame is not None)
+        assert touch.changed_frame in range(touch.frame) and touch.plan
         touch.change({"nonsense": 1})
         until(lambda: bool(touch.read(80, timeout=20.0).size) and len(touch.problems) == 1)
         assert touch.problems[0].kind == "scene-refused"

@@ -18,7 +18,7 @@ from clients.live import open_connection
 from clients.live_connection import Address
 from clients.live_reconnect import Closed
 from tests.clients.fake_live import Service, sound
-from tests.clients.live_places import READS, WebSocketPlace, at_once, stroke
+from tests.clients.live_places import LIVE_SERVICES, READS, WebSocketPlace, at_once, serving_live, stroke
 from tests.clients.loopback import LoopbackService, silenced
 
 
@@ -163,10 +163,19 @@ def test_the_recording_is_fetched_from_the_same_service(loopback: LoopbackServic
     assert asyncio.run(recorded()) == {"contacts": [{"seq": 0, "value": 0.5}]}
 
 
+@pytest.fixture(scope="module")
+def live_urls() -> Iterator[dict[str, str]]:
+    with serving_live() as urls:
+        yield urls
+
+
+@pytest.mark.parametrize("name", LIVE_SERVICES)
 @settings(max_examples=12)
-@given(cuts=st.lists(st.integers(800, 4000), min_size=1, max_size=4))
-def test_resets_at_any_byte_of_a_real_socket_leave_the_same_samples(loopback: LoopbackService, cuts: list[int]) -> None:
-    place = WebSocketPlace(loopback.url)
+@given(cuts=st.lists(st.integers(1500, 4000), min_size=1, max_size=4))
+def test_resets_at_any_byte_of_a_real_socket_leave_the_same_samples(
+    live_urls: dict[str, str], name: str, cuts: list[int]
+) -> None:
+    place = WebSocketPlace(live_urls[name])
     with place.live() as touch:
         whole = stroke(touch, READS)
     with place.live(cuts=tuple(cuts)) as touch:
