@@ -107,13 +107,16 @@ class AsyncLive(LiveHand):
     async def close(self) -> None:
         """As `Live.close`."""
         with self._guarded():
-            goodbye = self._core.leave()
-        if self._connection is not None and goodbye is not None:
+            goodbye, connection = self._core.leave(), self._connection
+        if connection is not None:
             with contextlib.suppress(Closed, TimeoutError):
-                async with asyncio.timeout(CLOSE_SECONDS):
-                    await self._connection.send(goodbye)
-        if self._task is not None:
+                if goodbye is not None:
+                    async with asyncio.timeout(CLOSE_SECONDS):
+                        await connection.send(goodbye)
+                await connection.close()  # which ends the task; cancelled, it would leave the socket open
+        elif self._task is not None:
             self._task.cancel()
+        if self._task is not None:
             await asyncio.gather(self._task, return_exceptions=True)
 
     # Inside
@@ -162,10 +165,10 @@ class AsyncLive(LiveHand):
                     self._core.receive(message)
                 await self._until(lambda: not self._core.congested or self._core.over is not None)
         finally:
-            self._connection = None
             sender.cancel()
             with contextlib.suppress(Closed):
                 await connection.close()
+            self._connection = None
 
     async def _send(self, connection: AsyncConnection) -> None:
         """Send `hello`, then what is due."""

@@ -120,6 +120,7 @@ class AsyncMemoryConnection:
 
     async def close(self) -> None:
         self.peer.lost()
+        self._came.put_nowait(Close(1000, "closed here"))
 
 
 class ThreadNetwork(Network[MemoryConnection]):

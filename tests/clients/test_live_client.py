@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from clients import ConnectionLost, Live, RefusedError, ResumeLost, StreamEnded
+from clients import AsyncLive, ConnectionLost, Live, RefusedError, ResumeLost, StreamEnded
 from clients.live_reconnect import Backoff, Closure
 from synth.errors import AskedWrong
 from tests.clients.fake_live import FULL_SCALE, RATE, Service, sound
@@ -28,7 +28,7 @@ from tests.clients.live_places import (
     stroke,
     stroke_async,
 )
-from tests.clients.memory_connection import MemoryConnection, ThreadNetwork
+from tests.clients.memory_connection import AsyncMemoryConnection, Line, MemoryConnection, ThreadNetwork
 from tests.service.harness import until
 
 
@@ -262,6 +262,31 @@ def test_leaving_tells_the_service_to_stop_and_ends_every_thread() -> None:
     assert threading.active_count() == before
     with pytest.raises(StreamEnded):
         touch.read(1)
+
+
+def test_leaving_a_stream_that_has_just_ended_lets_its_connection_close() -> None:
+    class SlowToClose(AsyncMemoryConnection):
+        closed = 0
+
+        async def close(self) -> None:
+            for _ in range(20):
+                await asyncio.sleep(0)
+            await super().close()
+            self.closed += 1
+
+    async def stopped() -> SlowToClose:
+        service = Service()
+        connection = SlowToClose(service, Line(None))
+
+        async def connect(_: object) -> SlowToClose:
+            return connection
+
+        async with AsyncLive(connect=connect) as touch:
+            await touch.read(80)
+            await touch.stop()
+        return connection
+
+    assert asyncio.run(stopped()).closed >= 1
 
 
 def test_a_mistake_of_a_connection_reaches_the_reader() -> None:
