@@ -1,5 +1,73 @@
-"""clients: what people hold; today the command line `ridgewave` (`python -m clients` is the same program).
+"""clients: what people hold: the command line `ridgewave` (`python -m clients` is the same), and the Python client.
+
+    from clients import Client, AsyncClient, Live, AsyncLive
 
 The house's last room: it may import `service` and `synth`, and nothing imports it. Everything heavy is imported inside
-the command that needs it, so that `ridgewave --help` answers at once.
+the command that needs it, and a name of the Python client is loaded when it is first used, so that `ridgewave --help`
+answers at once.
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from clients.client_errors import (
+        ClientError,
+        ConnectionLost,
+        Problem,
+        ProblemError,
+        ProtocolError,
+        RefusedError,
+        ResumeLost,
+        ServiceError,
+        StreamEnded,
+    )
+    from clients.http_async_client import AsyncClient
+    from clients.http_client import Client
+    from clients.live import Live
+    from clients.live_async import AsyncLive
+    from clients.rendered_sound import Sound
+
+_HOMES = {
+    "AsyncClient": "http_async_client",
+    "AsyncLive": "live_async",
+    "Client": "http_client",
+    "ClientError": "client_errors",
+    "ConnectionLost": "client_errors",
+    "Live": "live",
+    "Problem": "client_errors",
+    "ProblemError": "client_errors",
+    "ProtocolError": "client_errors",
+    "RefusedError": "client_errors",
+    "ResumeLost": "client_errors",
+    "ServiceError": "client_errors",
+    "Sound": "rendered_sound",
+    "StreamEnded": "client_errors",
+}
+
+__all__ = [
+    "AsyncClient",
+    "AsyncLive",
+    "Client",
+    "ClientError",
+    "ConnectionLost",
+    "Live",
+    "Problem",
+    "ProblemError",
+    "ProtocolError",
+    "RefusedError",
+    "ResumeLost",
+    "ServiceError",
+    "Sound",
+    "StreamEnded",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """Load a name of the Python client from its home."""
+    from importlib import import_module
+
+    if name not in _HOMES:
+        raise AttributeError(f"module 'clients' has no attribute {name!r}")
+    return getattr(import_module(f"clients.{_HOMES[name]}"), name)

@@ -34,8 +34,10 @@ LANGUAGES = {"sh", "python", "json", "text", "http", ""}
 Folders = dict[Path, Path]
 
 
-TESTED_ELSEWHERE = ("the main job", "the tests")
-"""Marks of commands that install: the first has its own test below, the second is what .ci/run runs."""
+WITH_A_SERVICE, LIVE = "with a service", "with the live service"
+TESTED_ELSEWHERE = ("the main job", "the tests", WITH_A_SERVICE, LIVE)
+"""Marks of blocks that run elsewhere: the first has its own test below, the second is what .ci/run runs, and those of
+the Python client run in tests/clients/test_client_docs.py."""
 
 
 def tried(page: Path, language: str) -> list[CodeBlock]:

@@ -19,6 +19,8 @@ HEAVY = (
     "pydantic",
     "fastapi",
     "uvicorn",
+    "httpx",
+    "websockets",
     "rich",
     "soundfile",
     "sounddevice",
