@@ -14,7 +14,7 @@ from clients.scene_argument import read_scene
 from clients.target import Target, read_target
 from synth import Scene, open_voice
 from synth.encode import Metadata, open_writer
-from synth.output import Limiter
+from synth.output import Limiter, look_ahead, reduction_warning
 from synth.scene import scene_document
 from synth.sound_metadata import UNITS
 
@@ -41,15 +41,16 @@ def render_to(target: Target, scene: Scene, progress: bool | None) -> dict[str, 
     started = time.perf_counter()
     voice = open_voice(scene)
     ready = time.perf_counter()
-    frames = round(scene.output.duration * voice.sample_rate)
-    limit = None if target.sound_format.is_float else Limiter(voice.channels, voice.sample_rate).process
+    rate = voice.sample_rate
+    frames = round(scene.output.duration * rate)
+    limiter = None if target.sound_format.is_float else Limiter(voice.channels, rate, look_ahead(rate))
     metadata = Metadata(voice.full_scale, voice.quantities, scene_document(scene))
     place: Any = _standard_output() if target.path is None else target.path
     with (
-        Progress("rendering", frames / voice.sample_rate, "s", progress) as bar,
-        open_writer(place, target.sound_format, voice.sample_rate, voice.channels, metadata, frames=frames) as writer,
+        Progress("rendering", frames / rate, "s", progress) as bar,
+        open_writer(place, target.sound_format, rate, voice.channels, metadata, frames=frames) as writer,
     ):
-        written = export(voice, writer, frames, limit, lambda count: bar.advance(count / voice.sample_rate))
+        written = export(voice, writer, frames, limiter, lambda count: bar.advance(count / rate))
     return _result(target, voice, written, ready - started, time.perf_counter() - ready)
 
 
@@ -73,7 +74,8 @@ def _result(target: Target, voice: Any, written: Export, setup: float, rendering
         "setup_seconds": setup,
         "render_seconds": rendering,
         "times_real_time": seconds / rendering,
-        "warnings": list(voice.warnings),
+        "gain_reduction_db": written.reduction_db,
+        "warnings": [*voice.warnings, *reduction_warning(written.reduction_db)],
     }
 
 

@@ -7,7 +7,7 @@ Everything here is called from threads: building a voice solves a contact respon
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any, Protocol
 
 from service.sound import Sounding
@@ -47,8 +47,11 @@ class LiveVoice(Voice, Protocol):
 class Limiter(Protocol):
     """The safety limiter, for integer output of finite renders."""
 
-    def process(self, block: Block) -> Block:
-        """Return `block` limited to full scale; may work in place."""
+    def limited(self, blocks: Iterable[Block]) -> Iterator[Block]:
+        """Yield the whole sound limited to full scale, in blocks of any lengths but 0."""
+
+    def take_reduction(self) -> float:
+        """Return the largest gain reduction, in dB, since this was last asked."""
 
 
 class Engine(Protocol):
@@ -129,6 +132,6 @@ class SynthEngine:
 
     def limiter(self, channels: int, sample_rate: int) -> Limiter:
         """See `Engine`."""
-        from synth.output import Limiter
+        from synth.output import Limiter, look_ahead
 
-        return Limiter(channels, sample_rate)
+        return Limiter(channels, sample_rate, look_ahead(sample_rate))

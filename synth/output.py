@@ -123,6 +123,13 @@ def look_ahead(sample_rate: int) -> int:
     return round(LOOK_AHEAD * sample_rate)
 
 
+def reduction_warning(decibels: float) -> tuple[str, ...]:
+    """Return what a listener should know of the largest gain reduction, a sentence, or nothing where there was none."""
+    if decibels <= 0.0:
+        return ()
+    return (f"The safety limiter turned the sound down by up to {decibels:.1f} dB: give a larger full_scale.",)
+
+
 def fade_envelope(first: int, frames: int, total: int, fade_frames: int) -> Gains:
     """Return the gain [frames] of a finite render of `total` frames from frame `first` on, fades of `fade_frames`
     frames.

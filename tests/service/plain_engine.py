@@ -6,7 +6,7 @@ The protocol's own promises (pacing, fades, sizes, ends) are tested with it; wha
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -80,8 +80,11 @@ class PlainLive(PlainVoice):
 class NoLimiter:
     """The plain sine never needs limiting."""
 
-    def process(self, block: Block) -> Block:
-        return block
+    def limited(self, blocks: Iterable[Block]) -> Iterator[Block]:
+        return iter(blocks)
+
+    def take_reduction(self) -> float:
+        return 0.0
 
 
 @dataclass
