@@ -37,6 +37,10 @@ class FiniteVoice(Voice, Protocol):
 class LiveVoice(Voice, Protocol):
     """A voice that ramps in and across changes, and passes the safety limiter last."""
 
+    @property
+    def reduction_db(self) -> float:
+        """Return how far the limiter turns down at this moment, in dB."""
+
     def prepare(self, scene: Scene) -> Any:
         """Return the change to `scene`, solved; slow."""
 

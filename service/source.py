@@ -29,6 +29,7 @@ class Source:
         self._voice = voice
         self._change: Any = None
         self._quick = False
+        self.reduction_db = 0.0  # the largest gain reduction that a block ended with
         self.sample_rate = voice.sample_rate
         self.channels = voice.channels
         self.fade_frames = max(1, round(FADE_SECONDS * voice.sample_rate))
@@ -47,7 +48,9 @@ class Source:
         change, self._change = self._change, None
         if change is not None:
             self._voice.apply(change)
-        return self._voice.render(frames)
+        block = self._voice.render(frames)
+        self.reduction_db = max(self.reduction_db, self._voice.reduction_db)
+        return block
 
     def last(self, frames: int) -> Block:
         """Return `frames` that fade to silence; nothing may follow."""

@@ -57,6 +57,8 @@ class PlainVoice:
 class PlainLive(PlainVoice):
     """A live voice: ramps in; a change is a cross-fade over one ramp."""
 
+    reduction_db = 0.0
+
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
         self._ramp = round(RAMP_SECONDS * self.sample_rate)
