@@ -57,4 +57,5 @@ class Joins:
         count = min(len(out), self._frames - self._fallen)
         if count:
             out[:count] += self._from * self._falling[self._fallen : self._fallen + count]
+            np.clip(out[:count], -1.0, 1.0, out=out[:count])  # a fall and a rise add up to 1 but for rounding
             self._fallen += count
