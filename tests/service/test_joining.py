@@ -45,9 +45,7 @@ BUFFERS = st.integers(1, 60).flatmap(lambda frames: st.tuples(st.just(frames), s
 
 
 @given(st.lists(BUFFERS, min_size=1, max_size=20), st.sets(st.integers(0, 19)))
-def test_whatever_comes_no_step_is_larger_than_a_rise_on_a_fall(
-    buffers: list[tuple[int, int]], cuts: set[int]
-) -> None:
+def test_whatever_comes_no_step_is_larger_than_a_rise_on_a_fall(buffers: list[tuple[int, int]], cuts: set[int]) -> None:
     sound = softened([(FADE, FADE), *buffers], tuple(cut + 1 for cut in cuts))
     assert np.abs(np.diff(sound, axis=0)).max() <= 2.0 / (FADE - 1) + 1e-5
     assert np.abs(sound).max() <= 1.0, "the limiter comes before: nothing may rise above it again"
