@@ -106,10 +106,14 @@ class Limiter:
         hold_within(block, out, self._pending, self._numbers, self._first, self._second, self._queue, self._recovery)
 
     def limited(self, blocks: Iterable[Block]) -> Iterator[Block]:
-        """Yield a finite sound, none of it late: as many frames as came in all, in blocks of other lengths."""
+        """Yield a finite sound, none of it late: as many frames as came in all, in blocks of other lengths.
+
+        What is not finite is our bug here, an AssertionError: nobody is hurt by a render that fails.
+        """
         late = self.ahead
         for block in chain(blocks, [np.zeros((self.ahead, self.channels), dtype=np.float32)]):
             ready = self.process(block)[late:]
+            assert not self.frames_not_finite, "a voice let NaN or infinity out"
             late -= min(late, len(block))
             if len(ready):
                 yield ready

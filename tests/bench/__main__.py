@@ -2,7 +2,7 @@
 
     python -m tests.bench [--long] [--json] [PART ...]
 
-Parts: solver, voice, response, methods, effects (each on one core), service, processes; --long adds an hour's render.
+Parts: solver, voice, limiter, response, methods, effects (each on one core), service, processes; --long adds an hour's render.
 Nothing here passes or fails: a figure over its limit says OVER. docs/benchmarks.md tells what each line means.
 """
 
@@ -17,6 +17,7 @@ from time import perf_counter
 
 from tests.bench import (
     bench_effects,
+    bench_limiter,
     bench_methods,
     bench_processes,
     bench_response,
@@ -31,13 +32,14 @@ Measure = Callable[[bool], list[Figure]]
 PARTS: dict[str, Measure] = {
     "solver": bench_solver.figures,
     "voice": bench_voice.figures,
+    "limiter": bench_limiter.figures,
     "response": bench_response.figures,
     "methods": bench_methods.figures,
     "effects": bench_effects.figures,
     "service": bench_service.figures,
     "processes": bench_processes.figures,
 }
-ON_ONE_CORE = ("solver", "voice", "response", "methods", "effects")
+ON_ONE_CORE = ("solver", "voice", "limiter", "response", "methods", "effects")
 HEADER = f"{'figure':35} {'median':>9} {'least':>9} {'unit':8} {'limit':>6} {'':6}  how"
 
 

@@ -235,6 +235,13 @@ def test_a_finite_sound_keeps_its_length_and_is_not_late(lengths: tuple[int, ...
     assert np.array_equal(limited, Limiter(2, RATE, AHEAD).process(padded)[AHEAD:])
 
 
+def test_a_finite_sound_with_what_is_not_finite_is_our_bug() -> None:
+    block = noise(200, 1, 0.5)
+    block[100] = np.nan
+    with pytest.raises(AssertionError, match="a voice let NaN"):
+        list(Limiter(1, RATE, AHEAD).limited([block]))
+
+
 def test_a_finite_sound_comes_in_no_empty_blocks() -> None:
     parts = [noise(1, 1, 0.5)] * 200
     assert all(len(part) for part in Limiter(1, RATE, AHEAD).limited(parts))
