@@ -5,8 +5,8 @@ Model: `write` fills a ring of four blocks ahead, and as many more as the device
     where the ring is short, and never raises, waits or allocates. The stream starts when the ring is full, so a sound
     never begins with an underrun; where one comes all the same, its edges are softened. `stop` fades what is under way
     to zero in 5 ms inside the callback, for a voice coil cut off in full swing is felt as a knock.
-    Late sound is dropped rather than played: where the device asked for nothing for `STALE_SECONDS`, what waits in the
-    ring belongs to a moment that has passed, and the sound goes on with what is rendered then.
+    Late sound is dropped rather than played: where the device asked for nothing for `STALLED_SECONDS`, what waits in
+    the ring belongs to a moment that has passed, and the sound goes on with what is rendered then.
 Source: python-sounddevice over PortAudio; float32 all the way, so the device gets the very samples of the voice.
 Limits: latency is the ring (40 ms at the default, and the device's own once more) plus the device's own. A device
     that takes nothing for the time that `write` may wait has stalled; one whose stream ends by itself has vanished:
@@ -35,8 +35,7 @@ from synth.errors import CannotRender
 BLOCK_SECONDS = 0.010  # the callback's period: longer adds latency, shorter costs wake-ups
 RING_BLOCKS = 4  # three is the least that rides out a late thread; each adds a period of latency
 FADE_SECONDS = 0.005  # of `stop`: well below the 20 ms it is allowed, long enough not to knock
-STALLED_SECONDS = 0.5  # without a callback: fifty periods
-STALE_SECONDS = 0.25  # without a callback: longer than any hiccup of a machine, shorter than sound that feels late
+STALLED_SECONDS = 0.5  # without a callback: fifty periods, longer than the hiccups of a busy machine
 OPEN_SECONDS = 5.0  # what PortAudio gets to open or to start a stream; wireless devices take a second or two
 END_SECONDS = 1.0  # what PortAudio gets to end a stream
 
@@ -57,7 +56,7 @@ class DeviceSink:
         self._stream: Any = None
         self._failure: str | None = None
         self._lock = threading.Lock()  # one thread at a time starts or ends the stream; the callback never takes it
-        self._playing = self._fading = self._closed = False
+        self._playing = self._begun = self._fading = self._closed = False  # begun: the callback was called
         self._faded = 0
         self._called = 0.0
 
@@ -149,10 +148,10 @@ class DeviceSink:
 
     def _fill(self, out: Block, frames: int, times: Any, status: Any) -> None:
         """Copy the next frames to the device: PortAudio's callback, in its own thread."""
-        called, self._called = self._called, time.monotonic()
+        stalled, self._called, self._begun = self._begun and self._stalled(), time.monotonic(), True
         if status.output_underflow:
             self.device_underflows += 1
-        if self._called - called > STALE_SECONDS:
+        if stalled:
             self.dropped_frames += self._ring.drop()
             self._joins.cut()
         taken = self._ring.read_into(out)

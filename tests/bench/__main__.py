@@ -2,7 +2,8 @@
 
     python -m tests.bench [--long] [--json] [PART ...]
 
-Parts: solver, voice, limiter, response, methods, effects (each on one core), service, processes; --long adds an hour's render.
+Parts: solver, voice, limiter, response, methods, effects (each on one core), service, processes; --long adds an
+hour's render.
 Nothing here passes or fails: a figure over its limit says OVER. docs/benchmarks.md tells what each line means.
 """
 

@@ -200,8 +200,9 @@ def stop_on_input(sink: Sink) -> None:
 def main() -> None:
     """Play a .npy file: argv is its path and JSON settings; print {failure, error, underruns, ...} as JSON.
 
-    Settings: rate, device, block (frames a write), ring_blocks, timeout (seconds a write may wait), end ("close" or
-    "stop"). A line on standard input stops the sink from another thread.
+    Settings: rate, device, block (frames a write), ring_blocks, timeout (seconds a write may wait), late (the frame
+    whose write comes half a second late), end ("close" or "stop"). A line on standard input stops the sink from
+    another thread.
     """
     samples = np.load(sys.argv[1])
     settings = json.loads(sys.argv[2])
@@ -212,13 +213,20 @@ def main() -> None:
         sink.start(settings.get("rate", 48000), samples.shape[1])
         threading.Thread(target=stop_on_input, args=(sink,), daemon=True).start()
         for start in range(0, len(samples), block):
+            if start == settings.get("late"):
+                time.sleep(0.5)
             sink.write(samples[start : start + block], timeout=settings.get("timeout", 5.0))
     except RidgewaveError as error:
         answer["error"] = str(error)
     began = time.monotonic()
     getattr(sink, settings.get("end", "close"))()
     answer |= {"end_seconds": time.monotonic() - began, "failure": sink.failure, "underruns": sink.underruns}
-    answer |= {"latency": sink.latency, "name": sink.name, "underflows": sink.device_underflows}
+    answer |= {
+        "dropped": sink.dropped_frames,
+        "latency": sink.latency,
+        "name": sink.name,
+        "underflows": sink.device_underflows,
+    }
     print(json.dumps(answer), flush=True)
 
 

@@ -103,7 +103,7 @@ def test_what_a_short_stall_made_stale_is_not_played(tmp_path: Path) -> None:
     with on_device(tmp_path) as playing:
         at = playing.listening.frames
         with playing.listening.stalling():
-            time.sleep(0.6)
+            time.sleep(1.0)
         until(lambda: playing.play()["frames"] >= 2 * RATE)
         report = playing.client.delete(f"{playing.session}/play").json()
         heard = playing.listening.end()
