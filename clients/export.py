@@ -6,7 +6,7 @@ limiter first, because integers clip.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
@@ -30,6 +30,16 @@ class RendersBlocks(Protocol):
         """Return the next float32 block [frames, channels]."""
 
 
+class Limits(Protocol):
+    """The part of the safety limiter that an export needs."""
+
+    def limited(self, blocks: Iterable[Block]) -> Iterator[Block]:
+        """Yield the whole sound limited, in blocks of other lengths."""
+
+    def take_reduction(self) -> float:
+        """Return the largest gain reduction, in dB, since this was last asked."""
+
+
 class TakesBlocks(Protocol):
     """The part of a writer that an export needs."""
 
@@ -39,33 +49,32 @@ class TakesBlocks(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Export:
-    """What was written: frames, and each channel's largest sample relative to full scale, as written."""
+    """What was written: frames, each channel's largest sample relative to full scale, as written, and how far the
+    limiter turned it down.
+    """
 
     frames: int
     peaks: tuple[float, ...]
+    reduction_db: float
 
 
 def export(
     voice: RendersBlocks,
     writer: TakesBlocks,
     frames: int,
-    limit: Callable[[Block], Block] | None,
+    limiter: Limits | None,
     advance: Callable[[int], None],
 ) -> Export:
     """Render `frames` of `voice` into `writer`.
 
-    limit: the safety limiter of integer sound, None for float. advance: told the frames of every block written.
+    limiter: the safety limiter of integer sound, None for float. advance: told the frames of every block written.
     """
     import numpy as np
 
     peaks = np.zeros(voice.channels)
-    done = 0
-    while done < frames:
-        block = voice.render(min(BLOCK_FRAMES, frames - done))
-        if limit is not None:
-            block = limit(block)
+    sound = (voice.render(min(BLOCK_FRAMES, frames - done)) for done in range(0, frames, BLOCK_FRAMES))
+    for block in sound if limiter is None else limiter.limited(sound):
         writer.write(block)
         np.maximum(peaks, np.abs(block).max(axis=0), out=peaks)
-        done += len(block)
         advance(len(block))
-    return Export(done, tuple(float(peak) for peak in peaks))
+    return Export(frames, tuple(map(float, peaks)), 0.0 if limiter is None else limiter.take_reduction())

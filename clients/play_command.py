@@ -10,6 +10,7 @@ import signal
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any, Protocol
@@ -19,6 +20,7 @@ from clients.scene_argument import read_scene
 from service.sinks import Sink, open_sink
 from synth.errors import CannotRender
 from synth.live import LiveVoice
+from synth.output import reduction_warning
 from synth.scene import scene_document
 from synth.sound_metadata import Metadata
 
@@ -41,11 +43,23 @@ class LiveSound(Protocol):
     def finished(self) -> bool:
         """Return whether the fade-out is over."""
 
+    @property
+    def reduction_db(self) -> float:
+        """Return the largest gain reduction of the limiter in the last block, in dB."""
+
     def render(self, frames: int) -> npt.NDArray[np.float32]:
         """Return the next float32 block [frames, channels]."""
 
     def release(self) -> None:
         """Begin to fade out."""
+
+
+@dataclass(frozen=True, slots=True)
+class Played:
+    """What was played: frames, and the largest gain reduction (dB) of the limiter."""
+
+    frames: int
+    reduction_db: float
 
 
 class Stop:
@@ -78,31 +92,47 @@ def run(arguments: argparse.Namespace) -> int:
         played = play(voice, sink, frames, stop)
     if sink.failure:
         raise CannotRender(sink.failure)
-    _report({"device": sink.name, "seconds": played / voice.sample_rate, "underruns": sink.underruns}, arguments.json)
+    result = {
+        "device": sink.name,
+        "seconds": played.frames / voice.sample_rate,
+        "underruns": sink.underruns,
+        "device_underflows": sink.device_underflows,
+        "dropped_frames": sink.dropped_frames,
+        "gain_reduction_db": played.reduction_db,
+    }
+    _report(result, arguments.json)
     return stop.code
 
 
-def play(voice: LiveSound, sink: Sink, frames: int | None, stop: Stop) -> int:
-    """Play `frames` of `voice` (None: until stopped) into a started `sink`, then its fade-out; return frames played.
+def play(voice: LiveSound, sink: Sink, frames: int | None, stop: Stop) -> Played:
+    """Play `frames` of `voice` (None: until stopped) into a started `sink`, then its fade-out.
 
     What goes wrong silences the sink at once and is raised.
     """
-    block = max(1, round(BLOCK_SECONDS * voice.sample_rate))
-    played = 0
+    played, reduction = 0, 0.0
     try:
-        while not stop.asked() and (frames is None or played < frames):
-            count = block if frames is None else min(block, frames - played)
-            sink.write(voice.render(count))
-            played += count
-        voice.release()
-        while not voice.finished:
-            sink.write(voice.render(block))
-            played += block
+        for block in _sound(voice, frames, stop):
+            sink.write(block)
+            played += len(block)
+            reduction = max(reduction, voice.reduction_db)
     except BaseException:
         sink.stop()
         raise
     sink.close()
-    return played
+    return Played(played, reduction)
+
+
+def _sound(voice: LiveSound, frames: int | None, stop: Stop) -> Iterator[npt.NDArray[np.float32]]:
+    """Yield `frames` of `voice` (None: until stopped), then its fade-out."""
+    size = max(1, round(BLOCK_SECONDS * voice.sample_rate))
+    done = 0
+    while not stop.asked() and (frames is None or done < frames):
+        count = size if frames is None else min(size, frames - done)
+        yield voice.render(count)
+        done += count
+    voice.release()
+    while not voice.finished:
+        yield voice.render(size)
 
 
 @contextmanager
@@ -123,4 +153,6 @@ def _report(result: dict[str, Any], as_json: bool) -> None:
         return
     print(f"played {result['seconds']:.3f} s on {result['device']}")
     if result["underruns"]:
-        warn(f"the device ran dry {result['underruns']} times: this machine did not keep up")
+        warn(f"the device ran dry {result['underruns']} times: this machine did not keep up, or the device stalled")
+    for sentence in reduction_warning(result["gain_reduction_db"]):
+        warn(sentence)

@@ -16,7 +16,7 @@ from clients.target import Target, read_target
 from synth import Scene, open_voice
 from synth.encode import Metadata, open_writer
 from synth.hand_log import is_recording
-from synth.output import Limiter
+from synth.output import Limiter, look_ahead, reduction_warning
 from synth.scene import scene_document
 from synth.sound_metadata import UNITS
 
@@ -64,14 +64,15 @@ def _written(
 ) -> dict[str, Any]:
     """Write `frames` of `voice` and return the result; started: when its preparation began."""
     ready = time.perf_counter()
-    limit = None if target.sound_format.is_float else Limiter(voice.channels, voice.sample_rate).process
+    rate = voice.sample_rate
+    limiter = None if target.sound_format.is_float else Limiter(voice.channels, rate, look_ahead(rate))
     metadata = Metadata(voice.full_scale, voice.quantities, scene_document(scene))
     place: Any = _standard_output() if target.path is None else target.path
     with (
-        Progress("rendering", frames / voice.sample_rate, "s", progress) as bar,
-        open_writer(place, target.sound_format, voice.sample_rate, voice.channels, metadata, frames=frames) as writer,
+        Progress("rendering", frames / rate, "s", progress) as bar,
+        open_writer(place, target.sound_format, rate, voice.channels, metadata, frames=frames) as writer,
     ):
-        written = export(voice, writer, frames, limit, lambda count: bar.advance(count / voice.sample_rate))
+        written = export(voice, writer, frames, limiter, lambda count: bar.advance(count / rate))
     return _result(target, voice, written, ready - started, time.perf_counter() - ready)
 
 
@@ -95,7 +96,8 @@ def _result(target: Target, voice: Any, written: Export, setup: float, rendering
         "setup_seconds": setup,
         "render_seconds": rendering,
         "times_real_time": seconds / rendering,
-        "warnings": list(voice.warnings),
+        "gain_reduction_db": written.reduction_db,
+        "warnings": [*voice.warnings, *reduction_warning(written.reduction_db)],
     }
 
 

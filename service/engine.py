@@ -7,7 +7,7 @@ Everything here is called from threads: building a voice solves a contact respon
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any, Protocol
 
 from service.sound import Sounding
@@ -38,15 +38,15 @@ class FiniteVoice(Voice, Protocol):
 class LiveVoice(Voice, Protocol):
     """A voice that ramps in and across changes, and passes the safety limiter last."""
 
+    @property
+    def reduction_db(self) -> float:
+        """Return the largest gain reduction of the limiter in the last block, in dB."""
+
     def prepare(self, scene: Scene) -> Any:
         """Return the change to `scene`, solved; slow."""
 
     def apply(self, change: Any) -> None:
         """Cross-fade to what `prepare` returned, from the next block on; instant."""
-
-    @property
-    def reduction_db(self) -> float:
-        """Return how far the limiter turns down at this moment."""
 
 
 class HandVoice(LiveVoice, Protocol):
@@ -59,10 +59,6 @@ class HandVoice(LiveVoice, Protocol):
     @property
     def finished(self) -> bool:
         """Return whether it was released and has faded out."""
-
-    @property
-    def reduction_db(self) -> float:
-        """Return by how much the limiter turns down now, in dB."""
 
     @property
     def motion_delay(self) -> float:
@@ -95,8 +91,11 @@ class HandVoice(LiveVoice, Protocol):
 class Limiter(Protocol):
     """The safety limiter, for integer output of finite renders."""
 
-    def process(self, block: Block) -> Block:
-        """Return `block` limited to full scale; may work in place."""
+    def limited(self, blocks: Iterable[Block]) -> Iterator[Block]:
+        """Yield the whole sound limited to full scale, in blocks of any lengths but 0."""
+
+    def take_reduction(self) -> float:
+        """Return the largest gain reduction, in dB, since this was last asked."""
 
 
 class CacheCounts(Protocol):
@@ -191,7 +190,7 @@ class SynthEngine:
     @property
     def live_delay(self) -> float:
         """See `Engine`."""
-        from synth.live import LOOK_AHEAD
+        from synth.output import LOOK_AHEAD
 
         return LOOK_AHEAD
 
@@ -209,6 +208,6 @@ class SynthEngine:
 
     def limiter(self, channels: int, sample_rate: int) -> Limiter:
         """See `Engine`."""
-        from synth.output import Limiter
+        from synth.output import Limiter, look_ahead
 
-        return Limiter(channels, sample_rate)
+        return Limiter(channels, sample_rate, look_ahead(sample_rate))

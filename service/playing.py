@@ -2,8 +2,10 @@
 
 Model: one thread a play takes blocks from the session and writes them to the sink, which sets the pace. An end that is
     asked for is a fade of 10 ms, then the sink lets out what it holds and closes; a stop also has a device drop that.
+    A sink that fails ends the play and nothing else: the session, its stream and its next play go on. A device that
+    stalled for 2 s has failed, and does not begin to move again by itself when it comes back: play again.
 Limits: a play ends by itself after RIDGEWAVE_MAX_DURATION. What went wrong meanwhile (a device that vanished, a full
-    disk) is told by `document`, since nobody waits for an answer then.
+    disk) is told by `document` and the log, since nobody waits for an answer then.
 """
 
 from __future__ import annotations
@@ -49,8 +51,8 @@ class Player:
 
     @property
     def playing(self) -> bool:
-        """Return whether it is not over yet."""
-        return not self._over.is_set()
+        """Return whether it is neither over nor has failed."""
+        return self.failure is None and not self._over.is_set()
 
     def start(self, metadata: Metadata) -> None:
         """Open the sink and begin; for a thread. Raises CannotRender or AskedWrong where the sink does not open."""
@@ -80,9 +82,12 @@ class Player:
         """Return what a session shows of its play."""
         return {
             "device": self._sink.name,
-            "state": "playing" if self.playing else "failed" if self.failure else "finished",
+            "state": "failed" if self.failure else "playing" if self.playing else "finished",
             "frames": self.frames,
             "underruns": self._sink.underruns,
+            "device_underflows": self._sink.device_underflows,
+            "dropped_frames": self._sink.dropped_frames,
+            "gain_reduction_db": 0.0 if self.source is None else self.source.largest_reduction_db,
             "failure": self.failure,
         }
 
@@ -101,6 +106,8 @@ class Player:
             self._count(0)
             self._metrics.stream_closed("play")
             self._told_over()
+            if self.failure is not None:
+                log.warning("a play on %s failed: %s", self._sink.name, self.failure)
             self._over.set()
 
     def _play(self) -> None:

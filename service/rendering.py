@@ -18,6 +18,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
+import numpy as np
 from starlette.responses import Response
 
 from service.engine import Engine, FiniteVoice, Limiter
@@ -28,6 +29,7 @@ from service.pumping import PumpedResponse
 from service.settings import Settings
 from service.sound import describe, metadata_of
 from synth.encode import Block, SoundFormat, encode_all, media_type, open_writer, stream_block
+from synth.output import reduction_warning
 from synth.riff import padding, wav_header
 from synth.scene import Scene, channel_count, parse_scene_text
 
@@ -61,27 +63,23 @@ class Render:
     """One render under way: the blocks that are still to come, and what the answer will look like."""
 
     voice: FiniteVoice
-    blocks: Iterator[Block]
+    blocks: Iterator[Block]  # limited where the format holds integers
     limiter: Limiter | None
     scene: Scene
     sound_format: SoundFormat
     frames: int
     stages: Stages
 
-    def limited(self) -> Iterator[Block]:
-        """Yield the blocks, limited where the format holds integers."""
-        return self.blocks if self.limiter is None else map(self.limiter.process, self.blocks)
-
     def piece(self) -> bytes:
         """Return the bytes of the next block, b"" after the last."""
         block = next(self.blocks, None)
-        if block is None:
-            return b""
-        return stream_block(block if self.limiter is None else self.limiter.process(block), self.sound_format)
+        return b"" if block is None else stream_block(block, self.sound_format)
 
     def headers(self) -> dict[str, str]:
-        """Return the answer's headers but for its length."""
-        warnings = " ".join(" ".join(self.voice.warnings).split()).encode("ascii", "replace").decode("ascii")
+        """Return the answer's headers but for its length; they tell of the limiter what it has done so far."""
+        turned_down = () if self.limiter is None else reduction_warning(self.limiter.take_reduction())
+        sentences = " ".join([*self.voice.warnings, *turned_down])
+        warnings = " ".join(sentences.split()).encode("ascii", "replace").decode("ascii")
         extra = {"Ridgewave-Warning": warnings} if warnings else {}
         return describe(self.voice, self.sound_format) | {"Server-Timing": self.stages.header()} | extra
 
@@ -157,6 +155,8 @@ class Renders:
         frames = round(scene.output.duration * rate)
         whole = frames * channels <= WHOLE_SAMPLES
         blocks = self._engine.blocks(voice, frames if whole else max(1, PIECE_SAMPLES // channels))
+        if limiter is not None:
+            blocks = limiter.limited(blocks)
         return Render(voice, blocks, limiter, scene, sound_format, frames, stages)
 
     async def _pieces(self, render: Render) -> AsyncGenerator[bytes, None]:
@@ -175,7 +175,8 @@ def check_duration(duration: float, longest: float, pointer: str, kind: str) -> 
 
 
 def _whole(render: Render) -> Response:
-    (block,) = render.limited()
+    parts = list(render.blocks)
+    block = parts[0] if len(parts) == 1 else np.concatenate(parts)
     render.stages.done("render")
     body = encode_all(block, render.sound_format, render.voice.sample_rate, metadata_of(render.voice, render.scene))
     render.stages.done("encode")
@@ -188,7 +189,7 @@ def _flac(render: Render) -> Response:
     try:
         metadata = metadata_of(render.voice, render.scene)
         with open_writer(store, SoundFormat.FLAC, render.voice.sample_rate, render.voice.channels, metadata) as writer:
-            for block in render.limited():
+            for block in render.blocks:
                 writer.write(block)
         length = store.seek(0, os.SEEK_END)
         store.seek(0)

@@ -29,13 +29,14 @@ class Source:
         self._voice = voice
         self._change: Any = None
         self._quick = False
+        self.largest_reduction_db = 0.0  # of all blocks so far
         self.sample_rate = voice.sample_rate
         self.channels = voice.channels
         self.fade_frames = max(1, round(FADE_SECONDS * voice.sample_rate))
 
     @property
     def reduction_db(self) -> float:
-        """Return how far the safety limiter turns down at the end of the last block, in dB."""
+        """Return the largest gain reduction of the safety limiter in the last block, in dB."""
         return self._voice.reduction_db
 
     def prepare(self, scene: Scene) -> Any:
@@ -52,7 +53,9 @@ class Source:
         change, self._change = self._change, None
         if change is not None:
             self._voice.apply(change)
-        return self._voice.render(frames)
+        block = self._voice.render(frames)
+        self.largest_reduction_db = max(self.largest_reduction_db, self._voice.reduction_db)
+        return block
 
     def last(self, frames: int) -> Block:
         """Return `frames` that fade to silence; nothing may follow."""

@@ -22,14 +22,13 @@ from synth.cache import ResponseCache
 from synth.effect_choice import added_quantities
 from synth.errors import Fault, SceneError
 from synth.hand import with_full_scale, with_session_scale
-from synth.output import Block, Limiter
+from synth.output import Block, Limiter, look_ahead
 from synth.plan import Plan
 from synth.preparation import Preparation, prepare
 from synth.scene import Scene
 from synth.voice import Voice
 
 RAMP_TIME = 0.01  # s of fade in and out: short enough for the 20 ms of a stop, long enough not to click
-LOOK_AHEAD = 1.5e-3  # s that the limiter sees ahead: enough for its gain to come down without a step
 CHANGE_TIME = 0.05  # s from one scene to the next; shorter steps become audible on slow waveforms
 
 
@@ -56,7 +55,7 @@ class LiveVoice:
         self._first = scene
         self.scene = scene
         self._voice = Voice(with_session_scale(prepare(scene, self._cache), self._cache), paced=True)
-        self._ahead = round(LOOK_AHEAD * self._voice.sample_rate)
+        self._ahead = look_ahead(self._voice.sample_rate)
         self._limiter = Limiter(self._voice.channels, self._voice.sample_rate, self._ahead)
         self._silent = 0
         self._primed = False
@@ -65,6 +64,7 @@ class LiveVoice:
         self._waiting: Change | None = None
         self._gain = 0.0
         self._rise = RAMP_TIME
+        self._reduction = 0.0
         self._released = False
         self.frame = 0
 
@@ -105,8 +105,8 @@ class LiveVoice:
 
     @property
     def reduction_db(self) -> float:
-        """How far the limiter turns down at this moment, in dB."""
-        return self._limiter.reduction_db
+        """The largest gain reduction of the limiter in the last block, in dB."""
+        return self._reduction
 
     @property
     def finished(self) -> bool:
@@ -137,7 +137,10 @@ class LiveVoice:
         if not self._primed:
             self._primed = True
             self._limiter.prime(self._unlimited(self._ahead))
-        return self._limiter.process(self._unlimited(frames))
+        block = self._unlimited(frames)
+        self._limiter.process_into(block, block)
+        self._reduction = self._limiter.take_reduction()
+        return block
 
     def _unlimited(self, frames: int) -> Block:
         """Return the next frames before the limiter, which is `_ahead` frames behind them."""

@@ -23,9 +23,9 @@ from synth.contact.exact import Array
 from synth.following import Follower, Update
 from synth.hand import nominal_scene, with_full_scale
 from synth.hand_log import FORMAT, VERSION, HandLog
-from synth.live import LOOK_AHEAD, Change, LiveVoice
+from synth.live import Change, LiveVoice
 from synth.motion import LOAD, Motion
-from synth.output import Block
+from synth.output import LOOK_AHEAD, Block
 from synth.preparation import prepare
 from synth.scene import Scene, scene_document
 from synth.scene_effects import lowest_load

@@ -1,6 +1,11 @@
 """Where audio goes on the server's or the listener's own machine: a device, or a file in the one folder for it.
 
-Model: `open_sink` turns the `device` of a request into a sink (`service.sinks.interface`): "file:NAME" is a file sink
+Model: sound leaves in three ways, all behind the live voice's limiter, and they differ in who keeps the time. A device
+    (`device`) keeps it: a thread fills a ring ahead of its callback. A file (`file`) keeps none, and is written at the
+    pace of a clock. A network peer (`service.streaming`, and the live protocol) is no `Sink`: the event loop writes to
+    it, by the server's clock or as the peer asks for more, so that many peers need no threads. What fails in one of
+    them ends that one; the session and the others go on.
+    `open_sink` turns the `device` of a request into a sink (`service.sinks.interface`): "file:NAME" is a file sink
     in the folder that the settings name, anything else is an audio device. PortAudio is loaded with the first device,
     not before.
 """

@@ -26,7 +26,7 @@ NAME_LENGTH = 200  # characters; NAME.part stays below the 255 bytes of usual fi
 class FileSink:
     """Writes what it is given to NAME in `folder`."""
 
-    underruns = 0
+    underruns = device_underflows = dropped_frames = 0
     latency = 0.0
 
     def __init__(self, folder: Path, name: str, *, realtime: bool = False) -> None:

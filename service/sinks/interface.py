@@ -34,6 +34,14 @@ class Sink(Protocol):
         """Return how many times silence was played because no samples were there."""
 
     @property
+    def device_underflows(self) -> int:
+        """Return how many gaps the device itself reports; 0 where there is none."""
+
+    @property
+    def dropped_frames(self) -> int:
+        """Return how many frames were not played because the device had stalled and they were stale."""
+
+    @property
     def failure(self) -> str | None:
         """Return why it no longer works, a sentence for people; None while it does."""
 

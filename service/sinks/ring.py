@@ -37,6 +37,12 @@ class Ring:
         self._written += count
         return count
 
+    def drop(self) -> int:
+        """Let go of what waits; return how many frames that was. For the reader."""
+        written = self._written
+        count, self._read = written - self._read, written
+        return count
+
     def read_into(self, out: Block) -> int:
         """Fill the beginning of `out` [frames, channels] with what waits; return how many frames that was."""
         count = min(len(out), self.filled)

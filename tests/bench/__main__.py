@@ -3,8 +3,8 @@
     python -m tests.bench [--long] [--json] [PART ...]
     python -m tests.bench live [--seconds 60] [--streams 200] [--workers 2]
 
-Parts: solver, voice, response, methods, effects (each on one core), service, processes; --long adds an hour's render.
-`live` runs only where it is named: it loads a service with streams for minutes.
+Parts: solver, voice, limiter, response, methods, effects (each on one core), service, processes; --long adds an
+hour's render. `live` runs only where it is named: it loads a service with streams for minutes.
 Nothing here passes or fails: a figure over its limit says OVER. docs/benchmarks.md tells what each line means.
 """
 
@@ -20,6 +20,7 @@ from time import perf_counter
 
 from tests.bench import (
     bench_effects,
+    bench_limiter,
     bench_live,
     bench_methods,
     bench_processes,
@@ -35,6 +36,7 @@ Measure = Callable[[bool], list[Figure]]
 PARTS: dict[str, Measure] = {
     "solver": bench_solver.figures,
     "voice": bench_voice.figures,
+    "limiter": bench_limiter.figures,
     "response": bench_response.figures,
     "methods": bench_methods.figures,
     "effects": bench_effects.figures,
@@ -42,7 +44,7 @@ PARTS: dict[str, Measure] = {
     "processes": bench_processes.figures,
 }
 BY_NAME: dict[str, Measure] = {"live": bench_live.figures}  # parts that take minutes, measured only where named
-ON_ONE_CORE = ("solver", "voice", "response", "methods", "effects")
+ON_ONE_CORE = ("solver", "voice", "limiter", "response", "methods", "effects")
 HEADER = f"{'figure':35} {'median':>9} {'least':>9} {'unit':8} {'limit':>6} {'':6}  how"
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
+
 import numpy as np
 import numpy.typing as npt
 import pytest
@@ -53,11 +55,18 @@ def test_no_frames_is_no_blocks() -> None:
 
 
 def test_integer_sound_passes_the_limiter_and_the_peak_is_the_limited_one() -> None:
-    def halved(block: Block) -> Block:
-        block *= np.float32(0.5)
-        return block
+    class Halves:
+        """A limiter that gives its sound in two blocks where one came."""
 
-    writer = Kept()
-    written = export(Ramp(), writer, 11, halved, lambda _frames: None)
-    assert np.array_equal(writer.blocks[0][:, 0], np.arange(11, dtype=np.float32) / 2)
-    assert written.peaks == (5.0, 10.0)
+        def limited(self, blocks: Iterable[Block]) -> Iterator[Block]:
+            for block in blocks:
+                yield from np.split(block * np.float32(0.5), [4])
+
+        def take_reduction(self) -> float:
+            return 6.0
+
+    writer, told = Kept(), list[int]()
+    written = export(Ramp(), writer, 11, Halves(), told.append)
+    assert np.array_equal(np.concatenate(writer.blocks)[:, 0], np.arange(11, dtype=np.float32) / 2)
+    assert (written.frames, written.peaks, written.reduction_db) == (11, (5.0, 10.0), 6.0)
+    assert told == [4, 7]

@@ -25,6 +25,7 @@ class Tone:
     """A live voice: ones, then from `release` on a ramp to zero of FADE frames."""
 
     sample_rate = RATE
+    reduction_db = 0.0
 
     def __init__(self, stop: Stop | None = None, stop_after: int = 0) -> None:
         self.rendered = 0
@@ -59,7 +60,7 @@ def test_a_sound_plays_whole_and_then_fades_out(tmp_path: Path) -> None:
     played = play(Tone(), started(tmp_path), 105, Stop())
     sound, rate = soundfile.read(tmp_path / "played.wav")
     assert rate == RATE
-    assert played == len(sound)
+    assert played.frames == len(sound)
     assert np.all(sound[:105] == 1.0)
     assert np.all(np.diff(sound[105 : 105 + FADE]) < 0)
     assert sound[-1] == 0.0

@@ -18,6 +18,8 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -35,15 +37,17 @@ F_SETPIPE_SZ = 1031
 
 CONFIGURATION = """
 pcm.ridgewave_nowhere {{ type null }}
+pcm.!default {{
+    type plug
+    slave.pcm {device}
+}}
+"""
+DEVICE_CONFIGURATION = """
 pcm.{device} {{
     type file
     slave.pcm ridgewave_nowhere
     file "{recording}"
     format raw
-}}
-pcm.!default {{
-    type plug
-    slave.pcm {device}
 }}
 """
 
@@ -57,13 +61,64 @@ def require_portaudio() -> None:
         pytest.skip(reason)
 
 
-class AlsaRecorder:
-    """The recording device of one test, in `folder`."""
+class Listening:
+    """Reads a recorder's FIFO in a thread, as fast as a device of one channel at 48 kHz plays; may stall, or vanish."""
 
-    def __init__(self, folder: Path, *, fifo: bool = False) -> None:
-        self.path = folder / "recording.f32"
+    def __init__(self, recorder: AlsaRecorder) -> None:
+        self.recording = bytearray()
+        self._stalled = threading.Event()
+        self._recorder = recorder
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._run)
+        self._thread.start()
+
+    @property
+    def frames(self) -> int:
+        """How many frames were heard so far."""
+        return len(self.recording) // 4
+
+    def _run(self) -> None:
+        due = time.perf_counter()
+        while not self._over.wait(max(0.0, due - time.perf_counter())):
+            if not self._stalled.is_set():
+                self.recording += self._recorder.read(PIPE_BYTES // 4)
+            due = max(due + PIPE_BYTES // 4 / (4 * 48000), time.perf_counter() - 0.005)
+
+    @contextmanager
+    def stalling(self) -> Iterator[None]:
+        """Take nothing meanwhile."""
+        self._stalled.set()
+        try:
+            yield
+        finally:
+            self._stalled.clear()
+
+    def vanish(self) -> None:
+        """End, and close the FIFO: for who plays, the device is gone."""
+        self._over.set()
+        self._thread.join()
+        self._recorder.close()
+
+    def end(self) -> npt.NDArray[np.float32]:
+        """Return all that was heard, what the device took and the pipe still holds included, silence around it not."""
+        self._over.set()
+        self._thread.join()
+        while chunk := self._recorder.read(PIPE_BYTES):
+            self.recording += chunk
+        return sounding(bytes(self.recording), 1)[:, 0]
+
+
+class AlsaRecorder:
+    """A recording device of one test, in `folder`; the first is the default, others have names of their own."""
+
+    def __init__(self, folder: Path, *, fifo: bool = False, name: str = DEVICE) -> None:
+        self.name = name
+        self.path = folder / f"{name}.f32"
         self._configuration = folder / "asound.conf"
-        self._configuration.write_text(CONFIGURATION.format(device=DEVICE, recording=self.path))
+        with self._configuration.open("a") as configuration:
+            if not configuration.tell():
+                configuration.write(CONFIGURATION.format(device=name))
+            configuration.write(DEVICE_CONFIGURATION.format(device=name, recording=self.path))
         self._folder = folder
         self.pipe = -1
         if fifo:
@@ -83,6 +138,8 @@ class AlsaRecorder:
 
     def read(self, count: int) -> bytes:
         """Return up to `count` bytes that wait in the FIFO, b"" where none do."""
+        if self.pipe < 0:
+            return b""
         try:
             return os.read(self.pipe, count)
         except BlockingIOError:
@@ -143,8 +200,9 @@ def stop_on_input(sink: Sink) -> None:
 def main() -> None:
     """Play a .npy file: argv is its path and JSON settings; print {failure, error, underruns, ...} as JSON.
 
-    Settings: rate, device, block (frames a write), ring_blocks, timeout (seconds a write may wait), end ("close" or
-    "stop"). A line on standard input stops the sink from another thread.
+    Settings: rate, device, block (frames a write), ring_blocks, timeout (seconds a write may wait), late (the frame
+    whose write comes half a second late), end ("close" or "stop"). A line on standard input stops the sink from
+    another thread.
     """
     samples = np.load(sys.argv[1])
     settings = json.loads(sys.argv[2])
@@ -155,13 +213,20 @@ def main() -> None:
         sink.start(settings.get("rate", 48000), samples.shape[1])
         threading.Thread(target=stop_on_input, args=(sink,), daemon=True).start()
         for start in range(0, len(samples), block):
+            if start == settings.get("late"):
+                time.sleep(0.5)
             sink.write(samples[start : start + block], timeout=settings.get("timeout", 5.0))
     except RidgewaveError as error:
         answer["error"] = str(error)
     began = time.monotonic()
     getattr(sink, settings.get("end", "close"))()
     answer |= {"end_seconds": time.monotonic() - began, "failure": sink.failure, "underruns": sink.underruns}
-    answer |= {"latency": sink.latency, "name": sink.name, "underflows": sink.device_underflows}
+    answer |= {
+        "dropped": sink.dropped_frames,
+        "latency": sink.latency,
+        "name": sink.name,
+        "underflows": sink.device_underflows,
+    }
     print(json.dumps(answer), flush=True)
 
 

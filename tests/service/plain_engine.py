@@ -6,7 +6,7 @@ The protocol's own promises (pacing, fades, sizes, ends) are tested with it; wha
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -60,6 +60,8 @@ class PlainVoice:
 class PlainLive(PlainVoice):
     """A live voice: ramps in; a change is a cross-fade over one ramp."""
 
+    reduction_db = 0.0
+
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
         self._ramp = round(RAMP_SECONDS * self.sample_rate)
@@ -68,8 +70,6 @@ class PlainLive(PlainVoice):
 
     def prepare(self, scene: Scene) -> Scene:
         return scene
-
-    reduction_db = 0.0
 
     def apply(self, change: Scene) -> None:
         self._from, self.scene, self._since = self.scene, change, self.frame
@@ -94,8 +94,11 @@ class NoCache:
 class NoLimiter:
     """The plain sine never needs limiting."""
 
-    def process(self, block: Block) -> Block:
-        return block
+    def limited(self, blocks: Iterable[Block]) -> Iterator[Block]:
+        return iter(blocks)
+
+    def take_reduction(self) -> float:
+        return 0.0
 
 
 @dataclass

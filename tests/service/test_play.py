@@ -1,12 +1,8 @@
-"""Playing on the server's machine: recordings in the one folder, and a real PortAudio device that records."""
+"""Playing on the server's machine into recordings in the one folder; `test_play_on_devices` plays on devices."""
 
 from __future__ import annotations
 
-import threading
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 
 import httpx
@@ -18,8 +14,7 @@ import soundfile
 from synth.encode import read_metadata
 from synth.errors import CannotRender
 from synth.scene import parse_scene
-from tests.service.alsa_recorder import DEVICE, AlsaRecorder, require_portaudio, sounding
-from tests.service.harness import Child, Running, problem, serving, until
+from tests.service.harness import Running, problem, serving, until
 from tests.service.plain_engine import FULL_SCALE, PlainEngine, PlainLive
 
 RATE = 48000
@@ -158,87 +153,3 @@ def test_ending_the_server_completes_a_recording(tmp_path: Path) -> None:
         until(lambda: running.client.get(path.removesuffix("/play")).json()["play"]["frames"] > RATE // 10)
     samples, _ = soundfile.read(tmp_path / "cut.wav", dtype="float32")
     np.testing.assert_allclose(samples, live(len(samples)), rtol=0, atol=1e-6)
-
-
-class Listening:
-    """Reads a recorder's FIFO as fast as a device of 48 kHz plays, in a thread."""
-
-    def __init__(self, recorder: AlsaRecorder) -> None:
-        self.recording = b""
-        self._recorder = recorder
-        self._over = threading.Event()
-        self._thread = threading.Thread(target=self._run)
-        self._thread.start()
-
-    def _run(self) -> None:
-        due = time.perf_counter()
-        while not self._over.is_set():
-            chunk = self._recorder.read(1024)
-            self.recording += chunk
-            due = max(due + 1024 / (4 * RATE), time.perf_counter() - 0.005)
-            time.sleep(max(0.0, due - time.perf_counter()))
-
-    def end(self) -> npt.NDArray[np.float32]:
-        self._over.set()
-        self._thread.join()
-        while chunk := self._recorder.read(4096):  # what the device took and the pipe still holds
-            self.recording += chunk
-        return sounding(self.recording, 1)[:, 0]
-
-
-@dataclass
-class OnDevice:
-    """A service in a process of its own that plays on a recording device."""
-
-    client: httpx.Client
-    session: str
-    child: Child
-    listening: Listening
-
-
-@contextmanager
-def on_device(folder: Path) -> Iterator[OnDevice]:
-    """Yield a session that has played for a second."""
-    require_portaudio()
-    recorder = AlsaRecorder(folder, fifo=True)
-    child = Child("tests.service.serve_plain", folder, ALSA_CONFIG_PATH=str(folder / "asound.conf"))
-    listening = Listening(recorder)
-    try:
-        with httpx.Client(base_url=child.url(), timeout=30.0) as client:
-            assert DEVICE in [device["name"] for device in client.get("/v1/devices").json()["devices"]]
-            session = "/v1/sessions/" + client.post("/v1/sessions", json={}).json()["id"]
-            answer = client.post(f"{session}/play", json={"device": DEVICE})
-            assert answer.status_code == 202, answer.text
-            until(lambda: client.get(session).json()["play"]["frames"] >= RATE)
-            yield OnDevice(client, session, child, listening)
-    finally:
-        listening.end()
-        child.end()
-        recorder.close()
-
-
-@pytest.mark.device
-def test_a_session_plays_on_a_real_device_sample_for_sample(tmp_path: Path) -> None:
-    with on_device(tmp_path) as playing:
-        report = playing.client.delete(f"{playing.session}/play").json()
-        heard = playing.listening.end()
-    assert (report["state"], report["underruns"]) == ("finished", 0), report
-    wanted = live(report["frames"])
-    loud = np.flatnonzero(wanted)
-    np.testing.assert_array_equal(heard, wanted[loud[0] : loud[-1] + 1])
-
-
-@pytest.mark.device
-def test_a_stop_silences_a_real_device_without_playing_what_it_holds(tmp_path: Path) -> None:
-    with on_device(tmp_path) as playing:
-        at = len(playing.listening.recording) // 4
-        assert playing.client.post("/v1/stop").json()["stopped"]["plays"] == 1
-        playing.child.process.terminate()
-        playing.child.process.wait(20.0)
-        heard = playing.listening.end()
-    ramp = round(0.005 * RATE)  # the sink's own, in the device's callback
-    wanted = PlainLive(parse_scene({})).render(len(heard) + FADE)[:, 0]
-    first = int(np.flatnonzero(wanted)[0])
-    np.testing.assert_array_equal(heard[:-ramp], wanted[first : first + len(heard) - ramp])
-    assert np.abs(np.diff(heard)).max() < 0.03, "a step"
-    assert first + len(heard) - at < 0.1 * RATE, "more than the device's and the pipe's own buffers was heard"

@@ -62,6 +62,19 @@ def test_a_device_with_a_clock_is_fed_in_time_from_a_short_ring(clocked: AlsaRec
     assert 0.040 <= answer["latency"] < 0.2
 
 
+def test_a_writer_that_is_late_is_counted_and_heard_without_a_knock(clocked: AlsaRecorder) -> None:
+    """The ring runs dry for a while: what was written is all heard, silence between softened edges in its midst."""
+    samples = np.full((48000, 1), 0.5, dtype=np.float32)
+    player = clocked.play(samples, late=24000)
+    heard = sounding(clocked.read_in_real_time(player, 48000 * 4), 1)[:, 0]
+    answer = report(player)
+    assert (answer["error"], answer["failure"]) == (None, None)
+    assert answer["underruns"] >= 10 and answer["dropped"] == 0
+    gap = np.flatnonzero(heard == 0.0)
+    assert len(heard) > 48000 and gap[0] >= 24000 and gap[-1] < len(heard) - 23000
+    assert np.abs(np.diff(heard)).max() < 0.003
+
+
 def test_a_device_that_stalls_is_told_and_let_go(clocked: AlsaRecorder) -> None:
     """Nobody reads the FIFO."""
     answer = report(clocked.play(noise(48000, 1), timeout=0.3))

@@ -14,10 +14,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.sinks import DeviceSink, FileSink, Sink, list_devices, open_sink
+from service.sinks.bounded import within
 from service.sinks.devices import DeviceDescription, find_device
 from service.sinks.ring import Ring
 from synth.encode import Block, Metadata, SoundFormat, encode_all, read_metadata
 from synth.errors import AskedWrong, CannotRender
+from tests.service.harness import until
 
 METADATA = Metadata((2.0,), ("velocity",), {"scan": {"load": 0.3}})
 
@@ -209,6 +211,31 @@ def test_the_ring_gives_back_what_it_took_in_order(capacity: int, steps: list[tu
             taken_frames += count
         assert ring.filled == given_frames - taken_frames
     np.testing.assert_array_equal(np.concatenate([numbers[:0], *received]), numbers[:taken_frames])
+
+
+def test_a_ring_lets_go_of_what_waits() -> None:
+    ring, out = Ring(10, 1), np.zeros((10, 1), dtype=np.float32)
+    assert ring.drop() == 0
+    ring.write(sound(7))
+    assert (ring.drop(), ring.filled, ring.read_into(out)) == (7, 0, 0)
+    ring.write(sound(9))
+    assert ring.read_into(out) == 9
+    np.testing.assert_array_equal(out[:9], sound(9))
+
+
+def test_what_a_driver_does_in_time_is_returned_or_raised() -> None:
+    assert within(20.0, lambda: 7) == 7
+    with pytest.raises(ZeroDivisionError):
+        within(20.0, lambda: 1 // 0)
+
+
+def test_a_driver_that_hangs_is_left_behind_and_what_it_does_too_late_undone() -> None:
+    gate, undone = threading.Event(), list[str]()
+    with pytest.raises(TimeoutError):
+        within(0.01, lambda: "opened" if gate.wait(20.0) else "never", too_late=undone.append)
+    assert undone == []
+    gate.set()
+    until(lambda: undone == ["opened"])
 
 
 def test_a_missing_library_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:

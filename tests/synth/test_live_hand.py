@@ -12,10 +12,10 @@ from scipy.signal import firwin
 
 from synth.cache import ResponseCache
 from synth.following import Update
-from synth.live import CHANGE_TIME, LOOK_AHEAD
+from synth.live import CHANGE_TIME
 from synth.live_hand import HandVoice
 from synth.moving import MovingReader
-from synth.output import Block
+from synth.output import LOOK_AHEAD, Block
 from synth.scene import parse_scene
 
 RATE, BLOCK = 8000, 80

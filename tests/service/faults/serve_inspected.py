@@ -11,6 +11,7 @@ import ctypes
 import gc
 import os
 import sys
+from pathlib import Path
 
 from fastapi import FastAPI
 from starlette.responses import JSONResponse
@@ -39,8 +40,8 @@ def inspectable() -> None:
     """Have `create_app` make applications that have the route."""
     made = app_module.create_app
 
-    def create_app(settings: Settings, engine: Engine | None = None) -> FastAPI:
-        app = made(settings, engine)
+    def create_app(settings: Settings, engine: Engine | None = None, siblings: Path | None = None) -> FastAPI:
+        app = made(settings, engine, siblings)
         app.add_api_route(PATH, inspected, include_in_schema=False)
         return app
 
