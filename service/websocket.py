@@ -44,19 +44,13 @@ class LiveProtocol(WebSocketsSansIOProtocol):
                 return
         super().send_receive_event_to_app()
 
-    async def send(self, message: Any) -> None:
-        """Send; after a close, give the peer a moment and then drop it."""
-        await super().send(message)
-        if message["type"] == "websocket.close":
-            self._abort_soon()
-
     def keepalive_timeout(self) -> None:
         """Drop a peer that does not answer pings, though it may not take the close either."""
         super().keepalive_timeout()
         self._abort_soon()
 
     def on_task_complete(self, task: asyncio.Task[None]) -> None:
-        """Drop a peer that the application is done with."""
+        """Give a peer that the application is done with a moment to close, then drop it."""
         super().on_task_complete(task)
         self._abort_soon()
 
