@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import asyncio
 import time
+from collections.abc import Callable
 from concurrent.futures import Executor
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -20,6 +21,9 @@ from synth.scene import Scene
 
 FADE_SECONDS = 0.01  # an end is silent 20 ms after it was asked for; much shorter would be felt as a click of its own
 QUICK_SECONDS = 0.001  # a block that takes longer is rendered in a thread: it would make other streams late
+WAIT_SECONDS = 0.02  # the same for one that waits; a machine that is busy otherwise stays below it mostly
+
+Rendered = TypeVar("Rendered")
 
 
 class Source:
@@ -63,17 +67,22 @@ class Source:
 
     async def next_block(self, frames: int, pool: Executor) -> Block:
         """Return `block`, rendered here while the voice is quick and in `pool` while it is not."""
-        began = time.perf_counter()
         if self._quick:
-            block = self.block(frames)
+            block, self._quick = measured(self.block, frames)
         else:
-            block, began = await asyncio.get_running_loop().run_in_executor(pool, self._timed, frames)
-        self._quick = time.perf_counter() - began < QUICK_SECONDS
+            block, self._quick = await asyncio.get_running_loop().run_in_executor(pool, measured, self.block, frames)
         return block
 
-    def _timed(self, frames: int) -> tuple[Block, float]:
-        began = time.perf_counter()
-        return self.block(frames), began
+
+def measured(render: Callable[[int], Rendered], frames: int) -> tuple[Rendered, bool]:
+    """Return what `render` gives for `frames`, and whether it was quick enough for the event loop.
+
+    Its own computing counts, since a busy machine makes every block take long; only a long wait counts too.
+    """
+    began, worked = time.perf_counter(), time.thread_time()
+    rendered = render(frames)
+    quick = time.thread_time() - worked < QUICK_SECONDS and time.perf_counter() - began < WAIT_SECONDS
+    return rendered, quick
 
 
 def faded(block: Block, fade_frames: int) -> Block:

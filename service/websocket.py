@@ -8,12 +8,18 @@ Limits: made for uvicorn 0.54 and its like; what it overrides is named in tests.
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Sequence
 from typing import Any
 
+from uvicorn.protocols.utils import ClientDisconnected
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
+from websockets.exceptions import InvalidState
+from websockets.frames import Frame
 from websockets.http11 import Request
 
 UNBLOCK = "ridgewave.unblock"  # ASGI extension: buffer what is sent from now on, though the peer does not read
+SEND_ALL = "ridgewave.send_all"  # ASGI extension: send several messages with one write
+WAITING_MESSAGES = 64  # that a connection may be ahead of its reader before its socket is paused
 CLOSE_SECONDS = 1.0  # for the peer to answer a close; longer, and a peer that floods or sleeps costs something
 SHUTDOWN_SECONDS = 0.5  # for streams to fade, which the signal has told them to
 
@@ -27,11 +33,33 @@ class LiveProtocol(WebSocketsSansIOProtocol):
         self._aborting: asyncio.TimerHandle | None = None
 
     def handle_connect(self, event: Request) -> None:
-        """Offer the extension to the application."""
+        """Offer the extensions to the application."""
         super().handle_connect(event)
         if hasattr(self, "scope"):
-            extensions: dict[str, Any] = {**(self.scope["extensions"] or {}), UNBLOCK: self.writable.set}
-            self.scope["extensions"] = extensions
+            added: dict[str, Any] = {UNBLOCK: self.writable.set, SEND_ALL: self.send_all}
+            self.scope["extensions"] = {**(self.scope["extensions"] or {}), **added}
+
+    async def send_all(self, messages: Sequence[str | bytes]) -> None:
+        """Send several messages with one write to the socket, which costs as much as all of their framing."""
+        await self.writable.wait()
+        if self.disconnected or self.close_sent:
+            raise ClientDisconnected
+        try:
+            for message in messages:
+                if isinstance(message, bytes):
+                    self.conn.send_binary(message)
+                else:
+                    self.conn.send_text(message.encode())
+        except InvalidState as error:
+            raise ClientDisconnected from error
+        self.transport.write(b"".join(self.conn.data_to_send()))
+
+    def handle_bytes(self, event: Frame) -> None:
+        """Queue a whole binary message without pausing the socket, unless many wait: pausing costs more than it."""
+        if event.fin and not self.close_sent and self.queue.qsize() < WAITING_MESSAGES:
+            self.queue.put_nowait({"type": "websocket.receive", "bytes": bytes(event.data)})
+        else:
+            super().handle_bytes(event)
 
     def send_receive_event_to_app(self) -> None:
         """Close with 1007 on text that is not UTF-8, without a traceback in the log."""
@@ -44,19 +72,13 @@ class LiveProtocol(WebSocketsSansIOProtocol):
                 return
         super().send_receive_event_to_app()
 
-    async def send(self, message: Any) -> None:
-        """Send; after a close, give the peer a moment and then drop it."""
-        await super().send(message)
-        if message["type"] == "websocket.close":
-            self._abort_soon()
-
     def keepalive_timeout(self) -> None:
         """Drop a peer that does not answer pings, though it may not take the close either."""
         super().keepalive_timeout()
         self._abort_soon()
 
     def on_task_complete(self, task: asyncio.Task[None]) -> None:
-        """Drop a peer that the application is done with."""
+        """Give a peer that the application is done with a moment to close, then drop it."""
         super().on_task_complete(task)
         self._abort_soon()
 

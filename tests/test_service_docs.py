@@ -23,9 +23,9 @@ from tests.service.harness import PATIENCE, serving
 from tests.service.plain_engine import PlainEngine
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
-HTTP, SETTINGS, PROBLEMS, OPERATIONS, SECURITY = (
+HTTP, SETTINGS, PROBLEMS, OPERATIONS, SECURITY, LIVE = (
     (DOCS / name).read_text(encoding="utf-8")
-    for name in ("http.md", "settings.md", "problems.md", "operations.md", "security.md")
+    for name in ("http.md", "settings.md", "problems.md", "operations.md", "security.md", "live.md")
 )
 
 
@@ -55,8 +55,8 @@ def test_every_route_has_a_curl_example() -> None:
 
 
 def test_every_path_that_the_pages_name_exists() -> None:
-    known = {path for _, path in calls()} | {"/openapi.json"}
-    named = set(re.findall(r"`(?:[A-Z]+ )?(/[a-z][a-z0-9_/{}.]*)`", HTTP + SETTINGS + PROBLEMS))
+    known = {path for _, path in calls()} | {"/openapi.json", "/v1/live"}
+    named = set(re.findall(r"`(?:[A-Z]+ )?(/[a-z][a-z0-9_/{}.]*)`", HTTP + SETTINGS + PROBLEMS + LIVE))
     assert named and named <= known
 
 
@@ -66,7 +66,7 @@ def test_every_setting_has_its_line_and_every_line_a_setting() -> None:
         for entry in settings.setting_fields()
     ]
     assert rows(SETTINGS) == wanted
-    named = set(re.findall(r"RIDGEWAVE_[A-Z_]+", HTTP + PROBLEMS + SETTINGS))
+    named = set(re.findall(r"RIDGEWAVE_[A-Z_]+", HTTP + PROBLEMS + SETTINGS + LIVE))
     assert named == {settings.variable(entry.name) for entry in settings.setting_fields()}
 
 
@@ -139,5 +139,7 @@ def test_the_calls_of_the_page_run_from_top_to_bottom(tmp_path: Path) -> None:
         )
     assert done.returncode == 0, done.stderr
     made = {path.name for path in tmp_path.iterdir()} - {"recordings"}
-    assert made == {"touch.wav", "touch.flac", "accuracy.json", "live.wav", "one-second.wav", "calls.html"}
+    assert made == {"touch.wav", "touch.flac", "accuracy.json", "live.wav", "one-second.wav", "calls.html"} | {
+        "recording.json"
+    }
     assert (tmp_path / "recordings" / "take-1.wav").stat().st_size > 0

@@ -224,6 +224,8 @@ class Conversation:
 
     def displaced(self) -> None:
         """End here, since another connection has taken the session over, which goes on there."""
+        if self.phase is Phase.OVER:
+            return
         problem = Problem("busy", "Another connection has resumed the session.")
         self.actions += [Send(answers.problem(problem)), Send(answers.end("policy", self.position))]
         self.actions.append(Close(CODES["policy"], "policy", at_once=True))

@@ -21,7 +21,7 @@ from service.live.changes import open_stream, prepare_change
 from service.live.stream import Options, Stream
 from service.problems import Problem
 from service.settings import Settings
-from service.source import QUICK_SECONDS
+from service.source import measured
 
 log = logging.getLogger("ridgewave.service")
 
@@ -68,12 +68,11 @@ class LiveSession:
         """Return the PCM of the next block, rendered here while the voice is quick and in `pool` while it is not."""
         stream = self.stream
         async with self.turn:
-            began = time.perf_counter()
             if stream.quick:
-                pcm = stream.render(frames)
+                pcm, stream.quick = measured(stream.render, frames)
             else:
-                pcm, began = await asyncio.get_running_loop().run_in_executor(pool, _timed, stream, frames)
-            stream.quick = time.perf_counter() - began < QUICK_SECONDS
+                loop = asyncio.get_running_loop()
+                pcm, stream.quick = await loop.run_in_executor(pool, measured, stream.render, frames)
         return pcm
 
     def change(self, patch: dict[str, Any], pool: Executor) -> None:
@@ -266,11 +265,6 @@ class LiveSessions:
 
     async def _in_thread(self, work: Callable[..., Any], *arguments: Any) -> Any:
         return await asyncio.get_running_loop().run_in_executor(self.pool, work, *arguments)
-
-
-def _timed(stream: Stream, frames: int) -> tuple[bytes, float]:
-    began = time.perf_counter()
-    return stream.render(frames), began
 
 
 def _recording(stream: Stream) -> bytes:

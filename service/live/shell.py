@@ -11,7 +11,7 @@ from __future__ import annotations
 import asyncio
 import time
 from collections import deque
-from collections.abc import Callable, Coroutine, Sequence
+from collections.abc import Awaitable, Callable, Coroutine, Sequence
 from typing import Any
 
 from starlette.types import Receive, Scope, Send
@@ -42,6 +42,7 @@ class Connection:
     """One accepted WebSocket; see `service.live.sessions.Peer`.
 
     unblock: makes the server buffer what is sent from now on, though the peer does not read; None where it cannot.
+    send_all: sends several messages at once; None where the server sends one by one. See `service.websocket`.
     """
 
     def __init__(
@@ -52,9 +53,11 @@ class Connection:
         live: LiveSessions,
         *,
         unblock: Callable[[], None] | None = None,
+        send_all: Callable[[Sequence[str | bytes]], Awaitable[None]] | None = None,
         clock: Callable[[], float] = time.perf_counter,
     ) -> None:
         self._scope, self._receive, self._send = scope, receive, send
+        self._send_messages = send_all or self._send_one_by_one
         self._live, self._unblock, self._clock = live, unblock, clock
         self.conversation = Conversation(limits_of(live.settings), clock())
         self.session: LiveSession | None = None
@@ -271,14 +274,15 @@ class Connection:
         return ()
 
     async def _send_all(self, messages: Sequence[str | bytes]) -> None:
-        send, pace = self._send, self.conversation.pace
+        pace = self.conversation.pace
         pace.writing(self._clock())
-        for message in messages:
-            if isinstance(message, bytes):
-                await send({"type": "websocket.send", "bytes": message})
-            else:
-                await send({"type": "websocket.send", "text": message})
+        await self._send_messages(messages)
         pace.written(self._clock())
+
+    async def _send_one_by_one(self, messages: Sequence[str | bytes]) -> None:
+        for message in messages:
+            kind = "bytes" if isinstance(message, bytes) else "text"
+            await self._send({"type": "websocket.send", kind: message})
 
     def _ring(self) -> None:
         """Wake the writer."""

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import itertools
 import threading
 from dataclasses import dataclass, field
 from typing import Any
@@ -138,7 +139,7 @@ class PlainHand:
     def _levels(self, n: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
         before = LEVEL_AT_FIRST
         changes = self.applied.levels
-        for (since, goal), (following, _) in zip(changes, changes[1:], strict=False):
+        for (since, goal), (following, _) in itertools.pairwise(changes):
             before = before + (goal - before) * min(1.0, (following - since) / RAMP_FRAMES)
         if not changes:
             return np.full(len(n), before)

@@ -16,6 +16,7 @@ import soundfile
 from service.server import listen, run
 from synth.errors import CannotRender
 from tests.service.harness import Child, Listener, settings_of, until
+from tests.service.live.client import live
 
 PLAIN = "tests.service.serve_plain"
 
@@ -69,6 +70,33 @@ def test_a_signal_ends_every_stream_with_a_fade_within_two_seconds(
     log = child.log.read_text()
     assert "Traceback" not in log and "Cancel" not in log, log
     assert soundfile.info(tmp_path / "recordings" / "a.wav").samplerate == 48000
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_ends_every_live_stream_with_a_fade_an_end_and_1001(tmp_path: Path, number: signal.Signals) -> None:
+    child = Child(PLAIN, tmp_path)
+    try:
+        url = child.url()
+        with live(url) as moving, live(url) as pulling, live(url) as waiting:
+            moving.hello(pacing="realtime", block=4800)
+            pulling.hello()
+            pulling.say("more", frames=48000)
+            pulling.frames(48000)
+            moving.frames(4800)
+            began = time.monotonic()
+            child.process.send_signal(number)
+            for client in (moving, pulling, waiting):
+                pcm = client.rest()
+                assert (client.code, client.reason) == (1001, "shutting down")
+                assert client.texts("end")[0] == {"type": "end", "reason": "shutting down", "frame": len(pcm)}
+                if len(pcm):
+                    assert pcm[-1] == 0.0 and np.abs(pcm[-470:-240]).max() > 0.1 > np.abs(pcm[-10:]).max()
+        child.process.wait(20.0)
+        assert time.monotonic() - began < 2.0
+    finally:
+        child.end()
+    log = child.log.read_text()
+    assert "Traceback" not in log and "Cancel" not in log, log
 
 
 def test_a_render_that_is_not_finished_does_not_hold_the_end_up(tmp_path: Path) -> None:

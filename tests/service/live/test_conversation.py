@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 
 import numpy as np
@@ -178,22 +179,22 @@ def test_a_message_that_does_not_fit_is_told_and_the_stream_goes_on(text: str, p
 @pytest.mark.parametrize(
     ("change", "pointer"),
     [
-        ({"slice": slice(0, 1), "bytes": b"\x02"}, "/version"),
-        ({"slice": slice(1, 2), "bytes": b"\x04"}, "/flags"),
-        ({"slice": slice(2, 4), "bytes": b"\x01\x00"}, "/contact"),
-        ({"slice": slice(8, 16), "bytes": b"\x00\x00\x00\x00\x00\x00\xf8\x7f"}, "/time"),
-        ({"slice": slice(16, 24), "bytes": b"\x00\x00\x00\x00\x00\x00\xf0\x7f"}, "/position"),
-        ({"slice": slice(24, 28), "bytes": b"\x00\x00\xc0\x7f"}, "/load"),
-        ({"slice": slice(24, 28), "bytes": b"\x00\x00\x80\xbf"}, "/load"),
-        ({"slice": slice(27, 28), "bytes": b""}, ""),
-        ({"slice": slice(0, 28), "bytes": b""}, ""),
-        ({"slice": slice(28, 28), "bytes": b"\x00"}, ""),
+        ((0, 1, b"\x02"), "/version"),
+        ((1, 2, b"\x04"), "/flags"),
+        ((2, 4, b"\x01\x00"), "/contact"),
+        ((8, 16, b"\x00\x00\x00\x00\x00\x00\xf8\x7f"), "/time"),
+        ((16, 24, b"\x00\x00\x00\x00\x00\x00\xf0\x7f"), "/position"),
+        ((24, 28, b"\x00\x00\xc0\x7f"), "/load"),
+        ((24, 28, b"\x00\x00\x80\xbf"), "/load"),
+        ((27, 28, b""), ""),
+        ((0, 28, b""), ""),
+        ((28, 28, b"\x00"), ""),
     ],
 )
-def test_a_binary_contact_that_is_wrong_is_told_by_field(change: dict[str, object], pointer: str) -> None:
+def test_a_binary_contact_that_is_wrong_is_told_by_field(change: tuple[int, int, bytes], pointer: str) -> None:
     driver = started()
-    data = bytearray(contact(1))
-    data[change["slice"]] = change["bytes"]  # type: ignore[index, assignment]
+    data, (begin, end, written) = bytearray(contact(1)), change
+    data[begin:end] = written
     driver.binary(bytes(data))
     (found,) = driver.texts("problem")
     assert found["errors"][0]["pointer"] == pointer and driver.closed is None
@@ -301,7 +302,7 @@ def test_an_update_is_applied_at_the_first_frame_of_the_next_block_and_told_just
     sent_before = sum(len(message) // 4 for message in driver.sent[:place] if isinstance(message, bytes))
     assert sent_before == 2880 and isinstance(driver.sent[place + 1], bytes)
     pcm = driver.pcm()
-    np.testing.assert_array_equal(pcm, expected(SCENE, Applied(levels=[(2880, np.float32(0.9))]), len(pcm)))
+    np.testing.assert_array_equal(pcm, expected(SCENE, Applied(levels=[(2880, float(np.float32(0.9)))]), len(pcm)))
     assert (pcm[:2880] == expected(SCENE, Applied(), 2880)).all() and pcm[2881] != expected(SCENE, Applied(), 2882)[-1]
 
 
@@ -331,7 +332,7 @@ def test_applied_comes_at_most_once_a_block_in_any_schedule() -> None:
                 driver.say("contact", seq=seq, time=0.0, speed=0.1, load=float(generator.random()))
         driver.run(float(generator.exponential(0.003)))
     order = driver.order()
-    assert all(after == "pcm" for kind, after in zip(order, order[1:], strict=False) if kind == "applied")
+    assert all(after == "pcm" for kind, after in itertools.pairwise(order) if kind == "applied")
     pcm = driver.pcm()
     np.testing.assert_array_equal(pcm, expected(SCENE, driver.hand.applied, len(pcm)))
     told = [(message["frame"], message["seq"]) for message in driver.texts("applied")]

@@ -115,7 +115,7 @@ def test_a_key_comes_in_a_header_or_as_a_subprotocol_and_is_never_echoed(caplog:
             {"subprotocols": [PROTOCOL, f"ridgewave.key.{KEY.replace('/', '_')}"]},
             {"additional_headers": {"Authorization": "Bearer wrong"}},
         ):
-            document = refused(running, **wrong)  # type: ignore[arg-type]
+            document = refused(running, **wrong)
             assert document["status"] == 401 and KEY not in json.dumps(document)
     mine = [record for record in caplog.records if not record.name.startswith("websockets.client")]
     logged = "\n".join(record.getMessage() for record in mine)

@@ -1,0 +1,86 @@
+"""docs/live.md says what the service does: its conversation is had with it, its tables hold every message and code."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from service.live.contact import LAYOUT
+from service.live.conversation import CODES
+from service.live.messages import CLIENT, SERVER
+from tests.readme_blocks import code_blocks
+from tests.service.harness import serving
+from tests.service.live.client import LiveClient, live
+
+PAGE = (Path(__file__).resolve().parents[3] / "docs" / "live.md").read_text(encoding="utf-8")
+(TRANSCRIPT,) = (block.text.splitlines() for block in code_blocks(PAGE) if block.mark == "transcript")
+
+
+def normalised(message: dict[str, Any]) -> dict[str, Any]:
+    """Return `message` with what differs between two runs or machines made the same: ids, floats, the plan."""
+    kept = {name: value for name, value in message.items() if name not in ("session", "plan")}
+    if message["type"] == "end":
+        kept["frame"] = "checked apart"
+    return {name: shape(value) for name, value in kept.items()}
+
+
+def shape(value: Any) -> Any:
+    if isinstance(value, list):
+        return [shape(item) for item in value]
+    return "a float" if isinstance(value, float) else value
+
+
+def hear(client: LiveClient, said: str) -> None:
+    """Check that the service says what the page does."""
+    if said.startswith("close"):
+        _, code, reason = said.split()
+        assert client.next() is None
+        assert (client.code, client.reason) == (int(code), reason)
+        return
+    message = client.next()
+    if said.startswith("binary"):
+        assert isinstance(message, bytes) and len(message) == int(said.split()[1]), said
+        return
+    while isinstance(message, bytes) and '"end"' in said:
+        message = client.next()  # a fade may be longer by the limiter's look-ahead
+    assert isinstance(message, dict), said
+    assert normalised(message) == normalised(json.loads(said))
+    assert set(message) == set(json.loads(said))
+    if message["type"] == "end":
+        assert message["frame"] == client.sound // 4
+
+
+@pytest.mark.timeout(120)
+def test_the_conversation_of_the_page_is_had_with_the_service() -> None:
+    with serving() as running, live(running) as client:
+        for line in TRANSCRIPT:
+            who, _, said = line.partition(" ")
+            if who == "S":
+                hear(client, said)
+            elif said.startswith("{"):
+                client.socket.send(said)
+            else:
+                client.socket.send(bytes.fromhex(said))
+
+
+def test_the_hexadecimal_example_says_what_the_page_says_of_it() -> None:
+    example = next(block.text for block in code_blocks(PAGE) if re.match(r"[0-9a-f]{2} ", block.text))
+    data = bytes.fromhex(example)
+    assert LAYOUT.unpack(data) == (1, 1, 0, 1, 12.5, 0.08, 0.5)
+    assert f"C {example.strip()}" in TRANSCRIPT
+    offsets = [int(row) for row in re.findall(r"^\| (\d+) \| [uf]\d", PAGE, re.M)]
+    assert offsets == [0, 1, 2, 4, 8, 16, 24] and LAYOUT.size == 28
+
+
+def test_every_message_field_and_code_is_on_the_page() -> None:
+    for table in (CLIENT, SERVER):
+        for kind, made in table.items():
+            assert f"`{kind}`" in PAGE or f"### {kind}" in PAGE
+            for name in made["properties"]:
+                assert f"`{name}`" in PAGE, f"{kind}.{name}"
+    for reason, code in CODES.items():
+        assert re.search(rf"^\| {code} \|.*`{reason}`", PAGE, re.M), reason
