@@ -7,23 +7,17 @@ Model: every end (stop, delete, expiry, shutdown, the end of a finite stream) is
 
 from __future__ import annotations
 
-import asyncio
-import time
-from collections.abc import Callable
 from concurrent.futures import Executor
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
 from service.engine import LiveVoice
+from service.quickness import Quickness
 from synth.encode import Block
 from synth.scene import Scene
 
 FADE_SECONDS = 0.01  # an end is silent 20 ms after it was asked for; much shorter would be felt as a click of its own
-QUICK_SECONDS = 0.001  # a block that takes longer is rendered in a thread: it would make other streams late
-WAIT_SECONDS = 0.02  # the same for one that waits; a machine that is busy otherwise stays below it mostly
-
-Rendered = TypeVar("Rendered")
 
 
 class Source:
@@ -32,7 +26,7 @@ class Source:
     def __init__(self, voice: LiveVoice) -> None:
         self._voice = voice
         self._change: Any = None
-        self._quick = False
+        self._quickness = Quickness()
         self.largest_reduction_db = 0.0  # of all blocks so far
         self.sample_rate = voice.sample_rate
         self.channels = voice.channels
@@ -50,7 +44,7 @@ class Source:
     def change(self, change: Any) -> None:
         """Have the next block cross-fade to `change`; one that no block has picked up yet is replaced."""
         self._change = change
-        self._quick = False  # the block that takes it over may build tables
+        self._quickness.begin_anew()  # the block that takes it over may build tables
 
     def block(self, frames: int) -> Block:
         """Return the next `frames` as float32 [frames, channels]."""
@@ -67,22 +61,7 @@ class Source:
 
     async def next_block(self, frames: int, pool: Executor) -> Block:
         """Return `block`, rendered here while the voice is quick and in `pool` while it is not."""
-        if self._quick:
-            block, self._quick = measured(self.block, frames)
-        else:
-            block, self._quick = await asyncio.get_running_loop().run_in_executor(pool, measured, self.block, frames)
-        return block
-
-
-def measured(render: Callable[[int], Rendered], frames: int) -> tuple[Rendered, bool]:
-    """Return what `render` gives for `frames`, and whether it was quick enough for the event loop.
-
-    Its own computing counts, since a busy machine makes every block take long; only a long wait counts too.
-    """
-    began, worked = time.perf_counter(), time.thread_time()
-    rendered = render(frames)
-    quick = time.thread_time() - worked < QUICK_SECONDS and time.perf_counter() - began < WAIT_SECONDS
-    return rendered, quick
+        return await self._quickness.rendered(self.block, frames, pool)
 
 
 def faded(block: Block, fade_frames: int) -> Block:

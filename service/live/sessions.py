@@ -21,7 +21,6 @@ from service.live.changes import open_stream, prepare_change
 from service.live.stream import Options, Stream
 from service.problems import Problem
 from service.settings import Settings
-from service.source import measured
 
 log = logging.getLogger("ridgewave.service")
 
@@ -68,12 +67,7 @@ class LiveSession:
         """Return the PCM of the next block, rendered here while the voice is quick and in `pool` while it is not."""
         stream = self.stream
         async with self.turn:
-            if stream.quick:
-                pcm, stream.quick = measured(stream.render, frames)
-            else:
-                loop = asyncio.get_running_loop()
-                pcm, stream.quick = await loop.run_in_executor(pool, measured, stream.render, frames)
-        return pcm
+            return await stream.quickness.rendered(stream.render, frames, pool)
 
     def change(self, patch: dict[str, Any], pool: Executor) -> None:
         """Have the scene changed by `patch`, together with those that wait already."""

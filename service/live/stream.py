@@ -17,6 +17,7 @@ from service.engine import HandVoice
 from service.live import answers
 from service.live.messages import LARGEST_BLOCK, PROTOCOL, SMALLEST_BLOCK, refused
 from service.live.past import KEPT_BLOCKS, KEPT_SECONDS, Past
+from service.quickness import Quickness
 from service.source import FADE_SECONDS, faded
 from synth.following import Update
 from synth.samples import SoundFormat, block_bytes
@@ -53,7 +54,7 @@ class Stream:
         self.past = Past(kept, voice.channels * self._samples.bytes_per_sample)
         self.max_silence = max_silence
         self.lowest_load = voice.lowest_load
-        self.quick = False  # whether the last block was; see `service.source`
+        self.quickness = Quickness()
         self.coming: tuple[Scene, Any] | None = None
         self._newest, self._waiting, self._lifted = -1, None, False
         self._heard: float | None = None
@@ -96,7 +97,7 @@ class Stream:
         self.coming, self._changed = None, True
         self.voice.apply(coming[1])
         self._free_from = self.frame + 1 + round(CHANGE_SECONDS * self.rate)
-        self.quick = False  # the block that takes it over may build tables
+        self.quickness.begin_anew()  # the block that takes it over may build tables
 
     def render(self, frames: int) -> bytes:
         """Return the PCM of the next `frames`, and keep it; microseconds usually."""

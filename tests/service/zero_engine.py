@@ -46,6 +46,6 @@ class ZeroHand(PlainLive):
 class ZeroEngine(PlainEngine):
     """Plain but for its live voices."""
 
-    def open_hand(self, scene: Scene, *, record: bool = False) -> ZeroHand:  # type: ignore[override] - as HandVoice
+    def open_hand(self, scene: Scene, *, record: bool = False) -> ZeroHand:  # type: ignore[override]
         self._about_to("hand")
         return ZeroHand(scene)

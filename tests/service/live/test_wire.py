@@ -243,7 +243,7 @@ def test_a_take_over_waits_for_the_block_that_a_thread_renders(running: Running,
         old.frames(4800)
         hand, session = hand_of(engine), session_of(running, name)
         earlier = session.peer
-        session.stream.quick = False
+        session.stream.quickness.begin_anew()
         gate = hand.gate = threading.Event()
         until(lambda: hand.waits)
         frame = session.stream.frame

@@ -1,0 +1,57 @@
+"""Whether the blocks of a voice are rendered in the event loop, or in a thread because they would make others late.
+
+Model: a block that takes longer than QUICK_SECONDS is slow; PATIENCE slow ones in a row, or one as slow as SLOW_SECONDS
+    is, send the next ones to a thread, and a quick one brings them back. The clock is the wall's: a busy machine delays a
+    block now and then, but not always the same voice's. A thread's own clock would cost more than the block.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Callable
+from concurrent.futures import Executor
+from typing import TypeVar
+
+QUICK_SECONDS = 0.001  # a tenth of a block of 10 ms; more and ten such voices make each other late
+SLOW_SECONDS = 0.02  # two blocks: whoever takes this long once is not let do so again
+PATIENCE = 4  # slow blocks in a row; fewer, and a busy machine sends everybody to threads, which are dearer
+
+Rendered = TypeVar("Rendered")
+
+
+class Quickness:
+    """Of one voice; it begins in a thread, since the first blocks may build tables."""
+
+    __slots__ = ("_slow", "quick")
+
+    def __init__(self) -> None:
+        self.quick = False
+        self._slow = 0
+
+    def begin_anew(self) -> None:
+        """Have the next block rendered in a thread."""
+        self.quick = False
+
+    def took(self, seconds: float) -> None:
+        """Take note of how long a block took."""
+        if seconds < QUICK_SECONDS:
+            self.quick, self._slow = True, 0
+        else:
+            self._slow += 1
+            if self._slow >= PATIENCE or seconds > SLOW_SECONDS:
+                self.quick = False
+
+    async def rendered(self, render: Callable[[int], Rendered], frames: int, pool: Executor) -> Rendered:
+        """Return `render(frames)`, rendered here while that is quick and in `pool` while it is not."""
+        if not self.quick:
+            block, seconds = await asyncio.get_running_loop().run_in_executor(pool, _timed, render, frames)
+        else:
+            block, seconds = _timed(render, frames)
+        self.took(seconds)
+        return block
+
+
+def _timed(render: Callable[[int], Rendered], frames: int) -> tuple[Rendered, float]:
+    began = time.perf_counter()
+    return render(frames), time.perf_counter() - began
