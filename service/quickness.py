@@ -1,8 +1,8 @@
 """Whether the blocks of a voice are rendered in the event loop, or in a thread because they would make others late.
 
 Model: a block that takes longer than QUICK_SECONDS is slow; PATIENCE slow ones in a row, or one as slow as SLOW_SECONDS
-    is, send the next ones to a thread, and a quick one brings them back. The clock is the wall's: a busy machine delays a
-    block now and then, but not always the same voice's. A thread's own clock would cost more than the block.
+    is, send the next ones to a thread, and a quick one brings them back. The clock is the wall's: a busy machine delays
+    a block now and then, but not always the same voice's. A thread's own clock would cost more than the block.
 """
 
 from __future__ import annotations

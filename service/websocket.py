@@ -2,7 +2,7 @@
 
 Model: the WebSocket itself is uvicorn's (`websockets-sansio`). Added: a peer that does not read cannot hold its
     connection open; on a shutdown streams fade before they are closed; headers, which hold keys, are never logged.
-Limits: made for uvicorn 0.54 and its like; what it overrides is named in tests.
+Limits: overrides methods of uvicorn's class, whose names another version may change; the tests of the wire tell then.
 """
 
 from __future__ import annotations

@@ -191,3 +191,15 @@ class Driver:
     def order(self) -> list[str]:
         """Return the kinds of all messages in order, "pcm" for sound."""
         return [message["type"] if isinstance(message, dict) else "pcm" for message in self.sent]
+
+
+def started(pacing: str = "realtime", **fields: object) -> Driver:
+    """Return a connection that has been told `ready`."""
+    driver = Driver()
+    driver.hello(pacing=pacing, **fields)
+    return driver
+
+
+def problem_of(driver: Driver) -> dict[str, Any]:
+    """Return the newest problem."""
+    return driver.texts("problem")[-1]

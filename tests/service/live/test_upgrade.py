@@ -1,0 +1,115 @@
+"""Who is let in to the live protocol: Host, Origin, key, version, number."""
+
+from __future__ import annotations
+
+import base64
+import json
+import logging
+import socket
+from typing import Any
+
+import pytest
+from websockets.exceptions import InvalidStatus
+
+from service import problems
+from tests.service.harness import Running, serving
+from tests.service.live.client import PROTOCOL, live
+from tests.service.plain_engine import PlainEngine
+
+
+def refused(running: Running, **options: Any) -> dict[str, Any]:
+    """Return the problem that an upgrade is refused with."""
+    with pytest.raises(InvalidStatus) as caught, live(running, **options):
+        pass
+    answer = caught.value.response
+    assert answer.headers["content-type"] == problems.MEDIA_TYPE
+    document: dict[str, Any] = json.loads(answer.body or b"")
+    assert document["status"] == answer.status_code
+    return document
+
+
+def test_a_page_of_another_origin_and_another_host_are_refused(running: Running) -> None:
+    assert refused(running, origin="https://evil.example")["type"].endswith("origin-refused")
+    host = running.url.removeprefix("http://")
+    name = {"Host": "evil.example:80"}
+    with pytest.raises(InvalidStatus) as caught, live(running, additional_headers=name):
+        pass
+    assert caught.value.response.status_code in (400, 403), "two Host headers, or one that is not ours"
+    with live(running, origin=f"http://{host}") as client:
+        client.hello()
+
+
+def test_a_host_that_is_not_ours_is_refused(running: Running) -> None:
+    port = int(running.url.rpartition(":")[2])
+    with socket.create_connection(("127.0.0.1", port)) as raw:
+        raw.sendall(
+            b"GET /v1/live HTTP/1.1\r\nHost: evil.example\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+            b"Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n"
+            b"Sec-WebSocket-Protocol: ridgewave.v1\r\n\r\n"
+        )
+        raw.settimeout(20.0)
+        answer = raw.recv(65536)
+    assert answer.startswith(b"HTTP/1.1 403") and b"host-refused" in answer
+
+
+@pytest.mark.parametrize("offered", [None, ["ridgewave.v2"], ["chat", "ridgewave"]])
+def test_the_version_is_negotiated(running: Running, offered: list[str] | None) -> None:
+    document = refused(running, subprotocols=offered)
+    assert document["status"] == 400 and document["type"] == "/docs#problem-protocol"
+    assert "ridgewave.v1" in document["detail"]
+
+
+def test_the_newest_client_falls_back_to_what_the_service_speaks(running: Running) -> None:
+    with live(running, subprotocols=["ridgewave.v9", PROTOCOL]) as client:
+        assert client.socket.subprotocol == PROTOCOL
+
+
+KEY = "a key with ümlaut/+".replace(" ", "-").replace("ü", "u")
+
+
+def key_protocol(key: str) -> str:
+    return "ridgewave.key." + base64.urlsafe_b64encode(key.encode()).decode().rstrip("=")
+
+
+def test_a_key_comes_in_a_header_or_as_a_subprotocol_and_is_never_echoed(caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level(logging.DEBUG)
+    with serving(PlainEngine(), api_keys=f"other,{KEY}") as running:
+        for options in (
+            {"additional_headers": {"Authorization": f"Bearer {KEY}"}},
+            {"subprotocols": [PROTOCOL, key_protocol(KEY)]},
+            {"subprotocols": [key_protocol(KEY), PROTOCOL]},
+        ):
+            with live(running, **options) as client:
+                assert client.socket.subprotocol == PROTOCOL
+                client.hello()
+        for wrong in (
+            {},
+            {"subprotocols": [PROTOCOL, key_protocol("wrong")]},
+            {"subprotocols": [PROTOCOL, key_protocol(KEY), key_protocol(KEY)]},
+            {"subprotocols": [PROTOCOL, "ridgewave.key.A"]},
+            {"subprotocols": [PROTOCOL, f"ridgewave.key.{KEY.replace('/', '_')}"]},
+            {"additional_headers": {"Authorization": "Bearer wrong"}},
+        ):
+            document = refused(running, **wrong)
+            assert document["status"] == 401 and KEY not in json.dumps(document)
+    mine = [record for record in caplog.records if not record.name.startswith("websockets.client")]
+    logged = "\n".join(record.getMessage() for record in mine)
+    assert KEY not in logged and key_protocol(KEY) not in logged and "WebSocket" in logged
+
+
+def test_with_several_workers_there_are_no_live_sessions() -> None:
+    with serving(PlainEngine(), workers=2) as running:
+        assert refused(running)["type"] == "/docs#problem-one-worker"
+
+
+def test_a_session_too_many_is_closed_with_1013() -> None:
+    with serving(PlainEngine(), max_sessions=1) as running, live(running) as first:
+        first.hello()
+        with live(running) as second:
+            second.say("hello")
+            second.rest()
+            assert second.code == 1013 and second.texts("problem")[0]["problem"] == "/docs#problem-full"
+        first.say("stop")
+        first.rest()
+        with live(running) as third:
+            third.hello()
