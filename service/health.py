@@ -20,7 +20,7 @@ from service.sinks.devices import missing_portaudio
 NOT_YET = "not looked for yet: ask again in a second"
 NO_LIVE = "this service has no live protocol"
 NO_WEBSOCKETS = "live connections need the Python package websockets: pip install websockets."
-NO_SESSIONS = "sessions live in one process: start the service with RIDGEWAVE_WORKERS=1."
+NO_SESSIONS = "sessions of plain HTTP live in one process: start the service with RIDGEWAVE_WORKERS=1."
 
 
 class Health:

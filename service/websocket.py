@@ -8,6 +8,7 @@ Limits: overrides methods of uvicorn's class, whose names another version may ch
 from __future__ import annotations
 
 import asyncio
+import logging
 from collections.abc import Sequence
 from typing import Any
 
@@ -16,6 +17,8 @@ from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIO
 from websockets.exceptions import InvalidState
 from websockets.frames import Frame
 from websockets.http11 import Request
+
+from service.logs import WEBSOCKETS
 
 UNBLOCK = "ridgewave.unblock"  # ASGI extension: buffer what is sent from now on, though the peer does not read
 SEND_ALL = "ridgewave.send_all"  # ASGI extension: send several messages with one write
@@ -30,6 +33,7 @@ class LiveProtocol(WebSocketsSansIOProtocol):
     def __init__(self, *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options)
         self.conn.debug = False  # it would log the headers
+        self.logger = self.conn.logger = logging.getLogger(WEBSOCKETS)
         self._aborting: asyncio.TimerHandle | None = None
 
     def handle_connect(self, event: Request) -> None:

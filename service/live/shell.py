@@ -9,33 +9,39 @@ Limits: the event loop's timer counts in milliseconds; a block goes out up to tw
 from __future__ import annotations
 
 import asyncio
+import logging
 import time
 from collections import deque
 from collections.abc import Awaitable, Callable, Coroutine, Sequence
 from typing import Any
 
-from starlette.types import Receive, Scope, Send
+from starlette.types import Message, Receive, Scope, Send
 
 from service import problems
 from service.live import actions
 from service.live.changes import as_problem
 from service.live.conversation import Conversation, Limits, Phase
 from service.live.sessions import LiveSession, LiveSessions
+from service.live.stream import Stream
+from service.logs import about_session
 from service.problems import Problem
 from service.security import our_bug
 from service.settings import Settings
 from synth.errors import CannotRender, RidgewaveError
 
+log = logging.getLogger("ridgewave.service")
+
 GRACE_SECONDS = 0.5  # for a peer to take the block that waits when its session ends
 STOP_GRACE_SECONDS = 0.01  # the same for a stop, which promises silence within 20 ms
 FLUSH_SECONDS = 1.0  # for the last messages, where the server cannot be told to buffer them
 WAITING_MESSAGES = 256  # texts that a peer does not read; beyond, problems are dropped
+BROKEN = 1006  # the code of a connection that ended without one
 TIMER_SECONDS = 0.001  # added to a sleep, since a timer of whole milliseconds would ring early and twice
 
 
 def limits_of(settings: Settings) -> Limits:
     """Return what `settings` allow a connection."""
-    return Limits(settings.slow_reader, settings.max_updates, settings.max_duration)
+    return Limits(settings.slow_reader, settings.max_updates, settings.max_duration, settings.max_stream)
 
 
 class Connection:
@@ -59,10 +65,12 @@ class Connection:
         self._scope, self._receive, self._send = scope, receive, send
         self._send_messages = send_all or self._send_one_by_one
         self._live, self._unblock, self._clock = live, unblock, clock
-        self.conversation = Conversation(limits_of(live.settings), clock())
+        self.conversation = Conversation(limits_of(live.settings), clock(), live.metrics)
         self.session: LiveSession | None = None
         self._outbox: deque[str] = deque()
         self._close: actions.Close | None = None
+        self._left: int | None = None  # the code that the connection ended with, where it was not ours
+        self._began: tuple[float, int] | None = None  # when the stream began on this connection, and at which frame
         self._waiter: asyncio.Future[None] | None = None
         self._rung = False
         self._blocks: asyncio.Task[None] | None = None
@@ -77,6 +85,8 @@ class Connection:
             if not writer.done():
                 self._lose()
                 await writer
+            elif self._close is None:
+                await asyncio.wait([reader], timeout=FLUSH_SECONDS)  # it learns with which code the peer has gone
         finally:
             reader.cancel()
             writer.cancel()
@@ -84,6 +94,19 @@ class Connection:
                 self._blocks.cancel()
             self._lose()
             self._live.leave(self)
+            self._ended()
+
+    def _ended(self) -> None:
+        """Count and log how the connection ended."""
+        code, reason = self._left or BROKEN, "the peer is gone"
+        if self._close is not None:
+            code, reason = self._close.code, self._close.reason
+        metrics = self._live.metrics
+        metrics.live_closed(code)
+        if self._began is not None:
+            metrics.stream_closed("live")
+            seconds, frames = self._clock() - self._began[0], self.conversation.position - self._began[1]
+            log.info("live stream ended: %s, code %d, %d frames in %.1f s", reason, code, frames, seconds)
 
     def _lose(self) -> None:
         self.conversation.lost()
@@ -145,6 +168,7 @@ class Connection:
                     conversation.text(text, clock())
                     self._ring()
                 elif message["type"] == "websocket.disconnect":
+                    self._left = _code_of(message)
                     return
             except Exception:
                 self.failed()
@@ -201,11 +225,22 @@ class Connection:
     def _begin(self, session: LiveSession) -> None:
         if self.conversation.phase is Phase.OPENING:
             self.session = session
+            about_session(session.stream.name)
             self.conversation.opened(session.stream, self._clock())
+            self._streams(session.stream)
         elif session.stream.frame:
             self._live.detach(session, self)  # the connection broke meanwhile
         else:
             self._live.finish(session)  # the same, and nobody was told of the session
+
+    def _streams(self, stream: Stream) -> None:
+        """Count and log that the stream begins on this connection, unless the conversation refused it."""
+        conversation = self.conversation
+        if conversation.stream is stream:
+            self._began = self._clock(), conversation.position
+            self._live.metrics.stream_opened("live")
+            pacing, begin = stream.options.pacing, conversation.position
+            log.info("live stream began: %s, %d Hz, blocks of %d, frame %d", pacing, stream.rate, stream.block, begin)
 
     def _start(self, work: Coroutine[Any, Any, None]) -> None:
         task = asyncio.get_running_loop().create_task(work)
@@ -303,6 +338,12 @@ class Connection:
                 if timer is not None:
                     timer.cancel()
         self._rung = False
+
+
+def _code_of(disconnected: Message) -> int:
+    """Return the code that a connection ended with; the server tells 1005 without a reason where it only broke off."""
+    code = int(disconnected.get("code", BROKEN))
+    return BROKEN if code == 1005 and "reason" not in disconnected else code
 
 
 def _wake(waiter: asyncio.Future[None]) -> None:

@@ -26,11 +26,15 @@ class LiveEndpoint:
         service.live.admit()
         if PROTOCOL not in scope["subprotocols"]:
             raise Problem("protocol", f"Offer the subprotocol {PROTOCOL} (Sec-WebSocket-Protocol): there is no other.")
-        assert (await receive())["type"] == "websocket.connect"
-        await send({"type": "websocket.accept", "subprotocol": PROTOCOL, "headers": []})
-        offered = scope.get("extensions", {})
-        unblock, send_all = offered.get(UNBLOCK), offered.get(SEND_ALL)
-        await Connection(scope, receive, send, service.live, unblock=unblock, send_all=send_all).run()
+        ticket = service.limits.admit(scope)
+        try:
+            assert (await receive())["type"] == "websocket.connect"
+            await send({"type": "websocket.accept", "subprotocol": PROTOCOL, "headers": []})
+            offered = scope.get("extensions", {})
+            unblock, send_all = offered.get(UNBLOCK), offered.get(SEND_ALL)
+            await Connection(scope, receive, send, service.live, unblock=unblock, send_all=send_all).run()
+        finally:
+            ticket.release()
 
 
 router.routes.append(WebSocketRoute("/v1/live", LiveEndpoint(), name="live"))
