@@ -55,7 +55,7 @@ class Service:
         self.engine = engine
         self.metrics = Metrics()
         self.limits = Limits(settings)
-        self.health = Health(settings, live=False)
+        self.health = Health(settings)
         self.siblings = Siblings(folder, {"stop": self.stop_here, "metrics": lambda: self.telling.write()})
         self.telling = Telling(self.metrics, self.siblings, folder)
         self.renders = Renders(engine, settings, self.metrics)

@@ -21,6 +21,7 @@ import pytest
 from service.siblings import LONGEST_PATH, Siblings, check_folder
 from synth.errors import CannotRender
 from tests.service.harness import Child, Running, problem, serving, until
+from tests.service.live.client import live
 from tests.service.plain_engine import PlainEngine
 from tests.service.scraping import scrape
 from tests.service.test_shutdown import Follower
@@ -175,6 +176,38 @@ def test_a_service_of_two_workers_stops_and_counts_as_one(tmp_path: Path) -> Non
     finally:
         child.end()
         shutil.rmtree(short)
+
+
+def test_a_stop_at_one_of_two_workers_ends_the_live_streams_of_both(tmp_path: Path) -> None:
+    short = Path(tempfile.mkdtemp(prefix="rw"))
+    environment = {"RIDGEWAVE_WORKERS": "2", "RIDGEWAVE_LOG_FORMAT": "json", "TMPDIR": str(short)}
+    child = Child(WORKERS, tmp_path, **environment)
+    try:
+        url = child.url()
+        (folder,) = short.glob("ridgewave-*")
+        until(lambda: len(list(folder.glob("*.sock"))) == 2)
+        with ExitStack() as stack:
+            clients = [stack.enter_context(live(url)) for _ in range(STREAMS)]
+            for client in clients:
+                client.hello(pacing="realtime")
+            with httpx.Client(base_url=url) as http:
+                assert scrape(http).value("streams", kind="live") == STREAMS
+                assert http.post("/v1/stop").json()["stopped"]["streams"] == STREAMS
+            for client in clients:
+                client.rest()
+                assert (client.code, client.texts("end")[0]["reason"]) == (1000, "stopped")
+        child.terminate()
+        log = child.log.read_text()
+        assert _told_by(log, "live stream ended: stopped") == 2, "one worker took all connections"
+        assert "[accepted]" not in log and "connection open" not in log
+    finally:
+        child.end()
+        shutil.rmtree(short)
+
+
+def _told_by(log: str, what: str) -> int:
+    """Return how many processes logged `what`."""
+    return len({json.loads(line)["process"] for line in log.splitlines() if what in line})
 
 
 def test_workers_do_not_outlive_the_process_that_started_them(tmp_path: Path) -> None:
