@@ -126,7 +126,7 @@ def test_live_streams_are_limited_floats_too(running: Running, name: str, kind: 
             while client.sound < seq * RATE // 4 * bits // 8:
                 assert client.next() is not None
         client.say("stop")
-        client.rest()
+        client.until("end")
         sound = np.frombuffer(b"".join(part for part in client.received if isinstance(part, bytes)), kind)
     assert is_limited(sound, bits)
     assert max(message["gain_reduction_db"] for message in client.texts("limited")) > 60.0
