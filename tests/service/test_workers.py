@@ -187,27 +187,28 @@ def test_a_stop_at_one_of_two_workers_ends_the_live_streams_of_both(tmp_path: Pa
         (folder,) = short.glob("ridgewave-*")
         until(lambda: len(list(folder.glob("*.sock"))) == 2)
         with ExitStack() as stack:
-            clients = [stack.enter_context(live(url)) for _ in range(STREAMS)]
-            for client in clients:
-                client.hello(pacing="realtime")
+            clients = []
+            for other in _workers(child.process.pid):
+                os.kill(other, signal.SIGSTOP)  # so that it is not the one that accepts
+                try:
+                    clients.append(stack.enter_context(live(url)))
+                    clients[-1].hello(pacing="realtime")
+                finally:
+                    os.kill(other, signal.SIGCONT)
             with httpx.Client(base_url=url) as http:
-                assert scrape(http).value("streams", kind="live") == STREAMS
-                assert http.post("/v1/stop").json()["stopped"]["streams"] == STREAMS
+                until(lambda: scrape(http).value("streams", kind="live") == 2)
+                assert http.post("/v1/stop").json()["stopped"] == {"sessions": 2, "streams": 2, "plays": 0}
             for client in clients:
                 client.rest()
                 assert (client.code, client.texts("end")[0]["reason"]) == (1000, "stopped")
         child.terminate()
         log = child.log.read_text()
-        assert _told_by(log, "live stream ended: stopped") == 2, "one worker took all connections"
+        ended = [json.loads(line) for line in log.splitlines() if "live stream ended: stopped" in line]
+        assert len({entry["process"] for entry in ended}) == len({entry["session"] for entry in ended}) == 2
         assert "[accepted]" not in log and "connection open" not in log
     finally:
         child.end()
         shutil.rmtree(short)
-
-
-def _told_by(log: str, what: str) -> int:
-    """Return how many processes logged `what`."""
-    return len({json.loads(line)["process"] for line in log.splitlines() if what in line})
 
 
 def test_workers_do_not_outlive_the_process_that_started_them(tmp_path: Path) -> None:
@@ -239,11 +240,15 @@ def _streams(url: str) -> list[Follower]:
 
 
 def _a_worker(parent: int) -> int:
-    """Return the process of a worker: a child of `parent` whose command line is that of a spawned process."""
-    for entry in Path(f"/proc/{parent}/task/{parent}/children").read_text().split():
-        if b"spawn_main" in Path(f"/proc/{entry}/cmdline").read_bytes():
-            return int(entry)
-    raise AssertionError("no worker")
+    return _workers(parent)[0]
+
+
+def _workers(parent: int) -> list[int]:
+    """Return the processes of the workers: children of `parent` whose command line is that of a spawned process."""
+    children = Path(f"/proc/{parent}/task/{parent}/children").read_text().split()
+    found = [int(entry) for entry in children if b"spawn_main" in Path(f"/proc/{entry}/cmdline").read_bytes()]
+    assert found, "no worker"
+    return found
 
 
 def _counts_never_fall(url: str, frames: float) -> None:

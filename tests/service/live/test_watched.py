@@ -30,11 +30,10 @@ def updates(shown: Scrape) -> tuple[float, ...]:
 def records(caplog: pytest.LogCaptureFixture) -> Iterator[list[logging.LogRecord]]:
     """What the service logs of live streams, with what the filter writes into it."""
     caplog.set_level(logging.INFO)
-    kept: list[logging.LogRecord] = []
-    caplog.handler.addFilter(SubjectFilter())
-    caplog.handler.addFilter(lambda record: kept.append(record) or True)
-    yield kept
-    caplog.handler.filters.clear()
+    subjects = SubjectFilter()
+    caplog.handler.addFilter(subjects)
+    yield caplog.records
+    caplog.handler.removeFilter(subjects)
 
 
 # Metrics
