@@ -27,12 +27,12 @@ def updates(shown: Scrape) -> tuple[float, ...]:
 
 
 @pytest.fixture
-def records(caplog: pytest.LogCaptureFixture) -> Iterator[list[logging.LogRecord]]:
-    """What the service logs of live streams, with what the filter writes into it."""
+def log(caplog: pytest.LogCaptureFixture) -> Iterator[pytest.LogCaptureFixture]:
+    """What is logged, with what the filter writes into it."""
     caplog.set_level(logging.INFO)
     subjects = SubjectFilter()
     caplog.handler.addFilter(subjects)
-    yield caplog.records
+    yield caplog
     caplog.handler.removeFilter(subjects)
 
 
@@ -207,15 +207,15 @@ def test_a_message_that_is_too_large_closes_with_1009_and_is_counted() -> None:
 
 
 def test_the_log_has_a_line_when_a_stream_begins_and_one_when_it_ends(
-    running: Running, records: list[logging.LogRecord]
+    running: Running, log: pytest.LogCaptureFixture
 ) -> None:
     with live(running) as client:
         session = client.hello(pacing="realtime")["session"]
         client.frames(4800)
         client.say("stop")
         frames = len(client.rest())
-    until(lambda: any("live stream ended" in record.getMessage() for record in records))
-    began, ended = (record for record in records if record.getMessage().startswith("live stream"))
+    until(lambda: any("live stream ended" in record.getMessage() for record in log.records))
+    began, ended = (record for record in log.records if record.getMessage().startswith("live stream"))
     assert f"stopped, code 1000, {frames} frames" in ended.getMessage()
     for record in (began, ended):
         assert record.levelno == logging.INFO
@@ -223,14 +223,14 @@ def test_the_log_has_a_line_when_a_stream_begins_and_one_when_it_ends(
 
 
 def test_our_mistake_in_a_stream_names_its_session(
-    running: Running, engine: PlainEngine, records: list[logging.LogRecord]
+    running: Running, engine: PlainEngine, log: pytest.LogCaptureFixture
 ) -> None:
     with live(running) as client:
         session = client.hello()["session"]
         engine.hands[-1].fails = RuntimeError("broken")
         client.say("more", frames=480)
         client.rest()
-    (record,) = (record for record in records if record.levelno == logging.ERROR)
+    (record,) = (record for record in log.records if record.levelno == logging.ERROR)
     assert vars(record)["session"] == session
     assert scrape(running.client).value("problems_total", type="internal") == 1
 
