@@ -7,5 +7,6 @@ From the wire inwards:
     contact        the binary form of a contact update
     stream         what outlives a connection: voice, newest update, scene, the kept past; `counts` for the metrics
     changes        scenes opened and changed: slow, for threads
+    account        what a connection tells the metrics and the log
     sessions       the streams of a process: admission, taking over, expiry, stop
 """

@@ -15,7 +15,7 @@ from typing import Any
 
 from service.live import answers, contact
 from service.live.actions import CODES, Action, Close, Detach, Finish, OpenVoice, Prepare, Resume, Send
-from service.live.message_rate import MessageRate
+from service.live.message_rate import MessageRate, may_be_stop
 from service.live.messages import NotJson, read_message, refused
 from service.live.pace import Behind, Pace
 from service.live.stream import Options, Stream
@@ -97,7 +97,7 @@ class Conversation:
 
     def text(self, text: str, now: float) -> None:
         """Take a text message."""
-        if not self._rate.admits(now) and not _may_be_stop(text):
+        if not self._rate.admits(now) and not may_be_stop(text):
             self._excess(now)
             return
         if self.phase not in (Phase.HELLO, Phase.STREAMING):
@@ -392,8 +392,3 @@ class Conversation:
         self._reason, self._code = "slow reader", CODES["slow reader"]
         self._over(at_once=True)
         return True
-
-
-def _may_be_stop(text: str) -> bool:
-    """Return whether `text` is short and names stop: that is read, whatever the rate."""
-    return len(text) < 100 and '"stop"' in text

@@ -9,33 +9,28 @@ Limits: the event loop's timer counts in milliseconds; a block goes out up to tw
 from __future__ import annotations
 
 import asyncio
-import logging
 import time
 from collections import deque
 from collections.abc import Awaitable, Callable, Coroutine, Sequence
 from typing import Any
 
-from starlette.types import Message, Receive, Scope, Send
+from starlette.types import Receive, Scope, Send
 
 from service import problems
 from service.live import actions
+from service.live.account import Account
 from service.live.changes import as_problem
 from service.live.conversation import Conversation, Limits, Phase
 from service.live.sessions import LiveSession, LiveSessions
-from service.live.stream import Stream
-from service.logs import about_session
 from service.problems import Problem
 from service.security import our_bug
 from service.settings import Settings
 from synth.errors import CannotRender, RidgewaveError
 
-log = logging.getLogger("ridgewave.service")
-
 GRACE_SECONDS = 0.5  # for a peer to take the block that waits when its session ends
 STOP_GRACE_SECONDS = 0.01  # the same for a stop, which promises silence within 20 ms
 FLUSH_SECONDS = 1.0  # for the last messages, where the server cannot be told to buffer them
 WAITING_MESSAGES = 256  # texts that a peer does not read; beyond, problems are dropped
-BROKEN = 1006  # the code of a connection that ended without one
 TIMER_SECONDS = 0.001  # added to a sleep, since a timer of whole milliseconds would ring early and twice
 
 
@@ -69,8 +64,7 @@ class Connection:
         self.session: LiveSession | None = None
         self._outbox: deque[str] = deque()
         self._close: actions.Close | None = None
-        self._left: int | None = None  # the code that the connection ended with, where it was not ours
-        self._began: tuple[float, int] | None = None  # when the stream began on this connection, and at which frame
+        self._account = Account(live.metrics, clock)
         self._waiter: asyncio.Future[None] | None = None
         self._rung = False
         self._blocks: asyncio.Task[None] | None = None
@@ -94,19 +88,7 @@ class Connection:
                 self._blocks.cancel()
             self._lose()
             self._live.leave(self)
-            self._ended()
-
-    def _ended(self) -> None:
-        """Count and log how the connection ended."""
-        code, reason = self._left or BROKEN, "the peer is gone"
-        if self._close is not None:
-            code, reason = self._close.code, self._close.reason
-        metrics = self._live.metrics
-        metrics.live_closed(code)
-        if self._began is not None:
-            metrics.stream_closed("live")
-            seconds, frames = self._clock() - self._began[0], self.conversation.position - self._began[1]
-            log.info("live stream ended: %s, code %d, %d frames in %.1f s", reason, code, frames, seconds)
+            self._account.ended(self._close, self.conversation.position)
 
     def _lose(self) -> None:
         self.conversation.lost()
@@ -168,7 +150,7 @@ class Connection:
                     conversation.text(text, clock())
                     self._ring()
                 elif message["type"] == "websocket.disconnect":
-                    self._left = _code_of(message)
+                    self._account.left(message)
                     return
             except Exception:
                 self.failed()
@@ -225,22 +207,13 @@ class Connection:
     def _begin(self, session: LiveSession) -> None:
         if self.conversation.phase is Phase.OPENING:
             self.session = session
-            about_session(session.stream.name)
             self.conversation.opened(session.stream, self._clock())
-            self._streams(session.stream)
+            if self.conversation.stream is not None:
+                self._account.began(session.stream, self.conversation.position)
         elif session.stream.frame:
             self._live.detach(session, self)  # the connection broke meanwhile
         else:
             self._live.finish(session)  # the same, and nobody was told of the session
-
-    def _streams(self, stream: Stream) -> None:
-        """Count and log that the stream begins on this connection, unless the conversation refused it."""
-        conversation = self.conversation
-        if conversation.stream is stream:
-            self._began = self._clock(), conversation.position
-            self._live.metrics.stream_opened("live")
-            pacing, begin = stream.options.pacing, conversation.position
-            log.info("live stream began: %s, %d Hz, blocks of %d, frame %d", pacing, stream.rate, stream.block, begin)
 
     def _start(self, work: Coroutine[Any, Any, None]) -> None:
         task = asyncio.get_running_loop().create_task(work)
@@ -338,12 +311,6 @@ class Connection:
                 if timer is not None:
                     timer.cancel()
         self._rung = False
-
-
-def _code_of(disconnected: Message) -> int:
-    """Return the code that a connection ended with; the server tells 1005 without a reason where it only broke off."""
-    code = int(disconnected.get("code", BROKEN))
-    return BROKEN if code == 1005 and "reason" not in disconnected else code
 
 
 def _wake(waiter: asyncio.Future[None]) -> None:

@@ -8,7 +8,7 @@ import pytest
 from fastapi import FastAPI
 
 from service.app import create_app
-from tests.service.harness import Running, serving, settings_of
+from tests.service.harness import Running, serving, settings_of, until
 from tests.service.plain_engine import PlainEngine
 
 
@@ -27,4 +27,6 @@ def app(engine: PlainEngine) -> Iterator[FastAPI]:
 @pytest.fixture
 def running(engine: PlainEngine, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
     with serving(engine, file_folder=tmp_path_factory.mktemp("recordings")) as server:
+        until(lambda: server.service.warm)
+        engine.hands.clear()  # the one that warmed up is nobody's session
         yield server

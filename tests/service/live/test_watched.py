@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 from websockets.exceptions import InvalidStatus
 
+from service.live.account import BROKEN, code_of
 from service.live.conversation import Limits
-from service.live.shell import BROKEN, _code_of
 from service.logs import SubjectFilter
 from service.running import Service
 from tests.service.harness import Running, serving, settings_of, until
@@ -137,7 +137,7 @@ def test_a_broken_connection_is_1006_and_a_resumed_session_opens_a_stream_again(
     ],
 )
 def test_the_code_of_a_connection_that_ended(event: dict[str, Any], code: int) -> None:
-    assert _code_of(event) == code
+    assert code_of(event) == code
 
 
 # Limits
