@@ -288,8 +288,9 @@ class MovingReader:
 
     def close(self, *, wait: bool = True) -> None:
         """Be followed no more; what is solved can still be read. wait: for a thread that ends with the last."""
-        if self._followed is not None:
-            self._followed.leave(wait=wait)
+        followed, self._followed = self._followed, None
+        if followed is not None:
+            followed.leave(wait=wait)
 
     def cover(self, low: float, high: float) -> None:
         """Solve the rows from `low` to `high` (N) as finely as rows may lie, and use them."""
