@@ -24,11 +24,11 @@ from synth.contact.rows import COARSE, FINEST, PASSING, Rows
 
 USUAL_LOADS = (0.05, 1.8)  # N
 NEIGHBOURHOOD = 1.1  # the octave of a load this much higher or lower is solved too, before the hand is there
-ROUND = (1.03, 1.1)  # how far round the hand's load rows are made fine, in turn
+ROUND = (1.003, 1.03)  # how far round the hand's load rows are made fine, in turn
 SOON = 2.0  # s from the start in which the usual range is made fine, if it can be
 POLITENESS = 10  # of Linux's 0 to 19: a tenth of a busy core; less and streams are late, more and rows never come
-INSIDE = 1.03  # a load this much within the ends of what is fine needs nothing new,
-MOVED = 1.02  # nor does one that is no further than this from the load that is worked at
+INSIDE = 1.001  # a load this much within the ends of what is fine needs nothing new,
+MOVED = 1.001  # nor does one that is no further than this from the load that is worked at: a hand that is still
 
 Range = tuple[float, float]
 
