@@ -201,6 +201,8 @@ class HandVoice(LiveVoice):
             reader.takes_over = False
             if self._rows is not None:
                 reader.close(wait=False)
+            else:
+                reader.shared.settle()
         return voice
 
     def refine(self) -> None:

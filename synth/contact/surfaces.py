@@ -122,7 +122,7 @@ class TableStore:
         """Build one table; return where it begins."""
         series = self.rows.cubic(low, high, self.levels.highest[level])
         block = surface(series, self.degree, 1 << int(self._bits[level])).ravel()
-        if self._used + block.size > self._pool.size:  # the first of a pool: a larger one than POOL_BYTES is alone in it
+        if self._used + block.size > self._pool.size:  # the first of a pool
             self._pool = np.empty(max(POOL_BYTES // self._type.itemsize, block.size), self._type)
         begin, self._used = self._used, self._used + block.size
         self._pool[begin : self._used] = block
