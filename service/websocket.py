@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import Sequence
 from typing import Any
 
 from uvicorn.protocols.utils import ClientDisconnected
@@ -18,10 +17,9 @@ from websockets.exceptions import InvalidState
 from websockets.frames import Frame
 from websockets.http11 import Request
 
+from service.live.wire import WIRE, Messages, Sink
 from service.logs import WEBSOCKETS
 
-UNBLOCK = "ridgewave.unblock"  # ASGI extension: buffer what is sent from now on, though the peer does not read
-SEND_ALL = "ridgewave.send_all"  # ASGI extension: send several messages with one write
 WAITING_MESSAGES = 64  # that a connection may be ahead of its reader before its socket is paused
 CLOSE_SECONDS = 1.0  # for the peer to answer a close; longer, and a peer that floods or sleeps costs something
 SHUTDOWN_SECONDS = 0.5  # for streams to fade, which the signal has told them to
@@ -35,35 +33,58 @@ class LiveProtocol(WebSocketsSansIOProtocol):
         self.conn.debug = False  # it would log the headers
         self.logger = self.conn.logger = logging.getLogger(WEBSOCKETS)
         self._aborting: asyncio.TimerHandle | None = None
+        self._sink: Sink | None = None
 
     def handle_connect(self, event: Request) -> None:
-        """Offer the extensions to the application."""
+        """Offer itself to the application, as a `service.live.wire.Wire`."""
         super().handle_connect(event)
         if hasattr(self, "scope"):
-            added: dict[str, Any] = {UNBLOCK: self.writable.set, SEND_ALL: self.send_all}
-            self.scope["extensions"] = {**(self.scope["extensions"] or {}), **added}
+            offered: dict[str, Any] = {**(self.scope["extensions"] or {}), WIRE: self}
+            self.scope["extensions"] = offered
 
-    async def send_all(self, messages: Sequence[str | bytes]) -> None:
-        """Send several messages with one write to the socket, which costs as much as all of their framing."""
+    def unblock(self) -> None:
+        """See `Wire`."""
+        self.writable.set()
+
+    def can_send(self) -> bool:
+        """See `Wire`."""
+        return self.writable.is_set() and not self.disconnected and not self.close_sent
+
+    def send_now(self, messages: Messages) -> None:
+        """See `Wire`: with one write to the socket, which costs as much as all of their framing."""
+        for message in messages:
+            if isinstance(message, bytes):
+                self.conn.send_binary(message)
+            else:
+                self.conn.send_text(message.encode())
+        self.transport.write(b"".join(self.conn.data_to_send()))
+
+    async def send_all(self, messages: Messages) -> None:
+        """See `Wire`."""
         await self.writable.wait()
         if self.disconnected or self.close_sent:
             raise ClientDisconnected
         try:
-            for message in messages:
-                if isinstance(message, bytes):
-                    self.conn.send_binary(message)
-                else:
-                    self.conn.send_text(message.encode())
+            self.send_now(messages)
         except InvalidState as error:
             raise ClientDisconnected from error
-        self.transport.write(b"".join(self.conn.data_to_send()))
+
+    def deliver(self, sink: Sink | None) -> None:
+        """See `Wire`."""
+        self._sink = sink
 
     def handle_bytes(self, event: Frame) -> None:
-        """Queue a whole binary message without pausing the socket, unless many wait: pausing costs more than it."""
-        if event.fin and not self.close_sent and self.queue.qsize() < WAITING_MESSAGES:
-            self.queue.put_nowait({"type": "websocket.receive", "bytes": bytes(event.data)})
-        else:
+        """Hand a whole binary message over, or queue it behind those that wait, without pausing the socket.
+
+        Pausing costs more than the message: only where many wait is it done.
+        """
+        waiting = self.queue.qsize()
+        if not event.fin or self.close_sent or waiting >= WAITING_MESSAGES:
             super().handle_bytes(event)
+        elif self._sink is not None and not waiting:
+            self._sink(bytes(event.data))
+        else:
+            self.queue.put_nowait({"type": "websocket.receive", "bytes": bytes(event.data)})
 
     def send_receive_event_to_app(self) -> None:
         """Close with 1007 on text that is not UTF-8, without a traceback in the log."""

@@ -138,9 +138,12 @@ class LiveVoice:
             self._primed = True
             self._limiter.prime(self._unlimited(self._ahead))
         block = self._unlimited(frames)
+        self._limit(block)
+        return block
+
+    def _limit(self, block: Block) -> None:
         self._limiter.process_into(block, block)
         self._reduction = self._limiter.take_reduction()
-        return block
 
     def _unlimited(self, frames: int) -> Block:
         """Return the next frames before the limiter, which is `_ahead` frames behind them."""

@@ -18,6 +18,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from synth.cache import ResponseCache
 from synth.contact.exact import Array
 from synth.following import Follower, Update
@@ -25,6 +27,7 @@ from synth.hand import nominal_scene, with_full_scale
 from synth.hand_log import FORMAT, VERSION, HandLog
 from synth.live import Change, LiveVoice
 from synth.motion import LOAD, Motion
+from synth.moving import MovingReader
 from synth.output import LOOK_AHEAD, Block
 from synth.preparation import prepare
 from synth.scene import Scene, scene_document
@@ -69,6 +72,7 @@ class HandVoice(LiveVoice):
         self._lifted = self._off = False
         self._motion: Motion | None = None
         self._parts: dict[Voice, int] = {}
+        self._readers: tuple[MovingReader, ...] = ()
         self._begun = 0
 
     @property
@@ -114,8 +118,10 @@ class HandVoice(LiveVoice):
         """Apply `update` from the next frame on."""
         if self.log is not None:
             self.log.contact(self.frame, update)
-        self._load = self._load if update.load is None else update.load
-        update = replace(update, load=self._load)
+        if update.load is None:
+            update = replace(update, load=self._load)
+        else:
+            self._load = update.load
         self._lifted = False
         if self._follower is None:
             self._jump = update
@@ -157,7 +163,23 @@ class HandVoice(LiveVoice):
         """Return the next `frames` frames, float32 [frames, channels], within -1..1."""
         if self._rows is None and self._parts:
             self._look()
-        return super().render(frames)
+        reader = self._alone()
+        return super().render(frames) if reader is None else self._led(reader, frames)
+
+    def _alone(self) -> MovingReader | None:
+        """Return what reads a hand that sounds alone, at full gain and without effects; None where it does not."""
+        if self._follower is None or self._coming is not None or self._waiting is not None or self._jump is not None:
+            return None
+        return self._voice.hand_reader if self._gain == 1.0 and not self._released else None
+
+    def _led(self, reader: MovingReader, frames: int) -> Block:
+        """Do as `LiveVoice.render` where nothing changes but what the hand does: most blocks of a stream are this."""
+        motion = self._followed(frames)
+        block = np.empty((frames, self.channels), np.float32)
+        reader.read_hand(motion, block)
+        self.frame += frames
+        self._limit(block)
+        return block
 
     def use_rows(self, part: int, reader: int, loads: Array) -> None:
         """Have a part use these rows of load (N), as the log of a recording says."""
@@ -179,6 +201,8 @@ class HandVoice(LiveVoice):
             reader.takes_over = False
             if self._rows is not None:
                 reader.close(wait=False)
+            else:
+                reader.shared.settle()
         return voice
 
     def refine(self) -> None:
@@ -191,8 +215,10 @@ class HandVoice(LiveVoice):
         """Take over the rows of load that are ready: at once where nothing is heard of it, else in a cross-fade."""
         if self._coming is not None or self._motion is None or not self._parts:
             return
+        news = [(place, one) for place, one in enumerate(self._readers) if one.has_news()]
+        if not news:
+            return
         load, part = self._motion.samples.item(LOAD, -1), self._parts[self._voice]
-        news = [(place, one) for place, one in enumerate(self._voice.hand_readers) if one.has_news()]
         if self._voice.cheap_twin and any(reader.news_matter(load) for _, reader in news):
             self.refine()
             return
@@ -263,15 +289,19 @@ class HandVoice(LiveVoice):
             return voice.render(frames)
         if self._leaving is not None and voice is self._voice:
             return voice.render(frames, self._leaving.motion(frames))
+        return voice.render(frames, self._followed(frames) if self._motion is None else self._motion)
+
+    def _followed(self, frames: int) -> Motion:
+        """Return the next frames of the hand's motion."""
         assert self._follower is not None
-        if self._motion is None:
-            self._motion = self._follower.motion(frames)
-            self._off = self._motion.samples.item(LOAD, -1) == 0.0
-        return voice.render(frames, self._motion)
+        motion = self._motion = self._follower.motion(frames)
+        self._off = motion.samples.item(LOAD, -1) == 0.0
+        return motion
 
     def _crossing_done(self, voice: Voice) -> None:
         self._drop(self._voice)
         self._leaving = None
+        self._readers = voice.hand_readers
         super()._crossing_done(voice)
 
     def _drop(self, voice: Voice | None) -> None:

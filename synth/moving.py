@@ -27,12 +27,14 @@ from synth.contact.tables import CUBIC, QUINTIC, fitted_table, kept_harmonics
 from synth.motion import LARGEST_LOAD, LOAD, SPEED, Motion
 from synth.output import Block
 from synth.preparation import BAND, Preparation
-from synth.row_solver import MOVED, Followed, RowSolver
+from synth.row_solver import MOVED, USUAL_LOADS, Followed, RowSolver
 
 ROW_SHARE, BETWEEN_SHARE = 0.6, 0.245  # of the tolerance: the error of a row, and between rows
 # the tightest tolerance of rows for displacement, velocity and acceleration: tighter ones take minutes; the plan tells
 ROW_FLOOR = (1e-6, 1e-5, 3e-4)
 SINGLE = 1e-5  # from this tolerance on float32 is enough for the tables of velocity and acceleration
+BUILT_ROUND = 1.4  # times and parts of the scan's load for which hands find tables built; some 2 to 4 MB a sixteenth of
+# an octave: less, and streams are late when a hand first presses; more fills the memory with what nobody feels
 NOWHERE_FINE = (0.0, 0.0)  # N: the range of loads in which a hand that does not rest needs fine rows
 REST_TIME = 0.1  # s that a hand keeps its load before rows are made fine there; shorter: presses fill the memory
 LOOK_SECONDS = 0.05  # between two times that a hand takes new rows over, which costs some 50 us
@@ -61,7 +63,7 @@ class MovingTables:
             for degree in degrees
         }  # fmt: skip
         self._solver: RowSolver | None = None
-        self._lock = threading.Lock()
+        self._lock, self._settling, self._settled = threading.Lock(), threading.Lock(), False
 
     @property
     def edges(self) -> Array:
@@ -87,13 +89,38 @@ class MovingTables:
         kept[max(low, 0) : high + 1] |= fine[1] > 0.0
         return np.asarray(edges[kept])
 
+    def settle(self) -> None:
+        """Solve the loads that hands use, and build the tables round the scan's own: once, and it takes up to seconds.
+
+        What streams meet later is then little enough not to make them late.
+        """
+        load = self.solved.scene.scan.load
+        with self._settling:
+            if self._settled or self.rows is None:
+                return
+            self.rows.cover(*USUAL_LOADS, COARSE)
+            self.rows.cover(0.0, USUAL_LOADS[0], PASSING)
+            self.build(self.edges_at_first, load / BUILT_ROUND, load * BUILT_ROUND)
+            self._settled = True
+
+    def build(self, edges: Array, low: float, high: float) -> None:
+        """Build the tables of every speed between two loads (N), of the intervals of `edges`."""
+        first, last = int(np.searchsorted(edges, low, side="right")) - 1, int(np.searchsorted(edges, high))
+        for store in self.stores.values():
+            for interval in range(max(first, 0), min(last, len(edges) - 1)):
+                store.build(range(len(self.levels.highest)), interval, edges)
+
+    def build_fine(self, low: float, high: float) -> None:
+        """Build the tables that a hand which rests between two loads (N) needs; for who solves its rows."""
+        self.build(self.edges_fine_in(self.edges, (low, high)), low, high)
+
     def follow(self) -> Followed | None:
         """Return what a hand tells its load, None where rows need no solving; `leave` it in the end."""
         if self.wait or self.rows is None:
             return None
         with self._lock:
             if self._solver is None:
-                self._solver = RowSolver(self.rows)
+                self._solver = RowSolver(self.rows, self.build_fine)
             return self._solver.follow(self.solved.scene.scan.load)
 
     @property
@@ -255,7 +282,8 @@ class MovingReader:
         else:
             self._rest, self._rested = (load / MOVED, load * MOVED), 0
         resting = self._rested >= REST_TIME * self.rate
-        self._fine = self._rest if resting else NOWHERE_FINE
+        low, high = self._followed.fine
+        self._fine = self._followed.fine if low <= load <= high else NOWHERE_FINE
         calm = self._followed.calm
         if not calm[0] <= load <= calm[1] and (resting or not self._edges[0] <= load <= self._edges[-1]):
             self._followed.now_at(load)
@@ -288,8 +316,9 @@ class MovingReader:
 
     def close(self, *, wait: bool = True) -> None:
         """Be followed no more; what is solved can still be read. wait: for a thread that ends with the last."""
-        if self._followed is not None:
-            self._followed.leave(wait=wait)
+        followed, self._followed = self._followed, None
+        if followed is not None:
+            followed.leave(wait=wait)
 
     def cover(self, low: float, high: float) -> None:
         """Solve the rows from `low` to `high` (N) as finely as rows may lie, and use them."""

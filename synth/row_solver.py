@@ -2,9 +2,9 @@
 
 Stage   3 (VOICE), beside it.
 Model   First the usual range of loads, coarsely; then, finely, the loads where hands are, one after another, and more
-        and more round them while no other hand asks, and the usual range where that is soon done; then, for fingers
-        that lift, all that is lighter. A hand that moves on is followed at once; hands that rest cost nothing. A row is
-        solved without the GIL. The thread lives while somebody follows.
+        and more round them while no other hand asks; then, for fingers that lift, all that is lighter. A hand that
+        moves on is followed at once; hands that rest cost nothing. A row is solved without the GIL, and what is fine in
+        half of the time only, so that streams keep theirs. The thread lives while somebody follows.
 Source  USUAL_LOADS: the loads at which roughness is usefully perceived, 0.05 to 1.8 N (Fagiani & Barbieri, 2016,
         section 2).
 Limits  what plays until a row is ready is the nearest one: on a slow machine a fast press sounds late in its load, and
@@ -13,36 +13,32 @@ Limits  what plays until a row is ready is the nearest one: on a slow machine a 
 
 from __future__ import annotations
 
-import os
-import sys
 import threading
 from collections import deque
-from contextlib import suppress
+from collections.abc import Callable
 from time import monotonic
 
 from synth.contact.rows import COARSE, FINEST, PASSING, Rows
 
 USUAL_LOADS = (0.05, 1.8)  # N
 NEIGHBOURHOOD = 1.1  # the octave of a load this much higher or lower is solved too, before the hand is there
-ROUND = (1.03, 1.1)  # how far round the hand's load rows are made fine, in turn
-SOON = 2.0  # s from the start in which the usual range is made fine, if it can be
-POLITENESS = 10  # of Linux's 0 to 19: a tenth of a busy core; less and streams are late, more and rows never come
-INSIDE = 1.03  # a load this much within the ends of what is fine needs nothing new,
-MOVED = 1.02  # nor does one that is no further than this from the load that is worked at
-
-Range = tuple[float, float]
+ROUND = (1.003, 1.03)  # how far round the hand's load rows are made fine, in turn
+LONGEST_REST = 0.1  # s between two intervals; the rows of a scene that is very slow to solve come late enough
+MOVED = 1.001  # a load no further than this from the one that is worked at needs nothing new: a hand that is still
 
 
 class Followed:
     """One hand that a solver follows.
 
-    calm: the loads (N) between which it calls for nothing new; beyond them, tell `now_at`.
+    calm: the loads (N) between which it calls for nothing new; beyond them, tell `now_at`. fine: the loads
+    between which it may use fine rows, which are solved, with what is built of them.
     """
 
     def __init__(self, solver: RowSolver, load: float) -> None:
         self._solver = solver
         self.load = load
         self.calm = (load / MOVED, load * MOVED)
+        self.fine = (0.0, 0.0)
 
     @property
     def solver(self) -> RowSolver:
@@ -51,10 +47,7 @@ class Followed:
 
     def now_at(self, load: float) -> None:
         """Tell where the hand is (N)."""
-        fine = self._solver.fine_round(load)
-        if fine is not None:
-            self.calm = fine
-        elif not self.calm[0] <= load <= self.calm[1]:
+        if not self.calm[0] <= load <= self.calm[1]:
             self.calm = (load / MOVED, load * MOVED)
             self.load = load
             self._solver.ask(self)
@@ -67,14 +60,15 @@ class Followed:
 class RowSolver:
     """Solves `rows` for the hands that it follows, in a thread of its own."""
 
-    def __init__(self, rows: Rows) -> None:
-        self._rows = rows
-        self._fine: list[Range] = []  # disjoint, rising
+    def __init__(self, rows: Rows, build: Callable[[float, float], None] = lambda low, high: None) -> None:
+        """build: makes what hands need of the rows between two loads (N)."""
+        self._rows, self._build = rows, build
         self._hands: set[Followed] = set()
         self._asking: deque[Followed] = deque()
         self._usual, self._resting = threading.Event(), threading.Event()
         self._changed = threading.Condition()
         self._thread: threading.Thread | None = None
+        self._worked_from = 0.0
 
     def follow(self, load: float) -> Followed:
         """Return a new hand at `load` (N), with its rows asked for; begins the thread where there is none."""
@@ -108,13 +102,6 @@ class RowSolver:
         while wait and thread is not None and thread.is_alive() and not self._hands:  # one may come while it ends
             thread.join(0.05)
 
-    def fine_round(self, load: float) -> Range | None:
-        """Return the loads round `load` (N) that need nothing new, None where it does."""
-        for low, high in self._fine:
-            if low * INSIDE <= load <= high / INSIDE:
-                return low * INSIDE, high / INSIDE
-        return None
-
     @property
     def usual_range_ready(self) -> bool:
         """True when the usual range of loads is solved."""
@@ -130,8 +117,7 @@ class RowSolver:
         return self._usual.wait(seconds)
 
     def _run(self) -> None:
-        _let_others_first()
-        until = monotonic() + SOON
+        self._worked_from = monotonic()
         self._rows.cover(*USUAL_LOADS, COARSE, self._left)
         if not self._left():
             self._usual.set()
@@ -139,7 +125,7 @@ class RowSolver:
         while self._goes_on():
             hand = self._next(wait=light)
             if hand is not None:
-                self._solve_round(hand.load, until)
+                self._solve_round(hand)
             elif not light:
                 self._rows.cover(0.0, USUAL_LOADS[0], PASSING, self._wanted_elsewhere)
                 light = not self._wanted_elsewhere()
@@ -157,44 +143,32 @@ class RowSolver:
             while wait and self._hands and not self._asking:
                 self._resting.set()
                 self._changed.wait()
+            self._worked_from = monotonic()
             return self._asking.popleft() if self._asking else None
 
     def _left(self) -> bool:
         return not self._hands
 
     def _wanted_elsewhere(self) -> bool:
+        self._rest()
         return bool(self._asking) or not self._hands
 
-    def _solve_round(self, load: float, until: float) -> None:
+    def _rested_and_left(self) -> bool:
+        self._rest()
+        return self._left()
+
+    def _rest(self) -> None:
+        """Leave the processor to others for as long as it was used since the last time, LONGEST_REST at most."""
+        with self._changed:
+            if self._hands:
+                self._changed.wait(min(monotonic() - self._worked_from, LONGEST_REST))
+        self._worked_from = monotonic()
+
+    def _solve_round(self, hand: Followed) -> None:
+        load = hand.load
         self._rows.cover(load / NEIGHBOURHOOD, load * NEIGHBOURHOOD, COARSE, self._left)
-        self._rows.cover(load, load, FINEST, self._left)
+        self._rows.cover(load, load, FINEST, self._rested_and_left)
+        self._build(load / MOVED, load * MOVED)
+        hand.fine = (load / MOVED, load * MOVED)
         for reach in ROUND:
-            around = load / reach, load * reach
-            self._rows.cover(*around, FINEST, self._wanted_elsewhere)
-            if self._wanted_elsewhere():
-                return
-            self._fine = _joined(self._fine, around)
-        if monotonic() > until:
-            return
-        self._rows.cover(*USUAL_LOADS, FINEST, lambda: self._wanted_elsewhere() or monotonic() > until)
-        if monotonic() <= until and not self._wanted_elsewhere():
-            self._fine = _joined(self._fine, USUAL_LOADS)
-
-
-def _let_others_first() -> None:
-    """Have this thread wait for those that render, where the system knows a priority of threads (Linux)."""
-    if sys.platform == "linux":
-        with suppress(OSError):
-            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), POLITENESS)
-
-
-def _joined(ranges: list[Range], new: Range) -> list[Range]:
-    """Return disjoint ranges that hold `ranges` and `new`."""
-    low, high = new
-    apart = []
-    for one in ranges:
-        if one[1] < low or one[0] > high:
-            apart.append(one)
-        else:
-            low, high = min(low, one[0]), max(high, one[1])
-    return sorted([*apart, (low, high)])
+            self._rows.cover(load / reach, load * reach, FINEST, self._wanted_elsewhere)

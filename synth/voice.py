@@ -253,6 +253,11 @@ class Voice:
             reader.close(wait=wait)
 
     @property
+    def hand_reader(self) -> MovingReader | None:
+        """What reads the blocks of a hand that has begun to move it, where that is all there is to a block."""
+        return self._reader if self._by_hand and self._effects is None and not self._still else None
+
+    @property
     def cheap_twin(self) -> bool:
         """True where `twin` takes microseconds: a hand without effects."""
         return self._hand_effects is None and self._hand_reader is not None

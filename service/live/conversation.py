@@ -294,6 +294,11 @@ class Conversation:
         stream.begin(now)
         return frames
 
+    @property
+    def paced(self) -> bool:
+        """Return whether blocks go out by the server's clock, and none is the last."""
+        return self.phase is Phase.STREAMING and self.stream is not None and self.stream.realtime
+
     def past(self, frames: int) -> bytes | None:
         """Return the next `frames` where they were rendered before (a resumed stream), None where they were not."""
         stream = self.stream

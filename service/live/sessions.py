@@ -20,6 +20,7 @@ from typing import Any, Protocol
 from service.engine import Engine
 from service.live.changes import open_stream, prepare_change
 from service.live.stream import Options, Stream
+from service.live.ticker import Ticker
 from service.metrics import Metrics
 from service.problems import Problem
 from service.settings import Settings
@@ -71,6 +72,15 @@ class LiveSession:
         async with self.turn:
             return await stream.quickness.rendered(stream.render, frames, pool)
 
+    @property
+    def ready(self) -> bool:
+        """Return whether `render_now` may be called: the voice is quick, and nobody else is at it."""
+        return self.stream.quickness.quick and not self.turn.locked()
+
+    def render_now(self, frames: int) -> bytes:
+        """Do as `render`, in the event loop; only where it is `ready`."""
+        return self.stream.quickness.rendered_here(self.stream.render, frames)
+
     def change(self, patch: dict[str, Any], pool: Executor) -> None:
         """Have the scene changed by `patch`, together with those that wait already."""
         if len(self._patches) >= WAITING_CHANGES:
@@ -118,8 +128,7 @@ class LiveSessions:
     ) -> None:
         self.settings, self.pool, self.blocks = settings, pool, blocks
         self.metrics = metrics or Metrics()
-        self.late: Callable[[float], None] | None = None
-        """Called with the lateness (s) of each realtime block, where somebody measures it."""
+        self.ticker = Ticker()
         self._engine = engine
         self._peers: set[Peer] = set()
         self._sessions: dict[str, LiveSession] = {}

@@ -11,7 +11,8 @@ from __future__ import annotations
 import asyncio
 import time
 from collections import deque
-from collections.abc import Awaitable, Callable, Coroutine, Sequence
+from collections.abc import Callable, Coroutine, Sequence
+from functools import partial
 from typing import Any
 
 from starlette.types import Receive, Scope, Send
@@ -22,6 +23,7 @@ from service.live.account import Account
 from service.live.changes import as_problem
 from service.live.conversation import Conversation, Limits, Phase
 from service.live.sessions import LiveSession, LiveSessions
+from service.live.wire import PlainWire, Wire
 from service.problems import Problem
 from service.security import our_bug
 from service.settings import Settings
@@ -31,7 +33,6 @@ GRACE_SECONDS = 0.5  # for a peer to take the block that waits when its session 
 STOP_GRACE_SECONDS = 0.01  # the same for a stop, which promises silence within 20 ms
 FLUSH_SECONDS = 1.0  # for the last messages, where the server cannot be told to buffer them
 WAITING_MESSAGES = 256  # texts that a peer does not read; beyond, problems are dropped
-TIMER_SECONDS = 0.001  # added to a sleep, since a timer of whole milliseconds would ring early and twice
 
 
 def limits_of(settings: Settings) -> Limits:
@@ -42,8 +43,7 @@ def limits_of(settings: Settings) -> Limits:
 class Connection:
     """One accepted WebSocket; see `service.live.sessions.Peer`.
 
-    unblock: makes the server buffer what is sent from now on, though the peer does not read; None where it cannot.
-    send_all: sends several messages at once; None where the server sends one by one. See `service.websocket`.
+    wire: what the server can do beyond ASGI, None where it can do nothing.
     """
 
     def __init__(
@@ -53,13 +53,12 @@ class Connection:
         send: Send,
         live: LiveSessions,
         *,
-        unblock: Callable[[], None] | None = None,
-        send_all: Callable[[Sequence[str | bytes]], Awaitable[None]] | None = None,
+        wire: Wire | None = None,
         clock: Callable[[], float] = time.perf_counter,
     ) -> None:
         self._scope, self._receive, self._send = scope, receive, send
-        self._send_messages = send_all or self._send_one_by_one
-        self._live, self._unblock, self._clock = live, unblock, clock
+        self._wire: Wire = wire or PlainWire(send)
+        self._live, self._clock = live, clock
         self.conversation = Conversation(limits_of(live.settings), clock(), live.metrics)
         self.session: LiveSession | None = None
         self._outbox: deque[str] = deque()
@@ -67,12 +66,14 @@ class Connection:
         self._account = Account(live.metrics, clock)
         self._waiter: asyncio.Future[None] | None = None
         self._rung = False
+        self._alarm = 0
         self._blocks: asyncio.Task[None] | None = None
         self._tasks: set[asyncio.Task[None]] = set()
 
     async def run(self) -> None:
         """Serve the connection until it is closed."""
         self._live.enter(self)
+        self._wire.deliver(self._binary)
         reader, writer = asyncio.create_task(self._read()), asyncio.create_task(self._write())
         try:
             await asyncio.wait([reader, writer], return_when=asyncio.FIRST_COMPLETED)
@@ -86,6 +87,7 @@ class Connection:
             writer.cancel()
             if self._blocks is not None:
                 self._blocks.cancel()
+            self._wire.deliver(None)
             self._lose()
             self._live.leave(self)
             self._account.ended(self._close, self.conversation.position)
@@ -139,14 +141,24 @@ class Connection:
 
     # Reading
 
+    def _binary(self, data: bytes) -> None:
+        """Take a binary message."""
+        try:
+            self.conversation.binary(data, self._clock())
+        except Exception:
+            self.failed()
+        if self.conversation.actions:
+            self._perform()
+
     async def _read(self) -> None:
         receive, conversation, clock = self._receive, self.conversation, self._clock
         while True:
             message = await receive()
+            if (data := message.get("bytes")) is not None:
+                self._binary(data)
+                continue
             try:
-                if (data := message.get("bytes")) is not None:
-                    conversation.binary(data, clock())
-                elif (text := message.get("text")) is not None:
+                if (text := message.get("text")) is not None:
                     conversation.text(text, clock())
                     self._ring()
                 elif message["type"] == "websocket.disconnect":
@@ -228,8 +240,8 @@ class Connection:
         await asyncio.wait([self._blocks])
         if self._close is None:
             return
-        if self._close.at_once and self._unblock is not None:
-            self._unblock()
+        if self._close.at_once:
+            self._wire.unblock()
         try:
             async with asyncio.timeout(FLUSH_SECONDS):
                 await self._send_all(list(self._outbox))
@@ -249,7 +261,6 @@ class Connection:
         conversation = self.conversation
         while self._outbox:
             await self._send_all([self._outbox.popleft()])
-        due = conversation.pace.due
         frames = conversation.begin_block(self._clock())
         if conversation.actions:
             self._perform()
@@ -259,8 +270,6 @@ class Connection:
         messages = await self._block(frames)
         if not messages:
             return
-        if self._live.late is not None and conversation.stream is not None and conversation.stream.realtime:
-            self._live.late(self._clock() - due)
         await self._send_all(messages)
         if not conversation.wait(self._clock()):
             await asyncio.sleep(0)  # more is due already: let the others have their turn
@@ -274,23 +283,35 @@ class Connection:
             if pcm is None:
                 pcm = await session.render(frames, self._live.blocks)
             return conversation.block_done(pcm, frames, self._clock())
-        except CannotRender as error:
-            conversation.broken(as_problem(error), "cannot render")
-        except Exception:
-            conversation.broken(our_bug(self._scope))
-        self._perform()
+        except Exception as error:
+            self._voice_failed(error)
         return ()
+
+    def _block_now(self, session: LiveSession, frames: int) -> Sequence[str | bytes]:
+        """Do as `_block`, without letting others have their turn."""
+        conversation = self.conversation
+        try:
+            pcm = conversation.past(frames)
+            if pcm is None:
+                pcm = session.render_now(frames)
+            return conversation.block_done(pcm, frames, self._clock())
+        except Exception as error:
+            self._voice_failed(error)
+        return ()
+
+    def _voice_failed(self, error: Exception) -> None:
+        """End, because of the exception that is being handled."""
+        if isinstance(error, CannotRender):
+            self.conversation.broken(as_problem(error), "cannot render")
+        else:
+            self.conversation.broken(our_bug(self._scope))
+        self._perform()
 
     async def _send_all(self, messages: Sequence[str | bytes]) -> None:
         pace = self.conversation.pace
         pace.writing(self._clock())
-        await self._send_messages(messages)
+        await self._wire.send_all(messages)
         pace.written(self._clock())
-
-    async def _send_one_by_one(self, messages: Sequence[str | bytes]) -> None:
-        for message in messages:
-            kind = "bytes" if isinstance(message, bytes) else "text"
-            await self._send({"type": "websocket.send", kind: message})
 
     def _ring(self) -> None:
         """Wake the writer."""
@@ -299,18 +320,46 @@ class Connection:
             _wake(self._waiter)
 
     async def _sleep(self, seconds: float | None) -> None:
-        """Return after `seconds`, None for ever, or as soon as something rings."""
+        """Return after `seconds`, None for ever, or as soon as something rings; blocks go out meanwhile."""
         if not self._rung:
-            loop = asyncio.get_running_loop()
-            self._waiter = loop.create_future()
-            timer = None if seconds is None else loop.call_later(seconds + TIMER_SECONDS, _wake, self._waiter)
+            self._waiter = asyncio.get_running_loop().create_future()
+            if seconds is not None:
+                self._set_alarm(self._clock() + seconds)
             try:
                 await self._waiter
             finally:
                 self._waiter = None
-                if timer is not None:
-                    timer.cancel()
+                self._alarm += 1
         self._rung = False
+
+    def _set_alarm(self, when: float) -> None:
+        """Have `_due` called at `when`, in place of what was set before."""
+        self._alarm += 1
+        self._live.ticker.call_at(when, partial(self._due, self._alarm))
+
+    def _due(self, alarm: int) -> None:
+        """Send the block that is due, or wake the writer to do it."""
+        if alarm == self._alarm and self._waiter is not None and not self._sent_at_once():
+            _wake(self._waiter)
+
+    def _sent_at_once(self) -> bool:
+        """Send a block where nothing has to be waited for, as most do; return whether the writer may sleep on."""
+        conversation, session, now = self.conversation, self.session, self._clock()
+        pace = conversation.pace
+        if session is None or self._outbox or not conversation.paced or not session.ready or not self._wire.can_send():
+            return False
+        frames = conversation.begin_block(now)
+        if conversation.actions:
+            self._perform()
+        messages = self._block_now(session, frames) if frames else ()
+        if not messages:
+            return False
+        pace.writing(now)
+        self._wire.send_now(messages)
+        now = self._clock()
+        pace.written(now)
+        self._set_alarm(max(now, pace.due))
+        return not self._outbox
 
 
 def _wake(waiter: asyncio.Future[None]) -> None:

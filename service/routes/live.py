@@ -10,9 +10,9 @@ from starlette.types import Receive, Scope, Send
 from service import openapi
 from service.live.messages import PROTOCOL, schema
 from service.live.shell import Connection
+from service.live.wire import WIRE
 from service.problems import Problem
 from service.running import Service, service_of
-from service.websocket import SEND_ALL, UNBLOCK
 
 router = APIRouter(tags=["live"])
 
@@ -30,9 +30,7 @@ class LiveEndpoint:
         try:
             assert (await receive())["type"] == "websocket.connect"
             await send({"type": "websocket.accept", "subprotocol": PROTOCOL, "headers": []})
-            offered = scope.get("extensions", {})
-            unblock, send_all = offered.get(UNBLOCK), offered.get(SEND_ALL)
-            await Connection(scope, receive, send, service.live, unblock=unblock, send_all=send_all).run()
+            await Connection(scope, receive, send, service.live, wire=scope.get("extensions", {}).get(WIRE)).run()
         finally:
             ticket.release()
 

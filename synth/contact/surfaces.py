@@ -6,7 +6,8 @@ Model   see `tables` and `levels`. All blocks lie in one pool, so that the compi
         thread; the `Surfaces` of a voice is its own view of them, with the intervals that it has taken over.
         Arrays that were handed out are never changed where a view could look.
 Source  design, sections 1 and 4.
-Limits  the pool is begun anew when it would pass POOL_BYTES; what plays next is built anew, however large.
+Limits  the pool is begun anew when it would pass POOL_BYTES; what plays next is built anew, however large. It is asked
+        of the system whole, which gives memory only as it is written to.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from synth.contact.levels import Levels
 from synth.contact.spectrum import Complex, Spectrum
 from synth.contact.tables import FEWEST_CELLS, surface
 
-POOL_BYTES = 128 << 20  # what a response may hold in tables of one degree; many hands that press refill smaller ones
+POOL_BYTES = 256 << 20  # what a response may hold in tables of one degree; many hands that press refill smaller ones
 EVERYWHERE = 4e3  # N: beyond any load, the end of the one interval of a response that does not vary with the load
 
 Offsets = np.ndarray[Any, np.dtype[np.int64]]
@@ -79,7 +80,7 @@ class TableStore:
     @property
     def memory_bytes(self) -> int:
         """Bytes that the tables hold."""
-        return self._pool.nbytes
+        return self._used * self._type.itemsize
 
     def view(self, edges: Array) -> tuple[Array, Offsets]:
         """Return the pool, and where in it the tables of each level and interval of `edges` begin."""
@@ -93,7 +94,7 @@ class TableStore:
             offsets = self._offsets(low, high)
             missing = [level for level in levels if offsets[level] < 0]
             size = sum((self.degree + 1) * 4 << int(self._bits[level]) for level in missing)
-            if self._used and self._used + size > POOL_BYTES // self._type.itemsize:
+            if self._used + size > max(POOL_BYTES // self._type.itemsize, self._pool.size):
                 self._pool, self._used = np.empty(0, self._type), 0  # views that still read the old one keep it
                 self._placed.clear()
                 offsets, missing = self._offsets(low, high), list(levels)
@@ -121,10 +122,8 @@ class TableStore:
         """Build one table; return where it begins."""
         series = self.rows.cubic(low, high, self.levels.highest[level])
         block = surface(series, self.degree, 1 << int(self._bits[level])).ravel()
-        if self._used + block.size > self._pool.size:
-            grown = np.empty(max(2 * self._pool.size, self._used + block.size), self._type)
-            grown[: self._used] = self._pool[: self._used]
-            self._pool = grown
+        if self._used + block.size > self._pool.size:  # the first of a pool
+            self._pool = np.empty(max(POOL_BYTES // self._type.itemsize, block.size), self._type)
         begin, self._used = self._used, self._used + block.size
         self._pool[begin : self._used] = block
         return begin

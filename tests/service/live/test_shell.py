@@ -11,14 +11,27 @@ from typing import Any
 
 import numpy as np
 import pytest
+from starlette.types import Send
 
 from service.live.sessions import LiveSessions
 from service.live.shell import Connection
+from service.live.wire import PlainWire
 from service.problems import Problem
 from tests.service.harness import settings_of
 from tests.service.plain_engine import PlainEngine
 
 RATE = 48000
+
+
+class Taking(PlainWire):
+    """A server that can be told to take messages."""
+
+    def __init__(self, send: Send, taking: asyncio.Event) -> None:
+        super().__init__(send)
+        self._taking = taking
+
+    def unblock(self) -> None:
+        self._taking.set()
 
 
 class Wire:
@@ -31,7 +44,7 @@ class Wire:
         self.taking.set()
         self.inbox: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
         scope = {"type": "websocket", "path": "/v1/live"}
-        self.connection = Connection(scope, self.inbox.get, self.send, live, unblock=self.taking.set)
+        self.connection = Connection(scope, self.inbox.get, self.send, live, wire=Taking(self.send, self.taking))
         self.task = asyncio.create_task(self.connection.run())
 
     async def send(self, message: Any) -> None:
