@@ -18,7 +18,6 @@ from starlette.responses import Response
 
 from service import openapi, problems
 from service.engine import Engine, SynthEngine
-from service.health import Health
 from service.limits import Limits, RateLimit
 from service.logs import Subjects
 from service.problems import Problem
@@ -59,7 +58,6 @@ def create_app(settings: Settings, engine: Engine | None = None, siblings: Path 
     for routes in (render, accuracy, textures, sessions, stream, play, live, operations):
         app.include_router(routes.router)
     app.state.service = service
-    service.health = Health(settings, live="/v1/live" in {getattr(route, "path", "") for route in app.routes})
     app.openapi = lambda: openapi.document(app)  # type: ignore[method-assign]
     return app
 

@@ -18,18 +18,16 @@ from service.settings import Settings
 from service.sinks.devices import missing_portaudio
 
 NOT_YET = "not looked for yet: ask again in a second"
-NO_LIVE = "this service has no live protocol"
 NO_WEBSOCKETS = "live connections need the Python package websockets: pip install websockets."
-NO_SESSIONS = "sessions live in one process: start the service with RIDGEWAVE_WORKERS=1."
+NO_SESSIONS = "sessions of plain HTTP live in one process: start the service with RIDGEWAVE_WORKERS=1."
 
 
 class Health:
     """What is known of the state of one process."""
 
-    def __init__(self, settings: Settings, *, live: bool) -> None:
-        """live: whether the application has the live route."""
+    def __init__(self, settings: Settings) -> None:
         self._audio_device = _capability(None, NOT_YET)
-        self._live = _capability(*_live_state(live))
+        self._live = _capability(importlib.util.find_spec("websockets") is not None, NO_WEBSOCKETS)
         self._sessions = _capability(settings.workers == 1, NO_SESSIONS)
         self._version = _version()
 
@@ -53,12 +51,6 @@ class Health:
 
 def _capability(available: bool | None, reason: str) -> dict[str, Any]:
     return {"available": available, "reason": None if available else reason}
-
-
-def _live_state(live: bool) -> tuple[bool, str]:
-    if not live:
-        return False, NO_LIVE
-    return importlib.util.find_spec("websockets") is not None, NO_WEBSOCKETS
 
 
 def _version() -> str:

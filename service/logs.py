@@ -19,11 +19,12 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 
 PLAIN = "%(asctime)s %(levelname)s %(name)s: %(message)s"
 SESSIONS = ("v1", "sessions")
+WEBSOCKETS = "uvicorn.websockets"  # where uvicorn's lines for each connection go; `service.live` has better ones
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Subject:
-    """What the events of a request are about."""
+    """What the events of a request are about; one object for all tasks that the request starts."""
 
     request: str
     session: str | None
@@ -65,9 +66,12 @@ class Subjects:
 
 
 def about_session(session: str) -> None:
-    """Have the records of this task name `session` from here on, where the path does not: a live connection."""
+    """Have the records of this request, in all its tasks, name `session` from here on: a live connection."""
     subject = _subject.get()
-    _subject.set(Subject("" if subject is None else subject.request, session))
+    if subject is None:
+        _subject.set(Subject("", session))
+    else:
+        subject.session = session
 
 
 def request_line(scope: Scope) -> str:
@@ -80,7 +84,9 @@ def request_line(scope: Scope) -> str:
 def set_up_log(level: str, log_format: str = "text") -> None:
     """Log to standard error; log_format: "text", a plain line an event, or "json", an object a line."""
     ours = {"level": level.upper(), "handlers": ["stderr"], "propagate": False}
-    servers = ours | {"level": max(logging.INFO, logging.getLevelNamesMapping()[level.upper()])}
+    least = logging.getLevelNamesMapping()[level.upper()]
+    servers = ours | {"level": max(logging.INFO, least)}
+    quiet = {"level": logging.INFO if level == "debug" else max(logging.WARNING, least)}
     json = {
         "()": "pythonjsonlogger.json.JsonFormatter",
         "fmt": ["levelname", "name", "message", "process"],
@@ -96,7 +102,9 @@ def set_up_log(level: str, log_format: str = "text") -> None:
             "filters": {"subject": {"()": SubjectFilter}},
             "formatters": {"text": {"format": PLAIN}, "json": json if log_format == "json" else {"format": PLAIN}},
             "handlers": {"stderr": {"class": "logging.StreamHandler", "formatter": log_format, "filters": ["subject"]}},
-            "loggers": {"ridgewave": ours} | dict.fromkeys(("uvicorn", "uvicorn.error", "uvicorn.access"), servers),
+            "loggers": {"ridgewave": ours}
+            | dict.fromkeys(("uvicorn", "uvicorn.error", "uvicorn.access"), servers)
+            | {WEBSOCKETS: quiet},
             "root": {"level": "WARNING", "handlers": ["stderr"]},
         }
     )

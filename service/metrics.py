@@ -86,9 +86,9 @@ class Metrics:
         """A device was short of samples so many times."""
         self._add("ridgewave_underruns_total", count)
 
-    def limited(self, reduction_db: float, seconds: float) -> None:
-        """A block of so many seconds was turned down by the safety limiter, by at most this many decibels."""
-        self._add("ridgewave_limited_blocks_total", 1)
+    def limited(self, reduction_db: float, seconds: float, blocks: int = 1) -> None:
+        """Blocks of so many seconds were turned down by the safety limiter, by at most this many decibels."""
+        self._add("ridgewave_limited_blocks_total", blocks)
         self._add("ridgewave_limited_seconds_total", seconds)
         largest = self._numbers["ridgewave_limiter_largest_reduction_decibels"]
         with self._lock:

@@ -7,6 +7,7 @@ Model: a signal (SIGTERM, SIGINT) sets every stream fading before the server is 
 from __future__ import annotations
 
 import asyncio
+import gc
 import logging
 import signal
 import sys
@@ -54,14 +55,17 @@ class Service:
         self.engine = engine
         self.metrics = Metrics()
         self.limits = Limits(settings)
-        self.health = Health(settings, live=False)
+        self.health = Health(settings)
         self.siblings = Siblings(folder, {"stop": self.stop_here, "metrics": lambda: self.telling.write()})
         self.telling = Telling(self.metrics, self.siblings, folder)
         self.renders = Renders(engine, settings, self.metrics)
         self.measurements = Measurements(engine)
         self.blocks = ThreadPoolExecutor(BLOCK_THREADS, thread_name_prefix="blocks")
         self.sessions = Sessions(engine, settings, self.renders.pool, self.metrics)
-        self.live = LiveSessions(engine, settings, self.renders.pool, self.blocks)
+        self.live = LiveSessions(engine, settings, self.renders.pool, self.blocks, self.metrics)
+        self.freezes_heap = False
+        """Whether this process serves and does nothing else, so that `warm_up` may take its heap out of the collector's
+        sight: a full collection of it stops every stream for 90 ms."""
         self.warm = False
         self.closing = False
         self._players: list[Player] = []
@@ -101,6 +105,9 @@ class Service:
         except Exception:
             log.exception("our mistake: the default scene does not render; the service stays not ready")
             return
+        if self.freezes_heap:
+            gc.collect()
+            gc.freeze()
         self.warm = True
         log.info("ready after %.1f s", time.perf_counter() - began)
 

@@ -26,6 +26,8 @@ from service.siblings import FOLDER_VARIABLE, check_folder
 from synth.errors import CannotRender, Fault
 
 if TYPE_CHECKING:
+    from fastapi import FastAPI
+
     from service.engine import Engine
 
 log = logging.getLogger("ridgewave.service")
@@ -114,7 +116,12 @@ def _serve(settings: Settings, listener: socket.socket, engine: Engine | None, w
         return
     from service.app import create_app
 
-    config = uvicorn.Config(lambda: create_app(settings, engine), **options)
+    def app() -> FastAPI:
+        made = create_app(settings, engine)
+        made.state.service.freezes_heap = True
+        return made
+
+    config = uvicorn.Config(app, **options)
     uvicorn.Server(config).run(sockets=[listener])
 
 

@@ -90,7 +90,7 @@ class Settings:
         1,
         _whole(1, 64),
         "1 to 64",
-        "Server processes. Sessions live in one process, so with more than one there are renders but no sessions.",
+        "Server processes. More than one render and hold live connections, but have no sessions of plain HTTP.",
     )
     api_keys: tuple[str, ...] = _setting(
         (),
@@ -114,7 +114,7 @@ class Settings:
         64,
         _whole(1, 10_000),
         "1 to 10000",
-        "Sessions at one time, and as many live ones; one more is answered 503 with Retry-After, or closed 1013.",
+        "Sessions at one time in a worker, and as many live ones; one more: 503 with Retry-After, or closed 1013.",
     )
     session_idle: float = _setting(
         300.0,

@@ -8,6 +8,7 @@ Limits: overrides methods of uvicorn's class, whose names another version may ch
 from __future__ import annotations
 
 import asyncio
+import logging
 from typing import Any
 
 from uvicorn.protocols.utils import ClientDisconnected
@@ -17,6 +18,7 @@ from websockets.frames import Frame
 from websockets.http11 import Request
 
 from service.live.wire import WIRE, Messages, Sink
+from service.logs import WEBSOCKETS
 
 WAITING_MESSAGES = 64  # that a connection may be ahead of its reader before its socket is paused
 CLOSE_SECONDS = 1.0  # for the peer to answer a close; longer, and a peer that floods or sleeps costs something
@@ -29,6 +31,7 @@ class LiveProtocol(WebSocketsSansIOProtocol):
     def __init__(self, *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options)
         self.conn.debug = False  # it would log the headers
+        self.logger = self.conn.logger = logging.getLogger(WEBSOCKETS)
         self._aborting: asyncio.TimerHandle | None = None
         self._sink: Sink | None = None
 

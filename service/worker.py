@@ -30,13 +30,13 @@ log = logging.getLogger("ridgewave.service")
 PARENT_SECONDS = 0.5  # between looks for the parent; an orphan plays on for so long at most
 
 
-
 def app(engine: Engine | None = None) -> FastAPI:
     """Return the application of this worker; `engine` is `synth` unless a test brings its own."""
     settings = read_settings()
     set_up_log(settings.log_level, settings.log_format)
     folder = os.environ.get(FOLDER_VARIABLE)
     made = create_app(settings, engine, siblings=None if folder is None else Path(folder))
+    made.state.service.freezes_heap = True
     made.router.lifespan_context = _with_parent(made.router.lifespan_context)
     return made
 

@@ -31,6 +31,7 @@ from synth.samples import quantise
 from synth.scene import scene_schema
 from tests.service.alsa_recorder import DEVICE, AlsaRecorder, Listening, require_portaudio
 from tests.service.harness import Child, Running, problem, serving, until
+from tests.service.live.client import live
 from tests.service.plain_engine import PlainEngine
 
 RATE = 8000
@@ -113,6 +114,30 @@ def test_streams_are_limited_floats_too(running: Running, sound_format: SoundFor
     answer = running.client.get(path, headers=headers_off())
     assert answer.status_code == 200, answer.text
     assert is_limited(decoded(answer.content, sound_format), sound_format.bits)
+
+
+@pytest.mark.parametrize(("name", "kind", "bits"), [("f32le", "<f4", 32), ("s16le", "<i2", 16)])
+def test_live_streams_are_limited_floats_too(running: Running, name: str, kind: str, bits: int) -> None:
+    with live(running) as client:
+        client.hello(scene=SCENE, format=name)
+        for seq, (speed, load) in enumerate([(0.1, 0.5), (0.3, 1.0), (-0.3, 0.2), (0.2, 0.8)], 1):
+            client.contact(seq, speed=speed, load=load)
+            client.say("more", frames=RATE // 4)
+            while client.sound < seq * RATE // 4 * bits // 8:
+                assert client.next() is not None
+        client.say("stop")
+        client.until("end")
+        sound = np.frombuffer(b"".join(part for part in client.received if isinstance(part, bytes)), kind)
+    assert is_limited(sound, bits)
+    assert max(message["gain_reduction_db"] for message in client.texts("limited")) > 60.0
+
+
+@pytest.mark.parametrize("name", OFF)
+def test_no_field_of_a_live_message_is_its_switch(running: Running, name: str) -> None:
+    with live(running) as client:
+        client.say("hello", scene=SCENE, **{name: OFF[name]})
+        client.rest()
+        assert client.code == 1008 and client.texts("problem")[0]["problem"] == "/docs#problem-message-refused"
 
 
 def test_a_change_is_limited_too(running: Running) -> None:

@@ -7,6 +7,19 @@ from typing import Any
 
 from service.live.stream import Options
 
+CODES = {
+    "stopped": 1000,
+    "finished": 1000,
+    "shutting down": 1001,
+    "expired": 1001,
+    "policy": 1008,
+    "too long": 1008,
+    "cannot render": 1011,
+    "our mistake": 1011,
+    "slow reader": 4408,
+}
+"""What a connection is closed with, by the reason of its `end`, unless its `Close` says otherwise."""
+
 
 @dataclass(frozen=True, slots=True)
 class Send:

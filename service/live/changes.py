@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -28,10 +29,14 @@ def open_stream(engine: Engine, name: str, document: Mapping[str, Any], options:
 
 @dataclass(frozen=True, slots=True)
 class Prepared:
-    """What partial scenes came to: the scene and its change, None where none was accepted; and what was refused."""
+    """What partial scenes came to: the scene and its change, None where none was accepted; and what was refused.
+
+    seconds: what it took to solve the change.
+    """
 
     coming: tuple[Scene, Any] | None
     refused: Sequence[Problem]
+    seconds: float = 0.0
 
 
 def prepare_change(voice: HandVoice, scene: Scene, patches: Sequence[Mapping[str, Any]]) -> Prepared:
@@ -45,8 +50,10 @@ def prepare_change(voice: HandVoice, scene: Scene, patches: Sequence[Mapping[str
             refused.append(as_problem(error))
     if len(refused) == len(patches):
         return Prepared(None, refused)
+    began = time.perf_counter()
     try:
-        return Prepared((target, voice.prepare(target)), refused)
+        change = voice.prepare(target)
+        return Prepared((target, change), refused, time.perf_counter() - began)
     except (RidgewaveError, Problem) as error:
         return Prepared(None, [*refused, as_problem(error)])
 

@@ -14,11 +14,12 @@ from enum import Enum
 from typing import Any
 
 from service.live import answers, contact
-from service.live.actions import Action, Close, Detach, Finish, OpenVoice, Prepare, Resume, Send
-from service.live.message_rate import MessageRate
+from service.live.actions import CODES, Action, Close, Detach, Finish, OpenVoice, Prepare, Resume, Send
+from service.live.message_rate import MessageRate, may_be_stop
 from service.live.messages import NotJson, read_message, refused
 from service.live.pace import Behind, Pace
 from service.live.stream import Options, Stream
+from service.metrics import Metrics
 from service.problems import Problem
 from synth.errors import shown
 
@@ -26,17 +27,6 @@ HELLO_SECONDS = 10.0  # for the first message; a connection without one holds a 
 CREDIT_SECONDS = 60.0  # of outstanding credit; more would be sound that no change reaches
 EARLY_MESSAGES = 256  # kept while the voice is opened
 FADE_BOUND_SECONDS = 0.1  # for a voice that never says it has faded out
-CODES = {
-    "stopped": 1000,
-    "finished": 1000,
-    "shutting down": 1001,
-    "expired": 1001,
-    "policy": 1008,
-    "too long": 1008,
-    "cannot render": 1011,
-    "our mistake": 1011,
-    "slow reader": 4408,
-}
 
 
 class Phase(Enum):
@@ -56,18 +46,20 @@ class Limits:
     slow_reader: float = 1.0
     max_updates: int = 2000
     longest_recording: float = 3600.0
+    longest_stream: float = 31_536_000.0
 
 
 class Conversation:
     """One connection, from its opening on."""
 
-    def __init__(self, limits: Limits, now: float) -> None:
+    def __init__(self, limits: Limits, now: float, metrics: Metrics | None = None) -> None:
         self.phase = Phase.HELLO
         self.actions: list[Action] = []
         self.stream: Stream | None = None
         self.position = 0  # frame of the next block that goes out; behind the stream's where a resumed past is sent
         self.pace = Pace(limits.slow_reader, now)
         self._limits, self._opened = limits, now
+        self._metrics = metrics or Metrics()
         self._rate = MessageRate(limits.max_updates, now)
         self._early: list[str | bytes] = []
         self._asked, self._credit, self._warned = 0, 0, False
@@ -89,10 +81,12 @@ class Conversation:
 
     def binary(self, data: bytes, now: float) -> None:
         """Take a binary message: a contact update."""
+        stream = self.stream
+        if stream is not None:
+            stream.counts.received += 1
         if not self._rate.admits(now):
             self._excess(now)
             return
-        stream = self.stream
         if self.phase is not Phase.STREAMING or stream is None:
             self._out_of_turn(data)
             return
@@ -103,7 +97,7 @@ class Conversation:
 
     def text(self, text: str, now: float) -> None:
         """Take a text message."""
-        if not self._rate.admits(now) and not _may_be_stop(text):
+        if not self._rate.admits(now) and not may_be_stop(text):
             self._excess(now)
             return
         if self.phase not in (Phase.HELLO, Phase.STREAMING):
@@ -122,7 +116,11 @@ class Conversation:
     def refuse(self, problem: Problem) -> None:
         """Tell the peer of a problem that leaves the stream going."""
         if self.phase is not Phase.OVER:
-            self.actions.append(Send(answers.problem(problem)))
+            self._tell(problem)
+
+    def _tell(self, problem: Problem) -> None:
+        self._metrics.refused(problem.kind)
+        self.actions.append(Send(answers.problem(problem)))
 
     def _refuse_message(self, problem: Problem) -> None:
         if self.phase is Phase.HELLO:
@@ -180,6 +178,7 @@ class Conversation:
 
     def _contact(self, message: dict[str, Any], now: float) -> None:
         assert self.stream is not None
+        self.stream.counts.received += 1
         try:
             self.stream.take(contact.from_message(message, self.stream.lowest_load), now)
         except Problem as problem:
@@ -226,8 +225,8 @@ class Conversation:
         """End here, since another connection has taken the session over, which goes on there."""
         if self.phase is Phase.OVER:
             return
-        problem = Problem("busy", "Another connection has resumed the session.")
-        self.actions += [Send(answers.problem(problem)), Send(answers.end("policy", self.position))]
+        self._tell(Problem("busy", "Another connection has resumed the session."))
+        self.actions.append(Send(answers.end("policy", self.position)))
         self.actions.append(Close(CODES["policy"], "policy", at_once=True))
         self.phase, self.stream = Phase.OVER, None
 
@@ -246,7 +245,7 @@ class Conversation:
         if self.phase in (Phase.ENDING, Phase.OVER):
             return
         if problem is not None:
-            self.actions.append(Send(answers.problem(problem)))
+            self._tell(problem)
         self._reason, self._code = reason, CODES[reason] if code is None else code
         if self.phase is Phase.STREAMING and self.position:
             self.phase = Phase.ENDING
@@ -256,7 +255,7 @@ class Conversation:
     def broken(self, problem: Problem, reason: str = "our mistake") -> None:
         """End without a fade: the voice has failed."""
         if self.phase is not Phase.OVER:
-            self.actions.append(Send(answers.problem(problem)))
+            self._tell(problem)
             self._reason, self._code = reason, CODES[reason]
             self._over()
 
@@ -317,6 +316,7 @@ class Conversation:
             return self._last_block(stream, pcm, frames)
         messages: list[str | bytes] = [*stream.notices(self.position), pcm]
         self.position += frames
+        self._metrics.block_sent("live", frames, now - self.pace.due if stream.realtime else None)
         if stream.realtime:
             self.pace.advance(self.position)
         else:
@@ -339,6 +339,8 @@ class Conversation:
     def _ends_by_itself(self, stream: Stream) -> bool:
         if stream.voice.finished:
             self.end("finished")
+        elif stream.frame >= self._limits.longest_stream * stream.rate - stream.fade_frames:
+            self.end("too long")
         elif stream.options.record and stream.frame >= self._limits.longest_recording * stream.rate:
             problem = Problem("too-large", "A recorded session may last as long as RIDGEWAVE_MAX_DURATION.")
             self.end("too long", problem)
@@ -350,6 +352,7 @@ class Conversation:
             pcm, frames, self._fade_bound = stream.faded(pcm[: len(pcm) // frames * kept]), kept, 0
         self._faded += frames
         self.position += frames
+        self._metrics.block_sent("live", frames)
         return [pcm]
 
     def _last_frames(self) -> int:
@@ -374,8 +377,11 @@ class Conversation:
         """Look at what only time tells: a hello that is late, a peer that has stopped reading."""
         if self.phase is Phase.HELLO and now - self._opened > HELLO_SECONDS:
             self.end("policy", refused("", "no hello", f"hello within {HELLO_SECONDS:g} s", "Say hello first."))
-        elif self.phase is Phase.STREAMING and self.stream is not None and self.stream.realtime:
-            self._too_slow(now)
+        elif self.phase is Phase.STREAMING and self.stream is not None:
+            if now - self._opened > self._limits.longest_stream + HELLO_SECONDS:
+                self.end("too long")  # one that pulls nothing would stay for ever
+            elif self.stream.realtime:
+                self._too_slow(now)
 
     def _too_slow(self, now: float) -> bool:
         """Return whether the peer reads so slowly that all is over; warn it before that."""
@@ -391,8 +397,3 @@ class Conversation:
         self._reason, self._code = "slow reader", CODES["slow reader"]
         self._over(at_once=True)
         return True
-
-
-def _may_be_stop(text: str) -> bool:
-    """Return whether `text` is short and names stop: that is read, whatever the rate."""
-    return len(text) < 100 and '"stop"' in text

@@ -38,3 +38,8 @@ class MessageRate:
             return False
         self._scolded = now
         return True
+
+
+def may_be_stop(text: str) -> bool:
+    """Return whether `text` is short and names stop: that is read, whatever the rate."""
+    return len(text) < 100 and '"stop"' in text

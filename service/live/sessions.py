@@ -2,7 +2,8 @@
 
 Model: a session is a stream and whoever is connected to it. One whose connection broke is kept for RIDGEWAVE_RESUME,
     not rendering; a second connection to one that looks alive takes it over, since half-open connections look alive.
-Limits: sessions live in one process. A recording is kept for RIDGEWAVE_SESSION_IDLE after its session's end.
+Limits: a session lives in one process: of several workers only the one that has it resumes it, or has its recording.
+    A recording is kept for RIDGEWAVE_SESSION_IDLE after its session's end.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from service.engine import Engine
 from service.live.changes import open_stream, prepare_change
 from service.live.stream import Options, Stream
 from service.live.ticker import Ticker
+from service.metrics import Metrics
 from service.problems import Problem
 from service.settings import Settings
 
@@ -56,8 +58,8 @@ class Peer(Protocol):
 class LiveSession:
     """One session; its methods run in the event loop."""
 
-    def __init__(self, stream: Stream, peer: Peer) -> None:
-        self.stream = stream
+    def __init__(self, stream: Stream, peer: Peer, metrics: Metrics) -> None:
+        self.stream, self._metrics = stream, metrics
         self.peer: Peer | None = peer
         self.detached_at: float | None = None
         self.turn = asyncio.Lock()  # held while a thread renders
@@ -100,6 +102,7 @@ class LiveSession:
                 made = await loop.run_in_executor(pool, prepare_change, self.stream.voice, scene, patches)
                 if made.coming is not None:
                     self.stream.scene, self.stream.coming = made.coming[0], made.coming
+                    self._metrics.built("change", made.seconds)
                 for problem in made.refused:
                     if self.peer is not None:
                         self.peer.refuse(problem)
@@ -115,10 +118,16 @@ class LiveSession:
 class LiveSessions:
     """The live sessions of one process."""
 
-    def __init__(self, engine: Engine, settings: Settings, pool: Executor, blocks: Executor) -> None:
+    def __init__(
+        self,
+        engine: Engine,
+        settings: Settings,
+        pool: Executor,
+        blocks: Executor,
+        metrics: Metrics | None = None,
+    ) -> None:
         self.settings, self.pool, self.blocks = settings, pool, blocks
-        self.late: Callable[[float], None] | None = None
-        """Called with the lateness (s) of each realtime block, where somebody measures it."""
+        self.metrics = metrics or Metrics()
         self.ticker = Ticker()
         self._engine = engine
         self._peers: set[Peer] = set()
@@ -140,8 +149,6 @@ class LiveSessions:
 
     def admit(self) -> None:
         """Raise Problem where one more connection is too many."""
-        if self.settings.workers > 1:
-            raise Problem("one-worker", "Sessions live in one process: start the service with RIDGEWAVE_WORKERS=1.")
         if self._closed:
             raise Problem("closing", "The service is shutting down.")
         if len(self._peers) >= PER_SESSION * self.settings.max_sessions:
@@ -166,10 +173,11 @@ class LiveSessions:
         self._opening += 1
         name, silence = secrets.token_urlsafe(16), self.settings.max_silence
         try:
-            stream = await self._in_thread(open_stream, self._engine, name, document, options, silence)
+            opening = (open_stream, self._engine, name, document, options, silence)
+            stream = await self._in_thread(self.metrics.timed, "voice", *opening)
         finally:
             self._opening -= 1
-        session = self._sessions[name] = LiveSession(stream, peer)
+        session = self._sessions[name] = LiveSession(stream, peer, self.metrics)
         return session
 
     async def resume(self, name: str, frame: int, peer: Peer) -> LiveSession:
@@ -196,6 +204,7 @@ class LiveSessions:
         """Forget `session`, which has ended; its recording stays for a while."""
         if self._sessions.pop(session.stream.name, None) is None:
             return
+        session.stream.tell_counts(self.metrics, ended=True)
         recorded: asyncio.Future[bytes] | None = None
         if session.stream.options.record:
             recorded = asyncio.get_running_loop().create_future()
@@ -240,6 +249,8 @@ class LiveSessions:
             now, wall = time.perf_counter(), time.monotonic()
             for peer in list(self._peers):
                 peer.check(now)
+            for session in self._sessions.values():
+                session.stream.tell_counts(self.metrics)
             self._expire(wall)
 
     def _expire(self, now: float) -> None:

@@ -19,6 +19,7 @@ from starlette.types import Receive, Scope, Send
 
 from service import problems
 from service.live import actions
+from service.live.account import Account
 from service.live.changes import as_problem
 from service.live.conversation import Conversation, Limits, Phase
 from service.live.sessions import LiveSession, LiveSessions
@@ -36,7 +37,7 @@ WAITING_MESSAGES = 256  # texts that a peer does not read; beyond, problems are 
 
 def limits_of(settings: Settings) -> Limits:
     """Return what `settings` allow a connection."""
-    return Limits(settings.slow_reader, settings.max_updates, settings.max_duration)
+    return Limits(settings.slow_reader, settings.max_updates, settings.max_duration, settings.max_stream)
 
 
 class Connection:
@@ -58,10 +59,11 @@ class Connection:
         self._scope, self._receive, self._send = scope, receive, send
         self._wire: Wire = wire or PlainWire(send)
         self._live, self._clock = live, clock
-        self.conversation = Conversation(limits_of(live.settings), clock())
+        self.conversation = Conversation(limits_of(live.settings), clock(), live.metrics)
         self.session: LiveSession | None = None
         self._outbox: deque[str] = deque()
         self._close: actions.Close | None = None
+        self._account = Account(live.metrics, clock)
         self._waiter: asyncio.Future[None] | None = None
         self._rung = False
         self._alarm = 0
@@ -78,6 +80,8 @@ class Connection:
             if not writer.done():
                 self._lose()
                 await writer
+            elif self._close is None:
+                await asyncio.wait([reader], timeout=FLUSH_SECONDS)  # it learns with which code the peer has gone
         finally:
             reader.cancel()
             writer.cancel()
@@ -86,6 +90,7 @@ class Connection:
             self._wire.deliver(None)
             self._lose()
             self._live.leave(self)
+            self._account.ended(self._close, self.conversation.position)
 
     def _lose(self) -> None:
         self.conversation.lost()
@@ -157,6 +162,7 @@ class Connection:
                     conversation.text(text, clock())
                     self._ring()
                 elif message["type"] == "websocket.disconnect":
+                    self._account.left(message)
                     return
             except Exception:
                 self.failed()
@@ -214,6 +220,8 @@ class Connection:
         if self.conversation.phase is Phase.OPENING:
             self.session = session
             self.conversation.opened(session.stream, self._clock())
+            if self.conversation.stream is not None:
+                self._account.began(session.stream, self.conversation.position)
         elif session.stream.frame:
             self._live.detach(session, self)  # the connection broke meanwhile
         else:
@@ -253,7 +261,6 @@ class Connection:
         conversation = self.conversation
         while self._outbox:
             await self._send_all([self._outbox.popleft()])
-        due = conversation.pace.due
         frames = conversation.begin_block(self._clock())
         if conversation.actions:
             self._perform()
@@ -263,8 +270,6 @@ class Connection:
         messages = await self._block(frames)
         if not messages:
             return
-        if self._live.late is not None and conversation.stream is not None and conversation.stream.realtime:
-            self._live.late(self._clock() - due)
         await self._send_all(messages)
         if not conversation.wait(self._clock()):
             await asyncio.sleep(0)  # more is due already: let the others have their turn
@@ -315,7 +320,7 @@ class Connection:
             _wake(self._waiter)
 
     async def _sleep(self, seconds: float | None) -> None:
-        """Return after `seconds`, None for ever, or as soon as something rings; meanwhile blocks go out by themselves."""
+        """Return after `seconds`, None for ever, or as soon as something rings; blocks go out meanwhile."""
         if not self._rung:
             self._waiter = asyncio.get_running_loop().create_future()
             if seconds is not None:
@@ -349,14 +354,13 @@ class Connection:
         messages = self._block_now(session, frames) if frames else ()
         if not messages:
             return False
-        if self._live.late is not None:
-            self._live.late(now - pace.due)
         pace.writing(now)
         self._wire.send_now(messages)
         now = self._clock()
         pace.written(now)
         self._set_alarm(max(now, pace.due))
         return not self._outbox
+
 
 def _wake(waiter: asyncio.Future[None]) -> None:
     if not waiter.done():

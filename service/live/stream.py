@@ -15,8 +15,10 @@ import numpy as np
 
 from service.engine import HandVoice
 from service.live import answers
+from service.live.counts import StreamCounts
 from service.live.messages import LARGEST_BLOCK, PROTOCOL, SMALLEST_BLOCK, refused
 from service.live.past import KEPT_BLOCKS, KEPT_SECONDS, Past
+from service.metrics import Metrics
 from service.quickness import Quickness
 from service.source import FADE_SECONDS, faded
 from synth.following import Update
@@ -55,6 +57,7 @@ class Stream:
         self.max_silence = max_silence
         self.lowest_load = voice.lowest_load
         self.quickness = Quickness()
+        self.counts = StreamCounts()
         self.coming: tuple[Scene, Any] | None = None
         self._newest, self._waiting, self._lifted = -1, None, False
         self._heard: float | None = None
@@ -86,6 +89,7 @@ class Stream:
         update = self._waiting
         if update is not None:
             self._waiting, self._applied, self._lifted = None, update.seq, False
+            self.counts.applied += 1
             self.voice.touch(update)
         if self._heard is not None and not self._lifted and now - self._heard > self.max_silence:
             self._lifted = True
@@ -105,9 +109,21 @@ class Stream:
         pcm = block_bytes(self.voice.render(frames), self._samples)
         self.past.keep(pcm)
         reduction = self.voice.reduction_db
-        if reduction > self._reduction and reduction > LEAST_REDUCTION_DB:
-            self._reduction, self._reduced_at = reduction, first
+        if reduction > LEAST_REDUCTION_DB:
+            self._turned_down(first, frames, reduction)
         return pcm
+
+    def _turned_down(self, first: int, frames: int, reduction_db: float) -> None:
+        counts = self.counts
+        counts.limited_blocks += 1
+        counts.limited_frames += frames
+        counts.reduction_db = max(counts.reduction_db, reduction_db)
+        if reduction_db > self._reduction:
+            self._reduction, self._reduced_at = reduction_db, first
+
+    def tell_counts(self, metrics: Metrics, *, ended: bool = False) -> None:
+        """Add what is new since the last time to `metrics`; ended: what still waits is dropped."""
+        self.counts.tell(metrics, self.rate, 0 if ended or self._waiting is None else 1)
 
     def notices(self, frame: int) -> list[str]:
         """Return what the peer is told just before the block at `frame`, now that it is rendered."""

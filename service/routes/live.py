@@ -26,9 +26,13 @@ class LiveEndpoint:
         service.live.admit()
         if PROTOCOL not in scope["subprotocols"]:
             raise Problem("protocol", f"Offer the subprotocol {PROTOCOL} (Sec-WebSocket-Protocol): there is no other.")
-        assert (await receive())["type"] == "websocket.connect"
-        await send({"type": "websocket.accept", "subprotocol": PROTOCOL, "headers": []})
-        await Connection(scope, receive, send, service.live, wire=scope.get("extensions", {}).get(WIRE)).run()
+        ticket = service.limits.admit(scope)
+        try:
+            assert (await receive())["type"] == "websocket.connect"
+            await send({"type": "websocket.accept", "subprotocol": PROTOCOL, "headers": []})
+            await Connection(scope, receive, send, service.live, wire=scope.get("extensions", {}).get(WIRE)).run()
+        finally:
+            ticket.release()
 
 
 router.routes.append(WebSocketRoute("/v1/live", LiveEndpoint(), name="live"))

@@ -9,7 +9,7 @@ from fastapi import FastAPI
 
 from service.app import create_app
 from tests.service.harness import Running, serving, settings_of
-from tests.service.plain_engine import PlainEngine
+from tests.service.plain_engine import PlainEngine, warmed_up
 
 
 @pytest.fixture
@@ -27,4 +27,5 @@ def app(engine: PlainEngine) -> Iterator[FastAPI]:
 @pytest.fixture
 def running(engine: PlainEngine, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
     with serving(engine, file_folder=tmp_path_factory.mktemp("recordings")) as server:
+        warmed_up(server, engine)
         yield server

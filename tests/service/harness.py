@@ -146,7 +146,8 @@ def serving(engine: Engine | None = None, siblings: Path | None = None, **change
     settings = settings_of(**changes)
     app = create_app(settings, engine, siblings)
     listener = listen(settings)
-    config = uvicorn.Config(app, log_config=None, access_log=False, timeout_graceful_shutdown=1, **LIVE_OPTIONS)
+    options = LIVE_OPTIONS | {"ws_max_size": settings.max_message}
+    config = uvicorn.Config(app, log_config=None, access_log=False, timeout_graceful_shutdown=1, **options)
     server = uvicorn.Server(config)
     thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]}, daemon=True)
     thread.start()

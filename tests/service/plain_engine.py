@@ -17,8 +17,10 @@ from synth.encode import Block
 from synth.errors import CannotRender
 from synth.scene import Scene, scene_document
 from tests.accuracy_case import report
+from tests.service.harness import until
 
 if TYPE_CHECKING:
+    from tests.service.harness import Running
     from tests.service.plain_hand import PlainHand
 
 LEVEL = 0.8
@@ -160,3 +162,10 @@ class PlainEngine:
             raise CannotRender(self.refuse)
         if self.mistake:
             raise RuntimeError("a secret that no peer may learn")
+
+
+def warmed_up(running: Running, engine: PlainEngine) -> None:
+    """Return once the service is warm; what it opened for that is forgotten, being nobody's session."""
+    until(lambda: running.service.warm)
+    engine.hands.clear()
+    engine.opened.clear()

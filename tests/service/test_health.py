@@ -52,10 +52,11 @@ def test_the_python_package_may_be_missing_too(monkeypatch: pytest.MonkeyPatch) 
     assert "pip install sounddevice" in (missing_portaudio() or "")
 
 
-def test_a_service_of_several_workers_says_that_it_has_no_sessions() -> None:
+def test_a_service_of_several_workers_says_that_it_has_live_connections_and_no_sessions() -> None:
     with serving(PlainEngine(), workers=2) as running:
-        sessions = running.client.get("/healthz").json()["sessions"]
-    assert sessions["available"] is False and "RIDGEWAVE_WORKERS=1" in sessions["reason"]
+        document = running.client.get("/healthz").json()
+    assert document["sessions"]["available"] is False and "RIDGEWAVE_WORKERS=1" in document["sessions"]["reason"]
+    assert document["live"] == {"available": True, "reason": None}
 
 
 def test_ready_is_told_once_the_kernels_are_there() -> None:

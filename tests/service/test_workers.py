@@ -21,6 +21,7 @@ import pytest
 from service.siblings import LONGEST_PATH, Siblings, check_folder
 from synth.errors import CannotRender
 from tests.service.harness import Child, Running, problem, serving, until
+from tests.service.live.client import live
 from tests.service.plain_engine import PlainEngine
 from tests.service.scraping import scrape
 from tests.service.test_shutdown import Follower
@@ -177,6 +178,39 @@ def test_a_service_of_two_workers_stops_and_counts_as_one(tmp_path: Path) -> Non
         shutil.rmtree(short)
 
 
+def test_a_stop_at_one_of_two_workers_ends_the_live_streams_of_both(tmp_path: Path) -> None:
+    short = Path(tempfile.mkdtemp(prefix="rw"))
+    environment = {"RIDGEWAVE_WORKERS": "2", "RIDGEWAVE_LOG_FORMAT": "json", "TMPDIR": str(short)}
+    child = Child(WORKERS, tmp_path, **environment)
+    try:
+        url = child.url()
+        (folder,) = short.glob("ridgewave-*")
+        until(lambda: len(list(folder.glob("*.sock"))) == 2)
+        with ExitStack() as stack:
+            clients = []
+            for other in _workers(child.process.pid):
+                os.kill(other, signal.SIGSTOP)  # so that it is not the one that accepts
+                try:
+                    clients.append(stack.enter_context(live(url)))
+                    clients[-1].hello(pacing="realtime")
+                finally:
+                    os.kill(other, signal.SIGCONT)
+            with httpx.Client(base_url=url) as http:
+                until(lambda: scrape(http).value("streams", kind="live") == 2)
+                assert http.post("/v1/stop").json()["stopped"] == {"sessions": 2, "streams": 2, "plays": 0}
+            for client in clients:
+                client.rest()
+                assert (client.code, client.texts("end")[0]["reason"]) == (1000, "stopped")
+        child.terminate()
+        log = child.log.read_text()
+        ended = [json.loads(line) for line in log.splitlines() if "live stream ended: stopped" in line]
+        assert len({entry["process"] for entry in ended}) == len({entry["session"] for entry in ended}) == 2
+        assert "[accepted]" not in log and "connection open" not in log
+    finally:
+        child.end()
+        shutil.rmtree(short)
+
+
 def test_workers_do_not_outlive_the_process_that_started_them(tmp_path: Path) -> None:
     short = Path(tempfile.mkdtemp(prefix="rw"))
     child = Child(WORKERS, tmp_path, RIDGEWAVE_WORKERS="2", TMPDIR=str(short))
@@ -206,11 +240,15 @@ def _streams(url: str) -> list[Follower]:
 
 
 def _a_worker(parent: int) -> int:
-    """Return the process of a worker: a child of `parent` whose command line is that of a spawned process."""
-    for entry in Path(f"/proc/{parent}/task/{parent}/children").read_text().split():
-        if b"spawn_main" in Path(f"/proc/{entry}/cmdline").read_bytes():
-            return int(entry)
-    raise AssertionError("no worker")
+    return _workers(parent)[0]
+
+
+def _workers(parent: int) -> list[int]:
+    """Return the processes of the workers: children of `parent` whose command line is that of a spawned process."""
+    children = Path(f"/proc/{parent}/task/{parent}/children").read_text().split()
+    found = [int(entry) for entry in children if b"spawn_main" in Path(f"/proc/{entry}/cmdline").read_bytes()]
+    assert found, "no worker"
+    return found
 
 
 def _counts_never_fall(url: str, frames: float) -> None:

@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
+from service.live.actions import CODES
 from service.live.contact import LAYOUT
-from service.live.conversation import CODES
 from service.live.messages import CLIENT, SERVER
 from tests.readme_blocks import code_blocks
 from tests.service.harness import serving

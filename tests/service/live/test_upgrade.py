@@ -12,7 +12,7 @@ import pytest
 from websockets.exceptions import InvalidStatus
 
 from service import problems
-from tests.service.harness import Running, serving
+from tests.service.harness import Running, problem, serving
 from tests.service.live.client import PROTOCOL, live
 from tests.service.plain_engine import PlainEngine
 
@@ -97,9 +97,18 @@ def test_a_key_comes_in_a_header_or_as_a_subprotocol_and_is_never_echoed(caplog:
     assert KEY not in logged and key_protocol(KEY) not in logged and "WebSocket" in logged
 
 
-def test_with_several_workers_there_are_no_live_sessions() -> None:
-    with serving(PlainEngine(), workers=2) as running:
-        assert refused(running)["type"] == "/docs#problem-one-worker"
+def test_each_of_several_workers_has_live_sessions_of_its_own_and_none_of_plain_http() -> None:
+    with serving(PlainEngine(), workers=2) as running, serving(PlainEngine(), workers=2) as other:
+        with live(running) as client:
+            session = client.hello()["session"]
+            client.break_off()
+        with live(other) as client:
+            client.say("hello", resume={"session": session, "frame": 0})
+            client.rest()
+            assert client.code == 1008 and client.texts("problem")[0]["problem"] == "/docs#problem-not-found"
+        with live(running) as client:
+            client.hello(resume={"session": session, "frame": 0})
+        problem(running.client.post("/v1/sessions", json={}), 503, "one-worker")
 
 
 def test_a_session_too_many_is_closed_with_1013() -> None:

@@ -13,7 +13,7 @@ from service.live.sessions import LiveSession
 from synth.scene import parse_scene
 from tests.service.harness import Running, problem, serving, until
 from tests.service.live.client import live
-from tests.service.plain_engine import PlainEngine
+from tests.service.plain_engine import PlainEngine, warmed_up
 from tests.service.plain_hand import PlainHand, expected
 
 RATE = 48000
@@ -176,6 +176,7 @@ def test_a_slow_reader_is_told_and_closed_and_makes_nobody_late() -> None:
     engine = PlainEngine()
     channels = {"output": {"sample_rate": 192000, "channels": [{"quantity": "acceleration"}] * 4}}
     with serving(engine, slow_reader=0.2) as running, live(running) as well:
+        warmed_up(running, engine)
         well.hello(pacing="realtime")
         with live(running, max_queue=1, ping_interval=None) as sleeper:
             name = sleeper.hello(pacing="realtime", scene=channels)["session"]
@@ -265,9 +266,9 @@ def test_text_that_is_not_utf8_closes_with_1007_and_without_a_traceback(
 
 
 def test_a_connection_that_breaks_while_its_voice_is_opened_leaves_nothing(engine: PlainEngine) -> None:
-    engine.gate = threading.Event()
     with serving(engine) as running:
-        engine.gate.clear()
+        warmed_up(running, engine)
+        engine.gate = threading.Event()
         with live(running) as client:
             client.say("hello")
             until(lambda: "hand" in engine.opened)
