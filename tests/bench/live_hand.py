@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 REACH = 0.03  # m to either side: a finger's usual sweep; much longer is an arm's
 PACE_HZ = 0.7  # sweeps there and back a second: with REACH, 0.13 m/s at the middle; above 3 Hz no hand follows
+FASTEST = 0.16  # m/s: 2 pi REACH PACE_HZ, and the fifth by which paces differ
 LOAD = 0.4  # N, the middle
 LOAD_SWING = 0.3  # of the middle
 LOAD_HZ = 0.23  # slow beside the strokes, and no simple fraction of them
@@ -44,10 +45,13 @@ class Hand:
 
 
 def scene(index: int, sample_rate: int) -> dict[str, Any]:
-    """Return one of the scenes that streams take in turn; 0 is the default scene."""
+    """Return one of the scenes that streams take in turn; 0 is the default scene at the speed of these hands.
+
+    Full scale is that of a scan as fast as the hand gets, so that the limiter has little to do.
+    """
     output = {"sample_rate": sample_rate}
     if index == 0:
-        return {"output": output}
+        return {"scan": {"speed": FASTEST}, "output": output}
     share = index * GOLDEN % 1.0
     texture = {"period": round(0.5e-3 + 1.1e-3 * share, 6), "amplitude": round(30e-6 - 20e-6 * share, 7)}
-    return {"texture": texture, "scan": {"load": round(0.2 + 0.4 * (1.0 - share), 3)}, "output": output}
+    return {"texture": texture, "scan": {"speed": FASTEST, "load": round(0.2 + 0.4 * (1.0 - share), 3)}, "output": output}
