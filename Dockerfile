@@ -37,8 +37,8 @@ RUN install -d -o ridgewave -g ridgewave /var/cache/ridgewave
 USER 10001:10001
 WORKDIR /home/ridgewave
 
-# One render of every example, and of one with each effect, compiles the kernels into the image. numba compiles again,
-# once, on another kind of CPU.
+# One render of every example, and of one with each effect, and a hand's stroke compile the kernels into the image. numba
+# compiles again, once, on another kind of CPU.
 RUN for scene in /opt/ridgewave/examples/*.json; do \
         ridgewave render "$scene" --duration 0.1 -o /tmp/warm.wav || exit 1; \
     done \
@@ -46,6 +46,7 @@ RUN for scene in /opt/ridgewave/examples/*.json; do \
         ridgewave render /opt/ridgewave/examples/paper-finger.json --duration 0.1 --set "effects.$effect={}" \
             -o /tmp/warm.wav || exit 1; \
     done \
+    && python -c 'from service.engine import SynthEngine as E; from service.running import stroke_once; stroke_once(E(0))' \
     && rm /tmp/warm.wav
 
 # Any answer below 500 is a sign of life: with RIDGEWAVE_ALLOWED_HOSTS set, the service may refuse this Host.

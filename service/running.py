@@ -101,7 +101,7 @@ class Service:
         try:
             self.engine.open_voice(parse_scene({})).render(480)
             self.engine.open_live(parse_scene({})).render(480)
-            _stroke_once(self.engine)
+            stroke_once(self.engine)
         except Exception:
             log.exception("our mistake: the default scene does not render; the service stays not ready")
             return
@@ -133,7 +133,7 @@ class Service:
         self.metrics.watch("ridgewave_workers", lambda: 1)
 
 
-def _stroke_once(engine: Engine) -> None:
+def stroke_once(engine: Engine) -> None:
     """Have a hand press, slide and lift, in blocks, as a live session does."""
     voice = engine.open_hand(parse_scene({}))
     for number in range(WARM_BLOCKS):

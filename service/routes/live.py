@@ -17,6 +17,12 @@ from service.running import Service, service_of
 router = APIRouter(tags=["live"])
 
 
+class SchemaResponse(JSONResponse):
+    """A JSON Schema, by its own media type."""
+
+    media_type = "application/schema+json"
+
+
 class LiveEndpoint:
     """The ASGI application of `WS /v1/live`."""
 
@@ -41,12 +47,12 @@ router.routes.append(WebSocketRoute("/v1/live", LiveEndpoint(), name="live"))
 @router.get(
     "/v1/live/schema.json",
     summary="Show the schema of the live protocol",
-    response_class=JSONResponse,
+    response_class=SchemaResponse,
     responses=openapi.problem_answers(),
 )
 async def live_schema() -> Response:
     """JSON Schema (2020-12) of every text message of the WebSocket `/v1/live`, which the service checks against."""
-    return JSONResponse(schema(), media_type="application/schema+json")
+    return SchemaResponse(schema())
 
 
 @router.get(

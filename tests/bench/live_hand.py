@@ -54,4 +54,5 @@ def scene(index: int, sample_rate: int) -> dict[str, Any]:
         return {"scan": {"speed": FASTEST}, "output": output}
     share = index * GOLDEN % 1.0
     texture = {"period": round(0.5e-3 + 1.1e-3 * share, 6), "amplitude": round(30e-6 - 20e-6 * share, 7)}
-    return {"texture": texture, "scan": {"speed": FASTEST, "load": round(0.2 + 0.4 * (1.0 - share), 3)}, "output": output}
+    scan = {"speed": FASTEST, "load": round(0.2 + 0.4 * (1.0 - share), 3)}
+    return {"texture": texture, "scan": scan, "output": output}

@@ -68,6 +68,8 @@ def documented() -> Any:
 
 
 OPERATIONS = {found.ok().label: found.ok() for found in documented().get_all_operations()}
+OF_A_HAND = ("GET /v1/sessions/{session_id}/recording",)
+"""What only a live session has: tests/service/live asks for it where there is one; here every answer is a 404."""
 FITS = [pytest.param(label, True, id=f"{label} fits") for label in OPERATIONS]
 FITS_NOT = [
     pytest.param(label, False, id=f"{label} does not fit")
@@ -180,7 +182,8 @@ def test_every_answer_is_one_that_the_document_promises(plain: FastAPI, label: s
         seen[answered(plain, case, known).status_code] += 1
 
     run()
-    assert not fits or any(status < 300 for status in seen), f"nothing was accepted: {seen}"
+    accepted = any(status < 300 for status in seen)
+    assert not fits or accepted or label in OF_A_HAND, f"nothing was accepted: {seen}"
 
 
 @pytest.mark.parametrize("times", MANY)
