@@ -33,7 +33,7 @@ ROW_SHARE, BETWEEN_SHARE = 0.6, 0.245  # of the tolerance: the error of a row, a
 # the tightest tolerance of rows for displacement, velocity and acceleration: tighter ones take minutes; the plan tells
 ROW_FLOOR = (1e-6, 1e-5, 3e-4)
 SINGLE = 1e-5  # from this tolerance on float32 is enough for the tables of velocity and acceleration
-BUILT_ROUND = 1.4  # times and parts of the scan's load for which hands find tables built; some 2 to 4 MB a sixteenth of
+BUILT_ROUND = 2.0  # times and parts of the scan's load for which hands find tables built; some 2 to 4 MB a sixteenth of
 # an octave: less, and streams are late when a hand first presses; more fills the memory with what nobody feels
 NOWHERE_FINE = (0.0, 0.0)  # N: the range of loads in which a hand that does not rest needs fine rows
 REST_TIME = 0.1  # s that a hand keeps its load before rows are made fine there; shorter: presses fill the memory

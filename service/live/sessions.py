@@ -28,6 +28,7 @@ from service.settings import Settings
 log = logging.getLogger("ridgewave.service")
 
 WATCH_SECONDS = 0.05  # between two looks at what only time tells: late hellos, slow readers, expiry
+EXPIRED_AT_A_TIME = 4  # a look: a hundred whose network broke at once would make those who play late by 30 ms
 WAITING_CHANGES = 100  # partial scenes that wait while one is prepared
 PER_SESSION = 2  # connections a session: one, and one that takes it over
 
@@ -254,9 +255,13 @@ class LiveSessions:
             self._expire(wall)
 
     def _expire(self, now: float) -> None:
-        for session in list(self._sessions.values()):
-            if session.detached_at is not None and now - session.detached_at > self.settings.resume:
-                self.finish(session)
+        over = [
+            session
+            for session in self._sessions.values()
+            if session.detached_at is not None and now - session.detached_at > self.settings.resume
+        ]
+        for session in over[:EXPIRED_AT_A_TIME]:
+            self.finish(session)
         for name, (until, _) in list(self._recordings.items()):
             if now > until:
                 del self._recordings[name]

@@ -91,16 +91,23 @@ class TableStore:
         """Return a view of `edges` that holds the tables of `levels` over one interval, building what is missing."""
         low, high = float(edges[interval]), float(edges[interval + 1])
         with self._lock:
-            offsets = self._offsets(low, high)
-            missing = [level for level in levels if offsets[level] < 0]
-            size = sum((self.degree + 1) * 4 << int(self._bits[level]) for level in missing)
+            missing = self._missing(levels, low, high)
+        made = {level: self._made(level, low, high) for level in missing}  # the others go on meanwhile
+        with self._lock:
+            wanted = self._missing(levels, low, high)
+            size = sum((self.degree + 1) * 4 << int(self._bits[level]) for level in wanted)
             if self._used + size > max(POOL_BYTES // self._type.itemsize, self._pool.size):
                 self._pool, self._used = np.empty(0, self._type), 0  # views that still read the old one keep it
                 self._placed.clear()
-                offsets, missing = self._offsets(low, high), list(levels)
-            for level in missing:
-                offsets[level] = self._place(level, low, high)
+                wanted = list(levels)
+            offsets = self._offsets(low, high)
+            for level in wanted:
+                offsets[level] = self._place(made[level] if level in made else self._made(level, low, high))
             return self._pool, self._tables(edges)
+
+    def _missing(self, levels: range, low: float, high: float) -> list[int]:
+        found = self._placed.get((low, high))
+        return [level for level in levels if found is None or found[level] < 0]
 
     def _offsets(self, low: float, high: float) -> Offsets:
         found = self._placed.get((low, high))
@@ -118,10 +125,13 @@ class TableStore:
                 tables[:, 1 + interval] = found
         return tables
 
-    def _place(self, level: int, low: float, high: float) -> int:
-        """Build one table; return where it begins."""
+    def _made(self, level: int, low: float, high: float) -> Array:
+        """Return the coefficients of one table."""
         series = self.rows.cubic(low, high, self.levels.highest[level])
-        block = surface(series, self.degree, 1 << int(self._bits[level])).ravel()
+        return surface(series, self.degree, 1 << int(self._bits[level])).ravel()
+
+    def _place(self, block: Array) -> int:
+        """Put one table into the pool; return where it begins."""
         if self._used + block.size > self._pool.size:  # the first of a pool
             self._pool = np.empty(max(POOL_BYTES // self._type.itemsize, block.size), self._type)
         begin, self._used = self._used, self._used + block.size

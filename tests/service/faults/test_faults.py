@@ -42,6 +42,7 @@ SLOW_READER = 4408  # close code
 Fault = Callable[[], None]
 
 pytestmark = [
+    pytest.mark.alone,
     pytest.mark.timeout(170),
     pytest.mark.skipif(find_spec("service.live") is None, reason="this service has no live protocol"),
 ]

@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -23,6 +24,7 @@ from tests.bench.live_report import Window, lateness
 from tests.service.harness import PATIENCE, ROOT
 
 STREAMS = 4
+TAIL_SECONDS = 1.0  # after the last time that is looked at
 BLOCK, RATE = 480, 48000
 LONGEST = 600.0  # s
 
@@ -42,7 +44,8 @@ class Witnesses:
         return Window(begin, perf_counter())
 
     def end(self) -> None:
-        """End the streams properly and take their report."""
+        """End the streams properly and take their report; not at once, or their own end would seem a late block."""
+        time.sleep(TAIL_SECONDS)
         self.process.terminate()
         output, errors = self.process.communicate(timeout=PATIENCE)
         assert output, errors
