@@ -101,7 +101,7 @@ def test_what_is_imported_is_required() -> None:
 
     drawing = {ROOT / "clients" / f"accuracy_{part}.py" for part in ("labels", "look", "plot", "words")}
     plots = {requirement_name(each) for each in PROJECT["optional-dependencies"]["plots"]}
-    other_names = {"starlette", "pydantic-core", "pythonjsonlogger"}  # what fastapi, pydantic and python-json-logger bring
+    other_names = {"starlette", "pydantic-core", "pythonjsonlogger"}  # in what fastapi, pydantic and the like bring
     required = {requirement_name(each) for each in PROJECT["dependencies"]} | other_names
     for path in (path for room in ROOMS for path in sources(room)):
         allowed = required | (plots if path in drawing else set())
