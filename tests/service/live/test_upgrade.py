@@ -71,8 +71,13 @@ def key_protocol(key: str) -> str:
     return "ridgewave.key." + base64.urlsafe_b64encode(key.encode()).decode().rstrip("=")
 
 
-def test_a_key_comes_in_a_header_or_as_a_subprotocol_and_is_never_echoed(caplog: pytest.LogCaptureFixture) -> None:
+def test_a_key_comes_in_a_header_or_as_a_subprotocol_and_is_never_echoed(
+    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
     caplog.set_level(logging.DEBUG)
+    for name in ("ridgewave", "uvicorn", "uvicorn.error", "uvicorn.access", "uvicorn.websockets"):
+        caplog.set_level(logging.DEBUG, logger=name)  # whatever a service of this process has chosen before
+        monkeypatch.setattr(logging.getLogger(name), "propagate", True)
     with serving(PlainEngine(), api_keys=f"other,{KEY}") as running:
         for options in (
             {"additional_headers": {"Authorization": f"Bearer {KEY}"}},
