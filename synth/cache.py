@@ -1,6 +1,7 @@
 """What was solved once is kept: contact responses by what they depend on, within a bound of bytes.
 
 Model   Least recently used goes first. Two threads that ask for the same thing at once: one builds, the other waits.
+        What was dropped while somebody still uses it is found again as long as that lasts.
 Limits  an entry larger than the bound is built and handed out, but not kept.
 """
 
@@ -9,7 +10,9 @@ from __future__ import annotations
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
+from contextlib import suppress
 from typing import Protocol, TypeVar
+from weakref import WeakValueDictionary
 
 DEFAULT_BYTES = 256 << 20
 
@@ -34,6 +37,7 @@ class ResponseCache:
         self.hits = 0
         self.misses = 0
         self._entries: OrderedDict[Hashable, Kept] = OrderedDict()
+        self._in_use: WeakValueDictionary[Hashable, Kept] = WeakValueDictionary()
         self._lock = threading.Lock()
         self._building: dict[Hashable, threading.Lock] = {}
 
@@ -64,14 +68,18 @@ class ResponseCache:
         with self._lock:
             entry = self._entries.get(key)
             if entry is not None:
-                self.hits += 1
                 self._entries.move_to_end(key)
+            else:
+                entry = self._in_use.get(key)
+            self.hits += entry is not None
             return entry
 
     def _keep(self, key: Hashable, made: Kept) -> None:
         with self._lock:
             self.misses += 1
             self._building.pop(key, None)
+            with suppress(TypeError):  # what has slots only is small, and is solved again
+                self._in_use[key] = made
             if made.memory_bytes > self.max_bytes:
                 return
             self._entries[key] = made

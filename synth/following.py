@@ -121,9 +121,7 @@ class Follower:
 
     def fill(self, samples: Array, position: Array) -> None:
         """Write the next frames to `samples` (float64 [5, frames], rows of a Motion) and `position` (m)."""
-        fill_motion(
-            self._hand, self._curves, self._powers, float(self.sample_rate), self._lowest, samples, position
-        )
+        fill_motion(self._hand, self._curves, self._powers, float(self.sample_rate), self._lowest, samples, position)
 
     def copy(self) -> Follower:
         """Return another follower in the same state."""

@@ -78,8 +78,8 @@ class HandVoice(LiveVoice):
     @property
     def motion_delay(self) -> float:
         """Seconds from the frame at which an update is applied to its full effect in the sound, at most."""
-        margin = 0 if self._spare is None else self._spare.late
-        return LOOK_AHEAD + Follower(self.sample_rate).delay + margin / self.sample_rate
+        late = (self._spare or self._voice).late
+        return LOOK_AHEAD + Follower(self.sample_rate).delay + late / self.sample_rate
 
     @property
     def lowest_load(self) -> float:
@@ -189,27 +189,23 @@ class HandVoice(LiveVoice):
 
     def close(self) -> None:
         """End the threads that solve rows of load for this hand alone; waits for none of them."""
-        for voice in (*self._parts, *([] if self._spare is None else [self._spare])):
+        for voice in self._parts:
             voice.close(wait=False)
 
     def _voice_for_hand(self, scene: Scene) -> Voice:
         """Return a voice of `scene` for a hand, with the stream's full scale; slow."""
         still = nominal_scene(scene).model_copy(update={"texture": scene.texture})
         solved = prepare(with_full_scale(still, self.full_scale), self._cache)
-        voice = Voice(solved, live=True, cache=self._cache)
-        for reader in voice.hand_readers:
-            reader.takes_over = False
-            if self._rows is not None:
-                reader.close(wait=False)
-            else:
-                reader.shared.settle()
+        voice = Voice(solved, live=True, cache=self._cache, follow=False)
+        for reader in voice.hand_readers if self._rows is None else ():
+            reader.shared.settle()
         return voice
 
     def refine(self) -> None:
         """Cross-fade to the newest rows of load from the next frame on."""
         if self.log is not None:
             self.log.refine(self.frame)
-        self._cross_to_hand(self._twin())
+        self._cross_to_hand(self._voice.twin())
 
     def _look(self) -> None:
         """Take over the rows of load that are ready: at once where nothing is heard of it, else in a cross-fade."""
@@ -227,14 +223,6 @@ class HandVoice(LiveVoice):
             if self.log is not None:
                 self.log.rows(self.frame, part, place, reader.edges)
 
-    def _twin(self) -> Voice:
-        voice = self._voice.twin()
-        for reader in voice.hand_readers:
-            reader.takes_over = False
-            if self._rows is not None:
-                reader.close(wait=False)
-        return voice
-
     def _begin_change(self) -> None:
         change = self._waiting
         if isinstance(change, HandChange) and self._follower is not None:
@@ -243,7 +231,6 @@ class HandVoice(LiveVoice):
             self._cross_to_hand(change.hand)
             return
         if isinstance(change, HandChange):
-            self._drop(self._spare)
             self._spare = change.hand
         super()._begin_change()
         if self._coming is None and self._jump is not None:
@@ -262,7 +249,7 @@ class HandVoice(LiveVoice):
             self._leaving = self._follower
             self._follower = self._follower.copy()
             self._follower.apply(update)
-            voice = self._twin()
+            voice = self._voice.twin()
         if self._lifted:
             self._follower.release()
         self._cross_to_hand(voice)
@@ -272,9 +259,11 @@ class HandVoice(LiveVoice):
         self._begun += 1
         self._parts[voice] = part
         for place, reader in enumerate(voice.hand_readers):
+            reader.takes_over = False
             if self._rows is not None:
                 reader.use_rows(self._rows(part, place))
             else:
+                reader.follow()
                 reader.renew()
                 if self.log is not None:
                     self.log.rows(self.frame, part, place, reader.edges)
@@ -304,7 +293,6 @@ class HandVoice(LiveVoice):
         self._readers = voice.hand_readers
         super()._crossing_done(voice)
 
-    def _drop(self, voice: Voice | None) -> None:
-        if voice is not None:
-            self._parts.pop(voice, None)
-            voice.close(wait=False)
+    def _drop(self, voice: Voice) -> None:
+        self._parts.pop(voice, None)
+        voice.close(wait=False)

@@ -37,7 +37,7 @@ BUILT_ROUND = 2.0  # times and parts of the scan's load for which hands find tab
 # an octave: less, and streams are late when a hand first presses; more fills the memory with what nobody feels
 NOWHERE_FINE = (0.0, 0.0)  # N: the range of loads in which a hand that does not rest needs fine rows
 REST_TIME = 0.1  # s that a hand keeps its load before rows are made fine there; shorter: presses fill the memory
-LOOK_SECONDS = 0.05  # between two times that a hand takes new rows over, which costs some 50 us
+LOOK_SECONDS = 0.05  # between two times that a hand takes new rows over, which costs some 0.1 ms
 BASE_OF_LIFT = 0.25  # octaves of load begin here at most, as a part of lift_load: the gate leaves under a tenth below
 
 
@@ -184,13 +184,10 @@ class MovingReader:
         self._lay_out()
 
     def twin(self) -> MovingReader:
-        """Return another reader of the same tables and rows, at phase 0, that follows where this one does."""
+        """Return another reader of the same tables and rows, at phase 0, of a hand that rests where this one does."""
         made = MovingReader(self.solved, 0, tables=self.shared)
-        made.takes_over = self.takes_over
         made.use_rows(self._edges)
         made._rest, made._rested, made._fine = self._rest, self._rested, self._fine
-        if self._followed is not None:
-            made.follow()
         return made
 
     def _lay_out(self) -> None:

@@ -8,7 +8,8 @@ Model   First the usual range of loads, coarsely; then, finely, the loads where 
 Source  USUAL_LOADS: the loads at which roughness is usefully perceived, 0.05 to 1.8 N (Fagiani & Barbieri, 2016,
         section 2).
 Limits  what plays until a row is ready is the nearest one: on a slow machine a fast press sounds late in its load, and
-        with many hands that press differently each waits for those before it.
+        with many hands that press differently each waits for those before it. Rows are fine only where a hand keeps its
+        load (`synth/moving.py`): under a load that trembles by more than 0.1 % they stay coarse.
 """
 
 from __future__ import annotations

@@ -77,9 +77,7 @@ class TangentialStage:
         slope = _force_of(solved, SlopeForce(contact), cache)
         friction, mean = None, _coulomb(law.friction_coefficient)
         if law.pressure_exponent != 1.0 and law.friction_coefficient > 0.0:
-            response = FrictionForce(
-                contact, law.friction_coefficient, law.pressure_exponent, law.reference_pressure
-            )
+            response = FrictionForce(contact, law.friction_coefficient, law.pressure_exponent, law.reference_pressure)
             friction = _force_of(solved, response, cache)
             mean = _mean_friction(response, solved)
         direction = math.tanh(solved.scene.scan.speed / law.reversal_speed)
@@ -191,9 +189,7 @@ def _gates(loads: Array, lift: float) -> Array:
 
 def _force_of(solved: Preparation, force: Any, cache: ResponseCache) -> Preparation:
     """Return a force as a preparation that a reader of displacement takes: 1 N for 1.0."""
-    output = solved.scene.output.model_copy(
-        update={"channels": None, "quantity": "displacement", "full_scale": 1.0}
-    )
+    output = solved.scene.output.model_copy(update={"channels": None, "quantity": "displacement", "full_scale": 1.0})
     scene = solved.scene.model_copy(update={"output": output, "effects": FrozenMapping()})
     keep = solved.reach if solved.moving else solved.highest
     demand = Demand(max(solved.highest, 1), (0,), ALIAS_SHARE * spendable(solved.tolerance))

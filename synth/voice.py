@@ -42,7 +42,8 @@ class Voice:
     live: for a hand that does not wait. The rows of load round the scan's own are solved here, the usual range in a
     thread; until they are ready the nearest rows play. Otherwise a block waits for the rows that it needs. A scene that
     is silent by itself has the full scale 1, or, live, that of a usual hand on it. paced: its blocks have deadlines, so
-    that a recording is read from tables, never solved at its frames. cache: responses shared with others.
+    that a recording is read from tables, never solved at its frames. cache: responses shared with others. follow: have
+    rows solved for a live hand from the beginning; otherwise its readers are told when (`hand_readers`).
     """
 
     def __init__(
@@ -53,8 +54,10 @@ class Voice:
         live: bool = False,
         paced: bool = False,
         cache: ResponseCache | None = None,
+        follow: bool = True,
     ) -> None:
         self._cache = cache or ResponseCache()
+        self._follows = follow
         self.solved = with_session_scale(solved, self._cache) if live else solved
         self.scene = solved.scene
         self.frame = 0
@@ -209,7 +212,7 @@ class Voice:
             self._hand_reader = MovingReader(hand, 0, tables=self._tables_of(hand))
         if hand.effects is not None:
             self._hand_effects = _effects_of(hand, 0, wait=not self._live, paced=self._live)
-        for reader in self.hand_readers:
+        for reader in self.hand_readers if self._follows else ():
             reader.follow()
 
     @property
@@ -268,7 +271,7 @@ class Voice:
         With effects it begins anew and takes milliseconds.
         """
         if not self.cheap_twin:
-            made = Voice(self.solved, live=self._live, cache=self._cache)
+            made = Voice(self.solved, live=self._live, cache=self._cache, follow=False)
             for mine, theirs in zip(self.hand_readers, made.hand_readers, strict=True):
                 theirs.use_rows(mine.edges)
             return made

@@ -277,9 +277,7 @@ def load_figures(hz: float, decay: float, seeds: Iterable[int] = range(4)) -> tu
         applied = arrivals(steady, press, Network(hz), 3.0, seed)
         load, rate = low_passed(applied, 3 * RATE, decay)
         t = np.arange(len(load))[::24] / RATE
-        tried = [
-            (float(np.sqrt(np.mean((load[::24] - press(t - lag)) ** 2))), lag) for lag in np.arange(0, 0.08, 5e-4)
-        ]
+        tried = [(float(np.sqrt(np.mean((load[::24] - press(t - lag)) ** 2))), lag) for lag in np.arange(0, 0.08, 5e-4)]
         error, lag = min(tried)
         own = np.gradient(press(t - lag), t)
         found.append((lag, error, float(np.sqrt(np.mean((rate[::24] - own) ** 2)))))

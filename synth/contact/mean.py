@@ -21,9 +21,7 @@ MEAN_ERROR = 1e-3  # of the tolerance, of the motion
 SPLINE_GAIN = 8.0  # by so much at least the error falls when the loads are doubled; 16 in the end
 
 
-def mean_curve(
-    contact: Contact, loads: tuple[float, float], load: float, tolerance: float
-) -> Callable[[Array], Array]:
+def mean_curve(contact: Contact, loads: tuple[float, float], load: float, tolerance: float) -> Callable[[Array], Array]:
     """Return the mean of z over a period (m) as a function of w^(1/3) (N^(1/3)), from no load to the larger of `loads`.
 
     load: N, at whose peak-to-peak `tolerance` is judged.

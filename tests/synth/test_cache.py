@@ -25,13 +25,24 @@ def test_what_was_built_is_kept() -> None:
 
 def test_the_least_recently_used_goes_first() -> None:
     cache = ResponseCache(30)
-    kept = {name: cache.get(name, lambda: Thing(10)) for name in "abc"}
-    assert cache.get("a", lambda: Thing(1)) is kept["a"]
-    cache.get("d", lambda: Thing(10))
+    for name in "abc":
+        cache.get(name, lambda name=name: Thing(10, name))  # type: ignore[misc]
+    assert cache.get("a", lambda: Thing(1)).name == "a"
+    cache.get("d", lambda: Thing(10, "d"))
     assert cache.used_bytes == 30
-    assert cache.get("a", lambda: Thing(1)) is kept["a"]
-    assert cache.get("c", lambda: Thing(1)) is kept["c"]
-    assert cache.get("b", lambda: Thing(1)) is not kept["b"]
+    assert cache.get("a", lambda: Thing(1)).name == "a"
+    assert cache.get("c", lambda: Thing(1)).name == "c"
+    assert cache.get("b", lambda: Thing(1, "b again")).name == "b again"
+
+
+def test_what_is_dropped_while_somebody_uses_it_is_found_again_until_they_let_go() -> None:
+    cache = ResponseCache(20)
+    used = cache.get("used", lambda: Thing(20, "used"))
+    cache.get("next", lambda: Thing(20, "next"))
+    assert cache.get("used", lambda: Thing(20, "twice")) is used
+    assert (cache.hits, cache.used_bytes) == (1, 20)
+    del used
+    assert cache.get("used", lambda: Thing(20, "again")).name == "again"
 
 
 def test_the_bound_holds_whatever_comes() -> None:

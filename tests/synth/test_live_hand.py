@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
 from typing import Any
 
@@ -51,17 +50,6 @@ def reader_of(voice: HandVoice) -> MovingReader:
     """Return what reads the rows of a voice that nobody has touched."""
     assert voice._spare is not None
     return voice._spare.hand_readers[0]
-
-
-def settled(voice: HandVoice) -> HandVoice:
-    """Return a voice whose rows of load are ready, whatever it does."""
-    followed = reader_of(voice).followed
-    assert followed is not None
-    until = time.monotonic() + 60
-    while not followed.solver.resting:
-        assert time.monotonic() < until
-        time.sleep(0.01)
-    return voice
 
 
 def stroked(voice: HandVoice, blocks: int, first: int = 0, speed: float = 0.08, load: float | None = 0.3) -> Block:
@@ -136,7 +124,7 @@ def test_a_jump_in_the_midst_of_a_cross_fade_waits_and_the_newest_wins(voices: A
 
 @pytest.mark.parametrize("quantity", QUANTITIES)
 def test_a_lift_is_silent_in_the_end_and_the_next_contact_sounds_with_the_last_load(voices: Any, quantity: str) -> None:
-    voice = settled(voices(scene_of(quantity)))
+    voice = voices(scene_of(quantity))
     stroked(voice, 30)
     voice.lift()
     falling = still(voice, 60)
