@@ -36,7 +36,7 @@ SINGLE = 1e-5  # from this tolerance on float32 is enough for the tables of velo
 BUILT_ROUND = 2.0  # times and parts of the scan's load for which hands find tables built; some 2 to 4 MB a sixteenth of
 # an octave: less, and streams are late when a hand first presses; more fills the memory with what nobody feels
 NOWHERE_FINE = (0.0, 0.0)  # N: the range of loads in which a hand that does not rest needs fine rows
-REST_TIME = 0.1  # s that a hand keeps its load before rows are made fine there; shorter: presses fill the memory
+REST_TIME = 0.25  # s that a hand keeps its load before rows are made fine there; shorter: presses fill the memory
 LOOK_SECONDS = 0.05  # between two times that a hand takes new rows over, which costs some 0.1 ms
 BASE_OF_LIFT = 0.25  # octaves of load begin here at most, as a part of lift_load: the gate leaves under a tenth below
 

@@ -2,7 +2,8 @@
 
 Model: a heap of times, and one timer of the event loop for the earliest; each call serves all that are due by then. A
     timer and a task for each block of each stream would cost more than the block.
-Limits: the event loop's timer counts in milliseconds, and rounds up. Of one event loop.
+Limits: the event loop's timer counts in milliseconds. One shorter than that would turn the loop round and round until
+    it is due, at the cost of who has work: whoever is due within a millisecond is served at its end. Of one event loop.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from collections.abc import Callable
 from itertools import count
 
 EARLY_SECONDS = 0.0002  # who is due so soon is called now: a timer of its own would come up to a millisecond late
+SHORTEST_SECONDS = 0.001  # that the timer is set for
 
 
 class Ticker:
@@ -39,7 +41,7 @@ class Ticker:
             self._timer = None
         if self._waiting:
             self._rings_at = self._waiting[0][0]
-            delay = max(0.0, self._rings_at - self._clock())
+            delay = max(SHORTEST_SECONDS, self._rings_at - self._clock())
             self._timer = asyncio.get_running_loop().call_later(delay, self._ring)
 
     def _ring(self) -> None:

@@ -16,6 +16,7 @@ import numpy as np
 from synth.contact.evaluation import SMALLEST, cubic_surface, gate, place, smooth_step, surface_rates
 from synth.contact.kernels import inlined, kernel
 from synth.contact.phases import phases_of, rest_of_step
+from synth.contact.prefetch import AHEAD, prefetch_cell
 
 LARGEST = 3.4e38  # what a float32 holds; a hand whose derivatives ask for more, or for no number, is silent there
 
@@ -95,6 +96,7 @@ def run_displacement(
     phases, out = phases[start:stop], out[start:stop]
     loads, speeds = motion[LOAD, start:stop], motion[SPEED, start:stop]
     for i in range(len(phases)):
+        prefetch_cell(pool, phases[min(i + AHEAD, len(phases) - 1)], bits, np.uint64(16), offset)
         s = (loads[i] - low) * width
         at, t = place(phases[i], bits, np.uint64(16), offset)
         value = cubic_surface(pool, at, t, s)
@@ -139,6 +141,7 @@ def run_rate(
     loads, load_rates = motion[LOAD, start:stop], motion[LOAD_RATE, start:stop]
     load_bends = motion[LOAD_BEND, start:stop]
     for i in range(len(phases)):
+        prefetch_cell(pool, phases[min(i + AHEAD, len(phases) - 1)], bits, np.uint64(24), offset)
         s = (loads[i] - low) * width
         along, along_bend = load_rates[i] * width, load_bends[i] * width
         speed, speed_rate = speeds[i], speed_rates[i]
