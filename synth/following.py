@@ -19,7 +19,8 @@ import numpy as np
 
 from synth.contact.exact import Array
 from synth.contact.kernels import unfused
-from synth.following_curve import fill_curve, glide, join, new_curve, stand, values_at
+from synth.following_curve import ENTRIES as CURVE
+from synth.following_curve import STRIDE, fill_curve, glide, join, new_curve, stand, values_at
 from synth.following_track import INTERVAL, begin_anew, late_by, new_track, slope_with
 from synth.motion import LARGEST_LOAD, LOAD, LOAD_BEND, LOAD_RATE, NOWHERE, SPEED, SPEED_RATE, Motion
 
@@ -39,6 +40,12 @@ LEAST_LEAP = 0.01  # s of LEAP_SPEED at least, however quick the updates are
 UNKNOWN, BY_POSITION, BY_SPEED = 0.0, 1.0, 2.0
 FRAME, MODE, UNTIL, ASKED = range(4)
 """Entries of a hand: next frame, what it gives, frame at which it glides to a stop, load asked for (N)."""
+OF_PLACE = 4
+OF_LOAD = OF_PLACE + CURVE
+POWERS = OF_LOAD + CURVE
+POWERS_OF_LOAD = POWERS + STRIDE
+TRACK = POWERS_OF_LOAD + STRIDE
+"""Where, behind the entries of a hand, the curves of place and load, the powers of each, and the track begin."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,20 +69,21 @@ class Follower:
     The same calls at the same frames give the same bits, whatever the blocks.
     """
 
-    __slots__ = ("_curves", "_hand", "_lowest", "_powers", "_track", "sample_rate")
+    __slots__ = ("_lowest", "_state", "sample_rate")
 
     def __init__(self, sample_rate: int, *, lowest_load: float = 0.0) -> None:
         self.sample_rate = sample_rate
         self._lowest = lowest_load
-        self._hand = np.array([0.0, UNKNOWN, math.inf, 0.0])
+        hand = np.array([0.0, UNKNOWN, math.inf, 0.0])
         (place, places), (load, loads) = new_curve(), new_curve()
-        self._curves, self._powers = np.array([place, load]), np.array([places, loads])
-        self._track = new_track()
+        self._state = np.concatenate(
+            [hand, place, load, places, loads, new_track()]
+        )  # one: it is copied at each update
 
     @property
     def frame(self) -> int:
         """The next frame."""
-        return int(self._hand[FRAME])
+        return int(self._state[FRAME])
 
     @property
     def delay(self) -> float:
@@ -85,12 +93,12 @@ class Follower:
     def begin(self, position: float, speed: float, load: float) -> None:
         """Begin as a hand that already moves at `position` (m) and `speed` (m/s) with `load` (N), and goes on so."""
         held = min(max(load, self._lowest), LARGEST_LOAD)
-        frame = self._hand[FRAME]
-        stand(self._curves[0], frame, position, speed)
-        stand(self._curves[1], frame, held, 0.0)
-        self._hand[MODE:] = BY_POSITION, math.inf, held
-        self._track = new_track()
-        begin_anew(self._track, speed)
+        hand, place, load_curve, _, _, track = parts_of(self._state)
+        stand(place, hand[FRAME], position, speed)
+        stand(load_curve, hand[FRAME], held, 0.0)
+        hand[MODE:] = BY_POSITION, math.inf, held
+        track[:] = new_track()
+        begin_anew(track, speed)
 
     def apply(self, update: Update) -> bool:
         """Follow `update` from the next frame on.
@@ -103,58 +111,68 @@ class Follower:
         assert value is not None, "an update has a position or a speed"
         load = math.nan if update.load is None else update.load
         jumped: bool = apply_update(
-            self._hand, self._curves, self._powers, self._track, float(self.sample_rate), self._lowest,
-            float(update.time), float(value), by_speed, float(load),
-        )  # fmt: skip
+            self._state, float(self.sample_rate), self._lowest, float(update.time), float(value), by_speed, float(load)
+        )
         return jumped
 
     def release(self) -> None:
         """Let the load go to zero and the position glide to a stop, until the next update."""
-        release_hand(self._hand, self._curves, self._powers, float(self.sample_rate), self._lowest)
+        release_hand(self._state, float(self.sample_rate), self._lowest)
 
     def motion(self, frames: int) -> Motion:
         """Return the next frames, complete; without positions where the hand gives speeds, or nothing yet."""
         samples, position = np.empty((5, frames)), np.empty(frames)
-        known = self._hand[MODE] == BY_POSITION
+        known = self._state.item(MODE) == BY_POSITION
         self.fill(samples, position)
         return Motion(samples, position if known else NOWHERE)
 
     def fill(self, samples: Array, position: Array) -> None:
         """Write the next frames to `samples` (float64 [5, frames], rows of a Motion) and `position` (m)."""
-        fill_motion(self._hand, self._curves, self._powers, float(self.sample_rate), self._lowest, samples, position)
+        fill_motion(self._state, float(self.sample_rate), self._lowest, samples, position)
 
     def copy(self) -> Follower:
         """Return another follower in the same state."""
         other = Follower.__new__(Follower)
-        other.sample_rate, other._lowest = self.sample_rate, self._lowest
-        other._hand, other._track = self._hand.copy(), self._track.copy()
-        other._curves, other._powers = self._curves.copy(), self._powers.copy()
+        other.sample_rate, other._lowest, other._state = self.sample_rate, self._lowest, self._state.copy()
         return other
 
 
 @unfused
+def parts_of(state: Array) -> tuple[Array, Array, Array, Array, Array, Array]:
+    """Return the hand, the curves of place and of load, the powers of each, and the track, all of which are `state`."""
+    return (
+        state[:OF_PLACE],
+        state[OF_PLACE:OF_LOAD],
+        state[OF_LOAD:POWERS],
+        state[POWERS:POWERS_OF_LOAD],
+        state[POWERS_OF_LOAD:TRACK],
+        state[TRACK:],
+    )
+
+
+@unfused
 def apply_update(
-    hand: Array, curves: Array, powers: Array, track: Array, rate: float, lowest: float,
-    time: float, value: float, by_speed: bool, load: float,
-) -> bool:  # fmt: skip
+    state: Array, rate: float, lowest: float, time: float, value: float, by_speed: bool, load: float
+) -> bool:
     """Lead the curves of place and load to an update; return whether it is a jump. load: NaN keeps the last."""
+    hand, place, load_curve, powers, load_powers, track = parts_of(state)
     frame = hand[FRAME]
-    pressed, press_rate, _bend = values_at(curves[1], frame - 1.0, rate)
+    pressed, press_rate, _bend = values_at(load_curve, frame - 1.0, rate)
     silent = hand[MODE] == UNKNOWN or (lowest == 0.0 and pressed == 0.0 and press_rate == 0.0)
     late = late_by(track, frame / rate, time, silent)
     if load == load:
         hand[ASKED] = min(max(load, lowest), LARGEST_LOAD)
-    press(curves[1], powers[1], rate, frame, hand[ASKED])
+    press(load_curve, load_powers, rate, frame, hand[ASKED])
     if by_speed:
-        x, v, a = values_at(curves[0], frame - 1.0, rate)
+        x, v, a = values_at(place, frame - 1.0, rate)
         if silent:
-            stand(curves[0], frame - 1.0, x, value)
+            stand(place, frame - 1.0, x, value)
         else:
-            glide(curves[0], powers[0], rate, frame - 1.0, x, v, a, value, GLIDE_DECAY)
+            glide(place, powers, rate, frame - 1.0, x, v, a, value, GLIDE_DECAY)
         begin_anew(track, value)
         hand[MODE], hand[UNTIL] = BY_SPEED, np.inf
         return False
-    jumped: bool = _go_to(hand, curves[0], powers[0], track, rate, time, value, late, silent)
+    jumped: bool = _go_to(hand, place, powers, track, rate, time, value, late, silent)
     return jumped
 
 
@@ -196,33 +214,33 @@ def press(curve: Array, powers: Array, rate: float, frame: float, load: float) -
 
 
 @unfused
-def release_hand(hand: Array, curves: Array, powers: Array, rate: float, lowest: float) -> None:
+def release_hand(state: Array, rate: float, lowest: float) -> None:
     """Lead the load to zero and the speed to rest."""
-    press(curves[1], powers[1], rate, hand[FRAME], max(0.0, lowest))
-    x, v, a = values_at(curves[0], hand[FRAME] - 1.0, rate)
-    glide(curves[0], powers[0], rate, hand[FRAME] - 1.0, x, v, a, 0.0, GLIDE_DECAY)
+    hand, place, load_curve, powers, load_powers, _track = parts_of(state)
+    press(load_curve, load_powers, rate, hand[FRAME], max(0.0, lowest))
+    x, v, a = values_at(place, hand[FRAME] - 1.0, rate)
+    glide(place, powers, rate, hand[FRAME] - 1.0, x, v, a, 0.0, GLIDE_DECAY)
     hand[UNTIL] = np.inf
 
 
 @unfused
-def fill_motion(
-    hand: Array, curves: Array, powers: Array, rate: float, lowest: float, samples: Array, position: Array
-) -> None:
+def fill_motion(state: Array, rate: float, lowest: float, samples: Array, position: Array) -> None:
     """Write the next frames, and glide to a stop where the horizon lies among them."""
+    hand, place, load_curve, powers, load_powers, _track = parts_of(state)
     frames, first, done = len(position), hand[FRAME], 0
     while done < frames:
         if hand[UNTIL] <= first + done:
-            x, v, a = values_at(curves[0], hand[UNTIL], rate)
-            glide(curves[0], powers[0], rate, hand[UNTIL], x, v, a, 0.0, GLIDE_DECAY)
+            x, v, a = values_at(place, hand[UNTIL], rate)
+            glide(place, powers, rate, hand[UNTIL], x, v, a, 0.0, GLIDE_DECAY)
             hand[UNTIL] = np.inf
         stop = int(min(float(frames), hand[UNTIL] - first))
         fill_curve(
-            curves[0], powers[0], rate, first + done,
+            place, powers, rate, first + done,
             position[done:stop], samples[SPEED, done:stop], samples[SPEED_RATE, done:stop],
         )  # fmt: skip
         done = stop
     loads = samples[LOAD]
-    fill_curve(curves[1], powers[1], rate, first, loads, samples[LOAD_RATE], samples[LOAD_BEND])
+    fill_curve(load_curve, load_powers, rate, first, loads, samples[LOAD_RATE], samples[LOAD_BEND])
     for i in range(frames):
         loads[i] = min(max(loads[i], lowest), LARGEST_LOAD)
     hand[FRAME] = first + frames

@@ -82,7 +82,9 @@ class Limiter:
 
     def take_reduction(self) -> float:
         """Return the largest gain reduction, in dB, since this was last asked; 0 where there was none."""
-        lowest = self._numbers[LOWEST]
+        lowest = self._numbers.item(LOWEST)
+        if lowest == self._whole:
+            return 0.0
         self._numbers[LOWEST] = self._whole
         return self._decibels(lowest)
 
