@@ -56,6 +56,7 @@ class LiveVoice:
         self.scene = scene
         self._voice = Voice(with_session_scale(prepare(scene, self._cache), self._cache), paced=True)
         self._ahead = look_ahead(self._voice.sample_rate)
+        self._channels = self._voice.channels
         self._limiter = Limiter(self._voice.channels, self._voice.sample_rate, self._ahead)
         self._silent = 0
         self._primed = False
@@ -76,7 +77,7 @@ class LiveVoice:
     @property
     def channels(self) -> int:
         """Channels of a block."""
-        return self._voice.channels
+        return self._channels
 
     @property
     def quantities(self) -> tuple[str, ...]:

@@ -73,7 +73,7 @@ class HandVoice(LiveVoice):
         self._motion: Motion | None = None
         self._parts: dict[Voice, int] = {}
         self._readers: tuple[MovingReader, ...] = ()
-        self._begun = 0
+        self._begun = self._look_from = 0
 
     @property
     def motion_delay(self) -> float:
@@ -161,7 +161,7 @@ class HandVoice(LiveVoice):
 
     def render(self, frames: int) -> Block:
         """Return the next `frames` frames, float32 [frames, channels], within -1..1."""
-        if self._rows is None and self._parts:
+        if self.frame >= self._look_from and self._rows is None:
             self._look()
         reader = self._alone()
         return super().render(frames) if reader is None else self._led(reader, frames)
@@ -211,6 +211,7 @@ class HandVoice(LiveVoice):
         """Take over the rows of load that are ready: at once where nothing is heard of it, else in a cross-fade."""
         if self._coming is not None or self._motion is None or not self._parts:
             return
+        self._look_from = self.frame + max((reader.look_frames for reader in self._readers), default=0)
         news = [(place, one) for place, one in enumerate(self._readers) if one.has_news()]
         if not news:
             return

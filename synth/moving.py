@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import math
 import threading
-from time import monotonic
 
 import numpy as np
 
@@ -37,7 +36,8 @@ BUILT_ROUND = 2.0  # times and parts of the scan's load for which hands find tab
 # an octave: less, and streams are late when a hand first presses; more fills the memory with what nobody feels
 NOWHERE_FINE = (0.0, 0.0)  # N: the range of loads in which a hand that does not rest needs fine rows
 REST_TIME = 0.25  # s that a hand keeps its load before rows are made fine there; shorter: presses fill the memory
-LOOK_SECONDS = 0.05  # between two times that a hand takes new rows over, which costs some 0.1 ms
+LOOK_SECONDS = 0.05  # of sound between two looks at where a hand rests and which rows there are; taking some over costs
+# 0.1 ms, and looking, in each block, a tenth of it
 BASE_OF_LIFT = 0.25  # octaves of load begin here at most, as a part of lift_load: the gate leaves under a tenth below
 
 
@@ -175,9 +175,12 @@ class MovingReader:
         self._edges = self.shared.edges_at_first
         self.surfaces = {degree: Surfaces(store, self._edges) for degree, store in self.shared.stores.items()}
         self.phase = np.array([phase], dtype=np.uint64)
+        self._runs = tuple((number, c.order, self.surfaces[_degree(c)]) for number, c in enumerate(solved.channels))
         self._layouts: list[Array] = []
         self._followed: Followed | None = None
-        self._looked = 0.0
+        self.look_frames = round(LOOK_SECONDS * self.rate)
+        self._unwatched = 0  # frames since the last look
+        self._ends = (0.0, math.inf)  # N: the first and the last of the rows
         self._rest, self._rested, self._fine = NOWHERE_FINE, 0, NOWHERE_FINE
         self._news, self._seen = self._edges, (self._edges, NOWHERE_FINE)
         self.takes_over = True  # by itself, while it reads a hand; a live voice that is recorded does it instead
@@ -192,6 +195,7 @@ class MovingReader:
 
     def _lay_out(self) -> None:
         """Bring the layouts of the channels up to date with the rows."""
+        self._ends = float(self._edges[0]), float(self._edges[-1])
         lift = self.solved.scene.scan.lift_load
         hold = 0.0 if self.shared.wait and self.rows is not None else 1.0
         self._layouts = [
@@ -211,16 +215,14 @@ class MovingReader:
 
     def read(self, motion: Motion, out: Block) -> None:
         """Write the block of `motion` to `out` (float32 [frames, channels]) and move the phase on."""
-        channels = self.solved.channels
-        begin = self.phase[0] if len(channels) > 1 else None
-        for number, channel in enumerate(channels):
+        begin = self.phase[0] if len(self._runs) > 1 else None
+        for number, order, tables in self._runs:
             if begin is not None:
                 self.phase[0] = begin
-            tables = self.surfaces[CUBIC if channel.order == 0 else QUINTIC]
-            frame = self._run(tables, motion, 0, out, number, channel.order)
+            frame = self._run(tables, motion, 0, out, number, order)
             while frame < motion.samples.shape[1]:
                 self._meet(tables, motion.samples[:, frame])
-                frame = self._run(tables, motion, frame, out, number, channel.order)
+                frame = self._run(tables, motion, frame, out, number, order)
 
     def _run(self, tables: Surfaces, motion: Motion, frame: int, out: Block, number: int, order: int) -> int:
         """Run the compiled loop of one channel from `frame` on; return the frame that it could not render."""
@@ -263,9 +265,13 @@ class MovingReader:
     def read_hand(self, motion: Motion, out: Block) -> None:
         """Do as `read` for a hand that is followed, with the rows that have become ready."""
         if self._followed is not None:
-            self._follow(motion.samples.item(LOAD, 0), motion.samples.shape[1])
-            if self.takes_over and self.has_news():
-                self.take_over_rows()
+            load = motion.samples.item(LOAD, 0)
+            self._unwatched += len(out)
+            if self._unwatched >= self.look_frames or not self._ends[0] <= load <= self._ends[1]:
+                self._follow(load, self._unwatched)
+                self._unwatched = 0
+                if self.takes_over and self.has_news():
+                    self.take_over_rows()
         self.read(motion, out)
 
     def _follow(self, load: float, frames: int) -> None:
@@ -282,18 +288,15 @@ class MovingReader:
         low, high = self._followed.fine
         self._fine = self._followed.fine if low <= load <= high else NOWHERE_FINE
         calm = self._followed.calm
-        if not calm[0] <= load <= calm[1] and (resting or not self._edges[0] <= load <= self._edges[-1]):
+        if not calm[0] <= load <= calm[1] and (resting or not self._ends[0] <= load <= self._ends[1]):
             self._followed.now_at(load)
 
     def has_news(self) -> bool:
-        """Return whether there are other rows for this hand than it uses; they are looked for every LOOK_SECONDS."""
+        """Return whether there are other rows for this hand than it uses; ask every `look_frames`."""
         asked = self.shared.edges, self._fine
         if asked[0] is self._seen[0] and asked[1] == self._seen[1]:
             return False
-        now = monotonic()
-        if now - self._looked <= LOOK_SECONDS:
-            return False
-        self._looked, self._seen = now, asked
+        self._seen = asked
         self._news = asked[0] if self._followed is None else self.shared.edges_fine_in(*asked)
         return not np.array_equal(self._news, self._edges)
 
@@ -307,7 +310,6 @@ class MovingReader:
 
     def renew(self) -> None:
         """Use the rows that are there for this hand now."""
-        self._looked = 0.0
         if self.has_news():
             self.take_over_rows()
 
