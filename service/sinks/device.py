@@ -125,6 +125,7 @@ class DeviceSink:
         """Return the stream, not yet running."""
 
         def opened() -> Any:
+            """Open it; for a thread, since a broken driver may never return."""
             return sounddevice.OutputStream(
                 samplerate=sample_rate,
                 blocksize=block,

@@ -113,26 +113,9 @@ def run_displacement(
 
 @kernel
 def run_rate(
-    pool,
-    offset,
-    bits,
-    offset2,
-    bits2,
-    phases,
-    motion,
-    low,
-    width,
-    step,
-    fade,
-    fastest,
-    spatial,
-    gain,
-    out,
-    channel,
-    start,
-    stop,
-    order,
-):
+    pool, offset, bits, offset2, bits2, phases, motion, low, width, step, fade, fastest, spatial, gain, out, channel,
+    start, stop, order,
+):  # fmt: skip
     """Write the velocity or acceleration of frames `start` to `stop`, as `run_displacement` does."""
     scale = spatial * np.float64(np.int64(1) << np.int64(bits))
     scale2 = spatial * np.float64(np.int64(1) << np.int64(bits2))
@@ -234,24 +217,9 @@ def read_displacement(pool, tables, layout, state, motion, position, start, out,
             if turns < upper:
                 stop = run_until(motion, i, step, slowest, upper, max(low, lift), high)
                 run_displacement(
-                    pool,
-                    tables[level, 1 + interval],
-                    np.uint64(tables[level, 0]),
-                    offset2,
-                    bits2,
-                    phases,
-                    motion,
-                    low,
-                    width,
-                    step,
-                    fade,
-                    fastest,
-                    gain,
-                    out,
-                    channel,
-                    i,
-                    stop,
-                )
+                    pool, tables[level, 1 + interval], np.uint64(tables[level, 0]), offset2, bits2, phases, motion,
+                    low, width, step, fade, fastest, gain, out, channel, i, stop,
+                )  # fmt: skip
                 i = stop
                 continue
         value = 0.0
@@ -279,11 +247,8 @@ def read_rate(pool, tables, layout, state, motion, position, start, out, channel
     """
     frames, levels = motion.shape[1], len(tables)
     step, lift, gain = 1.0 / (layout[RATE] * layout[PERIOD]), layout[LIFT], layout[GAIN]
-    fades, edges, spatial = (
-        layout[CONSTANTS : CONSTANTS + 2 * levels],
-        layout[CONSTANTS + 2 * levels :],
-        1.0 / layout[PERIOD],
-    )
+    fades, edges = layout[CONSTANTS : CONSTANTS + 2 * levels], layout[CONSTANTS + 2 * levels :]
+    spatial = 1.0 / layout[PERIOD]
     rest = rest_of_step(step, layout[RATE], layout[PERIOD])
     bend = 0.5 * step / layout[RATE]
     phases, after = phases_of(motion, position, start, state[0], step, rest, bend, layout[PERIOD])
@@ -298,26 +263,9 @@ def read_rate(pool, tables, layout, state, motion, position, start, out, channel
             if turns < upper:
                 stop = run_until(motion, i, step, slowest, upper, max(low, lift), high)
                 run_rate(
-                    pool,
-                    tables[level, 1 + interval],
-                    np.uint64(tables[level, 0]),
-                    offset2,
-                    bits2,
-                    phases,
-                    motion,
-                    low,
-                    width,
-                    step,
-                    fade,
-                    fastest,
-                    spatial,
-                    gain,
-                    out,
-                    channel,
-                    i,
-                    stop,
-                    order,
-                )
+                    pool, tables[level, 1 + interval], np.uint64(tables[level, 0]), offset2, bits2, phases, motion,
+                    low, width, step, fade, fastest, spatial, gain, out, channel, i, stop, order,
+                )  # fmt: skip
                 i = stop
                 continue
         result = 0.0
@@ -329,19 +277,9 @@ def read_rate(pool, tables, layout, state, motion, position, start, out, channel
             inside = width if 0.0 <= s <= 1.0 else 0.0
             part = smooth_step((turns - fade) / (fastest - fade))
             value, first, second = fading_rates(
-                pool,
-                tables,
-                level,
-                interval,
-                phases[i],
-                min(max(s, 0.0), 1.0),
-                part,
-                spatial,
-                motion,
-                i,
-                load_rate * inside,
-                load_bend * inside,
-            )
+                pool, tables, level, interval, phases[i], min(max(s, 0.0), 1.0), part, spatial, motion, i,
+                load_rate * inside, load_bend * inside,
+            )  # fmt: skip
             if value != value:
                 state[0] = phases[i]
                 return i

@@ -27,6 +27,7 @@ SCENES = 8  # different textures and loads, in turn
 FIRST_STEP = 25  # streams that the search begins with
 MOST = 1600  # streams that the search ends at, whatever they do
 UPDATES_HZ = 100.0
+SETTLE = 10.0  # s that all streams run before they are measured: rows and tables of new scenes are solved beside them
 Report = dict[str, Any]
 
 
@@ -35,7 +36,10 @@ def figures(quick: bool, *, seconds: float = 60.0, streams: int = 200, workers: 
     if quick:
         seconds, streams, workers = 1.0, 4, 1
     turns = [(served(ZEROS, streams, seconds, workers), served(REAL, streams, seconds, workers)) for _ in range(TURNS)]
-    how = f"{streams} streams, {workers} workers, {UPDATES_HZ:g} updates a second each, {seconds:g} s, {TURNS} turns"
+    how = (
+        f"{streams} streams, {workers} workers, {UPDATES_HZ:g} updates a second each, {SCENES} scenes, {seconds:g} s"
+        f" behind {min(SETTLE, seconds):g} s, {TURNS} turns"
+    )
     lines = compared(turns, how)
     if not quick:
         for module, name in ((REAL, "live"), (ZEROS, "live, zeros")):
@@ -89,8 +93,9 @@ def served(module: str, streams: int, seconds: float, workers: int) -> Report:
 def loaded(url: str, pid: int, streams: int, seconds: float, *words: str) -> Report:
     """Return the report of the load generator, run in a process of its own, against `url`, served by `pid`."""
     words = ("--streams", str(streams), "--seconds", str(seconds), "--pid", str(pid), "--scenes", str(SCENES), *words)
-    command = [sys.executable, "-m", "tests.bench.live_load", url, "--updates", str(UPDATES_HZ), *words]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=seconds + 180.0, check=False)
+    words = ("--updates", str(UPDATES_HZ), "--settle", str(min(SETTLE, seconds)), *words)
+    command = [sys.executable, "-m", "tests.bench.live_load", url, *words]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=2.0 * seconds + 180.0, check=False)
     if done.returncode not in (0, 1) or not done.stdout:
         raise RuntimeError(f"the load generator failed: {done.stderr[-2000:]}")
     report: Report = json.loads(done.stdout)

@@ -52,7 +52,7 @@ class Asked:
     scenes: int = 1
     key: str | None = None
     pids: tuple[int, ...] = ()
-    tick: float = 0.0005
+    tick: float = 0.001
     arrivals: str | None = None
 
 

@@ -177,15 +177,13 @@ def silenced(url: str, *, stalled: bool = False) -> Iterator[tuple[str, threadin
     over = threading.Event()
 
     def pass_on(source: socket.socket, sink: socket.socket, mute: threading.Event | None) -> None:
-        try:
+        with contextlib.suppress(OSError):  # the other direction has broken it, as a network would
             while data := source.recv(65536):
                 if mute is None or not mute.is_set():
                     sink.sendall(data)
                 elif stalled:
                     over.wait(PATIENCE)
             sink.shutdown(socket.SHUT_WR)
-        except OSError:
-            pass
 
     def accept() -> None:
         mute: threading.Event | None = silence

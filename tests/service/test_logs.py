@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import logging
 import warnings
@@ -43,7 +44,7 @@ def test_json_is_an_object_a_line_from_every_logger(capsys: pytest.CaptureFixtur
     set_up_log("info", "json")
     logging.getLogger("ridgewave.service").info("%d\nlines", 2)
     logging.getLogger("uvicorn.error").warning("plain", extra={"color_message": "\x1b[1mplain"})
-    logging.getLogger("some.library").error("broken")
+    logging.getLogger("another").error("broken")
     warnings.warn("old", DeprecationWarning, stacklevel=1)
     shown = lines(capsys)
     assert [entry["message"] for entry in shown[:3]] == ["2\nlines", "plain", "broken"]
@@ -127,12 +128,12 @@ def test_no_key_is_ever_logged_at_any_level(tmp_path: Path, log_format: str) -> 
 
 def _knock(url: str) -> None:
     """Try to open a WebSocket with the key in both places; whether it opens is for other tests."""
-    try:
-        with websockets.sync.client.connect(
+    with (
+        contextlib.suppress(websockets.exceptions.InvalidHandshake),
+        websockets.sync.client.connect(
             f"ws{url.removeprefix('http')}/v1/live",
             additional_headers={"Authorization": f"Bearer {KEY}"},
             subprotocols=["ridgewave.v1", f"ridgewave.key.{ENCODED}"],  # type: ignore[list-item]
-        ):
-            pass
-    except websockets.exceptions.InvalidHandshake:
+        ),
+    ):
         pass

@@ -11,6 +11,7 @@ Beside each fault run witnesses (`witnesses`): well-behaved real-time streams in
 
 from __future__ import annotations
 
+import contextlib
 import random
 import struct
 import threading
@@ -341,7 +342,7 @@ def flood(served: Served, seconds: float, rate_hz: float = 10_000.0) -> None:
         reading = threading.Thread(target=caller.read)
         reading.start()
         begin, sent = time.perf_counter(), 0
-        try:
+        with contextlib.suppress(OSError):  # it may be refused for its rate
             while (elapsed := time.perf_counter() - begin) < seconds:
                 due = int(elapsed * rate_hz) - sent
                 times = np.arange(sent, sent + due) / rate_hz
@@ -352,8 +353,6 @@ def flood(served: Served, seconds: float, rate_hz: float = 10_000.0) -> None:
                 sent += due
                 time.sleep(0.002)
             caller.say(type="stop")
-        except OSError:
-            pass  # it may be refused for its rate
         reading.join(PATIENCE)
         assert not reading.is_alive(), "the stream did not end"
         contiguous(caller)
