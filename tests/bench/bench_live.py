@@ -2,8 +2,9 @@
 
 Model: the two are served in turn, A B A B, each in processes of its own, so that what slows the machine for a while
     slows both; the load comes from a process of its own (`live_load`). A ratio of 1 says that the synthesis costs a
-    stream nothing that it would notice. The most streams are found by doubling until one block came later than `LATE`,
-    then by halving the gap; a step that fails is tried once more.
+    stream nothing that it would notice. The most streams are found by doubling until a block is missing or one in a
+    thousand came later than `LATE`, then by halving the gap; a step that fails is tried once more. Each run is told on
+    stderr as it ends.
 Limits: server and load share the machine: on two cores two workers and the load compete. It takes minutes.
 """
 
@@ -44,7 +45,7 @@ def figures(quick: bool, *, seconds: float = 60.0, streams: int = 200, workers: 
     if not quick:
         for module, name in ((REAL, "live"), (ZEROS, "live, zeros")):
             most = float(most_streams(module))
-            told = f"one worker, none of their blocks later than {1e3 * LATE:g} ms in {SEARCH_SECONDS:g} s"
+            told = f"one worker, no block missing, one in 1000 later than {1e3 * LATE:g} ms, in {SEARCH_SECONDS:g} s"
             lines.append(Figure(f"{name}, most streams", most, most, "streams", None, told))
     return lines
 
@@ -101,11 +102,13 @@ def loaded(url: str, pid: int, streams: int, seconds: float, *words: str) -> Rep
     report: Report = json.loads(done.stdout)
     if not report["opened"]:
         raise RuntimeError(f"no stream opened: {report['mistakes'][:1]}")
+    late = {share: round(value, 1) for share, value in report["lateness_ms"].items()}
+    print(f"{streams} streams, {report['missing']} missing, late (ms) {late}", file=sys.stderr, flush=True)
     return report
 
 
 def most_streams(module: str) -> int:
-    """Return the most streams that one worker of `module` carries without a late or missing block; 0 for none."""
+    """Return the most streams that one worker of `module` carries on time; 0 for none."""
     good, bad = 0, FIRST_STEP
     while bad <= MOST and carried(module, bad):
         good, bad = bad, 2 * bad
@@ -116,11 +119,11 @@ def most_streams(module: str) -> int:
 
 
 def carried(module: str, streams: int) -> bool:
-    """Return whether no block was late or missing in one of two runs; the second only where the first failed."""
+    """Return whether all came in time in one of two runs; the second only where the first failed."""
     return any(in_time(served(module, streams, SEARCH_SECONDS, 1)) for _ in range(2))
 
 
 def in_time(report: Report) -> bool:
-    """Return whether every block of every stream came, none of them later than `LATE`."""
+    """Return whether every block of every stream came, all but one in a thousand by `LATE`."""
     whole = report["missing"] == 0 and report["mistaken_streams"] == 0 and report["opened"] == report["streams"]
-    return bool(whole and report["lateness_ms"]["max"] <= 1e3 * LATE)
+    return bool(whole and report["lateness_ms"]["p99.9"] <= 1e3 * LATE)
