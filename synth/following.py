@@ -69,21 +69,19 @@ class Follower:
     The same calls at the same frames give the same bits, whatever the blocks.
     """
 
-    __slots__ = ("_lowest", "_state", "sample_rate")
+    __slots__ = ("lowest", "sample_rate", "state")
 
     def __init__(self, sample_rate: int, *, lowest_load: float = 0.0) -> None:
         self.sample_rate = sample_rate
-        self._lowest = lowest_load
+        self.lowest = lowest_load
         hand = np.array([0.0, UNKNOWN, math.inf, 0.0])
         (place, places), (load, loads) = new_curve(), new_curve()
-        self._state = np.concatenate(
-            [hand, place, load, places, loads, new_track()]
-        )  # one: it is copied at each update
+        self.state = np.concatenate([hand, place, load, places, loads, new_track()])  # one: it is copied at each update
 
     @property
     def frame(self) -> int:
         """The next frame."""
-        return int(self._state[FRAME])
+        return int(self.state[FRAME])
 
     @property
     def delay(self) -> float:
@@ -92,8 +90,8 @@ class Follower:
 
     def begin(self, position: float, speed: float, load: float) -> None:
         """Begin as a hand that already moves at `position` (m) and `speed` (m/s) with `load` (N), and goes on so."""
-        held = min(max(load, self._lowest), LARGEST_LOAD)
-        hand, place, load_curve, _, _, track = parts_of(self._state)
+        held = min(max(load, self.lowest), LARGEST_LOAD)
+        hand, place, load_curve, _, _, track = parts_of(self.state)
         stand(place, hand[FRAME], position, speed)
         stand(load_curve, hand[FRAME], held, 0.0)
         hand[MODE:] = BY_POSITION, math.inf, held
@@ -111,29 +109,29 @@ class Follower:
         assert value is not None, "an update has a position or a speed"
         load = math.nan if update.load is None else update.load
         jumped: bool = apply_update(
-            self._state, float(self.sample_rate), self._lowest, float(update.time), float(value), by_speed, float(load)
+            self.state, float(self.sample_rate), self.lowest, float(update.time), float(value), by_speed, float(load)
         )
         return jumped
 
     def release(self) -> None:
         """Let the load go to zero and the position glide to a stop, until the next update."""
-        release_hand(self._state, float(self.sample_rate), self._lowest)
+        release_hand(self.state, float(self.sample_rate), self.lowest)
 
     def motion(self, frames: int) -> Motion:
         """Return the next frames, complete; without positions where the hand gives speeds, or nothing yet."""
         samples, position = np.empty((5, frames)), np.empty(frames)
-        known = self._state.item(MODE) == BY_POSITION
+        known = self.state.item(MODE) == BY_POSITION
         self.fill(samples, position)
         return Motion(samples, position if known else NOWHERE)
 
     def fill(self, samples: Array, position: Array) -> None:
         """Write the next frames to `samples` (float64 [5, frames], rows of a Motion) and `position` (m)."""
-        fill_motion(self._state, float(self.sample_rate), self._lowest, samples, position)
+        fill_motion(self.state, float(self.sample_rate), self.lowest, samples, position)
 
     def copy(self) -> Follower:
         """Return another follower in the same state."""
         other = Follower.__new__(Follower)
-        other.sample_rate, other._lowest, other._state = self.sample_rate, self._lowest, self._state.copy()
+        other.sample_rate, other.lowest, other.state = self.sample_rate, self.lowest, self.state.copy()
         return other
 
 

@@ -24,6 +24,7 @@ from synth.cache import ResponseCache
 from synth.contact.exact import Array
 from synth.following import Follower, Update
 from synth.hand import nominal_scene, with_full_scale
+from synth.hand_block import HandBlocks
 from synth.hand_log import FORMAT, VERSION, HandLog
 from synth.live import Change, LiveVoice
 from synth.motion import LOAD, Motion
@@ -69,11 +70,13 @@ class HandVoice(LiveVoice):
         self._leaving: Follower | None = None
         self._jump: Update | None = None
         self._load = nominal_scene(scene).scan.load
-        self._lifted = self._off = False
+        self._lifted = False
         self._motion: Motion | None = None
         self._parts: dict[Voice, int] = {}
         self._readers: tuple[MovingReader, ...] = ()
         self._begun = self._look_from = 0
+        self._last_load: float | None = None  # N, at the last frame that a hand led
+        self._blocks = HandBlocks(self._limiter) if self.channels == 1 else None
 
     @property
     def motion_delay(self) -> float:
@@ -126,7 +129,7 @@ class HandVoice(LiveVoice):
         if self._follower is None:
             self._jump = update
             return
-        if self._off and self._load > 0.0:
+        if self._last_load == 0.0 and self._load > 0.0:
             self._gain, self._rise = 0.0, LANDING_TIME
         moved = self._follower.copy()
         if moved.apply(update):
@@ -174,11 +177,15 @@ class HandVoice(LiveVoice):
 
     def _led(self, reader: MovingReader, frames: int) -> Block:
         """Do as `LiveVoice.render` where nothing changes but what the hand does: most blocks of a stream are this."""
-        motion = self._followed(frames)
-        block = np.empty((frames, self.channels), np.float32)
-        reader.read_hand(motion, block)
+        assert self._follower is not None
+        if self._blocks is None:
+            block = np.empty((frames, self.channels), np.float32)
+            reader.read_hand(self._followed(frames), block)
+            self._limit(block)
+        else:
+            block, self._last_load = self._blocks.render(self._follower, reader, frames, self._limiter)
+            self._reduction = self._limiter.take_reduction()
         self.frame += frames
-        self._limit(block)
         return block
 
     def use_rows(self, part: int, reader: int, loads: Array) -> None:
@@ -209,13 +216,13 @@ class HandVoice(LiveVoice):
 
     def _look(self) -> None:
         """Take over the rows of load that are ready: at once where nothing is heard of it, else in a cross-fade."""
-        if self._coming is not None or self._motion is None or not self._parts:
+        if self._coming is not None or self._last_load is None or not self._parts:
             return
         self._look_from = self.frame + max((reader.look_frames for reader in self._readers), default=0)
         news = [(place, one) for place, one in enumerate(self._readers) if one.has_news()]
         if not news:
             return
-        load, part = self._motion.samples.item(LOAD, -1), self._parts[self._voice]
+        load, part = self._last_load, self._parts[self._voice]
         if self._voice.cheap_twin and any(reader.news_matter(load) for _, reader in news):
             self.refine()
             return
@@ -285,7 +292,7 @@ class HandVoice(LiveVoice):
         """Return the next frames of the hand's motion."""
         assert self._follower is not None
         motion = self._motion = self._follower.motion(frames)
-        self._off = motion.samples.item(LOAD, -1) == 0.0
+        self._last_load = motion.samples.item(LOAD, -1)
         return motion
 
     def _crossing_done(self, voice: Voice) -> None:

@@ -220,9 +220,24 @@ class MovingReader:
             if begin is not None:
                 self.phase[0] = begin
             frame = self._run(tables, motion, 0, out, number, order)
-            while frame < motion.samples.shape[1]:
-                self._meet(tables, motion.samples[:, frame])
-                frame = self._run(tables, motion, frame, out, number, order)
+            self._go_on(tables, motion, frame, out, number, order)
+
+    @property
+    def alone(self) -> tuple[Surfaces, Array, int]:
+        """The tables, the layout and the order of the only channel, for a kernel that reads them itself."""
+        assert len(self._runs) == 1, "one channel"
+        return self._runs[0][2], self._layouts[0], self._runs[0][1]
+
+    def go_on(self, motion: Motion, frame: int, out: Block) -> None:
+        """Fill the only channel of `out` from `frame` on, whose table such a kernel has missed."""
+        number, order, tables = self._runs[0]
+        self._go_on(tables, motion, frame, out, number, order)
+
+    def _go_on(self, tables: Surfaces, motion: Motion, frame: int, out: Block, number: int, order: int) -> None:
+        """Build what `frame` misses and read on, until all frames are read."""
+        while frame < motion.samples.shape[1]:
+            self._meet(tables, motion.samples[:, frame])
+            frame = self._run(tables, motion, frame, out, number, order)
 
     def _run(self, tables: Surfaces, motion: Motion, frame: int, out: Block, number: int, order: int) -> int:
         """Run the compiled loop of one channel from `frame` on; return the frame that it could not render."""
@@ -264,15 +279,19 @@ class MovingReader:
 
     def read_hand(self, motion: Motion, out: Block) -> None:
         """Do as `read` for a hand that is followed, with the rows that have become ready."""
-        if self._followed is not None:
-            load = motion.samples.item(LOAD, 0)
-            self._unwatched += len(out)
-            if self._unwatched >= self.look_frames or not self._ends[0] <= load <= self._ends[1]:
-                self._follow(load, self._unwatched)
-                self._unwatched = 0
-                if self.takes_over and self.has_news():
-                    self.take_over_rows()
+        self.watch(motion.samples.item(LOAD, 0), len(out))
         self.read(motion, out)
+
+    def watch(self, load: float, frames: int) -> None:
+        """Look after a followed hand, which is at `load` (N) in one of `frames`."""
+        if self._followed is None:
+            return
+        self._unwatched += frames
+        if self._unwatched >= self.look_frames or not self._ends[0] <= load <= self._ends[1]:
+            self._follow(load, self._unwatched)
+            self._unwatched = 0
+            if self.takes_over and self.has_news():
+                self.take_over_rows()
 
     def _follow(self, load: float, frames: int) -> None:
         """Tell who solves rows of a load that needs new ones: at once beyond the rows, else when the hand rests there.

@@ -12,7 +12,9 @@ from contextlib import contextmanager
 from typing import Any
 
 import pytest
+from websockets.frames import Frame, Opcode
 
+from service import websocket
 from tests.service.harness import Running
 from tests.service.live.client import LiveClient, live
 from tests.service.live.driver import contact
@@ -100,3 +102,10 @@ def test_nothing_is_taken_after_the_close(running: Running, engine: PlainEngine)
         feed(frame(BINARY, contact(1)), frame(0x8, (1000).to_bytes(2, "big")), frame(BINARY, contact(2)))
         client.rest()
     assert all(update.seq != 2 for hand in engine.hands for _, update in hand.applied.updates)
+
+
+@pytest.mark.parametrize("size", [0, 1, 125, 126, 127, 65535, 65536, 70000])
+@pytest.mark.parametrize(("kind", "opcode"), [(websocket.TEXT, Opcode.TEXT), (websocket.BINARY, Opcode.BINARY)])
+def test_whole_messages_are_framed_as_the_library_frames_them(size: int, kind: int, opcode: Opcode) -> None:
+    payload = bytes(size)
+    assert websocket.frame_head(kind, size) + payload == Frame(opcode, payload).serialize(mask=False)
