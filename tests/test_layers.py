@@ -34,7 +34,7 @@ STAGES: tuple[tuple[str, ...], ...] = (
     ("moving", "row_solver", "solved_frames", "tangential_force", "voice", "voice_*"),
     ("effects", "effects.*"),
     ("costing",),
-    ("live", "live_*", "hand_log"),
+    ("live", "live_*", "hand_block", "hand_log"),
     ("recording",),
     ("samples", "sound_metadata", "riff", "flac", "part_file", "file_writer", "encode"),
     ("methods", "accuracy"),
