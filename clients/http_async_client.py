@@ -9,7 +9,7 @@ Model: the calls of `clients.http_calls`, carried by `httpx.AsyncClient`; each m
 from __future__ import annotations
 
 import contextlib
-from collections.abc import AsyncIterator, Iterator, Mapping
+from collections.abc import AsyncIterator, Mapping
 from types import TracebackType
 from typing import Any, Self, TypeVar
 
@@ -96,14 +96,14 @@ class AsyncClient:
 
     async def carry(self, call: Call[T]) -> T:
         """Send a call and return what its answer says."""
-        with _transported():
+        with calls.transported():
             response = await self._http.request(call.method, call.path, **call.keywords)
         return call.read(response)
 
     @contextlib.asynccontextmanager
     async def carry_open(self, call: Call[None]) -> AsyncIterator[httpx.Response]:
         """Send a call and yield its answer, whose body is still to come."""
-        with _transported():
+        with calls.transported():
             async with self._http.stream(call.method, call.path, **call.keywords) as response:
                 if not response.is_success:
                     await response.aread()
@@ -165,18 +165,10 @@ class AsyncStream(StreamFrames):
 
     async def read(self, frames: int) -> Block:
         """As `Stream.read`."""
-        with _transported():
+        with calls.transported():
             while not self.has(frames):
                 part = await anext(self._parts, None)
                 if part is None:
                     raise self.ended()
                 self.append(part)
         return self.take(frames)
-
-
-@contextlib.contextmanager
-def _transported() -> Iterator[None]:
-    try:
-        yield
-    except httpx.TransportError as error:
-        raise calls.lost(error) from error

@@ -7,7 +7,8 @@ Model: a `Call` is method, path, query, body, and the function that reads a good
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import contextlib
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Generic, TypeVar
 from urllib.parse import quote
@@ -76,9 +77,13 @@ def check(response: httpx.Response) -> None:
         raise _refusal(response)
 
 
-def lost(error: httpx.TransportError) -> ConnectionLost:
-    """Return the exception for a connection that failed."""
-    return ConnectionLost(f"the service does not answer: {str(error) or type(error).__name__}")
+@contextlib.contextmanager
+def transported() -> Iterator[None]:
+    """Raise ConnectionLost in place of what httpx raises where a connection fails."""
+    try:
+        yield
+    except httpx.TransportError as error:
+        raise ConnectionLost(f"the service does not answer: {str(error) or type(error).__name__}") from error
 
 
 def _refusal(response: httpx.Response) -> ProblemError:

@@ -103,7 +103,7 @@ class Client:
 
     def carry(self, call: Call[T]) -> T:
         """Send a call and return what its answer says."""
-        with _transported():
+        with calls.transported():
             response = self._http.request(call.method, call.path, **call.keywords)
         return call.read(response)
 
@@ -111,7 +111,7 @@ class Client:
     def carry_open(self, call: Call[None]) -> Iterator[httpx.Response]:
         """Send a call and yield its answer, whose body is still to come."""
         with (
-            _transported(),
+            calls.transported(),
             self._http.stream(call.method, call.path, **call.keywords) as response,
         ):
             if not response.is_success:
@@ -177,18 +177,10 @@ class Stream(StreamFrames):
 
         Raises StreamEnded, whose `rest` holds the frames before the end; ConnectionLost.
         """
-        with _transported():
+        with calls.transported():
             while not self.has(frames):
                 part = next(self._parts, None)
                 if part is None:
                     raise self.ended()
                 self.append(part)
         return self.take(frames)
-
-
-@contextlib.contextmanager
-def _transported() -> Iterator[None]:
-    try:
-        yield
-    except httpx.TransportError as error:
-        raise calls.lost(error) from error
