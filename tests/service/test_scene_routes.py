@@ -14,7 +14,7 @@ from service.engine import SynthEngine
 from service.routes.scene import BODY, ThresholdParameters
 from synth import picture
 from synth.scene import scene_schema
-from synth.threshold import THRESHOLDS
+from synth.threshold import DEFAULT, THRESHOLDS
 from tests.service.harness import ask, problem, settings_of, until
 from tests.service.plain_engine import PlainEngine
 
@@ -78,7 +78,8 @@ def test_what_makes_no_picture_is_refused(body: Any, pointer: str) -> None:
 def test_the_faults_of_a_scene_point_into_the_body(app: FastAPI, engine: PlainEngine) -> None:
     fault = refused(app, {"scene": {"texture": {"period": "3 s"}}}, "scene-refused")
     assert fault["pointer"] == "/scene/texture/period"
-    for scene in (None, "grating-1mm-31um", [], 3):
+    others: tuple[Any, ...] = (None, "grating-1mm-31um", [], 3)
+    for scene in others:
         assert refused(app, {"scene": scene}, "scene-refused")["pointer"] == "/scene"
     assert engine.opened == []
 
@@ -131,6 +132,7 @@ def test_a_threshold_is_that_of_the_curve(app: FastAPI) -> None:
 
 def test_every_curve_there_is_can_be_asked_for(app: FastAPI) -> None:
     assert set(get_args(ThresholdParameters.model_fields["name"].annotation)) == set(THRESHOLDS)
+    assert ask(app, "GET", "/v1/threshold").json()["name"] == DEFAULT
     for name in THRESHOLDS:
         made = ask(app, "GET", f"/v1/threshold?name={name}").json()
         assert made["name"] == name and all(felt > 0 and math.isfinite(felt) for felt in made["displacement"])
