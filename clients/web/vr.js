@@ -102,7 +102,7 @@ async function begin() {
   const keys = new SwatchKeys(part("list"), swatches, room.layout.places, changed);
   tellScale();
   followControls(hands);
-  followSize(room);
+  followSize(room, eye);
   followHeadset(room, hands, buzz);
 
   let last = 0;
@@ -164,10 +164,11 @@ function followControls(hands) {
   document.addEventListener("visibilitychange", () => document.hidden && !shown.session && hands.close());
 }
 
-function followSize(room) {
+function followSize(room, eye) {
   const view = part("view");
   const fit = () => {
     room.fit(view.parentElement.clientWidth, view.parentElement.clientHeight, devicePixelRatio);
+    eye.fit(room.layout, room.camera);
     changed();
   };
   new ResizeObserver(() => shown.session || fit()).observe(view.parentElement);

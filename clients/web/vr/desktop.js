@@ -15,18 +15,30 @@ const A_NOTCH = 0.1; // N per notch of the wheel
 const HOVER = 0.012; // m over the surface where a pointer that does not press is drawn
 const TURN = 0.006; // rad per pixel
 const A_KEY = 0.08; // rad per key press
-const BOUNDS = { yaw: [-1.2, 1.2], pitch: [0.25, 1.5], distance: [0.3, 1.6] };
+const BOUNDS = { yaw: [-1.2, 1.2], pitch: [0.25, 1.5], distance: [0.3, 2.5] };
+const ROOM = 1.15; // times the table that a picture shows at first: its near edge is nearer than its middle
 
 const within = (value, [least, most]) => Math.min(most, Math.max(least, value));
 
 /** Where the eye is: turn and height about the middle of the table (rad), distance from it (m). */
 export class Eye {
   constructor() {
-    Object.assign(this, { yaw: 0, pitch: 1, distance: 0.88 });
+    Object.assign(this, { yaw: 0, pitch: 1, distance: 1, moved: false });
+  }
+
+  /**
+   * Stands back as far as shows the whole table, unless a person has chosen where to stand.
+   * @param {{width: number, depth: number}} table size (m)
+   * @param {{fov: number, aspect: number}} camera degrees from top to bottom, width over height of the picture
+   */
+  fit({ width, depth }, { fov, aspect }) {
+    const half = Math.tan((fov * Math.PI) / 360);
+    if (!this.moved) this.distance = Math.max((ROOM * width) / 2 / half / aspect, (ROOM * depth) / 2 / half);
   }
 
   /** Turns and comes nearer, within bounds. @param {{yaw?: number, pitch?: number, nearer?: number}} by rad, and a factor */
   turn({ yaw = 0, pitch = 0, nearer = 1 }) {
+    this.moved = true;
     this.yaw = within(this.yaw + yaw, BOUNDS.yaw);
     this.pitch = within(this.pitch + pitch, BOUNDS.pitch);
     this.distance = within(this.distance / nearer, BOUNDS.distance);

@@ -9,7 +9,7 @@ import { LABEL, LENGTH, RAISED, WIDTH, labelLines } from "./table.js";
 
 const CELL = { width: 768, height: Math.round((768 * LABEL) / LENGTH) }; // pixels of 0.18 mm, finer than a headset shows
 const COLUMNS = 2;
-const SIZES = [58, 46, 46]; // pixels, of each line
+const SIZES = [54, 46, 46]; // pixels, of each line
 const BASELINES = [56, 122, 182]; // pixels from the top of a cell
 const BEHIND = 0.004; // m between a swatch and its label
 const OVER_BOARD = 5e-4; // m: enough that the depth buffer keeps label and board apart

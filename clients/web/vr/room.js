@@ -18,7 +18,7 @@ const TILT = 0.2; // rad towards the person
 const BOARD = 0.018; // m thick
 const LOOKS = {
   light: { air: 0xe6ebef, floor: 0xd8dfe5, board: 0xf4f2ee, ink: "#1d2733", faint: "#4f5d6b", sky: 0xffffff, sun: 1.9 },
-  dark: { air: 0x171c22, floor: 0x1e252d, board: 0x2b323a, ink: "#eef2f5", faint: "#b3bec9", sky: 0xb9c6d6, sun: 1.5 },
+  dark: { air: 0x171c22, floor: 0x1e252d, board: 0x3a444f, ink: "#eef2f5", faint: "#b3bec9", sky: 0xb9c6d6, sun: 1.5 },
 };
 const FINE = 0xe0b98a; // colour of the finest swatch
 const COARSE = 0x86a9bd; // and of the coarsest; between them by rank

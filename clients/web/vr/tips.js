@@ -2,7 +2,8 @@
  * Fingertips of a WebXR frame: of tracked hands the tip of the index finger, of controllers a short rod's end.
  *
  * Model: a tip is a ball. XRHand tells where its joints are and how thick; a controller's rod points along its target ray.
- * Limits: one fingertip a hand. A source whose pose is not known in this frame has no tip.
+ * Limits: one fingertip a hand. A source whose pose is not known in this frame has no tip; one whose position the headset only
+ * guesses has one, at rest or not.
  */
 
 /** From the origin of a controller's target ray to the middle of the ball at the end of its rod (m). */
@@ -44,7 +45,7 @@ function ofHand(source, frame, space) {
 
 function ofController(source, frame, space) {
   const pose = frame.getPose(source.targetRaySpace, space);
-  if (!pose || pose.emulatedPosition) return null;
+  if (!pose) return null;
   const { matrix, position } = pose.transform;
   const centre = {
     x: position.x - ROD * matrix[8],
