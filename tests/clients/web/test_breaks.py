@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 from urllib.parse import quote, urlsplit
 
 import numpy as np
-import pytest
 import soundfile
 
 from tests.clients.web.browser import Watch, watched
@@ -69,8 +68,11 @@ def test_a_reset_loses_no_sample_and_doubles_none(
         for count in (1, 2, 3):
             page.wait_for_function(PLAYED, arg=12_000 * count)
             breaker.reset()
-            page.wait_for_function("(count) => run.finger.connection.state === 'live'"
-                                   " && run.events.filter(([name]) => name === 'resumed').length === count", arg=count)
+            page.wait_for_function(
+                "(count) => run.finger.connection.state === 'live'"
+                " && run.events.filter(([name]) => name === 'resumed').length === count",
+                arg=count,
+            )
         page.wait_for_function(PLAYED, arg=60_000)
         report = page.evaluate(END)
         recording = page.evaluate("() => house.recordingOf(run.session)")
@@ -118,21 +120,25 @@ def test_a_service_that_comes_back_at_its_port_is_found_again(chromium: Browser)
 
 
 def test_a_service_that_was_killed_and_forgot_the_session_gets_a_new_one(chromium: Browser) -> None:
-    with serving_pages(PlainEngine()) as old, serving_pages(PlainEngine()) as new, Breaker(old.url) as breaker:
-        with moved_in_at(chromium, breaker.url + HOUSE) as (page, watch):
-            watch.allow(BROKEN)
-            page.evaluate(BEGIN, {})
-            page.evaluate("() => run.finger.change({texture: {period: '0.5 mm'}})")
-            page.wait_for_function(PLAYED, arg=4800)
-            breaker.target = None
-            breaker.reset()
-            page.wait_for_function("() => run.finger.connection.state === 'broken'")
-            breaker.target = new.url
-            page.wait_for_function("() => run.finger.connection.state === 'live'")
-            page.wait_for_function(PLAYED, arg=24_000)
-            hands = new.service.live._sessions
-            periods = [session.stream.scene.texture.period for session in hands.values()]
-            report = page.evaluate(END)
+    with (
+        serving_pages(PlainEngine()) as old,
+        serving_pages(PlainEngine()) as new,
+        Breaker(old.url) as breaker,
+        moved_in_at(chromium, breaker.url + HOUSE) as (page, watch),
+    ):
+        watch.allow(BROKEN)
+        page.evaluate(BEGIN, {})
+        page.evaluate("() => run.finger.change({texture: {period: '0.5 mm'}})")
+        page.wait_for_function(PLAYED, arg=4800)
+        breaker.target = None
+        breaker.reset()
+        page.wait_for_function("() => run.finger.connection.state === 'broken'")
+        breaker.target = new.url
+        page.wait_for_function("() => run.finger.connection.state === 'live'")
+        page.wait_for_function(PLAYED, arg=24_000)
+        hands = new.service.live._sessions
+        periods = [session.stream.scene.texture.period for session in hands.values()]
+        report = page.evaluate(END)
     assert periods == [0.0005], "the change holds in the new session"
     assert [event["type"] for event in report["events"] if event["type"] != "broken"] == ["ready", "ready", "ended"]
 
@@ -170,10 +176,12 @@ REFUSED = """async () => {
 
 
 def test_without_its_key_the_page_says_what_is_wanted(chromium: Browser) -> None:
-    with serving_pages(PlainEngine(), api_keys=KEY) as running:
-        with moved_in_at(chromium, running.url + HOUSE) as (page, watch):
-            watch.allow(BROKEN)
-            over_http, live = page.evaluate(REFUSED)
+    with (
+        serving_pages(PlainEngine(), api_keys=KEY) as running,
+        moved_in_at(chromium, running.url + HOUSE) as (page, watch),
+    ):
+        watch.allow(BROKEN)
+        over_http, live = page.evaluate(REFUSED)
     assert over_http[1] == 401
     assert "Authorization" in over_http[0]
     assert live[0] == over_http[0]
@@ -193,9 +201,11 @@ ENDED = """async (scene) => {
 
 
 def test_a_session_that_reaches_its_limit_says_so(chromium: Browser) -> None:
-    with serving_pages(PlainEngine(), max_stream=0.3) as running:
-        with moved_in_at(chromium, running.url + HOUSE) as (page, _):
-            report = page.evaluate(ENDED, {})
+    with (
+        serving_pages(PlainEngine(), max_stream=0.3) as running,
+        moved_in_at(chromium, running.url + HOUSE) as (page, _),
+    ):
+        report = page.evaluate(ENDED, {})
     assert (report["reason"], report["state"]) == ("too long", "ended")
 
 

@@ -136,7 +136,8 @@ MOTORS = """async (strengths) => {
   };
   const actuators = new house.Actuators({gamepads: () => pads});
   const alone = actuators.motors().map(({name, form}) => [name, form]);
-  actuators.follow({inputSources: [{handedness: "left", gamepad: {id: "touch", hapticActuators: [{pulse}]}}, {handedness: "none"}]});
+  const left = {handedness: "left", gamepad: {id: "touch", hapticActuators: [{pulse}]}};
+  actuators.follow({inputSources: [left, {handedness: "none"}]});
   const all = actuators.motors().map(({name, form, hand}) => [name, form, hand]);
   actuators.push(strengths, "right");
   const right = said.splice(0);

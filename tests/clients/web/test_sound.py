@@ -45,7 +45,7 @@ def sounding(report: dict[str, Any]) -> Samples:
     """Return the frames in which the ring played samples, [frames, channels] of the mix, from a tap's report."""
     heard = unpacked(report["samples"]).reshape(-1, 2)
     starts = [(start - report["first"], frames) for start, frames in report["runs"]]
-    assert all(0 <= start and start + frames <= len(heard) for start, frames in starts)
+    assert all(start >= 0 and start + frames <= len(heard) for start, frames in starts)
     return np.concatenate([heard[start : start + frames] for start, frames in starts])
 
 
@@ -157,8 +157,8 @@ SEVERAL = """async () => {
   await Promise.all(fingers.map(([finger]) => finger.close()));
   const mix = house.packed(await tap.take());
   await player.close();
-  return {mix, first: tap.first, fingers: fingers.map(([{source}], index) => (
-    {session: given[index].session, samples: house.packed(new Float32Array(given[index].samples)), runs: source.runs}))};
+  return {mix, first: tap.first, fingers: fingers.map(([{source: {runs}}], index) => (
+    {session: given[index].session, samples: house.packed(new Float32Array(given[index].samples)), runs}))};
 }"""
 
 
@@ -200,7 +200,8 @@ PLAYED = """async ({chunks, channels}) => {
   const samples = house.packed(await tap.take());
   const {runs, underruns, missing, played} = source;
   await player.close();
-  return {sent: house.packed(new Float32Array(sent)), samples, first: tap.first, counts: first, runs, underruns, missing, played};
+  const counts = {underruns, missing, played};
+  return {sent: house.packed(new Float32Array(sent)), samples, first: tap.first, counts: first, runs, ...counts};
 }"""
 
 
