@@ -25,7 +25,7 @@ const READOUT = 0.2; // s between two texts of the readout
 
 const part = (id) => document.getElementById(id);
 const say = (text) => (part("status").textContent = text);
-const shown = { player: null, fingers: new Set(), session: null, touches: [], hands: null, room: null };
+const shown = { player: null, fingers: new Set(), session: null, tips: [], touches: [], hands: null, room: null };
 window.ridgewave = shown;
 
 let sound = null;
@@ -114,7 +114,7 @@ async function begin() {
     const session = shown.session;
     const tips = frame && session ? session.tips(frame) : desktopTips(pointer.point(passed), keys.point(passed));
     const held = shown.touches.length > 0;
-    shown.touches = hands.step(tips, time);
+    Object.assign(shown, { tips, touches: hands.step(tips, time) });
     if (!session && !(stale || held || shown.touches.length)) return;
     stale = false;
     if (!session) eye.hold(room.camera, room.table.position);

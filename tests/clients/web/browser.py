@@ -41,10 +41,10 @@ def headless(*flags: str) -> Iterator[Browser]:
     try:
         from playwright.sync_api import sync_playwright
     except ImportError:
-        _missing("playwright is missing: install the extra `test`")
+        missing("playwright is missing: install the extra `test`")
     path = shutil.which("chromium") or shutil.which("chromium-browser")
     if path is None:
-        _missing("Chromium is missing: install the Debian package chromium")
+        missing("Chromium is missing: install the Debian package chromium")
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=path, headless=True, args=[*FLAGS, *flags])
         try:
@@ -53,7 +53,8 @@ def headless(*flags: str) -> Iterator[Browser]:
             browser.close()
 
 
-def _missing(what: str) -> NoReturn:
+def missing(what: str) -> NoReturn:
+    """Skip the test for want of `what`; in CI, fail it."""
     if os.environ.get("CI") == "true":
         pytest.fail(what)
     pytest.skip(what)
