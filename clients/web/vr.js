@@ -62,14 +62,18 @@ async function openFinger(scene) {
   return finger;
 }
 
+function sendToPad(text, words) {
+  const link = Object.assign(document.createElement("a"), { href: "/", textContent: words });
+  part("status").replaceChildren(text, link);
+}
+
 /** Loads three.js, or says what is missing. */
 async function loadThree() {
   try {
     return await import("./vendor/three.module.js");
   } catch {
-    const [pad, text] = [document.createElement("a"), "This installation lacks three.js, which draws the table. "];
-    Object.assign(pad, { href: "/", textContent: "The pad works without it." });
-    part("status").replaceChildren(text, "Install a ridgewave that was built where Node is installed. ", pad);
+    const text = "This installation lacks three.js, which draws the table: install a ridgewave that was built where Node is installed. ";
+    sendToPad(text, "The pad works without it.");
     return null;
   }
 }
@@ -84,7 +88,7 @@ async function begin() {
   try {
     room = new Room(three, part("view"), swatches, look);
   } catch {
-    say("This browser draws no WebGL: switch its hardware acceleration on, or use the pad at /.");
+    sendToPad("This browser draws no WebGL: switch its hardware acceleration on. ", "The pad works without it.");
     return;
   }
   const buzz = new Buzz(threshold);
@@ -233,4 +237,7 @@ function followSession(session, floor, room, hands, button) {
   return { tips, end: () => session.end() };
 }
 
-begin().catch((error) => say(error.message));
+begin().catch((error) => {
+  if (error.problem?.status === 401) sendToPad("This service asks for a key. ", "Give it on the pad, then come back.");
+  else say(error.message);
+});

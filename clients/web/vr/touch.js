@@ -62,8 +62,9 @@ export class TipFollower {
     const { width, depth, places } = this.table;
     const over = Math.abs(point.x) <= width / 2 && Math.abs(point.z) <= depth / 2;
     if (point.y >= 0) this.side = "above";
+    else if (point.y < -THROUGH) this.side = "below";
     else if (this.side === "above" && over) this.side = "pressing";
-    else if (this.side !== "pressing" || point.y < -THROUGH) this.side = "below";
+    else if (this.side !== "pressing") this.side = "below";
     const under = swatchUnder(places, point);
     if (!under || this.side === "below") return null;
     return { ...under, load: this.side === "pressing" ? loadOf(-point.y) : 0, height: point.y };

@@ -1,7 +1,7 @@
-"""The VR page in a browser that draws without a graphics card, with three.js beside it and, if asked, an emulated headset.
+"""The VR page in a browser without a graphics card, with three.js beside it and, if asked, an emulated headset.
 
-Model: three.js comes as a build fetches it (hatch_build.py), IWER from npm by the hashes of package-lock.json. Both go to a
-    folder of the test run; the page gets three.js by a route of the browser, IWER by a script before its own.
+Model: three.js comes as a build fetches it (hatch_build.py), IWER from npm by the hashes of package-lock.json. Both go
+    to a folder of the test run; the page gets three.js by a route of the browser, IWER by a script before its own.
 Limits: a software renderer draws some ten frames a second; motions are given in frames, not in seconds.
 """
 
@@ -35,7 +35,7 @@ def three_folder(folder: Path) -> Path:
 
 
 def iwer_script(folder: Path) -> str:
-    """Return the script of the emulated headset, fetched into `folder`; skip the test where it cannot be had (in CI: fail)."""
+    """Return the script of the emulated headset, fetched into `folder`; skip the test where there is none (in CI: fail)."""
     npm = shutil.which("npm")
     if npm is None:
         missing("npm is missing: install Node")

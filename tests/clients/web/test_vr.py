@@ -1,4 +1,4 @@
-"""The VR page: controllers, tracked hands, a mouse and keys touch swatches, hear them, and are silent when they lift."""
+"""The VR page: controllers, tracked hands, a mouse and keys touch swatches, hear them, and are silent off them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 from tests.clients.web.browser import headless
 from tests.clients.web.headset import DRAWING, PATIENCE, at_the_table, iwer_script, three_folder
 from tests.clients.web.places import serving_pages
-from tests.service.harness import ROOT, Running, until
+from tests.service.harness import ROOT, until
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -81,7 +81,9 @@ def test_a_controller_sounds_and_buzzes_where_it_touches_until_it_lifts(headset:
     assert {touch["index"] for touch in report["touches"]} == {SWATCH}
     assert all(touch["load"] == pytest.approx(0.6, abs=0.01) for touch in report["touches"]), "3 mm at 200 N/m"
     places = [touch["position"] for touch in report["touches"][:6]]
-    assert places == pytest.approx([0.03 + 0.004 * step for step in range(6)], abs=1e-4), "true scale, from the left end"
+    assert places == pytest.approx([0.03 + 0.004 * step for step in range(6)], abs=1e-4), (
+        "true scale, from the left end"
+    )
     assert report["heard"]["peak"] > 0
     assert report["lifted"] and report["after"] == []
     assert all(0 <= strength <= 1 for strength in report["pulses"])
@@ -182,7 +184,9 @@ def test_silence_takes_every_finger_off(table: Page) -> None:
         ("navigator.xr.isSessionSupported = async () => false;", "No headset answers"),
     ],
 )
-def test_a_button_that_cannot_enter_says_why(browser: Browser, url: str, three: Path, before: str, sentence: str) -> None:
+def test_a_button_that_cannot_enter_says_why(
+    browser: Browser, url: str, three: Path, before: str, sentence: str
+) -> None:
     with at_the_table(browser, url, three, before) as (page, _):
         page.wait_for_function("() => document.querySelector('#why').textContent")
         assert sentence in page.inner_text("#why")
