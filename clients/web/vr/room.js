@@ -13,6 +13,7 @@ import { LENGTH, RAISED, WIDTH, layTable, magnification } from "./table.js";
 import { TipShape, TOUCHED } from "./tip_shape.js";
 
 const FIELD = 40; // degrees from top to bottom of a desktop picture
+const SHARP = 1000; // pixels from left to right at least: with fewer, fine ridges alias into coarse ones
 const ON_DESKTOP = { x: 0, y: 0.75, z: 0, yaw: 0 }; // m, rad
 const TILT = 0.2; // rad towards the person
 const BOARD = 0.018; // m thick
@@ -145,7 +146,7 @@ export class Room {
 
   /** Fits the picture to its canvas. @param {number} width @param {number} height CSS pixels @param {number} ratio */
   fit(width, height, ratio) {
-    this.renderer.setPixelRatio(Math.min(2, ratio));
+    this.renderer.setPixelRatio(Math.min(3, Math.max(Math.min(2, ratio), SHARP / Math.max(1, width))));
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / Math.max(1, height);
     this.camera.updateProjectionMatrix();

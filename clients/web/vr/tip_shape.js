@@ -1,10 +1,15 @@
 /**
  * What is seen of one fingertip: a ball, its dot and ring on the surface, the rod of a controller, the joints of a hand.
  *
+ * Model: a hand is balls at its joints and rods between those that follow each other in a finger.
  * Limits: a hand that presses is drawn where it is, below the surface; its fingertip's ball rests on the surface.
  */
 
 import { MOST_LOAD } from "./touch.js";
+
+const FINGERS = [1, 5, 10, 15, 20]; // joints of XRHand that a finger begins with, next to the wrist, joint 0
+const JOINTS = 25;
+const BONE = 0.85; // thickness of a rod over that of the thinner of its joints
 
 /** Colour of what a touch lights. */
 export const TOUCHED = 0x1f6f8b;
@@ -18,11 +23,12 @@ export class TipShape {
     this.dot = new three.Mesh(new three.CircleGeometry(1, 24), new three.MeshBasicMaterial({ color: 0, opacity: 0.3, ...flat }));
     this.ring = new three.Mesh(new three.RingGeometry(0.82, 1, 40), new three.MeshBasicMaterial({ color: TOUCHED, ...flat }));
     this.rod = new three.Mesh(new three.CylinderGeometry(0.003, 0.006, 1, 12), skin);
-    this.joints = new three.InstancedMesh(new three.SphereGeometry(1, 10, 8), skin, 25);
-    this.joints.frustumCulled = false;
+    this.joints = new three.InstancedMesh(new three.SphereGeometry(1, 10, 8), skin, JOINTS);
+    this.bones = new three.InstancedMesh(new three.CylinderGeometry(1, 1, 1, 10, 1, true), skin, JOINTS - 1);
+    this.joints.frustumCulled = this.bones.frustumCulled = false;
     this.dot.rotation.x = this.ring.rotation.x = -Math.PI / 2;
     table.add(this.ball, this.dot, this.ring, this.rod);
-    scene.add(this.joints);
+    scene.add(this.joints, this.bones);
   }
 
   /** @param {object | null} tip of `Room.showTip` @param {number} load (N) */
@@ -31,7 +37,7 @@ export class TipShape {
     this.ball.visible = this.dot.visible = seen;
     this.ring.visible = seen && load > 0;
     this.rod.visible = seen && Boolean(tip.rod);
-    this.joints.visible = seen && Boolean(tip.joints?.length);
+    this.joints.visible = this.bones.visible = seen && Boolean(tip.joints?.length);
     if (!seen) return;
     const { centre, radius, rod, joints = [] } = tip;
     const height = Math.max(0, centre.y - radius);
@@ -57,11 +63,21 @@ export class TipShape {
   }
 
   #joints(joints) {
-    const matrix = new this.three.Matrix4();
+    const { Matrix4, Quaternion, Vector3 } = this.three;
+    const [matrix, turn, up] = [new Matrix4(), new Quaternion(), new Vector3(0, 1, 0)];
+    const whole = joints.length === JOINTS;
     joints.forEach(({ x, y, z, radius }, index) => {
       this.joints.setMatrixAt(index, matrix.makeScale(radius, radius, radius).setPosition(x, y, z));
+      if (!whole || index === 0) return;
+      const before = joints[FINGERS.includes(index) ? 0 : index - 1];
+      const along = new Vector3(x - before.x, y - before.y, z - before.z);
+      const middle = new Vector3(x, y, z).addScaledVector(along, -0.5);
+      const thick = BONE * Math.min(radius, before.radius);
+      const size = new Vector3(thick, along.length(), thick);
+      this.bones.setMatrixAt(index - 1, matrix.compose(middle, turn.setFromUnitVectors(up, along.normalize()), size));
     });
     this.joints.count = joints.length;
-    this.joints.instanceMatrix.needsUpdate = true;
+    this.bones.count = whole ? JOINTS - 1 : 0;
+    this.joints.instanceMatrix.needsUpdate = this.bones.instanceMatrix.needsUpdate = true;
   }
 }

@@ -35,7 +35,7 @@ def three_folder(folder: Path) -> Path:
 
 
 def iwer_script(folder: Path) -> str:
-    """Return the script of the emulated headset, fetched into `folder`; skip the test where there is none (in CI: fail)."""
+    """Return the emulated headset's script, fetched into `folder`; skip the test where there is none (in CI: fail)."""
     npm = shutil.which("npm")
     if npm is None:
         missing("npm is missing: install Node")
