@@ -120,6 +120,7 @@ def test_the_table_stands_before_the_person_within_reach(headset: Page) -> None:
     assert 0.3 < head[2] - table[2] < 0.6 and 0.5 < table[1] < head[1] - 0.3
 
 
+@pytest.mark.slow
 def test_a_mouse_that_presses_and_strokes_sounds_and_is_silent_when_it_lets_go(table: Page) -> None:
     x, y = table.evaluate(
         """async () => {
