@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 import uvicorn
 from fastapi import FastAPI
+from starlette.types import ASGIApp
 
 from service.app import create_app
 from service.engine import Engine
@@ -141,13 +142,21 @@ class Listener:
 
 
 @contextmanager
-def serving(engine: Engine | None = None, siblings: Path | None = None, **changes: object) -> Iterator[Running]:
-    """Yield a server on a free port of this machine; siblings: the folder through which several are one service."""
+def serving(
+    engine: Engine | None = None,
+    siblings: Path | None = None,
+    outside: Callable[[ASGIApp], ASGIApp] = lambda app: app,
+    **changes: object,
+) -> Iterator[Running]:
+    """Yield a server on a free port of this machine.
+
+    siblings: the folder through which several are one service. outside: what a test puts around the application.
+    """
     settings = settings_of(**changes)
     app = create_app(settings, engine, siblings)
     listener = listen(settings)
     options = LIVE_OPTIONS | {"ws_max_size": settings.max_message}
-    config = uvicorn.Config(app, log_config=None, access_log=False, timeout_graceful_shutdown=1, **options)
+    config = uvicorn.Config(outside(app), log_config=None, access_log=False, timeout_graceful_shutdown=1, **options)
     server = uvicorn.Server(config)
     thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]}, daemon=True)
     thread.start()

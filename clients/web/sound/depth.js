@@ -1,0 +1,54 @@
+/* How much sound is kept queued ahead: as little as plays without a break, since what is queued is heard before any change.
+
+The queue is watched at its shortest. Where it ran dry it is made longer by what was missing; where in five seconds it
+never came near its end, half of what was to spare is given up. After an underrun nothing is given up for a while, since
+what caused it (a page that draws, a machine that is busy) comes again.
+Limits: it learns from what happened; the first hiccup of a kind is heard. All times are unverified defaults. */
+
+const START = 0.04; // s
+const LEAST = 0.012; // s: less than a device takes at a time is silence
+const MOST = 0.25; // s
+const MARGIN = 0.005; // s left at the shortest moment
+const STEP = 0.005; // s, the least that an underrun adds
+const WINDOW = 5; // s watched before anything is given up
+const CAUTION = 30; // s after an underrun in which nothing is given up
+
+export class Depth {
+  #rate;
+  #seconds = START;
+  #least = Infinity;
+  #watched = 0;
+  #caution = 0;
+
+  /** rate: Hz. */
+  constructor(rate) {
+    this.#rate = rate;
+  }
+
+  /** Frames to keep queued or on their way. */
+  get frames() {
+    return Math.round(this.#seconds * this.#rate);
+  }
+
+  /** Notes that `played` frames were played, the queue never shorter than `least`, with `missing` frames of zeros. */
+  observe({ played, least, missing }) {
+    if (missing > 0) {
+      this.#set(this.#seconds + Math.max(STEP, Math.min(missing / this.#rate, this.#seconds)));
+      this.#caution = CAUTION;
+      return;
+    }
+    const seconds = played / this.#rate;
+    this.#caution -= seconds;
+    this.#watched += seconds;
+    this.#least = Math.min(this.#least, least);
+    if (this.#watched < WINDOW) return;
+    const spare = this.#least / this.#rate - MARGIN;
+    this.#set(this.#seconds - (this.#caution > 0 ? 0 : Math.max(0, spare / 2)));
+  }
+
+  #set(seconds) {
+    this.#seconds = Math.min(MOST, Math.max(LEAST, seconds));
+    this.#watched = 0;
+    this.#least = Infinity;
+  }
+}

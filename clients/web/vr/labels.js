@@ -1,0 +1,58 @@
+/**
+ * The labels of all swatches, as one picture and one mesh, so that they cost one draw call.
+ *
+ * Model: each label is a cell of the picture; a quad on the board in front of its swatch shows it.
+ * Limits: text longer than its cell is set smaller.
+ */
+
+import { LABEL, LENGTH, RAISED, WIDTH, labelLines } from "./table.js";
+
+const CELL = { width: 768, height: Math.round((768 * LABEL) / LENGTH) }; // pixels of 0.18 mm, finer than a headset shows
+const COLUMNS = 2;
+const SIZES = [54, 46, 46]; // pixels, of each line
+const BASELINES = [56, 122, 182]; // pixels from the top of a cell
+const BEHIND = 0.004; // m between a swatch and its label
+const OVER_BOARD = 5e-4; // m: enough that the depth buffer keeps label and board apart
+
+/**
+ * @param {object} three the module
+ * @param {{title: string, period: number, height: number}[]} swatches lengths in m
+ * @param {{x: number, z: number}[]} places middles of the swatches (m)
+ * @param {{ink: string, faint: string}} colours CSS colours of the first line and of the others
+ * @returns {Mesh} to lie in the table's frame
+ */
+export function labelMesh(three, swatches, places, { ink, faint }) {
+  const rows = Math.max(1, Math.ceil(swatches.length / COLUMNS));
+  const picture = document.createElement("canvas");
+  picture.width = CELL.width * COLUMNS;
+  picture.height = CELL.height * rows;
+  const pen = picture.getContext("2d");
+  const [positions, places2d, corners] = [[], [], []];
+  swatches.forEach((swatch, index) => {
+    const [column, row] = [index % COLUMNS, Math.floor(index / COLUMNS)];
+    labelLines(swatch).forEach((line, number) => {
+      const font = (size) => `${number ? "" : "600 "}${size}px system-ui, sans-serif`;
+      pen.font = font(SIZES[number]);
+      pen.font = font(SIZES[number] * Math.min(1, (CELL.width - 8) / pen.measureText(line).width));
+      pen.fillStyle = number ? faint : ink;
+      pen.fillText(line, column * CELL.width, row * CELL.height + BASELINES[number]);
+    });
+    const [u, v] = [column / COLUMNS, 1 - row / rows];
+    places2d.push(u, v, u + 1 / COLUMNS, v, u, v - 1 / rows, u + 1 / COLUMNS, v - 1 / rows);
+    const left = places[index].x - LENGTH / 2;
+    const back = places[index].z + WIDTH / 2 + BEHIND;
+    const front = back + LABEL;
+    const y = OVER_BOARD - RAISED;
+    positions.push(left, y, back, left + LENGTH, y, back, left, y, front, left + LENGTH, y, front);
+    const first = index * 4;
+    corners.push(first, first + 2, first + 1, first + 1, first + 2, first + 3);
+  });
+  const geometry = new three.BufferGeometry();
+  geometry.setAttribute("position", new three.Float32BufferAttribute(positions, 3));
+  geometry.setAttribute("uv", new three.Float32BufferAttribute(places2d, 2));
+  geometry.setIndex(corners);
+  const texture = new three.CanvasTexture(picture);
+  texture.colorSpace = three.SRGBColorSpace;
+  texture.anisotropy = 8;
+  return new three.Mesh(geometry, new three.MeshBasicMaterial({ map: texture, transparent: true, depthWrite: false }));
+}

@@ -1,0 +1,154 @@
+/**
+ * The table with its swatches, light and fingertips, in three.js.
+ *
+ * Model: all that lies on the table is in its frame (table.js); the table is tilted towards the person. Light rakes along the
+ * strokes, so that ridges show. A fingertip that presses is drawn on the surface and not inside it; the ring around it grows
+ * with the load.
+ * Limits: no shadows but a dot under each fingertip; some 20 draw calls.
+ */
+
+import { labelMesh } from "./labels.js";
+import { relief } from "./relief.js";
+import { LENGTH, RAISED, WIDTH, layTable, magnification } from "./table.js";
+import { TipShape, TOUCHED } from "./tip_shape.js";
+
+const FIELD = 40; // degrees from top to bottom of a desktop picture
+const SHARP = 1000; // pixels from left to right at least: with fewer, fine ridges alias into coarse ones
+const ON_DESKTOP = { x: 0, y: 0.75, z: 0, yaw: 0 }; // m, rad
+const TILT = 0.2; // rad towards the person
+const BOARD = 0.018; // m thick
+const LOOKS = {
+  light: { air: 0xe6ebef, floor: 0xd8dfe5, board: 0xf4f2ee, ink: "#1d2733", faint: "#4f5d6b", sky: 0xffffff, sun: 1.9 },
+  dark: { air: 0x171c22, floor: 0x1e252d, board: 0x3a444f, ink: "#eef2f5", faint: "#b3bec9", sky: 0xb9c6d6, sun: 1.5 },
+};
+const FINE = 0xe0b98a; // colour of the finest swatch
+const COARSE = 0x86a9bd; // and of the coarsest; between them by rank
+
+export class Room {
+  /**
+   * @param {object} three the module three.js
+   * @param {HTMLCanvasElement} canvas
+   * @param {{title: string, period: number, height: number, heights: number[]}[]} swatches lengths in m; `heights` of one period
+   * @param {"light" | "dark"} look
+   */
+  constructor(three, canvas, swatches, look) {
+    this.three = three;
+    this.renderer = new three.WebGLRenderer({ canvas, antialias: true });
+    this.renderer.xr.enabled = true;
+    this.camera = new three.PerspectiveCamera(FIELD, 1, 0.02, 20);
+    this.layout = layTable(swatches.length);
+    this.tips = new Map();
+    const colours = LOOKS[look];
+    this.scene = new three.Scene();
+    this.scene.background = new three.Color(colours.air);
+    this.scene.fog = new three.Fog(colours.air, 2.5, 7);
+    const sun = new three.DirectionalLight(0xffffff, colours.sun);
+    sun.position.set(-1.6, 1.1, 0.5);
+    this.scene.add(new three.HemisphereLight(colours.sky, colours.floor, 1.4), sun);
+    this.floor = new three.Mesh(new three.CircleGeometry(7, 48), new three.MeshBasicMaterial({ color: colours.floor }));
+    this.floor.rotation.x = -Math.PI / 2;
+    this.table = new three.Group();
+    this.scene.add(this.floor, this.table);
+    this.stand(ON_DESKTOP);
+    this.#board(colours);
+    this.swatches = swatches.map((swatch, index) => this.#swatch(swatch, index, swatches.length));
+    this.table.add(labelMesh(three, swatches, this.layout.places, colours));
+  }
+
+  /** @param {{x: number, y: number, z: number, yaw: number}} place middle of the table (m) and its turn (rad), in the world */
+  stand({ x, y, z, yaw }) {
+    this.table.position.set(x, y, z);
+    this.table.rotation.set(TILT, yaw, 0, "YXZ");
+    this.table.updateMatrixWorld(true);
+  }
+
+  #board({ board }) {
+    const { three, layout } = this;
+    const geometry = new three.BoxGeometry(layout.width, BOARD, layout.depth);
+    const mesh = new three.Mesh(geometry, new three.MeshStandardMaterial({ color: board, roughness: 0.85 }));
+    mesh.position.y = -RAISED - BOARD / 2;
+    this.table.add(mesh);
+  }
+
+  #swatch({ heights, period }, index, count) {
+    const { three } = this;
+    const surface = { heights, period, ...magnification(period), length: LENGTH, width: WIDTH, raised: RAISED };
+    const { positions, normals, colours, indices } = relief(surface);
+    const geometry = new three.BufferGeometry();
+    geometry.setAttribute("position", new three.BufferAttribute(positions, 3));
+    geometry.setAttribute("normal", new three.BufferAttribute(normals, 3));
+    geometry.setAttribute("color", new three.BufferAttribute(colours, 3));
+    geometry.setIndex(new three.BufferAttribute(indices, 1));
+    const color = new three.Color(FINE).lerp(new three.Color(COARSE), count > 1 ? index / (count - 1) : 0);
+    const mesh = new three.Mesh(geometry, new three.MeshStandardMaterial({ color, vertexColors: true, roughness: 0.6 }));
+    const { x, z } = this.layout.places[index];
+    mesh.position.set(x, 0, z);
+    this.table.add(mesh);
+    return mesh;
+  }
+
+  /** @param {{x, y, z}} point in the world (m) @returns {{x, y, z}} in the table's frame (m) */
+  onTable({ x, y, z }) {
+    return this.table.worldToLocal(new this.three.Vector3(x, y, z));
+  }
+
+  /**
+   * @param {number} x right of the middle of the canvas, -1..1
+   * @param {number} y above it, -1..1
+   * @returns {{x: number, z: number} | null} the point of the table's plane seen there (m)
+   */
+  under(x, y) {
+    const ray = new this.three.Raycaster();
+    ray.setFromCamera(new this.three.Vector2(x, y), this.camera);
+    const from = this.table.worldToLocal(ray.ray.origin.clone());
+    const to = this.table.worldToLocal(ray.ray.at(1, new this.three.Vector3()));
+    if (from.y * (from.y - to.y) <= 0) return null;
+    const share = from.y / (from.y - to.y);
+    return { x: from.x + share * (to.x - from.x), z: from.z + share * (to.z - from.z) };
+  }
+
+  /**
+   * Shows a fingertip, or hides it where `tip` is null.
+   * @param {string} id
+   * @param {{centre: {x, y, z}, radius: number, rod?: XRRigidTransform | null, joints?: {x, y, z, radius}[]} | null} tip its
+   *   middle in the table's frame, rod and joints in the world (m)
+   * @param {number} load (N)
+   */
+  showTip(id, tip, load = 0) {
+    if (!this.tips.has(id)) {
+      if (!tip) return;
+      this.tips.set(id, new TipShape(this.three, this.scene, this.table));
+    }
+    this.tips.get(id).show(tip, load);
+  }
+
+  /** @param {Set<number>} touched which swatches are lit */
+  light(touched) {
+    this.swatches.forEach(({ material }, index) => {
+      material.emissive.setHex(touched.has(index) ? TOUCHED : 0);
+      material.emissiveIntensity = 0.35;
+    });
+  }
+
+  /** Draws a frame to the canvas or the headset. */
+  draw() {
+    this.renderer.render(this.scene, this.camera);
+  }
+
+  /** Looks with an eye of the desktop again, after a headset had the camera. */
+  useDesktop() {
+    Object.assign(this.camera, { fov: FIELD, zoom: 1 });
+    this.camera.up.set(0, 1, 0);
+    this.camera.updateProjectionMatrix();
+    this.stand(ON_DESKTOP);
+    this.floor.visible = true;
+  }
+
+  /** Fits the picture to its canvas. @param {number} width @param {number} height CSS pixels @param {number} ratio */
+  fit(width, height, ratio) {
+    this.renderer.setPixelRatio(Math.min(3, Math.max(Math.min(2, ratio), SHARP / Math.max(1, width))));
+    this.renderer.setSize(width, height, false);
+    this.camera.aspect = width / Math.max(1, height);
+    this.camera.updateProjectionMatrix();
+  }
+}

@@ -1,0 +1,108 @@
+"""Headless Chromium for the tests of the web page, and what watches a page: no error is logged, no other host asked.
+
+Limits: playwright's blocking interface keeps an event loop running in the thread that started it, in which
+    `asyncio.run` of other tests would fail: a browser is for one module of tests, and is closed with it.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, NoReturn
+from urllib.parse import urlsplit
+
+import pytest
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, ConsoleMessage, Page, Request
+
+FLAGS = (
+    "--no-sandbox",
+    "--disable-gpu",
+    "--autoplay-policy=no-user-gesture-required",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-default-apps",
+    "--disable-sync",
+    "--no-first-run",
+    "--no-pings",
+)
+"""As root, without a screen, with sound before the first click, and without calls home."""
+
+LOCAL_SCHEMES = ("data", "blob", "about")
+
+
+@contextmanager
+def headless(*flags: str) -> Iterator[Browser]:
+    """Yield Chromium; skip the test where it, or playwright, is missing (in CI: fail)."""
+    try:
+        from playwright.sync_api import sync_playwright
+    except ImportError:
+        missing("playwright is missing: install the extra `test`")
+    path = shutil.which("chromium") or shutil.which("chromium-browser")
+    if path is None:
+        missing("Chromium is missing: install the Debian package chromium")
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=path, headless=True, args=[*FLAGS, *flags])
+        try:
+            yield browser
+        finally:
+            browser.close()
+
+
+def missing(what: str) -> NoReturn:
+    """Skip the test for want of `what`; in CI, fail it."""
+    if os.environ.get("CI") == "true":
+        pytest.fail(what)
+    pytest.skip(what)
+
+
+class Watch:
+    """What went wrong in a page: errors on its console, uncaught exceptions, requests to another host than `url`'s."""
+
+    def __init__(self, page: Page, url: str) -> None:
+        self.host = urlsplit(url).netloc
+        self.wrong: list[str] = []
+        self._allowed: list[str] = []
+        page.on("console", self._console)
+        page.on("pageerror", lambda error: self.wrong.append(f"uncaught: {error}"))
+        page.on("request", self._request)
+        page.on("websocket", lambda socket: self._ask(socket.url))
+
+    def allow(self, pattern: str) -> None:
+        """Let errors pass that `pattern` is found in: those of a connection that a test breaks, say."""
+        self._allowed.append(pattern)
+
+    def check(self) -> None:
+        """Fail if anything went wrong."""
+        wrong = [text for text in self.wrong if not any(re.search(pattern, text) for pattern in self._allowed)]
+        assert not wrong, "\n".join(wrong)
+
+    def _console(self, message: ConsoleMessage) -> None:
+        if message.type == "error":
+            self.wrong.append(f"console: {message.text} ({message.location.get('url', '')})")
+
+    def _request(self, request: Request) -> None:
+        self._ask(request.url)
+
+    def _ask(self, url: str) -> None:
+        parts = urlsplit(url)
+        if parts.scheme not in LOCAL_SCHEMES and parts.netloc != self.host:
+            self.wrong.append(f"asked another host: {url}")
+
+
+@contextmanager
+def watched(browser: Browser, url: str, **options: Any) -> Iterator[tuple[Page, Watch]]:
+    """Yield a page at `url` in a profile of its own, and what watches it; fail in the end if anything went wrong."""
+    context = browser.new_context(**options)
+    page = context.new_page()
+    watch = Watch(page, url)
+    try:
+        page.goto(url)
+        yield page, watch
+    finally:
+        context.close()
+    watch.check()

@@ -1,0 +1,202 @@
+"""The VR page: controllers, tracked hands, a mouse and keys touch swatches, hear them, and are silent off them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+from tests.clients.web.browser import headless
+from tests.clients.web.headset import DRAWING, PATIENCE, at_the_table, iwer_script, three_folder
+from tests.clients.web.places import serving_pages
+from tests.service.harness import ROOT, until
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+OPEN = "() => ridgewave.fingers.size === 1 && [...ridgewave.fingers][0].source"
+SWATCH = 5  # in the second row, in reach of every hand of the tests
+
+STROKE = """async ({hand, id, index, depth}) => {
+  const held = device => (hand === "controller" ? device.controllers.right : device.hands.right);
+  const {x, z} = tools.swatch(index);
+  await tools.put(held(tools.device), id, {x: x - 0.04, y: 0.03, z});
+  await tools.until(() => ridgewave.fingers.size === 1 && [...ridgewave.fingers][0].source);
+  const heard = tools.listen();
+  const touches = [];
+  for (let step = 0; step < 200 && !(step >= 6 && heard.peak > 0); step += 1) {
+    await tools.put(held(tools.device), id, {x: x - 0.04 + 0.004 * (step % 20), y: -depth, z});
+    touches.push(...ridgewave.touches);
+  }
+  const lifted = await tools.silence(() => (
+    tools.put(held(tools.device), id, {x: x + 0.04 * Math.sin(performance.now()), y: 0.03, z})
+  ));
+  return {heard, touches, lifted, after: ridgewave.touches, pulses: tools.pulses};
+}"""
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with headless(*DRAWING) as chromium:
+        yield chromium
+
+
+@pytest.fixture(scope="module")
+def url() -> Iterator[str]:
+    with serving_pages(web=str(ROOT / "clients" / "web")) as running:
+        until(lambda: running.service.warm, PATIENCE)
+        yield running.url
+
+
+@pytest.fixture(scope="module")
+def three(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return three_folder(tmp_path_factory.mktemp("three"))
+
+
+@pytest.fixture(scope="module")
+def iwer(tmp_path_factory: pytest.TempPathFactory) -> str:
+    return iwer_script(tmp_path_factory.mktemp("npm"))
+
+
+@pytest.fixture
+def table(browser: Browser, url: str, three: Path) -> Iterator[Page]:
+    with at_the_table(browser, url, three) as (page, _):
+        yield page
+
+
+@pytest.fixture
+def headset(browser: Browser, url: str, three: Path, iwer: str) -> Iterator[Page]:
+    """Yield the page with an emulated headset that has entered, in the floor's frame."""
+    with at_the_table(browser, url, three, iwer) as (page, _):
+        page.click("#enter:enabled")
+        page.wait_for_function("() => ridgewave.session && ridgewave.tips.length === 2")
+        yield page
+
+
+def test_a_controller_sounds_and_buzzes_where_it_touches_until_it_lifts(headset: Page) -> None:
+    headset.evaluate("() => tools.heed('right')")
+    report = headset.evaluate(STROKE, {"hand": "controller", "id": "right controller", "index": SWATCH, "depth": 0.003})
+    assert {touch["index"] for touch in report["touches"]} == {SWATCH}
+    assert all(touch["load"] == pytest.approx(0.6, abs=0.01) for touch in report["touches"]), "3 mm at 200 N/m"
+    places = [touch["position"] for touch in report["touches"][:6]]
+    assert places == pytest.approx([0.03 + 0.004 * step for step in range(6)], abs=1e-4), (
+        "true scale, from the left end"
+    )
+    assert report["heard"]["peak"] > 0
+    assert report["lifted"] and report["after"] == []
+    assert all(0 <= strength <= 1 for strength in report["pulses"])
+    assert max(report["pulses"]) > 0 and report["pulses"][-1] == 0
+
+
+def test_the_index_finger_of_a_tracked_hand_touches(headset: Page) -> None:
+    headset.evaluate("() => { tools.device.primaryInputMode = 'hand'; }")
+    headset.wait_for_function("() => ridgewave.tips.some(({id}) => id === 'right hand')")
+    report = headset.evaluate(STROKE, {"hand": "hand", "id": "right hand", "index": SWATCH, "depth": 0.005})
+    assert {touch["index"] for touch in report["touches"]} == {SWATCH}
+    assert all(touch["load"] == pytest.approx(1.0, abs=0.02) for touch in report["touches"])
+    assert report["heard"]["peak"] > 0
+    assert report["lifted"] and report["after"] == []
+
+
+def test_leaving_ends_the_session_and_every_touch(headset: Page) -> None:
+    put = "(y) => tools.put(tools.device.controllers.right, 'right controller', {...tools.swatch(5), y})"
+    headset.evaluate(put, 0.02)
+    headset.wait_for_function(OPEN)
+    headset.evaluate(put, -0.004)
+    headset.wait_for_function("() => [...ridgewave.fingers].some((finger) => finger.touching)")
+    headset.evaluate("() => { tools.session.end(); }")
+    headset.wait_for_function("() => !ridgewave.session && ridgewave.fingers.size === 0")
+    assert headset.inner_text("#enter") == "Enter VR" and headset.is_enabled("#enter")
+    assert headset.evaluate("() => tools.silence()")
+
+
+def test_the_table_stands_before_the_person_within_reach(headset: Page) -> None:
+    head, table = headset.evaluate(
+        "() => [tools.device.position, ridgewave.room.table.position].map(({x, y, z}) => [x, y, z])"
+    )
+    assert table[0] == pytest.approx(head[0], abs=0.01)
+    assert 0.3 < head[2] - table[2] < 0.6 and 0.5 < table[1] < head[1] - 0.3
+
+
+@pytest.mark.slow
+def test_a_mouse_that_presses_and_strokes_sounds_and_is_silent_when_it_lets_go(table: Page) -> None:
+    x, y = table.evaluate(
+        """async () => {
+          const {x, z} = tools.swatch(4);
+          const {Vector3} = ridgewave.room.three;
+          const seen = ridgewave.room.table.localToWorld(new Vector3(x, 0, z)).project(ridgewave.room.camera);
+          const {left, top, width, height} = document.querySelector("#view").getBoundingClientRect();
+          return [left + (seen.x + 1) / 2 * width, top + (1 - seen.y) / 2 * height];
+        }"""
+    )
+    table.mouse.move(x, y)
+    table.mouse.down()
+    table.wait_for_function("() => [...ridgewave.fingers].some((finger) => finger.touching)")
+    (first,) = table.evaluate("() => ridgewave.touches")
+    assert first["index"] == 4 and 0.3 <= first["load"] < 3.0
+    table.evaluate("() => { window.heard = tools.listen(); }")
+    for step in range(200):
+        table.mouse.move(x + 12 * (-1) ** step, y, steps=4)
+        if table.evaluate("() => heard.peak") > 0:
+            break
+    assert table.evaluate("() => heard.peak") > 0
+    table.wait_for_function("(load) => ridgewave.touches[0].load > load", arg=first["load"])  # held longer is deeper
+    table.mouse.wheel(0, 100)
+    table.wait_for_function("() => ridgewave.touches.length === 1")
+    table.mouse.up()
+    table.wait_for_function("() => ridgewave.touches.length === 0")
+    assert table.evaluate("() => tools.silence()")
+
+
+def test_arrow_keys_stroke_the_swatch_whose_button_has_the_focus(table: Page) -> None:
+    buttons = table.locator("#list button")
+    assert buttons.count() == table.evaluate("() => ridgewave.room.swatches.length") >= 10
+    buttons.nth(2).focus()
+    table.keyboard.press("ArrowUp")
+    table.wait_for_function(OPEN)
+    table.keyboard.down("ArrowRight")
+    table.wait_for_function("() => [...ridgewave.fingers].some((finger) => finger.touching)")
+    (touch,) = table.evaluate("() => ridgewave.touches")
+    assert touch["index"] == 2 and touch["load"] == pytest.approx(0.4)
+    table.wait_for_function("(position) => ridgewave.touches[0]?.position > position", arg=touch["position"])
+    table.keyboard.up("ArrowRight")
+    table.wait_for_function("() => ridgewave.touches.length === 0")
+    assert table.evaluate("() => tools.silence()")
+
+
+def test_silence_takes_every_finger_off(table: Page) -> None:
+    table.locator("#list button").first.focus()
+    table.keyboard.press("ArrowUp")
+    table.wait_for_function(OPEN)
+    table.keyboard.down("ArrowRight")
+    table.wait_for_function("() => [...ridgewave.fingers].some((finger) => finger.touching)")
+    table.evaluate("() => document.querySelector('#silence').click()")
+    table.wait_for_function("() => ridgewave.fingers.size === 0 && ridgewave.player.volume === 0")
+    assert table.get_attribute("#silence", "aria-pressed") == "true"
+
+
+@pytest.mark.parametrize(
+    ("before", "sentence"),
+    [
+        ("Object.defineProperty(window, 'isSecureContext', {value: false});", "by https or from localhost"),
+        ("Object.defineProperty(navigator, 'xr', {value: undefined});", "in the browser of a headset"),
+        ("navigator.xr.isSessionSupported = async () => false;", "No headset answers"),
+    ],
+)
+def test_a_button_that_cannot_enter_says_why(
+    browser: Browser, url: str, three: Path, before: str, sentence: str
+) -> None:
+    with at_the_table(browser, url, three, before) as (page, _):
+        page.wait_for_function("() => document.querySelector('#why').textContent")
+        assert sentence in page.inner_text("#why")
+        assert page.is_disabled("#enter")
+        assert page.get_attribute("#enter", "aria-describedby") == "why"
+
+
+def test_without_three_js_the_page_says_how_to_get_it_and_leads_to_the_pad(browser: Browser, url: str) -> None:
+    with at_the_table(browser, url, None, ready="#status a") as (page, watch):
+        watch.allow("vendor")
+        assert "lacks three.js" in page.inner_text("#status") and "Node" in page.inner_text("#status")
+        assert page.get_attribute("#status a", "href") == "/"

@@ -1,0 +1,124 @@
+"""Where swatches lie, how they are drawn, what a fingertip presses: the parts of the VR page without three.js."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
+
+FOLLOW = """async (points) => {
+  const {TipFollower} = await import("/web/vr/touch.js");
+  const {layTable} = await import("/web/vr/table.js");
+  const follower = new TipFollower(layTable(1));
+  return points.map((point) => follower.follow(point && {x: point[0], y: point[1], z: layTable(1).places[0].z}));
+}"""
+
+
+def loads(house: Page, *points: tuple[float, float] | None) -> list[float | None]:
+    """Return the load (N) of a fingertip that goes through the points (x, y) over a single swatch, null beside it."""
+    return [None if under is None else under["load"] for under in house.evaluate(FOLLOW, points)]
+
+
+def table(house: Page, expression: str, argument: Any = None) -> Any:
+    """Return what an expression of vr/table.js gives."""
+    return house.evaluate(
+        f"async (given) => {{ const table = await import('/web/vr/table.js'); return {expression}; }}", argument
+    )
+
+
+def test_depth_is_load_until_the_most(house: Page) -> None:
+    pressed = loads(house, (0, 0.01), (0, -0.001), (0, -0.005), (0, -0.015), (0, -0.05), (0, 0.0))
+    assert pressed == pytest.approx([0, 0.2, 1.0, 3.0, 3.0, 0])
+
+
+def test_a_fingertip_that_did_not_come_from_above_touches_nothing(house: Page) -> None:
+    assert loads(house, (0, -0.005)) == [None], "found inside the table"
+    assert loads(house, (0, 0.01), None, (0, -0.005)) == [0, None, None], "lost above, found inside"
+    assert loads(house, (0, 0.01), (0, -0.07), (0, -0.005)) == [0, None, None], "through the table and back up"
+    assert loads(house, (1, 0.01), (1, -0.005), (0, -0.005)) == [None, None, None], "from the side"
+    assert loads(house, (0, 0.01), (0, -0.005), (0.08, -0.005), (0, -0.005)) == pytest.approx([0, 1, None, 1])
+
+
+def test_a_pose_that_is_no_number_touches_nothing(house: Page) -> None:
+    script = FOLLOW.replace("follower.follow(point", "follower.follow(point && {x: NaN, y: -0.01, z: 0}, point")
+    assert house.evaluate(script, [[0, 0.01], [0, -0.01]]) == [None, None]
+
+
+def test_a_place_on_a_swatch_is_metres_from_its_left_end(house: Page) -> None:
+    length = table(house, "table.LENGTH")
+    ends = house.evaluate(FOLLOW, [[-length / 2, 0.01], [0, 0.01], [length / 2, 0.01], [length / 2 + 1e-6, 0.01]])
+    assert [end and end["position"] for end in ends] == [pytest.approx(0), length / 2, pytest.approx(length), None]
+
+
+@pytest.mark.parametrize("count", [1, 4, 5, 10, 12])
+def test_swatches_and_labels_lie_apart_on_the_board(house: Page, count: int) -> None:
+    layout, length, width, label = table(
+        house, "[table.layTable(given), table.LENGTH, table.WIDTH, table.LABEL]", count
+    )
+    places = layout["places"]
+    assert len(places) == count
+    for index, one in enumerate(places):
+        assert abs(one["x"]) + length / 2 < layout["width"] / 2
+        assert one["z"] - width / 2 > -layout["depth"] / 2 and one["z"] + width / 2 + label < layout["depth"] / 2
+        for other in places[index + 1 :]:
+            assert abs(one["x"] - other["x"]) > length or abs(one["z"] - other["z"]) > width + label
+
+
+def test_the_swatches_kept_are_spread_over_the_periods_with_both_ends(house: Page) -> None:
+    entries = [{"name": str(number), "period": 1e-4 * 1.1**number} for number in range(40)]
+    kept = [entry["period"] for entry in table(house, "table.chooseSwatches(given, 12)", entries[::-1])]
+    assert len(kept) == 12 and kept == sorted(kept)
+    assert (kept[0], kept[-1]) == (entries[0]["period"], entries[-1]["period"])
+    steps = [after / before for before, after in pairwise(kept)]
+    assert max(steps) < 1.1**8, "no wide gap"
+    assert len(table(house, "table.chooseSwatches(given, 12)", entries[:3])) == 3
+
+
+def test_finer_textures_are_drawn_finer_and_the_label_says_how_much(house: Page) -> None:
+    periods = [0.1e-3, 0.2e-3, 0.25e-3, 0.4e-3, 0.5e-3, 0.8e-3, 1e-3, 2e-3, 5e-3, 20e-3]
+    along = [entry["along"] for entry in table(house, "given.map(table.magnification)", periods)]
+    drawn = [times * period for times, period in zip(along, periods, strict=True)]
+    assert drawn == sorted(set(drawn)) and along[-1] == 1
+    lines = table(house, "table.labelLines({title: 'A: b', period: 8e-4, height: 4e-5})")
+    assert lines == ["A", "800 µm apart, 40 µm high", f"drawn {along[5]} × as wide, {3 * along[5]} × as high"]
+
+
+def test_the_relief_is_the_heights_magnified_with_normals_across_them(house: Page) -> None:
+    mesh = house.evaluate(
+        """async () => {
+          const {relief} = await import("/web/vr/relief.js");
+          const heights = Array.from({length: 64}, (_, i) => 2e-5 * Math.cos(2 * Math.PI * i / 64));
+          const surface = {heights, period: 1e-3, along: 5, up: 15, length: 0.02, width: 0.01, raised: 0.008};
+          const {positions, normals, indices} = relief(surface);
+          return {positions: [...positions], normals: [...normals], indices: [...indices]};
+        }"""
+    )
+    points = [mesh["positions"][place : place + 3] for place in range(0, len(mesh["positions"]), 3)]
+    tops = points[0::6]
+    assert max(y for _, y, _ in tops) == pytest.approx(0, abs=1e-7), "the crest lies in the plane of the touch"
+    assert min(y for _, y, _ in tops) == pytest.approx(-15 * 4e-5, rel=1e-2)
+    assert all(abs(x) <= 0.01 + 1e-6 and abs(z) <= 0.005 + 1e-6 for x, _, z in points)
+    crests = sum(before[1] < here[1] >= after[1] for before, here, after in zip(tops, tops[1:], tops[2:], strict=False))
+    assert crests == 3, "four periods of 5 mm: three crests between the ends"
+    for corners in zip(*[iter(mesh["indices"])] * 3, strict=True):
+        one, two, three = (points[corner] for corner in corners)
+        edge, other = ([b - a for a, b in zip(one, end, strict=True)] for end in (two, three))
+        faces = [edge[1] * other[2] - edge[2] * other[1], edge[2] * other[0] - edge[0] * other[2], 0.0]
+        faces[2] = edge[0] * other[1] - edge[1] * other[0]
+        normal = mesh["normals"][3 * corners[0] : 3 * corners[0] + 3]
+        outward = sum(a * b for a, b in zip(faces, normal, strict=True))
+        assert outward > 0 or one[0] == two[0] == three[0], "every face is seen from outside"
+
+
+def test_the_least_that_is_felt_is_an_acceleration(house: Page) -> None:
+    felt = house.evaluate(
+        """async () => {
+          const {leastFelt} = await import("/web/vr/buzz.js");
+          return leastFelt({frequencies: [10, 250], displacement: [1e-5, 1e-7]});
+        }"""
+    )
+    assert felt == pytest.approx((2 * 3.14159265 * 10) ** 2 * 1e-5)
