@@ -186,7 +186,7 @@ export class Surface {
 
   #tell() {
     if (!this.#heights) return;
-    const fine = this.period / this.metresPerPixel < FINEST ? " Single ridges are too fine to be seen at this zoom: press plus." : "";
+    const fine = this.period / this.metresPerPixel < FINEST ? " Its ridges are too fine for this zoom: press plus." : "";
     this.panel.say(
       `Texture from above: it repeats every ${inWords(this.period, "m")} and is ${inWords(this.high - this.low, "m")} ` +
       `high from valley to crest. ${inWords(this.panel.width * this.metresPerPixel, "m")} are shown.${fine}`);
@@ -201,7 +201,8 @@ export class Surface {
 
   #key(event) {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
-    const wanted = { "+": this.metresPerPixel / STEP, "=": this.metresPerPixel / STEP, "-": this.metresPerPixel * STEP, 0: this.fitting() };
+    const closer = this.metresPerPixel / STEP;
+    const wanted = { "+": closer, "=": closer, "-": this.metresPerPixel * STEP, 0: this.fitting() };
     if (!(event.key in wanted)) return;
     event.preventDefault();
     this.#zoomTo(wanted[event.key]);
