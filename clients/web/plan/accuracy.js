@@ -77,7 +77,8 @@ export class AccuracyControl extends EventTarget {
       const errors = Object.entries(plan.estimated_error)
         .map(([name, error]) => [`error, ${words(name)}`, shareInWords(error)]);
       const rows = [...(plan.cost ? costInWords(plan.cost) : []), ...errors];
-      this.cost.replaceChildren(...rows.map(([name, value]) => element("div", {}, element("dt", {}, name), element("dd", {}, value))));
+      const shown = rows.map(([name, value]) => element("div", {}, element("dt", {}, name), element("dd", {}, value)));
+      this.cost.replaceChildren(...shown);
       this.#say("");
       return plan;
     } catch (problem) {

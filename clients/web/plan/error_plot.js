@@ -17,6 +17,7 @@ const FAMILIES = {
   closed: "closed form",
 };
 const ROUNDING = 2 ** -25; // of a float32 sample near full scale
+const MARGIN_DB = 6; // that an error keeps below the detection threshold where it is not felt
 const SVG = "http://www.w3.org/2000/svg";
 const FARTHER = [1, 1.6, 2.4, 3.4]; // times the reach of a label
 const PLACES = [[1, 0], [-1, 0], [0, -1], [0, 1], [1, -1], [1, 1], [-1, -1], [-1, 1]];
@@ -46,6 +47,13 @@ export function seriesOf(document) {
   return series;
 }
 
+/** Returns the error below which every method keeps MARGIN_DB to the threshold; each error's spectrum grows as a whole. */
+export function feltError(document) {
+  return Math.min(...document.methods
+    .filter((row) => row.max_error && row.threshold_margin_db !== null)
+    .map((row) => row.max_error * 10 ** ((row.threshold_margin_db - MARGIN_DB) / 20)));
+}
+
 /** Draws into `svg`, whose size on the page (CSS px) is taken as it is. */
 export function drawErrorPlot(svg, document) {
   const { width, height } = svg.getBoundingClientRect();
@@ -66,6 +74,10 @@ export function drawErrorPlot(svg, document) {
   drawFrame(svg, box, across, up);
   drawFront(svg, document, place);
   drawLevel(svg, labels, [box.left, up.place(ROUNDING)], [box.right, up.place(ROUNDING)], "float32 rounding");
+  const felt = feltError(document);
+  if (felt > low && felt < 1) {
+    drawLevel(svg, labels, [box.left, up.place(felt)], [box.right, up.place(felt)], "not felt below");
+  }
   if (typeof asked === "number") {
     drawLevel(svg, labels, [box.left, up.place(asked)], [box.right, up.place(asked)], `tolerance ${asked}`);
   }
@@ -74,7 +86,7 @@ export function drawErrorPlot(svg, document) {
   drawChosen(svg, labels, document, place);
   for (const one of series) {
     for (const row of new Set([one.rows.at(-1), one.rows[0]])) {
-      labels.put(sizeOf(row.method), place(row), `size family-${one.family}`);
+      if (row.method !== document.chosen) labels.put(sizeOf(row.method), place(row), `size family-${one.family}`);
     }
   }
 }
@@ -127,6 +139,7 @@ function drawLevel(svg, labels, from, to, words) {
   const upright = from[0] === to[0];
   const place = upright ? [from[0], to[1] + 8] : [to[0] + 4, from[1]];
   labels.put(words, place, "level-words", upright ? [[-1, 0], [1, 0]] : [[-1, -0.7], [-1, 0.7]]);
+  labels.avoid(dotted([from, to]));
 }
 
 function drawChosen(svg, labels, document, place) {
@@ -163,6 +176,11 @@ class Labels {
       }
     }
     label.remove();
+  }
+
+  /** Keeps later labels off points. */
+  avoid(points) {
+    this.#points.push(...points);
   }
 
   #free(room) {

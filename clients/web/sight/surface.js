@@ -53,7 +53,6 @@ export class Surface {
     });
     if (fresh) this.#zoomTo(this.fitting(), false);
     else this.panel.request();
-    this.#tell();
   }
 
   /** Returns the metres a CSS px at which single ridges are well seen. */
@@ -111,6 +110,7 @@ export class Surface {
     context.drawImage(image, 0, 0, image.width, 1, 0, 0, width, height);
     this.#drawBar();
     this.#drawLegend();
+    this.#tell();
     if (this.touching) this.touch(this.touching);
   }
 
@@ -185,7 +185,6 @@ export class Surface {
   }
 
   #tell() {
-    if (!this.#heights) return;
     const fine = this.period / this.metresPerPixel < FINEST ? " Its ridges are too fine for this zoom: press plus." : "";
     this.panel.say(
       `Texture from above: it repeats every ${inWords(this.period, "m")} and is ${inWords(this.high - this.low, "m")} ` +
@@ -195,7 +194,6 @@ export class Surface {
   #zoomTo(metresPerPixel, byHand = true) {
     this.metresPerPixel = limited(metresPerPixel);
     this.panel.request();
-    this.#tell();
     if (byHand) this.panel.canvas.dispatchEvent(new CustomEvent("zoom", { detail: { metresPerPixel: this.metresPerPixel } }));
   }
 

@@ -1,4 +1,4 @@
-"""The page of the pictures, in headless Chromium: clients/web and the tests' own pages, served from a thread on loopback.
+"""The page of the pictures, in headless Chromium: clients/web and the tests' own pages, from a thread on loopback.
 
 Limits: playwright's blocking interface keeps an event loop running in its thread: a browser is for one module of tests.
 """
@@ -70,7 +70,7 @@ def chromium() -> Iterator[Browser]:
     path = shutil.which("chromium")
     if path is None:
         _missing("Chromium is missing: install the Debian package chromium")
-    flags = ["--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-component-update", "--no-first-run"]
+    flags = ["--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-component-update"]
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=path, headless=True, args=flags)
         try:
