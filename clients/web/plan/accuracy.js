@@ -113,6 +113,9 @@ export class AccuracyControl extends EventTarget {
     const kinds = new Map(seriesOf(measured).map((series) => [series.name, series]));
     const legend = element("ul", { className: "error-legend" }, ...[...kinds.values()].map(({ family, name, open }) =>
       element("li", { className: `family-${family}` }, element("i", { className: open ? "open" : "" }), name)));
+    legend.append(
+      element("li", {}, element("i", { className: "ring" }), "the plan’s choice"),
+      element("li", {}, element("i", { className: "front" }), "nothing is both nearer and cheaper"));
     this.figure.replaceChildren(svg, legend, element("details", {},
       element("summary", {}, "All methods as a table"), tableOf(measured)));
     new ResizeObserver(() => drawErrorPlot(svg, measured)).observe(svg);

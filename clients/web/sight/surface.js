@@ -22,11 +22,13 @@ export class Surface {
   #sums;
   #marks = [];
   #touches = document.createElement("div");
+  #row = document.createElement("canvas"); // of device pixels, one high
 
   constructor(canvas) {
     this.metresPerPixel = 5e-5; // m a CSS px
     this.panel = new Panel(canvas, () => this.#draw());
-    this.drawn = { colours: [], bar: null };
+    /** What was drawn last: `bar` {length (m), pixels, left, top (CSS px)}. */
+    this.drawn = { bar: null };
     const place = document.createElement("div");
     place.className = "sight-place";
     canvas.replaceWith(place);
@@ -132,9 +134,10 @@ export class Surface {
       }
       pixels.data[4 * x - 1] = 255;
     }
-    const stripe = new OffscreenCanvas(count, 1);
-    stripe.getContext("2d").putImageData(pixels, 0, 0);
-    return stripe;
+    this.#row.width = count;
+    this.#row.height = 1;
+    this.#row.getContext("2d").putImageData(pixels, 0, 0);
+    return this.#row;
   }
 
   #drawBar() {

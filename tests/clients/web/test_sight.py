@@ -198,7 +198,8 @@ def test_a_small_vibration_is_magnified_and_the_axis_says_so(plain: Page) -> Non
 def texture(points: int = 512) -> list[float]:
     """Return a period that is no sinusoid, so that a mirrored or shifted picture is another one (m)."""
     turns = np.arange(points) / points
-    return (20e-6 * np.cos(2 * np.pi * turns + 0.4) + 6e-6 * np.cos(4 * np.pi * turns)).tolist()
+    heights = 20e-6 * np.cos(2 * np.pi * turns + 0.4) + 6e-6 * np.cos(4 * np.pi * turns)
+    return [float(height) for height in heights]
 
 
 SHOW = (
@@ -476,7 +477,7 @@ def test_a_measurement_is_drawn_where_it_belongs_and_told_as_a_table(plain: Page
         assert np.abs(line(values) - along).max() < 1e-6
     assert np.corrcoef(cost, drawn[:, 0])[0, 1] > 0.999
     assert np.corrcoef(error, drawn[:, 1])[0, 1] < -0.999
-    ring = plain.locator(".ring")
+    ring = plain.locator("circle.ring")
     assert tuple(float(ring.get_attribute(name) or "nan") for name in ("cx", "cy")) == places[measured["chosen"]]
     assert measured["chosen"] in str(plain.get_attribute(".error-plot", "aria-label"))
 
