@@ -9,7 +9,9 @@
 import { drawAxes, inWords, linearAxis, Panel, QUANTITIES, roundAbove } from "./scale.js";
 
 const KEPT = 1; // s
-const PERIODS = 4; // shown, where the frequency is known
+const PERIODS = 4; // shown at least, where the frequency is known and the span is chosen anew
+const FEW = 2.5; // periods: with fewer in view, or more than MANY, the span is chosen anew
+const MANY = 12;
 const POINTS = 128; // compared between two drawings
 const MOST_CROSSINGS = 160; // compared for one drawing
 const QUIET = 1e-4; // of full scale: what is smaller does not trigger
@@ -46,8 +48,10 @@ export class Waveform {
     this.panel.request();
   }
 
-  /** Shows about four periods of a vibration of `frequency` Hz. */
+  /** Shows a few periods of a vibration of `frequency` Hz; the span stays while that fits, so a hand does not make it jump. */
   expect(frequency) {
+    const shown = this.span * Math.abs(frequency);
+    if (shown >= FEW && shown <= MANY) return;
     const span = Math.min(KEPT / 4, Math.max(0.005, roundAbove(PERIODS / Math.abs(frequency))));
     if (!Number.isFinite(span) || span === this.span) return;
     this.span = span;

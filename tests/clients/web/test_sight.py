@@ -185,6 +185,12 @@ def test_the_waveform_stands_still_at_constant_speed(plain: Page) -> None:
         assert np.abs(trace - traces[0]).max() < 0.02 * np.ptp(traces[0])
 
 
+def test_the_time_shown_follows_the_frequency_in_steps(plain: Page) -> None:
+    expect = "(frequencies) => frequencies.map((one) => { sight.waveform.expect(one); return sight.waveform.span; })"
+    spans = plain.evaluate(expect, [100.0, 150.0, 60.0, 30.0, 40.0, 2000.0, 0.0])
+    assert spans == pytest.approx([0.05, 0.05, 0.05, 0.2, 0.2, 0.005, 0.25])
+
+
 def test_a_small_vibration_is_magnified_and_the_axis_says_so(plain: Page) -> None:
     assert push(plain, "waveform", [[100.0, 0.9]])["range"] == pytest.approx(36.0 * 1.12)
     plain.evaluate("() => sight.waveform.push(new Float32Array(1), 1, 'velocity', 48000)")  # another scale begins anew
