@@ -64,7 +64,7 @@ export class Finger extends EventTarget {
     const ready = await opened;
     if (ready.sample_rate !== this.player.sampleRate) {
       connection.stop();
-      throw new Error(`The sound has ${ready.sample_rate} Hz, the player ${this.player.sampleRate} Hz: open a player of that rate.`);
+      throw new Error(`The sound has ${ready.sample_rate} Hz: open a player of that rate.`);
     }
     return ready;
   }
@@ -78,7 +78,6 @@ export class Finger extends EventTarget {
     if (this.touching && !this.#timer) this.#hold();
     if (this.touching && !this.#sounding) {
       this.#sounding = true;
-      this.#rested = false;
       this.#feed();
     }
   }
@@ -98,6 +97,7 @@ export class Finger extends EventTarget {
     clearInterval(this.#timer);
     this.touching = this.#sounding = false;
     const { connection, source } = this;
+    if (connection.outstanding === 0) this.#rest();
     if (connection.state !== "ended") {
       const ended = new Promise((resolve) => connection.addEventListener("ended", resolve, { once: true }));
       connection.stop();
@@ -109,15 +109,16 @@ export class Finger extends EventTarget {
     source.close();
   }
 
-  /** underruns: how often the sound broke off. queued: frames. latency: s from what is given now to the loudspeaker, as
-   *  far as the browser knows. updateToSound: s from `move` to the first sample that follows it, at the audio thread, the
-   *  median of the last ones; null before the first. */
+  /** underruns: how often the sound broke off. queued: frames. latency: s from what is given now to the loudspeaker,
+   *  as far as the browser knows. updateToSound: s from `move` to the first sample that follows it, at the audio
+   *  thread, the median of the last ones; null before the first. */
   get stats() {
     const { player, source } = this;
     const queued = source ? source.queued : 0;
     const latency = player.outputLatency + queued / player.sampleRate;
     const delays = [...this.#delays].sort((one, other) => one - other);
-    return { underruns: source ? source.underruns : 0, queued, latency, updateToSound: delays[delays.length >> 1] ?? null };
+    const updateToSound = delays[delays.length >> 1] ?? null;
+    return { underruns: source ? source.underruns : 0, queued, latency, updateToSound };
   }
 
   #begin(ready) {
@@ -159,7 +160,9 @@ export class Finger extends EventTarget {
   }
 
   #play(samples) {
+    this.source.ahead = this.player.depth.frames / 2;
     this.source.play(samples);
+    this.#rested = false;
     const frames = samples.length / this.source.channels;
     if (this.#sounding && !this.touching) {
       this.#lifted += frames;
@@ -176,9 +179,10 @@ export class Finger extends EventTarget {
   }
 
   #hungry(played, { least, missing }) {
-    const since = missing - this.#missing;
+    const { depth } = this.player;
+    const live = this.#sounding && this.connection.state === "live";
+    if (live) depth.observe({ played, least, missing: missing - this.#missing });
     this.#missing = missing;
-    if (this.#sounding && this.connection.state === "live") this.player.depth.observe({ played, least, missing: since });
     this.#feed();
     while (this.#coming.length && this.#coming[0].frame < this.source.played) {
       const { frame, at } = this.#coming.shift();
