@@ -53,7 +53,7 @@ MEASURE = """async ({trials, settle}) => {
   }
   const {underruns, updateToSound} = finger.stats;
   const moves = [];
-  for (let trial = 0; trial < trials; trial += 1) moves.push(await timed("pointermove", 100 + 100 * (trial % 3)));
+  for (let trial = 0; trial < trials; trial += 1) moves.push(await timed("pointermove", 100 + 20 * (trial % 3)));
   const touches = [];
   for (let trial = 0; trial < trials; trial += 1) {
     dispatch("pointerup", 100);

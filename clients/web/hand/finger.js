@@ -13,7 +13,9 @@ const EVENTS = ["ready", "block", "applied", "scene", "limited", "problem", "bro
 const LEAST_GRANT = 64; // frames: a smaller credit is a message for a millisecond of sound
 const QUIET = 0.05; // s of exact zeros after a lift, then nothing more is asked for
 const FADING = 2; // s after a lift, then nothing more is asked for, whatever it sounds like
-const TOLD_AGAIN = 1 / 3; // of the silence that the service allows, between updates of a finger that rests
+const RESTS = 2.5; // intervals between moves without a move: the finger rests, and the service must not go on with it
+const SOONEST = 20; // ms before that; sooner would stop a finger between the reports of a slow pointer
+const LATEST = 80; // ms; RIDGEWAVE_MAX_SILENCE is 250
 const DRAINED = 1000; // ms for the end to be played
 const KEPT = 33; // updates whose way to the sound is remembered
 
@@ -31,7 +33,9 @@ export class Finger extends EventTarget {
   #missing = 0;
   #shift = 0; // frames given to the source before the session's frame 0
   #place = null; // position or speed of the last contact
-  #toldAt = 0;
+  #toldAt = 0; // ms
+  #movedAt = 0; // ms
+  #interval = 8; // ms between moves, about
   #sent = new Map(); // update -> when, s
   #coming = []; // updates that were applied and are not yet heard
   #delays = [];
@@ -71,6 +75,10 @@ export class Finger extends EventTarget {
 
   /** Says what the finger does: position in m (or speed in m/s), load in N (absent: as before), time in s. */
   move({ position, speed, load, time }) {
+    const now = performance.now();
+    const interval = now - this.#movedAt;
+    if (interval < LATEST) this.#interval += (interval - this.#interval) / 8;
+    this.#movedAt = now;
     this.#place = { position, speed };
     if (load !== undefined) this.touching = load !== 0;
     if (this.touching) this.#quiet = this.#lifted = 0;
@@ -140,17 +148,15 @@ export class Finger extends EventTarget {
     if (this.#sent.size > 1000) this.#sent.delete(this.#sent.keys().next().value);
   }
 
-  /** Tells again what the finger does, as long as it touches and nobody else tells. */
+  /** Tells again where the finger is, as long as it touches and does not move. */
   #hold() {
-    const again = (this.connection.ready?.max_silence_ms ?? 250) * TOLD_AGAIN;
     this.#timer = setInterval(() => {
-      if (!this.touching) {
-        clearInterval(this.#timer);
-        this.#timer = 0;
-      } else if (performance.now() - this.#toldAt >= again / 2) {
-        this.#tell(this.#place);
-      }
-    }, again / 2);
+      const rests = Math.min(LATEST, Math.max(SOONEST, RESTS * this.#interval));
+      if (this.touching && performance.now() - this.#toldAt >= rests) this.#tell(this.#place);
+      if (this.touching) return;
+      clearInterval(this.#timer);
+      this.#timer = 0;
+    }, SOONEST / 2);
   }
 
   #feed() {

@@ -209,7 +209,7 @@ export class LiveConnection extends EventTarget {
 
   /** Gives up a connection that only looks alive: it owes an answer, and has long said nothing. */
   #look() {
-    const owed = this.outstanding > 0 || (this.#socket && !this.#attached && !this.#anew);
+    const owed = this.outstanding > 0 || this.#stopping || (this.#socket && !this.#attached && !this.#anew);
     if (!owed || !this.#socket || now() - this.#heardAt < SILENCE) return;
     this.#socket.close();
     this.#lost(1006, true);
