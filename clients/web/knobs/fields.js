@@ -10,7 +10,7 @@ const SI_UNITS = ["m", "m/s", "m/s^2", "N", "Pa", "Hz", "s", "kg", "N s/m", "rad
 const QUANTITY_UNITS = { displacement: "m", velocity: "m/s", acceleration: "m/s^2" };
 
 /** A field's name for people: "ridge_period" is "Ridge period". */
-export const labelOf = (name) => (name.charAt(0).toUpperCase() + name.slice(1)).replaceAll("_", " ");
+export const labelOf = (name) => (name.charAt(0).toUpperCase() + name.slice(1)).replaceAll("_", " ").replace("Youngs", "Young's").replace("Poisson", "Poisson's");
 
 function resolved(schema, root) {
   if (!schema.$ref) return schema;

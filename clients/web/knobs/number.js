@@ -12,13 +12,14 @@ import { sliderOf } from "./slider.js";
 import { showQuantity, siValue, unitIn } from "./units.js";
 
 const STEPS = 1000; // of a slider
+const PLACEHOLDER_DIGITS = 5; // of a default; what is written keeps all of its digits
 
 /** The id that labels, hints and tests know the control of the field at `path` by. */
 export const idOf = (path) => `knob-${path.join("-")}`;
 
 /** What a field's value looks like in words. */
-export function shown(value, field, siblings) {
-  if (typeof value === "number") return showQuantity(value, unitBeside(field, siblings));
+export function shown(value, field, siblings, digits = 12) {
+  if (typeof value === "number") return showQuantity(value, unitBeside(field, siblings), digits);
   return value === null || value === undefined ? "" : String(value);
 }
 
@@ -92,7 +93,7 @@ export class NumberControl {
     this.siblings = siblings;
     const si = unitBeside(field, siblings);
     const fallback = complete ?? field.fallback;
-    this.text.placeholder = fallback === null ? "by itself" : shown(fallback, field, siblings);
+    this.text.placeholder = fallback === null ? "not set" : shown(fallback, field, siblings, PLACEHOLDER_DIGITS);
     if (this.track) this.#place(siValue(value ?? fallback, si), si);
     if (same(value, this.#held)) return;
     this.#held = value;

@@ -10,7 +10,7 @@ import { call } from "../service.js";
 import { Devices } from "./devices.js";
 import { wireHeader } from "./header.js";
 import { tell } from "./notices.js";
-import { PlanView } from "./planview.js";
+import { Planning } from "./planning.js";
 import { Recorder } from "./recording.js";
 import { Session } from "./session.js";
 import { Sight } from "./sight.js";
@@ -39,7 +39,7 @@ export async function begin() {
   const show = wireTextures(form, catalogue.textures ?? catalogue);
   const tools = new Tools({ form, tell });
   const recorder = new Recorder({ session, pad, tell, show: (scene) => form.take(scene) });
-  const plan = new PlanView({ form, tell });
+  const plan = new Planning({ form, onRefused: (detail) => refused(form, detail), onPlan: () => form.refuse([]) });
   new Devices({ session, tell });
   wireHeader(session, { onStop: () => pad.release() });
   session.addEventListener("problem", ({ detail }) => refused(form, detail));
@@ -61,7 +61,8 @@ function follow({ form, session, pad, sight, plan, recorder, show }) {
   };
   const look = () => {
     const { scene } = form;
-    Promise.all([plan.look(scene), sight.look(scene)]).catch((error) => refused(form, { problem: error.problem, sentence: error.message }));
+    plan.look(scene);
+    sight.look(scene).catch((error) => refused(form, { problem: error.problem, sentence: error.message }));
   };
   form.addEventListener("change", ({ detail: { scene, fixed, settled } }) => {
     show(scene);

@@ -38,6 +38,7 @@ export class Pad {
     this.element.addEventListener("keydown", (event) => this.#key(event));
     this.element.addEventListener("keyup", (event) => event.key.startsWith("Arrow") && this.#halt());
     this.element.addEventListener("blur", () => this.#liftKeys());
+    this.element.addEventListener("wheel", (event) => event.ctrlKey || event.stopPropagation(), { capture: true, passive: true }); // the page scrolls
     byId("magnify").addEventListener("change", () => {
       this.#scale = PIXEL / Number(byId("magnify").value);
       onScale(this.#scale);
@@ -65,15 +66,18 @@ export class Pad {
     return this.element.clientWidth * this.metresPerPixel;
   }
 
+  /** The finger `id` is at contact.position (m) with contact.load (N), at contact.time (s). */
   move(id, contact) {
     const last = this.touches.get(id);
     const elapsed = last ? contact.time - last.time : 0;
     const speed = elapsed > 0 ? 0.8 * last.speed + 0.2 * (contact.position - last.position) / elapsed : last?.speed ?? 0;
     this.touches.set(id, { ...contact, speed });
     this.session.move(id, contact);
+    this.element.classList.add("touched");
     this.onTouch();
   }
 
+  /** The finger `id` is lifted. */
   lift(id) {
     this.touches.delete(id);
     this.session.lift(id);
