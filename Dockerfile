@@ -7,10 +7,17 @@
 
 ARG PYTHON=3.11-slim-bookworm
 
+# Only npm, for three.js of the VR page: hatch_build.py fetches it while the package is built.
+FROM node:22-bookworm-slim AS node
+
+
 FROM python:${PYTHON} AS build
 ENV PIP_NO_CACHE_DIR=1 PIP_DISABLE_PIP_VERSION_CHECK=1
 WORKDIR /build
-COPY pyproject.toml constraints.txt README.md LICENSE ./
+COPY --from=node /usr/local/bin/node /usr/local/bin/node
+COPY --from=node /usr/local/lib/node_modules/npm /usr/local/lib/node_modules/npm
+RUN ln -s ../lib/node_modules/npm/bin/npm-cli.js /usr/local/bin/npm
+COPY pyproject.toml constraints.txt hatch_build.py README.md LICENSE ./
 COPY synth synth
 COPY service service
 COPY clients clients

@@ -21,7 +21,7 @@ from service.engine import Engine, SynthEngine
 from service.limits import Limits, RateLimit
 from service.logs import Subjects
 from service.problems import Problem
-from service.routes import accuracy, live, operations, play, render, sessions, stream, textures
+from service.routes import accuracy, live, operations, page, play, render, scene, sessions, stream, textures
 from service.running import Service, lifespan, service_of
 from service.security import Bouncer, KeyCheck
 from service.settings import Settings
@@ -55,7 +55,7 @@ def create_app(settings: Settings, engine: Engine | None = None, siblings: Path 
             HTTPException: _answer_status,
         },
     )
-    for routes in (render, accuracy, textures, sessions, stream, play, live, operations):
+    for routes in (render, scene, accuracy, textures, sessions, stream, play, live, operations, page):
         app.include_router(routes.router)
     app.state.service = service
     app.openapi = lambda: openapi.document(app)  # type: ignore[method-assign]

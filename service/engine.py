@@ -139,6 +139,9 @@ class Engine(Protocol):
     def explain(self, scene: Scene) -> dict[str, Any]:
         """Return the plan as the JSON document of `/v1/explain`."""
 
+    def picture(self, scene: Scene, points: int | None, phases: int | None) -> dict[str, Any]:
+        """Return the JSON document of `/v1/picture`; None: as many points and phases as it likes."""
+
     def accuracy(self, scene: Scene, quantity: str | None, given_up: threading.Event) -> dict[str, Any]:
         """Return the JSON document of `/v1/accuracy`; takes up to a minute.
 
@@ -199,6 +202,12 @@ class SynthEngine:
         from synth import explain
 
         return explain(scene, cache=self._cache).document()
+
+    def picture(self, scene: Scene, points: int | None, phases: int | None) -> dict[str, Any]:
+        """See `Engine`."""
+        from synth.picture import picture
+
+        return picture(scene, points, phases, cache=self._cache).document()
 
     def accuracy(self, scene: Scene, quantity: str | None, given_up: threading.Event) -> dict[str, Any]:
         """See `Engine`."""

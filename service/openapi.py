@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from fastapi import FastAPI
+from starlette.responses import JSONResponse
 
 from service import problems
 from synth.scene import scene_schema
@@ -47,6 +48,35 @@ _ACCURACY = {
     "left_out": {"type": "array", "items": {"type": "object"}},
 }
 ACCURACY = {"type": "object", "required": list(_ACCURACY), "properties": _ACCURACY}
+_NUMBERS = {"type": "array", "items": _NUMBER}
+_PICTURE = {
+    "texture": {"period": _NUMBER, "heights": _NUMBERS},
+    "finger": {"begin": _NUMBER, "length": _NUMBER, "heights": _NUMBERS},
+    "response": {"load": _NUMBER, "foundation": {"type": ["number", "null"]}, "heights": _NUMBERS},
+}
+PICTURE = {
+    "type": "object",
+    "required": [*_PICTURE, "touching", "left_out"],
+    "properties": {
+        name: {"type": "object", "required": list(fields), "properties": fields} for name, fields in _PICTURE.items()
+    }
+    | {
+        "touching": {
+            "type": ["array", "null"],
+            "items": _NUMBERS,
+            "description": "Begin and end (m) of each patch, a list a phase.",
+        },
+        "left_out": {"type": "array", "items": _TEXT},
+    },
+}
+_THRESHOLD = {"name": _TEXT, "frequencies": _NUMBERS, "displacement": _NUMBERS}
+THRESHOLD = {"type": "object", "required": list(_THRESHOLD), "properties": _THRESHOLD}
+
+
+class SchemaResponse(JSONResponse):
+    """A JSON Schema, by its own media type."""
+
+    media_type = "application/schema+json"
 
 
 def audio(*problem_names: str, flac: bool) -> Answers:
@@ -98,7 +128,7 @@ def document(app: FastAPI) -> dict[str, Any]:
         _drop_validation_errors(made["paths"], schemas)
         schemas["Problem"] = problems.schema()
         schemas["Scene"] = scene_schema()
-        schemas["Accuracy"] = ACCURACY
+        schemas |= {"Accuracy": ACCURACY, "Picture": PICTURE, "Threshold": THRESHOLD}
         made["components"]["securitySchemes"] = {"key": {"type": "http", "scheme": "bearer"}}
         made["security"] = [{}, {"key": []}]
         app.openapi_schema = made

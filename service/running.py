@@ -29,6 +29,7 @@ from service.limits import Limits
 from service.live.sessions import LiveSessions
 from service.measuring import Measurements
 from service.metrics import Metrics
+from service.page_files import PageFiles
 from service.playing import Player
 from service.rendering import Renders
 from service.sessions import Sessions
@@ -55,6 +56,7 @@ class Service:
         self.engine = engine
         self.metrics = Metrics()
         self.limits = Limits(settings)
+        self.page = PageFiles(Path(settings.web)) if settings.web else None
         self.health = Health(settings)
         self.siblings = Siblings(folder, {"stop": self.stop_here, "metrics": lambda: self.telling.write()})
         self.telling = Telling(self.metrics, self.siblings, folder)

@@ -27,7 +27,8 @@ from service.settings import Settings
 log = logging.getLogger("ridgewave.service")
 
 READING = frozenset({"GET", "HEAD", "OPTIONS"})
-OPEN_PATHS = frozenset({"/", "/docs", "/openapi.json", "/healthz", "/readyz"})  # answer without a key, tell no secrets
+OPEN_PATHS = frozenset({"/", "/vr", "/docs", "/openapi.json", "/healthz", "/readyz"})  # need no key, tell no secrets
+OPEN_FOLDER = "/web/"  # the same for the files of the page: a browser loads them before anyone could give it a key
 KEY_PROTOCOL = "ridgewave.key."
 HEADERS = (
     (b"x-content-type-options", b"nosniff"),
@@ -108,7 +109,7 @@ class Bouncer:
 
 
 class KeyCheck:
-    """Lets a request pass that carries one of the keys, or asks for an open path."""
+    """Lets a request pass that carries one of the keys, or asks for an open path or a file of the page."""
 
     def __init__(self, app: ASGIApp, settings: Settings) -> None:
         self._app = app
@@ -124,7 +125,7 @@ class KeyCheck:
         await self._app(scope, receive, send)
 
     def _may_pass(self, scope: Scope) -> bool:
-        if not self._keys or scope["path"] in OPEN_PATHS:
+        if not self._keys or scope["path"] in OPEN_PATHS or scope["path"].startswith(OPEN_FOLDER):
             return True
         scheme, _, token = (header(scope, b"authorization") or "").partition(" ")
         given = token.strip().encode("latin-1") if scheme.lower() == "bearer" else _offered_key(scope)

@@ -13,6 +13,7 @@ import os
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import Field, dataclass, field, fields
+from pathlib import Path
 from typing import Any
 
 from synth.errors import AskedWrong, Fault, shown
@@ -70,6 +71,12 @@ def _listed(pattern: str) -> Callable[[str], tuple[str, ...]]:
 def _networks(text: str) -> tuple[str, ...]:
     items = tuple(item.strip() for item in text.split(",") if item.strip())
     return tuple(str(ipaddress.ip_network(item)) for item in items)
+
+
+def _folder(text: str) -> str:
+    if "\0" in text or not Path(text).is_dir():
+        raise ValueError
+    return str(Path(text).resolve())
 
 
 _HOST = r"[A-Za-z0-9._-]+|\[[0-9A-Fa-f:.]+\]"
@@ -169,6 +176,12 @@ class Settings:
         _matching(r"[^\x00]+"),
         "a folder",
         'Where the file sink ("file:NAME") writes, and nowhere else; made when it is first needed.',
+    )
+    web: str = _setting(
+        "",
+        _folder,
+        "a folder that is there",
+        "The folder with the web page, served at / and /vr. `ridgewave serve` has its own; else there is no page.",
     )
     cache_bytes: int = _setting(
         268_435_456,
@@ -274,7 +287,7 @@ def _fault(entry: Field[Any], text: str) -> Fault:
 
 def default_text(entry: Field[Any]) -> str:
     """Return the default of a setting as it would be written in the environment."""
-    return ",".join(entry.default) or "none" if isinstance(entry.default, tuple) else str(entry.default)
+    return (",".join(entry.default) if isinstance(entry.default, tuple) else str(entry.default)) or "none"
 
 
 def _contradictions(settings: Settings) -> list[Fault]:

@@ -29,7 +29,7 @@ STAGES: tuple[tuple[str, ...], ...] = (
     ("effect",),
     ("choice", "frame_plan", "channels", "effect_choice", "simulation_*", "effects_preparation"),
     ("preparation", "hand"),
-    ("plan", "plan_*"),
+    ("plan", "plan_*", "picture"),
     ("output", "output_*"),
     ("moving", "row_solver", "solved_frames", "tangential_force", "voice", "voice_*"),
     ("effects", "effects.*"),

@@ -17,12 +17,6 @@ from service.running import Service, service_of
 router = APIRouter(tags=["live"])
 
 
-class SchemaResponse(JSONResponse):
-    """A JSON Schema, by its own media type."""
-
-    media_type = "application/schema+json"
-
-
 class LiveEndpoint:
     """The ASGI application of `WS /v1/live`."""
 
@@ -47,12 +41,12 @@ router.routes.append(WebSocketRoute("/v1/live", LiveEndpoint(), name="live"))
 @router.get(
     "/v1/live/schema.json",
     summary="Show the schema of the live protocol",
-    response_class=SchemaResponse,
+    response_class=openapi.SchemaResponse,
     responses=openapi.problem_answers(),
 )
 async def live_schema() -> Response:
     """JSON Schema (2020-12) of every text message of the WebSocket `/v1/live`, which the service checks against."""
-    return SchemaResponse(schema())
+    return openapi.SchemaResponse(schema())
 
 
 @router.get(

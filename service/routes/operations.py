@@ -1,9 +1,9 @@
-"""`POST /v1/stop`, `/healthz`, `/readyz`, `/metrics`, `/docs` and `/`: what those who look after the service call."""
+"""`POST /v1/stop`, `/healthz`, `/readyz`, `/metrics` and `/docs`: what those who look after the service call."""
 
 from __future__ import annotations
 
 from fastapi import APIRouter, Request
-from starlette.responses import HTMLResponse, JSONResponse, PlainTextResponse, RedirectResponse, Response
+from starlette.responses import HTMLResponse, JSONResponse, PlainTextResponse, Response
 
 from service import openapi
 from service.body import read_body
@@ -77,9 +77,3 @@ async def docs(request: Request) -> Response:
     """Calls, problems and settings as a page."""
     page = reference_page(request.app.openapi())
     return HTMLResponse(page, headers={"Content-Security-Policy": CONTENT_SECURITY_POLICY})
-
-
-@router.get("/", include_in_schema=False)
-async def root() -> Response:
-    """Lead a browser to the page of calls."""
-    return RedirectResponse("/docs", 307)

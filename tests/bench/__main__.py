@@ -2,9 +2,11 @@
 
     python -m tests.bench [--long] [--json] [PART ...]
     python -m tests.bench live [--seconds 60] [--streams 200] [--workers 2]
+    python -m tests.bench page
 
 Parts: solver, voice, limiter, response, methods, effects (each on one core), service, processes; --long adds an
-hour's render. `live` runs only where it is named: it loads a service with streams for minutes.
+hour's render. `live` and `page` run only where they are named: one loads a service with streams for minutes, the other
+wants a browser.
 Nothing here passes or fails: a figure over its limit says OVER. docs/benchmarks.md tells what each line means.
 """
 
@@ -23,6 +25,7 @@ from tests.bench import (
     bench_limiter,
     bench_live,
     bench_methods,
+    bench_page,
     bench_processes,
     bench_response,
     bench_service,
@@ -43,7 +46,7 @@ PARTS: dict[str, Measure] = {
     "service": bench_service.figures,
     "processes": bench_processes.figures,
 }
-BY_NAME: dict[str, Measure] = {"live": bench_live.figures}  # parts that take minutes, measured only where named
+BY_NAME: dict[str, Measure] = {"live": bench_live.figures, "page": bench_page.figures}  # only where named
 ON_ONE_CORE = ("solver", "voice", "limiter", "response", "methods", "effects")
 HEADER = f"{'figure':35} {'median':>9} {'least':>9} {'unit':8} {'limit':>6} {'':6}  how"
 
@@ -84,7 +87,9 @@ def measured_with(measure: Measure, quick: bool, pinned: bool) -> tuple[list[Fig
 def parser() -> argparse.ArgumentParser:
     """Return the command's arguments."""
     made = argparse.ArgumentParser(prog="python -m tests.bench", description="Measure ridgewave on this machine.")
-    made.add_argument("parts", nargs="*", metavar="PART", type=part, help=f"of {', '.join(PARTS)}; or live")
+    made.add_argument(
+        "parts", nargs="*", metavar="PART", type=part, help=f"of {', '.join(PARTS)}; or {', '.join(BY_NAME)}"
+    )
     made.add_argument("--long", action="store_true", help="an hour's render too: its peak memory")
     made.add_argument("--json", action="store_true", help="the figures as JSON, when all are measured")
     made.add_argument("--seconds", type=float, default=60.0, help="of live: each run (default %(default)g)")

@@ -143,6 +143,16 @@ class PlainEngine:
         self._about_to("explain")
         return {"scene": scene_document(scene), "simulated": [], "left_out": []}
 
+    def picture(self, scene: Scene, points: int | None, phases: int | None) -> dict[str, Any]:
+        self._about_to("picture")
+        return {
+            "texture": {"period": scene.texture.period, "heights": [0.0] * (points or 16)},
+            "finger": {"begin": 0.0, "length": scene.finger.contact_length, "heights": [0.0] * (points or 16)},
+            "response": {"load": scene.scan.load, "foundation": None, "heights": [0.0] * (phases or 0)},
+            "touching": [[]] * (phases or 0),
+            "left_out": [],
+        }
+
     def accuracy(self, scene: Scene, quantity: str | None, given_up: threading.Event) -> dict[str, Any]:
         self._about_to("accuracy")
         if self.slow:

@@ -35,6 +35,7 @@ BAD = [
     ("resume", "-1"),
     ("slow_reader", "0.01"),
     ("file_folder", "a\0b"),
+    ("web", "/a/folder/that/is/not/there"),
     ("cache_bytes", "1e6"),
     ("shutdown_timeout", "0"),
     ("streams_per_key", "0"),

@@ -39,6 +39,7 @@ class Ring extends AudioWorkletProcessor {
   process(_, [output]) {
     const frames = output[0].length;
     const filled = Math.min(frames, this.queued);
+    if (this.sounding && currentFrame !== this.from + this.run) this.runOut(currentFrame - this.from - this.run);
     const begins = filled > 0 && !this.sounding;
     if (begins) Object.assign(this, { sounding: true, from: currentFrame, run: 0 });
     this.fill(output, filled);
@@ -72,7 +73,7 @@ class Ring extends AudioWorkletProcessor {
     this.least = Math.min(this.least, this.queued);
   }
 
-  /** Notes that `frames` zeros stand at the end of this quantum. */
+  /** Notes that `frames` zeros stand at the end of this quantum, or where the browser left quanta out. */
   runOut(frames) {
     if (!this.ending) {
       if (this.sounding) this.underruns += 1;
@@ -106,6 +107,7 @@ class Tap extends AudioWorkletProcessor {
   process([input], [output]) {
     const frames = output[0].length;
     if (this.first < 0) this.first = currentFrame;
+    this.frames = currentFrame - this.first; // quanta that the browser left out are zeros
     this.reserve(frames);
     for (let channel = 0; channel < this.channels; channel += 1) {
       if (!input[channel]) continue; // nothing is connected: the zeros of `reserve` stay

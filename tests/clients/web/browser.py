@@ -1,7 +1,7 @@
-"""Headless Chromium for the tests of the web page, and what watches over a page: it may log no error and ask no other host.
+"""Headless Chromium for the tests of the web page, and what watches a page: no error is logged, no other host asked.
 
-Limits: playwright's blocking interface keeps an event loop running in the thread that started it, in which `asyncio.run`
-    of other tests would fail: a browser is for one module of tests, and is closed with it.
+Limits: playwright's blocking interface keeps an event loop running in the thread that started it, in which
+    `asyncio.run` of other tests would fail: a browser is for one module of tests, and is closed with it.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
-"""Where the tests of the web page find it: the real service, the folder clients/web beside it, and pages of the tests' own.
+"""Where the tests of the web page find it: the real service, the folder clients/web, and pages of the tests' own.
 
-Model: a layer around the application answers `/web/...` from clients/web and `/test/...` from the folder `pages`, with the
-    policy of the page; all else is the service's. `Breaker` is a port that stays, before a service that comes and goes.
+Model: a layer around the application answers `/web/...` from clients/web and `/test/...` from the folder `pages`, with
+    the policy of the page; all else is the service's. `Breaker` is a port that stays, before a service that comes and
+    goes.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 from urllib.parse import urlsplit
 
 from starlette.responses import PlainTextResponse, Response
@@ -54,14 +56,14 @@ def _file(folder: Path, name: str) -> Response:
 
 
 @contextmanager
-def serving_pages(engine: Engine | None = None, **changes: object) -> Iterator[Running]:
+def serving_pages(engine: Engine | None = None, **changes: Any) -> Iterator[Running]:
     """Yield the service with the pages; `engine` is `synth` unless a test brings its own."""
     with serving(engine, outside=with_pages, **changes) as running:
         yield running
 
 
 class Breaker:
-    """A port of its own that passes everything on to the service at `target`, None for nobody, until it is told to break."""
+    """A port of its own that passes everything on to the service at `target`, None for nobody, and breaks when told."""
 
     def __init__(self, target: str | None) -> None:
         self.target = target

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
+import pytest
 import soundfile
 
 from tests.conftest import RunsRidgewave
@@ -44,7 +45,7 @@ def sounding(report: dict[str, Any]) -> Samples:
     """Return the frames in which the ring played samples, [frames, channels] of the mix, from a tap's report."""
     heard = unpacked(report["samples"]).reshape(-1, 2)
     starts = [(start - report["first"], frames) for start, frames in report["runs"]]
-    assert all(0 <= start and start + frames <= len(heard) for start, frames in starts)
+    assert all(start >= 0 and start + frames <= len(heard) for start, frames in starts)
     return np.concatenate([heard[start : start + frames] for start, frames in starts])
 
 
@@ -65,3 +66,221 @@ def test_what_left_the_ring_is_what_the_recording_renders_to(
     assert rate == RATE
     assert np.abs(rendered).max() > 0.1
     assert np.array_equal(heard[:, 0].view(np.uint32), rendered.view(np.uint32))
+
+
+STEADY = {"output": {"quantity": "displacement"}, "texture": {"period": "0.8 mm"}}  # 100 Hz at 80 mm/s
+CHANGED = """async ({scene, partial}) => {
+  const player = await house.Player.open({sampleRate: 48000});
+  const finger = new house.Finger({player, scene});
+  await finger.open();
+  const blocks = [];
+  finger.addEventListener("block", ({detail}) => blocks.push(detail));
+  finger.move({speed: 0.08, load: 0.3});
+  await house.until(() => finger.connection.frame > 48000);
+  const told = house.once(finger, "scene");
+  finger.change(partial);
+  const {frame, plan} = await told;
+  await house.until(() => finger.source.played > frame + 48000);
+  const heard = new Float32Array(blocks.flatMap(({samples}) => [...samples]));
+  await finger.close();
+  await player.close();
+  return {samples: house.packed(heard), frame, simulated: plan.simulated.length, underruns: finger.source.underruns};
+}"""
+
+
+def share_of(samples: Samples, pitch: float) -> float:
+    """Return the share of the energy, without the mean, that is within 4 Hz of a multiple of `pitch`, in hertz."""
+    spectrum = np.abs(np.fft.rfft(samples * np.hanning(len(samples)))) ** 2
+    frequencies = np.fft.rfftfreq(len(samples), 1 / RATE)
+    spectrum[frequencies < 20.0] = 0.0
+    near = np.abs(frequencies - pitch * np.round(frequencies / pitch)) <= 4.0
+    return float(spectrum[near].sum() / spectrum.sum())
+
+
+def test_a_change_of_the_scene_is_heard(house: Page) -> None:
+    report = house.evaluate(CHANGED, {"scene": STEADY, "partial": {"texture": {"period": "0.6 mm"}}})
+    heard = unpacked(report["samples"])
+    before, after = heard[report["frame"] - 24000 : report["frame"]], heard[report["frame"] + 12000 :][:24000]
+    assert share_of(before, 100.0) > 0.99 > share_of(before, 400.0 / 3)
+    assert share_of(after, 400.0 / 3) > 0.99 > share_of(after, 100.0)
+    assert report["simulated"] > 0
+
+
+LIFTED = """async () => {
+  const player = await house.Player.open({sampleRate: 48000});
+  const finger = new house.Finger({player});
+  await finger.open();
+  const blocks = [];
+  finger.addEventListener("block", ({detail}) => blocks.push(detail));
+  const before = finger.source.given;
+  await house.stroke(finger, 0.3, (t) => ({position: 0.1 * t, load: 0.3}));
+  finger.lift();
+  const resting = () => finger.source.given === finger.source.played && finger.connection.outstanding === 0;
+  const last = () => blocks.at(-1).samples.every((sample) => sample === 0);
+  await house.until(() => resting() && last());
+  const {given, underruns, missing} = finger.source;
+  await house.pause(200);  // in which anything that is still granted would come
+  const silent = {before, given, later: finger.source.given, underruns, missing, sent: finger.connection.frame};
+  silent.missingLater = finger.source.missing;
+  await house.stroke(finger, 0.1, (t) => ({position: 0.1 * t, load: 0.3}));
+  await house.until(() => blocks.at(-1).frame > given && !last());
+  const again = finger.source.given;
+  const runs = finger.source.runs.length;
+  await finger.close();
+  await player.close();
+  return {...silent, again, runs};
+}"""
+
+
+def test_a_lift_ends_in_silence_for_which_nothing_is_sent(house: Page) -> None:
+    report = house.evaluate(LIFTED)
+    assert report["before"] == 0, "a finger that has not touched yet is sent nothing"
+    assert report["given"] == report["later"] == report["sent"]
+    assert report["missing"] == report["missingLater"], "a finger that rests misses nothing"
+    assert report["again"] > report["given"]
+    assert report["runs"] >= 2
+
+
+SEVERAL = """async () => {
+  const player = await house.Player.open({sampleRate: 48000});
+  const tap = player.tap();
+  const fingers = [0.3, 0.5].map((load) => [new house.Finger({player}), load]);
+  const given = [];
+  for (const [finger] of fingers) {
+    const {session} = await finger.open();
+    const samples = [];
+    finger.addEventListener("block", ({detail}) => samples.push(...detail.samples));
+    given.push({session, samples});
+  }
+  await Promise.all(fingers.map(([finger, load]) => house.stroke(finger, 0.5, (t) => ({position: 0.1 * t, load}))));
+  for (const [finger] of fingers) finger.lift();
+  await Promise.all(fingers.map(([finger]) => finger.close()));
+  const mix = house.packed(await tap.take());
+  await player.close();
+  return {mix, first: tap.first, fingers: fingers.map(([{source: {runs}}], index) => (
+    {session: given[index].session, samples: house.packed(new Float32Array(given[index].samples)), runs}))};
+}"""
+
+
+def test_several_fingers_are_several_streams_and_their_sum_is_heard(house: Page) -> None:
+    report = house.evaluate(SEVERAL)
+    assert len({finger["session"] for finger in report["fingers"]}) == 2
+    heard = unpacked(report["mix"]).reshape(-1, 2)
+    expected = np.zeros(len(heard), np.float32)
+    for finger in report["fingers"]:
+        samples, done = unpacked(finger["samples"]), 0
+        assert np.abs(samples).max() > 0.05
+        for start, frames in finger["runs"]:
+            place = start - report["first"]
+            expected[place : place + frames] += samples[done : done + frames]
+            done += frames
+        assert done == len(samples)
+    assert np.array_equal(heard[:, 0], expected)
+    assert np.array_equal(heard[:, 1], expected)
+
+
+PLAYED = """async ({chunks, channels}) => {
+  const player = await house.Player.open({sampleRate: 48000});
+  const tap = player.tap();
+  const source = player.source(channels);
+  const sent = [];
+  for (const frames of chunks) {
+    const samples = Float32Array.from({length: frames * channels}, () => 2 * Math.random() - 1);
+    sent.push(...samples);
+    source.play(samples);
+  }
+  source.rest();
+  await house.until(() => source.played === source.given);
+  const first = {underruns: source.underruns, missing: source.missing};
+  source.play(new Float32Array(1000 * channels));
+  await house.until(() => source.underruns > 0);
+  source.play(new Float32Array(300 * channels));
+  source.rest();
+  await house.until(() => source.played === source.given && source.missing > 0);
+  const samples = house.packed(await tap.take());
+  const {runs, underruns, missing, played} = source;
+  await player.close();
+  const counts = {underruns, missing, played};
+  return {sent: house.packed(new Float32Array(sent)), samples, first: tap.first, counts: first, runs, ...counts};
+}"""
+
+
+@pytest.mark.parametrize("channels", [1, 2])
+def test_the_ring_plays_each_sample_once_and_counts_what_it_lacks(house: Page, channels: int) -> None:
+    chunks = [1, 127, 128, 129, 480, 7, 3000, 64]
+    report = house.evaluate(PLAYED, {"chunks": chunks, "channels": channels})
+    sent, heard = unpacked(report["sent"]).reshape(-1, channels), unpacked(report["samples"]).reshape(-1, 2)
+    start, frames = report["runs"][0]
+    place = start - report["first"]
+    assert frames == len(sent)
+    assert np.array_equal(heard[place : place + frames], np.broadcast_to(sent, (frames, 2)))
+    assert not heard[:place].any() and not heard[place + frames :].any()
+    assert report["counts"] == {"underruns": 0, "missing": 0}, "the end that was told of is none"
+    assert report["underruns"] == 1
+    (second, _), (third, _) = report["runs"][1:]
+    assert report["missing"] == third - second - 1000
+    assert report["played"] == len(sent) + 1300
+
+
+VOLUME = """async () => {
+  const player = await house.Player.open({sampleRate: 48000});
+  const tap = player.tap("volume");
+  const source = player.source(1);
+  source.play(new Float32Array(96000).fill(0.5));
+  const begins = player.volume;
+  await house.until(() => source.played > 4800);
+  player.volume = 0.6;
+  await house.until(() => source.played > 24000);
+  player.volume = 7;
+  const held = player.volume;
+  player.volume = 0;
+  await house.until(() => source.played > 72000);
+  source.level = 0.5;
+  player.volume = 0.2;
+  await house.until(() => source.played === 96000);
+  const samples = house.packed(await tap.take());
+  await player.close();
+  return {samples, first: tap.first, runs: source.runs, begins, held};
+}"""
+
+
+def test_the_volume_begins_low_and_moves_without_clicks(house: Page) -> None:
+    report = house.evaluate(VOLUME)
+    assert report["begins"] == 0.1
+    assert report["held"] == 1
+    heard = sounding(report)[:, 0]
+    assert np.allclose(heard[:2000], 0.05, atol=1e-6)
+    assert np.isclose(heard.max(), 0.3, atol=1e-3)
+    assert np.abs(heard).min() < 1e-4
+    assert np.isclose(heard[-1], 0.05, atol=1e-3)
+    steepest = 0.5 * 0.6 / (0.01 * RATE)  # of an exponential of 10 ms over the largest step
+    assert np.abs(np.diff(heard)).max() <= 1.01 * steepest
+
+
+CHANNELS = """async (channels) => {
+  const player = await house.Player.open({sampleRate: 48000});
+  player.useChannels(channels);
+  player.volume = 1;
+  const tap = player.tap("volume");
+  const source = player.source(2);
+  source.play(Float32Array.from({length: 96000}, (_, place) => (place % 2 ? 0.25 : 0.5)));
+  await house.until(() => source.played === 48000);
+  const samples = house.packed(await tap.take());
+  let refusal = "";
+  try {
+    player.useChannels([0, player.outputChannels]);
+  } catch (error) {
+    refusal = error.message;
+  }
+  const outputs = await player.outputs();
+  await player.close();
+  return {samples, first: tap.first, runs: source.runs, refusal, outputs, chosen: player.canChooseOutput};
+}"""
+
+
+def test_the_channels_of_the_output_can_be_chosen(house: Page) -> None:
+    report = house.evaluate(CHANNELS, [1, 0])
+    heard = sounding(report)
+    assert np.allclose(heard[-1], [0.25, 0.5], atol=1e-3)
+    assert "choose among them" in report["refusal"]
+    assert all(set(output) == {"id", "label"} for output in report["outputs"])

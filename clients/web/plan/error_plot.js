@@ -1,0 +1,196 @@
+/* What accuracy costs, drawn: error against computing time, from the answer of `POST /v1/accuracy`.
+
+   Model: across, the time for a second of sound, set-up spread over the scene's duration; up, the largest error of a period
+   relative to the peak-to-peak; both in decades, so nearer to the lower left is better. A line joins methods that differ
+   in size only; open points are tables read in straight lines. The broad line is the front: nothing measured is both nearer and
+   cheaper. The ring is what the plan takes.
+   Limits: an error of zero stands on the lower edge. Labels that find no free place are left out, since the table has all. */
+
+import { inWords, logAxis } from "../sight/scale.js";
+
+const FAMILIES = {
+  baseline: "trapezoid and brentq",
+  sampled: "sampled solver",
+  exact: "exact solver",
+  table: "response table",
+  harmonics: "sum of harmonics",
+  closed: "closed form",
+};
+const ROUNDING = 2 ** -25; // of a float32 sample near full scale
+const SVG = "http://www.w3.org/2000/svg";
+const PLACES = [[1, 0], [-1, 0], [0, -1], [0, 1], [1, -1], [1, 1], [-1, -1], [-1, 1]];
+
+/** Returns the seconds of computing for a second of sound, set-up spread over the duration. */
+export function costOf(document, row) {
+  return row.setup_seconds / document.duration + row.seconds_per_second;
+}
+
+/** Returns the methods as series [{family, name, open, rows}], families in their order, sizes rising. */
+export function seriesOf(document) {
+  const groups = new Map();
+  for (const row of document.methods) {
+    const pattern = row.method.replaceAll(/\d+/g, "#").replace("harmonics", "harmonic");
+    const key = `${row.family}|${pattern}`;
+    if (!groups.has(key)) groups.set(key, { family: row.family, pattern, rows: [] });
+    groups.get(key).rows.push(row);
+  }
+  const order = Object.keys(FAMILIES);
+  const series = [...groups.values()].sort((one, other) => order.indexOf(one.family) - order.indexOf(other.family));
+  for (const one of series) {
+    const kind = one.pattern.split(",").slice(1).map((part) => part.trim()).filter((part) => !part.includes("#"));
+    one.name = [FAMILIES[one.family] ?? one.family, ...kind].join(", ");
+    one.open = kind.includes("linear");
+    one.rows.sort((first, second) => numberOf(first.method) - numberOf(second.method));
+  }
+  return series;
+}
+
+/** Draws into `svg`, whose size on the page (CSS px) is taken as it is. */
+export function drawErrorPlot(svg, document) {
+  const { width, height } = svg.getBoundingClientRect();
+  if (!width) return;
+  svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
+  svg.replaceChildren();
+  const box = { left: 58, right: width - 14, top: 30, bottom: height - 42 };
+  const costs = document.methods.map((row) => costOf(document, row));
+  const asked = document.scene.accuracy.tolerance;
+  const errors = document.methods.map((row) => row.max_error).filter((error) => error > 0);
+  const low = 10 ** Math.floor(Math.log10(Math.min(ROUNDING, ...errors) / 3));
+  const across = logAxis(decade(Math.min(...costs) / 1.5, Math.floor), Math.max(10, decade(Math.max(...costs) * 1.5, Math.ceil)), box.left, box.right, "s", 56);
+  const up = logAxis(low, Math.max(1, 2 * Math.max(...errors)), box.bottom, box.top, "", 24);
+  const place = (row) => [across.place(costOf(document, row)), up.place(Math.max(row.max_error, low))];
+  const labels = new Labels(svg, box, document.methods.map(place));
+  drawFrame(svg, box, across, up);
+  drawFront(svg, document, place);
+  drawLevel(svg, labels, [box.left, up.place(ROUNDING)], [box.right, up.place(ROUNDING)], "float32 rounding");
+  if (typeof asked === "number") drawLevel(svg, labels, [box.left, up.place(asked)], [box.right, up.place(asked)], `tolerance ${asked}`);
+  drawLevel(svg, labels, [across.place(1), box.bottom], [across.place(1), box.top], "real time");
+  const series = seriesOf(document);
+  for (const one of series) drawSeries(svg, one, place);
+  drawChosen(svg, labels, document, place);
+  for (const one of series) {
+    for (const row of new Set([one.rows.at(-1), one.rows[0], one.rows[one.rows.length >> 1]])) {
+      labels.put(sizeOf(row.method), place(row), `size family-${one.family}`);
+    }
+  }
+}
+
+/** Returns the least error (with its cost and method) in words, and what the plan takes: the figure's text alternative. */
+export function plotInWords(document) {
+  const tell = (row) => `${row.method}, with an error of ${row.max_error.toExponential(1)} at ${inWords(costOf(document, row), "s", 2)} for a second of sound`;
+  const chosen = document.methods.find((row) => row.method === document.chosen);
+  const nearest = document.methods.reduce((best, row) => (row.max_error < best.max_error ? row : best));
+  return `Error against computing time of ${document.methods.length} methods for the ${document.quantity}. ` +
+    `${chosen ? `The plan takes ${tell(chosen)}. ` : ""}The nearest is ${tell(nearest)}. The table below has all of them.`;
+}
+
+function drawFrame(svg, box, across, up) {
+  for (const { value, label, main } of across.ticks) {
+    if (!main) continue;
+    add(svg, "path", { class: "grid", d: `M${across.place(value)} ${box.top}V${box.bottom}` });
+    text(svg, label, across.place(value), box.bottom + 16, value === across.high ? "end" : "middle");
+  }
+  for (const { value, main } of up.ticks) {
+    if (!main) continue;
+    add(svg, "path", { class: "grid", d: `M${box.left} ${up.place(value)}H${box.right}` });
+    text(svg, value >= 1e-3 ? `${Number((value * 100).toPrecision(1))} %` : `10${raised(Math.log10(value))}`, box.left - 7, up.place(value) + 4, "end");
+  }
+  text(svg, "Largest error, of peak to peak", 2, 14, "start", "title");
+  text(svg, "computing time for a second of sound, set-up included", box.right, box.bottom + 36, "end");
+}
+
+function drawFront(svg, document, place) {
+  const front = document.methods.filter((row) => row.pareto).map(place).sort((one, other) => one[0] - other[0]);
+  if (!front.length) return;
+  const steps = front.slice(1).map(([x, y]) => `H${x}V${y}`);
+  add(svg, "path", { class: "front", d: `M${front[0]}${steps.join("")}` });
+}
+
+function drawSeries(svg, { family, open, rows }, place) {
+  const group = add(svg, "g", { class: `family-${family}` });
+  add(group, "path", { class: "series", d: `M${rows.map(place).join("L")}` });
+  for (const row of rows) {
+    const [cx, cy] = place(row);
+    const point = add(group, "circle", { class: open ? "point open" : "point", cx, cy, r: 3 });
+    add(point, "title", {}).textContent = `${row.method}: error ${row.max_error.toExponential(1)}`;
+  }
+}
+
+function drawLevel(svg, labels, from, to, words) {
+  add(svg, "path", { class: "level", d: `M${from}L${to}` });
+  const upright = from[0] === to[0];
+  labels.put(words, upright ? [from[0], to[1] + 8] : [to[0] - 4, from[1]], "level-words", upright ? [[-1, 0], [1, 0]] : [[-1, -1], [-1, 1]]);
+}
+
+function drawChosen(svg, labels, document, place) {
+  const chosen = document.methods.find((row) => row.method === document.chosen);
+  if (!chosen) return;
+  const [cx, cy] = place(chosen);
+  add(svg, "circle", { class: "ring", cx, cy, r: 7.5 });
+  labels.put("the plan’s choice", [cx, cy], "chosen", PLACES, 10);
+}
+
+/** Labels that keep off points and off each other. */
+class Labels {
+  #svg;
+  #box;
+  #points;
+  #taken = [];
+
+  constructor(svg, box, points) {
+    [this.#svg, this.#box, this.#points] = [svg, box, points];
+  }
+
+  put(words, [x, y], look, directions = PLACES, reach = 7) {
+    const label = text(this.#svg, words, 0, 0, "start", look);
+    const [width, height] = [label.getComputedTextLength(), 12];
+    for (const [right, down] of [...directions, ...directions.map(([one, other]) => [2.5 * one, 2.5 * other])]) {
+      const left = x + right * reach + (Math.sign(right) - 1) * (width / 2);
+      const top = y + down * reach + (Math.sign(down) - 1) * (height / 2);
+      const room = { left, top, right: left + width, bottom: top + height };
+      if (this.#free(room)) {
+        this.#taken.push(room);
+        label.setAttribute("x", left);
+        label.setAttribute("y", top + height - 3);
+        return;
+      }
+    }
+    label.remove();
+  }
+
+  #free(room) {
+    const box = this.#box;
+    if (room.left < box.left || room.right > box.right || room.top < box.top - 2 || room.bottom > box.bottom) return false;
+    if (this.#taken.some((other) => room.left < other.right + 4 && room.right > other.left - 4 && room.top < other.bottom && room.bottom > other.top)) return false;
+    return !this.#points.some(([x, y]) => x > room.left - 4 && x < room.right + 4 && y > room.top - 3 && y < room.bottom + 3);
+  }
+}
+
+function add(parent, tag, attributes) {
+  const made = document.createElementNS(SVG, tag);
+  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+  return parent.appendChild(made);
+}
+
+function text(svg, words, x, y, anchor, look = "") {
+  const made = add(svg, "text", { x, y, "text-anchor": anchor, class: look });
+  made.textContent = words;
+  return made;
+}
+
+function decade(value, rounded) {
+  return 10 ** rounded(Math.log10(value));
+}
+
+function numberOf(method) {
+  return Number(/\d+/.exec(method)?.[0] ?? 0);
+}
+
+function sizeOf(method) {
+  const parts = method.split(",").map((part) => part.trim());
+  return parts.slice(1).find((part) => /\d/.test(part)) ?? /\d.*/.exec(parts[0])?.[0] ?? method;
+}
+
+function raised(power) {
+  return String(Math.round(power)).replaceAll(/./g, (sign) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(sign)]);
+}

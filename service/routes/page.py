@@ -1,0 +1,85 @@
+"""`/`, `/vr` and `/web/...`: the touch page, if the service has one (RIDGEWAVE_WEB); without one `/` leads to /docs.
+
+Model: the files are readable without a key, since they hold nothing secret: `security.OPEN_PATHS`. A browser may keep
+    them and asks for them again each time (`no-cache` with an ETag of the content), so that an update is seen at once.
+    What the page may do is in the two policies below: nothing from another host, no script or style inside the HTML.
+"""
+
+from __future__ import annotations
+
+import asyncio
+
+from fastapi import APIRouter, Request
+from starlette.responses import RedirectResponse, Response
+
+from service.page_files import PageFile
+from service.problems import Problem
+from service.running import service_of
+
+router = APIRouter(tags=["page"], include_in_schema=False)
+
+POLICIES = {
+    "Content-Security-Policy": (
+        "default-src 'self'; connect-src 'self' ws: wss:; img-src 'self' data: blob:; media-src 'self' blob:; "
+        "worker-src 'self' blob:; object-src 'none'; base-uri 'none'; frame-ancestors 'none'"
+    ),
+    "Permissions-Policy": (
+        "speaker-selection=(self), gamepad=(self), xr-spatial-tracking=(self), autoplay=(self), "
+        "camera=(), microphone=(), geolocation=(), display-capture=(), usb=(), serial=(), payment=()"
+    ),
+    "X-Content-Type-Options": "nosniff",
+}
+
+
+@router.head("/")
+@router.get("/")
+async def index(request: Request) -> Response:
+    """The page; without one, the way to the page of calls."""
+    if service_of(request).page is None:
+        return RedirectResponse("/docs", 307)
+    return await _answer(request, "index.html")
+
+
+@router.head("/vr")
+@router.get("/vr")
+async def headset(request: Request) -> Response:
+    """The page for a headset."""
+    return await _answer(request, "vr.html")
+
+
+@router.head("/web/{name:path}")
+@router.get("/web/{name:path}")
+async def file(request: Request, name: str) -> Response:
+    """A file of the page."""
+    return await _answer(request, name)
+
+
+async def _answer(request: Request, name: str) -> Response:
+    page = service_of(request).page
+    found = None if page is None else await asyncio.to_thread(page.find, name)
+    if found is None:
+        raise Problem("not-found", "The page has no such file." if page else "There is no page (RIDGEWAVE_WEB).")
+    headers = POLICIES | {"Cache-Control": "no-cache", "ETag": f'W/"{found.tag}"', "Vary": "Accept-Encoding"}
+    if _is_known(request, found):
+        return Response(status_code=304, headers=headers)
+    packed = found.packed if _takes_gzip(request) else None
+    if packed is not None:
+        headers["Content-Encoding"] = "gzip"
+    body = found.content if packed is None else packed
+    headers["Content-Length"] = str(len(body))
+    return Response(b"" if request.method == "HEAD" else body, headers=headers, media_type=found.media_type)
+
+
+def _is_known(request: Request, found: PageFile) -> bool:
+    """Return whether the client has this content already: RFC 9110, 13.1.2, a weak comparison."""
+    tags = ",".join(request.headers.getlist("if-none-match")).split(",")
+    return any(tag.strip().removeprefix("W/") in ("*", f'"{found.tag}"') for tag in tags)
+
+
+def _takes_gzip(request: Request) -> bool:
+    """Return whether Accept-Encoding allows gzip."""
+    for entry in ",".join(request.headers.getlist("accept-encoding")).split(","):
+        coding, _, parameter = entry.partition(";")
+        if coding.strip().lower() in ("gzip", "*"):
+            return parameter.replace(" ", "").lower() not in ("q=0", "q=0.0", "q=0.00", "q=0.000")
+    return False
