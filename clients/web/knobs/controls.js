@@ -33,7 +33,7 @@ class ChoiceControl {
     this.menu = make("select", { id: this.bodies.some(({ control }) => control.text?.id === id) ? `${id}-kind` : id, "aria-describedby": `${id}-hint ${id}-fault`, change: () => this.#choose() },
       ...this.choices.map(({ label }, index) => make("option", { value: index, text: label })));
     knob.label.htmlFor = this.menu.id;
-    this.element = make("div.choice", {}, this.menu, ...this.bodies.map(({ control }) => control.element));
+    this.element = make("div.choice", {}, this.menu, knob.hint, knob.fault, ...this.bodies.map(({ control }) => control.element));
     for (const { control } of this.bodies) if (control.text) control.text.setAttribute("aria-label", control.text.getAttribute("aria-label") ?? `${field.label}, value`);
   }
 
@@ -87,6 +87,6 @@ export function controlOf(field, writer) {
   const single = field.alternatives.length === 1 && ["number", "text"].includes(field.alternatives[0].kind);
   const control = single ? new NumberControl(knob) : new ChoiceControl(knob);
   knob.describe();
-  knob.element.append(knob.label, control.element, knob.hint, knob.fault);
+  knob.element.append(knob.label, control.element, ...(single ? [knob.hint, knob.fault] : []));
   return { element: knob.element, show: (value, around) => { knob.describe(knob.writer.note?.(field.path) ?? ""); control.show(value, around); } };
 }

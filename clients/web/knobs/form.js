@@ -17,6 +17,7 @@ export class Form extends EventTarget {
   #scene = {};
   #complete = null;
   #knobs = new Map();
+  #refused = new Set();
   #sections = [];
 
   /**
@@ -64,22 +65,21 @@ export class Form extends EventTarget {
   }
 
   /**
-   * Tell beside the fields what the service refuses; an empty list: nothing.
+   * Tell beside the fields what the service refuses, in place of what it refused before; an empty list: nothing.
    * @param {{pointer: string, allowed: string, hint: string}[]} errors of a problem document
-   * @returns {number} how many of them have a field here
    */
   refuse(errors) {
-    let found = 0;
+    for (const knob of this.#refused) knob.refuse(null);
+    this.#refused.clear();
     for (const { pointer, allowed, hint } of errors) {
       const steps = pointer.split("/").slice(1).map((step) => step.replaceAll("~1", "/").replaceAll("~0", "~"));
       while (steps.length && !this.#knobs.has(steps.join("."))) steps.pop();
       const knob = this.#knobs.get(steps.join("."));
       if (!knob) continue;
-      found += 1;
+      this.#refused.add(knob);
       knob.refuse(`Allowed: ${allowed}. ${hint}`);
       knob.element.closest("details").open = true;
     }
-    return found;
   }
 
   /** Open or close all sections. */

@@ -69,6 +69,7 @@ export class Sight {
     if (finger !== (this.session.fingers.find(({ touching }) => touching) ?? this.session.fingers[0])) return;
     const { channels, quantities, full_scale: scale, sample_rate: rate } = ready;
     const one = channels === 1 ? samples : samples.filter((_, index) => index % channels === 0);
+    byId("waveform").closest(".views").classList.add("live");
     this.waveform.push(one, scale[0], quantities[0], rate);
     this.spectrum.push(one, scale[0], quantities[0], rate);
   }
