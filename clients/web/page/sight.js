@@ -11,6 +11,8 @@ import { Spectrum } from "../sight/spectrum.js";
 import { Surface } from "../sight/surface.js";
 import { Waveform } from "../sight/waveform.js";
 
+const POINTS = 1024; // of a surface: a pixel each on most screens; more is only sent
+const PHASES = 128; // of a period: between them the height of the finger is interpolated
 const HARMONICS = 12; // marked; more would hide the spectrum
 
 export class Sight {
@@ -33,7 +35,7 @@ export class Sight {
   async look(scene) {
     this.#asked += 1;
     const asked = this.#asked;
-    const picture = await call("POST", "/v1/picture", { scene });
+    const picture = await call("POST", "/v1/picture", { scene, points: POINTS, phases: PHASES });
     if (asked !== this.#asked) return;
     this.#period = picture.texture.period;
     this.surface.show({ ...picture.texture, contactLength: picture.finger.length });
@@ -62,7 +64,7 @@ export class Sight {
   async #limits(name) {
     if (name === this.#threshold) return;
     this.#threshold = name;
-    this.spectrum.threshold(await call("GET", `/v1/threshold?name=${name}&low=1&high=1000&points=200`));
+    this.spectrum.threshold(await call("GET", `/v1/threshold?name=${name}&low=1&high=1000&points=100`));
   }
 
   #hear({ samples, ready, finger }) {

@@ -38,6 +38,7 @@ export class Pad {
     this.element.addEventListener("keydown", (event) => this.#key(event));
     this.element.addEventListener("keyup", (event) => event.key.startsWith("Arrow") && this.#halt());
     this.element.addEventListener("blur", () => this.#liftKeys());
+    session.addEventListener("ready", () => this.#tellAgain());
     this.element.addEventListener("wheel", (event) => event.ctrlKey || event.stopPropagation(), { capture: true, passive: true }); // the page scrolls
     byId("magnify").addEventListener("change", () => {
       this.#scale = PIXEL / Number(byId("magnify").value);
@@ -99,6 +100,12 @@ export class Pad {
     this.strokeByItself(false);
     this.#liftKeys();
     for (const id of [...this.touches.keys()]) this.lift(id);
+  }
+
+  /** Fingers that were put down before their stream was there rest where they are: their stream hears of it now. */
+  #tellAgain() {
+    const time = performance.now() / 1e3;
+    for (const [id, { position, load }] of this.touches) if (position !== undefined) this.session.move(id, { position, load, time });
   }
 
   #wake(event) {
