@@ -9,10 +9,12 @@ import pytest
 
 from tests.clients.web.browser import headless, watched
 from tests.clients.web.places import serving_pages
-from tests.service.harness import PATIENCE, Running, until
+from tests.service.harness import PATIENCE, ROOT, Running, serving, until
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
+
+    from tests.clients.web.browser import Watch
 
 HOUSE = "/test/house.html"
 
@@ -44,3 +46,31 @@ def moved_in(page: Page) -> None:
     """Return once the modules are there."""
     page.set_default_timeout(1e3 * PATIENCE)
     page.wait_for_function("() => window.house !== undefined")
+
+
+@pytest.fixture(scope="module")
+def page_service() -> Iterator[Running]:
+    """Yield the real service with the page, as `ridgewave serve` has it, warm."""
+    with serving(web=str(ROOT / "clients" / "web")) as running:
+        until(lambda: running.service.warm, 60.0)
+        yield running
+
+
+@pytest.fixture
+def watched_page(chromium: Browser, page_service: Running) -> Iterator[tuple[Page, Watch]]:
+    """Yield the page, loaded, and what watches it: it fails in the end if the page logged an error or asked another host."""
+    with watched(chromium, page_service.url + "/", viewport={"width": 1280, "height": 900}) as (page, watch):
+        loaded(page)
+        yield page, watch
+
+
+@pytest.fixture
+def touch_page(watched_page: tuple[Page, Watch]) -> Page:
+    """Return the page, watched."""
+    return watched_page[0]
+
+
+def loaded(page: Page) -> None:
+    """Return once the page is put together."""
+    page.set_default_timeout(1e3 * PATIENCE)
+    page.wait_for_function("() => window.ridgewave !== undefined")

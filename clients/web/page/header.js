@@ -1,0 +1,35 @@
+// The header: start and stop, volume, connection, latency and gaps of the sound.
+
+import { byId } from "../knobs/element.js";
+
+const SENTENCES = {
+  "not started": "not started",
+  "connecting": "connecting…",
+  "live": "live",
+  "broken": "lost, connecting again…",
+  "ended": "ended",
+};
+const INTERVAL = 500; // ms between looks at the meters
+
+/** Wire the header to `session`; onStop() before the sound ends. */
+export function wireHeader(session, { onStop }) {
+  const start = byId("start");
+  start.disabled = false;
+  start.addEventListener("click", () => {
+    if (!session.player) return session.start().catch(() => {});
+    onStop();
+    return session.stop();
+  });
+  byId("volume").addEventListener("input", () => { session.volume = Number(byId("volume").value); });
+  session.addEventListener("state", ({ detail }) => {
+    byId("state").textContent = SENTENCES[detail.state];
+    byId("state").dataset.state = detail.state;
+    start.setAttribute("aria-pressed", String(Boolean(session.player)));
+    start.textContent = session.player ? "Stop" : "Touch";
+  });
+  setInterval(() => {
+    const { underruns, latency, updateToSound } = session.stats;
+    byId("latency").textContent = session.player ? `${Math.round(1e3 * (updateToSound === null ? latency : updateToSound + session.player.outputLatency))} ms` : "–";
+    byId("gaps").textContent = session.player ? String(underruns) : "–";
+  }, INTERVAL);
+}

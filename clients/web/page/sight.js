@@ -1,0 +1,78 @@
+// What the page shows: the surface on the pad, waveform and spectrum of what plays, and where finger and texture touch.
+//
+// Model   pictures are of the complete scene; the newest answer counts. Waveform and spectrum follow the finger that touches
+//         first. Harmonics are marked at multiples of speed / period.
+// Limits  the picture is at the scene's load, not at that of the hand.
+
+import { byId } from "../knobs/element.js";
+import { call } from "../service.js";
+import { ContactPicture } from "../sight/contact.js";
+import { Spectrum } from "../sight/spectrum.js";
+import { Surface } from "../sight/surface.js";
+import { Waveform } from "../sight/waveform.js";
+
+const POINTS = 1024; // of a surface: a pixel each on most screens; more is only sent
+const PHASES = 128; // of a period: between them the height of the finger is interpolated
+const HARMONICS = 12; // marked; more would hide the spectrum
+
+export class Sight {
+  #asked = 0;
+  #threshold = null;
+  #period = null;
+
+  constructor({ session, pad }) {
+    Object.assign(this, { session, pad });
+    this.surface = new Surface(byId("surface"));
+    byId("surface").removeAttribute("tabindex"); // the pad around it takes the keys
+    byId("surface").addEventListener("zoom", ({ detail }) => { pad.metresPerPixel = detail.metresPerPixel; });
+    this.waveform = new Waveform(byId("waveform"));
+    this.spectrum = new Spectrum(byId("spectrum"));
+    this.contact = new ContactPicture(byId("contact"));
+    session.addEventListener("block", ({ detail }) => this.#hear(detail));
+  }
+
+  /** Show the surfaces of `scene`; returns once they are shown, or a later scene has taken their place. */
+  async look(scene) {
+    this.#asked += 1;
+    const asked = this.#asked;
+    const picture = await call("POST", "/v1/picture", { scene, points: POINTS, phases: PHASES });
+    if (asked !== this.#asked) return;
+    this.#period = picture.texture.period;
+    this.surface.show({ ...picture.texture, contactLength: picture.finger.length });
+    this.surface.zoom(this.pad.metresPerPixel);
+    this.contact.show(picture);
+    await this.#limits(scene.accuracy?.threshold ?? "fingertip");
+  }
+
+  /** The pad's scale is another: metres a CSS pixel. */
+  scale(metresPerPixel) {
+    this.surface.zoom(metresPerPixel);
+  }
+
+  /** The fingers are elsewhere: `touches` as of the Pad. */
+  touch(touches) {
+    const all = [...touches.values()].filter(({ position }) => position !== undefined);
+    this.surface.touch(all.map(({ position }) => position));
+    if (!all.length || !this.#period) return;
+    const [{ position, speed }] = all;
+    this.contact.at((((position / this.#period) % 1) + 1) % 1);
+    const fundamental = Math.abs(speed) / this.#period;
+    if (fundamental > 1) this.waveform.expect(fundamental);
+    this.spectrum.mark(fundamental > 1 ? Array.from({ length: HARMONICS }, (_, index) => (index + 1) * fundamental) : []);
+  }
+
+  async #limits(name) {
+    if (name === this.#threshold) return;
+    this.#threshold = name;
+    this.spectrum.threshold(await call("GET", `/v1/threshold?name=${name}&low=1&high=1000&points=100`));
+  }
+
+  #hear({ samples, ready, finger }) {
+    if (finger !== (this.session.fingers.find(({ touching }) => touching) ?? this.session.fingers[0])) return;
+    const { channels, quantities, full_scale: scale, sample_rate: rate } = ready;
+    const one = channels === 1 ? samples : samples.filter((_, index) => index % channels === 0);
+    byId("waveform").closest(".views").classList.add("live");
+    this.waveform.push(one, scale[0], quantities[0], rate);
+    this.spectrum.push(one, scale[0], quantities[0], rate);
+  }
+}

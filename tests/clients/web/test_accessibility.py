@@ -1,0 +1,103 @@
+"""The page for people who do not use a mouse, or their eyes: axe-core finds nothing serious, and everything has a name."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from tests.clients.web.browser import watched
+from tests.clients.web.conftest import loaded
+from tests.service.harness import Running
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+WIDE = {"width": 1280, "height": 900}
+NARROW = {"width": 360, "height": 740}
+LOOKS = {
+    "light": {"viewport": WIDE, "color_scheme": "light"},
+    "dark": {"viewport": WIDE, "color_scheme": "dark"},
+    "narrow": {"viewport": NARROW, "color_scheme": "light", "has_touch": True},
+    "narrow dark": {"viewport": NARROW, "color_scheme": "dark", "has_touch": True},
+}
+GRAVE = ("serious", "critical")
+
+
+def violations(page: Page) -> list[str]:
+    """Return what axe-core finds that is serious or critical: rule, and the elements."""
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright")
+    found = axe.Axe().run(page).response["violations"]
+    return [
+        f"{rule['id']}: {rule['help']}: {', '.join(str(node['target']) + ' ' + node['failureSummary'] for node in rule['nodes'])}"
+        for rule in found
+        if rule["impact"] in GRAVE
+    ]
+
+
+@pytest.mark.parametrize("look", LOOKS)
+@pytest.mark.parametrize("opened", [False, True], ids=["closed", "all sections open"])
+def test_axe_finds_nothing_serious(chromium: Browser, page_service: Running, look: str, opened: bool) -> None:
+    with watched(chromium, page_service.url + "/", **LOOKS[look]) as (page, _):
+        loaded(page)
+        if opened:
+            page.evaluate("() => document.querySelectorAll('details').forEach((section) => { section.open = true; })")
+            for effect in ("inertia", "viscous_skin"):
+                page.evaluate("(effect) => ridgewave.form.write(['effects', effect], {})", effect)
+        page.wait_for_function("() => document.querySelector('#plan li') !== null")
+        assert violations(page) == []
+
+
+def test_axe_finds_nothing_serious_while_it_is_touched(touch_page: Page) -> None:
+    touch_page.click("#stroke")
+    touch_page.wait_for_function("() => document.querySelector('.views.live') !== null")
+    assert violations(touch_page) == []
+
+
+def test_nothing_is_wider_than_a_narrow_screen(chromium: Browser, page_service: Running) -> None:
+    with watched(chromium, page_service.url + "/", **LOOKS["narrow"]) as (page, _):
+        loaded(page)
+        page.evaluate("() => document.querySelectorAll('details').forEach((section) => { section.open = true; })")
+        assert page.evaluate("() => document.documentElement.scrollWidth") <= NARROW["width"]
+
+
+def test_a_finger_has_room_on_every_control(chromium: Browser, page_service: Running) -> None:
+    with watched(chromium, page_service.url + "/", **LOOKS["narrow"], is_mobile=True) as (page, _):
+        loaded(page)
+        page.evaluate("() => document.querySelectorAll('details').forEach((section) => { section.open = true; })")
+        small = page.evaluate(
+            """() => [...document.querySelectorAll("button, select, summary, .button, input:not([type=file])")]
+                 .filter((control) => control.checkVisibility())
+                 .map((control) => [control.id || control.textContent || control.type, (control.closest("label") ?? control)])
+                 .filter(([, control]) => control.getBoundingClientRect().height < 43.9).map(([name]) => name)"""
+        )
+        assert small == []
+
+
+def test_headings_go_down_by_one_level_at_a_time(touch_page: Page) -> None:
+    levels = touch_page.evaluate("() => [...document.querySelectorAll('h1, h2, h3, h4')].map((one) => Number(one.tagName[1]))")
+    assert levels[0] == 1
+    assert levels.count(1) == 1
+    assert all(after - before <= 1 for before, after in zip(levels, levels[1:], strict=False))
+
+
+def test_the_tab_key_reaches_every_control_and_shows_where_it_is(touch_page: Page) -> None:
+    wanted: set[Any] = set(
+        touch_page.evaluate(
+            """() => [...document.querySelectorAll("button, select, summary, input, a, [tabindex='0']")]
+                 .filter((one) => one.checkVisibility() && !one.disabled && one.type !== "radio")
+                 .map((one, index) => { one.dataset.stop = index; return index; })"""
+        )
+    )
+    reached: set[Any] = set()
+    touch_page.focus("body")
+    for _ in range(3 * len(wanted)):
+        touch_page.keyboard.press("Tab")
+        stop, outline = touch_page.evaluate(
+            """() => { const one = document.activeElement; const seen = one.type === "file" ? one.closest("label") : one;
+                 return [one.dataset.stop, getComputedStyle(seen).outlineStyle]; }"""
+        )
+        if stop is not None:
+            assert outline != "none", stop
+            reached.add(int(stop))
+    assert wanted <= reached

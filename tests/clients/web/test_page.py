@@ -1,0 +1,280 @@
+"""The page as a whole: small, without errors, played by pointers and keys, recorded, kept as files, and it says what is wrong."""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+import soundfile
+
+from tests.clients.web.browser import watched
+from tests.clients.web.conftest import loaded
+from tests.clients.web.places import Breaker
+from tests.conftest import RunsRidgewave
+from tests.service.harness import ROOT, Running, serving
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+    from tests.clients.web.browser import Watch
+
+LARGEST = 150_000  # bytes over the wire, before /vr
+MOST_REQUESTS = 70
+KEY = "the-key-of-this-test-0123456789"
+PLAYED = "(frames) => ridgewave.fingers.some(({source}) => source && source.played > frames)"
+TOUCHING = "() => ridgewave.fingers.some(({touching}) => touching)"
+LIFTED = "() => ridgewave.fingers.every(({touching}) => !touching)"
+
+
+@pytest.fixture(scope="module")
+def key_service() -> Iterator[Running]:
+    """Yield the service with the page, which wants a key."""
+    with serving(web=str(ROOT / "clients" / "web"), api_keys=KEY) as running:
+        yield running
+
+
+def told(page: Page, beginning: str) -> None:
+    """Return once the page has told a sentence that begins so."""
+    page.wait_for_function("(text) => document.getElementById('notice').textContent.startsWith(text)", arg=beginning)
+
+
+def stroke_pad(page: Page, steps: int = 60) -> None:
+    """Stroke over the pad with the mouse, and lift it."""
+    box = page.locator("#pad").bounding_box()
+    assert box is not None
+    page.mouse.move(box["x"] + 50, box["y"] + 80)
+    page.mouse.down()
+    page.wait_for_function(TOUCHING)
+    for step in range(steps):
+        page.mouse.move(box["x"] + 50 + 5 * step, box["y"] + 80)
+    page.wait_for_function(PLAYED, arg=4800)
+    page.mouse.up()
+    page.wait_for_function(LIFTED)
+
+
+def started(page: Page) -> None:
+    """Press Touch and return once a stream is live."""
+    page.click("#start")
+    page.wait_for_function("() => document.getElementById('state').textContent === 'live'")
+
+
+def test_the_page_is_small(chromium: Browser, page_service: Running) -> None:
+    context = chromium.new_context()
+    page = context.new_page()
+    sizes: dict[str, float] = {}
+    names: dict[str, str] = {}
+    session = context.new_cdp_session(page)
+    session.send("Network.enable")
+    session.on("Network.requestWillBeSent", lambda event: names.update({event["requestId"]: event["request"]["url"]}))
+    session.on("Network.loadingFinished", lambda event: sizes.update({event["requestId"]: event["encodedDataLength"]}))
+    page.goto(page_service.url)
+    loaded(page)
+    page.click("#start")
+    page.wait_for_function("() => document.getElementById('state').textContent === 'live'")
+    house = {key: size for key, size in sizes.items() if names[key].startswith(page_service.url)}
+    files = sum(size for key, size in house.items() if "/v1/" not in names[key])
+    ready = page.evaluate("() => performance.getEntriesByType('navigation')[0].domContentLoadedEventEnd")
+    print(f"{files:.0f} bytes of page, {sum(house.values()):.0f} with what it asks for, {len(sizes)} requests, {ready:.0f} ms")
+    context.close()
+    assert files < LARGEST
+    assert len(sizes) <= MOST_REQUESTS
+
+
+def test_a_mouse_strokes_the_pad(touch_page: Page) -> None:
+    stroke_pad(touch_page)
+    touch_page.wait_for_function("() => /acceleration/i.test(document.getElementById('waveform').getAttribute('aria-label'))")
+
+
+def test_two_pointers_are_two_fingers(touch_page: Page) -> None:
+    started(touch_page)
+    touch_page.evaluate(
+        """() => { const pad = document.getElementById("pad"); const {left, top} = pad.getBoundingClientRect();
+             for (const pointerId of [21, 22]) pad.dispatchEvent(new PointerEvent("pointerdown",
+               {pointerId, pointerType: "touch", button: 0, clientX: left + 4 * pointerId, clientY: top + 50, bubbles: true})); }"""
+    )
+    touch_page.wait_for_function("() => ridgewave.fingers.filter(({touching, source}) => touching && source?.played > 4800).length === 2")
+    scales = touch_page.evaluate("() => ridgewave.fingers.map(({connection}) => connection.ready.full_scale[0])")
+    assert scales[0] == scales[1]
+
+
+def test_keys_move_press_and_lift_a_finger(touch_page: Page) -> None:
+    touch_page.focus("#pad")
+    touch_page.keyboard.press("Space")
+    touch_page.wait_for_function(TOUCHING)
+    touch_page.keyboard.down("ArrowRight")
+    touch_page.wait_for_function(PLAYED, arg=9600)
+    touch_page.keyboard.up("ArrowRight")
+    load = touch_page.locator("#load-value").inner_text()
+    touch_page.keyboard.press("+")
+    assert (load, touch_page.locator("#load-value").inner_text()) == ("300 mN", "375 mN")
+    touch_page.keyboard.press("Space")
+    touch_page.wait_for_function(LIFTED)
+
+
+def test_it_strokes_by_itself_and_stops(touch_page: Page) -> None:
+    touch_page.click("#stroke")
+    touch_page.wait_for_function(PLAYED, arg=9600)
+    touch_page.click("#stroke")
+    touch_page.wait_for_function(LIFTED)
+    touch_page.click("#start")
+    touch_page.wait_for_function("() => document.getElementById('state').textContent === 'not started'")
+    assert touch_page.evaluate("() => [ridgewave.player, ridgewave.fingers.length]") == [None, 0]
+
+
+def test_a_knob_changes_what_is_touched_without_a_new_stream(touch_page: Page) -> None:
+    touch_page.click("#stroke")
+    touch_page.wait_for_function(PLAYED, arg=4800)
+    before = touch_page.evaluate(
+        """() => { const [finger] = ridgewave.fingers; window.crossed = false;
+             finger.addEventListener("scene", () => { window.crossed = true; }); return finger.connection.ready.session; }"""
+    )
+    touch_page.select_option("#texture", "grating-2mm-157um")
+    touch_page.wait_for_function("() => window.crossed")
+    assert touch_page.evaluate("() => ridgewave.fingers[0].connection.ready.session") == before
+
+
+def test_what_is_fixed_for_a_stream_is_changed_by_a_new_one(touch_page: Page) -> None:
+    started(touch_page)
+    before = touch_page.evaluate("() => ridgewave.fingers[0].connection.ready.session")
+    touch_page.evaluate("() => ridgewave.form.write(['output', 'sample_rate'], '44.1 kHz')")
+    told(touch_page, "Rate, channels, quantity and full scale are fixed")
+    ready = touch_page.evaluate("() => ridgewave.fingers[0].connection.ready")
+    assert (ready["sample_rate"], touch_page.evaluate("() => ridgewave.player.sampleRate")) == (44100, 44100)
+    assert ready["session"] != before
+    touch_page.evaluate("() => ridgewave.form.write(['output', 'quantity'], 'velocity')")
+    touch_page.wait_for_function("() => ridgewave.fingers[0]?.connection.ready?.quantities[0] === 'velocity'")
+    stroke_pad(touch_page)
+
+
+def test_a_service_that_goes_away_is_told_and_found_again(chromium: Browser, page_service: Running) -> None:
+    with Breaker(page_service.url) as breaker, watched(chromium, breaker.url + "/") as (page, watch):
+        watch.allow("ERR_|WebSocket")
+        loaded(page)
+        started(page)
+        target, breaker.target = breaker.target, None
+        breaker.reset()
+        page.wait_for_function("() => document.getElementById('state').dataset.state === 'broken'")
+        breaker.target = target
+        page.wait_for_function("() => document.getElementById('state').dataset.state === 'live'")
+
+
+def test_a_stroke_is_recorded_rendered_and_replayed(touch_page: Page, tmp_path: Path, ridgewave: RunsRidgewave) -> None:
+    touch_page.click("#record")
+    touch_page.wait_for_function("() => document.getElementById('record').textContent === 'Stop recording'")
+    stroke_pad(touch_page)
+    touch_page.click("#record")
+    touch_page.wait_for_function("() => !document.getElementById('replay').disabled")
+    with touch_page.expect_download() as download:
+        touch_page.click("#save-recording")
+    path = tmp_path / "recording.json"
+    download.value.save_as(path)
+    recording = json.loads(path.read_text())
+    contacts = [event for event in recording["events"] if event[1] == "contact"]
+    assert touch_page.locator("#recording-about").inner_text() == f"Recorded {len(contacts)} contacts."
+    ridgewave("render", str(path), "-o", str(tmp_path / "stroke.wav"))
+    sound, _ = soundfile.read(tmp_path / "stroke.wav", dtype="float32")
+    assert len(sound) == recording["frames"]
+    assert abs(sound).max() > 0.0
+    touch_page.click("#replay")
+    touch_page.wait_for_function(TOUCHING)
+    touch_page.wait_for_function("() => document.getElementById('replay').textContent === 'Replay'")
+    touch_page.wait_for_function(LIFTED)
+
+
+def test_the_wav_is_that_of_the_scene(touch_page: Page, page_service: Running, tmp_path: Path) -> None:
+    scene = {"texture": {"period": "1 mm"}, "output": {"duration": "0.2 s"}}
+    touch_page.evaluate("(scene) => ridgewave.form.take(scene)", scene)
+    with touch_page.expect_download() as download:
+        touch_page.click("#save-wav")
+    download.value.save_as(tmp_path / "touch.wav")
+    wanted, _ = soundfile.read(io.BytesIO(page_service.client.post("/v1/render?format=wav", json=scene).content), dtype="float32")
+    found, _ = soundfile.read(tmp_path / "touch.wav", dtype="float32")
+    assert (found == wanted).all()
+
+
+def test_a_scene_is_kept_as_a_file_and_opened_again(touch_page: Page, tmp_path: Path) -> None:
+    scene: dict[str, Any] = {"finger": {"contact_length": "8 mm"}, "effects": {"curvature": "auto"}}
+    touch_page.evaluate("(scene) => ridgewave.form.take(scene)", scene)
+    with touch_page.expect_download() as download:
+        touch_page.click("#save-scene")
+    path = tmp_path / "scene.json"
+    download.value.save_as(path)
+    touch_page.evaluate("() => ridgewave.form.take({})")
+    touch_page.set_input_files("#open-scene", path)
+    touch_page.wait_for_function("() => ridgewave.form.scene.effects?.curvature === 'auto'")
+    assert touch_page.evaluate("() => ridgewave.form.scene") == scene
+    path.write_text("[1]")
+    touch_page.set_input_files("#open-scene", path)
+    told(touch_page, "This file is no scene")
+
+
+def test_a_gamepad_rumbles_along(touch_page: Page) -> None:
+    touch_page.evaluate(
+        """() => { window.rumbled = 0;
+             const pad = {id: "Pad of the test", index: 0, vibrationActuator: {playEffect: async (_, {strongMagnitude}) => {
+               window.rumbled = Math.max(window.rumbled, strongMagnitude); }}};
+             navigator.getGamepads = () => [pad]; dispatchEvent(new Event("gamepadconnected")); }"""
+    )
+    touch_page.evaluate("() => { document.getElementById('devices').open = true; }")
+    assert touch_page.locator("#gamepad option").inner_text() == "Pad of the test"
+    touch_page.check("#rumble")
+    touch_page.click("#stroke")
+    touch_page.wait_for_function("() => window.rumbled > 0.05")
+
+
+def test_a_part_that_does_not_load_is_told(chromium: Browser, page_service: Running) -> None:
+    context = chromium.new_context()
+    page = context.new_page()
+    page.route("**/page/session.js", lambda route: route.abort())
+    page.goto(page_service.url)
+    page.wait_for_function("() => document.getElementById('loading').getAttribute('role') === 'alert'")
+    text = page.locator("#loading").inner_text()
+    context.close()
+    assert text == "A part of the page did not load: see that the service runs, then reload the page."
+
+
+def test_a_service_that_refuses_is_told(chromium: Browser, page_service: Running) -> None:
+    context = chromium.new_context()
+    page = context.new_page()
+    page.route("**/v1/textures", lambda route: route.abort())
+    page.goto(page_service.url)
+    page.wait_for_function("() => document.getElementById('loading').getAttribute('role') === 'alert'")
+    text = page.locator("#loading").inner_text()
+    context.close()
+    assert text.startswith("The service does not answer: see whether it runs")
+
+
+def test_without_javascript_the_page_says_what_to_do(chromium: Browser, page_service: Running) -> None:
+    context = chromium.new_context(java_script_enabled=False)
+    page = context.new_page()
+    page.goto(page_service.url)
+    text = page.locator("noscript").inner_text()
+    context.close()
+    assert "This page needs JavaScript: allow it for this site and reload." in text
+
+
+def test_a_service_with_a_key_asks_for_it(chromium: Browser, key_service: Running) -> None:
+    with watched(chromium, key_service.url + "/") as (page, watch):
+        watch.allow("status of 401|ServiceProblem")
+        page.locator("#key-text").fill("wrong")
+        page.keyboard.press("Enter")
+        page.wait_for_load_state()
+        page.locator("#key-text").fill(KEY)
+        page.keyboard.press("Enter")
+        loaded(page)
+        started(page)
+
+
+def test_the_modules_are_short() -> None:
+    folder = ROOT / "clients" / "web"
+    long = {
+        str(path.relative_to(folder)): lines
+        for name in ("page", "knobs")
+        for path in (folder / name).glob("*.js")
+        if (lines := len(path.read_text().splitlines())) > 250
+    }
+    assert long == {}
