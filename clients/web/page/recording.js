@@ -7,6 +7,7 @@
 import { byId } from "../knobs/element.js";
 import { recordingOf } from "../service.js";
 import { saveText } from "./save.js";
+import { turned } from "./session.js";
 
 const TICK = 4; // ms between looks at what is due
 const REPLAY = "replay";
@@ -74,7 +75,7 @@ export class Recorder {
     if (kind === "contact") {
       const [, , position, speed, load] = rest;
       const contact = { time, ...(position === null ? { speed } : { position }), ...(load === null ? {} : { load }) };
-      this.pad.move(REPLAY, contact);
+      this.pad.move(REPLAY, turned(contact));
     } else if (kind === "lift") this.pad.lift(REPLAY);
     else if (kind === "scene") this.show(rest[0]);
   }

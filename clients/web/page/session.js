@@ -93,10 +93,10 @@ export class Session extends EventTarget {
     return false;
   }
 
-  /** The finger of the pointer `id` is at position (m) with load (N), at time (s). */
+  /** The finger of the pointer `id` is at position (m) on the pad, or at speed (m/s), with load (N), at time (s). */
   move(id, contact) {
     const finger = this.#holders.get(id) ?? this.#take(id);
-    finger?.move(contact);
+    finger?.move(turned(contact));
   }
 
   /** The finger of the pointer `id` is lifted. */
@@ -190,4 +190,9 @@ export class Session extends EventTarget {
   #tell(type, detail) {
     this.dispatchEvent(new CustomEvent(type, { detail }));
   }
+}
+
+/** Returns a contact on the pad as one of the surface under the finger, or the reverse: one moves as the other does not. */
+export function turned({ position, speed, ...rest }) {
+  return { ...rest, ...(position === undefined ? {} : { position: -position }), ...(speed === undefined ? {} : { speed: -speed }) };
 }

@@ -55,7 +55,7 @@ export class Sight {
     this.surface.touch(all.map(({ position }) => position));
     if (!all.length || !this.#period) return;
     const [{ position, speed }] = all;
-    this.contact.at((((position / this.#period) % 1) + 1) % 1);
+    this.contact.at((((-position / this.#period) % 1) + 1) % 1); // the surface moves as the finger does not
     const fundamental = Math.abs(speed) / this.#period;
     if (fundamental > 1) this.waveform.expect(fundamental);
     this.spectrum.mark(fundamental > 1 ? Array.from({ length: HARMONICS }, (_, index) => (index + 1) * fundamental) : []);
@@ -64,7 +64,7 @@ export class Sight {
   async #limits(name) {
     if (name === this.#threshold) return;
     this.#threshold = name;
-    this.spectrum.threshold(await call("GET", `/v1/threshold?name=${name}&low=1&high=1000&points=100`));
+    this.spectrum.threshold(await call("GET", `/v1/threshold?name=${name}&low=1&high=5000&points=100`));
   }
 
   #hear({ samples, ready, finger }) {
