@@ -57,7 +57,7 @@ def main(words: list[str] | None = None) -> None:
     asked: dict[str, Measure] = {name: (PARTS | BY_NAME)[name] for name in arguments.parts or PARTS}
     if "live" in asked:
         live = partial(bench_live.figures, seconds=arguments.seconds, streams=arguments.streams)
-        asked["live"] = partial(live, workers=arguments.workers)
+        asked["live"] = partial(live, workers=arguments.workers, times=arguments.times, search=arguments.search)
     if arguments.long:
         asked["hour"] = bench_processes.hour
     if not arguments.json:
@@ -95,6 +95,8 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument("--seconds", type=float, default=60.0, help="of live: each run (default %(default)g)")
     made.add_argument("--streams", type=int, default=200, help="of live: streams at a time (default %(default)d)")
     made.add_argument("--workers", type=int, default=2, help="of live: server processes (default %(default)d)")
+    made.add_argument("--times", type=int, default=1, help="of live: runs of each kind (default %(default)d)")
+    made.add_argument("--search", action="store_true", help="of live: look for the most streams of a worker, too")
     made.add_argument("--quick", action="store_true", help="few repeats: shows that it runs, not how fast")
     return made
 

@@ -21,7 +21,6 @@ from tests.bench.timing import Figure
 from tests.service.harness import ROOT, Child, roomy_environment
 
 REAL, ZEROS = "service", "tests.service.serve_zeros"
-TURNS = 2  # of each
 LATE = 0.01  # s: a block of 10 ms that comes a block late leaves a player with one block in hand with nothing
 SEARCH_SECONDS = 10.0  # of one step of the search: a thousand blocks a stream
 SCENES = 8  # different textures and loads, in turn
@@ -32,17 +31,22 @@ SETTLE = 10.0  # s that all streams run before they are measured: rows and table
 Report = dict[str, Any]
 
 
-def figures(quick: bool, *, seconds: float = 60.0, streams: int = 200, workers: int = 2) -> list[Figure]:
-    """Return the lines of the live protocol; quick: a few streams for seconds, and no search."""
+def figures(
+    quick: bool, *, seconds: float = 60.0, streams: int = 200, workers: int = 2, times: int = 1, search: bool = False
+) -> list[Figure]:
+    """Return the lines of the live protocol, each run `times` times; search: for the most streams of a worker.
+
+    quick: a few streams for a second, and no search.
+    """
     if quick:
-        seconds, streams, workers = 1.0, 4, 1
-    turns = [(served(ZEROS, streams, seconds, workers), served(REAL, streams, seconds, workers)) for _ in range(TURNS)]
+        seconds, streams, workers, search = 1.0, 4, 1, False
+    turns = [(served(ZEROS, streams, seconds, workers), served(REAL, streams, seconds, workers)) for _ in range(times)]
     how = (
         f"{streams} streams, {workers} workers, {UPDATES_HZ:g} updates a second each, {SCENES} scenes, {seconds:g} s"
-        f" behind {min(SETTLE, seconds):g} s, {TURNS} turns"
+        f" behind {min(SETTLE, seconds):g} s, {times} times"
     )
     lines = compared(turns, how)
-    if not quick:
+    if search:
         for module, name in ((REAL, "live"), (ZEROS, "live, zeros")):
             most = float(most_streams(module))
             told = f"one worker, no block missing, one in 1000 later than {1e3 * LATE:g} ms, in {SEARCH_SECONDS:g} s"
