@@ -44,6 +44,7 @@ HALVINGS = 30  # of a sample's distance: leaves 1e-9 of it
 DIGITS = 9  # of heights and edges as they are told
 
 Phase = list[float]
+Booleans = np.ndarray[Any, np.dtype[np.bool_]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +105,7 @@ def picture(
     approach = contact.approach(turns, load)[0] if chosen else np.empty(0)
     return Picture(
         period=nominal.texture_period,
-        texture=surfaces.texture(np.arange(points) * (nominal.texture_period / points)),
+        texture=surfaces.texture(np.arange(points, dtype=np.float64) * (nominal.texture_period / points)),
         begin=begin,
         length=length,
         finger=surfaces.finger(np.linspace(begin, begin + length, points)),
@@ -217,7 +218,7 @@ def _vertex(before: Array, here: Array, behind: Array) -> Array:
     return np.asarray(np.divide(-rise, bend, out=np.full_like(bend, 0.0), where=bend != 0.0))
 
 
-def _edges(surfaces: Surfaces, turns: Array, approach: Array, low: Array, high: Array, touching: Array) -> Array:
+def _edges(surfaces: Surfaces, turns: Array, approach: Array, low: Array, high: Array, touching: Booleans) -> Array:
     """Return where h - z changes its sign between `low` and `high` (m), [edges]; touching: whether it is above 0 at
     `low`."""
     for _ in range(HALVINGS):

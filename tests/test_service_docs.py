@@ -15,7 +15,7 @@ import pytest
 from service import problems, settings
 from service.app import create_app
 from service.health import Health
-from service.security import OPEN_PATHS
+from service.security import OPEN_FOLDER, OPEN_PATHS
 from service.settings import read_settings
 from synth.errors import Fault
 from tests.readme_blocks import code_blocks
@@ -55,7 +55,7 @@ def test_every_route_has_a_curl_example() -> None:
 
 
 def test_every_path_that_the_pages_name_exists() -> None:
-    known = {path for _, path in calls()} | {"/openapi.json", "/v1/live"}
+    known = {path for _, path in calls()} | {"/openapi.json", "/v1/live", "/vr", OPEN_FOLDER}
     named = set(re.findall(r"`(?:[A-Z]+ )?(/[a-z][a-z0-9_/{}.]*)`", HTTP + SETTINGS + PROBLEMS + LIVE))
     assert named and named <= known
 
@@ -86,7 +86,7 @@ def test_every_bound_on_a_caller_has_its_place_in_the_page_on_security() -> None
 
 def test_every_path_that_needs_no_key_is_named_in_the_page_on_security() -> None:
     paragraph = SECURITY.partition("- **Keys.**")[2].partition("- **")[0]
-    assert {path.strip("`") for path in re.findall(r"`/[^`]*`", paragraph)} == OPEN_PATHS
+    assert {path.strip("`") for path in re.findall(r"`/[^`]*`", paragraph)} == OPEN_PATHS | {OPEN_FOLDER}
 
 
 def test_every_field_of_a_healthy_answer_has_its_line() -> None:

@@ -16,7 +16,7 @@ from service.problems import Problem, of, refused
 from service.running import service_of
 from synth.errors import AskedWrong, Fault, SceneError, shown
 from synth.scene import Scene, object_from_text, parse_scene, scene_schema
-from synth.threshold import DEFAULT, threshold_displacement
+from synth.threshold import threshold_displacement
 
 router = APIRouter(tags=["scene"])
 READS = ("too-large", "not-json", "scene-refused", "request-refused", "cannot-render", "full")
@@ -36,7 +36,7 @@ class ThresholdParameters(BaseModel):
     """The query of a threshold."""
 
     model_config = ConfigDict(extra="forbid")
-    name: Literal["fingertip", "probe", "pen"] = Field(default=DEFAULT, description="Which threshold.")
+    name: Literal["fingertip", "probe", "pen"] = Field(default="fingertip", description="Which threshold.")
     low: float = Field(default=1.0, ge=0.1, le=1e5, allow_inf_nan=False, description="Lowest frequency, Hz.")
     high: float = Field(default=1000.0, ge=0.1, le=1e5, allow_inf_nan=False, description="Highest frequency, Hz.")
     points: int = Field(default=200, ge=2, le=10_000, description="How many frequencies.")

@@ -20,7 +20,7 @@ from tests.clients.web.places import serving_pages
 from tests.service.harness import until
 
 LIMIT = 40.0  # ms
-TRIALS = 60
+TRIALS = 40
 SETTLE = 20.0  # s of stroking first, in which the page learns how much it has to keep queued
 
 MEASURE = """async ({trials, settle}) => {
@@ -37,7 +37,7 @@ MEASURE = """async ({trials, settle}) => {
     onMove: (id, contact) => finger.move(contact), onLift: () => finger.lift()});
   const dispatch = (type, x) => pad.dispatchEvent(new PointerEvent(type, {pointerId: 9, clientX: x, button: 0}));
   const timed = async (type, x) => {
-    await house.pause(400 + 20 * Math.random());
+    await house.pause(1000 + 20 * Math.random());
     const told = new Promise((resolve) => (detector.port.onmessage = ({data}) => resolve(data.date)));
     detector.port.postMessage({arm: true});
     await house.pause(100);
@@ -53,7 +53,7 @@ MEASURE = """async ({trials, settle}) => {
   }
   const {underruns, updateToSound} = finger.stats;
   const moves = [];
-  for (let trial = 0; trial < trials; trial += 1) moves.push(await timed("pointermove", 100 + 100 * (trial % 3)));
+  for (let trial = 0; trial < trials; trial += 1) moves.push(await timed("pointermove", 100 + 20 * (trial % 3)));
   const touches = [];
   for (let trial = 0; trial < trials; trial += 1) {
     dispatch("pointerup", 100);

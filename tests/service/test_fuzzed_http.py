@@ -51,7 +51,13 @@ LONGEST = 0.25  # s of a render or a stream in these tests
 EXAMPLES = 40  # requests of a call and a mode; some ten seconds for all
 REAL_EXAMPLES = 8  # of the real engine, whose answer to a wild scene can take seconds
 THOROUGH = 10
-REAL = ("POST /v1/render", "POST /v1/explain", "POST /v1/sessions", "PATCH /v1/sessions/{session_id}")
+REAL = (
+    "POST /v1/render",
+    "POST /v1/explain",
+    "POST /v1/picture",
+    "POST /v1/sessions",
+    "PATCH /v1/sessions/{session_id}",
+)
 """The calls that the smaller run asks of the real engine: those that solve a scene, but not for a minute."""
 STREAM, PLAY = "/v1/sessions/{session_id}/stream", "/v1/sessions/{session_id}/play"
 LIMITS = {"max_duration": LONGEST, "max_sessions": 8}

@@ -13,7 +13,9 @@ const EVENTS = ["ready", "block", "applied", "scene", "limited", "problem", "bro
 const LEAST_GRANT = 64; // frames: a smaller credit is a message for a millisecond of sound
 const QUIET = 0.05; // s of exact zeros after a lift, then nothing more is asked for
 const FADING = 2; // s after a lift, then nothing more is asked for, whatever it sounds like
-const TOLD_AGAIN = 1 / 3; // of the silence that the service allows, between updates of a finger that rests
+const RESTS = 2.5; // intervals between moves without a move: the finger rests, and the service must not go on with it
+const SOONEST = 20; // ms before that; sooner would stop a finger between the reports of a slow pointer
+const LATEST = 80; // ms; RIDGEWAVE_MAX_SILENCE is 250
 const DRAINED = 1000; // ms for the end to be played
 const KEPT = 33; // updates whose way to the sound is remembered
 
@@ -31,7 +33,9 @@ export class Finger extends EventTarget {
   #missing = 0;
   #shift = 0; // frames given to the source before the session's frame 0
   #place = null; // position or speed of the last contact
-  #toldAt = 0;
+  #toldAt = 0; // ms
+  #movedAt = 0; // ms
+  #interval = 8; // ms between moves, about
   #sent = new Map(); // update -> when, s
   #coming = []; // updates that were applied and are not yet heard
   #delays = [];
@@ -64,13 +68,17 @@ export class Finger extends EventTarget {
     const ready = await opened;
     if (ready.sample_rate !== this.player.sampleRate) {
       connection.stop();
-      throw new Error(`The sound has ${ready.sample_rate} Hz, the player ${this.player.sampleRate} Hz: open a player of that rate.`);
+      throw new Error(`The sound has ${ready.sample_rate} Hz: open a player of that rate.`);
     }
     return ready;
   }
 
   /** Says what the finger does: position in m (or speed in m/s), load in N (absent: as before), time in s. */
   move({ position, speed, load, time }) {
+    const now = performance.now();
+    const interval = now - this.#movedAt;
+    if (interval < LATEST) this.#interval += (interval - this.#interval) / 8;
+    this.#movedAt = now;
     this.#place = { position, speed };
     if (load !== undefined) this.touching = load !== 0;
     if (this.touching) this.#quiet = this.#lifted = 0;
@@ -78,7 +86,6 @@ export class Finger extends EventTarget {
     if (this.touching && !this.#timer) this.#hold();
     if (this.touching && !this.#sounding) {
       this.#sounding = true;
-      this.#rested = false;
       this.#feed();
     }
   }
@@ -98,6 +105,7 @@ export class Finger extends EventTarget {
     clearInterval(this.#timer);
     this.touching = this.#sounding = false;
     const { connection, source } = this;
+    if (connection.outstanding === 0) this.#rest();
     if (connection.state !== "ended") {
       const ended = new Promise((resolve) => connection.addEventListener("ended", resolve, { once: true }));
       connection.stop();
@@ -109,15 +117,16 @@ export class Finger extends EventTarget {
     source.close();
   }
 
-  /** underruns: how often the sound broke off. queued: frames. latency: s from what is given now to the loudspeaker, as
-   *  far as the browser knows. updateToSound: s from `move` to the first sample that follows it, at the audio thread, the
-   *  median of the last ones; null before the first. */
+  /** underruns: how often the sound broke off. queued: frames. latency: s from what is given now to the loudspeaker,
+   *  as far as the browser knows. updateToSound: s from `move` to the first sample that follows it, at the audio
+   *  thread, the median of the last ones; null before the first. */
   get stats() {
     const { player, source } = this;
     const queued = source ? source.queued : 0;
     const latency = player.outputLatency + queued / player.sampleRate;
     const delays = [...this.#delays].sort((one, other) => one - other);
-    return { underruns: source ? source.underruns : 0, queued, latency, updateToSound: delays[delays.length >> 1] ?? null };
+    const updateToSound = delays[delays.length >> 1] ?? null;
+    return { underruns: source ? source.underruns : 0, queued, latency, updateToSound };
   }
 
   #begin(ready) {
@@ -139,17 +148,15 @@ export class Finger extends EventTarget {
     if (this.#sent.size > 1000) this.#sent.delete(this.#sent.keys().next().value);
   }
 
-  /** Tells again what the finger does, as long as it touches and nobody else tells. */
+  /** Tells again where the finger is, as long as it touches and does not move. */
   #hold() {
-    const again = (this.connection.ready?.max_silence_ms ?? 250) * TOLD_AGAIN;
     this.#timer = setInterval(() => {
-      if (!this.touching) {
-        clearInterval(this.#timer);
-        this.#timer = 0;
-      } else if (performance.now() - this.#toldAt >= again / 2) {
-        this.#tell(this.#place);
-      }
-    }, again / 2);
+      const rests = Math.min(LATEST, Math.max(SOONEST, RESTS * this.#interval));
+      if (this.touching && performance.now() - this.#toldAt >= rests) this.#tell(this.#place);
+      if (this.touching) return;
+      clearInterval(this.#timer);
+      this.#timer = 0;
+    }, SOONEST / 2);
   }
 
   #feed() {
@@ -159,7 +166,9 @@ export class Finger extends EventTarget {
   }
 
   #play(samples) {
+    this.source.ahead = this.player.depth.frames / 2;
     this.source.play(samples);
+    this.#rested = false;
     const frames = samples.length / this.source.channels;
     if (this.#sounding && !this.touching) {
       this.#lifted += frames;
@@ -176,9 +185,10 @@ export class Finger extends EventTarget {
   }
 
   #hungry(played, { least, missing }) {
-    const since = missing - this.#missing;
+    const { depth } = this.player;
+    const live = this.#sounding && this.connection.state === "live";
+    if (live) depth.observe({ played, least, missing: missing - this.#missing });
     this.#missing = missing;
-    if (this.#sounding && this.connection.state === "live") this.player.depth.observe({ played, least, missing: since });
     this.#feed();
     while (this.#coming.length && this.#coming[0].frame < this.source.played) {
       const { frame, at } = this.#coming.shift();

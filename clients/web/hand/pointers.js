@@ -2,8 +2,8 @@
 
 Events come as often as the device reports, where the browser tells so (`pointerrawupdate`, coalesced events), each with
 its own time, and not once a picture.
-Limits: positions are of whole or fractional pixels, as the browser gives them. A mouse has no pressure, and most screens
-report none: the load is then the slider's. */
+Limits: positions are as fine as the browser gives them. A mouse has no pressure, and most screens report none: the load
+is then the slider's. */
 
 const NOT_REPORTED = new Set([0, 0.5, 1]); // pressures of a touch that stand for "none is measured"
 

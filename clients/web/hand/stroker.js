@@ -12,8 +12,8 @@ export class Stroker {
   #way = 0; // m since the start
   #at = 0; // s
 
-  /** length: m, > 0. speed: m/s. load: N. onMove({position, load, time}): m from 0 to length, N, s. onLift(). All but the
-   *  functions may be changed while it strokes. */
+  /** length: m, > 0. speed: m/s. load: N. onMove({position, load, time}): m from 0 to length, N, s. onLift(). The
+   *  numbers may be changed while it strokes. */
   constructor({ length, speed, load, onMove, onLift = () => {}, clock = () => performance.now() / 1e3 }) {
     Object.assign(this, { length, speed, load, onMove, onLift, clock });
   }

@@ -1,7 +1,7 @@
 /* Motors that a page can reach: those of gamepads, and of the controllers of a headset.
 
-`strengths` come each 10 ms (envelope.js). A motor is told the strongest of each 50 ms, for a little longer than that, so
-that effects join; it is told nothing while there is nothing to feel.
+`strengths` come each 10 ms (envelope.js). A motor is told the strongest of each 50 ms, for a little longer than that,
+so that effects join; it is told nothing while there is nothing to feel.
 Limits: a strength, never a waveform. What a device makes of it is its maker's affair. A gamepad shows up when one of
 its buttons was pressed. */
 
@@ -25,7 +25,8 @@ export class Actuators {
     this.#session = session;
   }
 
-  /** Returns the motors that there are now: {name, form, hand, play(strength 0..1, ms)}, form "dual-rumble" or "pulse". */
+  /** Returns the motors that there are now: {name, form, hand, play(strength 0 to 1, ms)}; form is "dual-rumble" or
+   *  "pulse". */
   motors() {
     const sources = [...(this.#session?.inputSources ?? [])];
     const pads = [...this.gamepads()].map((gamepad) => ({ gamepad, handedness: "" }));

@@ -15,8 +15,8 @@ export class Envelope {
   #sum = 0;
   #count = 0;
 
-  /** rate: Hz. channels: of the samples, interleaved; the first is heeded. threshold: the amplitude that is just felt, and
-   *  fullScale: the one that is 1.0, both in the quantity's SI unit. */
+  /** rate: Hz. channels: of the samples, interleaved; the first is heeded. threshold: the amplitude that is just
+   *  felt, and fullScale: the one that is 1.0, both in the quantity's SI unit. */
   constructor({ rate, channels = 1, threshold = 0, fullScale = 1 }) {
     this.#frames = Math.max(1, Math.round(SPAN * rate));
     this.#channels = channels;

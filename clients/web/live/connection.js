@@ -5,25 +5,23 @@ next one asks for frame `frame`, so no sample is lost or comes twice. Where the 
 anew, or the break was too long) a new one is opened with the same scene, its changes and the same hand: its frames
 begin at 0 again, and "ready" says `renewed`.
 A contact waits in one place, where the newer takes that of the older, and is said ahead of the credit that follows it.
-Events (CustomEvent, `detail`): ready {ready, renewed}, block {frame, samples}, applied {seq, frame}, scene {frame, plan},
-limited {frame, gain_reduction_db}, problem {problem}, broken {tries}, resumed {frame}, ended {reason, problem, frame}.
-Limits: samples are read in the machine's byte order, which is little-endian wherever browsers run. An upgrade that is
-refused (a wrong key, say) looks like a break to a page, so after a connection that never opened the service is asked
-over HTTP what is wrong. */
+Events (CustomEvent, `detail`): ready {ready, renewed}, block {frame, samples}, applied {seq, frame},
+scene {frame, plan}, limited {frame, gain_reduction_db}, problem {problem}, broken {tries}, resumed {frame},
+ended {reason, problem, frame}.
+Limits: samples are read in the machine's byte order, little-endian wherever browsers run. An upgrade that is refused (a
+wrong key, say) looks like a break to a page, so after a connection that never opened the service is asked over HTTP. */
 
-import { call, openLive } from "../service.js";
+import { openLive } from "../service.js";
 import { Changes } from "./changes.js";
+import { endOf, isFinal, whyNot } from "./closing.js";
 import { packContact } from "./contact.js";
 
 const FIRST_DELAY = 0.2; // s before the first try; longer is a longer silence
 const LARGEST_DELAY = 5; // s between tries; longer wastes the time for which the service keeps a session
 const SPACING = 0.001; // s between contacts: a mouse of 8 kHz would pass RIDGEWAVE_MAX_UPDATES
 const SILENCE = 4; // s without an answer to credit, or to a hello that resumes, after which a connection is given up
-const CLOSED_FOR_GOOD = new Set([1000, 1002, 1003, 1007, 1008, 1009, 1010, 4408]);
-const ENDS = { 1000: "stopped", 1007: "policy", 1008: "policy", 1009: "too large", 4408: "slow reader" };
 const CHANGE_REFUSED = /#problem-(scene-refused|fixed|cannot-render)$/;
 const NOT_FOUND = /#problem-not-found$/;
-const NEVER_ADMITTED = new Set([401, 403]); // answers that another try would only get again
 
 export class LiveConnection extends EventTarget {
   /** The document of `ready`, null before it. */
@@ -79,7 +77,7 @@ export class LiveConnection extends EventTarget {
     if (this.state === "live") this.#sayChanges();
   }
 
-  /** Lets the service send so many frames more. Does nothing unless the stream is live: credit ends with a connection. */
+  /** Lets the service send so many frames more; nothing unless the stream is live: credit ends with a connection. */
   grant(frames) {
     if (this.state !== "live" || frames < 1) return;
     if (this.#contact && !this.#contact.said) this.#sayContact();
@@ -101,19 +99,16 @@ export class LiveConnection extends EventTarget {
     this.#attached = false;
     this.#heardAt = now();
     const socket = this.open(this.url);
+    const heed = (work) => (event) => socket === this.#socket && work(event); // an abandoned one is not heard
     let opened = false;
     this.#socket = socket;
     socket.binaryType = "arraybuffer";
-    socket.onopen = () => {
+    socket.onopen = heed(() => {
       opened = true;
-      if (socket === this.#socket) this.#say(this.#hello());
-    };
-    socket.onmessage = (event) => {
-      if (socket === this.#socket) this.#receive(event.data);
-    };
-    socket.onclose = (event) => {
-      if (socket === this.#socket) this.#lost(event.code, opened);
-    };
+      this.#say(this.#hello());
+    });
+    socket.onmessage = heed(({ data }) => this.#receive(data));
+    socket.onclose = heed(({ code }) => this.#lost(code, opened));
   }
 
   #hello() {
@@ -140,8 +135,8 @@ export class LiveConnection extends EventTarget {
   }
 
   #hear(samples) {
+    const { frame } = this;
     const frames = samples.length / this.ready.channels;
-    const frame = this.frame;
     this.frame += frames;
     this.outstanding = Math.max(0, this.outstanding - frames); // the fade at the end comes beyond the credit
     this.#tries = 0;
@@ -149,18 +144,12 @@ export class LiveConnection extends EventTarget {
   }
 
   #begin(ready) {
-    const renewed = this.ready !== null && this.#anew;
-    const resumed = this.ready !== null && !this.#anew;
-    if (this.#anew) {
-      this.frame = ready.frame;
-      this.#applied = -1;
-      if (renewed) this.#changes.beginAnew();
-    } else {
-      this.#changes.resume();
-    }
-    this.ready = ready;
-    this.state = "live";
-    this.outstanding = 0;
+    const resumed = !this.#anew;
+    const renewed = this.#anew && this.ready !== null;
+    if (resumed) this.#changes.resume();
+    else if (renewed) this.#changes.beginAnew();
+    if (!resumed) this.#applied = -1;
+    Object.assign(this, { ready, frame: ready.frame, state: "live", outstanding: 0 });
     this.#attached = true;
     this.#anew = false;
     this.#sayChanges();
@@ -188,49 +177,39 @@ export class LiveConnection extends EventTarget {
     return !this.#attached && !this.#anew && this.#told !== null && NOT_FOUND.test(this.#told.type);
   }
 
-  async #lost(code, opened) {
-    const reason = this.#end;
+  #lost(code, opened) {
     const forgotten = this.#forgotten();
+    const end = this.#stopping ? this.#end ?? "stopped" : endOf(code, this.#end);
     this.#socket = null;
     this.outstanding = 0;
-    if (this.#stopping || (reason && code !== 1013 && reason !== "shutting down" && !forgotten)) {
-      this.#finish(reason ?? "stopped");
-    } else if (forgotten) {
+    if (forgotten && !this.#stopping) {
       this.#anew = true;
       this.#connect();
-    } else if (CLOSED_FOR_GOOD.has(code)) {
-      this.#finish(ENDS[code] ?? "policy");
-    } else {
-      this.#break(opened);
-    }
+    } else if (end !== null) this.#finish(end);
+    else this.#break(opened);
   }
 
   async #break(opened) {
     this.state = this.ready === null ? "connecting" : "broken";
-    const growing = Math.min(LARGEST_DELAY, FIRST_DELAY * 2 ** this.#tries);
+    const delay = Math.min(LARGEST_DELAY, FIRST_DELAY * 2 ** this.#tries);
     this.#tell("broken", { tries: this.#tries });
     this.#tries += 1;
     if (!opened) await this.#askWhy();
     if (this.state === "ended") return;
     const jitter = 0.75 + 0.5 * Math.random(); // so that the fingers of a page do not come all at once
-    this.#timer = setTimeout(() => this.#connect(), 1e3 * jitter * growing);
+    this.#timer = setTimeout(() => this.#connect(), 1e3 * jitter * delay);
   }
 
   async #askWhy() {
-    try {
-      await call("GET", "/v1/textures");
-    } catch (error) {
-      const { problem } = error;
-      if (!problem || !problem.status) return;
-      this.#told = problem;
-      this.#tell("problem", { problem });
-      if (NEVER_ADMITTED.has(problem.status)) this.#finish("refused");
-    }
+    const problem = await whyNot();
+    if (problem === null) return;
+    this.#note(problem);
+    if (isFinal(problem)) this.#finish("refused");
   }
 
   /** Gives up a connection that only looks alive: it owes an answer, and has long said nothing. */
   #look() {
-    const owed = this.outstanding > 0 || (this.#socket && !this.#attached && !this.#anew);
+    const owed = this.outstanding > 0 || this.#stopping || (this.#socket && !this.#attached && !this.#anew);
     if (!owed || !this.#socket || now() - this.#heardAt < SILENCE) return;
     this.#socket.close();
     this.#lost(1006, true);
@@ -241,16 +220,15 @@ export class LiveConnection extends EventTarget {
     this.state = "ended";
     clearTimeout(this.#timer);
     clearInterval(this.#watch);
-    const socket = this.#socket;
+    this.#socket?.close();
     this.#socket = null;
-    if (socket) socket.close();
     this.#tell("ended", { reason, problem: this.#told, frame: this.frame });
   }
 
   #sayContact() {
     this.#contact.said = true;
     this.#saidAt = now();
-    this.#socket.send(packContact(this.#contact));
+    this.#say(packContact(this.#contact));
   }
 
   #sayChanges() {
@@ -258,7 +236,8 @@ export class LiveConnection extends EventTarget {
   }
 
   #say(message) {
-    this.#socket.send(JSON.stringify(message));
+    if (this.#socket.readyState !== WebSocket.OPEN) return; // its end is about to be told
+    this.#socket.send(message instanceof ArrayBuffer ? message : JSON.stringify(message));
   }
 
   #tell(type, detail) {

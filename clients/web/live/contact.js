@@ -8,7 +8,7 @@ const NO_LOAD = 2;
 const BYTES = 28;
 
 /** Returns the bytes of one update.
- *  seq: whole, 0 to 2**32 - 1. time: s, of any origin. position: m, or speed: m/s. load: N, absent = stays as it was. */
+ *  seq: whole, 0 to 2**32 - 1. time: s, of any origin. position: m, or speed: m/s. load: N, absent = as it was. */
 export function packContact({ seq, time, position, speed, load }) {
   const isSpeed = speed !== undefined && speed !== null;
   const hasLoad = load !== undefined && load !== null;

@@ -74,9 +74,11 @@ export class AccuracyControl extends EventTarget {
     try {
       const plan = await this.#call("POST", "/v1/explain", this.#sceneNow());
       if (asked !== this.#asked) return null;
-      const errors = Object.entries(plan.estimated_error).map(([name, error]) => [`error, ${words(name)}`, shareInWords(error)]);
+      const errors = Object.entries(plan.estimated_error)
+        .map(([name, error]) => [`error, ${words(name)}`, shareInWords(error)]);
       const rows = [...(plan.cost ? costInWords(plan.cost) : []), ...errors];
-      this.cost.replaceChildren(...rows.map(([name, value]) => element("div", {}, element("dt", {}, name), element("dd", {}, value))));
+      const shown = rows.map(([name, value]) => element("div", {}, element("dt", {}, name), element("dd", {}, value)));
+      this.cost.replaceChildren(...shown);
       this.#say("");
       return plan;
     } catch (problem) {
@@ -108,8 +110,12 @@ export class AccuracyControl extends EventTarget {
     svg.setAttribute("class", "error-plot");
     svg.setAttribute("role", "img");
     svg.setAttribute("aria-label", plotInWords(measured));
-    const legend = element("ul", { className: "error-legend" }, ...seriesOf(measured).map(({ family, name, open }) =>
+    const kinds = new Map(seriesOf(measured).map((series) => [series.name, series]));
+    const legend = element("ul", { className: "error-legend" }, ...[...kinds.values()].map(({ family, name, open }) =>
       element("li", { className: `family-${family}` }, element("i", { className: open ? "open" : "" }), name)));
+    legend.append(
+      element("li", {}, element("i", { className: "ring" }), "the plan’s choice"),
+      element("li", {}, element("i", { className: "front" }), "nothing is both nearer and cheaper"));
     this.figure.replaceChildren(svg, legend, element("details", {},
       element("summary", {}, "All methods as a table"), tableOf(measured)));
     new ResizeObserver(() => drawErrorPlot(svg, measured)).observe(svg);

@@ -17,7 +17,9 @@ const FAMILIES = {
   closed: "closed form",
 };
 const ROUNDING = 2 ** -25; // of a float32 sample near full scale
+const MARGIN_DB = 6; // that an error keeps below the detection threshold where it is not felt
 const SVG = "http://www.w3.org/2000/svg";
+const FARTHER = [1, 1.6, 2.4, 3.4]; // times the reach of a label
 const PLACES = [[1, 0], [-1, 0], [0, -1], [0, 1], [1, -1], [1, 1], [-1, -1], [-1, 1]];
 
 /** Returns the seconds of computing for a second of sound, set-up spread over the duration. */
@@ -29,7 +31,7 @@ export function costOf(document, row) {
 export function seriesOf(document) {
   const groups = new Map();
   for (const row of document.methods) {
-    const pattern = row.method.replaceAll(/\d+/g, "#").replace("harmonics", "harmonic");
+    const pattern = row.method.replaceAll(/\d+/g, "#").replaceAll(/harmonics?/g, "harmonics");
     const key = `${row.family}|${pattern}`;
     if (!groups.has(key)) groups.set(key, { family: row.family, pattern, rows: [] });
     groups.get(key).rows.push(row);
@@ -45,6 +47,13 @@ export function seriesOf(document) {
   return series;
 }
 
+/** Returns the error below which every method keeps MARGIN_DB to the threshold; each error's spectrum grows as a whole. */
+export function feltError(document) {
+  return Math.min(...document.methods
+    .filter((row) => row.max_error && row.threshold_margin_db !== null)
+    .map((row) => row.max_error * 10 ** ((row.threshold_margin_db - MARGIN_DB) / 20)));
+}
+
 /** Draws into `svg`, whose size on the page (CSS px) is taken as it is. */
 export function drawErrorPlot(svg, document) {
   const { width, height } = svg.getBoundingClientRect();
@@ -56,28 +65,36 @@ export function drawErrorPlot(svg, document) {
   const asked = document.scene.accuracy.tolerance;
   const errors = document.methods.map((row) => row.max_error).filter((error) => error > 0);
   const low = 10 ** Math.floor(Math.log10(Math.min(ROUNDING, ...errors) / 3));
-  const across = logAxis(decade(Math.min(...costs) / 1.5, Math.floor), Math.max(10, decade(Math.max(...costs) * 1.5, Math.ceil)), box.left, box.right, "s", 56);
+  const dearest = Math.max(10, decade(Math.max(...costs) * 1.5, Math.ceil));
+  const across = logAxis(decade(Math.min(...costs) / 1.5, Math.floor), dearest, box.left, box.right, "s", 56);
   const up = logAxis(low, Math.max(1, 2 * Math.max(...errors)), box.bottom, box.top, "", 24);
   const place = (row) => [across.place(costOf(document, row)), up.place(Math.max(row.max_error, low))];
-  const labels = new Labels(svg, box, document.methods.map(place));
+  const series = seriesOf(document);
+  const labels = new Labels(svg, box, series.flatMap(({ rows }) => dotted(rows.map(place))));
   drawFrame(svg, box, across, up);
   drawFront(svg, document, place);
   drawLevel(svg, labels, [box.left, up.place(ROUNDING)], [box.right, up.place(ROUNDING)], "float32 rounding");
-  if (typeof asked === "number") drawLevel(svg, labels, [box.left, up.place(asked)], [box.right, up.place(asked)], `tolerance ${asked}`);
+  const felt = feltError(document);
+  if (felt > low && felt < 1) {
+    drawLevel(svg, labels, [box.left, up.place(felt)], [box.right, up.place(felt)], "not felt below");
+  }
+  if (typeof asked === "number") {
+    drawLevel(svg, labels, [box.left, up.place(asked)], [box.right, up.place(asked)], `tolerance ${asked}`);
+  }
   drawLevel(svg, labels, [across.place(1), box.bottom], [across.place(1), box.top], "real time");
-  const series = seriesOf(document);
   for (const one of series) drawSeries(svg, one, place);
   drawChosen(svg, labels, document, place);
   for (const one of series) {
-    for (const row of new Set([one.rows.at(-1), one.rows[0], one.rows[one.rows.length >> 1]])) {
-      labels.put(sizeOf(row.method), place(row), `size family-${one.family}`);
+    for (const row of new Set([one.rows.at(-1), one.rows[0]])) {
+      if (row.method !== document.chosen) labels.put(sizeOf(row.method), place(row), `size family-${one.family}`);
     }
   }
 }
 
 /** Returns the least error (with its cost and method) in words, and what the plan takes: the figure's text alternative. */
 export function plotInWords(document) {
-  const tell = (row) => `${row.method}, with an error of ${row.max_error.toExponential(1)} at ${inWords(costOf(document, row), "s", 2)} for a second of sound`;
+  const tell = (row) => `${row.method}, with an error of ${row.max_error.toExponential(1)} ` +
+    `at ${inWords(costOf(document, row), "s", 2)} for a second of sound`;
   const chosen = document.methods.find((row) => row.method === document.chosen);
   const nearest = document.methods.reduce((best, row) => (row.max_error < best.max_error ? row : best));
   return `Error against computing time of ${document.methods.length} methods for the ${document.quantity}. ` +
@@ -93,7 +110,8 @@ function drawFrame(svg, box, across, up) {
   for (const { value, main } of up.ticks) {
     if (!main) continue;
     add(svg, "path", { class: "grid", d: `M${box.left} ${up.place(value)}H${box.right}` });
-    text(svg, value >= 1e-3 ? `${Number((value * 100).toPrecision(1))} %` : `10${raised(Math.log10(value))}`, box.left - 7, up.place(value) + 4, "end");
+    const share = value >= 1e-3 ? `${Number((value * 100).toPrecision(1))} %` : `10${raised(Math.log10(value))}`;
+    text(svg, share, box.left - 7, up.place(value) + 4, "end");
   }
   text(svg, "Largest error, of peak to peak", 2, 14, "start", "title");
   text(svg, "computing time for a second of sound, set-up included", box.right, box.bottom + 36, "end");
@@ -119,7 +137,9 @@ function drawSeries(svg, { family, open, rows }, place) {
 function drawLevel(svg, labels, from, to, words) {
   add(svg, "path", { class: "level", d: `M${from}L${to}` });
   const upright = from[0] === to[0];
-  labels.put(words, upright ? [from[0], to[1] + 8] : [to[0] - 4, from[1]], "level-words", upright ? [[-1, 0], [1, 0]] : [[-1, -1], [-1, 1]]);
+  const place = upright ? [from[0], to[1] + 8] : [to[0] + 4, from[1]];
+  labels.put(words, place, "level-words", upright ? [[-1, 0], [1, 0]] : [[-1, -0.7], [-1, 0.7]]);
+  labels.avoid(dotted([from, to]));
 }
 
 function drawChosen(svg, labels, document, place) {
@@ -144,7 +164,7 @@ class Labels {
   put(words, [x, y], look, directions = PLACES, reach = 7) {
     const label = text(this.#svg, words, 0, 0, "start", look);
     const [width, height] = [label.getComputedTextLength(), 12];
-    for (const [right, down] of [...directions, ...directions.map(([one, other]) => [2.5 * one, 2.5 * other])]) {
+    for (const [right, down] of FARTHER.flatMap((far) => directions.map(([one, other]) => [far * one, far * other]))) {
       const left = x + right * reach + (Math.sign(right) - 1) * (width / 2);
       const top = y + down * reach + (Math.sign(down) - 1) * (height / 2);
       const room = { left, top, right: left + width, bottom: top + height };
@@ -158,11 +178,18 @@ class Labels {
     label.remove();
   }
 
+  /** Keeps later labels off points. */
+  avoid(points) {
+    this.#points.push(...points);
+  }
+
   #free(room) {
     const box = this.#box;
     if (room.left < box.left || room.right > box.right || room.top < box.top - 2 || room.bottom > box.bottom) return false;
-    if (this.#taken.some((other) => room.left < other.right + 4 && room.right > other.left - 4 && room.top < other.bottom && room.bottom > other.top)) return false;
-    return !this.#points.some(([x, y]) => x > room.left - 4 && x < room.right + 4 && y > room.top - 3 && y < room.bottom + 3);
+    const meets = (other) => room.left < other.right + 4 && room.right > other.left - 4 &&
+      room.top < other.bottom && room.bottom > other.top;
+    if (this.#taken.some(meets)) return false;
+    return !this.#points.some(([x, y]) => x > room.left - 3 && x < room.right + 3 && y > room.top - 1 && y < room.bottom + 1);
   }
 }
 
@@ -176,6 +203,15 @@ function text(svg, words, x, y, anchor, look = "") {
   const made = add(svg, "text", { x, y, "text-anchor": anchor, class: look });
   made.textContent = words;
   return made;
+}
+
+/** Returns points along a line, a few px apart. */
+function dotted(points) {
+  return points.flatMap(([x, y], index) => {
+    const [fromX, fromY] = points[Math.max(0, index - 1)];
+    const count = Math.max(1, Math.ceil(Math.hypot(x - fromX, y - fromY) / 4));
+    return Array.from({ length: count }, (_, step) => [x + ((fromX - x) * step) / count, y + ((fromY - y) * step) / count]);
+  });
 }
 
 function decade(value, rounded) {

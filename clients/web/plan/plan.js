@@ -99,7 +99,8 @@ function numbers(title, rows) {
 }
 
 function responseOf(response) {
-  const shown = { method: "", solver: "", fundamental_hz: "Hz", harmonics: "count", phases_solved: "count", rows: "count", steps_a_frame: "count" };
+  const counts = { harmonics: "count", phases_solved: "count", rows: "count", steps_a_frame: "count" };
+  const shown = { method: "", solver: "", fundamental_hz: "Hz", ...counts };
   const values = { ...response, ...response.simulation };
   return Object.entries(shown)
     .filter(([name]) => values[name] !== undefined && values[name] !== null)

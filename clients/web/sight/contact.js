@@ -234,5 +234,5 @@ function extent(values) {
 
 function factorBelow(factor) {
   const power = 10 ** Math.floor(Math.log10(factor));
-  return Number((power * FACTORS.find((one) => one * power <= factor * (1 + 1e-9))).toPrecision(2));
+  return Number((power * (FACTORS.find((one) => one * power <= factor * (1 + 1e-9)) ?? 1)).toPrecision(2));
 }

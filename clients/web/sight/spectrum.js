@@ -15,6 +15,7 @@ const LOWEST = 10; // Hz
 const HIGHEST = 5000; // Hz
 const DECADES = 5; // of amplitude
 const MARK_ROOM = 20; // CSS px between two labels of harmonics
+const LINE_ROOM = 8; // CSS px between two lines of harmonics
 
 /** Draws one channel. */
 export class Spectrum {
@@ -26,7 +27,8 @@ export class Spectrum {
 
   constructor(canvas) {
     this.panel = new Panel(canvas, () => this.#draw(), EVERY).moving();
-    /** What was drawn last: {frequencies (Hz), amplitudes (SI), threshold: [[Hz, SI]], marks: [{frequency, x, label}], largest}. */
+    /** What was drawn last: {frequencies (Hz), amplitudes (SI), threshold: [[Hz, SI]], marks: [{frequency, x, label}],
+     * largest: {frequency, amplitude}}. */
     this.drawn = null;
     this.panel.say("Spectrum: nothing has been felt yet.");
   }
@@ -69,7 +71,7 @@ export class Spectrum {
     const size = this.#transform.size;
     const newest = Float64Array.from({ length: size }, (_, index) => this.#kept[(this.#written + index) & (size - 1)]);
     const amplitudes = this.#transform.amplitudes(newest).map((amplitude) => amplitude * this.fullScale);
-    const box = { left: 62, top: 40, right: panel.width - 12, bottom: panel.height - 34 };
+    const box = { left: 72, top: 40, right: panel.width - 12, bottom: panel.height - 34 };
     const across = logAxis(LOWEST, Math.min(HIGHEST, this.rate / 2), box.left, box.right, "Hz", 48);
     const { low, high } = this.#range(across);
     const up = logAxis(low, high, box.bottom, box.top, QUANTITIES[this.quantity].unit, 20);
@@ -97,7 +99,7 @@ export class Spectrum {
       const label = index === 0 ? `u/λ ${inWords(frequency, "Hz")}` : String(index + 1);
       const told = x >= free;
       if (told) free = x + (index === 0 ? 40 : 0) + MARK_ROOM;
-      if (told || marks.length < 24) marks.push({ frequency, x, label: told ? label : "" });
+      if (told || x - (marks.at(-1)?.x ?? -Infinity) >= LINE_ROOM) marks.push({ frequency, x, label: told ? label : "" });
     });
     return marks;
   }
@@ -143,7 +145,7 @@ export class Spectrum {
     const { context } = panel;
     const quantity = QUANTITIES[this.quantity];
     const name = quantity.name[0].toUpperCase() + quantity.name.slice(1);
-    drawAxes(panel, box, across, up, { acrossTitle: "frequency", upTitle: `${name}, amplitude of sinusoids` });
+    drawAxes(panel, box, across, up, { acrossTitle: "frequency", upTitle: `${name} amplitude` });
     this.#drawMarks(box, marks);
     context.save();
     context.beginPath();
@@ -205,7 +207,8 @@ export class Spectrum {
   #tell() {
     const { largest } = this.drawn;
     const { unit, name } = QUANTITIES[this.quantity];
-    const felt = between(this.felt.map(([, level]) => level), placeIn(this.felt.map(([frequency]) => frequency), largest.frequency));
+    const frequencies = this.felt.map(([frequency]) => frequency);
+    const felt = between(this.felt.map(([, level]) => level), placeIn(frequencies, largest.frequency));
     const level = 20 * Math.log10(largest.amplitude / felt);
     const beside = felt ? `, ${Math.abs(level).toFixed(0)} dB ${level < 0 ? "below" : "above"} what is just felt` : "";
     this.panel.say(largest.amplitude < this.fullScale * 1e-6

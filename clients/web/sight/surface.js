@@ -22,11 +22,13 @@ export class Surface {
   #sums;
   #marks = [];
   #touches = document.createElement("div");
+  #row = document.createElement("canvas"); // of device pixels, one high
 
   constructor(canvas) {
     this.metresPerPixel = 5e-5; // m a CSS px
     this.panel = new Panel(canvas, () => this.#draw());
-    this.drawn = { colours: [], bar: null };
+    /** What was drawn last: `bar` {length (m), pixels, left, top (CSS px)}. */
+    this.drawn = { bar: null };
     const place = document.createElement("div");
     place.className = "sight-place";
     canvas.replaceWith(place);
@@ -53,7 +55,6 @@ export class Surface {
     });
     if (fresh) this.#zoomTo(this.fitting(), false);
     else this.panel.request();
-    this.#tell();
   }
 
   /** Returns the metres a CSS px at which single ridges are well seen. */
@@ -111,6 +112,7 @@ export class Surface {
     context.drawImage(image, 0, 0, image.width, 1, 0, 0, width, height);
     this.#drawBar();
     this.#drawLegend();
+    this.#tell();
     if (this.touching) this.touch(this.touching);
   }
 
@@ -132,9 +134,10 @@ export class Surface {
       }
       pixels.data[4 * x - 1] = 255;
     }
-    const stripe = new OffscreenCanvas(count, 1);
-    stripe.getContext("2d").putImageData(pixels, 0, 0);
-    return stripe;
+    this.#row.width = count;
+    this.#row.height = 1;
+    this.#row.getContext("2d").putImageData(pixels, 0, 0);
+    return this.#row;
   }
 
   #drawBar() {
@@ -185,8 +188,7 @@ export class Surface {
   }
 
   #tell() {
-    if (!this.#heights) return;
-    const fine = this.period / this.metresPerPixel < FINEST ? " Single ridges are too fine to be seen at this zoom: press plus." : "";
+    const fine = this.period / this.metresPerPixel < FINEST ? " Its ridges are too fine for this zoom: press plus." : "";
     this.panel.say(
       `Texture from above: it repeats every ${inWords(this.period, "m")} and is ${inWords(this.high - this.low, "m")} ` +
       `high from valley to crest. ${inWords(this.panel.width * this.metresPerPixel, "m")} are shown.${fine}`);
@@ -195,13 +197,13 @@ export class Surface {
   #zoomTo(metresPerPixel, byHand = true) {
     this.metresPerPixel = limited(metresPerPixel);
     this.panel.request();
-    this.#tell();
     if (byHand) this.panel.canvas.dispatchEvent(new CustomEvent("zoom", { detail: { metresPerPixel: this.metresPerPixel } }));
   }
 
   #key(event) {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
-    const wanted = { "+": this.metresPerPixel / STEP, "=": this.metresPerPixel / STEP, "-": this.metresPerPixel * STEP, 0: this.fitting() };
+    const closer = this.metresPerPixel / STEP;
+    const wanted = { "+": closer, "=": closer, "-": this.metresPerPixel * STEP, 0: this.fitting() };
     if (!(event.key in wanted)) return;
     event.preventDefault();
     this.#zoomTo(wanted[event.key]);

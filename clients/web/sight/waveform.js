@@ -1,17 +1,21 @@
 /* What is felt over time, in physical units, held still while the finger moves at constant speed.
 
-   Model: a stretch of the newest sound is shown that begins at a rising crossing of its mean; of all crossings in reach the
-   one is taken whose stretch is most like the one drawn before. Each crossing is found between its two samples.
+   Model: a stretch of the newest sound is shown that begins at a rising crossing of a level: zero, or the mean where that is
+   far from it. Of all crossings in reach the one is taken whose stretch is most like the one drawn before. Each crossing is
+   found between its two samples.
    The scale is the full scale divided by 1, 2, 5, 10 ..., and the full scale is marked where it is in view.
    Limits: one channel; the last second is kept. Samples are joined by straight lines, or by their range in each px. */
 
 import { drawAxes, inWords, linearAxis, Panel, QUANTITIES, roundAbove } from "./scale.js";
 
 const KEPT = 1; // s
-const PERIODS = 4; // shown, where the frequency is known
+const PERIODS = 4; // shown at least, where the frequency is known and the span is chosen anew
+const FEW = 2.5; // periods: with fewer in view, or more than MANY, the span is chosen anew
+const MANY = 12;
 const POINTS = 128; // compared between two drawings
 const MOST_CROSSINGS = 160; // compared for one drawing
 const QUIET = 1e-4; // of full scale: what is smaller does not trigger
+const OFF = 0.1; // of the peak-to-peak: a mean further from the level moves it
 const ROOM = 1.12; // above the largest value
 const SHRINK_AFTER = 1000; // ms for which the scale was too large
 
@@ -20,6 +24,7 @@ export class Waveform {
   #kept = new Float32Array(0);
   #written = 0;
   #before = null;
+  #level = 0;
   #magnified = { by: 1, since: 0 };
 
   constructor(canvas) {
@@ -37,13 +42,16 @@ export class Waveform {
       this.#kept = new Float32Array(Math.ceil(KEPT * rate));
       this.#written = 0;
       this.#before = null;
+      this.#level = 0;
     }
     for (const sample of samples) this.#kept[this.#written++ % this.#kept.length] = sample;
     this.panel.request();
   }
 
-  /** Shows about four periods of a vibration of `frequency` Hz. */
+  /** Shows a few periods of a vibration of `frequency` Hz; the span stays while that fits, so a hand does not make it jump. */
   expect(frequency) {
+    const shown = this.span * Math.abs(frequency);
+    if (shown >= FEW && shown <= MANY) return;
     const span = Math.min(KEPT / 4, Math.max(0.005, roundAbove(PERIODS / Math.abs(frequency))));
     if (!Number.isFinite(span) || span === this.span) return;
     this.span = span;
@@ -70,15 +78,17 @@ export class Waveform {
       low = Math.min(low, value);
     }
     if (newest < 0) return { begin: 0, high, low };
+    if (Math.abs(mean - this.#level) > OFF * (high - low)) this.#level = mean;
+    const level = this.#level;
     let [best, least] = [newest, Infinity];
     if (high - low > QUIET) {
-      const armed = mean - 0.02 * (high - low);
+      const armed = level - 0.02 * (high - low);
       let crossing = 0;
       let count = 0;
       for (let frame = Math.floor(newest); frame > oldest && count < MOST_CROSSINGS; frame--) {
         const value = this.#kept[frame % this.#kept.length];
         const next = this.#kept[(frame + 1) % this.#kept.length];
-        if (value < mean && next >= mean) crossing = frame + (mean - value) / (next - value);
+        if (value < level && next >= level) crossing = frame + (level - value) / (next - value);
         if (!crossing || value > armed) continue;
         if (crossing <= newest) {
           count++;
@@ -144,7 +154,8 @@ export class Waveform {
           least = Math.min(least, value);
           most = Math.max(most, value);
         }
-        times.push(place / this.rate, place / this.rate);
+        const middle = (place + step / 2) / this.rate;
+        times.push(middle, middle);
         values.push(least * scale, most * scale);
       }
     } else {

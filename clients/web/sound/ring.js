@@ -1,12 +1,13 @@
 /* What runs in the audio thread: a queue of samples that plays each of them once, and a tap for whoever checks it.
 
-The ring plays what came, bit for bit and in order. Where it has nothing it plays zeros and counts them: between
-`rest` and the next samples that is silence as asked for, else it is an underrun. Nothing is dropped, so the bound of the
+The ring plays what came, bit for bit and in order. Where it has nothing it plays zeros and counts them: between `rest`
+and the next samples that is silence as asked for, else it is an underrun. After silence it begins once `ahead` frames
+are queued, so that a slow start is not a broken one, or once nothing more follows. Nothing is dropped: the bound of the
 queue is the credit that was granted for it.
-Messages in: {samples: Float32Array interleaved} or {rest: true} or {close: true}. Messages out: {played, queued, least,
-underruns, missing, from, run}, every REPORT frames while it plays and at each change between sound and zeros. All are in
-frames: `least` is the shortest that the queue was since the last report, `missing` all zeros of underruns, `from` the
-context frame at which the present run of samples began, or the last, and `run` its length.
+Messages in: {samples: Float32Array interleaved, ahead} or {rest: true} or {close: true}. Messages out: {played, queued,
+least, underruns, missing, from, run}, every REPORT frames while it plays and at each change between sound and zeros.
+All are in frames: `least` is the shortest that the queue was since the last report, `missing` all zeros of underruns,
+`from` the context frame at which the present run of samples began, or the last, and `run` its length.
 Limits: a run begins with a quantum of 128 frames; it may end within one. */
 
 const REPORT = 256; // frames between reports: 5 ms at 48 kHz; more is a longer wait for credit, fewer is more messages
@@ -19,29 +20,35 @@ class Ring extends AudioWorkletProcessor {
     this.offset = 0; // into the first of them
     this.queued = this.played = this.underruns = this.missing = this.unreported = 0;
     this.least = Infinity;
-    this.from = this.run = 0;
+    this.from = this.run = this.ahead = 0;
     this.sounding = false; // the last frame was a sample
     this.ending = true; // nothing is to follow what is queued
+    this.resting = true; // zeros are as asked for
     this.open = true;
     this.port.onmessage = ({ data }) => this.take(data);
   }
 
-  take({ samples, rest, close }) {
+  take({ samples, ahead, rest, close }) {
     if (samples && samples.length) {
       this.waiting.push(samples);
       this.queued += samples.length / this.channels;
+      this.ahead = ahead;
       this.ending = false;
     }
-    if (rest) this.ending = true;
+    if (rest) {
+      this.ending = true;
+      this.resting ||= !this.sounding;
+    }
     if (close) this.open = false;
   }
 
   process(_, [output]) {
     const frames = output[0].length;
-    const filled = Math.min(frames, this.queued);
+    const waits = !this.sounding && !this.ending && this.queued < this.ahead;
+    const filled = waits ? 0 : Math.min(frames, this.queued);
     if (this.sounding && currentFrame !== this.from + this.run) this.runOut(currentFrame - this.from - this.run);
     const begins = filled > 0 && !this.sounding;
-    if (begins) Object.assign(this, { sounding: true, from: currentFrame, run: 0 });
+    if (begins) Object.assign(this, { sounding: true, resting: false, from: currentFrame, run: 0 });
     this.fill(output, filled);
     if (filled < frames) this.runOut(frames - filled);
     else if (begins || this.unreported >= REPORT) this.report();
@@ -75,11 +82,12 @@ class Ring extends AudioWorkletProcessor {
 
   /** Notes that `frames` zeros stand at the end of this quantum, or where the browser left quanta out. */
   runOut(frames) {
-    if (!this.ending) {
+    if (!this.ending && !this.resting) {
       if (this.sounding) this.underruns += 1;
       this.missing += frames;
     }
     if (!this.sounding) return;
+    this.resting = this.ending;
     this.sounding = false;
     this.report();
   }

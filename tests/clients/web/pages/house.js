@@ -58,6 +58,6 @@ function packed(samples) {
 }
 
 window.house = {
-  ...service, ...contact, ...connection, ...changes, ...player, ...depth, ...finger, ...pointers, ...stroker, ...envelope,
-  ...actuators, pause, until, once, heard, stroke, packed,
+  ...service, ...contact, ...connection, ...changes, ...player, ...depth, ...finger, ...pointers, ...stroker,
+  ...envelope, ...actuators, pause, until, once, heard, stroke, packed,
 };

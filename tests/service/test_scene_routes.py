@@ -1,0 +1,156 @@
+"""The calls that a page draws a scene with: its schema, its picture, the threshold; and what they refuse."""
+
+from __future__ import annotations
+
+import math
+import threading
+from typing import Any, get_args
+
+import pytest
+from fastapi import FastAPI
+
+from service.app import create_app
+from service.engine import SynthEngine
+from service.routes.scene import BODY, ThresholdParameters
+from synth import picture
+from synth.scene import scene_schema
+from synth.threshold import DEFAULT, THRESHOLDS
+from tests.service.harness import ask, problem, settings_of, until
+from tests.service.plain_engine import PlainEngine
+
+
+def refused(app: FastAPI, body: Any, kind: str = "request-refused") -> dict[str, Any]:
+    """Return the first fault of a picture that is refused."""
+    fault: dict[str, Any] = problem(ask(app, "POST", "/v1/picture", json=body), 422, kind)["errors"][0]
+    return fault
+
+
+def test_the_schema_is_that_of_a_scene(app: FastAPI) -> None:
+    answer = ask(app, "GET", "/v1/scene/schema.json")
+    assert answer.headers["content-type"] == "application/schema+json"
+    assert answer.json() == scene_schema()
+    assert {"finger", "texture", "scan"} <= set(answer.json()["properties"])
+    assert '"x-unit"' in answer.text.replace(" ", "")
+
+
+def test_a_picture_comes_from_the_solver() -> None:
+    app = create_app(settings_of(), SynthEngine(0))
+    scene = {"scan": {"load": "0.1 N"}, "effects": {"inertia": {}}}
+    made = ask(app, "POST", "/v1/picture", json={"scene": scene, "points": 64, "phases": 8}).json()
+    assert made["texture"]["period"] == 0.8e-3 and made["response"]["load"] == 0.1
+    assert len(made["texture"]["heights"]) == len(made["finger"]["heights"]) == 64
+    assert len(made["response"]["heights"]) == len(made["touching"]) == 8
+    assert made["left_out"] == ["inertia"]
+    assert all(edges and len(edges) % 2 == 0 for edges in made["touching"])
+
+
+def test_an_empty_body_is_the_default_scene() -> None:
+    made = ask(create_app(settings_of(), SynthEngine(0)), "POST", "/v1/picture", json={}).json()
+    assert len(made["texture"]["heights"]) == picture.POINTS and len(made["touching"]) == picture.PHASES
+    assert made["left_out"] == []
+
+
+@pytest.mark.parametrize(
+    ("body", "pointer"),
+    [
+        ({"points": 15}, "/points"),
+        ({"points": 8193}, "/points"),
+        ({"points": 64.5}, "/points"),
+        ({"points": True}, "/points"),
+        ({"points": "64"}, "/points"),
+        ({"phases": -1}, "/phases"),
+        ({"phases": 1025}, "/phases"),
+        ({"phase": 3}, ""),
+        ({"scan": {}}, ""),
+        ([], ""),
+        ({"scene": {"texture": {"amplitude": 0}, "finger": {"ridge_amplitude": 0}}}, "/scene/finger/ridge_amplitude"),
+        (
+            {"scene": {"texture": {"period": 1e-6}, "finger": {"contact_length": 0.1}}, "phases": 1024},
+            "/phases",
+        ),
+    ],
+)
+def test_what_makes_no_picture_is_refused(body: Any, pointer: str) -> None:
+    fault = refused(create_app(settings_of(), SynthEngine(0)), body)
+    assert fault["pointer"] == pointer and fault["allowed"] and fault["hint"]
+
+
+def test_the_faults_of_a_scene_point_into_the_body(app: FastAPI, engine: PlainEngine) -> None:
+    fault = refused(app, {"scene": {"texture": {"period": "3 s"}}}, "scene-refused")
+    assert fault["pointer"] == "/scene/texture/period"
+    others: tuple[Any, ...] = (None, "grating-1mm-31um", [], 3)
+    for scene in others:
+        assert refused(app, {"scene": scene}, "scene-refused")["pointer"] == "/scene"
+    assert engine.opened == []
+
+
+def test_the_document_has_the_ranges_that_are_kept() -> None:
+    points, phases = BODY["properties"]["points"], BODY["properties"]["phases"]  # type: ignore[index]
+    assert (points["minimum"], points["maximum"]) == (picture.FEWEST_POINTS, picture.MOST_POINTS)
+    assert (phases["minimum"], phases["maximum"]) == (0, picture.MOST_PHASES)
+
+
+def test_pictures_are_admitted_as_renders_are() -> None:
+    gate = threading.Event()
+    engine = PlainEngine(gate=gate)
+    app = create_app(settings_of(max_renders=1), engine)
+    first = threading.Thread(target=ask, args=(app, "POST", "/v1/picture"), kwargs={"json": {}})
+    first.start()
+    try:
+        until(lambda: engine.opened == ["picture"])
+        answer = ask(app, "POST", "/v1/picture", json={})
+        problem(answer, 503, "full")
+        assert answer.headers["retry-after"]
+    finally:
+        gate.set()
+        first.join()
+    assert ask(app, "POST", "/v1/picture", json={}).status_code == 200
+
+
+def test_the_service_answers_while_a_picture_is_made() -> None:
+    gate = threading.Event()
+    engine = PlainEngine(gate=gate)
+    app = create_app(settings_of(), engine)
+    first = threading.Thread(target=ask, args=(app, "POST", "/v1/picture"), kwargs={"json": {}})
+    first.start()
+    try:
+        until(lambda: engine.opened == ["picture"])
+        assert ask(app, "GET", "/healthz").status_code == 200
+    finally:
+        gate.set()
+        first.join()
+
+
+def test_a_threshold_is_that_of_the_curve(app: FastAPI) -> None:
+    made = ask(app, "GET", "/v1/threshold?name=fingertip&low=10&high=1000&points=3").json()
+    assert made["name"] == "fingertip"
+    assert made["frequencies"] == pytest.approx([10.0, 100.0, 1000.0])
+    (felt,) = ask(app, "GET", "/v1/threshold?low=300&high=600&points=2").json()["displacement"][:1]
+    assert felt == pytest.approx(1e-6 * 10 ** (-18 / 20))  # -18 dB re 1 um, the lowest there is
+    assert len(ask(app, "GET", "/v1/threshold").json()["displacement"]) == 200
+
+
+def test_every_curve_there_is_can_be_asked_for(app: FastAPI) -> None:
+    assert set(get_args(ThresholdParameters.model_fields["name"].annotation)) == set(THRESHOLDS)
+    assert ask(app, "GET", "/v1/threshold").json()["name"] == DEFAULT
+    for name in THRESHOLDS:
+        made = ask(app, "GET", f"/v1/threshold?name={name}").json()
+        assert made["name"] == name and all(felt > 0 and math.isfinite(felt) for felt in made["displacement"])
+
+
+@pytest.mark.parametrize(
+    ("query", "pointer"),
+    [
+        ("name=elbow", "?name"),
+        ("low=0", "?low"),
+        ("high=1e6", "?high"),
+        ("low=nan", "?low"),
+        ("points=1", "?points"),
+        ("points=10001", "?points"),
+        ("low=100&high=100", "?low"),
+        ("colour=red", "?colour"),
+    ],
+)
+def test_a_threshold_that_is_none_is_refused(app: FastAPI, query: str, pointer: str) -> None:
+    document = problem(ask(app, "GET", f"/v1/threshold?{query}"), 422, "request-refused")
+    assert document["errors"][0]["pointer"] == pointer
