@@ -5,6 +5,7 @@ import { byId } from "../knobs/element.js";
 const SENTENCES = {
   "not started": "not started",
   "connecting": "connecting…",
+  "preparing": "solving the contact…",
   "live": "live",
   "broken": "lost, connecting again…",
   "ended": "ended",

@@ -11,7 +11,9 @@ import { siValue } from "../knobs/units.js";
 import { Player } from "../sound/player.js";
 
 const MOST = 5; // fingers of a hand; each is a stream of its own at the service
-const STATES = ["broken", "ended", "connecting", "live"]; // the worst of them is the page's
+const STATES = ["broken", "ended", "connecting", "preparing", "live"]; // the worst of them is the page's
+
+const stateOf = ({ connection, preparing }) => (connection.state === "live" && preparing ? "preparing" : connection.state);
 
 /** The rate of a scene, Hz. */
 const rateOf = (scene) => siValue(scene.output?.sample_rate ?? 48000, "Hz");
@@ -89,7 +91,12 @@ export class Session extends EventTarget {
     }
     const part = partBetween(this.scene, scene);
     this.scene = scene;
-    if (Object.keys(part).length) for (const finger of this.fingers) finger.change(part);
+    if (!Object.keys(part).length) return false;
+    for (const finger of this.fingers) {
+      finger.preparing = true;
+      finger.change(part);
+    }
+    this.#tell("state", { state: this.state });
     return false;
   }
 
@@ -105,10 +112,11 @@ export class Session extends EventTarget {
     this.#holders.delete(id);
   }
 
-  /** The worst state of the fingers: "live", "connecting", "broken", "ended"; "not started" where there is none. */
+  /** The worst state of the fingers: "live"; "preparing" where a change is being solved; "connecting", "broken", "ended";
+   *  "not started" where there is none. */
   get state() {
     if (!this.player) return "not started";
-    return STATES.find((state) => this.fingers.some(({ connection }) => connection.state === state)) ?? "connecting";
+    return STATES.find((state) => this.fingers.some((finger) => stateOf(finger) === state)) ?? "connecting";
   }
 
   /** underruns: of all fingers. latency: s. updateToSound: s, of the slowest finger, or null. */
@@ -144,7 +152,7 @@ export class Session extends EventTarget {
   #finger() {
     const finger = new Finger({ player: this.player, scene: this.#pinned(), record: this.recording });
     this.fingers.push(finger);
-    for (const type of ["ready", "broken", "resumed", "ended"]) finger.addEventListener(type, ({ detail }) => this.#changed(finger, type, detail));
+    for (const type of ["ready", "broken", "resumed", "ended", "scene", "problem"]) finger.addEventListener(type, ({ detail }) => this.#changed(finger, type, detail));
     finger.addEventListener("block", ({ detail }) => this.#tell("block", { ...detail, finger, ready: finger.connection.ready }));
     finger.addEventListener("problem", ({ detail }) => this.#tell("problem", { problem: detail.problem, sentence: detail.problem.detail ?? detail.problem.title }));
     finger.addEventListener("limited", ({ detail }) => this.#tell("limited", detail));
@@ -162,6 +170,7 @@ export class Session extends EventTarget {
   }
 
   #changed(finger, type, detail) {
+    if (["ready", "scene", "problem"].includes(type)) finger.preparing = false;
     if (type === "ready") this.#tell("ready", detail);
     if (type === "ended") this.#drop(finger);
     this.#tell("state", { state: this.state });

@@ -132,8 +132,9 @@ def test_a_knob_changes_what_is_touched_without_a_new_stream(touch_page: Page) -
         """() => { const [finger] = ridgewave.fingers; window.crossed = false;
              finger.addEventListener("scene", () => { window.crossed = true; }); return finger.connection.ready.session; }"""
     )
-    touch_page.select_option("#texture", "grating-2mm-157um")
+    touch_page.select_option("#texture", "grating-500um-40um")
     touch_page.wait_for_function("() => window.crossed")
+    touch_page.wait_for_function("() => document.getElementById('state').textContent === 'live'")
     assert touch_page.evaluate("() => ridgewave.fingers[0].connection.ready.session") == before
 
 
