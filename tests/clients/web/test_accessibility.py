@@ -1,7 +1,8 @@
-"""The page for people who do not use a mouse, or their eyes: axe-core finds nothing serious, and everything has a name."""
+"""The page for people who use no mouse, or not their eyes: axe-core finds nothing serious, everything has a name."""
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -29,7 +30,7 @@ def violations(page: Page) -> list[str]:
     axe = pytest.importorskip("axe_playwright_python.sync_playwright")
     found = axe.Axe().run(page).response["violations"]
     return [
-        f"{rule['id']}: {rule['help']}: {', '.join(str(node['target']) + ' ' + node['failureSummary'] for node in rule['nodes'])}"
+        f"{rule['id']}: {rule['help']}: {[(node['target'], node['failureSummary']) for node in rule['nodes']]}"
         for rule in found
         if rule["impact"] in GRAVE
     ]
@@ -68,17 +69,18 @@ def test_a_finger_has_room_on_every_control(chromium: Browser, page_service: Run
         small = page.evaluate(
             """() => [...document.querySelectorAll("button, select, summary, .button, input:not([type=file])")]
                  .filter((control) => control.checkVisibility())
-                 .map((control) => [control.id || control.textContent || control.type, (control.closest("label") ?? control)])
+                 .map((one) => [one.id || one.textContent || one.type, (one.closest("label") ?? one)])
                  .filter(([, control]) => control.getBoundingClientRect().height < 43.9).map(([name]) => name)"""
         )
         assert small == []
 
 
 def test_headings_go_down_by_one_level_at_a_time(touch_page: Page) -> None:
-    levels = touch_page.evaluate("() => [...document.querySelectorAll('h1, h2, h3, h4')].map((one) => Number(one.tagName[1]))")
+    headings = "document.querySelectorAll('h1, h2, h3, h4')"
+    levels = touch_page.evaluate(f"() => [...{headings}].map((one) => Number(one.tagName[1]))")
     assert levels[0] == 1
     assert levels.count(1) == 1
-    assert all(after - before <= 1 for before, after in zip(levels, levels[1:], strict=False))
+    assert all(after - before <= 1 for before, after in pairwise(levels))
 
 
 def test_the_tab_key_reaches_every_control_and_shows_where_it_is(touch_page: Page) -> None:
@@ -94,7 +96,8 @@ def test_the_tab_key_reaches_every_control_and_shows_where_it_is(touch_page: Pag
     for _ in range(3 * len(wanted)):
         touch_page.keyboard.press("Tab")
         stop, outline = touch_page.evaluate(
-            """() => { const one = document.activeElement; const seen = one.type === "file" ? one.closest("label") : one;
+            """() => { const one = document.activeElement;
+                 const seen = one.type === "file" ? one.closest("label") : one;
                  return [one.dataset.stop, getComputedStyle(seen).outlineStyle]; }"""
         )
         if stop is not None:

@@ -1,8 +1,9 @@
-"""Every field of a scene has a knob, what a knob writes is accepted, and no change is lost: undone, redone, linked, merged."""
+"""Every field of a scene has a knob, what it writes is accepted, no change is lost: undone, redone, linked, merged."""
 
 from __future__ import annotations
 
 import random
+import string
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -78,7 +79,8 @@ def written(page: Page, knob: str, text: str) -> None:
 
 
 def test_every_field_of_the_schema_has_a_knob(touch_page: Page) -> None:
-    there = set(touch_page.evaluate("() => [...document.querySelectorAll('[data-path]')].map((knob) => knob.dataset.path)"))
+    knobs = "document.querySelectorAll('[data-path]')"
+    there = set(touch_page.evaluate(f"() => [...{knobs}].map((knob) => knob.dataset.path)"))
     assert there == {".".join(path) for path, _ in fields()}
 
 
@@ -228,7 +230,7 @@ def test_scenes_come_out_of_links_as_they_went_in(touch_page: Page) -> None:
     )
     for scene, (link, found) in zip(scenes, back, strict=True):
         assert found == scene
-        assert set(link.removeprefix("#scene=")) <= set("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_")
+        assert set(link.removeprefix("#scene=")) <= {*string.ascii_letters, *string.digits, *"-_"}
 
 
 def test_an_opened_link_restores_the_scene(touch_page: Page, page_service: Running) -> None:
@@ -245,7 +247,8 @@ def test_an_opened_link_restores_the_scene(touch_page: Page, page_service: Runni
 
 def test_a_broken_link_is_told_in_one_sentence(touch_page: Page) -> None:
     touch_page.evaluate("() => { location.hash = '#scene=e30x!'; }")
-    touch_page.wait_for_function("() => document.getElementById('notice').textContent.startsWith('The scene in this link')")
+    told = "document.getElementById('notice').textContent"
+    touch_page.wait_for_function(f"() => {told}.startsWith('The scene in this link')")
     assert scene_of(touch_page) == {}
 
 
@@ -264,7 +267,8 @@ def test_the_part_that_is_told_makes_the_same_scene_at_the_service(touch_page: P
 
 def test_a_field_that_is_written_leaves_no_two_that_displace_each_other(touch_page: Page) -> None:
     draw = random.Random(17)
-    choices = [(path, near_default(node)) for path, node in fields() if near_default(node) is not None and len(path) == 2]
+    numbers = [(path, near_default(node)) for path, node in fields() if len(path) == 2]
+    choices = [(path, value) for path, value in numbers if value is not None]
     cases = [(drawn_scene(draw), draw.choice(choices)) for _ in range(MANY)]
     changed = touch_page.evaluate(
         """async (cases) => { const {withField} = await import("/web/knobs/merge.js");
@@ -282,7 +286,8 @@ def test_words_of_a_field_are_all_in_its_menu(touch_page: Page) -> None:
     for path, node in fields():
         words = [str(word) for option in options(node) for word in option.get("enum", [])]
         menu = touch_page.evaluate(
-            "(path) => [...(document.querySelector(`[data-path='${path}'] select`)?.options ?? [])].map((one) => one.textContent)",
+            """(path) => [...(document.querySelector(`[data-path='${path}'] select`)?.options ?? [])]
+                 .map((one) => one.textContent)""",
             ".".join(path),
         )
         assert set(words) <= set(menu), path

@@ -1,4 +1,4 @@
-"""The page as a whole: small, without errors, played by pointers and keys, recorded, kept as files, and it says what is wrong."""
+"""The page as a whole: small, without errors, played by pointers and keys, recorded, kept as files; what is wrong is told."""
 
 from __future__ import annotations
 
@@ -20,7 +20,6 @@ from tests.service.harness import ROOT, Running, serving
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
-    from tests.clients.web.browser import Watch
 
 LARGEST = 150_000  # bytes over the wire, before /vr
 MOST_REQUESTS = 70
@@ -78,7 +77,8 @@ def test_the_page_is_small(chromium: Browser, page_service: Running) -> None:
     house = {key: size for key, size in sizes.items() if names[key].startswith(page_service.url)}
     files = sum(size for key, size in house.items() if "/v1/" not in names[key])
     ready = page.evaluate("() => performance.getEntriesByType('navigation')[0].domContentLoadedEventEnd")
-    print(f"{files:.0f} bytes of page, {sum(house.values()):.0f} with what it asks for, {len(sizes)} requests, {ready:.0f} ms")
+    asked = f"{sum(house.values()):.0f} with what it asks for, {len(sizes)} requests"
+    print(f"{files:.0f} bytes of page, {asked}, {ready:.0f} ms")
     context.close()
     assert files < LARGEST
     assert len(sizes) <= MOST_REQUESTS
@@ -86,7 +86,8 @@ def test_the_page_is_small(chromium: Browser, page_service: Running) -> None:
 
 def test_a_mouse_strokes_the_pad(touch_page: Page) -> None:
     stroke_pad(touch_page)
-    touch_page.wait_for_function("() => /acceleration/i.test(document.getElementById('waveform').getAttribute('aria-label'))")
+    label = "document.getElementById('waveform').getAttribute('aria-label')"
+    touch_page.wait_for_function(f"() => /acceleration/i.test({label})")
 
 
 def test_two_pointers_are_two_fingers(touch_page: Page) -> None:
@@ -94,9 +95,11 @@ def test_two_pointers_are_two_fingers(touch_page: Page) -> None:
     touch_page.evaluate(
         """() => { const pad = document.getElementById("pad"); const {left, top} = pad.getBoundingClientRect();
              for (const pointerId of [21, 22]) pad.dispatchEvent(new PointerEvent("pointerdown",
-               {pointerId, pointerType: "touch", button: 0, clientX: left + 4 * pointerId, clientY: top + 50, bubbles: true})); }"""
+               {pointerId, pointerType: "touch", button: 0, clientX: left + 4 * pointerId, clientY: top + 50,
+                bubbles: true})); }"""
     )
-    touch_page.wait_for_function("() => ridgewave.fingers.filter(({touching, source}) => touching && source?.played > 4800).length === 2")
+    sounding = "ridgewave.fingers.filter(({touching, source}) => touching && source?.played > 4800)"
+    touch_page.wait_for_function(f"() => {sounding}.length === 2")
     scales = touch_page.evaluate("() => ridgewave.fingers.map(({connection}) => connection.ready.full_scale[0])")
     assert scales[0] == scales[1]
 
@@ -130,7 +133,8 @@ def test_a_knob_changes_what_is_touched_without_a_new_stream(touch_page: Page) -
     touch_page.wait_for_function(PLAYED, arg=4800)
     before = touch_page.evaluate(
         """() => { const [finger] = ridgewave.fingers; window.crossed = false;
-             finger.addEventListener("scene", () => { window.crossed = true; }); return finger.connection.ready.session; }"""
+             finger.addEventListener("scene", () => { window.crossed = true; });
+             return finger.connection.ready.session; }"""
     )
     touch_page.select_option("#texture", "grating-500um-40um")
     touch_page.wait_for_function("() => window.crossed")
@@ -192,7 +196,8 @@ def test_the_wav_is_that_of_the_scene(touch_page: Page, page_service: Running, t
     with touch_page.expect_download() as download:
         touch_page.click("#save-wav")
     download.value.save_as(tmp_path / "touch.wav")
-    wanted, _ = soundfile.read(io.BytesIO(page_service.client.post("/v1/render?format=wav", json=scene).content), dtype="float32")
+    rendered = page_service.client.post("/v1/render?format=wav", json=scene).content
+    wanted, _ = soundfile.read(io.BytesIO(rendered), dtype="float32")
     found, _ = soundfile.read(tmp_path / "touch.wav", dtype="float32")
     assert (found == wanted).all()
 
@@ -216,7 +221,8 @@ def test_a_scene_is_kept_as_a_file_and_opened_again(touch_page: Page, tmp_path: 
 def test_a_gamepad_rumbles_along(touch_page: Page) -> None:
     touch_page.evaluate(
         """() => { window.rumbled = 0;
-             const pad = {id: "Pad of the test", index: 0, vibrationActuator: {playEffect: async (_, {strongMagnitude}) => {
+             const pad = {id: "Pad of the test", index: 0, vibrationActuator: {
+               playEffect: async (_, {strongMagnitude}) => {
                window.rumbled = Math.max(window.rumbled, strongMagnitude); }}};
              navigator.getGamepads = () => [pad]; dispatchEvent(new Event("gamepadconnected")); }"""
     )
