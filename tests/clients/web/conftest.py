@@ -58,7 +58,7 @@ def page_service() -> Iterator[Running]:
 
 @pytest.fixture
 def watched_page(chromium: Browser, page_service: Running) -> Iterator[tuple[Page, Watch]]:
-    """Yield the page, loaded, and what watches it, which fails in the end if it logged an error or asked another host."""
+    """Yield the page, loaded, and what watches it, which fails in the end if it logged an error or asked others."""
     with watched(chromium, page_service.url + "/", viewport={"width": 1280, "height": 900}) as (page, watch):
         loaded(page)
         yield page, watch

@@ -1,4 +1,4 @@
-"""The page as a whole: small, without errors, played by pointers and keys, recorded, kept as files; what is wrong is told."""
+"""The page as a whole: small, without errors, played by pointers and keys, recorded, kept as files; it tells faults."""
 
 from __future__ import annotations
 
