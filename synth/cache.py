@@ -14,6 +14,8 @@ from contextlib import suppress
 from typing import Protocol, TypeVar
 from weakref import WeakValueDictionary
 
+from synth.contact.table_budget import DEFAULT_LIMIT, TableBudget
+
 DEFAULT_BYTES = 256 << 20
 
 
@@ -30,10 +32,14 @@ T = TypeVar("T", bound=Kept)
 
 
 class ResponseCache:
-    """A thread-safe cache of responses, at most `max_bytes` large."""
+    """A thread-safe cache of responses, at most `max_bytes` large.
 
-    def __init__(self, max_bytes: int = DEFAULT_BYTES) -> None:
+    tables: what the tables of hands may take together, in use or kept.
+    """
+
+    def __init__(self, max_bytes: int = DEFAULT_BYTES, table_bytes: int = DEFAULT_LIMIT) -> None:
         self.max_bytes = max_bytes
+        self.tables = TableBudget(table_bytes)
         self.hits = 0
         self.misses = 0
         self._entries: OrderedDict[Hashable, Kept] = OrderedDict()
@@ -46,6 +52,11 @@ class ResponseCache:
         """Bytes held now."""
         with self._lock:
             return self._used()
+
+    @property
+    def table_bytes(self) -> int:
+        """Bytes of the tables of hands, in use or kept."""
+        return self.tables.used_bytes
 
     def get(self, key: Hashable, build: Callable[[], T]) -> T:
         """Return what is kept under `key`, building it at the first call; errors of `build` reach every caller's own

@@ -4,178 +4,45 @@ Stage   3 (VOICE), its moving half.
 Model   see `contact.reading`. Tables are built when a block first meets their level and interval of load, rows of load
         when a block first meets their octave.
 Source  design, sections 1 and 4.
-Limits  with `wait` false a load beyond the rows that are ready plays the nearest row until they are. All voices of one
-        response share its tables and its rows (`MovingTables`); each takes new rows over when it likes.
+Limits  all voices of one response share its tables and its rows (`moving_tables`); each takes new rows over when it
+        likes.
 """
 
 from __future__ import annotations
 
 import math
-import threading
 
 import numpy as np
 
-from synth.channels import ChannelPlan, spendable
 from synth.contact.exact import Array
-from synth.contact.levels import Levels, levels_up_to
 from synth.contact.reading import read_displacement, read_rate
-from synth.contact.rows import COARSE, FINEST, PASSING, Rows
-from synth.contact.spectrum import Demand
-from synth.contact.surfaces import OneRow, RowSource, Surfaces, TableStore
-from synth.contact.tables import CUBIC, QUINTIC, fitted_table, kept_harmonics
+from synth.contact.rows import FINEST
+from synth.contact.surfaces import Surfaces
 from synth.motion import LARGEST_LOAD, LOAD, SPEED, Motion
+from synth.moving_tables import NOWHERE_FINE, MovingTables, degree_of
 from synth.output import Block
-from synth.preparation import BAND, Preparation
-from synth.row_solver import MOVED, USUAL_LOADS, Followed, RowSolver
+from synth.preparation import Preparation
+from synth.row_solver import MOVED, Followed
 
-ROW_SHARE, BETWEEN_SHARE = 0.6, 0.245  # of the tolerance: the error of a row, and between rows
-# the tightest tolerance of rows for displacement, velocity and acceleration: tighter ones take minutes; the plan tells
-ROW_FLOOR = (1e-6, 1e-5, 3e-4)
-SINGLE = 1e-5  # from this tolerance on float32 is enough for the tables of velocity and acceleration
-BUILT_ROUND = 2.0  # times and parts of the scan's load for which hands find tables built; some 2 to 4 MB a sixteenth of
-# an octave: less, and streams are late when a hand first presses; more fills the memory with what nobody feels
-NOWHERE_FINE = (0.0, 0.0)  # N: the range of loads in which a hand that does not rest needs fine rows
 REST_TIME = 0.25  # s that a hand keeps its load before rows are made fine there; shorter: presses fill the memory
 LOOK_SECONDS = 0.05  # of sound between two looks at where a hand rests and which rows there are; taking some over costs
 # 0.1 ms, and looking, in each block, a tenth of it
-BASE_OF_LIFT = 0.25  # octaves of load begin here at most, as a part of lift_load: the gate leaves under a tenth below
-
-
-class MovingTables:
-    """What all readers of one preparation share: levels, rows of load, and the tables made of them. Thread-safe.
-
-    wait: rows that a block needs are solved before it is rendered; otherwise the nearest rows play, and a thread solves
-    more of them while a reader `follow`s a hand.
-    """
-
-    def __init__(self, solved: Preparation, *, wait: bool) -> None:
-        assert solved.spectrum is not None
-        self.solved, self.wait = solved, wait
-        self.levels = _levels(solved)
-        self.rows = self._rows_for(solved) if solved.load_varies else None
-        source: RowSource = self.rows or OneRow(solved.spectrum)
-        degrees = sorted({_degree(channel) for channel in solved.channels})
-        self.stores = {
-            degree: TableStore(
-                source, self.levels, degree, self._density(degree),
-                single=degree == QUINTIC and solved.tolerance >= SINGLE,
-            )
-            for degree in degrees
-        }  # fmt: skip
-        self._solver: RowSolver | None = None
-        self._lock, self._settling, self._settled = threading.Lock(), threading.Lock(), False
-
-    @property
-    def edges(self) -> Array:
-        """Loads (N) of the rows that are ready; another array whenever there are more."""
-        return next(iter(self.stores.values())).rows.edges
-
-    @property
-    def memory_bytes(self) -> int:
-        """Bytes of tables and rows."""
-        rows = 0 if self.rows is None else self.rows.memory_bytes
-        return rows + sum(store.memory_bytes for store in self.stores.values())
-
-    @property
-    def edges_at_first(self) -> Array:
-        """Those with which a reader begins: all where it waits, the coarse ones for a hand that may not rest."""
-        return self.edges if self.wait or self.rows is None else self.edges_fine_in(self.edges, NOWHERE_FINE)
-
-    def edges_fine_in(self, edges: Array, fine: tuple[float, float]) -> Array:
-        """Return those of the rows at `edges` (N) that are coarse, and all between two loads and next to them."""
-        assert self.rows is not None
-        kept = self.rows.coarse(edges)
-        low, high = np.searchsorted(edges, fine[0], side="right") - 1, np.searchsorted(edges, fine[1])
-        kept[max(low, 0) : high + 1] |= fine[1] > 0.0
-        return np.asarray(edges[kept])
-
-    def settle(self) -> None:
-        """Solve the loads that hands use, and build the tables round the scan's own: once, and it takes up to seconds.
-
-        What streams meet later is then little enough not to make them late.
-        """
-        load = self.solved.scene.scan.load
-        with self._settling:
-            if self._settled or self.rows is None:
-                return
-            self.rows.cover(*USUAL_LOADS, COARSE)
-            self.rows.cover(0.0, USUAL_LOADS[0], PASSING)
-            self.build(self.edges_at_first, load / BUILT_ROUND, load * BUILT_ROUND)
-            self._settled = True
-
-    def build(self, edges: Array, low: float, high: float) -> None:
-        """Build the tables of every speed between two loads (N), of the intervals of `edges`."""
-        first, last = int(np.searchsorted(edges, low, side="right")) - 1, int(np.searchsorted(edges, high))
-        for store in self.stores.values():
-            for interval in range(max(first, 0), min(last, len(edges) - 1)):
-                store.build(range(len(self.levels.highest)), interval, edges)
-
-    def build_fine(self, low: float, high: float) -> None:
-        """Build the tables that a hand which rests between two loads (N) needs; for who solves its rows."""
-        self.build(self.edges_fine_in(self.edges, (low, high)), low, high)
-
-    def follow(self) -> Followed | None:
-        """Return what a hand tells its load, None where rows need no solving; `leave` it in the end."""
-        if self.wait or self.rows is None:
-            return None
-        with self._lock:
-            if self._solver is None:
-                self._solver = RowSolver(self.rows, self.build_fine)
-            return self._solver.follow(self.solved.scene.scan.load)
-
-    @property
-    def finest(self) -> float:
-        """The closest rows to begin with: a hand that waits has the finest, `cover` gives them to a recorded load."""
-        if not self.wait:
-            return COARSE
-        return FINEST if self.solved.by_hand else PASSING
-
-    def _rows_for(self, solved: Preparation) -> Rows:
-        assert solved.contact is not None
-        demand, scan = solved.demand(), solved.scene.scan
-        octaves = max(0, math.ceil(math.log2(scan.load / (BASE_OF_LIFT * scan.lift_load)))) if scan.load else 0
-        base = scan.load / 2.0**octaves or BASE_OF_LIFT * scan.lift_load  # an octave begins at the scan's own load
-        budget = spendable(max(solved.tolerance, ROW_FLOOR[max(demand.orders)]))
-        wanted = Demand(demand.highest, demand.orders, ROW_SHARE * budget)
-        rows = Rows(solved.contact, wanted, self.levels.highest[0], base, BETWEEN_SHARE * budget)
-        rows.cover(scan.load, scan.load, self.finest)
-        return rows
-
-    def _density(self, degree: int) -> float:
-        """Return cells a harmonic that the tolerance needs, at the scan's own speed.
-
-        Where the load varies, a kink of order 3/2 stands for the loads whose series is not known yet.
-        """
-        spectrum = self.solved.spectrum
-        assert spectrum is not None
-        orders = tuple(sorted({c.order for c in self.solved.channels if _degree(c) == degree}))
-        series = spectrum.harmonics[: min(max(self.solved.highest, 1), self.levels.highest[0]) + 1].copy()
-        n = np.arange(1, len(series))
-        kink = np.concatenate([[0.0], n**-2.5]).astype(np.complex128)
-        sizes = [
-            len(fitted_table(curve, degree, orders, self.solved.table_tolerance).coefficients)
-            for curve in ((series, kink) if self.rows is not None else (series,))
-        ]
-        return max(sizes) / len(n)
 
 
 class MovingReader:
     """One voice in motion: `read` renders a block.
 
-    solved: with the voice's own full scale. tables: shared with other voices of the same response; made here unless
-    given. wait: see `MovingTables`.
+    solved: with the voice's own full scale. tables: of its response, which other voices may share.
     """
 
-    def __init__(
-        self, solved: Preparation, phase: int, *, wait: bool = True, tables: MovingTables | None = None
-    ) -> None:
-        self.shared = tables or MovingTables(solved, wait=wait)
+    def __init__(self, solved: Preparation, phase: int, tables: MovingTables) -> None:
+        self.shared = tables
         self.solved, self.rows = solved, self.shared.rows
         self.rate, self.period = solved.scene.output.sample_rate, solved.scene.texture.period
         self._edges = self.shared.edges_at_first
         self.surfaces = {degree: Surfaces(store, self._edges) for degree, store in self.shared.stores.items()}
         self.phase = np.array([phase], dtype=np.uint64)
-        self._runs = tuple((number, c.order, self.surfaces[_degree(c)]) for number, c in enumerate(solved.channels))
+        self._runs = tuple((number, c.order, self.surfaces[degree_of(c)]) for number, c in enumerate(solved.channels))
         self._layouts: list[Array] = []
         self._followed: Followed | None = None
         self.look_frames = round(LOOK_SECONDS * self.rate)
@@ -183,12 +50,13 @@ class MovingReader:
         self._ends = (0.0, math.inf)  # N: the first and the last of the rows
         self._rest, self._rested, self._fine = NOWHERE_FINE, 0, NOWHERE_FINE
         self._news, self._seen = self._edges, (self._edges, NOWHERE_FINE)
+        self.may_rest = True  # a hand that is not heard of keeps its load and does not rest
         self.takes_over = True  # by itself, while it reads a hand; a live voice that is recorded does it instead
         self._lay_out()
 
     def twin(self) -> MovingReader:
         """Return another reader of the same tables and rows, at phase 0, of a hand that rests where this one does."""
-        made = MovingReader(self.solved, 0, tables=self.shared)
+        made = MovingReader(self.solved, 0, self.shared)
         made.use_rows(self._edges)
         made._rest, made._rested, made._fine = self._rest, self._rested, self._fine
         return made
@@ -199,7 +67,7 @@ class MovingReader:
         lift = self.solved.scene.scan.lift_load
         hold = 0.0 if self.shared.wait and self.rows is not None else 1.0
         self._layouts = [
-            self.surfaces[_degree(channel)].layout([self.rate, self.period, lift, 1.0 / channel.full_scale, hold])
+            self.surfaces[degree_of(channel)].layout([self.rate, self.period, lift, 1.0 / channel.full_scale, hold])
             for channel in self.solved.channels
         ]
 
@@ -299,7 +167,7 @@ class MovingReader:
         A load that is only passed through needs no fine rows: the tables of each would be built for a moment.
         """
         assert self._followed is not None
-        if self._rest[0] <= load <= self._rest[1]:
+        if self._rest[0] <= load <= self._rest[1] and self.may_rest:
             self._rested += frames
         else:
             self._rest, self._rested = (load / MOVED, load * MOVED), 0
@@ -363,25 +231,6 @@ def _interval_ends(edges: Array, load: float) -> tuple[float, float]:
     """Return the rows (N) round `load`, the last two on its side where it is beyond them."""
     place = min(max(int(np.searchsorted(edges, load, side="right")) - 1, 0), len(edges) - 2)
     return float(edges[place]), float(edges[place + 1])
-
-
-def _degree(channel: ChannelPlan) -> int:
-    return CUBIC if channel.order == 0 else QUINTIC
-
-
-def _levels(solved: Preparation) -> Levels:
-    """Return the levels that the channels need: no more harmonics than the tolerance, the rate or the bandwidth lets
-    through.
-    """
-    spectrum = solved.spectrum
-    assert spectrum is not None
-    most = solved.reach
-    orders = tuple(sorted({channel.order for channel in solved.channels}))
-    needed = most if solved.load_varies else kept_harmonics(spectrum.harmonics[: most + 1], orders, solved.tolerance)
-    bandwidth = solved.scene.output.bandwidth
-    scale = 1.0 if bandwidth is None else min(1.0, bandwidth / (BAND * solved.scene.output.sample_rate))
-    levels = levels_up_to(needed)
-    return Levels(levels.highest, levels.fade_from * scale, levels.fade_to * scale) if scale < 1.0 else levels
 
 
 def completed(motion: Motion, rate: int, before: Array) -> Motion:

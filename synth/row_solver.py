@@ -27,6 +27,8 @@ ROUND = (1.003, 1.03)  # how far round the hand's load rows are made fine, in tu
 LONGEST_REST = 0.1  # s between two intervals; the rows of a scene that is very slow to solve come late enough
 MOVED = 1.001  # a load no further than this from the one that is worked at needs nothing new: a hand that is still
 
+Stop = Callable[[], bool]
+
 
 class Followed:
     """One hand that a solver follows.
@@ -61,9 +63,17 @@ class Followed:
 class RowSolver:
     """Solves `rows` for the hands that it follows, in a thread of its own."""
 
-    def __init__(self, rows: Rows, build: Callable[[float, float], None] = lambda low, high: None) -> None:
-        """build: makes what hands need of the rows between two loads (N)."""
+    def __init__(
+        self,
+        rows: Rows,
+        build: Callable[[float, float], None] = lambda low, high: None,
+        solve_usual: Callable[[Stop], None] | None = None,
+    ) -> None:
+        """build: makes what hands need of the rows between two loads (N). solve_usual: solves USUAL_LOADS, in the order
+        that suits the scene, until it is told to stop.
+        """
         self._rows, self._build = rows, build
+        self._solve_usual = solve_usual or (lambda stop: rows.cover(*USUAL_LOADS, COARSE, stop))
         self._hands: set[Followed] = set()
         self._asking: deque[Followed] = deque()
         self._usual, self._resting = threading.Event(), threading.Event()
@@ -119,7 +129,7 @@ class RowSolver:
 
     def _run(self) -> None:
         self._worked_from = monotonic()
-        self._rows.cover(*USUAL_LOADS, COARSE, self._left)
+        self._solve_usual(self._left)
         if not self._left():
             self._usual.set()
         light = False

@@ -27,6 +27,7 @@ from synth.contact.steady import SteadyReader
 from synth.effect import AddedChannel, Block, Passage
 from synth.motion import LOAD, SPEED, ScanMotion
 from synth.moving import MovingReader
+from synth.moving_tables import tables_for
 from synth.preparation import ALIAS_SHARE, Preparation
 from synth.scene_effects import FrozenMapping
 from synth.simulation.running import PRESS, SLOPE, Running, Signal
@@ -55,7 +56,7 @@ class TangentialStage:
 
     law: of friction. solved: the scene. slope, friction: the forces over phase and load, as preparations of their own;
     None where the simulation gives them, friction also where it is Coulomb's. mean: of friction over a period (N) at
-    each load. steady: what reads a constant scan; its mean (N).
+    each load. steady: what reads a constant scan; its mean (N). cache: where hands find the tables of others.
     """
 
     law: Friction
@@ -65,6 +66,7 @@ class TangentialStage:
     mean: Callable[[Array], Array]
     steady: tuple[SteadyReader, float] | None
     channel: AddedChannel
+    cache: ResponseCache
 
     @classmethod
     def of(cls, solved: Preparation, law: Friction, cache: ResponseCache) -> TangentialStage:
@@ -72,7 +74,7 @@ class TangentialStage:
         assert solved.effects is not None and solved.contact is not None and solved.spectrum is not None
         if solved.effects.simulation is not None:
             mean = _coulomb(law.friction_coefficient)
-            return cls(law, solved, None, None, mean, None, _simulated_channel(solved, law))
+            return cls(law, solved, None, None, mean, None, _simulated_channel(solved, law), cache)
         contact = solved.contact
         slope = _force_of(solved, SlopeForce(contact), cache)
         friction, mean = None, _coulomb(law.friction_coefficient)
@@ -102,7 +104,7 @@ class TangentialStage:
             error += reading.error
         method = "response of force" if steady is None else steady[0].name
         channel = AddedChannel(QUANTITY, scale, lifted * extent, error + ROUNDING, method)
-        return cls(law, solved, slope, friction, mean, steady, channel)
+        return cls(law, solved, slope, friction, mean, steady, channel, cache)
 
     @property
     def channels(self) -> tuple[AddedChannel, ...]:
@@ -125,12 +127,16 @@ class TangentialStage:
         """See `OutputStage`: the readers of the forces, none where the scan is constant or simulated."""
         if self.slope is None or self.steady is not None:
             return []
-        readers = [MovingReader(part, phase, wait=wait) for part in (self.slope, self.friction) if part is not None]
+        readers = [self._reader(part, phase, wait=wait) for part in (self.slope, self.friction) if part is not None]
         if not self.solved.by_hand:
             loads = ScanMotion(self.solved.scene).recorded_loads()
             for reader in readers:
                 reader.cover(*loads)
         return readers
+
+    def _reader(self, force: Preparation, phase: int, *, wait: bool) -> MovingReader:
+        assert force.contact is not None
+        return MovingReader(force, phase, tables_for(force, self.cache, wait=wait, response=force.contact.key))
 
     def readers(self, state: list[MovingReader]) -> tuple[MovingReader, ...]:
         """See `OutputStage`."""

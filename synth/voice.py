@@ -21,7 +21,8 @@ from synth.cache import ResponseCache
 from synth.contact.phases import phase_step, turns_to_phase
 from synth.hand import prepare_hand, with_session_scale
 from synth.motion import Motion, ScanMotion
-from synth.moving import MovingReader, MovingTables, completed
+from synth.moving import MovingReader, completed
+from synth.moving_tables import MovingTables, tables_for
 from synth.output import Block, fade_envelope
 from synth.plan import Plan, plan_of
 from synth.preparation import Preparation, prepare
@@ -82,7 +83,7 @@ class Voice:
         elif solved.spectrum is not None and solved.frames is not None and not (live or paced):
             self._frames = SolvedFrames(solved, solved.frames)
         elif solved.spectrum is not None:
-            self._reader = MovingReader(solved, phase, wait=True)
+            self._reader = MovingReader(solved, phase, MovingTables(solved, wait=True))
             self._reader.cover(*self._motion.recorded_loads())
         self._still = solved.scene.texture.amplitude == 0.0
         self._hand_reader: MovingReader | None = None
@@ -209,7 +210,7 @@ class Voice:
         """Make what follows a hand: the response in rows of load, unless a simulation takes its place; the effects."""
         hand = prepare_hand(self.scene, self.full_scale, self._cache)
         if not hand.simulated:
-            self._hand_reader = MovingReader(hand, 0, tables=self._tables_of(hand))
+            self._hand_reader = MovingReader(hand, 0, tables_for(hand, self._cache, wait=not self._live))
         if hand.effects is not None:
             self._hand_effects = _effects_of(hand, 0, wait=not self._live, paced=self._live)
         for reader in self.hand_readers if self._follows else ():
@@ -220,15 +221,6 @@ class Voice:
         """What reads rows of load for a hand."""
         own = () if self._hand_reader is None else (self._hand_reader,)
         return own if self._hand_effects is None else (*own, *self._hand_effects.readers)
-
-    def _tables_of(self, hand: Preparation) -> MovingTables:
-        """Return the tables of a hand; those of live voices are shared with all that touch the same."""
-        if not self._live:
-            return MovingTables(hand, wait=True)
-        scene, output = hand.scene, hand.scene.output
-        sound = output.sample_rate, output.bandwidth, tuple(channel.quantity for channel in output.channel_list)
-        key = ("hand tables", scene.finger, scene.texture, scene.scan, scene.effects, sound, scene.accuracy)
-        return self._cache.get(key, lambda: MovingTables(hand, wait=False))
 
     @property
     def late(self) -> int:

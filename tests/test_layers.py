@@ -31,7 +31,7 @@ STAGES: tuple[tuple[str, ...], ...] = (
     ("preparation", "hand"),
     ("plan", "plan_*", "picture"),
     ("output", "output_*"),
-    ("moving", "row_solver", "solved_frames", "tangential_force", "voice", "voice_*"),
+    ("moving", "moving_tables", "row_solver", "solved_frames", "tangential_force", "voice", "voice_*"),
     ("effects", "effects.*"),
     ("costing",),
     ("live", "live_*", "hand_block", "hand_log"),

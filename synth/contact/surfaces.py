@@ -6,13 +6,14 @@ Model   see `tables` and `levels`. All blocks lie in one pool, so that the compi
         thread; the `Surfaces` of a voice is its own view of them, with the intervals that it has taken over.
         Arrays that were handed out are never changed where a view could look.
 Source  design, sections 1 and 4.
-Limits  the pool is begun anew when it would pass POOL_BYTES; what plays next is built anew, however large. It is asked
-        of the system whole, which gives memory only as it is written to.
+Limits  the pool is begun anew when it would pass its room (`table_budget`); what plays next is built anew, however
+        large. It is asked of the system whole, which gives memory only as it is written to.
 """
 
 from __future__ import annotations
 
 import threading
+from collections.abc import Iterable
 from itertools import pairwise
 from typing import Any, Protocol
 
@@ -21,9 +22,10 @@ import numpy as np
 from synth.contact.exact import Array
 from synth.contact.levels import Levels
 from synth.contact.spectrum import Complex, Spectrum
+from synth.contact.table_budget import TableBudget
 from synth.contact.tables import FEWEST_CELLS, surface
 
-POOL_BYTES = 256 << 20  # what a response may hold in tables of one degree; many hands that press refill smaller ones
+FULL = 0.75  # of the room that is filled beforehand: the rest is for what hands meet
 EVERYWHERE = 4e3  # N: beyond any load, the end of the one interval of a response that does not vary with the load
 
 Offsets = np.ndarray[Any, np.dtype[np.int64]]
@@ -63,10 +65,18 @@ class TableStore:
 
     cells_per_harmonic: cells of a level for each of its harmonics, from the tolerance. single: keep the coefficients
     as float32, which holds 3e-7 of the largest value and half the memory; a hand that presses meets megabytes a second.
+    budget: shared with other stores; one of its own unless given.
     """
 
     def __init__(
-        self, rows: RowSource, levels: Levels, degree: int, cells_per_harmonic: float, *, single: bool = False
+        self,
+        rows: RowSource,
+        levels: Levels,
+        degree: int,
+        cells_per_harmonic: float,
+        *,
+        single: bool = False,
+        budget: TableBudget | None = None,
     ) -> None:
         self.rows, self.levels, self.degree = rows, levels, degree
         self._type = np.dtype(np.float32 if single else np.float64)
@@ -76,11 +86,19 @@ class TableStore:
         self._pool = np.empty(0, self._type)
         self._used = 0
         self._placed: dict[tuple[float, float], Offsets] = {}  # by interval: where the table of each level begins
+        self._budget = budget or TableBudget()
+        self._budget.enter(self)
 
     @property
     def memory_bytes(self) -> int:
         """Bytes that the tables hold."""
         return self._used * self._type.itemsize
+
+    def has_room(self, levels: range) -> bool:
+        """Return whether tables of `levels` over one more interval may be built beforehand: what does not fit pushes
+        all others out.
+        """
+        return self._used == 0 or self._used + self._size(levels) <= FULL * self._room()
 
     def view(self, edges: Array) -> tuple[Array, Offsets]:
         """Return the pool, and where in it the tables of each level and interval of `edges` begin."""
@@ -95,15 +113,24 @@ class TableStore:
         made = {level: self._made(level, low, high) for level in missing}  # the others go on meanwhile
         with self._lock:
             wanted = self._missing(levels, low, high)
-            size = sum((self.degree + 1) * 4 << int(self._bits[level]) for level in wanted)
-            if self._used + size > max(POOL_BYTES // self._type.itemsize, self._pool.size):
-                self._pool, self._used = np.empty(0, self._type), 0  # views that still read the old one keep it
-                self._placed.clear()
+            room = self._room()
+            if self._used + self._size(wanted) > min(room, self._pool.size):
                 wanted = list(levels)
+                self._placed.clear()
+                fits = max(room, self._size(wanted))
+                self._pool, self._used = np.empty(fits, self._type), 0  # views that still read the old one keep it
             offsets = self._offsets(low, high)
             for level in wanted:
                 offsets[level] = self._place(made[level] if level in made else self._made(level, low, high))
             return self._pool, self._tables(edges)
+
+    def _room(self) -> int:
+        """Return how many coefficients the pool may have now."""
+        return self._budget.room_of(self) // self._type.itemsize
+
+    def _size(self, levels: Iterable[int]) -> int:
+        """Return how many coefficients the tables of `levels` over one interval have."""
+        return sum((self.degree + 1) * 4 << int(self._bits[level]) for level in levels)
 
     def _missing(self, levels: range, low: float, high: float) -> list[int]:
         found = self._placed.get((low, high))
@@ -132,8 +159,6 @@ class TableStore:
 
     def _place(self, block: Array) -> int:
         """Put one table into the pool; return where it begins."""
-        if self._used + block.size > self._pool.size:  # the first of a pool
-            self._pool = np.empty(max(POOL_BYTES // self._type.itemsize, block.size), self._type)
         begin, self._used = self._used, self._used + block.size
         self._pool[begin : self._used] = block
         return begin

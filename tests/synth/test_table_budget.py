@@ -1,0 +1,70 @@
+"""Stores of tables share a limit: what one takes another cannot have, and every one has the least."""
+
+from __future__ import annotations
+
+import gc
+from dataclasses import dataclass
+
+import pytest
+
+from synth.cache import ResponseCache
+from synth.contact import table_budget
+from synth.contact.table_budget import TableBudget
+from synth.following import Update
+from synth.live_hand import HandVoice
+from synth.scene import parse_scene
+
+MB = 1 << 20
+
+
+@dataclass(eq=False)
+class Holder:
+    memory_bytes: int
+
+
+def test_room_is_what_the_others_left_within_the_most_and_the_least() -> None:
+    budget = TableBudget(400 * MB)
+    first, second, third = Holder(0), Holder(0), Holder(0)
+    for holder in (first, second, third):
+        budget.enter(holder)
+    assert budget.room_of(first) == table_budget.POOL_BYTES
+    first.memory_bytes = 250 * MB
+    assert budget.room_of(second) == 150 * MB and budget.room_of(first) == table_budget.POOL_BYTES
+    second.memory_bytes = 145 * MB
+    assert budget.room_of(third) == table_budget.LEAST_BYTES
+    assert budget.used_bytes == 395 * MB
+
+
+def test_who_is_gone_holds_nothing() -> None:
+    budget = TableBudget(400 * MB)
+    holder = Holder(300 * MB)
+    budget.enter(holder)
+    assert budget.used_bytes == 300 * MB
+    del holder
+    gc.collect()
+    assert budget.used_bytes == 0
+
+
+def test_hands_on_many_scenes_stay_within_the_limit_and_sound_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    least, limit = 200_000, 1_500_000
+    monkeypatch.setattr(table_budget, "LEAST_BYTES", least)
+    caches = ResponseCache(0), ResponseCache(0, limit)
+    periods = ("0.5 mm", "0.7 mm", "0.9 mm", "1.1 mm", "1.3 mm")
+    output = {"sample_rate": 8000, "bandwidth": 500}
+    voices = [
+        [HandVoice(parse_scene({"texture": {"period": period}, "output": output}), cache=cache) for cache in caches]
+        for period in periods
+    ]
+    try:
+        for number in range(60):
+            for free, bounded in voices:
+                update = Update(number, number * 0.01, 1e-3 * number, None, 0.35 + 0.01 * (number % 20))
+                free.touch(update)
+                bounded.touch(update)
+                assert (free.render(80) == bounded.render(80)).all()
+        assert caches[0].table_bytes > limit + least
+        assert caches[1].table_bytes <= limit + least * len(periods)
+    finally:
+        for pair in voices:
+            for voice in pair:
+                voice.close()
