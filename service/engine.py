@@ -81,6 +81,9 @@ class HandVoice(LiveVoice, Protocol):
     def release(self) -> None:
         """Fade out (10 ms) from the next block on; then `finished`. Again is the same as once."""
 
+    def cut(self, block: Block, frames: int) -> Block:
+        """Return the first `frames` of the block that was rendered last, fading to zero: the sound ends with them."""
+
     def recording(self) -> dict[str, Any]:
         """Return what `synth` renders the same samples from; of a voice opened with `record`, from any thread."""
 
@@ -112,6 +115,10 @@ class CacheCounts(Protocol):
     @property
     def used_bytes(self) -> int:
         """Return the bytes that it holds."""
+
+    @property
+    def table_bytes(self) -> int:
+        """Return the bytes of the tables of hands, in use or kept."""
 
 
 class Engine(Protocol):
@@ -156,10 +163,12 @@ class Engine(Protocol):
 class SynthEngine:
     """The engine: `synth`, with one cache of contact responses for all of a process."""
 
-    def __init__(self, cache_bytes: int) -> None:
+    def __init__(self, cache_bytes: int, table_bytes: int | None = None) -> None:
+        """cache_bytes, table_bytes: the bounds of memory, see `ResponseCache`; table_bytes None: the default."""
         from synth.cache import ResponseCache
+        from synth.contact.table_budget import DEFAULT_LIMIT
 
-        self._cache = ResponseCache(max_bytes=cache_bytes)
+        self._cache = ResponseCache(cache_bytes, DEFAULT_LIMIT if table_bytes is None else table_bytes)
 
     def cache_counts(self) -> CacheCounts:
         """See `Engine`."""
@@ -212,7 +221,9 @@ class SynthEngine:
     def accuracy(self, scene: Scene, quantity: str | None, given_up: threading.Event) -> dict[str, Any]:
         """See `Engine`."""
         from service.accuracy_process import measure_apart
+        from synth.accuracy import require_measurable
 
+        require_measurable(scene)  # what is refused is refused at once, not by a process of the lowest priority
         return measure_apart(scene, quantity, given_up)
 
     def limiter(self, channels: int, sample_rate: int) -> Limiter:

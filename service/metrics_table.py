@@ -81,6 +81,9 @@ _ROWS = (
     Row(
         "ridgewave_cache_bytes", "gauge", "Memory of the cached responses; the bound is RIDGEWAVE_CACHE_BYTES a worker."
     ),
+    Row(
+        "ridgewave_table_bytes", "gauge", "Memory of the tables of hands; the bound is RIDGEWAVE_TABLE_BYTES a worker."
+    ),
     Row("ridgewave_renders_under_way", "gauge", "Renders running or waiting."),
     Row("ridgewave_renders_total", "counter", "Finite sounds begun."),
     Row("ridgewave_problems_total", "counter", "Problems told, by their name.", "type", tuple(problems.TYPES)),

@@ -130,6 +130,7 @@ class Service:
         self.metrics.watch("ridgewave_cache_hits_total", lambda: cache().hits)
         self.metrics.watch("ridgewave_cache_misses_total", lambda: cache().misses)
         self.metrics.watch("ridgewave_cache_bytes", lambda: cache().used_bytes)
+        self.metrics.watch("ridgewave_table_bytes", lambda: cache().table_bytes)
         self.metrics.watch("ridgewave_sessions", lambda: len(self.sessions))
         self.metrics.watch("ridgewave_renders_under_way", lambda: self.renders.under_way)
         self.metrics.watch("ridgewave_workers", lambda: 1)

@@ -181,13 +181,19 @@ class Settings:
         "",
         _folder,
         "a folder that is there",
-        "The folder with the web page, served at / and /vr. `ridgewave serve` has its own; else there is no page.",
+        "The folder with the web page, served at / and /vr, in place of the one that comes with ridgewave.",
     )
     cache_bytes: int = _setting(
         268_435_456,
         _whole(0, 1 << 40),
         "0 to 1099511627776 bytes",
         "Memory for solved contact responses, shared by all renders and sessions of a process.",
+    )
+    table_bytes: int = _setting(
+        1 << 30,
+        _whole(0, 1 << 40),
+        "0 to 1099511627776 bytes",
+        "Memory for the tables of scenes under hands, in a worker; where it is full, one more scene has 16 MiB.",
     )
     shutdown_timeout: int = _setting(
         1,

@@ -10,11 +10,10 @@ from __future__ import annotations
 from concurrent.futures import Executor
 from typing import Any
 
-import numpy as np
-
 from service.engine import LiveVoice
 from service.quickness import Quickness
 from synth.encode import Block
+from synth.output import faded
 from synth.scene import Scene
 
 FADE_SECONDS = 0.01  # an end is silent 20 ms after it was asked for; much shorter would be felt as a click of its own
@@ -62,10 +61,3 @@ class Source:
     async def next_block(self, frames: int, pool: Executor) -> Block:
         """Return `block`, rendered here while the voice is quick and in `pool` while it is not."""
         return await self._quickness.rendered(self.block, frames, pool)
-
-
-def faded(block: Block, fade_frames: int) -> Block:
-    """Return the first `fade_frames` of `block`, or all of a shorter one, under a half cosine that ends at zero."""
-    frames = min(len(block), fade_frames)
-    gain = 0.5 + 0.5 * np.cos(np.pi * np.arange(1, frames + 1) / frames)
-    return np.asarray(block[:frames] * gain[:, np.newaxis], dtype=np.float32)

@@ -15,8 +15,9 @@ from concurrent.futures import Executor
 from service.metrics import Metrics
 from service.pacing import Bell, Pacer
 from service.settings import Settings
-from service.source import Source, faded
+from service.source import Source
 from synth.encode import Block, Metadata, SoundFormat, stream_block, stream_header
+from synth.output import faded
 from synth.riff import padding, wav_header
 
 GRACE_SECONDS = 0.5  # for a reader to take the block that waits when its session ends

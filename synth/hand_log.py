@@ -40,6 +40,8 @@ class HandLog:
     def __init__(self) -> None:
         self.events: list[Event] = []
         self.ended_at: int | None = None
+        self.cut_frames = 0
+        """The last frames, where they were faded after they had been rendered."""
         self._rows: dict[tuple[int, int], Array] = {}
 
     def contact(self, frame: int, update: Update) -> None:
@@ -53,6 +55,10 @@ class HandLog:
     def release(self, frame: int) -> None:
         """Note the fade at the end."""
         self._note([frame, "release"])
+
+    def cut(self, frames: int) -> None:
+        """Note that the last `frames` were faded after they had been rendered."""
+        self.cut_frames = frames
 
     def scene(self, frame: int, document: dict[str, Any]) -> None:
         """Note a change to the scene of `document`."""

@@ -29,12 +29,14 @@ from synth.hand_log import FORMAT, VERSION, HandLog
 from synth.live import Change, LiveVoice
 from synth.motion import LOAD, Motion
 from synth.moving import MovingReader
-from synth.output import LOOK_AHEAD, Block
+from synth.output import LOOK_AHEAD, Block, faded
 from synth.preparation import prepare
 from synth.scene import Scene, scene_document
 from synth.scene_effects import lowest_load
 from synth.voice import Voice
 
+HEARD_TIME = 0.1  # s after an update in which a hand that keeps its load may rest; longer: a network that stalls looks
+# like hands at rest, each at another load, and fine rows for them all fill the memory. Updates at 30 Hz come in 0.033 s
 LANDING_TIME = 0.02  # s in which a finger that lands sounds up: its load sets in within a millisecond, which knocks
 
 RowsOfPart = Callable[[int, int], Array]
@@ -74,7 +76,7 @@ class HandVoice(LiveVoice):
         self._motion: Motion | None = None
         self._parts: dict[Voice, int] = {}
         self._readers: tuple[MovingReader, ...] = ()
-        self._begun = self._look_from = 0
+        self._begun = self._look_from = self._touched_at = 0
         self._last_load: float | None = None  # N, at the last frame that a hand led
         self._blocks = HandBlocks(self._limiter) if self.channels == 1 else None
 
@@ -113,6 +115,7 @@ class HandVoice(LiveVoice):
             "full_scale": list(self.full_scale),
             "quantities": list(self.quantities),
             "frames": self.frame if self.log.ended_at is None else self.log.ended_at,
+            "faded": 0 if self.log.ended_at is not None else self.log.cut_frames,
             "complete": self.log.ended_at is None,
             "events": list(self.log.events),
         }
@@ -121,6 +124,7 @@ class HandVoice(LiveVoice):
         """Apply `update` from the next frame on."""
         if self.log is not None:
             self.log.contact(self.frame, update)
+        self._touched_at = self.frame
         if update.load is None:
             update = replace(update, load=self._load)
         else:
@@ -150,6 +154,16 @@ class HandVoice(LiveVoice):
         if self.log is not None and not self._released:
             self.log.release(self.frame)
         super().release()
+
+    def cut(self, block: Block, frames: int) -> Block:
+        """Return the first `frames` of `block`, which was rendered last, fading to zero: the sound ends with them.
+
+        For an end that cannot wait for the fade of `release`, because the block has been rendered already.
+        """
+        self.frame += frames - len(block)
+        if self.log is not None:
+            self.log.cut(frames)
+        return faded(block, frames)
 
     def prepare(self, scene: Scene) -> HandChange:
         """Return `scene` ready to be taken over; SceneError where it changes what is fixed for a stream."""
@@ -219,6 +233,9 @@ class HandVoice(LiveVoice):
         if self._coming is not None or self._last_load is None or not self._parts:
             return
         self._look_from = self.frame + max((reader.look_frames for reader in self._readers), default=0)
+        heard = self.frame - self._touched_at <= HEARD_TIME * self.sample_rate
+        for reader in self._readers:
+            reader.may_rest = heard
         news = [(place, one) for place, one in enumerate(self._readers) if one.has_news()]
         if not news:
             return

@@ -136,6 +136,22 @@ def reduction_warning(decibels: float) -> tuple[str, ...]:
     return (f"The safety limiter turned the sound down by up to {decibels:.1f} dB: give a larger full_scale.",)
 
 
+def faded(block: Block, fade_frames: int) -> Block:
+    """Return the first `fade_frames` of `block`, or all of a shorter one, under a half cosine that ends at zero."""
+    frames = min(len(block), fade_frames)
+    return under(block[:frames], end_gains(frames))
+
+
+def end_gains(frames: int) -> Gains:
+    """Return the gains [frames] of a half cosine from 1 to 0, which it reaches."""
+    return 0.5 + 0.5 * np.cos(math.pi * np.arange(1, frames + 1) / frames)
+
+
+def under(block: Block, gains: Gains) -> Block:
+    """Return `block`, each frame times its gain."""
+    return np.asarray(block * gains[:, np.newaxis], dtype=np.float32)
+
+
 def fade_envelope(first: int, frames: int, total: int, fade_frames: int) -> Gains:
     """Return the gain [frames] of a finite render of `total` frames from frame `first` on, fades of `fade_frames`
     frames.

@@ -1,9 +1,10 @@
 """Recordings of live sessions: a document that holds what decided every sample, and the samples again.
 
 Stage   3 (VOICE), after `live_hand`.
-Model   A recording is {"format": "ridgewave-recording", "version": 1, "scene", "full_scale", "frames", "events"}: the
-        scene of the beginning, what 1.0 stood for, how many frames were sent, and the events of `hand_log`. Played
-        again, each event is applied before the frame that it names.
+Model   A recording is {"format": "ridgewave-recording", "version": 1, "scene", "full_scale", "frames", "faded",
+        "events"}: the scene of the beginning, what 1.0 stood for, how many frames were sent, how many of the last were
+        faded after they had been rendered, and the events of `hand_log`. Played again, each event is applied before
+        the frame that it names.
 Source  design, section 4 (recording).
 Limits  the samples are the same on a machine that computes as the first did: same versions, same kind of processor.
         A log that became full is played to there.
@@ -24,7 +25,7 @@ from synth.following import Update
 from synth.hand import with_full_scale
 from synth.hand_log import FORMAT, VERSION, Event
 from synth.live_hand import HandVoice
-from synth.output import Block
+from synth.output import Block, end_gains, under
 from synth.scene import Scene, parse_scene
 
 LONGEST_BLOCK = 1 << 14  # frames rendered together
@@ -36,6 +37,7 @@ class Recording:
 
     def __init__(self, document: Mapping[str, Any]) -> None:
         self.scene, self.full_scale, self.frames = _read_head(document)
+        self.faded = _read_faded(document, self.frames)
         self.events: tuple[Event, ...] = tuple(document["events"])
         first = 0
         for place, event in enumerate(self.events):
@@ -55,6 +57,7 @@ class Replay:
     def __init__(self, recording: Recording, cache: ResponseCache | None = None) -> None:
         self.scene, self.frames = recording.scene, recording.frames
         self._events, self._next = recording.events, 0
+        self._fade_from, self._fade = self.frames - recording.faded, end_gains(recording.faded)
         first = _first_rows(recording.events)
         self._rows = dict.fromkeys(first, np.empty(0))
         self._voice = HandVoice(recording.scene, cache=cache, rows=lambda part, reader: first[part, reader])
@@ -76,7 +79,7 @@ class Replay:
 
     def render(self, frames: int) -> Block:
         """Return the next `frames` frames, float32 [frames, channels], as they were sent."""
-        block = np.empty((frames, self.channels), np.float32)
+        first, block = self.frame, np.empty((frames, self.channels), np.float32)
         done = 0
         while done < frames:
             while self._next < len(self._events) and self._events[self._next][0] <= self.frame:
@@ -86,6 +89,14 @@ class Replay:
             count = min(frames - done, ahead, LONGEST_BLOCK)
             block[done : done + count] = self._voice.render(count)
             done += count
+        return self._ended(block, first)
+
+    def _ended(self, block: Block, first: int) -> Block:
+        """Return `block`, which begins at frame `first`, under the fade of the last frames."""
+        begin, end = max(first, self._fade_from), min(first + len(block), self.frames)
+        if begin < end:
+            last = block[begin - first : end - first]
+            last[:] = under(last, self._fade[begin - self._fade_from : end - self._fade_from])
         return block
 
 
@@ -126,6 +137,15 @@ def _read_head(document: Mapping[str, Any]) -> tuple[Scene, tuple[float, ...], i
         raise _refusal("/full_scale", shown(scales), "one number a channel", AS_DOWNLOADED)
     assert isinstance(frames, int)
     return with_full_scale(scene, scale), scale, frames
+
+
+def _read_faded(document: Mapping[str, Any], frames: int) -> int:
+    """Return how many of the last frames were faded after they had been rendered; not told: none."""
+    faded = document.get("faded", 0)
+    if not _is_whole(faded) or faded > frames:
+        raise _refusal("/faded", shown(faded), f"a whole number of frames, 0 to {frames}", AS_DOWNLOADED)
+    assert isinstance(faded, int)
+    return faded
 
 
 def _is_number(value: object) -> bool:

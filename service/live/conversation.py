@@ -349,7 +349,7 @@ class Conversation:
     def _last_block(self, stream: Stream, pcm: bytes, frames: int) -> list[str | bytes]:
         if not self._fading:  # the end was asked for while it was rendered: it must not go out at full level any more
             kept = min(frames, stream.fade_frames)
-            pcm, frames, self._fade_bound = stream.faded(pcm[: len(pcm) // frames * kept]), kept, 0
+            pcm, frames, self._fade_bound = stream.cut(kept), kept, 0
         self._faded += frames
         self.position += frames
         self._metrics.block_sent("live", frames)

@@ -20,8 +20,9 @@ from service.live.messages import LARGEST_BLOCK, PROTOCOL, SMALLEST_BLOCK, refus
 from service.live.past import KEPT_BLOCKS, KEPT_SECONDS, Past
 from service.metrics import Metrics
 from service.quickness import Quickness
-from service.source import FADE_SECONDS, faded
+from service.source import FADE_SECONDS
 from synth.following import Update
+from synth.output import faded
 from synth.samples import SoundFormat, block_bytes
 from synth.scene import Scene
 
@@ -59,6 +60,7 @@ class Stream:
         self.quickness = Quickness()
         self.counts = StreamCounts()
         self.coming: tuple[Scene, Any] | None = None
+        self._latest = np.empty((0, voice.channels), np.float32)
         self._newest, self._waiting, self._lifted = -1, None, False
         self._heard: float | None = None
         self._free_from = 0
@@ -106,7 +108,8 @@ class Stream:
     def render(self, frames: int) -> bytes:
         """Return the PCM of the next `frames`, and keep it; microseconds usually."""
         first = self.frame
-        pcm = block_bytes(self.voice.render(frames), self._samples)
+        block = self._latest = self.voice.render(frames)
+        pcm = block_bytes(block, self._samples)
         self.past.keep(pcm)
         reduction = self.voice.reduction_db
         if reduction > LEAST_REDUCTION_DB:
@@ -144,6 +147,10 @@ class Stream:
         told = answers.limited(self._reduced_at, self._reduction)
         self._reduction, self._told = 0.0, now
         return told
+
+    def cut(self, frames: int) -> bytes:
+        """Return the PCM of the first `frames` of the latest block, fading to zero: the stream ends with them."""
+        return block_bytes(self.voice.cut(self._latest, frames), self._samples)
 
     def faded(self, pcm: bytes) -> bytes:
         """Return kept PCM under the fade of an end."""

@@ -91,6 +91,7 @@ class NoCache:
     hits: int = 0
     misses: int = 0
     used_bytes: int = 0
+    table_bytes: int = 0
 
 
 class NoLimiter:

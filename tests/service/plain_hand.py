@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from synth.encode import Block
 from synth.following import Update
+from synth.output import faded
 from synth.scene import Scene, scene_document
 from tests.service.plain_engine import FULL_SCALE, pitch
 
@@ -145,6 +146,10 @@ class PlainHand:
             return np.full(len(n), before)
         since, goal = changes[-1]
         return np.asarray(before + (goal - before) * np.clip((n - since + 1) / RAMP_FRAMES, 0.0, 1.0))
+
+    def cut(self, block: Block, frames: int) -> Block:
+        self.frame += frames - len(block)
+        return faded(block, frames)
 
     def recording(self) -> dict[str, Any]:
         assert self._record, "it was not asked to record"

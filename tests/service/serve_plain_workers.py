@@ -15,7 +15,7 @@ from service.sessions import Sessions
 from tests.service.plain_engine import PlainEngine
 
 
-def _engine(cache_bytes: int) -> PlainEngine:
+def _engine(*_bounds: int) -> PlainEngine:
     return PlainEngine()
 
 

@@ -37,6 +37,7 @@ BAD = [
     ("file_folder", "a\0b"),
     ("web", "/a/folder/that/is/not/there"),
     ("cache_bytes", "1e6"),
+    ("table_bytes", "-1"),
     ("shutdown_timeout", "0"),
     ("streams_per_key", "0"),
     ("streams_per_address", "-1"),

@@ -36,6 +36,9 @@ class ZeroHand(PlainLive):
     def release(self) -> None:
         self.finished = True
 
+    def cut(self, block: Block, frames: int) -> Block:
+        return block[:frames]
+
     def recording(self) -> dict[str, Any]:
         return {}
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from typing import Any
 
@@ -9,12 +10,15 @@ import numpy as np
 import pytest
 from scipy.signal import firwin
 
+from synth import moving_tables
 from synth.cache import ResponseCache
+from synth.contact import table_budget
 from synth.following import Update
 from synth.live import CHANGE_TIME
 from synth.live_hand import HandVoice
 from synth.moving import MovingReader
 from synth.output import LOOK_AHEAD, Block
+from synth.row_solver import USUAL_LOADS, Followed
 from synth.scene import parse_scene
 
 RATE, BLOCK = 8000, 80
@@ -163,10 +167,15 @@ def test_a_flat_texture_is_exact_silence_under_a_hand(voices: Any) -> None:
     assert np.abs(stroked(voices(scene_of(texture={"amplitude": 0})), 30)).max() == 0.0
 
 
-def test_hands_on_the_same_texture_share_its_tables(voices: Any) -> None:
-    one, other = voices(scene_of()), voices(scene_of(output={"quantity": "displacement", "sample_rate": RATE,
-                                                            "bandwidth": 1000, "full_scale": "1 mm"}))  # fmt: skip
-    assert reader_of(one).shared is reader_of(other).shared
+@pytest.mark.parametrize("effects", [{}, {"tangential": {"pressure_exponent": 0.8}}], ids=["no effect", "tangential"])
+def test_hands_on_the_same_texture_share_its_tables(voices: Any, effects: dict[str, Any]) -> None:
+    output = {"quantity": "displacement", "sample_rate": RATE, "bandwidth": 1000}
+    scenes = [scene_of(effects=effects, output=output | scale) for scale in ({}, {"full_scale": "1 mm"})]
+    pair = [voices(scene)._spare.hand_readers for scene in scenes]
+    assert len(pair[0]) == (3 if effects else 1)
+    for one, other in zip(*pair, strict=True):
+        assert one.shared is other.shared
+    assert len({id(reader.shared) for reader in pair[0]}) == len(pair[0])
 
 
 def test_a_closed_voice_leaves_no_thread_behind() -> None:
@@ -179,3 +188,65 @@ def test_a_closed_voice_leaves_no_thread_behind() -> None:
     for thread in workers:
         thread.join(60)
     assert workers and not any(thread.is_alive() for thread in workers)
+
+
+def test_rows_become_fine_for_a_hand_that_tells_of_its_rest_and_not_for_one_that_is_not_heard_of(
+    voices: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[float] = []
+    monkeypatch.setattr(Followed, "now_at", lambda _, load: asked.append(load))
+    voice = voices(scene_of())
+    stroked(voice, 10, load=0.35)
+    still(voice, 100)
+    assert asked == []
+    stroked(voice, 100, first=110, load=0.35)
+    assert asked and asked[0] == pytest.approx(0.35, rel=1e-3)
+
+
+def test_a_response_that_is_slow_to_solve_opens_before_all_its_loads_are_there_and_a_thread_does_the_rest(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(moving_tables, "SETTLE_TIME", 0.0)
+    voice = HandVoice(scene_of(), cache=ResponseCache())
+    try:
+        shared = reader_of(voice).shared
+        first = shared.edges
+        assert first[0] <= 0.3 <= first[-1] and first[-1] < USUAL_LOADS[1]
+        stroked(voice, 20, load=0.3)
+        deadline = time.monotonic() + 60.0
+        while not (shared.edges[0] < USUAL_LOADS[0] and shared.edges[-1] >= USUAL_LOADS[1]):
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+    finally:
+        voice.close()
+
+
+def test_tables_that_are_built_beforehand_leave_room_for_those_of_the_scans_own_load(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A full pool begins anew: building on would leave the tables of the loads that came last."""
+    monkeypatch.setattr(table_budget, "POOL_BYTES", 1_000_000)
+    voice = HandVoice(scene_of("acceleration"), cache=ResponseCache())
+    try:
+        shared = reader_of(voice).shared
+        (store,) = shared.stores.values()
+        assert 500_000 < store.memory_bytes <= 750_000
+        _, tables = store.view(shared.edges_at_first)
+        at = int(np.searchsorted(shared.edges_at_first, 0.3, side="right"))
+        assert (tables[:, at] >= 0).all(), "the interval that begins at the scan's load"
+    finally:
+        voice.close()
+
+
+@pytest.mark.parametrize("size", [1, 50_000])
+def test_a_pool_smaller_than_what_plays_gives_the_same_samples(monkeypatch: pytest.MonkeyPatch, size: int) -> None:
+    def played() -> Block:
+        voice = HandVoice(scene_of("acceleration"), cache=ResponseCache())
+        try:
+            return np.concatenate([stroked(voice, 10, load=0.3), stroked(voice, 30, first=10, speed=0.3, load=0.5)])
+        finally:
+            voice.close()
+
+    whole = played()
+    monkeypatch.setattr(table_budget, "POOL_BYTES", size)
+    np.testing.assert_array_equal(played(), whole)

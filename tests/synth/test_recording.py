@@ -84,12 +84,28 @@ def test_a_recording_of_a_scan_that_nobody_touched_is_the_scan() -> None:
     assert np.array_equal(played(voice.recording(), 6), heard)
 
 
+@pytest.mark.parametrize("kept", [480, 80, 1])
+@pytest.mark.parametrize("rendered", [480, 7000])
+def test_an_end_that_came_while_a_block_was_rendered_is_part_of_the_recording(kept: int, rendered: int) -> None:
+    voice = HandVoice(parse_scene(document_of("acceleration")), record=True)
+    voice.touch(Update(1, 0.0, None, 0.08, 0.3))
+    before, latest = voice.render(1500), voice.render(rendered)
+    end = voice.cut(latest, kept)
+    voice.close()
+    assert len(end) == kept and end[-1] == 0.0 and voice.frame == 1500 + kept
+    assert kept < 80 or np.abs(end).max() > 0.1
+    assert np.array_equal(played(voice.recording(), 7), np.concatenate([before, end]))
+
+
 @pytest.mark.parametrize(
     ("change", "pointer"),
     [
         ({"version": 2}, "/version"),
         ({"frames": -1}, "/frames"),
         ({"frames": True}, "/frames"),
+        ({"faded": -1}, "/faded"),
+        ({"faded": 11}, "/faded"),
+        ({"faded": "all"}, "/faded"),
         ({"full_scale": [0.0]}, "/full_scale"),
         ({"full_scale": []}, "/full_scale"),
         ({"full_scale": "1"}, "/full_scale"),

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from service.engine import Engine
 from service.live.actions import Close, Detach, Finish, OpenVoice, Prepare, Resume, Send
 from service.live.changes import as_problem, open_stream, prepare_change
 from service.live.contact import IS_SPEED, LAYOUT, NO_LOAD
@@ -37,10 +38,15 @@ class Driver:
     """One connection; `sent` is what it was sent, in order: texts as documents, PCM as bytes."""
 
     def __init__(
-        self, limits: Limits | None = None, streams: dict[str, Stream] | None = None, now: float = 100.0
+        self,
+        limits: Limits | None = None,
+        streams: dict[str, Stream] | None = None,
+        now: float = 100.0,
+        engine: Engine | None = None,
     ) -> None:
         self.now = now
-        self.engine = PlainEngine()
+        self.plain = PlainEngine()
+        self.engine = engine or self.plain
         self.streams = {} if streams is None else streams
         self.machine = Conversation(limits or Limits(), now)
         self.sent: list[dict[str, Any] | bytes] = []
@@ -173,8 +179,8 @@ class Driver:
 
     @property
     def hand(self) -> PlainHand:
-        """The voice."""
-        return self.engine.hands[-1]
+        """The voice, of the plain engine."""
+        return self.plain.hands[-1]
 
     def texts(self, kind: str) -> list[dict[str, Any]]:
         """Return the text messages of a kind."""

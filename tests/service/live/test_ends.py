@@ -7,9 +7,12 @@ import json
 import numpy as np
 import pytest
 
+from service.engine import SynthEngine
 from service.live.conversation import Limits, Phase
 from service.live.stream import Options
 from service.problems import Problem
+from synth.recording import Recording
+from synth.samples import SoundFormat, block_bytes
 from synth.scene import parse_scene
 from tests.service.live.driver import BLOCK, RATE, Driver, contact, started
 from tests.service.plain_hand import Applied, expected
@@ -85,6 +88,28 @@ def test_an_end_that_comes_while_a_block_is_rendered_fades_that_block() -> None:
     heard = driver.pcm()
     assert len(heard) == before + 480 and heard[-1] == 0.0 and heard[before + 5] != 0.0
     assert driver.closed is not None and driver.closed.code == 1000
+
+
+@pytest.mark.parametrize("samples", ["f32le", "s16le"])
+@pytest.mark.parametrize("block", [480, 4800])
+def test_an_end_that_comes_while_a_block_is_rendered_is_in_the_recording(block: int, samples: str) -> None:
+    driver = Driver(engine=SynthEngine(1 << 24))
+    driver.hello(format=samples, block=block, record=True, scene={"scan": {"speed": "80 mm/s"}})
+    driver.binary(contact(1))
+    driver.pull(9600)
+    driver.say("more", frames=block)
+    driver.stream.render(driver.machine.begin_block(driver.now))
+    voice = driver.stream.voice
+    driver.machine.end("stopped")
+    driver.sent += driver.machine.block_done(b"", block, driver.now)  # type: ignore[arg-type]
+    driver.write()
+    voice.close()
+    replay = Recording(voice.recording()).open()
+    assert replay.frames == 9600 + 480 and voice.recording()["faded"] == 480
+    sent = b"".join(driver.blocks())
+    kind = SoundFormat.F32LE if samples == "f32le" else SoundFormat.WAV16
+    assert sent == block_bytes(replay.render(replay.frames), kind)
+    assert np.abs(np.frombuffer(sent[: len(sent) // 2], "<f4" if samples == "f32le" else "<i2")).max() > 0
 
 
 @pytest.mark.parametrize(

@@ -65,7 +65,7 @@ def test_anything_but_hello_first_closes_with_1008(first: str) -> None:
         "frame": 0,
     }
     assert driver.closed is not None and driver.closed.code == 1008
-    assert driver.engine.opened == []
+    assert driver.plain.opened == []
 
 
 def test_a_binary_message_first_closes_with_1008() -> None:
