@@ -118,9 +118,7 @@ def measure_accuracy(scene: Scene, *, quantity: str | None = None, progress: Pro
     and how many there are. Raises AskedWrong for a quantity that the scene has no channel of, and for a scene with
     effects, CannotRender where nothing moves.
     """
-    if scene.effects:
-        hint = "The report compares ways to compute the contact response: leave the effects out."
-        raise AskedWrong([Fault("/effects", ", ".join(scene.effects), "{}", hint)])
+    require_measurable(scene)
     channel = _channel_of(scene, quantity)
     case = case_of(_steady(scene), channel)
     reference = _reference_of(case)
@@ -158,6 +156,15 @@ def measure_accuracy(scene: Scene, *, quantity: str | None = None, progress: Pro
     )
 
 
+def require_measurable(scene: Scene) -> None:
+    """Raise what `measure_accuracy` raises of `scene`, as far as that is seen without solving anything."""
+    if scene.effects:
+        hint = "The report compares ways to compute the contact response: leave the effects out."
+        raise AskedWrong([Fault("/effects", ", ".join(scene.effects), "{}", hint)])
+    if scene.scan.speed == 0.0:
+        raise CannotRender("The finger stands still (scan.speed is 0 m/s): there is nothing to measure.")
+
+
 def _channel_of(scene: Scene, quantity: str | None) -> int:
     """Return the index of the first channel of `quantity`."""
     names = [channel.quantity for channel in scene.output.channel_list]
@@ -170,12 +177,10 @@ def _channel_of(scene: Scene, quantity: str | None) -> int:
 
 
 def _steady(scene: Scene) -> Scene:
-    """Return `scene` as a constant scan; raises CannotRender where nothing of it moves."""
+    """Return `scene` as a constant scan; raises CannotRender where that is silent."""
     if scene.scan.stroke is not None or scene.scan.trajectory is not None:
         update = {"stroke": None, "trajectory": None, "speed": scene.scan.speed, "load": scene.scan.load}
         scene = scene.model_copy(update={"scan": scene.scan.model_copy(update=update)})
-    if scene.scan.speed == 0.0:
-        raise CannotRender("The finger stands still (scan.speed is 0 m/s): there is nothing to measure.")
     silence = prepare(scene).silence
     if silence:
         raise CannotRender(f"{silence} There is nothing to measure.")
