@@ -1,9 +1,10 @@
 """The server's end of a WebSocket: uvicorn's own, with what a live stream needs when it ends.
 
-Model: the WebSocket itself is uvicorn's (`websockets-sansio`). Added: a peer that does not read cannot hold its
-    connection open; on a shutdown streams fade before they are closed; headers, which hold keys, are never logged. A
-    binary contact that comes alone and whole, as nearly all messages do, is taken out of its frame here, and whole
-    messages are framed here: the library takes a tenth of what a stream costs for that.
+Model: the WebSocket itself is uvicorn's (`websockets-sansio`). Added: a peer that does not read has a while to take
+    what it is still owed, its close code at last, and cannot hold its connection open beyond that; on a shutdown
+    streams fade before they are closed; headers, which hold keys, are never logged. A binary contact that comes alone
+    and whole, as nearly all messages do, is taken out of its frame here, and whole messages are framed here: the
+    library takes a tenth of what a stream costs for that.
 Limits: overrides methods of uvicorn's class, whose names another version may change; the tests of the wire tell then.
     Where the parser of another version of websockets waits elsewhere, it gets every message.
 """
@@ -13,6 +14,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import struct
+from collections.abc import Callable
 from typing import Any
 
 from uvicorn.protocols.utils import ClientDisconnected
@@ -33,7 +35,9 @@ from service.live.wire import WIRE, Messages, Sink
 from service.logs import WEBSOCKETS
 
 WAITING_MESSAGES = 64  # that a connection may be ahead of its reader before its socket is paused
-CLOSE_SECONDS = 1.0  # for the peer to answer a close; longer, and a peer that floods or sleeps costs something
+CLOSE_SECONDS = 1.0  # for the peer to answer a close; what it sends afterwards is not looked at
+LINGER_SECONDS = 10.0  # from then on, for a peer that slept to read up to the close; longer: dead peers hold memory
+DISCARD_SECONDS = 0.02  # between two looks at what such a peer sends: however much it is, it costs next to nothing
 SHUTDOWN_SECONDS = 0.5  # for streams to fade, which the signal has told them to
 CONTACT_HEAD = bytes([0x82, 0x80 | LAYOUT.size])  # of a frame (RFC 6455, 5.2): the whole message, binary, masked
 MASK_END = len(CONTACT_HEAD) + 4
@@ -56,7 +60,9 @@ class LiveProtocol(WebSocketsSansIOProtocol):
         super().__init__(*arguments, **options)
         self.conn.debug = False  # it would log the headers
         self.logger = self.conn.logger = logging.getLogger(WEBSOCKETS)
-        self._aborting: asyncio.TimerHandle | None = None
+        self._leaving: asyncio.TimerHandle | None = None
+        self._discarding: asyncio.TimerHandle | None = None
+        self._lingers = False
         self._sink: Sink | None = None
 
     def handle_connect(self, event: Request) -> None:
@@ -102,6 +108,9 @@ class LiveProtocol(WebSocketsSansIOProtocol):
         """Take what has come from the network."""
         if len(data) == CONTACT_BYTES and data[:2] == CONTACT_HEAD and self._sink is not None and self._up_to_date():
             self._sink(apply_mask(data[MASK_END:], data[2:MASK_END]))
+        elif self._lingers:
+            self.transport.pause_reading()
+            self._discarding = self.loop.call_later(DISCARD_SECONDS, self.transport.resume_reading)
         else:
             super().data_received(data)
 
@@ -146,12 +155,13 @@ class LiveProtocol(WebSocketsSansIOProtocol):
     def keepalive_timeout(self) -> None:
         """Drop a peer that does not answer pings, though it may not take the close either."""
         super().keepalive_timeout()
-        self._abort_soon()
+        self._after(CLOSE_SECONDS, self.transport.abort)
 
     def on_task_complete(self, task: asyncio.Task[None]) -> None:
-        """Give a peer that the application is done with a moment to close, then drop it."""
+        """Give a peer that the application is done with a moment to close."""
         super().on_task_complete(task)
-        self._abort_soon()
+        if self._leaving is None:
+            self._after(CLOSE_SECONDS, self._linger)
 
     def shutdown(self) -> None:
         """Close on a shutdown: a stream that fades is left to end by itself."""
@@ -161,11 +171,27 @@ class LiveProtocol(WebSocketsSansIOProtocol):
             super().shutdown()
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Let go of the timer."""
-        if self._aborting is not None:
-            self._aborting.cancel()
+        """Let go of the timers."""
         super().connection_lost(exc)
+        for timer in (self._leaving, self._discarding):
+            if timer is not None:
+                timer.cancel()
 
-    def _abort_soon(self) -> None:
-        if self._aborting is None and not self.disconnected:
-            self._aborting = self.loop.call_later(CLOSE_SECONDS, self.transport.abort)
+    def _after(self, seconds: float, act: Callable[[], object]) -> None:
+        """Do what comes next on the way out."""
+        if self._leaving is not None:
+            self._leaving.cancel()
+        self._leaving = None if self.disconnected else self.loop.call_later(seconds, act)
+
+    def _linger(self) -> None:
+        """End the sending half behind what is still unsent, and wait for the peer to take it and to close.
+
+        The socket is not closed before: with something unread in it, the kernel would drop what is unsent.
+        """
+        self.transport.resume_reading()  # else its end is not seen
+        if self.close_sent and not self.transport.is_closing() and self.transport.can_write_eof():
+            self._lingers = True
+            self.transport.write_eof()
+            self._after(LINGER_SECONDS, self.transport.abort)
+        else:
+            self.transport.abort()

@@ -1,17 +1,19 @@
 """What each worker process starts from, when there is more than one: its settings come from the environment.
 
 Model: a worker whose parent has gone (killed, out of memory) ends as if it had been told to: nobody would replace it,
-    and nobody could end it by ending the service.
+    and nobody could end it by ending the service. It learns it from a pipe that the parent holds open, which tells it
+    also where the parent went while the worker was still starting.
 """
 
 from __future__ import annotations
 
 import asyncio
 import logging
+import multiprocessing
 import os
 import signal
-from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager
+from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import asynccontextmanager, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,8 +28,6 @@ if TYPE_CHECKING:
     from service.engine import Engine
 
 log = logging.getLogger("ridgewave.service")
-
-PARENT_SECONDS = 0.5  # between looks for the parent; an orphan plays on for so long at most
 
 
 def app(engine: Engine | None = None) -> FastAPI:
@@ -47,17 +47,28 @@ def _with_parent(lifespan: Callable[[FastAPI], Any]) -> Callable[[FastAPI], Any]
     @asynccontextmanager
     async def watched(app: FastAPI) -> AsyncIterator[None]:
         async with lifespan(app):
-            watch = asyncio.create_task(_end_with(os.getppid()))
-            try:
+            with _ended_by_parent(asyncio.get_running_loop()):
                 yield
-            finally:
-                watch.cancel()
 
     return watched
 
 
-async def _end_with(parent: int) -> None:
-    while os.getppid() == parent:
-        await asyncio.sleep(PARENT_SECONDS)
-    log.error("the process that started this worker has gone: the worker ends too")
-    os.kill(os.getpid(), signal.SIGTERM)
+@contextmanager
+def _ended_by_parent(loop: asyncio.AbstractEventLoop) -> Iterator[None]:
+    """Within, the end of the parent process ends this one, at once where it has gone already."""
+    parent = multiprocessing.parent_process()
+    if parent is None:  # started by hand: whoever did that ends it
+        yield
+        return
+    pipe = parent.sentinel
+
+    def end() -> None:
+        loop.remove_reader(pipe)
+        log.error("the process that started this worker has gone: the worker ends too")
+        os.kill(os.getpid(), signal.SIGTERM)
+
+    loop.add_reader(pipe, end)
+    try:
+        yield
+    finally:
+        loop.remove_reader(pipe)

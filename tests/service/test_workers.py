@@ -211,18 +211,26 @@ def test_a_stop_at_one_of_two_workers_ends_the_live_streams_of_both(tmp_path: Pa
         shutil.rmtree(short)
 
 
-def test_workers_do_not_outlive_the_process_that_started_them(tmp_path: Path) -> None:
+@pytest.mark.parametrize("served", [False, True], ids=["while they start", "while they serve"])
+def test_workers_do_not_outlive_the_process_that_started_them(tmp_path: Path, served: bool) -> None:
     short = Path(tempfile.mkdtemp(prefix="rw"))
     child = Child(WORKERS, tmp_path, RIDGEWAVE_WORKERS="2", TMPDIR=str(short))
+    workers: list[int] = []
     try:
-        child.url()
-        (folder,) = short.glob("ridgewave-*")
-        until(lambda: len(list(folder.glob("*.sock"))) == 2)
+        until(lambda: len(_spawned(child.process.pid)) == 2)
+        workers += _spawned(child.process.pid)
+        if served:
+            child.url()
+            (folder,) = short.glob("ridgewave-*")
+            until(lambda: len(list(folder.glob("*.sock"))) == 2)
         child.process.kill()
-        until(lambda: not list(folder.glob("*.sock")))
-        assert child.log.read_text().count("the worker ends too") == 2
+        until(lambda: not any(_runs(worker) for worker in workers))
+        assert not list(short.glob("ridgewave-*/*.sock"))
+        assert not served or child.log.read_text().count("the worker ends too") == 2
     finally:
         child.end()
+        for worker in filter(_runs, workers):
+            os.kill(worker, signal.SIGKILL)
         shutil.rmtree(short)
 
 
@@ -244,11 +252,24 @@ def _a_worker(parent: int) -> int:
 
 
 def _workers(parent: int) -> list[int]:
-    """Return the processes of the workers: children of `parent` whose command line is that of a spawned process."""
-    children = Path(f"/proc/{parent}/task/{parent}/children").read_text().split()
-    found = [int(entry) for entry in children if b"spawn_main" in Path(f"/proc/{entry}/cmdline").read_bytes()]
+    found = _spawned(parent)
     assert found, "no worker"
     return found
+
+
+def _spawned(parent: int) -> list[int]:
+    """Return the processes of the workers: children of `parent` whose command line is that of a spawned process."""
+    children = Path(f"/proc/{parent}/task/{parent}/children").read_text().split()
+    return [int(entry) for entry in children if b"spawn_main" in Path(f"/proc/{entry}/cmdline").read_bytes()]
+
+
+def _runs(process: int) -> bool:
+    """Return whether a process is there and has not ended; one that ended may wait to be reaped."""
+    try:
+        state = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0]
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+    return state not in "ZX"
 
 
 def _counts_never_fall(url: str, frames: float) -> None:

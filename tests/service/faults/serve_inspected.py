@@ -1,7 +1,8 @@
 """`python -m tests.service.faults.serve_inspected`: the service, with a route that tells what the process holds.
 
-Model: `GET /inspected` counts tasks and file descriptors, and gives the resident memory after a full garbage collection
-    and after the C library has given back what it keeps (malloc_trim, where there is one).
+Model: `GET /inspected` counts tasks, file descriptors and live sessions (those kept to be resumed too), and gives the
+    resident memory after a full garbage collection and after the C library has given back what it keeps (malloc_trim,
+    where there is one).
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import sys
 from pathlib import Path
 
 from fastapi import FastAPI
+from starlette.requests import Request
 from starlette.responses import JSONResponse
 
 from service import app as app_module
@@ -25,7 +27,7 @@ from tests.bench.process_use import open_files, resident_bytes
 PATH = "/inspected"
 
 
-async def inspected() -> JSONResponse:
+async def inspected(request: Request) -> JSONResponse:
     """Answer with what is held now."""
     gc.collect()
     trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
@@ -33,7 +35,8 @@ async def inspected() -> JSONResponse:
         trim(0)
     names = sorted(getattr(task.get_coro(), "__qualname__", "?") for task in asyncio.all_tasks())
     own = os.getpid()
-    return JSONResponse({"tasks": names, "files": open_files(own), "resident_bytes": resident_bytes(own)})
+    held = {"tasks": names, "files": open_files(own), "sessions": len(request.app.state.service.live)}
+    return JSONResponse(held | {"resident_bytes": resident_bytes(own)})
 
 
 def inspectable() -> None:

@@ -4,9 +4,9 @@ Beside each fault run witnesses (`witnesses`): well-behaved real-time streams in
     always: no block of a witness is missing, out of place or of a wrong size, and none breaks the protocol;
     in one of `ATTEMPTS` runs: the latest block of the time of the fault came at most a block later than the latest of
         the calm time just before it, in the same run (a machine that others use delays both, and now and then one);
-    always: afterwards the server's process has no more tasks and file descriptors than before (polled, since sessions
-        of broken connections are kept for a while), and repeating the fault raises its resident memory, measured after
-        a full garbage collection, by at most `GROWTH`.
+    always: afterwards the server's process has no more tasks, file descriptors and sessions than before (polled, since
+        sessions of broken connections are kept for a while, with their sound), and repeating the fault raises its
+        resident memory, measured after a full garbage collection, by at most `GROWTH`.
 """
 
 from __future__ import annotations
@@ -64,13 +64,14 @@ class Served:
         return found
 
     def settled(self, before: dict[str, Any]) -> dict[str, Any]:
-        """Return what it holds once it holds no more tasks and files than `before`; fail if it never does."""
+        """Return what it holds once it holds no more tasks, files and sessions than `before`; fail if it never does."""
         found = self.held()
 
         def back() -> bool:
             nonlocal found
             found = self.held()
-            return len(found["tasks"]) <= len(before["tasks"]) and found["files"] <= before["files"]
+            counts = [(len(one["tasks"]), one["files"], one["sessions"]) for one in (found, before)]
+            return all(now <= then for now, then in zip(*counts, strict=True))
 
         try:
             until(back, SETTLE_SECONDS)

@@ -1,0 +1,102 @@
+"""A peer that sleeps through its end still learns why; one that never leaves is dropped and costs little."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+
+import pytest
+
+from service import websocket
+from tests.bench.live_frames import BINARY, frame
+from tests.service.faults.caller import Caller
+from tests.service.harness import Running, serving, until
+from tests.service.live.driver import contact
+from tests.service.plain_engine import PlainEngine, warmed_up
+
+WIDE = {"output": {"sample_rate": 192000, "channels": [{"quantity": "acceleration"}] * 4}}  # fills a socket soon
+PIECE = 256 * 1024  # bytes that asyncio reads at a time
+ROOM_OF_SOCKETS = 16 << 20  # bytes that the kernel may hold between two sockets
+
+
+def port_of(running: Running) -> int:
+    return int(running.url.rpartition(":")[2])
+
+
+def asleep(running: Running, slept: float) -> Caller:
+    """Return a reader that was too slow, slept so long after its session had ended, and sent updates meanwhile."""
+    caller = Caller(port_of(running))
+    caller.hello(scene=WIDE)
+    name = caller.named("ready")[0]["session"]
+    until(lambda: name not in running.service.live._sessions)
+    awake = time.monotonic() + slept
+    while time.monotonic() < awake:
+        caller.say(type="contact", seq=1, time=0.0, position=0.0)
+        time.sleep(0.05)
+    return caller
+
+
+def test_a_slow_reader_that_wakes_late_hears_all_it_is_owed_and_its_code(engine: PlainEngine) -> None:
+    with serving(engine, slow_reader=0.2) as running:
+        warmed_up(running, engine)
+        with asleep(running, 2.0 * websocket.CLOSE_SECONDS) as caller:
+            caller.read()
+            assert caller.code == 4408, caller.messages
+            (end,) = caller.named("end")
+            assert end["reason"] == "slow reader"
+            assert 0 <= end["frame"] - len(caller.sound) // 16 <= 480, "more is lost than the block that waited last"
+
+
+def connections(running: Running) -> list[websocket.LiveProtocol]:
+    return [one for one in list(running.server.server_state.connections) if isinstance(one, websocket.LiveProtocol)]
+
+
+@pytest.fixture
+def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(websocket, "CLOSE_SECONDS", 0.1)
+    monkeypatch.setattr(websocket, "LINGER_SECONDS", 0.4)
+
+
+@pytest.mark.usefixtures("impatient")
+def test_one_that_never_wakes_is_dropped(engine: PlainEngine) -> None:
+    with serving(engine, slow_reader=0.2) as running:
+        warmed_up(running, engine)
+        with asleep(running, 0.0):
+            assert connections(running)
+            until(lambda: not connections(running), 2.0)
+
+
+@pytest.mark.usefixtures("impatient")
+def test_one_that_floods_and_never_closes_is_dropped_and_not_listened_to(running: Running) -> None:
+    flood, sent = frame(BINARY, contact(1)) * 1000, 0
+    with Caller(port_of(running)) as caller:
+        caller.hello()
+        (connection,) = connections(running)
+        caller.say(type="stop")
+        until(lambda: connection._lingers)
+        parsed = 0
+
+        def counted(data: bytes | bytearray) -> None:
+            nonlocal parsed
+            parsed += len(data)
+
+        connection.conn.receive_data = counted  # type: ignore[method-assign]
+        began = time.monotonic()
+        with contextlib.suppress(ConnectionError):
+            while time.monotonic() < began + 5.0:
+                caller.connection.sendall(flood)
+                sent += len(flood)
+        assert time.monotonic() < began + 2.0, "it was let go on"
+    assert sent > 0 and parsed == 0
+    most = PIECE * (websocket.LINGER_SECONDS / websocket.DISCARD_SECONDS + 2) + ROOM_OF_SOCKETS
+    assert sent <= most
+
+
+def test_one_that_closes_late_is_let_go_at_once(running: Running) -> None:
+    with Caller(port_of(running)) as caller:
+        caller.hello().say(type="stop")
+        (connection,) = connections(running)
+        until(lambda: connection._lingers)
+        caller.read()
+        assert caller.code == 1000
+    until(lambda: not connections(running), 1.0)
