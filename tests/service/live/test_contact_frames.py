@@ -7,6 +7,7 @@ Model: masked frames of this test's own making, given to the server's protocol i
 from __future__ import annotations
 
 import itertools
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -15,7 +16,7 @@ import pytest
 from websockets.frames import Frame, Opcode
 
 from service import websocket
-from tests.service.harness import Running
+from tests.service.harness import PATIENCE, Running
 from tests.service.live.client import LiveClient, live
 from tests.service.live.driver import contact
 from tests.service.plain_engine import PlainEngine
@@ -45,8 +46,16 @@ def pulling(running: Running) -> Iterator[tuple[LiveClient, Feed]]:
         wire: Any = running.service.live._sessions[name].peer._wire  # type: ignore[union-attr]
 
         def feed(*pieces: bytes) -> None:
-            for piece in pieces:
-                wire.loop.call_soon_threadsafe(wire.data_received, piece)
+            """Return once the server has taken all of them, with nothing from the client's socket between them."""
+            taken = threading.Event()
+
+            def take() -> None:
+                for piece in pieces:
+                    wire.data_received(piece)
+                taken.set()
+
+            wire.loop.call_soon_threadsafe(take)
+            assert taken.wait(PATIENCE)
 
         yield client, feed
 
