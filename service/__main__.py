@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING
 
+from service.page_files import shipped_page
 from service.server import run
 from service.settings import read_settings
 from synth.errors import AskedWrong, CannotRender
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 def main(engine: Engine | None = None) -> int:
     """Serve; return 0, 1 (could not), 2 (asked wrong) or 130 (interrupted), with one message. engine: see `run`."""
     try:
-        return run(read_settings(), engine)
+        return run(read_settings(web=shipped_page()), engine)
     except AskedWrong as error:
         print(f"ridgewave: {error}", file=sys.stderr)
         return 2

@@ -1,7 +1,7 @@
 """The ASGI application: layers outside, routes inside, one shape of error everywhere.
 
 Subjects (for the log) -> Bouncer (Host, Origin, headers, our bugs) -> CORS, if anyone is allowed
--> RateLimit by address -> KeyCheck -> RateLimit by key -> routes
+-> RateLimit by address -> KeyCheck -> RateLimit by key -> Packing -> routes
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from service import openapi, problems
 from service.engine import Engine, SynthEngine
 from service.limits import Limits, RateLimit
 from service.logs import Subjects
+from service.packing import Packing
 from service.problems import Problem
 from service.routes import accuracy, live, operations, page, play, render, scene, sessions, stream, textures
 from service.running import Service, lifespan, service_of
@@ -38,7 +39,7 @@ def create_app(settings: Settings, engine: Engine | None = None, siblings: Path 
 
     siblings: the folder through which the workers of one service speak; None where this process is the only one.
     """
-    service = Service(settings, engine or SynthEngine(settings.cache_bytes), siblings)
+    service = Service(settings, engine or SynthEngine(settings.cache_bytes, settings.table_bytes), siblings)
     app = FastAPI(
         title="ridgewave",
         description=DESCRIPTION,
@@ -74,7 +75,7 @@ def _layers(settings: Settings, limits: Limits) -> list[Middleware]:
         )
         layers.append(cross_origin)
     by_address, by_key = (Middleware(RateLimit, limits=limits, by_key=by_key) for by_key in (False, True))
-    return [*layers, by_address, Middleware(KeyCheck, settings=settings), by_key]
+    return [*layers, by_address, Middleware(KeyCheck, settings=settings), by_key, Middleware(Packing)]
 
 
 def _answer(request: Request, problem: Problem) -> Response:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import gzip
 import hashlib
+import os
 import re
 import threading
 from collections.abc import Mapping
@@ -17,7 +18,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 
+from service.settings import variable
+
 NAME = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9._-]*(/[A-Za-z0-9_-][A-Za-z0-9._-]*)*")
+SHIPPED = Path(__file__).resolve().parents[1] / "clients" / "web"
 LARGEST = 16 << 20  # bytes: a larger file is none of a page
 LEVEL = 6  # of gzip: 9 gains 1 % and takes twice as long
 TEXT = "; charset=utf-8"
@@ -38,6 +42,12 @@ MEDIA_TYPES: Mapping[str, str] = MappingProxyType(
 )
 """By the ending. A file without one is no part of a page, but for the licence of what is in vendor."""
 LICENCE = "LICENSE"
+
+
+def shipped_page() -> str | None:
+    """Return the folder of the page that comes with ridgewave; None where RIDGEWAVE_WEB names one, or none came."""
+    named = os.environ.get(variable("web"), "").strip()
+    return None if named or not (SHIPPED / "index.html").is_file() else str(SHIPPED)
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,6 +19,7 @@ FILES = {
     "vr.html": "<!doctype html><title>headset</title>",
     "page.css": "body { margin: 0 }",
     "sight/scale.js": SCRIPT,
+    "sight/plot.svg": "<svg xmlns='http://www.w3.org/2000/svg'/>",
     "vendor/LICENSE": "do what you like",
     "vendor/version.json": "{}",
     ".hidden.js": "secret",
@@ -65,8 +66,8 @@ def test_a_file_is_sent_as_it_is_by_its_media_type(app: FastAPI, path: str, name
     assert "content-encoding" not in answer.headers
 
 
-@pytest.mark.parametrize("path", ["/", "/vr", "/web/sight/scale.js"])
-def test_every_file_says_what_the_page_may_do(app: FastAPI, path: str) -> None:
+@pytest.mark.parametrize("path", ["/", "/vr", "/web/index.html", "/web/sight/plot.svg"])
+def test_what_a_browser_opens_says_what_it_may_do(app: FastAPI, path: str) -> None:
     headers = ask(app, "GET", path).headers
     policy = dict(entry.strip().partition(" ")[::2] for entry in headers["content-security-policy"].split(";"))
     assert policy["default-src"] == "'self'"
@@ -77,6 +78,11 @@ def test_every_file_says_what_the_page_may_do(app: FastAPI, path: str) -> None:
     allowed = headers["permissions-policy"]
     assert all(f"{name}=(self)" in allowed for name in ("speaker-selection", "gamepad", "xr-spatial-tracking"))
     assert all(f"{name}=()" in allowed for name in ("camera", "microphone", "geolocation"))
+
+
+@pytest.mark.parametrize("path", ["/", "/web/sight/scale.js", "/web/page.css"])
+def test_every_file_is_taken_for_what_it_is_and_asked_for_again(app: FastAPI, path: str) -> None:
+    headers = ask(app, "GET", path).headers
     assert headers["x-content-type-options"] == "nosniff"
     assert headers["cache-control"] == "no-cache"
 

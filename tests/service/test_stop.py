@@ -9,6 +9,7 @@ from typing import Any
 
 import httpx
 import numpy as np
+import pytest
 from fastapi import FastAPI
 
 from service.app import create_app
@@ -80,6 +81,7 @@ def scenario(act: Callable[[FastAPI, httpx.AsyncClient, str], Awaitable[None]], 
     asyncio.run(run())
 
 
+@pytest.mark.alone  # 20 ms by the wall's clock, here and below, of one thread for service and reader
 def test_nothing_loud_is_written_20_ms_after_a_stop() -> None:
     async def act(app: FastAPI, client: httpx.AsyncClient, session: str) -> None:
         peer = Peer()
@@ -135,6 +137,7 @@ def test_a_reader_that_slept_through_a_stop_is_cut_off() -> None:
     scenario(act)
 
 
+@pytest.mark.alone
 def test_a_stop_reaches_a_stream_with_the_longest_block() -> None:
     async def act(app: FastAPI, client: httpx.AsyncClient, session: str) -> None:
         peer = Peer()
