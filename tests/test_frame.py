@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.clients.web.npm import node_modules
 from tests.readme_blocks import marked_command
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -55,6 +56,13 @@ def run_quietly(*command: str) -> None:
 @pytest.mark.lint
 def test_ruff_is_content() -> None:
     run_quietly(sys.executable, "-m", "ruff", "check", "--output-format", "concise", ".")
+    run_quietly(sys.executable, "-m", "ruff", "format", "--check", "--quiet", ".")
+
+
+@pytest.mark.lint
+def test_biome_is_content_with_the_scripts_and_styles_of_the_page(tmp_path: Path) -> None:
+    biome = node_modules(tmp_path, tools=True) / ".bin" / "biome"
+    run_quietly(str(biome), "ci", "--colors=off", "--error-on-warnings", ".")
 
 
 @pytest.mark.lint

@@ -1,4 +1,4 @@
-// The pad page begins here: it loads the rest, and says in one sentence what to do where that fails.
+/* The pad page begins here: it loads the rest, and says in one sentence what to do where that fails. */
 
 const loading = document.getElementById("loading");
 
@@ -7,9 +7,10 @@ import("./page/main.js")
   .then(() => loading.remove())
   .catch((problem) => {
     loading.setAttribute("role", "alert");
-    loading.textContent = problem.name === "ServiceProblem"
-      ? `${problem.message} Reload the page when that is done.`
-      : "A part of the page did not load: see that the service runs, then reload the page.";
+    loading.textContent =
+      problem.name === "ServiceProblem"
+        ? `${problem.message} Reload the page when that is done.`
+        : "A part of the page did not load: see that the service runs, then reload the page.";
     if (problem.problem?.status === 401) import("./page/key.js").then(({ askForKey }) => askForKey());
     console.error(problem);
   });

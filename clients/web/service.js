@@ -78,7 +78,9 @@ export function useKey(text) {
   try {
     if (key === null) sessionStorage.removeItem(KEY_PLACE);
     else sessionStorage.setItem(KEY_PLACE, key);
-  } catch { /* a browser that keeps nothing asks for the key again after a reload */ }
+  } catch {
+    /* a browser that keeps nothing asks for the key again after a reload */
+  }
 }
 
 function takeKey() {
@@ -112,7 +114,9 @@ async function refusalOf(answer) {
   try {
     const problem = await answer.json();
     if (problem && typeof problem === "object") return problem;
-  } catch { /* not JSON: a proxy's page, say */ }
+  } catch {
+    /* not JSON: a proxy's page, say */
+  }
   return problemOf(answer.status, `The service answered ${answer.status}: try again, or look at its log.`);
 }
 

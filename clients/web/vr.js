@@ -1,9 +1,7 @@
-/**
- * The VR page: wires the table (vr/), the sound (sound/, hand/) and the headset together.
- *
- * Limits: sound begins with the first click or key press, as browsers want it; three.js is loaded from vendor/, where a build
- * with Node has put it.
- */
+/* The VR page: wires the table (vr/), the sound (sound/, hand/) and the headset together.
+
+Limits: sound begins with the first click or key press, as browsers want it; three.js is loaded from vendor/, where a
+build with Node has put it. */
 
 import { Finger } from "./hand/finger.js";
 import { Player } from "./sound/player.js";
@@ -72,8 +70,8 @@ async function loadThree() {
   try {
     return await import("./vendor/three.module.js");
   } catch {
-    const text = "This installation lacks three.js, which draws the table: install a ridgewave that was built where Node is installed. ";
-    sendToPad(text, "The pad works without it.");
+    const hint = "install a ridgewave that was built where Node is installed";
+    sendToPad(`This installation lacks three.js, which draws the table: ${hint}. `, "The pad works without it.");
     return null;
   }
 }
@@ -139,7 +137,8 @@ function desktopTips(pointer, keys) {
 
 function tellTouches(touches, swatches) {
   const words = touches.map(
-    ({ index, position, load }) => `${swatches[index].title.split(":")[0]}: ${(position * 1e3).toFixed(0)} mm, ${load.toFixed(2)} N`,
+    ({ index, position, load }) =>
+      `${swatches[index].title.split(":")[0]}: ${(position * 1e3).toFixed(0)} mm, ${load.toFixed(2)} N`,
   );
   part("touch").textContent = words.join("   ");
 }
@@ -147,13 +146,16 @@ function tellTouches(touches, swatches) {
 function tellScale() {
   const depth = `${(1e3 / STIFFNESS).toFixed(0)} mm into a swatch is 1 N, up to ${MOST_LOAD} N`;
   part("scale").textContent =
-    `A swatch is ${(WIDTH * 1e3).toFixed(0)} mm wide and is stroked at its true scale; only its drawing is magnified, as its label ` +
-    `says. With a headset, ${depth}. Each swatch has a loudness of its own.`;
+    `A swatch is ${(WIDTH * 1e3).toFixed(0)} mm wide and is stroked at its true scale; only its drawing is magnified, ` +
+    `as its label says. With a headset, ${depth}. Each swatch has a loudness of its own.`;
 }
 
 function followControls(hands) {
-  for (const kind of ["pointerdown", "keydown"]) window.addEventListener(kind, beginSound, { once: true, capture: true });
-  const set = () => shown.player && (shown.player.volume = silent ? 0 : volume);
+  for (const kind of ["pointerdown", "keydown"])
+    window.addEventListener(kind, beginSound, { once: true, capture: true });
+  const set = () => {
+    if (shown.player) shown.player.volume = silent ? 0 : volume;
+  };
   part("volume").addEventListener("input", ({ target }) => {
     volume = Number(target.value);
     set();

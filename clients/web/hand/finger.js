@@ -10,6 +10,7 @@ import { LiveConnection } from "../live/connection.js";
 import { liveUrl } from "../service.js";
 
 const EVENTS = ["ready", "block", "applied", "scene", "limited", "problem", "broken", "resumed", "ended"];
+const FILLED = 0.8; // of the depth before sound begins; less is a gap where the first grants are late, more comes later
 const LEAST_GRANT = 64; // frames: a smaller credit is a message for a millisecond of sound
 const QUIET = 0.05; // s of exact zeros after a lift, then nothing more is asked for
 const FADING = 2; // s after a lift, then nothing more is asked for, whatever it sounds like
@@ -166,7 +167,8 @@ export class Finger extends EventTarget {
   }
 
   #play(samples) {
-    this.source.ahead = this.player.depth.frames / 2;
+    const granted = this.source.queued + samples.length / this.source.channels + this.connection.outstanding;
+    this.source.ahead = Math.min(FILLED * this.player.depth.frames, granted); // more than comes would never begin
     this.source.play(samples);
     this.#rested = false;
     const frames = samples.length / this.source.channels;

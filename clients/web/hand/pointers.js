@@ -25,7 +25,9 @@ export function followPointers(element, { metresPerPixel, loadOf, onMove, onLift
     if (event.button !== 0 || touching.has(event.pointerId)) return;
     try {
       element.setPointerCapture(event.pointerId); // else a stroke ends at the edge of the element
-    } catch { /* a pointer that is already gone */ }
+    } catch {
+      /* a pointer that is already gone */
+    }
     touching.set(event.pointerId, -Infinity);
     tell(event, element.getBoundingClientRect().left);
   };
@@ -39,8 +41,12 @@ export function followPointers(element, { metresPerPixel, loadOf, onMove, onLift
     if (touching.delete(event.pointerId)) onLift(event.pointerId);
   };
   const handlers = {
-    pointerdown: down, pointermove: move, pointerrawupdate: move,
-    pointerup: lift, pointercancel: lift, lostpointercapture: lift,
+    pointerdown: down,
+    pointermove: move,
+    pointerrawupdate: move,
+    pointerup: lift,
+    pointercancel: lift,
+    lostpointercapture: lift,
   };
   const touchAction = element.style.touchAction;
   element.style.touchAction = "none"; // else the browser takes a stroke for scrolling

@@ -64,14 +64,20 @@ function motorsOf(gamepad, hand) {
   const name = gamepad.id;
   const { vibrationActuator } = gamepad;
   if (vibrationActuator?.playEffect) {
-    const play = (strength, duration) => quietly(
-      vibrationActuator.playEffect("dual-rumble", { duration, strongMagnitude: strength, weakMagnitude: strength }),
-    );
+    const play = (strength, duration) =>
+      quietly(
+        vibrationActuator.playEffect("dual-rumble", { duration, strongMagnitude: strength, weakMagnitude: strength }),
+      );
     return [{ name, form: "dual-rumble", hand, play }];
   }
-  return [...(gamepad.hapticActuators ?? [])].filter((actuator) => actuator?.pulse).map((actuator) => (
-    { name, form: "pulse", hand, play: (strength, duration) => quietly(actuator.pulse(strength, duration)) }
-  ));
+  return [...(gamepad.hapticActuators ?? [])]
+    .filter((actuator) => actuator?.pulse)
+    .map((actuator) => ({
+      name,
+      form: "pulse",
+      hand,
+      play: (strength, duration) => quietly(actuator.pulse(strength, duration)),
+    }));
 }
 
 /** A device that was unplugged meanwhile is none that a person has to hear of. */

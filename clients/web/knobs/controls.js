@@ -1,7 +1,7 @@
-// The control of any field: a number's, or a menu of words and kinds with the controls of the kind that is chosen.
-//
-// Model   as number.js says. A kind that needs something written first (a number, points) is open before it has a value.
-// Limits  a value of a kind that the schema does not have shows as the default; the service has refused it before.
+/* The control of any field: a number's, or a menu of words and kinds with the controls of the kind that is chosen.
+
+Model: as number.js says. A kind that needs something written first (a number, points) is open before it has a value.
+Limits: a value of a kind that the schema does not have shows as the default; the service has refused it before. */
 
 import { make } from "./element.js";
 import { alternativeOf, readField, startingValue } from "./fields.js";
@@ -13,13 +13,18 @@ import { Knob, NumberControl, shown } from "./number.js";
 class SettingsControl {
   constructor(knob, { fields }) {
     this.controls = fields.map((field) => [field.name, controlOf(field, knob.writer)]);
-    this.element = make("div.settings", { role: "group", "aria-label": knob.field.label }, ...this.controls.map(([, control]) => control.element));
+    this.element = make(
+      "div.settings",
+      { role: "group", "aria-label": knob.field.label },
+      ...this.controls.map(([, control]) => control.element),
+    );
   }
 
   show(value, { complete }) {
     const siblings = typeof value === "object" && value !== null ? value : {};
     const whole = typeof complete === "object" && complete !== null ? complete : {};
-    for (const [name, control] of this.controls) control.show(siblings[name], { siblings: { ...whole, ...siblings }, complete: whole[name] });
+    for (const [name, control] of this.controls)
+      control.show(siblings[name], { siblings: { ...whole, ...siblings }, complete: whole[name] });
   }
 }
 
@@ -29,12 +34,30 @@ class ChoiceControl {
     this.knob = knob;
     const { field, id } = knob;
     this.choices = choicesOf(field, knob.writer.schema);
-    this.bodies = field.alternatives.filter(({ kind }) => kind !== "words").map((alternative) => ({ alternative, control: bodyOf(knob, alternative) }));
-    this.menu = make("select", { id: this.bodies.some(({ control }) => control.text?.id === id) ? `${id}-kind` : id, "aria-describedby": `${id}-hint ${id}-fault`, change: () => this.#choose() },
-      ...this.choices.map(({ label }, index) => make("option", { value: index, text: label })));
+    this.bodies = field.alternatives
+      .filter(({ kind }) => kind !== "words")
+      .map((alternative) => ({ alternative, control: bodyOf(knob, alternative) }));
+    this.menu = make(
+      "select",
+      {
+        id: this.bodies.some(({ control }) => control.text?.id === id) ? `${id}-kind` : id,
+        "aria-describedby": `${id}-hint ${id}-fault`,
+        change: () => this.#choose(),
+      },
+      ...this.choices.map(({ label }, index) => make("option", { value: index, text: label })),
+    );
     knob.label.htmlFor = this.menu.id;
-    this.element = make("div.choice", {}, this.menu, knob.hint, knob.fault, ...this.bodies.map(({ control }) => control.element));
-    for (const { control } of this.bodies) if (control.text) control.text.setAttribute("aria-label", control.text.getAttribute("aria-label") ?? `${field.label}, value`);
+    this.element = make(
+      "div.choice",
+      {},
+      this.menu,
+      knob.hint,
+      knob.fault,
+      ...this.bodies.map(({ control }) => control.element),
+    );
+    for (const { text } of this.bodies.map(({ control }) => control)) {
+      text?.setAttribute("aria-label", text.getAttribute("aria-label") ?? `${field.label}, value`);
+    }
   }
 
   #choose() {
@@ -45,7 +68,7 @@ class ChoiceControl {
 
   #open(alternative) {
     this.draft = alternative;
-    this.bodies.forEach((body) => { body.control.element.hidden = body.alternative !== alternative; });
+    for (const body of this.bodies) body.control.element.hidden = body.alternative !== alternative;
     this.bodies.find((body) => body.alternative === alternative).control.text?.focus();
   }
 
@@ -55,9 +78,15 @@ class ChoiceControl {
     if (written || !same(value ?? null, this.held ?? null)) this.draft = null;
     this.held = value;
     const chosen = written ?? this.draft ?? null;
-    const index = this.choices.findIndex((choice) => (chosen?.kind === "words" ? same(choice.value, value) : choice.alternative === (chosen ?? undefined)));
+    const index = this.choices.findIndex((choice) =>
+      chosen?.kind === "words" ? same(choice.value, value) : choice.alternative === (chosen ?? undefined),
+    );
     this.menu.value = String(Math.max(0, index));
-    if (field.fallback !== null && typeof field.fallback !== "object") this.menu.options[0].textContent = `default (${shown(around.complete === undefined || typeof around.complete === "object" ? field.fallback : around.complete, field, around.siblings)})`;
+    if (field.fallback !== null && typeof field.fallback !== "object") {
+      const { complete, siblings } = around;
+      const told = complete === undefined || typeof complete === "object" ? field.fallback : complete;
+      this.menu.options[0].textContent = `default (${shown(told, field, siblings)})`;
+    }
     for (const { alternative, control } of this.bodies) {
       control.element.hidden = alternative !== chosen;
       control.show(alternative === chosen ? value : undefined, around);
@@ -66,18 +95,32 @@ class ChoiceControl {
 }
 
 function choicesOf(field, root) {
-  const choices = [{ label: field.fallback !== null ? "default" : field.alternatives.some(({ kind }) => kind === "settings") ? "off" : "none", value: undefined }];
+  const absent = field.alternatives.some(({ kind }) => kind === "settings") ? "off" : "none";
+  const choices = [{ label: field.fallback !== null ? "default" : absent, value: undefined }];
   for (const alternative of field.alternatives) {
-    if (alternative.kind === "words") choices.push(...alternative.words.map((word) => ({ label: String(word), value: word })));
+    if (alternative.kind === "words")
+      choices.push(...alternative.words.map((word) => ({ label: String(word), value: word })));
     if (alternative.kind === "number") choices.push({ label: "a number", alternative, begin: "draft" });
     if (alternative.kind === "points") choices.push({ label: "points", alternative, begin: "draft" });
-    if (alternative.kind === "list") choices.push({ label: "a list", alternative, begin: () => [startingValue(readField(alternative.items, root))] });
-    if (alternative.kind === "settings") choices.push({ label: alternative.tag?.[1] ?? "on, with settings", alternative, begin: () => (alternative.tag ? Object.fromEntries([alternative.tag]) : {}) });
+    if (alternative.kind === "list")
+      choices.push({ label: "a list", alternative, begin: () => [startingValue(readField(alternative.items, root))] });
+    if (alternative.kind === "settings")
+      choices.push({
+        label: alternative.tag?.[1] ?? "on, with settings",
+        alternative,
+        begin: () => (alternative.tag ? Object.fromEntries([alternative.tag]) : {}),
+      });
   }
   return choices;
 }
 
-const KINDS = { number: NumberControl, points: PointsControl, list: ListControl, settings: SettingsControl, text: NumberControl };
+const KINDS = {
+  number: NumberControl,
+  points: PointsControl,
+  list: ListControl,
+  settings: SettingsControl,
+  text: NumberControl,
+};
 
 const bodyOf = (knob, alternative) => new KINDS[alternative.kind](knob, alternative, controlOf);
 
@@ -88,5 +131,11 @@ export function controlOf(field, writer) {
   const control = single ? new NumberControl(knob) : new ChoiceControl(knob);
   knob.describe();
   knob.element.append(knob.label, control.element, ...(single ? [knob.hint, knob.fault] : []));
-  return { element: knob.element, show: (value, around) => { knob.describe(knob.writer.note?.(field.path) ?? ""); control.show(value, around); } };
+  return {
+    element: knob.element,
+    show: (value, around) => {
+      knob.describe(knob.writer.note?.(field.path) ?? "");
+      control.show(value, around);
+    },
+  };
 }

@@ -1,4 +1,4 @@
-// Elements made from script, since the page is served without inline markup of scripts and styles.
+/* Elements made from script, since the page is served without inline markup of scripts and styles. */
 
 /**
  * Make an element.

@@ -1,8 +1,8 @@
-// The JSON Schema of a scene read as fields: what a knob has to offer, in which unit, in which range.
-//
-// Model   a field has alternatives (anyOf, oneOf, or itself): a number, words, settings (an object), a list, points (a
-//         list of rows of numbers). Text that carries a unit is no alternative of its own: it is how a number is written.
-// Limits  what JSON Schema can say beyond this (patternProperties, not, if) is not read; the service checks in the end.
+/* The JSON Schema of a scene read as fields: what a knob has to offer, in which unit, in which range.
+
+Model: a field has alternatives (anyOf, oneOf, or itself): a number, words, settings (an object), a list, points (a list
+of rows of numbers). Text that carries a unit is no alternative of its own: it is how a number is written.
+Limits: what JSON Schema can say beyond this (patternProperties, not, if) is not read; the service checks in the end. */
 
 import { readQuantity, showQuantity, unitsOf } from "./units.js";
 
@@ -10,12 +10,25 @@ const SI_UNITS = ["m", "m/s", "m/s^2", "N", "Pa", "Hz", "s", "kg", "N s/m", "rad
 const QUANTITY_UNITS = { displacement: "m", velocity: "m/s", acceleration: "m/s^2" };
 
 /** A field's name for people: "ridge_period" is "Ridge period". */
-export const labelOf = (name) => (name.charAt(0).toUpperCase() + name.slice(1)).replaceAll("_", " ").replace("Youngs", "Young's").replace("Poisson", "Poisson's");
+export const labelOf = (name) =>
+  (name.charAt(0).toUpperCase() + name.slice(1))
+    .replaceAll("_", " ")
+    .replace("Youngs", "Young's")
+    .replace("Poisson", "Poisson's");
 
 function resolved(schema, root) {
   if (!schema.$ref) return schema;
-  const found = schema.$ref.slice(2).split("/").reduce((place, name) => place[name], root);
+  const found = schema.$ref
+    .slice(2)
+    .split("/")
+    .reduce((place, name) => place[name], root);
   return { ...resolved(found, root), ...schema, $ref: undefined };
+}
+
+function wordsOf(option) {
+  if (option.enum) return option.enum;
+  if ("const" in option) return [option.const];
+  return option.type === "boolean" ? [true, false] : [];
 }
 
 /**
@@ -23,8 +36,8 @@ function resolved(schema, root) {
  * @param {object} schema of the field
  * @param {object} root the whole schema, for its $refs
  * @param {(string|number)[]} path names and indices from the scene's root
- * @returns {{path, name, label, hint, allowed, unit, fallback, nullable, alternatives}} `unit`: SI, "" for none, null where
- *   it depends on the quantity beside it; `fallback`: the schema's default; `alternatives`: each with a `kind`
+ * @returns {{path, name, label, hint, allowed, unit, fallback, nullable, alternatives}} `unit`: SI, "" for none, null
+ *   where it depends on the quantity beside it; `fallback`: the schema's default; `alternatives`: each with a `kind`
  */
 export function readField(schema, root, path = []) {
   const node = resolved(schema, root);
@@ -32,17 +45,24 @@ export function readField(schema, root, path = []) {
   const name = String(path.at(-1) ?? "scene");
   const texts = options.filter((option) => option.type === "string" && option.pattern);
   const unit = unitOfField(node, texts);
-  const words = options.flatMap((option) => option.enum ?? ("const" in option ? [option.const] : option.type === "boolean" ? [true, false] : []));
+  const words = options.flatMap(wordsOf).filter((word) => word !== null);
   const alternatives = [];
   for (const option of options) {
-    if (["number", "integer"].includes(option.type)) alternatives.push({ kind: "number", whole: option.type === "integer", ...rangeOf(option) });
-    else if (option.type === "object") alternatives.push({ kind: "settings", schema: option, ...readSettings(option, root, path) });
+    if (["number", "integer"].includes(option.type))
+      alternatives.push({ kind: "number", whole: option.type === "integer", ...rangeOf(option) });
+    else if (option.type === "object")
+      alternatives.push({ kind: "settings", schema: option, ...readSettings(option, root, path) });
     else if (option.type === "array") alternatives.push(readList(option, root));
-    else if (option.type === "string" && !option.pattern && !option.enum && !("const" in option)) alternatives.push({ kind: "text" });
+    else if (option.type === "string" && !option.pattern && !option.enum && !("const" in option))
+      alternatives.push({ kind: "text" });
   }
-  if (words.filter((word) => word !== null).length) alternatives.push({ kind: "words", words: words.filter((word) => word !== null) });
+  if (words.length) alternatives.push({ kind: "words", words });
   return {
-    path, name, label: node.title ?? labelOf(name), unit, alternatives,
+    path,
+    name,
+    label: node.title ?? labelOf(name),
+    unit,
+    alternatives,
     hint: tidy(node.description ?? options.find((option) => option.description)?.description ?? ""),
     allowed: node["x-allowed"] ?? "",
     fallback: node.default ?? null,
@@ -56,13 +76,23 @@ const rangeOf = (option) => ({ minimum: option.minimum ?? -Infinity, maximum: op
 
 function unitOfField(node, texts) {
   if (node["x-unit"]) return node["x-unit"];
-  const fitting = SI_UNITS.filter((unit) => texts.some((text) => new RegExp(text.pattern).test(`1 ${unit}`) && new RegExp(text.pattern).test(`1 ${unitsOf(unit)[1]}`)));
-  return fitting.length > 1 ? null : fitting[0] ?? "";
+  const fitting = SI_UNITS.filter((unit) =>
+    texts.some(
+      (text) => new RegExp(text.pattern).test(`1 ${unit}`) && new RegExp(text.pattern).test(`1 ${unitsOf(unit)[1]}`),
+    ),
+  );
+  return fitting.length > 1 ? null : (fitting[0] ?? "");
 }
 
 function readSettings(option, root, path) {
-  const fields = Object.entries(option.properties ?? {}).map(([name, schema]) => readField(schema, root, [...path, name]));
-  const tag = fields.find((field) => field.alternatives.some(({ kind, words }) => kind === "words" && words.length === 1) && (option.required ?? []).includes(field.name));
+  const fields = Object.entries(option.properties ?? {}).map(([name, schema]) =>
+    readField(schema, root, [...path, name]),
+  );
+  const tag = fields.find(
+    (field) =>
+      field.alternatives.some(({ kind, words }) => kind === "words" && words.length === 1) &&
+      (option.required ?? []).includes(field.name),
+  );
   return { fields, title: option.title ?? null, tag: tag ? [tag.name, tag.alternatives[0].words[0]] : null };
 }
 
@@ -70,10 +100,15 @@ function readList(option, root) {
   const items = resolved(option.items ?? {}, root);
   const size = { minimum: option.minItems ?? 0, maximum: option.maxItems ?? Infinity };
   if (!items.prefixItems) return { kind: "list", items, ...size };
-  return { kind: "points", columns: items.prefixItems.map((column, index) => readField(column, root, [index])), ...size };
+  return {
+    kind: "points",
+    columns: items.prefixItems.map((column, index) => readField(column, root, [index])),
+    ...size,
+  };
 }
 
-/** The SI unit of `field` beside `siblings`, the values of the same object: a full scale is in the unit of its quantity. */
+/** The SI unit of `field` beside `siblings`, the values of the same object: a full scale is in the unit of its
+ *  quantity. */
 export const unitBeside = (field, siblings) => field.unit ?? QUANTITY_UNITS[siblings?.quantity ?? "acceleration"];
 
 /** The alternative of `field` that `value` is written in, or null. */
@@ -99,7 +134,14 @@ export function whatToWrite(field, si) {
   return range && field.unit !== null ? `Write ${number} from ${range}${example}.` : `Write ${number}${example}.`;
 }
 
-const exampleOf = (field, si) => showQuantity(typeof field.fallback === "number" ? field.fallback || 1 : field.alternatives.find(({ kind }) => kind === "number").minimum || 1, si, 3);
+const exampleOf = (field, si) =>
+  showQuantity(
+    typeof field.fallback === "number"
+      ? field.fallback || 1
+      : field.alternatives.find(({ kind }) => kind === "number").minimum || 1,
+    si,
+    3,
+  );
 
 /**
  * Check the `text` of a number of `field`.
@@ -111,7 +153,8 @@ export function checkNumber(field, text, si, unit) {
   const read = readQuantity(text, si, unit);
   const slack = 1e-12 * Math.abs(read?.value ?? 0);
   const inside = read && read.value >= minimum - slack && read.value <= maximum + slack;
-  if (!inside || (whole && Math.abs(read.value - Math.round(read.value)) > 1e-9)) return { fault: whatToWrite(field, si) };
+  if (!inside || (whole && Math.abs(read.value - Math.round(read.value)) > 1e-9))
+    return { fault: whatToWrite(field, si) };
   return { value: si ? read.text : read.value, si: read.value };
 }
 
@@ -124,13 +167,20 @@ export function checkPoints(points, text) {
   for (const [index, line] of text.split("\n").entries()) {
     if (!line.trim()) continue;
     const cells = line.split(/[,;\t]/);
-    const read = cells.map((cell, column) => points.columns[column] && checkNumber(points.columns[column], cell, points.columns[column].unit, points.columns[column].unit));
+    const read = cells.map(
+      (cell, column) =>
+        points.columns[column] &&
+        checkNumber(points.columns[column], cell, points.columns[column].unit, points.columns[column].unit),
+    );
     if (cells.length !== points.columns.length || read.some((cell) => cell.fault)) {
-      return { fault: `Line ${index + 1}: write ${points.columns.map(({ unit }) => unit).join(", ")} in their ranges, such as ${points.columns.map(({ unit }) => `0.1 ${unit}`).join(", ")}.` };
+      const units = points.columns.map(({ unit }) => unit);
+      const example = units.map((unit) => `0.1 ${unit}`).join(", ");
+      return { fault: `Line ${index + 1}: write ${units.join(", ")} in their ranges, such as ${example}.` };
     }
     rows.push(read.map(({ si, value }) => (typeof value === "string" ? value : si)));
   }
-  if (rows.length < points.minimum || rows.length > points.maximum) return { fault: `Write ${points.minimum} to ${points.maximum} lines; these are ${rows.length}.` };
+  if (rows.length < points.minimum || rows.length > points.maximum)
+    return { fault: `Write ${points.minimum} to ${points.maximum} lines; these are ${rows.length}.` };
   return { value: rows };
 }
 
@@ -139,7 +189,8 @@ export function startingValue(field) {
   const [first] = field.alternatives.toSorted((one, other) => rank(one) - rank(other));
   if (first.kind === "words") return first.words.includes(field.fallback) ? field.fallback : first.words[0];
   if (first.kind === "settings") return first.tag ? Object.fromEntries([first.tag]) : {};
-  if (first.kind === "number") return typeof field.fallback === "number" ? field.fallback : Math.max(first.minimum, Math.min(1, first.maximum));
+  if (first.kind === "number")
+    return typeof field.fallback === "number" ? field.fallback : Math.max(first.minimum, Math.min(1, first.maximum));
   return first.kind === "text" ? "" : [];
 }
 

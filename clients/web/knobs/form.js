@@ -1,9 +1,9 @@
-// The knobs of a scene: a form made from the scene's JSON Schema, a section a part of the scene.
-//
-// Model   the form holds a scene as it was written, with units as text; a field without a value has its default. A change
-//         displaces what it displaces at the service (merge.js), and is told with the part that says it.
-// Limits  what one field alone cannot know (a stroke without room for its turns) is refused by the service, whose answer
-//         `refuse` puts beside the field.
+/* The knobs of a scene: a form made from the scene's JSON Schema, a section a part of the scene.
+
+Model: the form holds a scene as it was written, with units as text; a field without a value has its default. A change
+displaces what it displaces at the service (merge.js), and is told with the part that says it.
+Limits: what one field alone cannot know (a stroke without room for its turns) is refused by the service, whose answer
+`refuse` puts beside the field. */
 
 import { controlOf } from "./controls.js";
 import { make } from "./element.js";
@@ -60,7 +60,12 @@ export class Form extends EventTarget {
     this.#scene = structuredClone(scene);
     this.#show();
     if (same(before, scene) && !settled) return;
-    const detail = { scene: this.scene, partial: partBetween(before, scene), fixed: changesWhatIsFixed(before, scene), settled };
+    const detail = {
+      scene: this.scene,
+      partial: partBetween(before, scene),
+      fixed: changesWhatIsFixed(before, scene),
+      settled,
+    };
     this.dispatchEvent(new CustomEvent("change", { detail }));
   }
 
@@ -72,7 +77,10 @@ export class Form extends EventTarget {
     for (const knob of this.#refused) knob.refuse(null);
     this.#refused.clear();
     for (const { pointer, allowed, hint } of errors) {
-      const steps = pointer.split("/").slice(1).map((step) => step.replaceAll("~1", "/").replaceAll("~0", "~"));
+      const steps = pointer
+        .split("/")
+        .slice(1)
+        .map((step) => step.replaceAll("~1", "/").replaceAll("~0", "~"));
       while (steps.length && !this.#knobs.has(steps.join("."))) steps.pop();
       const knob = this.#knobs.get(steps.join("."));
       if (!knob) continue;
@@ -108,10 +116,16 @@ export class Form extends EventTarget {
     const field = readField(part, this.schema, [name]);
     const settings = field.alternatives.filter(({ kind }) => kind === "settings");
     const count = make("span.count");
-    const details = make("details.section", { id: `section-${name}` }, make("summary", {}, make("h3", { text: field.label }), count), make("p.hint", { text: field.hint }));
-    const controls = settings.length === 1
-      ? settings[0].fields.map((one) => [one.name, controlOf(one, this)])
-      : [[null, controlOf(field, this)]];
+    const details = make(
+      "details.section",
+      { id: `section-${name}` },
+      make("summary", {}, make("h3", { text: field.label }), count),
+      make("p.hint", { text: field.hint }),
+    );
+    const controls =
+      settings.length === 1
+        ? settings[0].fields.map((one) => [one.name, controlOf(one, this)])
+        : [[null, controlOf(field, this)]];
     details.append(make("div.fields", {}, ...controls.map(([, control]) => control.element)));
     this.element.append(details);
     return { name, details, controls, count };
@@ -123,7 +137,11 @@ export class Form extends EventTarget {
       const complete = this.#complete?.[name] ?? {};
       for (const [field, control] of controls) {
         if (field === null) control.show(this.#scene[name], { siblings: {}, complete: this.#complete?.[name] });
-        else control.show(siblings[field] ?? undefined, { siblings: { ...complete, ...siblings }, complete: complete[field] });
+        else
+          control.show(siblings[field] ?? undefined, {
+            siblings: { ...complete, ...siblings },
+            complete: complete[field],
+          });
       }
       const written = Object.values(siblings).filter((value) => value !== null).length;
       count.textContent = written ? `${written} set` : "";

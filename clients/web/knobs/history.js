@@ -1,6 +1,6 @@
-// Undo and redo of scenes.
-//
-// Limits  the last 200 scenes, kept whole: a scene is a few hundred bytes.
+/* Undo and redo of scenes.
+
+Limits: the last 200 scenes, kept whole: a scene is a few hundred bytes. */
 
 import { same } from "./merge.js";
 

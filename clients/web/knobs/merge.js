@@ -1,7 +1,7 @@
-// Scenes changed by fields and by parts: what a change displaces, and the smallest part that tells the service of it.
-//
-// Model   JSON merge patch (RFC 7396) with the displacements of docs/scene.md, "Changing a scene with a part of one".
-// Limits  nothing is checked; the service reads the result.
+/* Scenes changed by fields and by parts: what a change displaces, and the smallest part that tells the service of it.
+
+Model: JSON merge patch (RFC 7396) with the displacements of docs/scene.md, "Changing a scene with a part of one".
+Limits: nothing is checked; the service reads the result. */
 
 const AMPLITUDES = { finger: "ridge_amplitude", texture: "amplitude" };
 
@@ -11,7 +11,9 @@ const isObject = (value) => typeof value === "object" && value !== null && !Arra
 export function same(one, other) {
   if (!isObject(one) || !isObject(other)) return JSON.stringify(one) === JSON.stringify(other);
   const names = Object.keys(one);
-  return names.length === Object.keys(other).length && names.every((name) => name in other && same(one[name], other[name]));
+  return (
+    names.length === Object.keys(other).length && names.every((name) => name in other && same(one[name], other[name]))
+  );
 }
 
 /**
@@ -22,7 +24,8 @@ export function displaced(section, present, name, value) {
   const given = Object.keys(present).filter((key) => key !== name && present[key] !== null);
   const among = (...names) => given.filter((key) => names.includes(key));
   if (section === "texture" && name === "kind") return given;
-  if (section === "scan" && ["stroke", "trajectory"].includes(name)) return among("speed", "load", "stroke", "trajectory");
+  if (section === "scan" && ["stroke", "trajectory"].includes(name))
+    return among("speed", "load", "stroke", "trajectory");
   if (section === "scan" && ["speed", "load"].includes(name)) return among("stroke", "trajectory");
   const pair = [AMPLITUDES[section], "roughness"];
   if (AMPLITUDES[section] && pair.includes(name)) return among(...pair);
@@ -43,7 +46,7 @@ export function withField(scene, path, value) {
   const [section, name] = path;
   if (path.length > 1 && value !== undefined) {
     const present = changed[section] ?? {};
-    const named = path.length === 2 ? value : present[name] ?? {};
+    const named = path.length === 2 ? value : (present[name] ?? {});
     for (const gone of displaced(section, present, name, named)) delete present[gone];
   }
   let place = changed;
@@ -53,7 +56,8 @@ export function withField(scene, path, value) {
   }
   if (value === undefined) delete place[path.at(-1)];
   else place[path.at(-1)] = value;
-  for (const key of Object.keys(changed)) if (isObject(changed[key]) && !Object.keys(changed[key]).length) delete changed[key];
+  for (const key of Object.keys(changed))
+    if (isObject(changed[key]) && !Object.keys(changed[key]).length) delete changed[key];
   return changed;
 }
 
@@ -72,7 +76,12 @@ function pruned(section, present, named) {
   const names = named.map(([name]) => name);
   if (section === "texture" && names.includes("kind")) return {};
   if (section === "scan" && (names.includes("stroke") || names.includes("trajectory"))) return {};
-  if (section === "scan" && ["speed", "load"].some((name) => names.includes(name)) && (present.stroke ?? present.trajectory)) return {};
+  if (
+    section === "scan" &&
+    ["speed", "load"].some((name) => names.includes(name)) &&
+    (present.stroke ?? present.trajectory)
+  )
+    return {};
   const left = { ...present };
   for (const [name, value] of named) {
     if (section === "output" && name === "full_scale") continue;
@@ -98,7 +107,8 @@ function difference(before, after) {
     if (!(name in after)) part[name] = null;
     else if (!(name in before)) part[name] = after[name];
     else if (!same(before[name], after[name])) {
-      part[name] = isObject(before[name]) && isObject(after[name]) ? difference(before[name], after[name]) : after[name];
+      part[name] =
+        isObject(before[name]) && isObject(after[name]) ? difference(before[name], after[name]) : after[name];
     }
   }
   return part;
@@ -111,7 +121,11 @@ function difference(before, after) {
 export function partBetween(before, after) {
   const part = difference(before, after);
   for (const [section, change] of Object.entries(part)) {
-    if (change === null || same(merged({ [section]: before[section] ?? {} }, { [section]: change }), { [section]: after[section] })) continue;
+    if (
+      change === null ||
+      same(merged({ [section]: before[section] ?? {} }, { [section]: change }), { [section]: after[section] })
+    )
+      continue;
     const gone = Object.keys(before[section] ?? {}).filter((name) => !(name in after[section]));
     part[section] = { ...Object.fromEntries(gone.map((name) => [name, null])), ...after[section] };
   }
@@ -122,7 +136,14 @@ export function partBetween(before, after) {
 export function changesWhatIsFixed(before, after) {
   const kept = ({ output = {}, effects = {} }) => {
     const { quantity, channels, sample_rate: rate, full_scale: scale } = output;
-    return [quantity ?? "acceleration", channels ?? null, rate ?? 48000, scale ?? null, isObject(effects.tangential), effects.tangential?.full_scale ?? null];
+    return [
+      quantity ?? "acceleration",
+      channels ?? null,
+      rate ?? 48000,
+      scale ?? null,
+      isObject(effects.tangential),
+      effects.tangential?.full_scale ?? null,
+    ];
   };
   return !same(kept(before), kept(after));
 }

@@ -1,9 +1,9 @@
-// The frame of a knob (label, what it is for, what is wrong), and the line of text and the slider of a number.
-//
-// Model   a control has an `element` and `show(value, around)`; it writes with `writer.write(path, value, settled)`, a value
-//         of undefined being the default. `around` has what lies beside it: `siblings`, and `complete`, the value that the
-//         service takes where nothing is written.
-// Limits  text that is refused stays, with the sentence what to write, until it is mended or the value changes.
+/* The frame of a knob (label, what it is for, what is wrong), and the line of text and the slider of a number.
+
+Model: a control has an `element` and `show(value, around)`; it writes with `writer.write(path, value, settled)`, a
+value of undefined being the default. `around` has what lies beside it: `siblings`, and `complete`, the value that the
+service takes where nothing is written.
+Limits: text that is refused stays, with the sentence what to write, until it is mended or the value changes. */
 
 import { make } from "./element.js";
 import { checkNumber, unitBeside } from "./fields.js";
@@ -37,18 +37,22 @@ export class Knob {
   }
 
   describe(note = "") {
-    this.hint.textContent = [this.field.hint, this.field.unit === null ? "" : rangeIn(this.field), note].filter(Boolean).join(" ");
+    this.hint.textContent = [this.field.hint, this.field.unit === null ? "" : rangeIn(this.field), note]
+      .filter(Boolean)
+      .join(" ");
   }
 
   /** Tell what is wrong with the field, a sentence; null: nothing is. */
   refuse(sentence) {
     this.fault.hidden = !sentence;
     this.fault.textContent = sentence ?? "";
-    for (const part of this.element.querySelectorAll(`#${CSS.escape(this.id)}`)) part.setAttribute("aria-invalid", String(Boolean(sentence)));
+    for (const part of this.element.querySelectorAll(`#${CSS.escape(this.id)}`))
+      part.setAttribute("aria-invalid", String(Boolean(sentence)));
   }
 }
 
-const rangeIn = (field) => (field.alternatives.some(({ kind }) => kind === "number") && field.allowed ? `Range: ${field.allowed}.` : "");
+const rangeIn = (field) =>
+  field.alternatives.some(({ kind }) => kind === "number") && field.allowed ? `Range: ${field.allowed}.` : "";
 
 /** A number: text with its unit, and a slider where the range allows one. */
 export class NumberControl {
@@ -59,12 +63,26 @@ export class NumberControl {
     const { field, id } = knob;
     this.range = field.alternatives.find(({ kind }) => kind === "number");
     this.slider = field.unit === null ? null : sliderOf(this.range, !field.unit);
-    this.text = make("input", { id, type: "text", autocomplete: "off", spellcheck: "false", enterkeyhint: "done",
-      "aria-describedby": `${id}-hint ${id}-fault`, change: () => this.#read() });
+    this.text = make("input", {
+      id,
+      type: "text",
+      autocomplete: "off",
+      spellcheck: "false",
+      enterkeyhint: "done",
+      "aria-describedby": `${id}-hint ${id}-fault`,
+      change: () => this.#read(),
+    });
     this.element = make("div.number", {}, this.text);
     if (!this.slider) return;
-    this.track = make("input", { type: "range", min: 0, max: STEPS, step: 1, "aria-label": `${field.label}, slider`,
-      input: () => this.#slide(false), change: () => this.#slide(true) });
+    this.track = make("input", {
+      type: "range",
+      min: 0,
+      max: STEPS,
+      step: 1,
+      "aria-label": `${field.label}, slider`,
+      input: () => this.#slide(false),
+      change: () => this.#slide(true),
+    });
     this.element.append(this.track);
   }
 

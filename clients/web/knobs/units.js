@@ -1,20 +1,21 @@
-// Quantities as people write them: "0.8 mm" <-> 0.0008, with the units that a scene knows.
-//
-// Model   a number and one unit of the field's dimension; the table is that of docs/scene.md ("How values are written").
-// Limits  text keeps its digits: what goes into a scene is the text as it was written, not a product of two floats.
+/* Quantities as people write them: "0.8 mm" <-> 0.0008, with the units that a scene knows.
 
-/** By SI unit: how many of the units that follow values are shown in (from large to small), then [unit, factor to SI]. */
+Model: a number and one unit of the field's dimension; the table is that of docs/scene.md ("How values are written").
+Limits: text keeps its digits: what goes into a scene is the text as it was written, not a product of two floats. */
+
+/** By SI unit: how many of the units that follow values are shown in (from large to small), then [unit, factor to SI].
+ *  */
 const TABLE = {
-  "m": [4, ["m", 1], ["mm", 1e-3], ["um", 1e-6], ["nm", 1e-9], ["cm", 1e-2]],
+  m: [4, ["m", 1], ["mm", 1e-3], ["um", 1e-6], ["nm", 1e-9], ["cm", 1e-2]],
   "m/s": [3, ["m/s", 1], ["mm/s", 1e-3], ["um/s", 1e-6], ["cm/s", 1e-2]],
   "m/s^2": [1, ["m/s^2", 1], ["mm/s^2", 1e-3], ["g", 9.80665], ["m/s2", 1], ["mm/s2", 1e-3]],
-  "N": [3, ["N", 1], ["mN", 1e-3], ["uN", 1e-6]],
-  "Pa": [4, ["GPa", 1e9], ["MPa", 1e6], ["kPa", 1e3], ["Pa", 1]],
-  "Hz": [2, ["kHz", 1e3], ["Hz", 1]],
-  "s": [3, ["s", 1], ["ms", 1e-3], ["us", 1e-6], ["min", 60], ["h", 3600]],
-  "kg": [3, ["kg", 1], ["g", 1e-3], ["mg", 1e-6]],
+  N: [3, ["N", 1], ["mN", 1e-3], ["uN", 1e-6]],
+  Pa: [4, ["GPa", 1e9], ["MPa", 1e6], ["kPa", 1e3], ["Pa", 1]],
+  Hz: [2, ["kHz", 1e3], ["Hz", 1]],
+  s: [3, ["s", 1], ["ms", 1e-3], ["us", 1e-6], ["min", 60], ["h", 3600]],
+  kg: [3, ["kg", 1], ["g", 1e-3], ["mg", 1e-6]],
   "N s/m": [2, ["N s/m", 1], ["mN s/m", 1e-3]],
-  "rad": [1, ["rad", 1], ["deg", Math.PI / 180]],
+  rad: [1, ["rad", 1], ["deg", Math.PI / 180]],
 };
 const [UNITS, SHOWN] = [{}, {}];
 for (const [si, [shown, ...units]] of Object.entries(TABLE)) {
@@ -28,11 +29,16 @@ const NUMBER = /^\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d{1,4})?)\s*(.*?)\s*$/i;
 export const unitsOf = (si) => (UNITS[si] ?? []).map(([unit]) => unit);
 
 /** Text with the spellings that the service also reads made one: micro signs u, a true minus -, a square ^2. */
-const plain = (text) => text.replace(/[\u00b5\u03bc]/g, "u").replace(/\u2212/g, "-").replace(/\u00b2/g, "^2");
+const plain = (text) =>
+  text
+    .replace(/[\u00b5\u03bc]/g, "u")
+    .replace(/\u2212/g, "-")
+    .replace(/\u00b2/g, "^2");
 
 /**
  * Read `text` in the SI unit `si` ("" for a bare number). A number without a unit is in `unit`.
- * @returns {{text: string, value: number} | null} the text in the service's spelling and the SI value; null: no quantity
+ * @returns {{text: string, value: number} | null} the text in the service's spelling and the SI value; null: no
+ *   quantity
  */
 export function readQuantity(text, si, unit = si) {
   const [, digits, written] = NUMBER.exec(plain(text)) ?? [];
@@ -50,7 +56,7 @@ const digitsOf = (value, digits) => String(Number(value.toPrecision(digits)));
 /** The SI value of what a scene holds for a quantity: a number, or text with a unit; NaN for anything else. */
 export function siValue(held, si) {
   if (typeof held === "number") return held;
-  return typeof held === "string" ? readQuantity(held, si)?.value ?? NaN : NaN;
+  return typeof held === "string" ? (readQuantity(held, si)?.value ?? NaN) : NaN;
 }
 
 /**

@@ -7,7 +7,13 @@ that was closed because of what this side said: another would be closed the same
 import { call } from "../service.js";
 
 const ENDS = {
-  1000: "stopped", 1002: "policy", 1003: "policy", 1007: "policy", 1008: "policy", 1009: "too large", 1010: "policy",
+  1000: "stopped",
+  1002: "policy",
+  1003: "policy",
+  1007: "policy",
+  1008: "policy",
+  1009: "too large",
+  1010: "policy",
   4408: "slow reader",
 };
 const FULL = 1013;

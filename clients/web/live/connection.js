@@ -179,7 +179,7 @@ export class LiveConnection extends EventTarget {
 
   #lost(code, opened) {
     const forgotten = this.#forgotten();
-    const end = this.#stopping ? this.#end ?? "stopped" : endOf(code, this.#end);
+    const end = this.#stopping ? (this.#end ?? "stopped") : endOf(code, this.#end);
     this.#socket = null;
     this.outstanding = 0;
     if (forgotten && !this.#stopping) {

@@ -25,3 +25,13 @@ export function packContact({ seq, time, position, speed, load }) {
   view.setFloat32(24, hasLoad ? load : 0, true);
   return view.buffer;
 }
+
+/** Returns a contact given by where the finger is on the surface as one given by where the surface stands under the
+ *  finger, which is what the protocol counts, or the reverse: one moves as the other does not. */
+export function turned({ position, speed, ...rest }) {
+  return {
+    ...rest,
+    ...(position === undefined ? {} : { position: -position }),
+    ...(speed === undefined ? {} : { speed: -speed }),
+  };
+}

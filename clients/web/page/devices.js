@@ -1,4 +1,5 @@
-// Where the sound goes, as far as the browser can choose: output device, its channels, and a gamepad that rumbles along.
+/* Where the sound goes, as far as the browser can choose: output device, its channels, and a gamepad that rumbles
+along. */
 
 import { Actuators } from "../haptics/actuators.js";
 import { Envelope } from "../haptics/envelope.js";
@@ -14,7 +15,9 @@ export class Devices {
     session.addEventListener("player", ({ detail }) => this.#list(detail.player));
     session.addEventListener("block", ({ detail }) => this.#rumble(detail));
     byId("output").addEventListener("change", () => this.#use());
-    byId("channels").addEventListener("change", () => this.session.player?.useChannels(byId("channels").value.split(",").map(Number)));
+    byId("channels").addEventListener("change", () =>
+      this.session.player?.useChannels(byId("channels").value.split(",").map(Number)),
+    );
     byId("rumble").addEventListener("change", () => this.#noteGamepads());
     for (const type of ["gamepadconnected", "gamepaddisconnected"]) addEventListener(type, () => this.#noteGamepads());
     this.#noteGamepads();
@@ -22,17 +25,25 @@ export class Devices {
 
   async #list(player) {
     const outputs = await player.outputs().catch(() => []);
-    byId("output").replaceChildren(...outputs.map(({ id, label }, index) => make("option", { value: id, text: label || (id ? `Output ${index + 1}` : "The usual one") })));
+    byId("output").replaceChildren(
+      ...outputs.map(({ id, label }, index) =>
+        make("option", { value: id, text: label || (id ? `Output ${index + 1}` : "The usual one") }),
+      ),
+    );
     byId("output-knob").hidden = outputs.length < 2;
-    byId("output-about").textContent = outputs.length < 2
-      ? "This browser plays on the system's output: choose it in the system." : "The list has the outputs that this browser may use.";
+    byId("output-about").textContent =
+      outputs.length < 2
+        ? "This browser plays on the system's output: choose it in the system."
+        : "The list has the outputs that this browser may use.";
     this.#listChannels(player);
   }
 
   #listChannels(player) {
     const count = player.outputChannels;
     const pairs = Array.from({ length: Math.floor(count / 2) }, (_, index) => [2 * index, 2 * index + 1]);
-    byId("channels").replaceChildren(...pairs.map((pair) => make("option", { value: pair.join(), text: `${pair[0] + 1} and ${pair[1] + 1}` })));
+    byId("channels").replaceChildren(
+      ...pairs.map((pair) => make("option", { value: pair.join(), text: `${pair[0] + 1} and ${pair[1] + 1}` })),
+    );
     byId("channels-knob").hidden = pairs.length < 2;
   }
 
@@ -52,11 +63,16 @@ export class Devices {
   #noteGamepads() {
     const pads = [...(navigator.getGamepads?.() ?? [])].filter(Boolean);
     const chosen = byId("gamepad").value;
-    byId("gamepad").replaceChildren(...(pads.length ? pads.map(({ id, index }) => make("option", { value: index, text: id })) : [make("option", { value: "", text: "none is known yet" })]));
+    byId("gamepad").replaceChildren(
+      ...(pads.length
+        ? pads.map(({ id, index }) => make("option", { value: index, text: id }))
+        : [make("option", { value: "", text: "none is known yet" })]),
+    );
     if (pads.some(({ index }) => String(index) === chosen)) byId("gamepad").value = chosen;
     byId("gamepad").disabled = !pads.length;
     if (!byId("rumble").checked) return this.actuators.stop();
-    if (pads.length && !this.actuators.motors().length) this.tell("This browser cannot make that gamepad rumble: try another one, or another browser.");
+    if (pads.length && !this.actuators.motors().length)
+      this.tell("This browser cannot make that gamepad rumble: try another one, or another browser.");
   }
 
   #rumble({ samples, ready }) {

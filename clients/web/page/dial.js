@@ -1,6 +1,6 @@
-// A slider of a quantity with its value beside it: the load and the speed of the pad.
-//
-// Limits  logarithmic, three significant digits; a value from outside is held to the range.
+/* A slider of a quantity with its value beside it: the load and the speed of the pad.
+
+Limits: logarithmic, three significant digits; a value from outside is held to the range. */
 
 import { byId } from "../knobs/element.js";
 import { sliderOf } from "../knobs/slider.js";

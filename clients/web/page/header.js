@@ -1,14 +1,14 @@
-// The header: start and stop, volume, connection, latency and gaps of the sound.
+/* The header: start and stop, volume, connection, latency and gaps of the sound. */
 
 import { byId } from "../knobs/element.js";
 
 const SENTENCES = {
   "not started": "not started",
-  "connecting": "connecting…",
-  "preparing": "solving the contact…",
-  "live": "live",
-  "broken": "lost, connecting again…",
-  "ended": "ended",
+  connecting: "connecting…",
+  preparing: "solving the contact…",
+  live: "live",
+  broken: "lost, connecting again…",
+  ended: "ended",
 };
 const INTERVAL = 500; // ms between looks at the meters
 
@@ -21,7 +21,9 @@ export function wireHeader(session, { onStop }) {
     onStop();
     return session.stop();
   });
-  byId("volume").addEventListener("input", () => { session.volume = Number(byId("volume").value); });
+  byId("volume").addEventListener("input", () => {
+    session.volume = Number(byId("volume").value);
+  });
   session.addEventListener("state", ({ detail }) => {
     byId("state").textContent = SENTENCES[detail.state];
     byId("state").dataset.state = detail.state;
@@ -30,7 +32,9 @@ export function wireHeader(session, { onStop }) {
   });
   setInterval(() => {
     const { underruns, latency, updateToSound } = session.stats;
-    byId("latency").textContent = session.player ? `${Math.round(1e3 * (updateToSound === null ? latency : updateToSound + session.player.outputLatency))} ms` : "–";
+    byId("latency").textContent = session.player
+      ? `${Math.round(1e3 * (updateToSound === null ? latency : updateToSound + session.player.outputLatency))} ms`
+      : "–";
     byId("gaps").textContent = session.player ? String(underruns) : "–";
   }, INTERVAL);
 }

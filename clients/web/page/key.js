@@ -1,4 +1,4 @@
-// The key of a service that asks for one: written once a tab.
+/* The key of a service that asks for one: written once a tab. */
 
 import { byId } from "../knobs/element.js";
 import { useKey } from "../service.js";

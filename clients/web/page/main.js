@@ -1,7 +1,7 @@
-// The pad page, put together: the form holds the scene, the session plays it, the pad moves it, the rest shows it.
-//
-// Model   a change of the form goes to the session (as a part, or by new streams where what is fixed changes), and, once it
-//         rests for a moment, to the pictures and the plan.
+/* The pad page, put together: the form holds the scene, the session plays it, the pad moves it, the rest shows it.
+
+Model: a change of the form goes to the session (as a part, or by new streams where what is fixed changes), and, once it
+rests for a moment, to the pictures and the plan. */
 
 import { byId } from "../knobs/element.js";
 import { Form } from "../knobs/form.js";
@@ -18,7 +18,7 @@ import { Pad } from "./stroke.js";
 import { wireTextures } from "./textures.js";
 import { Tools } from "./tools.js";
 
-const REST = 250; // ms without a change before pictures and plan are made; shorter would keep the service busy with drags
+const REST = 250; // ms without a change before pictures and plan are made; shorter keeps the service busy with drags
 const SPACING = 60; // ms between two changes said to the streams; each is a cross-fade
 const LOAD = 0.3; // N, the default scene's
 
@@ -30,7 +30,9 @@ export async function begin() {
   const session = new Session(form.scene);
   let sight = null;
   const pad = new Pad({
-    session, tell, load: LOAD,
+    session,
+    tell,
+    load: LOAD,
     onTouch: () => sight.touch(pad.touches),
     onScale: (metresPerPixel) => sight?.scale(metresPerPixel),
   });
@@ -44,7 +46,15 @@ export async function begin() {
   wireHeader(session, { onStop: () => pad.release() });
   session.addEventListener("problem", ({ detail }) => refused(form, detail));
   follow({ form, session, pad, sight, plan, recorder, show });
-  window.ridgewave = { get player() { return session.player; }, get fingers() { return session.fingers; }, form };
+  window.ridgewave = {
+    get player() {
+      return session.player;
+    },
+    get fingers() {
+      return session.fingers;
+    },
+    form,
+  };
   form.take({});
   tools.follow();
 }
@@ -55,9 +65,10 @@ function follow({ form, session, pad, sight, plan, recorder, show }) {
   const say = async () => {
     saying = 0;
     const before = session.player;
-    if (!await session.take(form.scene).catch((error) => tell(error.message))) return;
+    if (!(await session.take(form.scene).catch((error) => tell(error.message)))) return;
     recorder.renewed();
-    if (before) tell("Rate, channels, quantity and full scale are fixed for a stream: a new one was opened with yours.");
+    if (before)
+      tell("Rate, channels, quantity and full scale are fixed for a stream: a new one was opened with yours.");
   };
   const look = () => {
     const { scene } = form;
@@ -70,7 +81,7 @@ function follow({ form, session, pad, sight, plan, recorder, show }) {
     if (asked > 0 && asked !== load) pad.load.value = load = asked;
     clearTimeout(resting);
     resting = setTimeout(look, settled ? 0 : REST);
-    if (settled || !fixed) saying ||= setTimeout(say, SPACING);
+    if (!saying && (settled || !fixed)) saying = setTimeout(say, SPACING);
   });
 }
 

@@ -1,4 +1,4 @@
-// One place for what the page has to say: the newest sentence, read out politely, gone after a while.
+/* One place for what the page has to say: the newest sentence, read out politely, gone after a while. */
 
 import { byId } from "../knobs/element.js";
 
@@ -12,5 +12,7 @@ export function tell(sentence) {
   place.textContent = sentence;
   place.hidden = false;
   clearTimeout(timer);
-  timer = setTimeout(() => { place.hidden = true; }, STAYS);
+  timer = setTimeout(() => {
+    place.hidden = true;
+  }, STAYS);
 }

@@ -1,7 +1,7 @@
-// The plan of the scene and how exact it is to be: one question to the service answers both.
-//
-// Model   the accuracy control asks for the plan of each scene that rests; its answer also fills the plan's list, and tells
-//         the form what stands where nothing is written.
+/* The plan of the scene and how exact it is to be: one question to the service answers both.
+
+Model: the accuracy control asks for the plan of each scene that rests; its answer also fills the plan's list, and tells
+the form what stands where nothing is written. */
 
 import { byId } from "../knobs/element.js";
 import { AccuracyControl } from "../plan/accuracy.js";

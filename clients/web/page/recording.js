@@ -1,13 +1,13 @@
-// Strokes recorded and replayed.
-//
-// Model   a recording is a stream of its own, with one finger; the service keeps what decided its samples (docs/live.md,
-//         "Recordings"). Replay sends its contacts again, each at its time, to a new stream of the recorded scene.
-// Limits  a replay is as true as the browser's timers, a block of 10 ms; `ridgewave render` makes the very samples.
+/* Strokes recorded and replayed.
+
+Model: a recording is a stream of its own, with one finger; the service keeps what decided its samples (docs/live.md,
+"Recordings"). Replay sends its contacts again, each at its time, to a new stream of the recorded scene.
+Limits: a replay is as true as the browser's timers, a block of 10 ms; `ridgewave render` makes the very samples. */
 
 import { byId } from "../knobs/element.js";
+import { turned } from "../live/contact.js";
 import { recordingOf } from "../service.js";
 import { saveText } from "./save.js";
-import { turned } from "./session.js";
 
 const TICK = 4; // ms between looks at what is due
 const REPLAY = "replay";
@@ -18,7 +18,8 @@ export class Recorder {
   #session = null; // id of the one that runs
   #playing = 0;
 
-  /** session: the Session. tell(sentence). show(scene): the scene that is touched. hand: {move(id, contact), lift(id)}. */
+  /** session: the Session. tell(sentence). show(scene): the scene that is touched. pad: where replayed contacts are
+   *  made. */
   constructor({ session, pad, tell, show }) {
     Object.assign(this, { session, pad, tell, show });
     byId("record").addEventListener("click", () => this.#guarded(this.#session ? this.#finish() : this.#begin()));
@@ -64,11 +65,13 @@ export class Recorder {
     let next = 0;
     const step = () => {
       const now = performance.now() / 1e3;
-      for (; next < events.length && events[next][0] / rate <= now - start; next += 1) this.#act(events[next], start + events[next][0] / rate);
+      for (; next < events.length && events[next][0] / rate <= now - start; next += 1)
+        this.#act(events[next], start + events[next][0] / rate);
       if (next === events.length) this.#end();
     };
     this.#playing = setInterval(step, TICK);
-    this.#show("Replay: the recorded contacts are sent again, at their times to within a block; ridgewave render makes the very samples.");
+    const exact = "ridgewave render makes the very samples";
+    this.#show(`Replay: the recorded contacts are sent again, at their times to within a block; ${exact}.`);
   }
 
   #act([, kind, ...rest], time) {

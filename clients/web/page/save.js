@@ -1,4 +1,4 @@
-// Files handed to the person at the page.
+/* Files handed to the person at the page. */
 
 import { make } from "../knobs/element.js";
 

@@ -1,19 +1,21 @@
-// The fingers of the page: one output, and as many live streams as fingers touch at once.
-//
-// Model   a finger is opened when the first pointer needs it, kept, and taken by the next. All have the same scene; a change
-//         goes to all of them. What is fixed for a stream (rate, channels, quantity, full scale) is changed by new ones.
-// Limits  MOST fingers at once; a recording has one. Events: "state" {state}, "block" {ready, samples, finger}, "ready",
-//         "problem" {problem, sentence}, "limited" {gain_reduction_db}.
+/* The fingers of the page: one output, and as many live streams as fingers touch at once.
+
+Model: a finger is opened when the first pointer needs it, kept, and taken by the next. All have the same scene; a
+change goes to all of them. What is fixed for a stream (rate, channels, quantity, full scale) is changed by new ones.
+Limits: MOST fingers at once; a recording has one. Events: "state" {state}, "block" {ready, samples, finger}, "ready",
+"problem" {problem, sentence}, "limited" {gain_reduction_db}. */
 
 import { Finger } from "../hand/finger.js";
 import { changesWhatIsFixed, partBetween, withField } from "../knobs/merge.js";
 import { siValue } from "../knobs/units.js";
+import { turned } from "../live/contact.js";
 import { Player } from "../sound/player.js";
 
 const MOST = 5; // fingers of a hand; each is a stream of its own at the service
 const STATES = ["broken", "ended", "connecting", "preparing", "live"]; // the worst of them is the page's
 
-const stateOf = ({ connection, preparing }) => (connection.state === "live" && preparing ? "preparing" : connection.state);
+const stateOf = ({ connection, preparing }) =>
+  connection.state === "live" && preparing ? "preparing" : connection.state;
 
 /** The rate of a scene, Hz. */
 const rateOf = (scene) => siValue(scene.output?.sample_rate ?? 48000, "Hz");
@@ -83,7 +85,8 @@ export class Session extends EventTarget {
     }
   }
 
-  /** Takes `scene`, under the fingers where that can be; else by new streams. Returns whether they are new, once they are. */
+  /** Takes `scene`, under the fingers where that can be; else by new streams. Returns whether they are new, once they
+   *  are. */
   async take(scene) {
     if (changesWhatIsFixed(this.scene, scene)) {
       await this.renew(scene);
@@ -112,8 +115,8 @@ export class Session extends EventTarget {
     this.#holders.delete(id);
   }
 
-  /** The worst state of the fingers: "live"; "preparing" where a change is being solved; "connecting", "broken", "ended";
-   *  "not started" where there is none. */
+  /** The worst state of the fingers: "live"; "preparing" where a change is being solved; "connecting", "broken",
+   *  "ended";  "not started" where there is none. */
   get state() {
     if (!this.player) return "not started";
     return STATES.find((state) => this.fingers.some((finger) => stateOf(finger) === state)) ?? "connecting";
@@ -152,9 +155,14 @@ export class Session extends EventTarget {
   #finger() {
     const finger = new Finger({ player: this.player, scene: this.#pinned(), record: this.recording });
     this.fingers.push(finger);
-    for (const type of ["ready", "broken", "resumed", "ended", "scene", "problem"]) finger.addEventListener(type, ({ detail }) => this.#changed(finger, type, detail));
-    finger.addEventListener("block", ({ detail }) => this.#tell("block", { ...detail, finger, ready: finger.connection.ready }));
-    finger.addEventListener("problem", ({ detail }) => this.#tell("problem", { problem: detail.problem, sentence: detail.problem.detail ?? detail.problem.title }));
+    for (const type of ["ready", "broken", "resumed", "ended", "scene", "problem"])
+      finger.addEventListener(type, ({ detail }) => this.#changed(finger, type, detail));
+    finger.addEventListener("block", ({ detail }) =>
+      this.#tell("block", { ...detail, finger, ready: finger.connection.ready }),
+    );
+    finger.addEventListener("problem", ({ detail }) =>
+      this.#tell("problem", { problem: detail.problem, sentence: detail.problem.detail ?? detail.problem.title }),
+    );
     finger.addEventListener("limited", ({ detail }) => this.#tell("limited", detail));
     finger.opened = finger.open();
     finger.opened.catch(() => {}); // told with "ended"
@@ -199,9 +207,4 @@ export class Session extends EventTarget {
   #tell(type, detail) {
     this.dispatchEvent(new CustomEvent(type, { detail }));
   }
-}
-
-/** Returns a contact on the pad as one of the surface under the finger, or the reverse: one moves as the other does not. */
-export function turned({ position, speed, ...rest }) {
-  return { ...rest, ...(position === undefined ? {} : { position: -position }), ...(speed === undefined ? {} : { speed: -speed }) };
 }

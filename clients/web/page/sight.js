@@ -1,8 +1,8 @@
-// What the page shows: the surface on the pad, waveform and spectrum of what plays, and where finger and texture touch.
-//
-// Model   pictures are of the complete scene; the newest answer counts. Waveform and spectrum follow the finger that touches
-//         first. Harmonics are marked at multiples of speed / period.
-// Limits  the picture is at the scene's load, not at that of the hand.
+/* What the page shows: the surface on the pad, waveform and spectrum of what plays, and where finger and texture touch.
+
+Model: pictures are of the complete scene; the newest answer counts. Waveform and spectrum follow the finger that
+touches first. Harmonics are marked at multiples of speed / period.
+Limits: the picture is at the scene's load, not at that of the hand. */
 
 import { byId } from "../knobs/element.js";
 import { call } from "../service.js";
@@ -13,6 +13,7 @@ import { Waveform } from "../sight/waveform.js";
 
 const POINTS = 1024; // of a surface: a pixel each on most screens; more is only sent
 const PHASES = 128; // of a period: between them the height of the finger is interpolated
+const SILENCE = 480; // frames
 const HARMONICS = 12; // marked; more would hide the spectrum
 
 export class Sight {
@@ -24,10 +25,13 @@ export class Sight {
     Object.assign(this, { session, pad });
     this.surface = new Surface(byId("surface"));
     byId("surface").removeAttribute("tabindex"); // the pad around it takes the keys
-    byId("surface").addEventListener("zoom", ({ detail }) => { pad.metresPerPixel = detail.metresPerPixel; });
+    byId("surface").addEventListener("zoom", ({ detail }) => {
+      pad.metresPerPixel = detail.metresPerPixel;
+    });
     this.waveform = new Waveform(byId("waveform"));
     this.spectrum = new Spectrum(byId("spectrum"));
     this.contact = new ContactPicture(byId("contact"));
+    session.addEventListener("ready", ({ detail }) => this.#warm(detail.ready), { once: true });
     session.addEventListener("block", ({ detail }) => this.#hear(detail));
   }
 
@@ -58,7 +62,9 @@ export class Sight {
     this.contact.at((((-position / this.#period) % 1) + 1) % 1); // the surface moves as the finger does not
     const fundamental = Math.abs(speed) / this.#period;
     if (fundamental > 1) this.waveform.expect(fundamental);
-    this.spectrum.mark(fundamental > 1 ? Array.from({ length: HARMONICS }, (_, index) => (index + 1) * fundamental) : []);
+    this.spectrum.mark(
+      fundamental > 1 ? Array.from({ length: HARMONICS }, (_, index) => (index + 1) * fundamental) : [],
+    );
   }
 
   async #limits(name) {
@@ -72,7 +78,16 @@ export class Sight {
     const { channels, quantities, full_scale: scale, sample_rate: rate } = ready;
     const one = channels === 1 ? samples : samples.filter((_, index) => index % channels === 0);
     byId("waveform").closest(".views").classList.add("live");
-    this.waveform.push(one, scale[0], quantities[0], rate);
-    this.spectrum.push(one, scale[0], quantities[0], rate);
+    this.#draw(one, scale[0], quantities[0], rate);
+  }
+
+  /** Draws a silence, once, before anything sounds: a first drawing holds up the page, and the sound with it. */
+  #warm({ quantities, full_scale: scale, sample_rate: rate }) {
+    this.#draw(new Float32Array(SILENCE), scale[0], quantities[0], rate);
+  }
+
+  #draw(...heard) {
+    this.waveform.push(...heard);
+    this.spectrum.push(...heard);
   }
 }

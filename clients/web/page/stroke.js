@@ -1,8 +1,8 @@
-// The pad: pointers, keys and a hand that strokes by itself move fingers over the texture.
-//
-// Model   the left edge of the pad is position 0; a CSS pixel is 1/96 inch, less where the texture is shown larger. A pen
-//         that reports pressure presses with load * 2 * pressure, so that half of its pressure is the load of the dial.
-// Limits  no screen tells how large its pixels really are: "true to size" is as true as the browser's inch.
+/* The pad: pointers, keys and a hand that strokes by itself move fingers over the texture.
+
+Model: the left edge of the pad is position 0; a CSS pixel is 1/96 inch, less where the texture is shown larger. A pen
+that reports pressure presses with load * 2 * pressure, so that half of its pressure is the load of the dial.
+Limits: no screen tells how large its pixels really are: "true to size" is as true as the browser's inch. */
 
 import { followPointers } from "../hand/pointers.js";
 import { Stroker } from "../hand/stroker.js";
@@ -21,13 +21,34 @@ export class Pad {
   #scale = PIXEL;
   #keys = { down: false, position: null, way: 0, timer: 0, at: 0 };
 
-  /** session: what is moved. onTouch(): the touches changed. onScale(metresPerPixel). load: N at first. tell(sentence). */
+  /** session: what is moved. onTouch(): the touches changed. onScale(metresPerPixel). load: N at first. tell(sentence).
+   *  */
   constructor({ session, onTouch, onScale, load, tell }) {
     Object.assign(this, { session, onTouch, tell });
     this.element = byId("pad");
-    this.load = new Dial("load", { minimum: 0.001, maximum: 20, unit: "N", value: load, onChange: (value) => this.#press(value) });
-    this.speed = new Dial("speed", { minimum: 0.001, maximum: 2, unit: "m/s", value: 0.08, onChange: (value) => this.stroker && (this.stroker.speed = value) });
-    this.stroker = new Stroker({ length: 0.05, speed: 0.08, load, onMove: (contact) => this.move(HAND, contact), onLift: () => this.lift(HAND) });
+    this.load = new Dial("load", {
+      minimum: 0.001,
+      maximum: 20,
+      unit: "N",
+      value: load,
+      onChange: (value) => this.#press(value),
+    });
+    this.speed = new Dial("speed", {
+      minimum: 0.001,
+      maximum: 2,
+      unit: "m/s",
+      value: 0.08,
+      onChange: (value) => {
+        if (this.stroker) this.stroker.speed = value;
+      },
+    });
+    this.stroker = new Stroker({
+      length: 0.05,
+      speed: 0.08,
+      load,
+      onMove: (contact) => this.move(HAND, contact),
+      onLift: () => this.lift(HAND),
+    });
     followPointers(this.element, {
       metresPerPixel: () => this.metresPerPixel,
       loadOf: (pressure) => (pressure === null ? this.load.value : this.load.value * 2 * pressure),
@@ -39,7 +60,10 @@ export class Pad {
     this.element.addEventListener("keyup", (event) => event.key.startsWith("Arrow") && this.#halt());
     this.element.addEventListener("blur", () => this.#liftKeys());
     session.addEventListener("ready", () => this.#tellAgain());
-    this.element.addEventListener("wheel", (event) => event.ctrlKey || event.stopPropagation(), { capture: true, passive: true }); // the page scrolls
+    this.element.addEventListener("wheel", (event) => event.ctrlKey || event.stopPropagation(), {
+      capture: true,
+      passive: true,
+    }); // the page scrolls
     byId("magnify").addEventListener("change", () => {
       this.#scale = PIXEL / Number(byId("magnify").value);
       onScale(this.#scale);
@@ -71,7 +95,8 @@ export class Pad {
   move(id, contact) {
     const last = this.touches.get(id);
     const elapsed = last ? contact.time - last.time : 0;
-    const speed = elapsed > 0 ? 0.8 * last.speed + 0.2 * (contact.position - last.position) / elapsed : last?.speed ?? 0;
+    const speed =
+      elapsed > 0 ? 0.8 * last.speed + (0.2 * (contact.position - last.position)) / elapsed : (last?.speed ?? 0);
     this.touches.set(id, { ...contact, speed });
     this.session.move(id, contact);
     this.element.classList.add("touched");
@@ -105,7 +130,8 @@ export class Pad {
   /** Fingers that were put down before their stream was there rest where they are: their stream hears of it now. */
   #tellAgain() {
     const time = performance.now() / 1e3;
-    for (const [id, { position, load }] of this.touches) if (position !== undefined) this.session.move(id, { position, load, time });
+    for (const [id, { position, load }] of this.touches)
+      if (position !== undefined) this.session.move(id, { position, load, time });
   }
 
   #wake(event) {
@@ -157,7 +183,9 @@ export class Pad {
     if (keys.down) return this.#liftKeys("Finger lifted.");
     keys.position ??= this.length / 2;
     keys.down = true;
-    await this.session.start().catch(() => { keys.down = false; });
+    await this.session.start().catch(() => {
+      keys.down = false;
+    });
     if (!keys.down) return;
     this.tell("Finger down.");
     this.move(KEYS, { position: keys.position, load: this.load.value, time: performance.now() / 1e3 });

@@ -1,4 +1,4 @@
-// What is done with a scene as a whole: undo, redo, links, files, sections opened and closed.
+/* What is done with a scene as a whole: undo, redo, links, files, sections opened and closed. */
 
 import { byId } from "../knobs/element.js";
 import { History } from "../knobs/history.js";
@@ -88,8 +88,11 @@ export class Tools {
     let scene = null;
     try {
       scene = JSON.parse(await file.text());
-    } catch { /* told below */ }
-    if (typeof scene !== "object" || scene === null || Array.isArray(scene)) return this.tell("This file is no scene: choose a JSON file that holds one object.");
+    } catch {
+      /* told below */
+    }
+    if (typeof scene !== "object" || scene === null || Array.isArray(scene))
+      return this.tell("This file is no scene: choose a JSON file that holds one object.");
     this.form.take(scene.format === "ridgewave-recording" ? scene.scene : scene);
   }
 

@@ -1,8 +1,9 @@
-/* The accuracy control: how exact a scene is to be, what that costs as far as the plan knows, and what it costs measured.
+/* The accuracy control: how exact a scene is to be, what that costs as far as the plan knows, and what it costs
+measured.
 
-   The slider is the tolerance, the largest error relative to the peak-to-peak; "exact" and "imperceptible" are the scene's own
-   words. The predicted cost is that of `POST /v1/explain`; a measurement is `POST /v1/accuracy`, up to a minute.
-   Limits: timings are those of the service's machine while it does whatever else it does. */
+The slider is the tolerance, the largest error relative to the peak-to-peak; "exact" and "imperceptible" are the scene's
+own words. The predicted cost is that of `POST /v1/explain`; a measurement is `POST /v1/accuracy`, up to a minute.
+Limits: timings are those of the service's machine while it does whatever else it does. */
 
 import { inWords } from "../sight/scale.js";
 import { bytesInWords, costInWords, element, shareInWords, words } from "./plan.js";
@@ -18,7 +19,8 @@ const CHOICES = {
 };
 const WAIT = 250; // ms of rest before a cost is asked for
 
-/** The control inside `place`. call(method, path, body): as in service.js. Event "change" {tolerance}: a number or a word. */
+/** The control inside `place`. call(method, path, body): as in service.js. Event "change" {tolerance}: a number or a
+ *  word. */
 export class AccuracyControl extends EventTarget {
   #call;
   #scene = null;
@@ -40,9 +42,17 @@ export class AccuracyControl extends EventTarget {
     this.status.setAttribute("role", "status");
     this.figure = element("div");
     place.replaceChildren(
-      element("fieldset", {}, this.#choices(),
-        element("div", { className: "accuracy-slide" }, this.slider, this.reading)),
-      this.cost, this.status, this.button, this.figure);
+      element(
+        "fieldset",
+        {},
+        this.#choices(),
+        element("div", { className: "accuracy-slide" }, this.slider, this.reading),
+      ),
+      this.cost,
+      this.status,
+      this.button,
+      this.figure,
+    );
     this.slider.addEventListener("input", () => this.#choose());
     this.button.addEventListener("click", () => this.measure());
     this.#tell();
@@ -74,8 +84,10 @@ export class AccuracyControl extends EventTarget {
     try {
       const plan = await this.#call("POST", "/v1/explain", this.#sceneNow());
       if (asked !== this.#asked) return null;
-      const errors = Object.entries(plan.estimated_error)
-        .map(([name, error]) => [`error, ${words(name)}`, shareInWords(error)]);
+      const errors = Object.entries(plan.estimated_error).map(([name, error]) => [
+        `error, ${words(name)}`,
+        shareInWords(error),
+      ]);
       const rows = [...(plan.cost ? costInWords(plan.cost) : []), ...errors];
       const shown = rows.map(([name, value]) => element("div", {}, element("dt", {}, name), element("dd", {}, value)));
       this.cost.replaceChildren(...shown);
@@ -93,7 +105,9 @@ export class AccuracyControl extends EventTarget {
     this.#say("Measuring: it takes up to a minute.");
     try {
       const measured = await this.#call("POST", "/v1/accuracy", this.#sceneNow());
-      this.#say(`Measured ${measured.methods.length} methods for the ${words(measured.quantity)}, on the service’s machine.`);
+      this.#say(
+        `Measured ${measured.methods.length} methods for the ${words(measured.quantity)}, on the service’s machine.`,
+      );
       this.draw(measured);
       return measured;
     } catch (problem) {
@@ -111,13 +125,22 @@ export class AccuracyControl extends EventTarget {
     svg.setAttribute("role", "img");
     svg.setAttribute("aria-label", plotInWords(measured));
     const kinds = new Map(seriesOf(measured).map((series) => [series.name, series]));
-    const legend = element("ul", { className: "error-legend" }, ...[...kinds.values()].map(({ family, name, open }) =>
-      element("li", { className: `family-${family}` }, element("i", { className: open ? "open" : "" }), name)));
+    const legend = element(
+      "ul",
+      { className: "error-legend" },
+      ...[...kinds.values()].map(({ family, name, open }) =>
+        element("li", { className: `family-${family}` }, element("i", { className: open ? "open" : "" }), name),
+      ),
+    );
     legend.append(
       element("li", {}, element("i", { className: "ring" }), "the plan’s choice"),
-      element("li", {}, element("i", { className: "front" }), "nothing is both nearer and cheaper"));
-    this.figure.replaceChildren(svg, legend, element("details", {},
-      element("summary", {}, "All methods as a table"), tableOf(measured)));
+      element("li", {}, element("i", { className: "front" }), "nothing is both nearer and cheaper"),
+    );
+    this.figure.replaceChildren(
+      svg,
+      legend,
+      element("details", {}, element("summary", {}, "All methods as a table"), tableOf(measured)),
+    );
     new ResizeObserver(() => drawErrorPlot(svg, measured)).observe(svg);
   }
 
@@ -162,16 +185,40 @@ export class AccuracyControl extends EventTarget {
 function tableOf(measured) {
   const head = ["method", "largest error", "set-up", "per second of sound", "set-up included", "memory"];
   const rows = measured.methods.map((row) => [
-    row.method, row.max_error.toExponential(1), inWords(row.setup_seconds, "s", 2), inWords(row.seconds_per_second, "s", 2),
-    inWords(costOf(measured, row), "s", 2), bytesInWords(row.memory_bytes),
+    row.method,
+    row.max_error.toExponential(1),
+    inWords(row.setup_seconds, "s", 2),
+    inWords(row.seconds_per_second, "s", 2),
+    inWords(costOf(measured, row), "s", 2),
+    bytesInWords(row.memory_bytes),
   ]);
-  const table = element("table", {},
-    element("caption", {}, `What each method errs by and costs, ${words(measured.quantity)}; bold is what the plan takes`),
+  const table = element(
+    "table",
+    {},
+    element(
+      "caption",
+      {},
+      `What each method errs by and costs, ${words(measured.quantity)}; bold is what the plan takes`,
+    ),
     element("thead", {}, element("tr", {}, ...head.map((name) => element("th", { scope: "col" }, name)))),
-    element("tbody", {}, ...rows.map(([method, ...cells]) => {
-      const row = element("tr", {}, element("th", { scope: "row" }, method), ...cells.map((cell) => element("td", {}, cell)));
-      if (method === measured.chosen) row.setAttribute("aria-current", "true");
-      return row;
-    })));
-  return element("div", { className: "accuracy-table", tabIndex: 0, role: "region", ariaLabel: "Table of methods" }, table);
+    element(
+      "tbody",
+      {},
+      ...rows.map(([method, ...cells]) => {
+        const row = element(
+          "tr",
+          {},
+          element("th", { scope: "row" }, method),
+          ...cells.map((cell) => element("td", {}, cell)),
+        );
+        if (method === measured.chosen) row.setAttribute("aria-current", "true");
+        return row;
+      }),
+    ),
+  );
+  return element(
+    "div",
+    { className: "accuracy-table", tabIndex: 0, role: "region", ariaLabel: "Table of methods" },
+    table,
+  );
 }

@@ -1,10 +1,10 @@
 /* What accuracy costs, drawn: error against computing time, from the answer of `POST /v1/accuracy`.
 
-   Model: across, the time for a second of sound, set-up spread over the scene's duration; up, the largest error of a period
-   relative to the peak-to-peak; both in decades, so nearer to the lower left is better. A line joins methods that differ
-   in size only; open points are tables read in straight lines. The broad line is the front: nothing measured is both nearer and
-   cheaper. The ring is what the plan takes.
-   Limits: an error of zero stands on the lower edge. Labels that find no free place are left out, since the table has all. */
+Model: across, the time for a second of sound, set-up spread over the scene's duration; up, the largest error of a
+period relative to the peak-to-peak; both in decades, so nearer to the lower left is better. A line joins methods that
+differ in size only; open points are tables read in straight lines. The broad line is the front: nothing measured is
+both nearer and cheaper. The ring is what the plan takes.
+Limits: an error of zero stands on the lower edge. Labels without a free place are left out, since the table has all. */
 
 import { inWords, logAxis } from "../sight/scale.js";
 
@@ -20,7 +20,16 @@ const ROUNDING = 2 ** -25; // of a float32 sample near full scale
 const MARGIN_DB = 6; // that an error keeps below the detection threshold where it is not felt
 const SVG = "http://www.w3.org/2000/svg";
 const FARTHER = [1, 1.6, 2.4, 3.4]; // times the reach of a label
-const PLACES = [[1, 0], [-1, 0], [0, -1], [0, 1], [1, -1], [1, 1], [-1, -1], [-1, 1]];
+const PLACES = [
+  [1, 0],
+  [-1, 0],
+  [0, -1],
+  [0, 1],
+  [1, -1],
+  [1, 1],
+  [-1, -1],
+  [-1, 1],
+];
 
 /** Returns the seconds of computing for a second of sound, set-up spread over the duration. */
 export function costOf(document, row) {
@@ -39,7 +48,11 @@ export function seriesOf(document) {
   const order = Object.keys(FAMILIES);
   const series = [...groups.values()].sort((one, other) => order.indexOf(one.family) - order.indexOf(other.family));
   for (const one of series) {
-    const kind = one.pattern.split(",").slice(1).map((part) => part.trim()).filter((part) => !part.includes("#"));
+    const kind = one.pattern
+      .split(",")
+      .slice(1)
+      .map((part) => part.trim())
+      .filter((part) => !part.includes("#"));
     one.name = [FAMILIES[one.family] ?? one.family, ...kind].join(", ");
     one.open = kind.includes("linear");
     one.rows.sort((first, second) => numberOf(first.method) - numberOf(second.method));
@@ -47,11 +60,14 @@ export function seriesOf(document) {
   return series;
 }
 
-/** Returns the error below which every method keeps MARGIN_DB to the threshold; each error's spectrum grows as a whole. */
+/** Returns the error below which every method keeps MARGIN_DB to the threshold; each error's spectrum grows as a whole.
+ *  */
 export function feltError(document) {
-  return Math.min(...document.methods
-    .filter((row) => row.max_error && row.threshold_margin_db !== null)
-    .map((row) => row.max_error * 10 ** ((row.threshold_margin_db - MARGIN_DB) / 20)));
+  return Math.min(
+    ...document.methods
+      .filter((row) => row.max_error && row.threshold_margin_db !== null)
+      .map((row) => row.max_error * 10 ** ((row.threshold_margin_db - MARGIN_DB) / 20)),
+  );
 }
 
 /** Draws into `svg`, whose size on the page (CSS px) is taken as it is. */
@@ -70,7 +86,11 @@ export function drawErrorPlot(svg, document) {
   const up = logAxis(low, Math.max(1, 2 * Math.max(...errors)), box.bottom, box.top, "", 24);
   const place = (row) => [across.place(costOf(document, row)), up.place(Math.max(row.max_error, low))];
   const series = seriesOf(document);
-  const labels = new Labels(svg, box, series.flatMap(({ rows }) => dotted(rows.map(place))));
+  const labels = new Labels(
+    svg,
+    box,
+    series.flatMap(({ rows }) => dotted(rows.map(place))),
+  );
   drawFrame(svg, box, across, up);
   drawFront(svg, document, place);
   drawLevel(svg, labels, [box.left, up.place(ROUNDING)], [box.right, up.place(ROUNDING)], "float32 rounding");
@@ -91,14 +111,18 @@ export function drawErrorPlot(svg, document) {
   }
 }
 
-/** Returns the least error (with its cost and method) in words, and what the plan takes: the figure's text alternative. */
+/** Returns the least error (with its cost and method) in words, and what the plan takes: the figure's text. */
 export function plotInWords(document) {
-  const tell = (row) => `${row.method}, with an error of ${row.max_error.toExponential(1)} ` +
+  const tell = (row) =>
+    `${row.method}, with an error of ${row.max_error.toExponential(1)} ` +
     `at ${inWords(costOf(document, row), "s", 2)} for a second of sound`;
   const chosen = document.methods.find((row) => row.method === document.chosen);
   const nearest = document.methods.reduce((best, row) => (row.max_error < best.max_error ? row : best));
-  return `Error against computing time of ${document.methods.length} methods for the ${document.quantity}. ` +
-    `${chosen ? `The plan takes ${tell(chosen)}. ` : ""}The nearest is ${tell(nearest)}. The table below has all of them.`;
+  const taken = chosen ? `The plan takes ${tell(chosen)}. ` : "";
+  return (
+    `Error against computing time of ${document.methods.length} methods for the ${document.quantity}. ` +
+    `${taken}The nearest is ${tell(nearest)}. The table below has all of them.`
+  );
 }
 
 function drawFrame(svg, box, across, up) {
@@ -118,7 +142,10 @@ function drawFrame(svg, box, across, up) {
 }
 
 function drawFront(svg, document, place) {
-  const front = document.methods.filter((row) => row.pareto).map(place).sort((one, other) => one[0] - other[0]);
+  const front = document.methods
+    .filter((row) => row.pareto)
+    .map(place)
+    .sort((one, other) => one[0] - other[0]);
   if (!front.length) return;
   const steps = front.slice(1).map(([x, y]) => `H${x}V${y}`);
   add(svg, "path", { class: "front", d: `M${front[0]}${steps.join("")}` });
@@ -138,7 +165,20 @@ function drawLevel(svg, labels, from, to, words) {
   add(svg, "path", { class: "level", d: `M${from}L${to}` });
   const upright = from[0] === to[0];
   const place = upright ? [from[0], to[1] + 8] : [to[0] + 4, from[1]];
-  labels.put(words, place, "level-words", upright ? [[-1, 0], [1, 0]] : [[-1, -0.7], [-1, 0.7]]);
+  labels.put(
+    words,
+    place,
+    "level-words",
+    upright
+      ? [
+          [-1, 0],
+          [1, 0],
+        ]
+      : [
+          [-1, -0.7],
+          [-1, 0.7],
+        ],
+  );
   labels.avoid(dotted([from, to]));
 }
 
@@ -185,11 +225,14 @@ class Labels {
 
   #free(room) {
     const box = this.#box;
-    if (room.left < box.left || room.right > box.right || room.top < box.top - 2 || room.bottom > box.bottom) return false;
-    const meets = (other) => room.left < other.right + 4 && room.right > other.left - 4 &&
-      room.top < other.bottom && room.bottom > other.top;
+    if (room.left < box.left || room.right > box.right || room.top < box.top - 2 || room.bottom > box.bottom)
+      return false;
+    const meets = (other) =>
+      room.left < other.right + 4 && room.right > other.left - 4 && room.top < other.bottom && room.bottom > other.top;
     if (this.#taken.some(meets)) return false;
-    return !this.#points.some(([x, y]) => x > room.left - 3 && x < room.right + 3 && y > room.top - 1 && y < room.bottom + 1);
+    return !this.#points.some(
+      ([x, y]) => x > room.left - 3 && x < room.right + 3 && y > room.top - 1 && y < room.bottom + 1,
+    );
   }
 }
 
@@ -210,7 +253,10 @@ function dotted(points) {
   return points.flatMap(([x, y], index) => {
     const [fromX, fromY] = points[Math.max(0, index - 1)];
     const count = Math.max(1, Math.ceil(Math.hypot(x - fromX, y - fromY) / 4));
-    return Array.from({ length: count }, (_, step) => [x + ((fromX - x) * step) / count, y + ((fromY - y) * step) / count]);
+    return Array.from({ length: count }, (_, step) => [
+      x + ((fromX - x) * step) / count,
+      y + ((fromY - y) * step) / count,
+    ]);
   });
 }
 

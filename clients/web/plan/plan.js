@@ -1,7 +1,7 @@
 /* The plan of a scene as a person reads it: what is simulated and what is left out, why, and what it costs.
 
-   Source: the answer of `POST /v1/explain`, or the `plan` of a live session, which has neither `scene` nor `cost`.
-   Limits: an effect's settings are not repeated here, since the form shows them with their units. */
+Source: the answer of `POST /v1/explain`, or the `plan` of a live session, which has neither `scene` nor `cost`.
+Limits: an effect's settings are not repeated here, since the form shows them with their units. */
 
 import { inWords, QUANTITIES } from "../sight/scale.js";
 
@@ -57,10 +57,16 @@ export class PlanView {
         : element("p", {}, "Nothing: there is nothing to feel."),
       element("h3", {}, "Left out"),
       plan.left_out.length
-        ? element("ul", {}, ...grouped(plan.left_out).map(({ names, reason, effect }) => item(names.join(", "), reason, effect)))
+        ? element(
+            "ul",
+            {},
+            ...grouped(plan.left_out).map(({ names, reason, effect }) => item(names.join(", "), reason, effect)),
+          )
         : element("p", {}, "Nothing."),
-      ...numbers("Estimated error, of peak to peak",
-        Object.entries(plan.estimated_error).map(([name, error]) => [words(name), shareInWords(error)])),
+      ...numbers(
+        "Estimated error, of peak to peak",
+        Object.entries(plan.estimated_error).map(([name, error]) => [words(name), shareInWords(error)]),
+      ),
       ...(plan.cost ? numbers("Cost on the service’s machine", costInWords(plan.cost)) : []),
       ...numbers("How it is computed", responseOf(plan.response)),
     );
@@ -68,10 +74,13 @@ export class PlanView {
 }
 
 function item(name, reason, beside) {
-  return element("li", {},
+  return element(
+    "li",
+    {},
     element("strong", {}, name),
     beside ? element("span", { className: "plan-beside" }, beside) : null,
-    element("p", {}, reason));
+    element("p", {}, reason),
+  );
 }
 
 function priceOf({ price }) {

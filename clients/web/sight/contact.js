@@ -1,10 +1,11 @@
 /* The contact itself, from the side: the ridges of the finger on the texture, and where they touch.
 
-   Model: as `POST /v1/picture` defines it. The texture stands at its heights, moved by p = phase times period; the underside
-   of the undeformed finger at z - finger. Where they overlap the skin is pressed flat onto the texture, and that is lit;
-   a thin line shows where the skin would be. Heights are drawn larger than lengths, by the factor that stands beside them.
-   Limits: how the skin bends between patches is not simulated, so not drawn. Between two phases of the picture z is
-   interpolated; phases closer than half a CSS px are taken as they are, with the patches that the picture gives. */
+Model: as `POST /v1/picture` defines it. The texture stands at its heights, moved by p = phase times period; the
+underside of the undeformed finger at z - finger. Where they overlap the skin is pressed flat onto the texture, and that
+is lit; a thin line shows where the skin would be. Heights are drawn larger than lengths, by the factor that stands
+beside them.
+Limits: how the skin bends between patches is not simulated, so not drawn. Between two phases of the picture z is
+interpolated; phases closer than half a CSS px are taken as they are, with the patches that the picture gives. */
 
 import { inWords, Panel, roundBelow } from "./scale.js";
 
@@ -134,7 +135,7 @@ export class ContactPicture {
   #fill(xs, heights, place, edge, colour, line) {
     const { context } = this.panel;
     context.beginPath();
-    heights.forEach((height, index) => context.lineTo(place.x(xs[index]), place.y(height)));
+    for (const [index, height] of heights.entries()) context.lineTo(place.x(xs[index]), place.y(height));
     context.strokeStyle = this.panel.colour(line);
     context.lineWidth = 1.2;
     context.stroke();
@@ -152,12 +153,12 @@ export class ContactPicture {
     for (const [left, right] of lit) context.rect(left, 0, right - left, this.panel.height);
     context.clip();
     context.beginPath();
-    texture.forEach((height, index) => context.lineTo(place.x(xs[index]), place.y(height)));
+    for (const [index, height] of texture.entries()) context.lineTo(place.x(xs[index]), place.y(height));
     context.strokeStyle = this.panel.colour("glow");
     context.lineWidth = 4;
     context.stroke();
     context.beginPath();
-    finger.forEach((height, index) => context.lineTo(place.x(xs[index]), place.y(height)));
+    for (const [index, height] of finger.entries()) context.lineTo(place.x(xs[index]), place.y(height));
     context.lineWidth = 1;
     context.setLineDash([2, 2]);
     context.stroke();
@@ -180,7 +181,8 @@ export class ContactPicture {
     const { context, height } = this.panel;
     const { response, finger } = this.#picture;
     const share = patches.reduce((sum, [begin, end]) => sum + end - begin, 0) / finger.length;
-    const touched = `${patches.length} ${patches.length === 1 ? "place touches" : "places touch"}, ` +
+    const touched =
+      `${patches.length} ${patches.length === 1 ? "place touches" : "places touch"}, ` +
       `${inWords(100 * share, "%", 2)} of ${inWords(finger.length, "m")}`;
     const { factor, across, up } = this.drawn;
     context.textBaseline = "alphabetic";
@@ -202,8 +204,10 @@ export class ContactPicture {
     context.fillRect(box.right - length * across, height - 14, length * across, 2);
     context.fillStyle = this.panel.colour("muted");
     context.fillText(inWords(length, "m"), box.right - length * across - 6, height - 10);
-    this.panel.say(`Finger on texture from the side, at ${inWords(response.load, "N")}: ${touched}. ` +
-      `Heights are drawn ${factor} times larger than lengths.`);
+    this.panel.say(
+      `Finger on texture from the side, at ${inWords(response.load, "N")}: ${touched}. ` +
+        `Heights are drawn ${factor} times larger than lengths.`,
+    );
   }
 
   #key(event) {

@@ -1,15 +1,25 @@
-/* What all pictures share: numbers in words with SI prefixes, axes, colours of the page, and a canvas that is drawn when
-   something changed.
+/* What all pictures share: numbers in words with SI prefixes, axes, colours of the page, and a canvas that is drawn
+when something changed.
 
-   Colours come from CSS custom properties (sight.css names them), so dark and light are the page's affair; one that is not
-   set is the colour of the text. Lengths on the canvas are CSS pixels; the device's own pixels are used for sharpness.
-   Limits: a Panel lives as long as its page; numbers are shown to three digits. */
+Colours come from CSS custom properties (sight.css names them), so dark and light are the page's affair; one that is not
+set is the colour of the text. Lengths on the canvas are CSS pixels; the device's own pixels are used for sharpness.
+Limits: a Panel lives as long as its page; numbers are shown to three digits. */
 
-const PREFIXES = [[1e9, "G"], [1e6, "M"], [1e3, "k"], [1, ""], [1e-3, "m"], [1e-6, "µ"], [1e-9, "n"], [1e-12, "p"]];
+const PREFIXES = [
+  [1e9, "G"],
+  [1e6, "M"],
+  [1e3, "k"],
+  [1, ""],
+  [1e-3, "m"],
+  [1e-6, "µ"],
+  [1e-9, "n"],
+  [1e-12, "p"],
+];
 const SPEAK_EVERY = 500; // ms between two changes of a text alternative
 const CALM_EVERY = 250; // ms between two drawings where less motion is asked for
 
-/** What a sample may be: its SI unit, and how often displacement is differentiated to get it (null: it is none of it). */
+/** What a sample may be: its SI unit, and how often displacement is differentiated to get it (null: it is none of it).
+ *  */
 export const QUANTITIES = {
   displacement: { name: "displacement", unit: "m", order: 0 },
   velocity: { name: "velocity", unit: "m/s", order: 1 },
@@ -36,7 +46,8 @@ export function roundBelow(size) {
   return power * [5, 2, 1].find((step) => step * power <= size * (1 + 1e-9));
 }
 
-/** Returns an axis {place(value) -> px, low, high, ticks: [{value, label}], unit} with round steps; `most` ticks at most. */
+/** Returns an axis {place(value) -> px, low, high, ticks: [{value, label}], unit} with round steps; `most` ticks at
+ *  most. */
 export function linearAxis(low, high, from, to, unit, most = 5) {
   const step = roundAbove((high - low) / most);
   const { factor, prefix } = prefixOf(Math.max(Math.abs(low), Math.abs(high)));
@@ -45,10 +56,17 @@ export function linearAxis(low, high, from, to, unit, most = 5) {
     const label = String(Number(((index * step) / factor).toPrecision(6))).replace("-", "−");
     ticks.push({ value: index * step, label, main: index === 0 });
   }
-  return { low, high, ticks, unit: prefix + unit, place: (value) => from + ((value - low) / (high - low)) * (to - from) };
+  return {
+    low,
+    high,
+    ticks,
+    unit: prefix + unit,
+    place: (value) => from + ((value - low) / (high - low)) * (to - from),
+  };
 }
 
-/** Returns a logarithmic axis as `linearAxis` does; ticks at 1 to 9 of each decade, labels at decades `apart` px apart. */
+/** Returns a logarithmic axis as `linearAxis` does; ticks at 1 to 9 of each decade, labels at decades `apart` px apart.
+ *  */
 export function logAxis(low, high, from, to, unit, apart = 18) {
   const decades = Math.log10(high / low);
   const every = Math.max(1, Math.ceil(apart / (Math.abs(to - from) / decades)));
@@ -58,10 +76,17 @@ export function logAxis(low, high, from, to, unit, apart = 18) {
       const value = digit * 10 ** power;
       if (value < low * (1 - 1e-9) || value > high * (1 + 1e-9)) continue;
       const told = digit === 1 && power % every === 0;
-      if (digit === 1 || decades <= 4) ticks.push({ value, label: told ? inWords(value, unit) : "", main: digit === 1 });
+      if (digit === 1 || decades <= 4)
+        ticks.push({ value, label: told ? inWords(value, unit) : "", main: digit === 1 });
     }
   }
-  return { low, high, ticks, unit, place: (value) => from + (Math.log(value / low) / Math.log(high / low)) * (to - from) };
+  return {
+    low,
+    high,
+    ticks,
+    unit,
+    place: (value) => from + (Math.log(value / low) / Math.log(high / low)) * (to - from),
+  };
 }
 
 /** Returns the smallest of 1, 2, 5 times a power of ten that is not below `size`. */
@@ -70,7 +95,8 @@ export function roundAbove(size) {
   return power * [1, 2, 5, 10].find((step) => step * power >= size * (1 - 1e-9));
 }
 
-/** A canvas that draws itself on request, at most once a frame. `draw(panel)` is called with `context` set up in CSS px. */
+/** A canvas that draws itself on request, at most once a frame. `draw(panel)` is called with `context` set up in CSS
+ *  px. */
 export class Panel {
   #draw;
   #pace;
@@ -153,11 +179,14 @@ export class Panel {
     const said = this.#said;
     said.text = text;
     if (said.timer) return;
-    said.timer = setTimeout(() => {
-      said.timer = 0;
-      said.time = performance.now();
-      if (this.canvas.getAttribute("aria-label") !== said.text) this.canvas.setAttribute("aria-label", said.text);
-    }, Math.max(0, said.time + SPEAK_EVERY - performance.now()));
+    said.timer = setTimeout(
+      () => {
+        said.timer = 0;
+        said.time = performance.now();
+        if (this.canvas.getAttribute("aria-label") !== said.text) this.canvas.setAttribute("aria-label", said.text);
+      },
+      Math.max(0, said.time + SPEAK_EVERY - performance.now()),
+    );
   }
 
   /** Marks the panel as one that moves by itself, which is drawn less often where less motion is asked for. */
@@ -199,7 +228,10 @@ export function drawAxes(panel, box, across, up, { acrossTitle = "", upTitle = "
   const { context } = panel;
   context.lineWidth = 1;
   context.font = panel.font(11);
-  for (const [axis, vertical] of [[across, true], [up, false]]) {
+  for (const [axis, vertical] of [
+    [across, true],
+    [up, false],
+  ]) {
     context.textAlign = vertical ? "center" : "right";
     context.textBaseline = vertical ? "top" : "middle";
     for (const { value, label, main } of axis.ticks) {

@@ -1,10 +1,11 @@
-/* What sinusoids the vibration holds, in physical units, beside what a finger just feels and what the texture should give.
+/* What sinusoids the vibration holds, in physical units, beside what a finger just feels and what the texture should
+give.
 
-   Model: the newest sound through `transform.js`, so that a sinusoid of amplitude A stands at A. The detection threshold is
-   given as displacement; a velocity just felt is 2 pi f times that, an acceleration (2 pi f)^2 times. Both axes are
-   logarithmic; each device px shows the largest bin within it.
-   Limits: one channel. A change of the motion is told apart after WINDOW s. A line is 5 bins wide to each side, the floor of
-   the window 90 dB below the largest line. */
+Model: the newest sound through `transform.js`, so that a sinusoid of amplitude A stands at A. The detection threshold
+is given as displacement; a velocity just felt is 2 pi f times that, an acceleration (2 pi f)^2 times. Both axes are
+logarithmic; each device px shows the largest bin within it.
+Limits: one channel. A change of the motion is told apart after WINDOW s. A line is 5 bins wide to each side, the floor
+of the window 90 dB below the largest line. */
 
 import { drawAxes, inWords, logAxis, Panel, QUANTITIES } from "./scale.js";
 import { largestLine, Transform } from "./transform.js";
@@ -33,7 +34,8 @@ export class Spectrum {
     this.panel.say("Spectrum: nothing has been felt yet.");
   }
 
-  /** Adds samples (of full scale, one channel) that follow those before; fullScale: SI value of 1; rate: samples a second. */
+  /** Adds samples (of full scale, one channel) that follow those before; fullScale: SI value of 1; rate: samples a
+   *  second. */
   push(samples, fullScale, quantity, rate) {
     if (rate !== this.rate || quantity !== this.quantity || fullScale !== this.fullScale) {
       if (rate !== this.rate) this.#transform = new Transform(2 ** Math.ceil(Math.log2(WINDOW * rate)));
@@ -51,7 +53,8 @@ export class Spectrum {
     this.panel.request();
   }
 
-  /** Shows what is just felt: frequencies (Hz) and displacement (m, peak), as `GET /v1/threshold` answers; null: nothing. */
+  /** Shows what is just felt: frequencies (Hz) and displacement (m, peak), as `GET /v1/threshold` answers; null:
+   *  nothing. */
   threshold(curve) {
     this.#threshold = curve;
     this.panel.request();
@@ -79,12 +82,21 @@ export class Spectrum {
     const key = [low, high, this.quantity, this.#threshold?.name, marks.map((mark) => mark.x.toFixed(1))].join();
     panel.layer(key, () => this.#drawFrame(box, across, up, marks));
     const trace = this.#trace(amplitudes, across, up, box);
-    this.drawn = { ...trace, threshold: this.felt, marks, largest: largestLine(amplitudes, this.rate, LOWEST), low, high };
+    this.drawn = {
+      ...trace,
+      threshold: this.felt,
+      marks,
+      largest: largestLine(amplitudes, this.rate, LOWEST),
+      low,
+      high,
+    };
     this.#tell();
   }
 
   #range(across) {
-    const seen = this.felt.filter(([frequency]) => frequency >= 40 && frequency <= across.high).map(([, level]) => level);
+    const seen = this.felt
+      .filter(([frequency]) => frequency >= 40 && frequency <= across.high)
+      .map(([, level]) => level);
     const top = Math.max(this.fullScale, 2 * Math.min(...seen.filter((level) => level > 0), Infinity) || 0);
     const high = 10 ** Math.ceil(Math.log10(Number.isFinite(top) ? top : this.fullScale));
     return { high, low: high / 10 ** DECADES };
@@ -99,7 +111,8 @@ export class Spectrum {
       const label = index === 0 ? `u/λ ${inWords(frequency, "Hz")}` : String(index + 1);
       const told = x >= free;
       if (told) free = x + (index === 0 ? 40 : 0) + MARK_ROOM;
-      if (told || x - (marks.at(-1)?.x ?? -Infinity) >= LINE_ROOM) marks.push({ frequency, x, label: told ? label : "" });
+      if (told || x - (marks.at(-1)?.x ?? -Infinity) >= LINE_ROOM)
+        marks.push({ frequency, x, label: told ? label : "" });
     });
     return marks;
   }
@@ -208,13 +221,18 @@ export class Spectrum {
     const { largest } = this.drawn;
     const { unit, name } = QUANTITIES[this.quantity];
     const frequencies = this.felt.map(([frequency]) => frequency);
-    const felt = between(this.felt.map(([, level]) => level), placeIn(frequencies, largest.frequency));
+    const felt = between(
+      this.felt.map(([, level]) => level),
+      placeIn(frequencies, largest.frequency),
+    );
     const level = 20 * Math.log10(largest.amplitude / felt);
     const beside = felt ? `, ${Math.abs(level).toFixed(0)} dB ${level < 0 ? "below" : "above"} what is just felt` : "";
-    this.panel.say(largest.amplitude < this.fullScale * 1e-6
-      ? `Spectrum of the ${name}: silence.`
-      : `Spectrum of the ${name}: the strongest sinusoid is ${inWords(largest.amplitude, unit)} at ` +
-        `${inWords(largest.frequency, "Hz")}${beside}.`);
+    this.panel.say(
+      largest.amplitude < this.fullScale * 1e-6
+        ? `Spectrum of the ${name}: silence.`
+        : `Spectrum of the ${name}: the strongest sinusoid is ${inWords(largest.amplitude, unit)} at ` +
+            `${inWords(largest.frequency, "Hz")}${beside}.`,
+    );
   }
 }
 

@@ -1,10 +1,10 @@
 /* The pad: a texture seen from above, at its real heights, with a scale bar, a legend of the heights, and the fingers.
 
-   Model: heights are repeated along x and averaged over each device pixel. Where the surface is level its colour goes in a
-   straight line from --valley to --crest with the height; a slope towards the left is lighter, one to the right darker, by at
-   most RELIEF of the ramp, in proportion to the steepest slope. The left edge is position 0.
-   Limits: textures that vary along x only. Fingers are elements over the canvas, so that they move without a drawing;
-   the canvas is put into a box of its own for them. */
+Model: heights are repeated along x and averaged over each device pixel. Where the surface is level its colour goes in a
+straight line from --valley to --crest with the height; a slope towards the left is lighter, one to the right darker, by
+at most RELIEF of the ramp, in proportion to the steepest slope. The left edge is position 0.
+Limits: textures that vary along x only. Fingers are elements over the canvas, so that they move without a drawing; the
+canvas is put into a box of its own for them. */
 
 import { inWords, Panel, roundBelow } from "./scale.js";
 
@@ -41,7 +41,8 @@ export class Surface {
     canvas.addEventListener("wheel", (event) => this.#wheel(event), { passive: false });
   }
 
-  /** Shows a texture: heights (m) over one period (m); contactLength (m), where known, is the length of a finger's mark. */
+  /** Shows a texture: heights (m) over one period (m); contactLength (m), where known, is the length of a finger's
+   *  mark. */
   show({ heights, period, contactLength = null }) {
     const fresh = period !== this.period;
     this.#heights = Float64Array.from(heights);
@@ -50,7 +51,8 @@ export class Surface {
     this.low = this.#heights.reduce((least, height) => Math.min(least, height), Infinity);
     this.high = this.#heights.reduce((most, height) => Math.max(most, height), -Infinity);
     this.#sums = new Float64Array(heights.length + 1);
-    this.#heights.forEach((height, index) => { // of the heights, joined by straight lines
+    this.#heights.forEach((height, index) => {
+      // of the heights, joined by straight lines
       this.#sums[index + 1] = this.#sums[index] + (height + this.#heights[(index + 1) % heights.length]) / 2;
     });
     if (fresh) this.#zoomTo(this.fitting(), false);
@@ -119,7 +121,9 @@ export class Surface {
   #stripe() {
     const count = this.panel.canvas.width;
     const perPixel = this.metresPerPixel / this.panel.ratio;
-    const heights = Float64Array.from({ length: count + 2 }, (_, x) => this.heightBetween((x - 1) * perPixel, x * perPixel));
+    const heights = Float64Array.from({ length: count + 2 }, (_, x) =>
+      this.heightBetween((x - 1) * perPixel, x * perPixel),
+    );
     let steepest = 0;
     for (let x = 1; x <= count; x++) steepest = Math.max(steepest, Math.abs(heights[x + 1] - heights[x - 1]));
     const [valley, crest] = ["valley", "crest"].map((name) => rgbOf(this.panel.colour(name)));
@@ -188,16 +192,19 @@ export class Surface {
   }
 
   #tell() {
-    const fine = this.period / this.metresPerPixel < FINEST ? " Its ridges are too fine for this zoom: press plus." : "";
+    const fine =
+      this.period / this.metresPerPixel < FINEST ? " Its ridges are too fine for this zoom: press plus." : "";
     this.panel.say(
       `Texture from above: it repeats every ${inWords(this.period, "m")} and is ${inWords(this.high - this.low, "m")} ` +
-      `high from valley to crest. ${inWords(this.panel.width * this.metresPerPixel, "m")} are shown.${fine}`);
+        `high from valley to crest. ${inWords(this.panel.width * this.metresPerPixel, "m")} are shown.${fine}`,
+    );
   }
 
   #zoomTo(metresPerPixel, byHand = true) {
     this.metresPerPixel = limited(metresPerPixel);
     this.panel.request();
-    if (byHand) this.panel.canvas.dispatchEvent(new CustomEvent("zoom", { detail: { metresPerPixel: this.metresPerPixel } }));
+    if (byHand)
+      this.panel.canvas.dispatchEvent(new CustomEvent("zoom", { detail: { metresPerPixel: this.metresPerPixel } }));
   }
 
   #key(event) {

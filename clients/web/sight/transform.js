@@ -1,10 +1,10 @@
 /* What sinusoids a stretch of sound holds: a fast Fourier transform of real samples, with a window.
 
-   Model: HFT90D, a flat-top window of Heinzel, Rüdiger and Schilling (2002), so that a sinusoid of amplitude A shows as A
-   wherever it lies between two bins, to 0.04 %. Its price is that a line is 5 bins wide to each side.
-   Source: G. Heinzel et al., "Spectrum and spectral density estimation by the DFT", 2002, appendix D.
-   Limits: the size is a power of two, 4 at least; lines nearer than 5 bins run into each other, and what is nearer than 5
-   bins to 0 Hz is that of the mean. */
+Model: HFT90D, a flat-top window of Heinzel, Rüdiger and Schilling (2002), so that a sinusoid of amplitude A shows as A
+wherever it lies between two bins, to 0.04 %. Its price is that a line is 5 bins wide to each side.
+Source: G. Heinzel et al., "Spectrum and spectral density estimation by the DFT", 2002, appendix D.
+Limits: the size is a power of two, 4 at least; lines nearer than 5 bins run into each other, and what is nearer than 5
+bins to 0 Hz is that of the mean. */
 
 const WINDOW = [1, -1.942604, 1.340318, -0.440811, 0.043097];
 
@@ -31,7 +31,8 @@ export class Transform {
       this.#order[index] = (this.#order[index >> 1] >> 1) | (index & 1 ? half >> 1 : 0);
     }
     this.#window = Float64Array.from({ length: size }, (_, index) =>
-      WINDOW.reduce((sum, part, order) => sum + part * Math.cos((2 * Math.PI * order * index) / size), 0));
+      WINDOW.reduce((sum, part, order) => sum + part * Math.cos((2 * Math.PI * order * index) / size), 0),
+    );
     this.#real = new Float64Array(half);
     this.#imaginary = new Float64Array(half);
   }
@@ -97,7 +98,8 @@ export class Transform {
   }
 }
 
-/** Returns the amplitude (unit of the samples) and frequency (Hz) of the largest line of `amplitudes` above `least` Hz. */
+/** Returns the amplitude (unit of the samples) and frequency (Hz) of the largest line of `amplitudes` above `least` Hz.
+ *  */
 export function largestLine(amplitudes, rate, least = 0) {
   const size = 2 * (amplitudes.length - 1);
   let best = Math.max(LINE_WIDTH, Math.ceil((least * size) / rate));

@@ -1,10 +1,10 @@
 /* What is felt over time, in physical units, held still while the finger moves at constant speed.
 
-   Model: a stretch of the newest sound is shown that begins at a rising crossing of a level: zero, or the mean where that is
-   far from it. Of all crossings in reach the one is taken whose stretch is most like the one drawn before. Each crossing is
-   found between its two samples.
-   The scale is the full scale divided by 1, 2, 5, 10 ..., and the full scale is marked where it is in view.
-   Limits: one channel; the last second is kept. Samples are joined by straight lines, or by their range in each px. */
+Model: a stretch of the newest sound is shown that begins at a rising crossing of a level: zero, or the mean where that
+is far from it. Of all crossings in reach the one is taken whose stretch is most like the one drawn before. Each
+crossing is found between its two samples. The scale is the full scale divided by 1, 2, 5, 10 ..., and the full scale is
+marked where it is in view.
+Limits: one channel; the last second is kept. Samples are joined by straight lines, or by their range in each px. */
 
 import { drawAxes, inWords, linearAxis, Panel, QUANTITIES, roundAbove } from "./scale.js";
 
@@ -30,12 +30,14 @@ export class Waveform {
   constructor(canvas) {
     this.span = 0.05; // s shown
     this.panel = new Panel(canvas, () => this.#draw()).moving();
-    /** What was drawn last: {times (s), values (SI)} of the trace, `peak`, `range` (SI), `begin` (frame), `span` (s). */
+    /** What was drawn last: {times (s), values (SI)} of the trace, `peak`, `range` (SI), `begin` (frame), `span` (s).
+     *  */
     this.drawn = null;
     this.panel.say("Waveform: nothing has been felt yet.");
   }
 
-  /** Adds samples (of full scale, one channel) that follow those before; fullScale: SI value of 1; rate: samples a second. */
+  /** Adds samples (of full scale, one channel) that follow those before; fullScale: SI value of 1; rate: samples a
+   *  second. */
   push(samples, fullScale, quantity, rate) {
     if (rate !== this.rate || quantity !== this.quantity || fullScale !== this.fullScale) {
       Object.assign(this, { rate, quantity, fullScale });
@@ -48,7 +50,8 @@ export class Waveform {
     this.panel.request();
   }
 
-  /** Shows a few periods of a vibration of `frequency` Hz; the span stays while that fits, so a hand does not make it jump. */
+  /** Shows a few periods of a vibration of `frequency` Hz; the span stays while that fits, so a hand does not make it
+   *  jump. */
   expect(frequency) {
     const shown = this.span * Math.abs(frequency);
     if (shown >= FEW && shown <= MANY) return;
@@ -136,8 +139,10 @@ export class Waveform {
     this.#trace(begin, count, across, up, box);
     this.drawn.peak = peak * this.fullScale;
     this.drawn.range = range;
-    panel.say(`Waveform of the ${quantity.name}: the largest value is ${inWords(peak * this.fullScale, quantity.unit)}, ` +
-      `${Number((100 * peak).toPrecision(2))} % of the full scale, ${inWords(this.fullScale, quantity.unit)}.`);
+    panel.say(
+      `Waveform of the ${quantity.name}: the largest value is ${inWords(peak * this.fullScale, quantity.unit)}, ` +
+        `${Number((100 * peak).toPrecision(2))} % of the full scale, ${inWords(this.fullScale, quantity.unit)}.`,
+    );
   }
 
   #trace(begin, count, across, up, box) {
@@ -168,7 +173,7 @@ export class Waveform {
     context.lineWidth = 1.6;
     context.lineJoin = "round";
     context.beginPath();
-    times.forEach((time, index) => context.lineTo(across.place(time), up.place(values[index])));
+    for (const [index, time] of times.entries()) context.lineTo(across.place(time), up.place(values[index]));
     context.stroke();
     this.drawn = { times, values, begin, span: this.span };
   }

@@ -5,7 +5,7 @@ two seconds it never came near its end, half of what was to spare is given up. A
 a while, since what caused it (a page that draws, a machine that is busy) comes again.
 Limits: it learns from what happened; the first hiccup of a kind is heard. All times are unverified defaults. */
 
-const START = 0.04; // s
+const START = 0.06; // s; less: gaps while a page that has just begun draws its first pictures
 const LEAST = 0.012; // s: less than a device takes at a time is silence
 const MOST = 0.15; // s: beyond, a hand no longer believes that it is its own sound
 const MARGIN = 0.005; // s left at the shortest moment

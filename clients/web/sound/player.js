@@ -3,6 +3,7 @@
     source (ring, level) -> mix -> channels of the device -> volume -> destination
 
 At level 1 the mix holds the very samples that were given. Volume and levels move without clicks, within some 50 ms.
+A pause that the browser or the system makes ends as soon as they allow it, at the next click or key press at the latest.
 Limits: to be opened in a click or a key press, else the browser keeps it silent. The output device can be chosen where
 the browser can (`canChooseOutput`). What lies behind the browser's `outputLatency` (a Bluetooth link, an amplifier)
 is not known to it. */
@@ -11,6 +12,7 @@ import { Depth } from "./depth.js";
 import { glide, Source } from "./source.js";
 import { Tap } from "./tap.js";
 
+const WAKING = ["pointerdown", "keydown", "visibilitychange"]; // in which a browser may let a page sound again
 const QUIET = 0.1; // volume at first: vibration made for an actuator is loud in headphones
 
 /** The output: `await Player.open()` in a click. */
@@ -44,6 +46,8 @@ export class Player {
     context.destination.channelInterpretation = "discrete";
     this.master.connect(context.destination);
     this.#route();
+    context.addEventListener("statechange", this.#wake);
+    for (const kind of WAKING) window.addEventListener(kind, this.#wake, true);
   }
 
   /** Hz. */
@@ -120,9 +124,16 @@ export class Player {
 
   /** Ends all sound, for good. */
   async close() {
+    for (const kind of WAKING) window.removeEventListener(kind, this.#wake, true);
     for (const source of this.#sources) source.close();
     await this.context.close();
   }
+
+  /** Goes on where the browser or the system has paused the sound: a call came, say, or a laptop slept. */
+  #wake = () => {
+    if (["running", "closed"].includes(this.context.state)) return;
+    this.context.resume().catch(() => {}); // not allowed yet: the next click or key asks again
+  };
 
   #route() {
     const [before] = this.#routing;
@@ -134,7 +145,9 @@ export class Player {
     this.mix.channelCount = Math.max(2, this.#channels.length);
     const splitter = new ChannelSplitterNode(this.context, { numberOfOutputs: this.mix.channelCount });
     const merger = new ChannelMergerNode(this.context, { numberOfInputs: count });
-    this.#channels.forEach((channel, index) => splitter.connect(merger, index, Math.min(channel, count - 1)));
+    for (const [index, channel] of this.#channels.entries()) {
+      splitter.connect(merger, index, Math.min(channel, count - 1));
+    }
     this.mix.connect(splitter);
     merger.connect(this.master);
     this.#routing = [splitter, merger];

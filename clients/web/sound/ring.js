@@ -29,7 +29,7 @@ class Ring extends AudioWorkletProcessor {
   }
 
   take({ samples, ahead, rest, close }) {
-    if (samples && samples.length) {
+    if (samples?.length) {
       this.waiting.push(samples);
       this.queued += samples.length / this.channels;
       this.ahead = ahead;
@@ -46,7 +46,8 @@ class Ring extends AudioWorkletProcessor {
     const frames = output[0].length;
     const waits = !this.sounding && !this.ending && this.queued < this.ahead;
     const filled = waits ? 0 : Math.min(frames, this.queued);
-    if (this.sounding && currentFrame !== this.from + this.run) this.runOut(currentFrame - this.from - this.run);
+    const due = this.from + this.run;
+    if (this.sounding && currentFrame !== due) this.runOut(currentFrame - due, this.queued > 0 || !this.ending);
     const begins = filled > 0 && !this.sounding;
     if (begins) Object.assign(this, { sounding: true, resting: false, from: currentFrame, run: 0 });
     this.fill(output, filled);
@@ -80,9 +81,10 @@ class Ring extends AudioWorkletProcessor {
     this.least = Math.min(this.least, this.queued);
   }
 
-  /** Notes that `frames` zeros stand at the end of this quantum, or where the browser left quanta out. */
-  runOut(frames) {
-    if (!this.ending && !this.resting) {
+  /** Notes that `frames` zeros stand at the end of this quantum, or where the browser left quanta out; lacking: they
+   *  should have been samples. */
+  runOut(frames, lacking = !this.ending) {
+    if (lacking && !this.resting) {
       if (this.sounding) this.underruns += 1;
       this.missing += frames;
     }
@@ -109,7 +111,10 @@ class Tap extends AudioWorkletProcessor {
     this.frames = 0;
     this.first = -1;
     this.open = true;
-    this.port.onmessage = ({ data }) => (data.close ? (this.open = false) : this.give());
+    this.port.onmessage = ({ data }) => {
+      if (data.close) this.open = false;
+      else this.give();
+    };
   }
 
   process([input], [output]) {

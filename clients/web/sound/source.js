@@ -30,10 +30,14 @@ export class Source {
     this.context = context;
     this.channels = channels;
     this.#ring = new AudioWorkletNode(context, "ridgewave-ring", {
-      numberOfInputs: 0, outputChannelCount: [channels], processorOptions: { channels },
+      numberOfInputs: 0,
+      outputChannelCount: [channels],
+      processorOptions: { channels },
     });
     this.#gain = new GainNode(context, {
-      channelCount: channels, channelCountMode: "explicit", channelInterpretation: "discrete",
+      channelCount: channels,
+      channelCountMode: "explicit",
+      channelInterpretation: "discrete",
     });
     this.#ring.connect(this.#gain);
     if (channels === 1) {

@@ -11,8 +11,11 @@ export class Tap {
   /** node: what it listens to. */
   constructor(context, node) {
     this.node = new AudioWorkletNode(context, "ridgewave-tap", {
-      channelCount: 2, channelCountMode: "explicit", channelInterpretation: "discrete",
-      outputChannelCount: [2], processorOptions: { channels: 2 },
+      channelCount: 2,
+      channelCountMode: "explicit",
+      channelInterpretation: "discrete",
+      outputChannelCount: [2],
+      processorOptions: { channels: 2 },
     });
     this.muted = new GainNode(context, { gain: 0 }); // what leads nowhere is not run
     node.connect(this.node).connect(this.muted).connect(context.destination);

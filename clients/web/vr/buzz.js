@@ -1,10 +1,8 @@
-/**
- * What the motors of controllers make of the vibration: each follows the sound of its own hand.
- *
- * Model: strengths of haptics/envelope.js, silent below the least acceleration that a fingertip feels at any frequency.
- * Limits: a controller has a motor of one pitch; a tracked hand has none, and feels nothing. Blocks come ahead of their sound
- * by what the player keeps queued.
- */
+/* What the motors of controllers make of the vibration: each follows the sound of its own hand.
+
+Model: strengths of haptics/envelope.js, silent below the least acceleration that a fingertip feels at any frequency.
+Limits: a controller has a motor of one pitch; a tracked hand has none, and feels nothing. Blocks come ahead of their
+sound by what the player keeps queued. */
 
 import { Actuators } from "../haptics/actuators.js";
 import { Envelope } from "../haptics/envelope.js";
@@ -14,7 +12,10 @@ import { Envelope } from "../haptics/envelope.js";
  * @returns {number} the least acceleration that is felt (m/s^2)
  */
 export function leastFelt({ frequencies, displacement }) {
-  return frequencies.reduce((least, hertz, index) => Math.min(least, (2 * Math.PI * hertz) ** 2 * displacement[index]), Infinity);
+  return frequencies.reduce(
+    (least, hertz, index) => Math.min(least, (2 * Math.PI * hertz) ** 2 * displacement[index]),
+    Infinity,
+  );
 }
 
 export class Buzz {

@@ -1,8 +1,6 @@
-/**
- * The swatches of the table, from the service: names and scenes of the catalogue, heights of their surfaces.
- *
- * Limits: a texture whose heights the service cannot tell is left out.
- */
+/* The swatches of the table, from the service: names and scenes of the catalogue, heights of their surfaces.
+
+Limits: a texture whose heights the service cannot tell is left out. */
 
 import { call } from "../service.js";
 import { leastFelt } from "./buzz.js";
@@ -12,8 +10,8 @@ const POINTS = 512; // heights of a period: more than any swatch shows of one
 const FELT = { low: 20, high: 1000 }; // Hz, what a fingertip feels as vibration
 
 /**
- * @returns {Promise<{name: string, title: string, scene: object, period: number, height: number, heights: number[], words:
- *   string}[]>} finest first; period, height from valley to crest, and heights of one period in m
+ * @returns {Promise<{name: string, title: string, scene: object, period: number, height: number, heights: number[],
+ *   words: string}[]>} finest first; period, height from valley to crest, and heights of one period in m
  */
 export async function loadSwatches() {
   const { textures } = await call("GET", "/v1/textures");
@@ -21,7 +19,8 @@ export async function loadSwatches() {
   return chooseSwatches(pictured.filter(Boolean));
 }
 
-/** @returns {Promise<number>} the least acceleration that a fingertip feels (m/s^2), 0 where the service does not tell */
+/** @returns {Promise<number>} the least acceleration that a fingertip feels (m/s^2), 0 where the service does not tell
+ *  */
 export async function loadThreshold() {
   try {
     return leastFelt(await call("GET", `/v1/threshold?name=fingertip&low=${FELT.low}&high=${FELT.high}&points=100`));
@@ -34,7 +33,18 @@ async function picture({ name, title, scene }) {
   const { texture } = await call("POST", "/v1/picture", { scene, points: POINTS, phases: 0 });
   const { period, heights } = texture;
   if (!(period > 0) || heights.length < 2) return null;
-  const [least, most] = heights.reduce(([low, high], height) => [Math.min(low, height), Math.max(high, height)], [Infinity, -Infinity]);
+  const [least, most] = heights.reduce(
+    ([low, high], height) => [Math.min(low, height), Math.max(high, height)],
+    [Infinity, -Infinity],
+  );
   const height = most - least;
-  return { name, title, scene, period, height, heights, words: `${lengthText(period)} apart, ${lengthText(height)} high` };
+  return {
+    name,
+    title,
+    scene,
+    period,
+    height,
+    heights,
+    words: `${lengthText(period)} apart, ${lengthText(height)} high`,
+  };
 }

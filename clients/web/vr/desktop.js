@@ -1,11 +1,9 @@
-/**
- * The table without a headset: a mouse, a pen or a finger on the canvas touches it and turns it.
- *
- * Model: the left button presses; depth begins at FIRST_LOAD and grows while the button is held, or goes where the wheel sets
- * it; a pen that reports pressure sets it by that. The right button and the arrow keys turn the table under the eye, wheel,
- * plus and minus come nearer. The eye moves only while one of these is used.
- * Limits: one pointer at a time.
- */
+/* The table without a headset: a mouse, a pen or a finger on the canvas touches it and turns it.
+
+Model: the left button presses; depth begins at FIRST_LOAD and grows while the button is held, or goes where the wheel
+sets it; a pen that reports pressure sets it by that. The right button and the arrow keys turn the table under the eye,
+wheel, plus and minus come nearer. The eye moves only while one of these is used.
+Limits: one pointer at a time. */
 
 import { MOST_LOAD, depthOf } from "./touch.js";
 
@@ -36,7 +34,8 @@ export class Eye {
     if (!this.moved) this.distance = Math.max((ROOM * width) / 2 / half / aspect, (ROOM * depth) / 2 / half);
   }
 
-  /** Turns and comes nearer, within bounds. @param {{yaw?: number, pitch?: number, nearer?: number}} by rad, and a factor */
+  /** Turns and comes nearer, within bounds. @param {{yaw?: number, pitch?: number, nearer?: number}} by rad, and a
+   *  factor */
   turn({ yaw = 0, pitch = 0, nearer = 1 }) {
     this.moved = true;
     this.yaw = within(this.yaw + yaw, BOUNDS.yaw);
@@ -44,10 +43,15 @@ export class Eye {
     this.distance = within(this.distance / nearer, BOUNDS.distance);
   }
 
-  /** @param {{position: Vector3, lookAt: Function}} camera @param {{x, y, z}} middle what is looked at (m), in the world */
+  /** @param {{position: Vector3, lookAt: Function}} camera @param {{x, y, z}} middle what is looked at (m), in the
+   *  world */
   hold(camera, { x, y, z }) {
     const flat = this.distance * Math.cos(this.pitch);
-    camera.position.set(x + flat * Math.sin(this.yaw), y + this.distance * Math.sin(this.pitch), z + flat * Math.cos(this.yaw));
+    camera.position.set(
+      x + flat * Math.sin(this.yaw),
+      y + this.distance * Math.sin(this.pitch),
+      z + flat * Math.cos(this.yaw),
+    );
     camera.lookAt(x, y, z);
   }
 }
@@ -55,8 +59,8 @@ export class Eye {
 export class DesktopHand {
   /**
    * @param {HTMLCanvasElement} canvas
-   * @param {{eye: Eye, under: (x: number, y: number) => {x: number, z: number} | null, onChange: () => void}} parts `under`
-   *   gives the point of the table's plane (m) at a place of the canvas, -1..1 to the right and up
+   * @param {{eye: Eye, under: (x: number, y: number) => {x: number, z: number} | null, onChange: () => void}} parts
+   *   `under` gives the point of the table's plane (m) at a place of the canvas, -1..1 to the right and up
    */
   constructor(canvas, { eye, under, onChange }) {
     Object.assign(this, { canvas, eye, under, onChange });
@@ -95,7 +99,8 @@ export class DesktopHand {
 
   #at(event) {
     const { left, top, width, height } = this.canvas.getBoundingClientRect();
-    this.place = event && this.under(((event.clientX - left) / width) * 2 - 1, 1 - ((event.clientY - top) / height) * 2);
+    this.place =
+      event && this.under(((event.clientX - left) / width) * 2 - 1, 1 - ((event.clientY - top) / height) * 2);
     this.onChange();
   }
 

@@ -1,8 +1,6 @@
-/**
- * All fingertips of a moment: which swatch each touches, what is felt and seen of it.
- *
- * Model: a fingertip is known by its id from frame to frame; one that is no longer told of is lifted and hidden.
- */
+/* All fingertips of a moment: which swatch each touches, what is felt and seen of it.
+
+Model: a fingertip is known by its id from frame to frame; one that is no longer told of is lifted and hidden. */
 
 import { TipFollower } from "./touch.js";
 import { Toucher } from "./toucher.js";
@@ -13,8 +11,8 @@ export class Hands {
    * @param {Room} parts.room
    * @param {{name: string, scene: object}[]} parts.swatches
    * @param {(scene: object) => Promise<Finger | null>} parts.open an opened Finger, null where sound has not begun
-   * @param {(hand: string, finger: Finger, samples: Float32Array) => void} parts.onBlock what a touching fingertip gets; `hand`:
-   *   "left", "right", or empty where it is no hand of a headset
+   * @param {(hand: string, finger: Finger, samples: Float32Array) => void} parts.onBlock what a touching fingertip
+   *   gets; `hand`: "left", "right", or empty where it is no hand of a headset
    * @param {(hand: string) => void} parts.onLift
    * @param {(error: Error) => void} parts.onProblem
    */

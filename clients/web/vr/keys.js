@@ -1,10 +1,8 @@
-/**
- * Strokes by keyboard: a button for each swatch, on which arrow keys move a fingertip.
- *
- * Model: left and right, held, stroke at SPEED from the middle of the swatch, up and down press harder and softer. A stroke ends
- * at the end of the swatch, or when the key is let go.
- * Limits: keys tell no force; the load stays where up and down set it.
- */
+/* Strokes by keyboard: a button for each swatch, on which arrow keys move a fingertip.
+
+Model: left and right, held, stroke at SPEED from the middle of the swatch, up and down press harder and softer. A
+stroke ends at the end of the swatch, or when the key is let go.
+Limits: keys tell no force; the load stays where up and down set it. */
 
 import { LENGTH, WIDTH } from "./table.js";
 import { MOST_LOAD, depthOf } from "./touch.js";
@@ -49,7 +47,8 @@ export class SwatchKeys {
     return button;
   }
 
-  /** The lowest point of the fingertip (m), null without a focus. @param {number} passed time since the last call (s) */
+  /** The lowest point of the fingertip (m), null without a focus. @param {number} passed time since the last call (s)
+   *  */
   point(passed) {
     if (this.index === null) return null;
     const end = LENGTH / 2 - EDGE;

@@ -1,13 +1,11 @@
-/**
- * The labels of all swatches, as one picture and one mesh, so that they cost one draw call.
- *
- * Model: each label is a cell of the picture; a quad on the board in front of its swatch shows it.
- * Limits: text longer than its cell is set smaller.
- */
+/* The labels of all swatches, as one picture and one mesh, so that they cost one draw call.
+
+Model: each label is a cell of the picture; a quad on the board in front of its swatch shows it.
+Limits: text longer than its cell is set smaller. */
 
 import { LABEL, LENGTH, RAISED, WIDTH, labelLines } from "./table.js";
 
-const CELL = { width: 768, height: Math.round((768 * LABEL) / LENGTH) }; // pixels of 0.18 mm, finer than a headset shows
+const CELL = { width: 768, height: Math.round((768 * LABEL) / LENGTH) }; // px of 0.18 mm: finer than a headset
 const COLUMNS = 2;
 const SIZES = [54, 46, 46]; // pixels, of each line
 const BASELINES = [56, 122, 182]; // pixels from the top of a cell

@@ -1,11 +1,9 @@
-/**
- * The surface of a swatch as triangles, from the heights of its texture.
- *
- * Model: heights vary along the stroke only, so the top is a strip of quads across it, bent after the heights of one period,
- * repeated and magnified; normals are those of the magnified profile. Its long sides go down to the board and show the
- * profile. Crests are light and valleys dark. The highest crest lies in the plane y = 0, where a touch begins.
- * Limits: at most MOST_POINTS along; a profile with more detail than that is drawn by every n-th height.
- */
+/* The surface of a swatch as triangles, from the heights of its texture.
+
+Model: heights vary along the stroke only, so the top is a strip of quads across it, bent after the heights of one
+period, repeated and magnified; normals are those of the magnified profile. Its long sides go down to the board and show
+the profile. Crests are light and valleys dark. The highest crest lies in the plane y = 0, where a touch begins.
+Limits: at most MOST_POINTS along; a profile with more detail than that is drawn by every n-th height. */
 
 const POINTS_A_PERIOD = 16;
 const COARSE_POINTS = 400; // along a swatch with few periods, so that a long wave is round
@@ -21,7 +19,8 @@ const ROWS = [
 ];
 const DARKEST = 0.5; // shade of the deepest valley
 
-/** @param {number[]} heights of one period @returns {(turns: number) => number} the height at a place in periods, linear between */
+/** @param {number[]} heights of one period @returns {(turns: number) => number} the height at a place in periods,
+ *  linear between */
 function profileOf(heights) {
   return (turns) => {
     const place = (turns - Math.floor(turns)) * heights.length;
@@ -31,11 +30,11 @@ function profileOf(heights) {
 }
 
 /**
- * @param {{heights: number[], period: number, along: number, up: number, length: number, width: number, raised: number}}
- *   surface one period of heights (m), how often as wide and high they are drawn, size of the swatch and its rise over the
- *   board (m)
- * @returns {{positions: Float32Array, normals: Float32Array, colours: Float32Array, indices: Uint16Array}} colours are grey,
- *   0..1 in all three parts
+ * @param {{heights: number[], period: number, along: number, up: number, length: number, width: number, raised:
+ *   number}} surface one period of heights (m), how often as wide and high they are drawn, size of the swatch and its
+ *   rise over the board (m)
+ * @returns {{positions: Float32Array, normals: Float32Array, colours: Float32Array, indices: Uint16Array}} colours are
+ *   grey, 0..1 in all three parts
  */
 export function relief({ heights, period, along, up, length, width, raised }) {
   const periods = length / (period * along);

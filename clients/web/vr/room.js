@@ -1,11 +1,9 @@
-/**
- * The table with its swatches, light and fingertips, in three.js.
- *
- * Model: all that lies on the table is in its frame (table.js); the table is tilted towards the person. Light rakes along the
- * strokes, so that ridges show. A fingertip that presses is drawn on the surface and not inside it; the ring around it grows
- * with the load.
- * Limits: no shadows but a dot under each fingertip; some 20 draw calls.
- */
+/* The table with its swatches, light and fingertips, in three.js.
+
+Model: all that lies on the table is in its frame (table.js); the table is tilted towards the person. Light rakes along
+the strokes, so that ridges show. A fingertip that presses is drawn on the surface and not inside it; the ring around it
+grows with the load.
+Limits: no shadows but a dot under each fingertip; some 20 draw calls. */
 
 import { labelMesh } from "./labels.js";
 import { relief } from "./relief.js";
@@ -28,7 +26,8 @@ export class Room {
   /**
    * @param {object} three the module three.js
    * @param {HTMLCanvasElement} canvas
-   * @param {{title: string, period: number, height: number, heights: number[]}[]} swatches lengths in m; `heights` of one period
+   * @param {{title: string, period: number, height: number, heights: number[]}[]} swatches lengths in m; `heights` of
+   *   one period
    * @param {"light" | "dark"} look
    */
   constructor(three, canvas, swatches, look) {
@@ -55,7 +54,8 @@ export class Room {
     this.table.add(labelMesh(three, swatches, this.layout.places, colours));
   }
 
-  /** @param {{x: number, y: number, z: number, yaw: number}} place middle of the table (m) and its turn (rad), in the world */
+  /** @param {{x: number, y: number, z: number, yaw: number}} place middle of the table (m) and its turn (rad), in the
+   *  world */
   stand({ x, y, z, yaw }) {
     this.table.position.set(x, y, z);
     this.table.rotation.set(TILT, yaw, 0, "YXZ");
@@ -80,7 +80,10 @@ export class Room {
     geometry.setAttribute("color", new three.BufferAttribute(colours, 3));
     geometry.setIndex(new three.BufferAttribute(indices, 1));
     const color = new three.Color(FINE).lerp(new three.Color(COARSE), count > 1 ? index / (count - 1) : 0);
-    const mesh = new three.Mesh(geometry, new three.MeshStandardMaterial({ color, vertexColors: true, roughness: 0.6 }));
+    const mesh = new three.Mesh(
+      geometry,
+      new three.MeshStandardMaterial({ color, vertexColors: true, roughness: 0.6 }),
+    );
     const { x, z } = this.layout.places[index];
     mesh.position.set(x, 0, z);
     this.table.add(mesh);
@@ -110,8 +113,8 @@ export class Room {
   /**
    * Shows a fingertip, or hides it where `tip` is null.
    * @param {string} id
-   * @param {{centre: {x, y, z}, radius: number, rod?: XRRigidTransform | null, joints?: {x, y, z, radius}[]} | null} tip its
-   *   middle in the table's frame, rod and joints in the world (m)
+   * @param {{centre: {x, y, z}, radius: number, rod?: XRRigidTransform | null, joints?: {x, y, z, radius}[]} | null}
+   *   tip its middle in the table's frame, rod and joints in the world (m)
    * @param {number} load (N)
    */
   showTip(id, tip, load = 0) {

@@ -1,8 +1,6 @@
-/**
- * Whether a headset can be entered, why not, and the WebXR session itself.
- *
- * Limits: `immersive-vr` only. Poses are of the floor where the headset knows it, else of where the head began.
- */
+/* Whether a headset can be entered, why not, and the WebXR session itself.
+
+Limits: `immersive-vr` only. Poses are of the floor where the headset knows it, else of where the head began. */
 
 /** @returns {Promise<string>} why VR is not available, a sentence that says what to do; empty where it is */
 export async function whyNoHeadset() {
@@ -22,7 +20,9 @@ export async function whyNoHeadset() {
  * @returns {Promise<{session: XRSession, floor: boolean}>} `floor`: whether y = 0 is the floor
  */
 export async function enter(renderer) {
-  const session = await navigator.xr.requestSession("immersive-vr", { optionalFeatures: ["local-floor", "hand-tracking"] });
+  const session = await navigator.xr.requestSession("immersive-vr", {
+    optionalFeatures: ["local-floor", "hand-tracking"],
+  });
   let floor = true;
   try {
     await session.requestReferenceSpace("local-floor");

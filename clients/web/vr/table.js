@@ -1,12 +1,10 @@
-/**
- * Which swatches lie on the table, where, and how they are drawn.
- *
- * Model: swatches are LENGTH x WIDTH in rows, all tops in one plane, y = 0 of the table's frame; x runs to the right, along
- * the strokes, z towards the person, the origin is the middle of the table. A finger scans at true scale: 10 mm along x
- * is 10 mm of the texture. Only the drawing is magnified, since ridges of 0.8 mm are less than two pixels of a headset at an
- * arm's length: periods are drawn compressed, and heights HEIGHT_OVER_WIDTH times more than widths.
- * Limits: at most 4 columns; a period beyond DRAWN_AT_1MM is drawn as it is.
- */
+/* Which swatches lie on the table, where, and how they are drawn.
+
+Model: swatches are LENGTH x WIDTH in rows, all tops in one plane, y = 0 of the table's frame; x runs to the right,
+along the strokes, z towards the person, the origin is the middle of the table. A finger scans at true scale: 10 mm
+along x is 10 mm of the texture. Only the drawing is magnified, since ridges of 0.8 mm are less than two pixels of a
+headset at an arm's length: periods are drawn compressed, and heights HEIGHT_OVER_WIDTH times more than widths.
+Limits: at most 4 columns; a period beyond DRAWN_AT_1MM is drawn as it is. */
 
 /** How many swatches lie on the table at most. */
 export const MOST = 12;
@@ -30,7 +28,8 @@ const HEIGHT_OVER_WIDTH = 3; // slopes of the catalogue, 2 to 12 in 100, become 
 /**
  * @param {{name: string, title: string, period: number}[]} entries periods in m
  * @param {number} most how many to keep
- * @returns the entries kept, finest first, spread evenly over the logarithm of the period; the outermost are always kept
+ * @returns the entries kept, finest first, spread evenly over the logarithm of the period; the outermost are always
+ *   kept
  */
 export function chooseSwatches(entries, most = MOST) {
   const left = [...entries].sort((a, b) => a.period - b.period || a.name.localeCompare(b.name));
@@ -45,8 +44,8 @@ export function chooseSwatches(entries, most = MOST) {
 
 /**
  * @param {number} count of swatches
- * @returns {{places: {x: number, z: number}[], width: number, depth: number}} middles of the swatches in the table's frame, the
- *   finest far left, and the size of the board (m)
+ * @returns {{places: {x: number, z: number}[], width: number, depth: number}} middles of the swatches in the table's
+ *   frame, the finest far left, and the size of the board (m)
  */
 export function layTable(count) {
   const rows = Math.max(1, Math.ceil(count / COLUMNS));

@@ -1,9 +1,8 @@
-/**
- * What is seen of one fingertip: a ball, its dot and ring on the surface, the rod of a controller, the joints of a hand.
- *
- * Model: a hand is balls at its joints and rods between those that follow each other in a finger.
- * Limits: a hand that presses is drawn where it is, below the surface; its fingertip's ball rests on the surface.
- */
+/* What is seen of one fingertip: a ball, its dot and ring on the surface, the rod of a controller, the joints of a
+hand.
+
+Model: a hand is balls at its joints and rods between those that follow each other in a finger.
+Limits: a hand that presses is drawn where it is, below the surface; its fingertip's ball rests on the surface. */
 
 import { MOST_LOAD } from "./touch.js";
 
@@ -20,8 +19,14 @@ export class TipShape {
     const flat = { transparent: true, depthWrite: false };
     const skin = new three.MeshStandardMaterial({ color: 0xd98e6f, roughness: 0.7 });
     this.ball = new three.Mesh(new three.SphereGeometry(1, 24, 16), skin);
-    this.dot = new three.Mesh(new three.CircleGeometry(1, 24), new three.MeshBasicMaterial({ color: 0, opacity: 0.3, ...flat }));
-    this.ring = new three.Mesh(new three.RingGeometry(0.82, 1, 40), new three.MeshBasicMaterial({ color: TOUCHED, ...flat }));
+    this.dot = new three.Mesh(
+      new three.CircleGeometry(1, 24),
+      new three.MeshBasicMaterial({ color: 0, opacity: 0.3, ...flat }),
+    );
+    this.ring = new three.Mesh(
+      new three.RingGeometry(0.82, 1, 40),
+      new three.MeshBasicMaterial({ color: TOUCHED, ...flat }),
+    );
     this.rod = new three.Mesh(new three.CylinderGeometry(0.003, 0.006, 1, 12), skin);
     this.joints = new three.InstancedMesh(new three.SphereGeometry(1, 10, 8), skin, JOINTS);
     this.bones = new three.InstancedMesh(new three.CylinderGeometry(1, 1, 1, 10, 1, true), skin, JOINTS - 1);

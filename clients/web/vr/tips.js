@@ -1,10 +1,8 @@
-/**
- * Fingertips of a WebXR frame: of tracked hands the tip of the index finger, of controllers a short rod's end.
- *
- * Model: a tip is a ball. XRHand tells where its joints are and how thick; a controller's rod points along its target ray.
- * Limits: one fingertip a hand. A source whose pose is not known in this frame has no tip; one whose position the headset only
- * guesses has one, at rest or not.
- */
+/* Fingertips of a WebXR frame: of tracked hands the tip of the index finger, of controllers a short rod's end.
+
+Model: a tip is a ball. XRHand tells where its joints are and how thick; a controller's rod points along its target ray.
+Limits: one fingertip a hand. A source whose pose is not known in this frame has no tip; one whose position the headset
+only guesses has one, at rest or not. */
 
 /** From the origin of a controller's target ray to the middle of the ball at the end of its rod (m). */
 export const ROD = 0.05;
@@ -24,7 +22,8 @@ export function readTips(session, frame, space) {
   for (const source of session.inputSources) {
     if (source.targetRayMode !== "tracked-pointer") continue;
     const tip = source.hand ? ofHand(source, frame, space) : ofController(source, frame, space);
-    if (tip) tips.push({ id: `${source.handedness} ${source.hand ? "hand" : "controller"}`, hand: source.handedness, ...tip });
+    if (tip)
+      tips.push({ id: `${source.handedness} ${source.hand ? "hand" : "controller"}`, hand: source.handedness, ...tip });
   }
   return tips;
 }

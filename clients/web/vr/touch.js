@@ -1,15 +1,15 @@
-/**
- * What a fingertip does on the table: from where it is to which swatch it touches, how hard, and where along it.
- *
- * Model: a swatch is a spring of STIFFNESS under the fingertip, F = k d for a depth d below its top, and never more than
- * MOST_LOAD. Depth is counted only for a fingertip that came through the top plane from above, so a hand that comes up from below
- * the table, or that a tracker loses and finds again inside it, touches nothing.
- * Limits: one point a fingertip; no friction; the plane is flat, its ridges (0.4 mm at most) are below what a tracker resolves.
- */
+/* What a fingertip does on the table: from where it is to which swatch it touches, how hard, and where along it.
+
+Model: a swatch is a spring of STIFFNESS under the fingertip, F = k d for a depth d below its top, and never more than
+MOST_LOAD. Depth is counted only for a fingertip that came through the top plane from above, so a hand that comes up
+from below the table, or that a tracker loses and finds again inside it, touches nothing.
+Limits: one point a fingertip; no friction; the plane is flat, its ridges (0.4 mm at most) are below what a tracker
+resolves. */
 
 import { LENGTH, WIDTH } from "./table.js";
 
-/** N per m: 5 mm of depth are 1 N, far above the noise of a tracker (1 mm) and within reach of a hand without a real surface. */
+/** N per m: 5 mm of depth are 1 N, far above the noise of a tracker (1 mm) and within reach of a hand without a real
+ *  surface. */
 export const STIFFNESS = 200;
 /** N: the most that a fingertip presses with here; strokes of people are 0.1 to 2 N. */
 export const MOST_LOAD = 3;
@@ -29,7 +29,8 @@ export function depthOf(load) {
 /**
  * @param {{x: number, z: number}[]} places middles of the swatches (m)
  * @param {{x: number, z: number}} point in the table's frame (m)
- * @returns {{index: number, position: number} | null} the swatch under the point, and the distance from its left end (m)
+ * @returns {{index: number, position: number} | null} the swatch under the point, and the distance from its left end
+ *   (m)
  */
 export function swatchUnder(places, point) {
   for (let index = 0; index < places.length; index++) {
@@ -49,8 +50,8 @@ export class TipFollower {
   }
 
   /**
-   * @param {{x: number, y: number, z: number} | null} point the lowest point of the fingertip in the table's frame (m), null
-   *   where it is not tracked
+   * @param {{x: number, y: number, z: number} | null} point the lowest point of the fingertip in the table's frame (m),
+   *   null where it is not tracked
    * @returns {{index: number, position: number, load: number, height: number} | null} the swatch at or under the
    *   fingertip, position (m) on it, load (N; 0 = not touching), height over it (m); null: no swatch
    */

@@ -1,11 +1,11 @@
-/**
- * One fingertip that is felt: opens a finger of the service for the swatch it comes near, and moves or lifts it.
- *
- * Model: a swatch that is near gets its session before it is touched, since solving a contact takes a moment. A session is at
- * rest until it is touched; its full scale is of its own texture, at 80 mm/s and 0.3 N. A finger that nothing is near to
- * for IDLE is closed.
- * Limits: a touch that comes before its session is ready is heard from the moment it is.
- */
+/* One fingertip that is felt: opens a finger of the service for the swatch it comes near, and moves or lifts it.
+
+Model: a swatch that is near gets its session before it is touched, since solving a contact takes a moment. A session is
+at rest until it is touched; its full scale is of its own texture, at 80 mm/s and 0.3 N. A finger that nothing is near
+to for IDLE is closed.
+Limits: a touch that comes before its session is ready is heard from the moment it is. */
+
+import { turned } from "../live/contact.js";
 
 /** m over a swatch from which on its session is opened. */
 const NEAR = 0.05;
@@ -15,8 +15,9 @@ const AT_REST = { scan: { speed: 0, load: 0 } };
 
 export class Toucher {
   /**
-   * @param {{swatches: {scene: object}[], open: (scene: object) => Promise<Finger | null>, onBlock?: (samples: Float32Array, finger: Finger) => void,
-   *   onProblem?: (error: Error) => void}} parts `open` gives an opened Finger for a scene, null where sound has not begun
+   * @param {{swatches: {scene: object}[], open: (scene: object) => Promise<Finger | null>, onBlock?: (samples:
+   *   Float32Array, finger: Finger) => void, onProblem?: (error: Error) => void}} parts `open` gives an opened Finger
+   *   for a scene, null where sound has not begun
    */
   constructor({ swatches, open, onBlock = () => {}, onProblem = () => {} }) {
     Object.assign(this, { swatches, open, onBlock, onProblem });
@@ -28,7 +29,8 @@ export class Toucher {
   }
 
   /**
-   * @param {{index: number, position: number, load: number, height: number} | null} under of `TipFollower.follow`: m, N, m
+   * @param {{index: number, position: number, load: number, height: number} | null} under of `TipFollower.follow`: m,
+   *   N, m
    * @param {number} time (s)
    */
   follow(under, time) {
@@ -38,7 +40,7 @@ export class Toucher {
       if (under.index !== this.index && time >= this.blocked) this.#begin(under.index, time);
     }
     if (load > 0 && this.finger && under.index === this.index) {
-      this.finger.move({ position: under.position, load, time });
+      this.finger.move(turned({ position: under.position, load, time }));
       this.touching = true;
     } else this.lift();
     if (time - this.seen > IDLE) this.close();
@@ -69,7 +71,8 @@ export class Toucher {
         return;
       }
       finger.addEventListener("block", ({ detail }) => this.onBlock(detail.samples, finger));
-      for (const kind of ["problem", "ended"]) finger.addEventListener(kind, ({ detail }) => this.#fail(finger, detail));
+      for (const kind of ["problem", "ended"])
+        finger.addEventListener(kind, ({ detail }) => this.#fail(finger, detail));
       this.finger = finger;
     } catch (error) {
       if (this.index === index) this.index = null;

@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING
 import pytest
 
 from tests.clients.web.browser import headless, watched
-from tests.clients.web.places import serving_pages
-from tests.service.harness import PATIENCE, ROOT, Running, serving, until
+from tests.clients.web.pictures import opened
+from tests.clients.web.places import WEB, serving_pages
+from tests.service.harness import PATIENCE, Running, serving, until
+from tests.service.plain_engine import PlainEngine
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -51,7 +53,7 @@ def moved_in(page: Page) -> None:
 @pytest.fixture(scope="module")
 def page_service() -> Iterator[Running]:
     """Yield the real service with the page, as `ridgewave serve` has it, warm."""
-    with serving(web=str(ROOT / "clients" / "web")) as running:
+    with serving(web=str(WEB)) as running:
         until(lambda: running.service.warm, 60.0)
         yield running
 
@@ -74,3 +76,24 @@ def loaded(page: Page) -> None:
     """Return once the page is put together."""
     page.set_default_timeout(1e3 * PATIENCE)
     page.wait_for_function("() => window.ridgewave !== undefined")
+
+
+@pytest.fixture(scope="module")
+def pictures_url() -> Iterator[str]:
+    """Yield the address of the page of pictures."""
+    with serving_pages(PlainEngine()) as running:
+        yield running.url + "/test/sight.html"
+
+
+@pytest.fixture(params=[1, 2], ids=["one pixel", "two pixels"])
+def page(request: pytest.FixtureRequest, chromium: Browser, pictures_url: str) -> Iterator[Page]:
+    """Yield the page of pictures on a screen of one or two device pixels a CSS pixel."""
+    with opened(chromium, pictures_url, device_scale_factor=request.param) as one:
+        yield one
+
+
+@pytest.fixture
+def plain(chromium: Browser, pictures_url: str) -> Iterator[Page]:
+    """Yield the page of pictures."""
+    with opened(chromium, pictures_url) as one:
+        yield one

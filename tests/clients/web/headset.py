@@ -7,8 +7,6 @@ Limits: a software renderer draws some ten frames a second; motions are given in
 
 from __future__ import annotations
 
-import shutil
-import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -16,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import hatch_build
 from tests.clients.web.browser import Watch, missing
+from tests.clients.web.npm import node_modules
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -36,17 +35,7 @@ def three_folder(folder: Path) -> Path:
 
 def iwer_script(folder: Path) -> str:
     """Return the emulated headset's script, fetched into `folder`; skip the test where there is none (in CI: fail)."""
-    npm = shutil.which("npm")
-    if npm is None:
-        missing("npm is missing: install Node")
-    for name in ("package.json", "package-lock.json"):
-        shutil.copy(HERE / name, folder)
-    command = [npm, "ci", "--ignore-scripts", "--no-audit", "--no-fund", "--silent"]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=PATIENCE, check=False)
-    script = folder / "node_modules" / "iwer" / "build" / "iwer.min.js"
-    if done.returncode != 0 or not script.is_file():
-        missing(f"npm could not fetch the emulated headset: {done.stderr.strip()}")
-    return script.read_text("utf-8")
+    return (node_modules(folder) / "iwer" / "build" / "iwer.min.js").read_text("utf-8")
 
 
 @contextmanager

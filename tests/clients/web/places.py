@@ -1,8 +1,7 @@
-"""Where the tests of the web page find it: the real service, the folder clients/web, and pages of the tests' own.
+"""Where the tests of the web page find it: the real service with the page, and pages of the tests' own beside it.
 
-Model: a layer around the application answers `/web/...` from clients/web and `/test/...` from the folder `pages`, with
-    the policy of the page; all else is the service's. `Breaker` is a port that stays, before a service that comes and
-    goes.
+Model: a layer around the application answers `/test/...` from the folder `pages`, with the policy of the page; all else
+    is the service's. `Breaker` is a port that stays, before a service that comes and goes.
 """
 
 from __future__ import annotations
@@ -22,43 +21,40 @@ from starlette.responses import PlainTextResponse, Response
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from service.engine import Engine
+from service.routes.page import POLICIES
 from tests.service.harness import ROOT, Running, serving
 
 PATIENCE = 20.0
-POLICY = (
-    "default-src 'self'; connect-src 'self' ws: wss:; img-src 'self' data: blob:; media-src 'self' blob:; "
-    "worker-src 'self' blob:; object-src 'none'; base-uri 'none'; frame-ancestors 'none'"
-)
-FOLDERS = {"/web/": ROOT / "clients" / "web", "/test/": Path(__file__).parent / "pages"}
+WEB = ROOT / "clients" / "web"
+OWN, PAGES = "/test/", Path(__file__).parent / "pages"
 RST = struct.pack("ii", 1, 0)  # SO_LINGER: a close that resets
 
 
 def with_pages(app: ASGIApp) -> ASGIApp:
-    """Return `app` with the page's files, and the tests' own, around it."""
+    """Return `app` with the tests' own pages around it."""
 
     async def layer(scope: Scope, receive: Receive, send: Send) -> None:
         path = scope.get("path", "")
-        prefix = next((prefix for prefix in FOLDERS if path.startswith(prefix)), None)
-        if scope["type"] != "http" or prefix is None:
+        if scope["type"] != "http" or not path.startswith(OWN):
             await app(scope, receive, send)
         else:
-            await _file(FOLDERS[prefix], path.removeprefix(prefix))(scope, receive, send)
+            await _file(path.removeprefix(OWN))(scope, receive, send)
 
     return layer
 
 
-def _file(folder: Path, name: str) -> Response:
-    path = (folder / name).resolve()
-    if not (path.is_relative_to(folder) and path.is_file()):
+def _file(name: str) -> Response:
+    path = (PAGES / name).resolve()
+    if not (path.is_relative_to(PAGES) and path.is_file()):
         return PlainTextResponse("no such file", 404)
     kind = mimetypes.guess_type(path.name)[0] or "application/octet-stream"
-    return Response(path.read_bytes(), media_type=kind, headers={"Content-Security-Policy": POLICY})
+    return Response(path.read_bytes(), media_type=kind, headers=POLICIES)
 
 
 @contextmanager
 def serving_pages(engine: Engine | None = None, **changes: Any) -> Iterator[Running]:
-    """Yield the service with the pages; `engine` is `synth` unless a test brings its own."""
-    with serving(engine, outside=with_pages, **changes) as running:
+    """Yield the service with the page and the tests' own; `engine` is `synth` unless a test brings its own."""
+    with serving(engine, outside=with_pages, web=str(WEB), **changes) as running:
         yield running
 
 

@@ -123,7 +123,8 @@ LIFTED = """async () => {
   const silent = {before, given, later: finger.source.given, underruns, missing, sent: finger.connection.frame};
   silent.missingLater = finger.source.missing;
   await house.stroke(finger, 0.1, (t) => ({position: 0.1 * t, load: 0.3}));
-  await house.until(() => blocks.at(-1).frame > given && !last());
+  const felt = ({frame, samples}) => frame >= given && samples.some((sample) => sample !== 0);
+  await house.until(() => blocks.some(felt) && finger.source.runs.length > 1);
   const again = finger.source.given;
   const runs = finger.source.runs.length;
   await finger.close();
@@ -223,6 +224,64 @@ def test_the_ring_plays_each_sample_once_and_counts_what_it_lacks(house: Page, c
     if len(places) == count + 2:  # no quantum was left out
         assert report["missing"] - report["counts"]["missing"] == third - second - length
     assert report["played"] == len(sent) + 1300
+
+
+LEFT_OUT = """async ({frames, rest, at}) => {
+  const last = {};
+  const kinds = {};
+  globalThis.AudioWorkletProcessor = class { port = {postMessage: (report) => Object.assign(last, report)}; };
+  globalThis.registerProcessor = (name, kind) => { kinds[name] = kind; };
+  await import("/web/sound/ring.js");
+  const ring = new kinds["ridgewave-ring"]({processorOptions: {channels: 1}});
+  ring.take({samples: Float32Array.from({length: frames}, (_, n) => n + 1), ahead: 1});
+  if (rest) ring.take({rest: true});
+  const heard = [];
+  for (const frame of at) {
+    const output = new Float32Array(128);
+    globalThis.currentFrame = frame;
+    ring.process([], [[output]]);
+    heard.push(...output);
+  }
+  return {heard, ...last};
+}"""
+
+
+@pytest.mark.parametrize("rest", [True, False])
+def test_quanta_that_the_browser_leaves_out_break_the_sound_and_are_counted(house: Page, rest: bool) -> None:
+    report = house.evaluate(LEFT_OUT, {"frames": 300, "rest": rest, "at": [0, 128, 640, 768]})
+    assert report["heard"] == [*range(1, 301), *[0] * 212], "no sample is lost"
+    assert (report["underruns"], report["missing"]) == (1, 384) if rest else (2, 384 + 84)
+    assert (report["from"], report["run"]) == (640, 44)
+
+
+@pytest.mark.parametrize("frames", [256, 300])
+def test_quanta_left_out_behind_an_end_that_was_told_of_lack_nothing(house: Page, frames: int) -> None:
+    report = house.evaluate(
+        LEFT_OUT, {"frames": frames, "rest": True, "at": [0, 128, 256 if frames > 256 else 640, 768]}
+    )
+    assert (report["underruns"], report["missing"], report["played"]) == (0, 0, frames)
+
+
+PAUSED = """async () => {
+  const player = await house.Player.open({sampleRate: 48000});
+  const finger = new house.Finger({player});
+  await finger.open();
+  finger.move({speed: 0.08, load: 0.3});
+  const plays = (frames) => house.until(() => finger.source.played > frames);
+  await plays(4800);
+  const states = [];
+  player.context.addEventListener("statechange", () => states.push(player.context.state));
+  await player.context.suspend();
+  await plays(finger.source.played + 9600);
+  await finger.close();
+  await player.close();
+  return {states};
+}"""
+
+
+def test_a_sound_that_the_system_has_paused_goes_on(house: Page) -> None:
+    report = house.evaluate(PAUSED)
+    assert report["states"][:2] == ["suspended", "running"]
 
 
 VOLUME = """async () => {

@@ -11,7 +11,7 @@ import pytest
 from tests.clients.web.browser import headless
 from tests.clients.web.headset import DRAWING, PATIENCE, at_the_table, iwer_script, three_folder
 from tests.clients.web.places import serving_pages
-from tests.service.harness import ROOT, until
+from tests.service.harness import until
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -45,7 +45,7 @@ def browser() -> Iterator[Browser]:
 
 @pytest.fixture(scope="module")
 def url() -> Iterator[str]:
-    with serving_pages(web=str(ROOT / "clients" / "web")) as running:
+    with serving_pages() as running:
         until(lambda: running.service.warm, PATIENCE)
         yield running.url
 

@@ -54,6 +54,22 @@ def test_a_place_on_a_swatch_is_metres_from_its_left_end(house: Page) -> None:
     assert [end and end["position"] for end in ends] == [pytest.approx(0), length / 2, pytest.approx(length), None]
 
 
+def test_a_fingertip_that_goes_right_moves_the_surface_left_under_it_as_on_the_pad(house: Page) -> None:
+    sent = house.evaluate(
+        """async () => {
+          const {Toucher} = await import("/web/vr/toucher.js");
+          const sent = [], move = (contact) => sent.push(contact);
+          const finger = Object.assign(new EventTarget(), {move, close() {}});
+          const toucher = new Toucher({swatches: [{scene: {}}], open: async () => finger});
+          toucher.follow({index: 0, position: 0.01, load: 0, height: 0.01}, 0);
+          await new Promise((done) => setTimeout(done));
+          for (const step of [1, 2]) toucher.follow({index: 0, position: 0.01 * step, load: 0.5, height: 0}, step);
+          return sent;
+        }"""
+    )
+    assert sent == [{"position": -0.01, "load": 0.5, "time": 1}, {"position": -0.02, "load": 0.5, "time": 2}]
+
+
 @pytest.mark.parametrize("count", [1, 4, 5, 10, 12])
 def test_swatches_and_labels_lie_apart_on_the_board(house: Page, count: int) -> None:
     layout, length, width, label = table(

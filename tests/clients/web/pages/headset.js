@@ -1,4 +1,5 @@
-/* What the tests of the VR page reach it by: an emulated headset where IWER is there, fingertips put to places of the table. */
+/* What the tests of the VR page reach it by: an emulated headset where IWER is there, fingertips put to places of the
+table. */
 
 window.tools = {
   device: null,
@@ -44,9 +45,10 @@ window.tools = {
   async put(held, id, { x, y, z }) {
     const { centre, radius } = this.tip(id);
     const { table, three } = ridgewave.room;
-    const [from, to] = [[centre.x, centre.y, centre.z], [x, y + radius, z]].map((place) => (
-      table.localToWorld(new three.Vector3(...place))
-    ));
+    const [from, to] = [
+      [centre.x, centre.y, centre.z],
+      [x, y + radius, z],
+    ].map((place) => table.localToWorld(new three.Vector3(...place)));
     const { position } = held;
     position.set(position.x + to.x - from.x, position.y + to.y - from.y, position.z + to.z - from.z);
     await this.frames(2);

@@ -21,9 +21,26 @@ function pause(milliseconds) {
 async function until(happened, what = String(happened)) {
   const deadline = performance.now() + PATIENCE;
   while (!happened()) {
-    if (performance.now() > deadline) throw new Error(`it never happened: ${what}`);
+    if (performance.now() > deadline) throw new Error(`it never happened: ${what}; ${fingers.map(stateOf).join("; ")}`);
     await pause(5);
   }
+}
+
+const fingers = []; // all that a test opened
+
+/** A finger whose state is told where something never happened. */
+class Finger extends finger.Finger {
+  constructor(how) {
+    super(how);
+    fingers.push(this);
+  }
+}
+
+function stateOf({ connection, source, touching, player: { context } }) {
+  const { state, outstanding, frame } = connection;
+  const { queued, given, played, missing } = source ?? {};
+  const sound = { queued, given, played, missing, audio: context.state, seconds: context.currentTime };
+  return JSON.stringify({ state, touching, outstanding, frame, ...sound });
 }
 
 function once(target, type) {
@@ -58,6 +75,22 @@ function packed(samples) {
 }
 
 window.house = {
-  ...service, ...contact, ...connection, ...changes, ...player, ...depth, ...finger, ...pointers, ...stroker,
-  ...envelope, ...actuators, pause, until, once, heard, stroke, packed,
+  ...service,
+  ...contact,
+  ...connection,
+  ...changes,
+  ...player,
+  ...depth,
+  ...finger,
+  Finger,
+  ...pointers,
+  ...stroker,
+  ...envelope,
+  ...actuators,
+  pause,
+  until,
+  once,
+  heard,
+  stroke,
+  packed,
 };

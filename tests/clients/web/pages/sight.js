@@ -29,8 +29,12 @@ async function drawn(panel, change) {
 
 function sinusoids(lines, rate, frames, begin = 0) {
   return Float32Array.from({ length: frames }, (_, frame) =>
-    lines.reduce((sum, [frequency, amplitude, phase = 0]) =>
-      sum + amplitude * Math.cos((2 * Math.PI * frequency * (begin + frame)) / rate + phase), 0));
+    lines.reduce(
+      (sum, [frequency, amplitude, phase = 0]) =>
+        sum + amplitude * Math.cos((2 * Math.PI * frequency * (begin + frame)) / rate + phase),
+      0,
+    ),
+  );
 }
 
 function pixels(canvas, x, y, width, height) {
@@ -39,7 +43,14 @@ function pixels(canvas, x, y, width, height) {
 }
 
 window.sight = {
-  ...scale, ...transform, Surface, Waveform, Spectrum, ContactPicture, PlanView, AccuracyControl,
+  ...scale,
+  ...transform,
+  Surface,
+  Waveform,
+  Spectrum,
+  ContactPicture,
+  PlanView,
+  AccuracyControl,
   surface: new Surface(place("surface")),
   waveform: new Waveform(place("waveform")),
   spectrum: new Spectrum(place("spectrum")),
@@ -47,5 +58,9 @@ window.sight = {
   plan: new PlanView(place("plan")),
   accuracy: new AccuracyControl(place("accuracy"), { call }),
   panelOf: (canvas) => window.sight[canvas.id].panel,
-  answers, asked, drawn, sinusoids, pixels,
+  answers,
+  asked,
+  drawn,
+  sinusoids,
+  pixels,
 };
