@@ -14,11 +14,13 @@ import re
 import shutil
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import httpx
 from PIL import Image
 
 if TYPE_CHECKING:
@@ -66,11 +68,21 @@ def serving() -> Iterator[str]:
         try:
             for line in service.stderr:
                 if found := re.search(r"listening on (http://[^\s\"]+)", line):
+                    until_ready(found[1])
                     yield found[1]
                     return
             raise SystemExit("The service did not start.")
         finally:
             service.terminate()
+
+
+def until_ready(url: str) -> None:
+    """Return once the service has compiled its kernels: a stroke that comes before may have gaps."""
+    give_up = time.monotonic() + PATIENCE / 1e3
+    while httpx.get(url + "/readyz").status_code != 200:
+        if time.monotonic() > give_up:
+            raise SystemExit("The service did not become ready.")
+        time.sleep(0.1)
 
 
 def pad(browser: Browser, url: str) -> bytes:
