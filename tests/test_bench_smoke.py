@@ -72,15 +72,26 @@ def test_the_waveform_figure_is_drawn_and_twice_the_same(tmp_path: Path) -> None
     assert b"<svg" in drawn[0]["waveform.svg"]
 
 
-@pytest.mark.slow
-def test_the_sounds_to_listen_to_are_written_with_their_numbers(tmp_path: Path) -> None:
-    run("tests.listen", str(tmp_path))
+SOUNDS = ("heavy-touch", "change", "turn", "adhesion-before", "adhesion-after")
+
+
+@pytest.mark.parametrize("asked", [SOUNDS, pytest.param((), marks=pytest.mark.thorough)], ids=["some", "all"])
+def test_the_sounds_to_listen_to_are_written_with_their_numbers(tmp_path: Path, asked: tuple[str, ...]) -> None:
+    run("tests.listen", str(tmp_path), *asked)
     examples = {path.stem for path in (ROOT / "docs" / "examples").glob("*.json")}
-    names = examples | {case.name for case in CASES}
+    names = set(asked) or examples | {case.name for case in CASES}
     assert {path.stem for path in tmp_path.glob("*.wav")} == names
     report = (tmp_path / "report.txt").read_text("utf-8")
     assert all(f"{name}.wav  " in report for name in names)
-    assert read_metadata(tmp_path / "sweep.wav") is not None
+    assert read_metadata(tmp_path / "change.wav") is not None
+
+
+def test_a_sound_that_does_not_exist_is_refused(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "tests.listen", str(tmp_path / "folder"), "nothing"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, check=False)
+    assert done.returncode == 2
+    assert b"'nothing'" in done.stderr and b"sweep" in done.stderr
+    assert not (tmp_path / "folder").exists()
 
 
 def test_the_numbers_of_a_sine_are_those_of_a_sine() -> None:

@@ -84,8 +84,10 @@ def cost(title: str, names: tuple[str, ...], limit: float | None, quick: bool) -
     """Return the lines of one set of effects: a frame in live blocks and in those of a file, memory, set-up."""
     scene, told = scene_with(*names), "" if len(names) == 1 else f" with {', '.join(names)}"
     repeats, openings = (3, 1) if quick else (201, 5)
-    opened = worked(partial(open_voice, scene), openings)
+    began = thread_time()
     voice = open_voice(scene)
+    first = thread_time() - began
+    opened = [first] if quick else worked(partial(open_voice, scene), openings)
     lines = []
     for frames in (FRAMES, BLOCK):
         blocks = max(1, SOUND // frames)

@@ -1,6 +1,6 @@
 """Sounds for people to listen to: the examples of docs/ and hard cases, as WAV files with a report of their numbers.
 
-python -m tests.listen FOLDER
+python -m tests.listen FOLDER [NAME ...]
 """
 
 from __future__ import annotations
@@ -25,13 +25,19 @@ def main(words: list[str] | None = None) -> None:
     """Write the sounds and report.txt into the folder that `words` name."""
     parser = argparse.ArgumentParser(prog="python -m tests.listen", description="Render sounds to listen to.")
     parser.add_argument("folder", type=Path, metavar="FOLDER", help="where the sounds go; made if it is not there")
-    folder: Path = parser.parse_args(words).folder
+    examples = {path.stem: path for path in sorted(EXAMPLES.glob("*.json"))}
+    cases = {case.name: case for case in CASES}
+    names = (*examples, *cases)
+    parser.add_argument("names", nargs="*", default=names, choices=names, metavar="NAME", help="all, where none is named")
+    arguments = parser.parse_args(words)
+    folder: Path = arguments.folder
     folder.mkdir(parents=True, exist_ok=True)
     report = []
-    for path in sorted(EXAMPLES.glob("*.json")):
-        report.append(written(folder, path.stem, f"docs/examples/{path.name}", example(path)))
-    for case in CASES:
-        report.append(written(folder, case.name, case.listen_for, rendered(case)))
+    for name in arguments.names:
+        if name in examples:
+            report.append(written(folder, name, f"docs/examples/{name}.json", example(examples[name])))
+        else:
+            report.append(written(folder, name, cases[name].listen_for, rendered(cases[name])))
     (folder / "report.txt").write_text("\n".join(report), "utf-8")
     print(f"{len(report)} sounds and report.txt in {folder}")
 

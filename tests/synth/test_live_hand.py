@@ -170,7 +170,9 @@ def test_a_flat_texture_is_exact_silence_under_a_hand(voices: Any) -> None:
 @pytest.mark.parametrize("effects", [{}, {"tangential": {"pressure_exponent": 0.8}}], ids=["no effect", "tangential"])
 def test_hands_on_the_same_texture_share_its_tables(voices: Any, effects: dict[str, Any]) -> None:
     output = {"quantity": "displacement", "sample_rate": RATE, "bandwidth": 1000}
-    scenes = [scene_of(effects=effects, output=output | scale) for scale in ({}, {"full_scale": "1 mm"})]
+    small = {"contact_length": "2 mm"}
+    scales: tuple[dict[str, str], ...] = ({}, {"full_scale": "1 mm"})
+    scenes = [scene_of(finger=small, effects=effects, output=output | scale) for scale in scales]
     pair = [voices(scene)._spare.hand_readers for scene in scenes]
     assert len(pair[0]) == (3 if effects else 1)
     for one, other in zip(*pair, strict=True):
