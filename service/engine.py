@@ -191,13 +191,17 @@ class SynthEngine:
         """See `Engine`."""
         from synth.live import LiveVoice
 
-        return LiveVoice(scene, cache=self._cache)
+        voice = LiveVoice(scene, cache=self._cache)
+        voice.rehearse()
+        return voice
 
     def open_hand(self, scene: Scene, *, record: bool = False) -> HandVoice:
         """See `Engine`."""
         from synth.live_hand import HandVoice
 
-        return HandVoice(scene, cache=self._cache, record=record)
+        voice = HandVoice(scene, cache=self._cache, record=record)
+        voice.rehearse()
+        return voice
 
     @property
     def live_delay(self) -> float:

@@ -14,7 +14,7 @@ import sys
 import threading
 import time
 from collections import Counter
-from collections.abc import AsyncIterator, Callable, Iterator
+from collections.abc import AsyncIterator, Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import asynccontextmanager, contextmanager
 from pathlib import Path
@@ -36,14 +36,12 @@ from service.sessions import Sessions
 from service.settings import Settings
 from service.siblings import Siblings
 from service.telling import Telling
-from synth.following import Update
 from synth.scene import parse_scene
 
 log = logging.getLogger("ridgewave.service")
 
 SWITCH_SECONDS = 0.0005  # between Python threads; at the default of 5 ms a play's thread is late beside busy ones
 BLOCK_THREADS = 4  # for blocks of streams that are not quick: apart from the renders, which would make them late
-WARM_BLOCKS = 8  # of a hand: enough to meet every kernel of a live session, cross-fade included
 PLAY_END_SECONDS = 1.0  # for all plays to complete their files at the end
 
 
@@ -102,8 +100,7 @@ class Service:
         began = time.perf_counter()
         try:
             self.engine.open_voice(parse_scene({})).render(480)
-            self.engine.open_live(parse_scene({})).render(480)
-            stroke_once(self.engine)
+            open_live_voices(self.engine, {})
         except Exception:
             log.exception("our mistake: the default scene does not render; the service stays not ready")
             return
@@ -136,17 +133,11 @@ class Service:
         self.metrics.watch("ridgewave_workers", lambda: 1)
 
 
-def stroke_once(engine: Engine) -> None:
-    """Have a hand press, slide and lift, in blocks, as a live session does."""
-    voice = engine.open_hand(parse_scene({}))
-    for number in range(WARM_BLOCKS):
-        time_now = 0.01 * number
-        voice.touch(Update(number, time_now, 0.05 * time_now, None, 0.3 + 0.1 * (number % 3)))
-        voice.render(480)
-    voice.lift()
-    voice.render(480)
-    voice.release()
-    voice.close()
+def open_live_voices(engine: Engine, document: Mapping[str, Any]) -> None:
+    """Open a live voice of the scene `document`, and one for a hand, and close them: what they run is compiled then."""
+    scene = parse_scene(document)
+    engine.open_live(scene)
+    engine.open_hand(scene).close()
 
 
 def service_of(request: Request) -> Service:

@@ -78,7 +78,8 @@ class LiveProtocol(WebSocketsSansIOProtocol):
 
     def can_send(self) -> bool:
         """See `Wire`."""
-        return self.writable.is_set() and not self.disconnected and not self.close_sent
+        open_still = self.conn.state is State.OPEN and not self.disconnected and not self.close_sent
+        return open_still and self.writable.is_set()
 
     def send_now(self, messages: Messages) -> None:
         """See `Wire`: with one write to the socket, which costs more than all of their framing."""

@@ -43,10 +43,12 @@ class HandBlocks:
         block = np.empty((frames, 1), np.float32)
         known = follower.state.item(MODE) == BY_POSITION
         tables, layout, order = reader.alone
-        done = hand_block(
-            follower.state, float(follower.sample_rate), follower.lowest, samples, position, tables.pool, tables.tables,
-            layout, reader.phase, order, block, *self._limits,
-        )  # fmt: skip
+        motion = follower.state, float(follower.sample_rate), follower.lowest, samples, position
+        read = tables.pool, tables.tables, layout, reader.phase
+        if order == 0:
+            done = displacement_block(*motion, *read, block, *self._limits)
+        else:
+            done = rate_block(*motion, *read, order, block, *self._limits)
         if done < frames:
             reader.go_on(Motion(samples, position if known else NOWHERE), done, block)
             limiter.process_into(block, block)
@@ -55,23 +57,36 @@ class HandBlocks:
 
 
 @kernel
-def hand_block(
+def displacement_block(
     state: Array, rate: float, lowest: float, samples: Array, position: Array, pool: Array, tables: Offsets,
-    layout: Array, phase: Phase, order: int, out: Block, pending: Block, numbers: Integers, first: Integers,
-    second: Integers, queue: Integers, recovery: int,
+    layout: Array, phase: Phase, out: Block, pending: Block, numbers: Integers, first: Integers, second: Integers,
+    queue: Integers, recovery: int,
 ) -> int:  # fmt: skip
     """Fill `out`; return the first frame whose table is missing, from which on nothing is done, or the frame count.
 
-    state, rate, lowest, samples, position: as `following.fill_motion` takes them. pool, tables, layout, phase, order:
-    as `contact.reading`. The rest: as `output_limiting.hold_within`.
+    state, rate, lowest, samples, position: as `following.fill_motion` takes them. pool, tables, layout, phase: as
+    `contact.reading`. The rest: as `output_limiting.hold_within`.
     """
     known = state[MODE] == BY_POSITION
     fill_motion(state, rate, lowest, samples, position)
     place = position if known else position[:0]
-    if order == 0:
-        done = read_displacement(pool, tables, layout, phase, samples, place, 0, out, 0)
-    else:
-        done = read_rate(pool, tables, layout, phase, samples, place, 0, out, 0, order)
+    done = read_displacement(pool, tables, layout, phase, samples, place, 0, out, 0)
+    if done == len(position):
+        hold_within(out, out, pending, numbers, first, second, queue, recovery)
+    return int(done)
+
+
+@kernel
+def rate_block(
+    state: Array, rate: float, lowest: float, samples: Array, position: Array, pool: Array, tables: Offsets,
+    layout: Array, phase: Phase, order: int, out: Block, pending: Block, numbers: Integers, first: Integers,
+    second: Integers, queue: Integers, recovery: int,
+) -> int:  # fmt: skip
+    """Do the same for velocity (order 1) and acceleration (2): a loop each, as either takes seconds to compile."""
+    known = state[MODE] == BY_POSITION
+    fill_motion(state, rate, lowest, samples, position)
+    place = position if known else position[:0]
+    done = read_rate(pool, tables, layout, phase, samples, place, 0, out, 0, order)
     if done == len(position):
         hold_within(out, out, pending, numbers, first, second, queue, recovery)
     return int(done)

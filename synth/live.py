@@ -22,6 +22,7 @@ from synth.cache import ResponseCache
 from synth.effect_choice import added_quantities
 from synth.errors import Fault, SceneError
 from synth.hand import with_full_scale, with_session_scale
+from synth.live_rehearsal import REHEARSALS, kind_of
 from synth.output import Block, Limiter, look_ahead
 from synth.plan import Plan
 from synth.preparation import Preparation, prepare
@@ -29,6 +30,7 @@ from synth.scene import Scene
 from synth.voice import Voice
 
 RAMP_TIME = 0.01  # s of fade in and out: short enough for the 20 ms of a stop, long enough not to click
+REHEARSED_BLOCK = 0.01  # s
 CHANGE_TIME = 0.05  # s from one scene to the next; shorter steps become audible on slow waveforms
 
 
@@ -59,6 +61,7 @@ class LiveVoice:
         self._channels = self._voice.channels
         self._limiter = Limiter(self._voice.channels, self._voice.sample_rate, self._ahead)
         self._silent = 0
+        self._rehearses = False
         self._primed = False
         self._coming: Voice | None = None
         self._crossed = 0
@@ -114,13 +117,42 @@ class LiveVoice:
         """True when the voice was released and has faded out, the limiter's look-ahead included."""
         return self._released and self._silent >= max(1, self._ahead)
 
+    def rehearse(self) -> None:
+        """Have a voice of this kind play unheard, unless one has (`live_rehearsal`), now and before each change.
+
+        For a stream beside others; slow, for the thread that opens it.
+        """
+        self._rehearses = True
+        self._rehearse(self.scene, self.plan)
+
+    def _rehearse(self, scene: Scene, plan: Plan) -> None:
+        def play() -> None:
+            type(self)(scene, cache=self._cache)._play_through()
+
+        REHEARSALS.once((type(self), kind_of(scene, plan)), play)
+
+    def _play_through(self) -> None:
+        """Play whatever this voice can come to play."""
+        self._play_blocks(1)
+        self.apply(self.prepare(self.scene))
+        self._play_blocks(1 + round(CHANGE_TIME / REHEARSED_BLOCK))
+        self.release()
+        self._play_blocks(2)
+
+    def _play_blocks(self, count: int) -> None:
+        for _ in range(count):
+            self.render(round(REHEARSED_BLOCK * self.sample_rate))
+
     def prepare(self, scene: Scene) -> Change:
         """Return `scene` ready to be taken over; SceneError where it changes what is fixed for a stream."""
         faults = fixed_faults(self._first, scene)
         if faults:
             raise SceneError(faults)
         solved = prepare(with_full_scale(scene, self.full_scale), self._cache)
-        return Change(scene, solved, Voice(solved, paced=True))
+        change = Change(scene, solved, Voice(solved, paced=True))
+        if self._rehearses:
+            self._rehearse(scene, change.voice.plan)
+        return change
 
     def apply(self, change: Change) -> None:
         """Take `change` over from the next block on."""

@@ -26,11 +26,12 @@ from synth.following import Follower, Update
 from synth.hand import nominal_scene, with_full_scale
 from synth.hand_block import HandBlocks
 from synth.hand_log import FORMAT, VERSION, HandLog
-from synth.live import Change, LiveVoice
+from synth.live import CHANGE_TIME, REHEARSED_BLOCK, Change, LiveVoice
 from synth.motion import LOAD, Motion
 from synth.moving import MovingReader
 from synth.output import LOOK_AHEAD, Block, faded
 from synth.preparation import prepare
+from synth.row_solver import USUAL_LOADS
 from synth.scene import Scene, scene_document
 from synth.scene_effects import lowest_load
 from synth.voice import Voice
@@ -182,6 +183,33 @@ class HandVoice(LiveVoice):
             self._look()
         reader = self._alone()
         return super().render(frames) if reader is None else self._led(reader, frames)
+
+    def _play_through(self) -> None:
+        """Play the scan, a touch, a press, a slide, a jump, a change, a lift, a landing and the end."""
+        load, period = self._load or USUAL_LOADS[0], self.scene.texture.period
+        across = 1 + round(CHANGE_TIME / REHEARSED_BLOCK)
+        touches: tuple[tuple[float | None, float | None, float, int], ...] = (
+            (0.0, None, load, across),
+            (0.5 * period, None, 0.9 * load, 2),
+            (None, 0.01, load, 2),
+            (1000.0 * period, None, load, across),
+        )
+        self._play_blocks(1)
+        for number, (position, speed, pressed, blocks) in enumerate(touches):
+            self.touch(Update(number, REHEARSED_BLOCK * number, position, speed, pressed))
+            self._play_blocks(blocks)
+        self.apply(self.prepare(self.scene))
+        self._play_blocks(across)
+        if self._voice.cheap_twin:
+            self.refine()
+            self._play_blocks(across)
+        self.lift()
+        self._play_blocks(across)
+        self.touch(Update(len(touches), REHEARSED_BLOCK * len(touches), None, 0.01, load))
+        self._play_blocks(across)
+        self.release()
+        self._play_blocks(2)
+        self.close()
 
     def _alone(self) -> MovingReader | None:
         """Return what reads a hand that sounds alone, at full gain and without effects; None where it does not."""

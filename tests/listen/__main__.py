@@ -27,8 +27,8 @@ def main(words: list[str] | None = None) -> None:
     parser.add_argument("folder", type=Path, metavar="FOLDER", help="where the sounds go; made if it is not there")
     examples = {path.stem: path for path in sorted(EXAMPLES.glob("*.json"))}
     cases = {case.name: case for case in CASES}
-    names = (*examples, *cases)
-    parser.add_argument("names", nargs="*", default=names, choices=names, metavar="NAME", help="all, where none is named")
+    names, what = (*examples, *cases), "of a sound; all, where none is named"
+    parser.add_argument("names", nargs="*", default=names, choices=names, metavar="NAME", help=what)
     arguments = parser.parse_args(words)
     folder: Path = arguments.folder
     folder.mkdir(parents=True, exist_ok=True)

@@ -113,6 +113,22 @@ def test_nothing_is_taken_after_the_close(running: Running, engine: PlainEngine)
     assert all(update.seq != 2 for hand in engine.hands for _, update in hand.applied.updates)
 
 
+def test_nothing_can_be_sent_once_the_peer_has_closed_though_the_stream_has_not_heard_of_it(running: Running) -> None:
+    with live(running) as client:
+        name = client.hello(pacing="realtime")["session"]
+        wire: Any = running.service.live._sessions[name].peer._wire  # type: ignore[union-attr]
+        seen: list[bool] = []
+
+        def close() -> None:
+            seen.append(wire.can_send())
+            wire.data_received(frame(0x8, (1000).to_bytes(2, "big")))
+            seen.append(wire.can_send())
+
+        wire.loop.call_soon_threadsafe(close)
+        client.rest()
+    assert seen == [True, False]
+
+
 @pytest.mark.parametrize("size", [0, 1, 125, 126, 127, 65535, 65536, 70000])
 @pytest.mark.parametrize(("kind", "opcode"), [(websocket.TEXT, Opcode.TEXT), (websocket.BINARY, Opcode.BINARY)])
 def test_whole_messages_are_framed_as_the_library_frames_them(size: int, kind: int, opcode: Opcode) -> None:
