@@ -44,8 +44,8 @@ RUN install -d -o ridgewave -g ridgewave /var/cache/ridgewave
 USER 10001:10001
 WORKDIR /home/ridgewave
 
-# One render of every example, and of one with each effect, and a hand's stroke compile the kernels into the image. numba
-# compiles again, once, on another kind of CPU.
+# One render of every example, and of one with each effect, and live voices of each quantity and effect compile the kernels
+# into the image. numba compiles again, once, on another kind of CPU.
 RUN for scene in /opt/ridgewave/examples/*.json; do \
         ridgewave render "$scene" --duration 0.1 -o /tmp/warm.wav || exit 1; \
     done \
@@ -53,7 +53,10 @@ RUN for scene in /opt/ridgewave/examples/*.json; do \
         ridgewave render /opt/ridgewave/examples/paper-finger.json --duration 0.1 --set "effects.$effect={}" \
             -o /tmp/warm.wav || exit 1; \
     done \
-    && python -c 'from service.engine import SynthEngine as E; from service.running import stroke_once; stroke_once(E(0))' \
+    && python -c 'from service.engine import SynthEngine; from service.running import open_live_voices as compiled; \
+from synth.effect_registry import effect_names; engine = SynthEngine(0); \
+[compiled(engine, {"output": {"quantity": name}}) for name in ("displacement", "velocity", "acceleration")]; \
+[compiled(engine, {"effects": {name: {}}}) for name in effect_names()]' \
     && rm /tmp/warm.wav
 
 # Any answer below 500 is a sign of life: with RIDGEWAVE_ALLOWED_HOSTS set, the service may refuse this Host.
