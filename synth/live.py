@@ -22,7 +22,7 @@ from synth.cache import ResponseCache
 from synth.effect_choice import added_quantities
 from synth.errors import Fault, SceneError
 from synth.hand import with_full_scale, with_session_scale
-from synth.live_rehearsal import REHEARSALS, kind_of
+from synth.live_rehearsal import REHEARSALS, kind_of, stand_in
 from synth.output import Block, Limiter, look_ahead
 from synth.plan import Plan
 from synth.preparation import Preparation, prepare
@@ -127,7 +127,11 @@ class LiveVoice:
 
     def _rehearse(self, scene: Scene, plan: Plan) -> None:
         def play() -> None:
-            type(self)(scene, cache=self._cache)._play_through()
+            voice = type(self)(stand_in(scene), cache=self._cache)
+            try:
+                voice._play_through()
+            finally:
+                voice.close()
 
         REHEARSALS.once((type(self), kind_of(scene, plan)), play)
 
@@ -161,6 +165,9 @@ class LiveVoice:
     def release(self) -> None:
         """Fade out, beginning with the next block."""
         self._released = True
+
+    def close(self) -> None:
+        """Let go of what outlives a voice: nothing, unless a hand moves it."""
 
     def render(self, frames: int) -> Block:
         """Return the next `frames` frames, float32 [frames, channels], within -1..1."""

@@ -209,7 +209,6 @@ class HandVoice(LiveVoice):
         self._play_blocks(across)
         self.release()
         self._play_blocks(2)
-        self.close()
 
     def _alone(self) -> MovingReader | None:
         """Return what reads a hand that sounds alone, at full gain and without effects; None where it does not."""

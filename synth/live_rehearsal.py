@@ -11,6 +11,7 @@ Limits  `kind_of` reads from the scene and its plan what decides which loops run
 
 from __future__ import annotations
 
+import itertools
 import re
 import threading
 from collections.abc import Callable, Hashable
@@ -20,7 +21,9 @@ from synth.moving_tables import SINGLE
 from synth.plan import Plan
 from synth.scene import Scene, scene_document
 
-NUMBER = re.compile(r"[\d.]+")
+POINTS = 8  # of a recorded scan that rehearses; 4 is the least that a scan may have
+CLOSE = 0.999  # times the scan's load: two loads between which one or two rows are solved
+NUMBER = re.compile(r"[\d.]+")  # in the words of a plan, which say how many harmonics or cells a reader has
 
 
 class Rehearsals:
@@ -61,6 +64,19 @@ def kind_of(scene: Scene, plan: Plan) -> Hashable:
         tuple(NUMBER.sub("", channel["reader"]) for channel in response["channels"]),
         response["tolerance"] >= SINGLE,
     )
+
+
+def stand_in(scene: Scene) -> Scene:
+    """Return a scene of the same kind for a rehearsal: the beginning of a recorded scan, at loads next to each other.
+
+    Every voice of a recorded scan solves all of its loads for itself, for seconds: too long for what nobody hears.
+    """
+    scan = scene.scan
+    if scan.trajectory is None:
+        return scene
+    loads = itertools.cycle((scan.load, CLOSE * scan.load))
+    points = tuple((time, place, load) for (time, place, _), load in zip(scan.trajectory[:POINTS], loads, strict=False))
+    return scene.model_copy(update={"scan": scan.model_copy(update={"trajectory": points})})
 
 
 def shape_of(value: Any) -> Hashable:

@@ -11,9 +11,12 @@ from typing import Any
 
 import pytest
 
+from synth import live
+from synth.errors import CannotRender
 from synth.live import LiveVoice
 from synth.live_hand import HandVoice
-from synth.live_rehearsal import Rehearsals, kind_of
+from synth.live_rehearsal import Rehearsals, kind_of, stand_in
+from synth.moving import MovingReader
 from synth.scene import parse_scene
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -104,6 +107,50 @@ def test_one_that_fails_is_tried_again_by_the_next() -> None:
     rehearsals.once("kind", lambda: tries.append(2))
     rehearsals.once("kind", fail)
     assert tries == [1, 1, 2]
+
+
+@pytest.mark.parametrize("make", [LiveVoice, HandVoice])
+def test_a_recorded_scan_rehearses_its_beginning_at_one_load(make: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    points = [[0.1 * t, 0.004 * t, 0.05 + 0.02 * t] for t in range(30)]
+    scene = parse_scene({"scan": {"trajectory": points}, "output": {"sample_rate": 8000, "bandwidth": 1000}})
+    covered: list[tuple[float, float]] = []
+    cover = MovingReader.cover
+
+    def watched(reader: MovingReader, low: float, high: float) -> None:
+        covered.append((low, high))
+        cover(reader, low, high)
+
+    voice = make(scene)
+    monkeypatch.setattr(MovingReader, "cover", watched)
+    monkeypatch.setattr(live, "REHEARSALS", Rehearsals())
+    voice.rehearse()
+    voice.close()
+    assert len(covered) >= 2 and all(0.998 * high < low <= high for low, high in covered)
+
+
+def test_what_stands_in_for_a_scene_is_of_its_kind() -> None:
+    path = [[0.1 * t, 0.004 * t, 0.05 + 0.02 * t] for t in range(30)]
+    scans: tuple[dict[str, Any], ...] = ({"trajectory": path}, {"stroke": {}}, {})
+    for scan in scans:
+        scene = parse_scene({"scan": scan, "output": {"sample_rate": 8000, "bandwidth": 1000}})
+        assert kind_of(stand_in(scene), LiveVoice(stand_in(scene)).plan) == kind_of(scene, LiveVoice(scene).plan)
+
+
+def test_a_rehearsal_that_fails_leaves_no_thread_behind(monkeypatch: pytest.MonkeyPatch) -> None:
+    closed: list[HandVoice] = []
+
+    def fail(_voice: HandVoice) -> None:
+        raise CannotRender("It cannot.")
+
+    monkeypatch.setattr(live, "REHEARSALS", Rehearsals())
+    monkeypatch.setattr(HandVoice, "lift", fail)
+    monkeypatch.setattr(HandVoice, "close", lambda voice: closed.append(voice))
+    voice = HandVoice(parse_scene({"output": {"sample_rate": 8000, "bandwidth": 1000}}))
+    with pytest.raises(CannotRender):
+        voice.rehearse()
+    monkeypatch.undo()
+    assert len(closed) == 1 and closed[0] is not voice
+    closed[0].close()
 
 
 def test_a_rehearsal_leaves_the_voice_where_it_was() -> None:
