@@ -20,13 +20,12 @@ export class ContactPicture {
   #zoom = 1;
 
   constructor(canvas) {
-    this.panel = new Panel(canvas, () => this.#draw()).moving();
+    this.panel = new Panel(canvas, "Contact: nothing touches yet.", () => this.#draw()).moving();
     /** What was drawn last: {phase, z (m), patches: [[begin, end]] (m), lit: [[left, right]] (CSS px), factor}. */
     this.drawn = null;
     canvas.tabIndex = 0;
     canvas.setAttribute("aria-keyshortcuts", "+ -");
     canvas.addEventListener("keydown", (event) => this.#key(event));
-    this.panel.say("Contact: nothing touches yet.");
   }
 
   /** Shows the answer of `POST /v1/picture`; its `phases` must be above 0. */

@@ -107,8 +107,8 @@ export class Panel {
   #layerKey = null;
   #said = { text: "", time: -Infinity, timer: 0 };
 
-  /** pace: ms between two drawings, at least. */
-  constructor(canvas, draw, pace = 0) {
+  /** name: its text alternative until `say` says more; pace: ms between two drawings, at least. */
+  constructor(canvas, name, draw, pace = 0) {
     this.canvas = canvas;
     this.context = canvas.getContext("2d");
     this.width = 0; // CSS px
@@ -119,6 +119,7 @@ export class Panel {
     this.#draw = draw;
     this.#pace = pace;
     canvas.setAttribute("role", "img");
+    canvas.setAttribute("aria-label", name);
     new ResizeObserver(() => this.#measure()).observe(canvas);
     for (const query of ["(prefers-color-scheme: dark)", "(prefers-contrast: more)"]) {
       matchMedia(query).addEventListener("change", () => this.restyle());

@@ -27,11 +27,10 @@ export class Spectrum {
   #harmonics = [];
 
   constructor(canvas) {
-    this.panel = new Panel(canvas, () => this.#draw(), EVERY).moving();
+    this.panel = new Panel(canvas, "Spectrum: nothing has been felt yet.", () => this.#draw(), EVERY).moving();
     /** What was drawn last: {frequencies (Hz), amplitudes (SI), threshold: [[Hz, SI]], marks: [{frequency, x, label}],
      * largest: {frequency, amplitude}}. */
     this.drawn = null;
-    this.panel.say("Spectrum: nothing has been felt yet.");
   }
 
   /** Adds samples (of full scale, one channel) that follow those before; fullScale: SI value of 1; rate: samples a

@@ -26,7 +26,7 @@ export class Surface {
 
   constructor(canvas) {
     this.metresPerPixel = 5e-5; // m a CSS px
-    this.panel = new Panel(canvas, () => this.#draw());
+    this.panel = new Panel(canvas, "Texture from above: no heights yet.", () => this.#draw());
     /** What was drawn last: `bar` {length (m), pixels, left, top (CSS px)}. */
     this.drawn = { bar: null };
     const place = document.createElement("div");

@@ -29,11 +29,10 @@ export class Waveform {
 
   constructor(canvas) {
     this.span = 0.05; // s shown
-    this.panel = new Panel(canvas, () => this.#draw()).moving();
+    this.panel = new Panel(canvas, "Waveform: nothing has been felt yet.", () => this.#draw()).moving();
     /** What was drawn last: {times (s), values (SI)} of the trace, `peak`, `range` (SI), `begin` (frame), `span` (s).
      *  */
     this.drawn = null;
-    this.panel.say("Waveform: nothing has been felt yet.");
   }
 
   /** Adds samples (of full scale, one channel) that follow those before; fullScale: SI value of 1; rate: samples a

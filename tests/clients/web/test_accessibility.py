@@ -49,6 +49,15 @@ def test_axe_finds_nothing_serious(chromium: Browser, page_service: Running, loo
         assert violations(page) == []
 
 
+def test_axe_finds_nothing_serious_before_any_answer_has_come(touch_page: Page) -> None:
+    late = "**/v1/{picture,explain,threshold}*"
+    touch_page.route(late, lambda _: None)  # held for as long as the page is open
+    with touch_page.expect_request(late):
+        touch_page.reload()
+    loaded(touch_page)
+    assert violations(touch_page) == []
+
+
 def test_axe_finds_nothing_serious_while_it_is_touched(touch_page: Page) -> None:
     touch_page.click("#stroke")
     touch_page.wait_for_function("() => document.querySelector('.views.live') !== null")
