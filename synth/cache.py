@@ -1,7 +1,8 @@
 """What was solved once is kept: contact responses by what they depend on, within a bound of bytes.
 
 Model   Least recently used goes first. Two threads that ask for the same thing at once: one builds, the other waits.
-        What was dropped while somebody still uses it is found again as long as that lasts.
+        What was dropped while somebody still uses it is found again as long as that lasts. What grows while it is
+        kept says so (`grows`) and is counted anew whenever something is added; all else is counted once.
 Limits  an entry larger than the bound is built and handed out, but not kept.
 """
 
@@ -20,7 +21,7 @@ DEFAULT_BYTES = 256 << 20
 
 
 class Kept(Protocol):
-    """What a cache can hold: it tells its size."""
+    """What a cache can hold: it tells its size, and with an attribute `grows` whether that changes."""
 
     @property
     def memory_bytes(self) -> int:
@@ -43,6 +44,9 @@ class ResponseCache:
         self.hits = 0
         self.misses = 0
         self._entries: OrderedDict[Hashable, Kept] = OrderedDict()
+        self._sizes: dict[Hashable, int] = {}  # of the entries that do not grow
+        self._growing: dict[Hashable, Kept] = {}
+        self._steady_bytes = 0
         self._in_use: WeakValueDictionary[Hashable, Kept] = WeakValueDictionary()
         self._lock = threading.Lock()
         self._building: dict[Hashable, threading.Lock] = {}
@@ -91,12 +95,24 @@ class ResponseCache:
             self._building.pop(key, None)
             with suppress(TypeError):  # what has slots only is small, and is solved again
                 self._in_use[key] = made
-            if made.memory_bytes > self.max_bytes:
+            size = made.memory_bytes
+            if size > self.max_bytes:
                 return
+            if key in self._entries:  # built twice: it had been dropped while a caller waited to look for it
+                self._forget(key)
             self._entries[key] = made
+            if getattr(made, "grows", False):
+                self._growing[key] = made
+            else:
+                self._sizes[key] = size
+                self._steady_bytes += size
             while self._used() > self.max_bytes:
-                self._entries.popitem(last=False)
+                self._forget(self._entries.popitem(last=False)[0])
+
+    def _forget(self, key: Hashable) -> None:
+        if self._growing.pop(key, None) is None:
+            self._steady_bytes -= self._sizes.pop(key)
 
     def _used(self) -> int:
-        """Return the bytes of all entries now: tables of hands grow while they are kept."""
-        return sum(entry.memory_bytes for entry in self._entries.values())
+        """Return the bytes of all entries now."""
+        return self._steady_bytes + sum(entry.memory_bytes for entry in self._growing.values())

@@ -72,6 +72,8 @@ class MovingTables:
         """Loads (N) of the rows that are ready; another array whenever there are more."""
         return next(iter(self.stores.values())).rows.edges
 
+    grows = True  # tables and rows are added while hands touch (see `synth.cache`)
+
     @property
     def memory_bytes(self) -> int:
         """Bytes of tables and rows."""
