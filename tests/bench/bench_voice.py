@@ -23,13 +23,14 @@ RATE = 48000
 SINE_HZ = 100.0
 SETTLED = 0.5  # s without a new row of load: the thread that solves rows round the hand has nothing left to do
 PATIENCE = 60.0  # s
+QUICK = 3  # repeats that show that it runs: rows are not waited for
 
 Renders = list[Callable[[], object]]
 
 
 def figures(quick: bool) -> list[Figure]:
     """Return the lines of the voices; on one core."""
-    repeats = 3 if quick else 400
+    repeats = QUICK if quick else 400
     return [
         against_sine("displacement", 1.0, repeats),
         against_sine("velocity", None, repeats),
@@ -72,7 +73,7 @@ def against_sine(quantity: str, limit: float | None, repeats: int) -> Figure:
     voice = open_voice(parse_scene({"output": {"quantity": quantity}}), live=True)
     try:
         renders = hand_blocks(voice, hand())
-        settle(voice, renders)
+        settle(voice, renders, repeats)
         voices, sines = alternated(renders, sine_blocks(), repeats)
     finally:
         voice.close()
@@ -86,8 +87,10 @@ def against_sine(quantity: str, limit: float | None, repeats: int) -> Figure:
     return Figure(f"live voice, {quantity}", statistics.median(ratios), least, "x sin", limit, how)
 
 
-def settle(voice: Voice, renders: Renders) -> None:
+def settle(voice: Voice, renders: Renders, repeats: int) -> None:
     """Render until every row of load that the hand calls for is solved and every table built."""
+    if repeats == QUICK:
+        return
     began = still_since = monotonic()
     held = -1
     while not voice.rows_ready or monotonic() - still_since < SETTLED:
@@ -131,7 +134,7 @@ def under_hand(quantity: str, limit: float | None, repeats: int) -> Figure:
     voice = open_voice(parse_scene({"output": {"quantity": quantity}}), live=True)
     try:
         renders = hand_blocks(voice, hand(load_varies=False))
-        settle(voice, renders)
+        settle(voice, renders, repeats)
         took = repeated(partial(_all, renders), repeats)
     finally:
         voice.close()

@@ -11,6 +11,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -22,10 +23,11 @@ from fastapi import FastAPI
 from starlette.types import ASGIApp
 
 from service.app import create_app
-from service.engine import Engine
+from service.engine import Engine, SynthEngine
 from service.running import Service
 from service.server import LIVE_OPTIONS, listen, shown_address
 from service.settings import Settings, read_settings, setting_fields, variable
+from synth.cache import DEFAULT_BYTES
 
 ROOT = Path(__file__).resolve().parents[2]
 LOCAL = "http://localhost"
@@ -169,6 +171,12 @@ def serving(
         server.should_exit = True
         thread.join(PATIENCE)
         assert not thread.is_alive(), "the server did not end"
+
+
+@cache
+def kept_engine() -> Engine:
+    """Return the real engine that tests of this process share: what one of them had solved is there for the next."""
+    return SynthEngine(DEFAULT_BYTES)
 
 
 class Child:

@@ -176,8 +176,8 @@ def test_a_measuring_process_that_fails_is_our_bug(monkeypatch: pytest.MonkeyPat
 
 SHORT = {
     "finger": {"contact_length": "2 mm"},
-    "scan": {"speed": 0.6, "load": 0.01},
-    "output": {"sample_rate": 8000, "duration": 1.0},
+    "scan": {"speed": 0.1, "load": 0.01},
+    "output": {"sample_rate": 1000, "bandwidth": 400, "duration": 1.0},
 }
 
 

@@ -12,7 +12,7 @@ import soundfile
 
 from synth import open_voice, parse_scene, render
 from synth.encode import quantise, read_metadata
-from tests.service.harness import Running, problem, serving, until
+from tests.service.harness import Running, kept_engine, problem, serving, until
 
 RATE = 8000
 QUICK: dict[str, Any] = {
@@ -23,7 +23,7 @@ QUICK: dict[str, Any] = {
 
 @pytest.fixture(scope="module")
 def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
-    with serving(file_folder=tmp_path_factory.mktemp("recordings")) as server:
+    with serving(kept_engine(), file_folder=tmp_path_factory.mktemp("recordings")) as server:
         until(lambda: server.client.get("/readyz").status_code == 200, 120.0)
         yield server
 

@@ -22,12 +22,15 @@ from tests.synth.engine_cases import QUANTITIES, contact_of, physical, scene_of,
 
 RATE = 8000
 ALL = {"channels": [{"quantity": name, "full_scale": 1} for name in QUANTITIES], "sample_rate": RATE}
+FINGER = {"contact_length": "3 mm"}  # few ridges: quick to solve
 POINTS = [[0, 0, 0.3], [0.1, 6e-3, 0.4], [0.2, 1e-2, 0.25], [0.3, 8e-3, 0.3]]
 
 
 def steady(speed: float, oversampling: int, **sections: Any) -> tuple[SolvedFrames, Scene]:
     """Return a steady scan that is solved at its frames, as if it were a recording."""
-    scene = scene_of(scan={"speed": speed, "load": 0.3}, output=ALL, accuracy={"tolerance": 1e-6}, **sections)
+    scene = scene_of(
+        finger=FINGER, scan={"speed": speed, "load": 0.3}, output=ALL, accuracy={"tolerance": 1e-6}, **sections
+    )
     solved = prepare(scene)
     channels = tuple(replace(channel, full_scale=1.0) for channel in solved.channels)
     return SolvedFrames(replace(solved, channels=channels), FramePlan(oversampling, (0.0,) * 3, 1.0, 0.0)), scene
@@ -55,7 +58,7 @@ def test_the_filter_keeps_below_040_and_loses_above_049() -> None:
 
 def recorded(**sections: Any) -> Scene:
     """Return a recording whose tolerance in acceleration rows would not hold."""
-    return scene_of(scan={"trajectory": POINTS}, **({"output": ALL} | sections))
+    return scene_of(finger=FINGER, scan={"trajectory": POINTS}, **({"output": ALL} | sections))
 
 
 def test_displacement_follows_the_oracle_over_position_and_load() -> None:

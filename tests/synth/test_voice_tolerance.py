@@ -49,8 +49,9 @@ def test_the_default_scene_keeps_its_tolerance(rate: int) -> None:
     check(parse_scene({"output": {"channels": list(QUANTITIES), "sample_rate": rate}}), 1e-3)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(50))
+@pytest.mark.parametrize(
+    "seed", [*range(16), *(pytest.param(seed, marks=pytest.mark.thorough) for seed in range(16, 50))]
+)
 def test_random_scenes_keep_their_tolerance(seed: int) -> None:
     random = np.random.default_rng(1000 + seed)
     check(parse_scene(random_document(random, RATES[seed % 4])), 1e-3)

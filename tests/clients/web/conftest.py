@@ -10,7 +10,7 @@ import pytest
 from tests.clients.web.browser import headless, watched
 from tests.clients.web.pictures import opened
 from tests.clients.web.places import WEB, serving_pages
-from tests.service.harness import PATIENCE, Running, serving, until
+from tests.service.harness import PATIENCE, Running, kept_engine, serving, until
 from tests.service.plain_engine import PlainEngine
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ def chromium() -> Iterator[Browser]:
 @pytest.fixture(scope="module")
 def service() -> Iterator[Running]:
     """Yield the real service, warm."""
-    with serving_pages() as running:
+    with serving_pages(kept_engine()) as running:
         until(lambda: running.service.warm, 60.0)
         yield running
 
@@ -53,7 +53,7 @@ def moved_in(page: Page) -> None:
 @pytest.fixture(scope="module")
 def page_service() -> Iterator[Running]:
     """Yield the real service with the page, as `ridgewave serve` has it, warm."""
-    with serving(web=str(WEB)) as running:
+    with serving(kept_engine(), web=str(WEB)) as running:
         until(lambda: running.service.warm, 60.0)
         yield running
 

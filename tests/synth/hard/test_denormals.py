@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from synth.cache import ResponseCache
 from synth.errors import SceneError
 from synth.motion import Motion
 from synth.scene import parse_scene
@@ -20,6 +21,7 @@ from tests.synth.scene_cases import RISING, faults_of
 SMALLEST = (5e-324, 1e-310, sys.float_info.min * (1 - 2**-52), -5e-324, -1e-310)
 NORMAL = (sys.float_info.min, 1e-300, 1e-200)
 BASE: dict[str, Any] = {
+    "finger": {"contact_length": 2.5e-3},
     "output": {**ALL, "sample_rate": 8000, "bandwidth": 600.0},
     "accuracy": {"tolerance": 1e-2},
 }
@@ -84,9 +86,11 @@ HAND: dict[str, Any] = {"speed": 0.04, "speed_rate": 0.1, "load": 0.3, "load_rat
 def test_a_denormal_field_of_a_motion_is_as_good_as_zero(name: str, value: float) -> None:
     """Compared with zero in its place: no more than a rounding of the largest sample apart, and nothing denormal."""
 
+    cache = ResponseCache()
+
     def rendered(number: float) -> Any:
         fields = dict.fromkeys(HAND, number) if name == "all" else {**HAND, name: number}
-        voice = open_voice(scene_of(**BASE))
+        voice = open_voice(scene_of(**BASE), cache=cache)
         blocks = [voice.render(FRAMES, Motion.of(FRAMES, **fields)), voice.render(FRAMES)]
         return np.concatenate(blocks)
 

@@ -11,9 +11,10 @@ import pytest
 from synth.live import LiveVoice
 from synth.output import Block, Limiter
 from synth.samples import SoundFormat, block_bytes, quantise
+from synth.scene import Scene
 from synth.voice import open_voice
 from tests.synth.engine_cases import QUANTITIES, scene_of
-from tests.synth.hard.bounds import finite
+from tests.synth.hard.bounds import finite, merged
 from tests.synth.hard.test_hands import FRAMES, HANDS, RATE, part_of
 from tests.synth.hard.test_scans import touching
 
@@ -36,16 +37,22 @@ SILENT = ("no load", "no texture", "10 m/s", "cancelled")
 BITS = {SoundFormat.L16: (16, ">i2"), SoundFormat.WAV16: (16, "<i2")}
 
 
+def few_ridges(output: dict[str, Any], tolerance: float, sections: dict[str, Any] | None = None) -> Scene:
+    """Return a scene that is quick to solve."""
+    finger, accuracy = {"contact_length": 2e-3}, {"tolerance": tolerance}
+    return scene_of(**merged({"finger": finger, "output": output, "accuracy": accuracy}, sections or {}))
+
+
 @pytest.mark.parametrize("output", [QUIET, LOUD], ids=["automatic", "far beyond full scale"])
 @pytest.mark.parametrize("name", SCENES)
 def test_a_live_voice_stays_within_full_scale_from_its_first_frame_to_its_last(
     name: str, output: dict[str, Any]
 ) -> None:
-    voice = LiveVoice(scene_of(output=output, accuracy={"tolerance": 1e-2}, **SCENES[name]))
+    voice = LiveVoice(few_ridges(output, 1e-2, SCENES[name]))
     blocks = [voice.render(400)]
-    voice.apply(voice.prepare(scene_of(output=output, accuracy={"tolerance": 1e-2})))
+    voice.apply(voice.prepare(few_ridges(output, 1e-2)))
     blocks.append(voice.render(1200))
-    voice.apply(voice.prepare(scene_of(output=output, accuracy={"tolerance": 1e-2}, **SCENES[name])))
+    voice.apply(voice.prepare(few_ridges(output, 1e-2, SCENES[name])))
     blocks.append(voice.render(1200))
     voice.release()
     blocks.append(voice.render(1200))
@@ -64,7 +71,7 @@ def test_a_live_voice_stays_within_full_scale_from_its_first_frame_to_its_last(
 def test_integers_are_the_floats_rounded_and_clipped(name: str, sound_format: SoundFormat) -> None:
     """By exact arithmetic on the floats: n = round(x 2^15), within -2^15 and 2^15 - 1."""
     bits, layout = BITS[sound_format]
-    voice = open_voice(scene_of(output=LOUD, accuracy={"tolerance": 1e-2}, **SCENES[name]))
+    voice = open_voice(few_ridges(LOUD, 1e-2, SCENES[name]))
     for block in (voice.render(500), limited(voice.render(500))):
         wanted = np.clip(
             np.rint(block.astype(np.longdouble) * 2 ** (bits - 1)), -(2 ** (bits - 1)), 2 ** (bits - 1) - 1
@@ -81,7 +88,7 @@ def limited(block: Block) -> Block:
 @pytest.mark.parametrize("name", HANDS)
 def test_a_live_hand_never_passes_full_scale_once_it_is_limited(name: str) -> None:
     """A voice that does not wait plays the nearest rows; whatever they are, the samples are fit."""
-    voice = open_voice(scene_of(output=LOUD, accuracy={"tolerance": 3e-2}), live=True)
+    voice = open_voice(few_ridges(LOUD, 3e-2), live=True)
     try:
         limiter = Limiter(voice.channels, RATE, 12)
         for first in range(0, FRAMES, 240):
