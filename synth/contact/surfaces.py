@@ -23,7 +23,7 @@ from synth.contact.exact import Array
 from synth.contact.levels import Levels
 from synth.contact.spectrum import Complex, Spectrum
 from synth.contact.table_budget import TableBudget
-from synth.contact.tables import FEWEST_CELLS, surface
+from synth.contact.tables import FEWEST_CELLS, fill_surface
 
 FULL = 0.75  # of the room that is filled beforehand: the rest is for what hands meet
 EVERYWHERE = 4e3  # N: beyond any load, the end of the one interval of a response that does not vary with the load
@@ -103,26 +103,45 @@ class TableStore:
     def view(self, edges: Array) -> tuple[Array, Offsets]:
         """Return the pool, and where in it the tables of each level and interval of `edges` begin."""
         with self._lock:
-            return self._pool, self._tables(edges)
+            return self._pool, self._tables(edges, self._placed)
 
     def build(self, levels: range, interval: int, edges: Array) -> tuple[Array, Offsets]:
         """Return a view of `edges` that holds the tables of `levels` over one interval, building what is missing."""
         low, high = float(edges[interval]), float(edges[interval + 1])
         with self._lock:
-            missing = self._missing(levels, low, high)
-        made = {level: self._made(level, low, high) for level in missing}  # the others go on meanwhile
+            begins = self._claimed(levels, low, high)
+            pool, offsets = self._pool, self._offsets(low, high).copy()
+        self._fill(pool, begins, low, high)  # the others go on meanwhile
         with self._lock:
-            wanted = self._missing(levels, low, high)
-            room = self._room()
-            if self._used + self._size(wanted) > min(room, self._pool.size):
-                wanted = list(levels)
-                self._placed.clear()
-                fits = max(room, self._size(wanted))
-                self._pool, self._used = np.empty(fits, self._type), 0  # views that still read the old one keep it
-            offsets = self._offsets(low, high)
-            for level in wanted:
-                offsets[level] = self._place(made[level] if level in made else self._made(level, low, high))
-            return self._pool, self._tables(edges)
+            kept = pool is self._pool  # else it was begun anew meanwhile: this view keeps the old one
+            placed = self._placed if kept else {(low, high): offsets}
+            for level, begin in begins.items():
+                placed[low, high][level] = begin
+            return pool, self._tables(edges, placed)
+
+    def _claimed(self, levels: range, low: float, high: float) -> dict[int, int]:
+        """Return where in the pool those tables may begin that are missing, all of `levels` where it is begun anew."""
+        missing, room = self._missing(levels, low, high), self._room()
+        if self._used + self._size(missing) > min(room, self._pool.size):
+            missing = list(levels)
+            self._placed.clear()
+            fits = max(room, self._size(missing))
+            self._pool, self._used = np.empty(fits, self._type), 0  # views that still read the old one keep it
+        begins = {}
+        for level in missing:
+            begins[level], self._used = self._used, self._used + self._size((level,))
+        return begins
+
+    def _fill(self, pool: Array, begins: dict[int, int], low: float, high: float) -> None:
+        """Write the coefficients of one interval at the places claimed for its levels."""
+        if not begins:
+            return
+        highest = self.levels.highest
+        series = self.rows.cubic(low, high, max(highest[level] for level in begins))
+        for level, begin in begins.items():
+            shape = 1 << int(self._bits[level]), self.degree + 1, 4
+            cut = tuple(power[: highest[level] + 1] for power in series)
+            fill_surface(cut, self.degree, pool[begin : begin + self._size((level,))].reshape(shape))
 
     def _room(self) -> int:
         """Return how many coefficients the pool may have now."""
@@ -142,26 +161,15 @@ class TableStore:
             found = self._placed[low, high] = np.full(len(self._bits), -1, dtype=np.int64)
         return found
 
-    def _tables(self, edges: Array) -> Offsets:
+    def _tables(self, edges: Array, placed: dict[tuple[float, float], Offsets]) -> Offsets:
         tables = np.full((len(self._bits), len(edges)), -1, dtype=np.int64)
         tables[:, 0] = self._bits
         loads = edges.tolist()
         for interval, ends in enumerate(pairwise(loads)):
-            found = self._placed.get(ends)
+            found = placed.get(ends)
             if found is not None:
                 tables[:, 1 + interval] = found
         return tables
-
-    def _made(self, level: int, low: float, high: float) -> Array:
-        """Return the coefficients of one table."""
-        series = self.rows.cubic(low, high, self.levels.highest[level])
-        return surface(series, self.degree, 1 << int(self._bits[level])).ravel()
-
-    def _place(self, block: Array) -> int:
-        """Put one table into the pool; return where it begins."""
-        begin, self._used = self._used, self._used + block.size
-        self._pool[begin : self._used] = block
-        return begin
 
 
 class Surfaces:

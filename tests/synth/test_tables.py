@@ -11,6 +11,7 @@ from synth.contact.tables import (
     CUBIC,
     QUINTIC,
     TAIL_SHARE,
+    fill_surface,
     fitted_table,
     kept_harmonics,
     limited_slopes,
@@ -142,3 +143,14 @@ def test_a_surface_is_the_table_of_the_series_at_every_load() -> None:
         at_load = table @ np.array([1.0, s, s**2, s**3])
         wanted = polynomials(series[0] + s * series[1] + s**2 * series[2] + s**3 * series[3], QUINTIC, 32)
         assert np.max(np.abs(at_load - wanted)) <= 1e-12 * float(np.max(np.abs(wanted)))
+
+
+@pytest.mark.parametrize("degree", [CUBIC, QUINTIC])
+@pytest.mark.parametrize(("highest", "cells"), [(1, 16), (9, 16), (38, 256), (101, 64), (380, 2048)])
+def test_the_compiled_surface_is_its_readable_twin_bit_for_bit(degree: int, highest: int, cells: int) -> None:
+    series = tuple(random_series(highest, seed) for seed in (20, 21, 22, 23))
+    twin = np.stack([polynomials(one, degree, cells) for one in series], axis=2)
+    assert np.array_equal(surface(series, degree, cells), twin)
+    single = np.full((cells, degree + 1, 4), np.nan, np.float32)
+    fill_surface(series, degree, single)
+    assert np.array_equal(single, twin.astype(np.float32))
