@@ -291,7 +291,7 @@ class Conversation:
             return min(frames, kept)
         if self._ends_by_itself(stream):
             return self._last_frames()
-        stream.begin(now)
+        stream.begin(now, now - self.pace.due if stream.realtime else 0.0)
         return frames
 
     @property

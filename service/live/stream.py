@@ -28,6 +28,7 @@ from synth.scene import Scene
 
 BLOCK_SECONDS = 0.01  # of a block where hello says nothing: 100 a second, each little work
 CHANGE_SECONDS = 0.05  # from one scene to the next, at least `synth.live.CHANGE_TIME`; less: `scene` tells early frames
+LATE_SECONDS = 0.02  # behind its time that a block shows a busy service; less: any two blocks of usual load do
 LEAST_REDUCTION_DB = 0.01  # below this the limiter's recovery fades out without anybody hearing it
 LIMITED_SECONDS = 1.0  # between two `limited`
 SAMPLES = {"f32le": SoundFormat.F32LE, "s16le": SoundFormat.WAV16}  # the latter's samples are little-endian
@@ -63,6 +64,7 @@ class Stream:
         self._latest = np.empty((0, voice.channels), np.float32)
         self._newest, self._waiting, self._lifted = -1, None, False
         self._heard: float | None = None
+        self._doubtful = False  # a silence that may be the service's own
         self._free_from = 0
         self._applied: int | None = None
         self._changed = False
@@ -85,17 +87,25 @@ class Stream:
         """Have the next block begin with `update`, unless a newer one is here already."""
         if update.seq > self._newest:
             self._newest, self._waiting, self._heard = update.seq, update, now
+            self._doubtful = False
 
-    def begin(self, now: float) -> None:
-        """Apply what waits, for the block that is rendered next."""
+    def begin(self, now: float, late: float = 0.0) -> None:
+        """Apply what waits, for the block that is rendered next.
+
+        late: s that the block is behind its time. A service that is late has not read either what its peers sent
+        meanwhile: it believes in a silence only when it has looked once more, a block later.
+        """
         update = self._waiting
         if update is not None:
             self._waiting, self._applied, self._lifted = None, update.seq, False
             self.counts.applied += 1
             self.voice.touch(update)
         if self._heard is not None and not self._lifted and now - self._heard > self.max_silence:
-            self._lifted = True
-            self.voice.lift()
+            if late > LATE_SECONDS and not self._doubtful:
+                self._doubtful = True
+            else:
+                self._lifted = True
+                self.voice.lift()
         if self.coming is not None and self.frame >= self._free_from:
             self._change(self.coming)
 

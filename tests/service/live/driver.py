@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import json
+import math
 from typing import Any
 
 import numpy as np
@@ -135,10 +136,10 @@ class Driver:
             self._perform(action)
         self.perform()
 
-    def write(self) -> int:
-        """Send every block that is due now; return how many there were."""
+    def write(self, most: float = math.inf) -> int:
+        """Send every block that is due now, `most` at most; return how many there were."""
         count = 0
-        while frames := self.machine.begin_block(self.now):
+        while count < most and (frames := self.machine.begin_block(self.now)):
             self.perform()
             pcm = self.machine.past(frames)
             if pcm is None:

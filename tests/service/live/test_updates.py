@@ -94,6 +94,24 @@ def test_without_updates_the_load_goes_after_the_silence_and_comes_back_with_the
     assert not pcm[lifted + 96 : lifted + 480].any() and pcm[-480:].any()
 
 
+def test_a_silence_of_a_service_that_was_busy_is_looked_at_once_more() -> None:
+    driver = started()
+    driver.binary(contact(1, load=0.8))
+    driver.run(0.05)
+    driver.now += 0.5  # nothing was read and nothing sent
+    driver.write(1)
+    assert driver.hand.applied.lifted == []
+    driver.binary(contact(2, load=0.8))  # it had come meanwhile, and is read before the next block
+    driver.run(0.2)
+    assert driver.hand.applied.lifted == []
+    driver.now += 0.5
+    driver.write(1)
+    assert driver.hand.applied.lifted == []
+    doubtful = driver.stream.frame
+    driver.write(1)
+    assert driver.hand.applied.lifted == [doubtful], "the next block, though it is late as well"
+
+
 def test_an_update_that_is_ignored_does_not_keep_the_hand_alive() -> None:
     driver = started()
     driver.binary(contact(5))
