@@ -2,9 +2,9 @@
 
 Model: the WebSocket itself is uvicorn's (`websockets-sansio`). Added: a peer that does not read has a while to take
     what it is still owed, its close code at last, and cannot hold its connection open beyond that; on a shutdown
-    streams fade before they are closed; headers, which hold keys, are never logged. A binary contact that comes alone
-    and whole, as nearly all messages do, is taken out of its frame here, and whole messages are framed here: the
-    library takes a tenth of what a stream costs for that.
+    streams fade before they are closed; headers, which hold keys, are never logged. Binary contacts that come whole,
+    as nearly all messages do, are taken out of their frames here, and whole messages are framed here: the library
+    takes a tenth of what a stream costs for that.
 Limits: overrides methods of uvicorn's class, whose names another version may change; the tests of the wire tell then.
     Where the parser of another version of websockets waits elsewhere, it gets every message.
 """
@@ -107,16 +107,23 @@ class LiveProtocol(WebSocketsSansIOProtocol):
 
     def data_received(self, data: bytes) -> None:
         """Take what has come from the network."""
-        if len(data) == CONTACT_BYTES and data[:2] == CONTACT_HEAD and self._sink is not None and self._up_to_date():
-            self._sink(apply_mask(data[MASK_END:], data[2:MASK_END]))
-        elif self._lingers:
+        done, size = 0, len(data)
+        while size - done >= CONTACT_BYTES and data.startswith(CONTACT_HEAD, done) and self._up_to_date():
+            payload, done = done + MASK_END, done + CONTACT_BYTES
+            assert self._sink is not None
+            self._sink(apply_mask(data[payload:done], data[payload - 4 : payload]))
+        if done == size:
+            return
+        if self._lingers:
             self.transport.pause_reading()
             self._discarding = self.loop.call_later(DISCARD_SECONDS, self.transport.resume_reading)
         else:
-            super().data_received(data)
+            super().data_received(data[done:] if done else data)
 
     def _up_to_date(self) -> bool:
         """Return whether a message that begins now is the next one for the sink."""
+        if self._sink is None:
+            return False
         conn = self.conn
         waits: Any = conn.parser
         while waits.gi_yieldfrom is not None:

@@ -92,6 +92,23 @@ def test_several_at_once_and_a_ping_between_them(running: Running) -> None:
         assert applied(client) == 2
 
 
+@pytest.mark.parametrize("at", [34, 35, 40, 67, 68, 101])
+def test_several_at_once_and_the_last_in_two_pieces(running: Running, engine: PlainEngine, at: int) -> None:
+    three = b"".join(frame(BINARY, contact(seq)) for seq in (1, 2, 3))
+    with pulling(running) as (client, feed):
+        feed(three[:at], three[at:])
+        assert applied(client) == 3
+        assert engine.hands[-1].applied.updates[-1][1].seq == 3
+
+
+def test_what_comes_in_one_piece_with_a_close_is_not_taken_behind_it(running: Running, engine: PlainEngine) -> None:
+    with pulling(running) as (client, feed):
+        close = frame(0x8, (1000).to_bytes(2, "big"))
+        feed(frame(BINARY, contact(1)) + frame(BINARY, contact(2)) + close + frame(BINARY, contact(3)))
+        client.rest()
+    assert all(update.seq != 3 for hand in engine.hands for _, update in hand.applied.updates)
+
+
 def test_a_contact_in_the_midst_of_a_fragmented_message_is_a_protocol_error(running: Running) -> None:
     with pulling(running) as (client, feed):
         feed(frame(TEXT, b'{"type":', last=False), frame(BINARY, contact(1)))
