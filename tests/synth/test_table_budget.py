@@ -5,11 +5,16 @@ from __future__ import annotations
 import gc
 from dataclasses import dataclass
 
+import numpy as np
 import pytest
 
 from synth.cache import ResponseCache
 from synth.contact import table_budget
+from synth.contact.levels import levels_up_to
+from synth.contact.spectrum import Complex
+from synth.contact.surfaces import TableStore
 from synth.contact.table_budget import TableBudget
+from synth.contact.tables import QUINTIC
 from synth.following import Update
 from synth.live_hand import HandVoice
 from synth.scene import parse_scene
@@ -68,3 +73,42 @@ def test_hands_on_many_scenes_stay_within_the_limit_and_sound_the_same(monkeypat
         for pair in voices:
             for voice in pair:
                 voice.close()
+
+
+class Crowded:
+    """Rows that, while a table is made of them, have others made in the same store, as another thread may."""
+
+    def __init__(self) -> None:
+        self.edges = np.linspace(0.1, 1.0, 10)
+        self.store: TableStore | None = None
+        self.others: list[int] = []
+
+    def cubic(self, low: float, high: float, harmonics: int) -> tuple[Complex, ...]:
+        store, others, self.others = self.store, self.others, []
+        for interval in others:
+            assert store is not None
+            store.build(range(2), interval, self.edges)
+        n = np.arange(harmonics + 1)
+        return tuple(np.exp(1j * n * (low + power)) / (1.0 + n) ** 2 for power in range(4))
+
+
+def test_a_table_is_whole_though_the_pool_is_begun_anew_while_it_is_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    def of(rows: Crowded, limit: int) -> TableStore:
+        rows.store = TableStore(rows, levels_up_to(8), QUINTIC, 2.0, budget=TableBudget(limit))
+        return rows.store
+
+    alone, crowded = Crowded(), Crowded()
+    monkeypatch.setattr(table_budget, "LEAST_BYTES", 1)
+    roomy = of(alone, 100 * MB)
+    interval_bytes = roomy._size(range(2)) * 8
+    narrow = of(crowded, 2 * interval_bytes)
+    narrow.build(range(1), 4, crowded.edges)
+    crowded.others = [0, 1, 2]
+    pool, tables = narrow.build(range(2), 4, crowded.edges)
+    assert pool is not narrow.view(crowded.edges)[0], "the pool was not begun anew"
+    wanted, places = roomy.build(range(2), 4, alone.edges)
+    for level in range(2):
+        here, there, size = tables[level, 5], places[level, 5], roomy._size((level,))
+        assert here >= 0
+        assert np.array_equal(pool[here : here + size], wanted[there : there + size])
+    assert narrow.memory_bytes <= 2 * interval_bytes
