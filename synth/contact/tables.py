@@ -14,12 +14,15 @@ from __future__ import annotations
 import math
 import threading
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from synth.contact.exact import Array
 from synth.contact.kernels import unfused
 from synth.contact.spectrum import Complex, curves
+
+Coefficients = np.ndarray[Any, np.dtype[np.float64]] | np.ndarray[Any, np.dtype[np.float32]]
 
 LINEAR, CUBIC, QUINTIC = 1, 3, 5
 MOST_CELLS = 1 << 18
@@ -196,7 +199,7 @@ def surface(series: tuple[Complex, ...], degree: int, cells: int) -> Array:
     return table
 
 
-def fill_surface(series: tuple[Complex, ...], degree: int, table: Array) -> None:
+def fill_surface(series: tuple[Complex, ...], degree: int, table: Coefficients) -> None:
     """Write `surface` to `table`, float64 or rounded to float32: `polynomials` of CUBIC or QUINTIC of all the series,
     which are equally long, in one pass.
     """

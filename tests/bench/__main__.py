@@ -3,10 +3,11 @@
     python -m tests.bench [--long] [--json] [PART ...]
     python -m tests.bench live [--seconds 60] [--streams 200] [--workers 2]
     python -m tests.bench page
+    python -m tests.bench taps
 
 Parts: solver, voice, limiter, response, methods, effects (each on one core), service, processes; --long adds an
-hour's render. `live` and `page` run only where they are named: one loads a service with streams for minutes, the other
-wants a browser.
+hour's render. `live`, `page` and `taps` run only where they are named: one loads a service with streams for minutes,
+one wants a browser, one solves many scenes first.
 Nothing here passes or fails: a figure over its limit says OVER. docs/benchmarks.md tells what each line means.
 """
 
@@ -30,6 +31,7 @@ from tests.bench import (
     bench_response,
     bench_service,
     bench_solver,
+    bench_taps,
     bench_voice,
 )
 from tests.bench.timing import Figure, machine, one_core
@@ -46,7 +48,11 @@ PARTS: dict[str, Measure] = {
     "service": bench_service.figures,
     "processes": bench_processes.figures,
 }
-BY_NAME: dict[str, Measure] = {"live": bench_live.figures, "page": bench_page.figures}  # only where named
+BY_NAME: dict[str, Measure] = {  # only where named
+    "live": bench_live.figures,
+    "page": bench_page.figures,
+    "taps": bench_taps.figures,
+}
 ON_ONE_CORE = ("solver", "voice", "limiter", "response", "methods", "effects")
 HEADER = f"{'figure':35} {'median':>9} {'least':>9} {'unit':8} {'limit':>6} {'':6}  how"
 
