@@ -15,6 +15,7 @@ import math
 import numpy as np
 
 from synth.contact.exact import Array
+from synth.contact.levels import levels_heard
 from synth.contact.reading import read_displacement, read_rate
 from synth.contact.rows import FINEST
 from synth.contact.surfaces import Surfaces
@@ -121,7 +122,10 @@ class MovingReader:
         return done
 
     def _meet(self, tables: Surfaces, sample: Array) -> None:
-        """Build what the loop missed at one frame."""
+        """Build what the loop missed at one frame: a level, and the next only where it fades into that.
+
+        A hand that touches passes through a hundred intervals of load, most of them at speeds that are a level's own.
+        """
         load = float(sample[LOAD])
         if self.rows is not None and self.shared.wait:
             if not load <= LARGEST_LOAD:
@@ -130,10 +134,8 @@ class MovingReader:
             if self._use_all_rows():
                 return
         turns = abs(float(sample[SPEED])) / (self.rate * self.period)
-        levels = self.shared.levels
-        level = int(np.searchsorted(levels.fade_to, turns, side="right"))
         interval = int(np.clip(np.searchsorted(tables.edges, load, side="right") - 1, 0, len(tables.edges) - 2))
-        tables.build(range(level, min(level + 2, len(levels.highest))), interval)
+        tables.build(levels_heard(self.shared.levels, turns), interval)
 
     def follow(self) -> None:
         """Have rows solved where the hand is, in a thread, until `close`; nothing where blocks wait for them."""

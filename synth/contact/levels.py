@@ -20,6 +20,8 @@ KEEP = 0.35  # of the sample rate: below it no harmonic is lost; a smaller value
 LOSE = 0.49  # of the sample rate: above it no harmonic sounds; 0.5 would fold
 STEP = 1.37  # ratio of neighbouring levels; above 1.4 the fades would be empty, below 1.19 they would overlap
 
+ROUNDINGS = 1e-12  # relative: how far off the compiled loops may count the turns a frame; they count them otherwise
+
 
 @dataclass(frozen=True, slots=True)
 class Levels:
@@ -46,3 +48,15 @@ def levels_up_to(highest: int) -> Levels:
     fade_from = np.array([KEEP / (n + 1) for n in below])
     fade_to = np.array([LOSE / n for n in steps])
     return Levels(tuple(steps), fade_from, fade_to)
+
+
+def levels_heard(levels: Levels, turns: float) -> range:
+    """Return the levels that sound at |turns| a frame: one, two where one fades into the next, none beyond the last.
+
+    turns: as the compiled loops count it, but for ROUNDINGS: what sounds for them is among the levels either way.
+    """
+    slower, faster = turns * (1.0 - ROUNDINGS), turns * (1.0 + ROUNDINGS)
+    first = int(np.searchsorted(levels.fade_to, slower, side="right"))
+    last = int(np.searchsorted(levels.fade_to, faster, side="right"))
+    count = len(levels.highest)
+    return range(first, min(last + 1 + int(last < count and faster > levels.fade_from[last]), count))

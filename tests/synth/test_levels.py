@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from synth.contact.levels import Levels, levels_up_to
+from synth.contact.levels import Levels, levels_heard, levels_up_to
 from tests.synth.engine_cases import Real
 
 SIZES = [*range(1, 60), 99, 137, 191, 500, 1000, 3070, 4096]
@@ -64,3 +64,26 @@ def test_gains_do_not_step(highest: int) -> None:
         largest.append(float(np.max(np.abs(np.diff(gains, axis=0)))))
     assert largest[0] < 0.1
     assert largest[1] < 0.3 * largest[0]  # a step would stay as large however close the points
+
+
+@pytest.mark.parametrize("highest", [1, 2, 3, 19, 64, 380])
+def test_the_levels_heard_are_those_that_sound_however_the_turns_are_rounded(highest: int) -> None:
+    levels = levels_up_to(highest)
+    limits = [*levels.fade_from, *levels.fade_to]
+    inside = [math.sqrt(a * b) for a, b in zip([1e-9, *levels.fade_to], levels.fade_to, strict=False)]
+    for limit in [*limits, *inside, 0.0, 0.6]:
+        for off in (-3e-16, 0.0, 3e-16):
+            turns = limit * (1.0 + off)
+            begins = np.array([0.0, *levels.fade_to[:-1]])
+            sounding = [n for n in range(len(begins)) if begins[n] <= turns < levels.fade_to[n]]
+            fading = [n + 1 for n in sounding if turns > levels.fade_from[n] and n + 1 < len(begins)]
+            heard = levels_heard(levels, limit)
+            assert set(sounding + fading) <= set(heard)
+            assert len(heard) <= (3 if limit in limits else len(sounding + fading))
+
+
+def test_between_the_fades_one_level_is_heard() -> None:
+    levels = levels_up_to(380)
+    assert levels_heard(levels, 0.99 * float(levels.fade_from[4])) == range(4, 5)
+    assert levels_heard(levels, 0.5 * float(levels.fade_from[4] + levels.fade_to[4])) == range(4, 6)
+    assert levels_heard(levels, 0.55) == range(len(levels.highest), len(levels.highest))
