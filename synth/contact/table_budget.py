@@ -16,7 +16,7 @@ from weakref import WeakSet
 POOL_BYTES = 256 << 20  # what a response may hold in tables of one degree; many hands that press refill smaller ones
 LEAST_BYTES = 16 << 20  # the same at least; less: a hand that presses has every block wait for tables
 # Of all stores together. A scene under tapping hands takes some 160 MB; where the tables of many do not fit they are
-# built again and again, which takes thirty times as long as reading them (`python -m tests.bench taps`).
+# built again and again, which takes twenty times as long as reading them (`python -m tests.bench taps`).
 DEFAULT_LIMIT = 1 << 31
 
 
