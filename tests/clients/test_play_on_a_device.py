@@ -57,6 +57,7 @@ def live_sound(frames: int) -> npt.NDArray[np.float32]:
     return np.concatenate(blocks)
 
 
+@pytest.mark.alone  # no underrun: the player must have the processor when a block is due
 def test_the_device_takes_every_sample_of_the_live_voice(
     recorder: AlsaRecorder, with_device: dict[str, str], tmp_path: Path
 ) -> None:

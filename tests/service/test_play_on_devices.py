@@ -75,6 +75,7 @@ def sounding_live(frames: int) -> npt.NDArray[np.float32]:
     return whole[loud[0] : loud[-1] + 1]
 
 
+@pytest.mark.alone  # no underrun: the service must have the processor when a block is due
 def test_a_session_plays_on_a_device_sample_for_sample(tmp_path: Path) -> None:
     with on_device(tmp_path) as playing:
         until(lambda: playing.play()["frames"] >= 3 * RATE)

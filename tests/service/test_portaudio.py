@@ -52,6 +52,7 @@ def test_a_sound_shorter_than_the_ring_is_played_whole(tmp_path: Path) -> None:
     np.testing.assert_array_equal(sounding(recorder.path.read_bytes(), 1), samples)
 
 
+@pytest.mark.alone  # a ring of 40 ms, filled by a thread that other tests hold up for longer
 def test_a_device_with_a_clock_is_fed_in_time_from_a_short_ring(clocked: AlsaRecorder) -> None:
     samples = noise(48000, 1)
     player = clocked.play(samples, block=333)
