@@ -93,7 +93,8 @@ class Stream:
         """Apply what waits, for the block that is rendered next.
 
         late: s that the block is behind its time. A service that is late has not read either what its peers sent
-        meanwhile: it believes in a silence only when it has looked once more, a block later.
+        meanwhile: it believes in a silence only a block later, when it has usually looked once more (not where the
+        ticker calls a stream twice in one ring, which it does within EARLY_SECONDS).
         """
         update = self._waiting
         if update is not None:

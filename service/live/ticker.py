@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import asyncio
 import heapq
-import math
 import time
 from collections.abc import Callable
 from itertools import count
@@ -28,17 +27,12 @@ class Ticker:
         self._numbers = count()
         self._timer: asyncio.TimerHandle | None = None
         self._rings_at = 0.0
-        self._ringing_until: float | None = None  # while it rings
+        self._ringing = False
 
     def call_at(self, when: float, callback: Callable[[], None]) -> None:
-        """Have `callback` called at `when`, once; it must not raise, and may be called early by EARLY_SECONDS.
-
-        Who asks while it rings waits for the next ring, however late: the event loop looks at its sockets in between.
-        """
-        if self._ringing_until is not None:
-            when = max(when, math.nextafter(self._ringing_until, math.inf))
+        """Have `callback` called at `when`, once; it must not raise, and may be called early by EARLY_SECONDS."""
         heapq.heappush(self._waiting, (when, next(self._numbers), callback))
-        if self._ringing_until is None and (self._timer is None or when < self._rings_at):
+        if not self._ringing and (self._timer is None or when < self._rings_at):
             self._set()
 
     def _set(self) -> None:
@@ -51,11 +45,11 @@ class Ticker:
             self._timer = asyncio.get_running_loop().call_later(delay, self._ring)
 
     def _ring(self) -> None:
-        self._timer = None
-        until = self._ringing_until = self._clock() + EARLY_SECONDS
+        self._timer, self._ringing = None, True
+        until = self._clock() + EARLY_SECONDS
         try:
             while self._waiting and self._waiting[0][0] <= until:
                 heapq.heappop(self._waiting)[2]()
         finally:
-            self._ringing_until = None
+            self._ringing = False
             self._set()
