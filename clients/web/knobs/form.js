@@ -8,14 +8,14 @@ Limits: what one field alone cannot know (a stroke without room for its turns) i
 import { controlOf } from "./controls.js";
 import { make } from "./element.js";
 import { readField } from "./fields.js";
-import { changesWhatIsFixed, displaced, partBetween, same, withField } from "./merge.js";
+import { changesWhatIsFixed, displaced, partBetween, same, unwritten, withField } from "./merge.js";
 
 /**
  * The form. Event "change": {scene, partial, fixed: it needs a new session, settled: false while a slider moves}.
  */
 export class Form extends EventTarget {
   #scene = {};
-  #complete = null;
+  #unwritten = {};
   #knobs = new Map();
   #refused = new Set();
   #sections = [];
@@ -39,13 +39,13 @@ export class Form extends EventTarget {
 
   set scene(scene) {
     this.#scene = structuredClone(scene);
-    this.#complete = null;
+    this.#unwritten = {};
     this.#show();
   }
 
-  /** The complete scene that the service made of this one: what it takes where nothing is written. */
-  set complete(complete) {
-    this.#complete = complete;
+  /** Learn from `complete`, the complete scene that the service made of `scene`, what stands where nothing is written. */
+  learn(scene, complete) {
+    this.#unwritten = unwritten(complete, scene);
     this.#show();
   }
 
@@ -134,9 +134,9 @@ export class Form extends EventTarget {
   #show() {
     for (const { name, controls, count } of this.#sections) {
       const siblings = this.#scene[name] ?? {};
-      const complete = this.#complete?.[name] ?? {};
+      const complete = this.#unwritten[name] ?? {};
       for (const [field, control] of controls) {
-        if (field === null) control.show(this.#scene[name], { siblings: {}, complete: this.#complete?.[name] });
+        if (field === null) control.show(this.#scene[name], { siblings: {}, complete: this.#unwritten[name] });
         else
           control.show(siblings[field] ?? undefined, {
             siblings: { ...complete, ...siblings },

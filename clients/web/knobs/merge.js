@@ -101,6 +101,22 @@ function patched(target, patch) {
   return result;
 }
 
+/**
+ * The fields of `complete`, the complete scene of `scene`, that `scene` leaves out: what it has is no default.
+ * @returns {object} objects in objects; the items of a list by their index
+ */
+export function unwritten(complete, scene) {
+  const left = {};
+  for (const [name, value] of Object.entries(complete)) {
+    const written = scene[name] ?? null;
+    if (written === null) left[name] = value;
+    else if (isNested(written) && isNested(value)) left[name] = unwritten(value, written);
+  }
+  return left;
+}
+
+const isNested = (value) => typeof value === "object" && value !== null;
+
 function difference(before, after) {
   const part = {};
   for (const name of new Set([...Object.keys(before), ...Object.keys(after)])) {

@@ -9,24 +9,18 @@ import { PlanView } from "../plan/plan.js";
 import { call } from "../service.js";
 
 export class Planning {
-  /** form: is told the complete scene. onRefused({problem, sentence}), onPlan(): what came of the question. */
+  /** form: learns what stands where nothing is written. onRefused({problem, sentence}), onPlan(): what came of a
+   *  question. */
   constructor({ form, onRefused, onPlan }) {
     const list = new PlanView(byId("plan"));
-    const asking = async (method, path, body) => {
-      try {
-        const answer = await call(method, path, body);
-        if (path !== "/v1/explain") return answer;
-        list.show(answer);
-        form.complete = answer.scene;
-        onPlan();
-        return answer;
-      } catch (error) {
-        onRefused({ problem: error.problem, sentence: error.message });
-        throw error;
-      }
-    };
-    this.control = new AccuracyControl(byId("accuracy"), { call: asking });
+    this.control = new AccuracyControl(byId("accuracy"), { call });
     this.control.addEventListener("change", ({ detail }) => form.write(["accuracy", "tolerance"], detail.tolerance));
+    this.control.addEventListener("refused", ({ detail }) => onRefused(detail));
+    this.control.addEventListener("plan", ({ detail: { scene, plan } }) => {
+      list.show(plan);
+      form.learn(scene, plan.scene);
+      onPlan();
+    });
   }
 
   /** Ask for the plan of `scene`, after a moment. */

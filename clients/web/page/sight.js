@@ -39,8 +39,11 @@ export class Sight {
   async look(scene) {
     this.#asked += 1;
     const asked = this.#asked;
-    const picture = await call("POST", "/v1/picture", { scene, points: POINTS, phases: PHASES });
-    if (asked !== this.#asked) return;
+    const overtaken = () => asked !== this.#asked;
+    const picture = await call("POST", "/v1/picture", { scene, points: POINTS, phases: PHASES }).catch((error) => {
+      if (!overtaken()) throw error;
+    });
+    if (overtaken()) return;
     this.#period = picture.texture.period;
     this.surface.show({ ...picture.texture, contactLength: picture.finger.length });
     this.surface.zoom(this.pad.metresPerPixel);

@@ -19,8 +19,9 @@ const CHOICES = {
 };
 const WAIT = 250; // ms of rest before a cost is asked for
 
-/** The control inside `place`. call(method, path, body): as in service.js. Event "change" {tolerance}: a number or a
- *  word. */
+/** The control inside `place`. call(method, path, body): as in service.js. Events: "change" {tolerance}: a number or a
+ *  word; "plan" {scene, plan}: what the service answered for a scene, unless a later one was asked for meanwhile;
+ *  "refused" {problem, sentence}, likewise. */
 export class AccuracyControl extends EventTarget {
   #call;
   #scene = null;
@@ -81,8 +82,9 @@ export class AccuracyControl extends EventTarget {
   /** Asks for the plan's cost and shows it; returns the plan, null where it was overtaken or refused. */
   async predict() {
     const asked = ++this.#asked;
+    const scene = this.#sceneNow();
     try {
-      const plan = await this.#call("POST", "/v1/explain", this.#sceneNow());
+      const plan = await this.#call("POST", "/v1/explain", scene);
       if (asked !== this.#asked) return null;
       const errors = Object.entries(plan.estimated_error).map(([name, error]) => [
         `error, ${words(name)}`,
@@ -92,9 +94,10 @@ export class AccuracyControl extends EventTarget {
       const shown = rows.map(([name, value]) => element("div", {}, element("dt", {}, name), element("dd", {}, value)));
       this.cost.replaceChildren(...shown);
       this.#say("");
+      this.dispatchEvent(new CustomEvent("plan", { detail: { scene, plan } }));
       return plan;
-    } catch (problem) {
-      if (asked === this.#asked) this.#say(problem.message, true);
+    } catch (error) {
+      if (asked === this.#asked) this.#refuse(error);
       return null;
     }
   }
@@ -110,8 +113,8 @@ export class AccuracyControl extends EventTarget {
       );
       this.draw(measured);
       return measured;
-    } catch (problem) {
-      this.#say(problem.message, true);
+    } catch (error) {
+      this.#refuse(error);
       return null;
     } finally {
       this.button.disabled = false;
@@ -174,6 +177,11 @@ export class AccuracyControl extends EventTarget {
     this.slider.disabled = !number;
     this.reading.textContent = number ? shareInWords(tolerance) : "";
     this.slider.setAttribute("aria-valuetext", number ? `${shareInWords(tolerance)} of peak to peak` : tolerance);
+  }
+
+  #refuse({ message: sentence, problem = null }) {
+    this.#say(sentence, true);
+    this.dispatchEvent(new CustomEvent("refused", { detail: { problem, sentence } }));
   }
 
   #say(sentence, bad = false) {

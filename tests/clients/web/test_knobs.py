@@ -158,6 +158,22 @@ def test_an_emptied_knob_has_its_default_again(touch_page: Page) -> None:
     assert touch_page.locator(PERIOD).get_attribute("placeholder") == "800 um"
 
 
+def test_what_was_written_is_never_taken_for_the_default(touch_page: Page) -> None:
+    shown = touch_page.evaluate(
+        """() => {
+          const asked = {texture: {period: "1 mm"}, output: {channels: [{quantity: "velocity"}]}};
+          ridgewave.form.take(asked);
+          ridgewave.form.learn(asked, {texture: {period: 1e-3, amplitude: 3e-5},
+            output: {channels: [{quantity: "velocity", full_scale: 0.25}]}});
+          const placeholder = (path) => document.querySelector(`[data-path="${path}"] input[type=text]`).placeholder;
+          const written = placeholder("output.channels.0.full_scale");
+          ridgewave.form.write(["texture", "period"], undefined);
+          return [written, placeholder("texture.period"), placeholder("texture.amplitude")];
+        }"""
+    )
+    assert shown == ["250 mm/s", "800 um", "30 um"]
+
+
 def test_a_texture_of_the_catalogue_shows_its_own_numbers(touch_page: Page) -> None:
     touch_page.select_option("#texture", "grating-2mm-157um")
     touch_page.wait_for_function("() => document.querySelector('#knob-texture-period').placeholder === '2 mm'")

@@ -88,6 +88,35 @@ def test_a_refusal_is_told_in_its_own_sentence(plain: Page) -> None:
     assert plain.get_by_role("button", name="Measure every method").is_enabled()
 
 
+def test_an_answer_that_was_overtaken_counts_no_more(plain: Page) -> None:
+    told = plain.evaluate(
+        """async (plan) => {
+          const told = [];
+          sight.accuracy.addEventListener("plan", ({detail}) => told.push(detail.scene.texture.period));
+          sight.accuracy.addEventListener("refused", ({detail}) => told.push(detail.sentence));
+          const asking = [];
+          const ask = (period, answer) => {
+            sight.answers["/v1/explain"] = answer;
+            sight.accuracy.show({texture: {period}});
+            asking.push(sight.accuracy.predict());
+          };
+          const late = [];
+          ask(1, new Promise((answer) => late.push(() => answer(plan))));
+          ask(2, new Promise((_, refuse) => late.push(() => refuse(new Error("That scene is refused.")))));
+          ask(3, plan);
+          await asking[2];
+          for (const come of late) come();
+          await Promise.all(asking);
+          ask(4, new Error("This scene is refused."));
+          await asking[3];
+          return told;
+        }""",
+        PLAN,
+    )
+    assert told == [3, "This scene is refused."]
+    assert plain.inner_text("#accuracy [role=status]") == "This scene is refused."
+
+
 def test_a_measurement_is_drawn_where_it_belongs_and_told_as_a_table(plain: Page, repository: Path) -> None:
     measured = json.loads((repository / "docs/figures/accuracy-default/accuracy.json").read_text("utf-8"))
     plain.evaluate("(measured) => { sight.answers['/v1/accuracy'] = measured; }", measured)
