@@ -13,7 +13,7 @@ Limits  what the hand does between two updates is not known: a sudden stop is ov
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -48,8 +48,7 @@ TRACK = POWERS_OF_LOAD + STRIDE
 """Where, behind the entries of a hand, the curves of place and load, the powers of each, and the track begin."""
 
 
-@dataclass(frozen=True, slots=True)
-class Update:
+class Update(NamedTuple):
     """One contact update.
 
     time: s of the client's clock. position: m, or speed: m/s: exactly one. load: N; None keeps the last.

@@ -15,7 +15,7 @@ Limits  an update is heard `motion_delay` after the frame at which it was applie
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -127,7 +127,7 @@ class HandVoice(LiveVoice):
             self.log.contact(self.frame, update)
         self._touched_at = self.frame
         if update.load is None:
-            update = replace(update, load=self._load)
+            update = update._replace(load=self._load)
         else:
             self._load = update.load
         self._lifted = False

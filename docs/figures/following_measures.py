@@ -288,7 +288,7 @@ def load_figures(hz: float, decay: float, seeds: Iterable[int] = range(4)) -> tu
 def low_passed(applied: Arrivals, frames: int, decay: float) -> tuple[Real, Real]:
     """Return the load of updates and its rate, held and low-passed; `synth.following` does it at LOAD_DECAY."""
     way = Alternative(held=True, decay=decay)
-    load, rate, _bend = way([(frame, replace(one, position=one.load)) for frame, one in applied], frames)
+    load, rate, _bend = way([(frame, one._replace(position=one.load)) for frame, one in applied], frames)
     return load, rate
 
 

@@ -47,9 +47,11 @@ def phases_of(motion, position, start, phase, step, step_rest, bend, period):
     """
     # Slices that begin at frame `start` let the loops run from 0: an index that may be negative cannot be vectorised.
     frames = motion.shape[1]
-    speed, speed_rate = motion[SPEED, start:], motion[SPEED_RATE, start:]
+    known = len(position) == frames
+    summed = frames - 1 if known else start  # where positions are known, only the last step is needed
+    speed, speed_rate = motion[SPEED, summed:], motion[SPEED_RATE, summed:]
     phases = np.empty(frames, dtype=np.uint64)
-    steps = phases[start:]
+    steps = phases[summed:]
     step1 = np.float64(np.float32(step))  # halves of 24 and 29 bits: their products are exact
     step2 = step - step1
     for i in range(len(steps)):
@@ -57,12 +59,12 @@ def phases_of(motion, position, start, phase, step, step_rest, bend, period):
         speed2 = speed[i] - speed1
         small = speed1 * step2 + speed2 * step1 + (speed2 * step2 + speed[i] * step_rest + speed_rate[i] * bend)
         steps[i] = fraction_of_turn(speed1 * step1, small)
-    if len(position) == frames:
+    if known:
         last = phases[frames - 1]
-        places = position[start:]
-        for i in range(len(steps)):
+        here, places = phases[start:], position[start:]
+        for i in range(len(here)):
             turns = places[i] / period
-            steps[i] = np.uint64(np.int64(np.rint((turns - np.rint(turns)) * HALF_TURN)) << np.int64(1))
+            here[i] = np.uint64(np.int64(np.rint((turns - np.rint(turns)) * HALF_TURN)) << np.int64(1))
         return phases, phases[frames - 1] + last
     for i in range(len(steps)):
         moved = steps[i]

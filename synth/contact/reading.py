@@ -13,7 +13,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from synth.contact.evaluation import SMALLEST, cubic_surface, gate, place, smooth_step, surface_rates
+from synth.contact.cell_rates import surface_rates
+from synth.contact.evaluation import SMALLEST, cubic_surface, gate, place, smooth_step
 from synth.contact.kernels import inlined, kernel
 from synth.contact.phases import phases_of, rest_of_step
 from synth.contact.prefetch import AHEAD, prefetch_cell

@@ -128,10 +128,18 @@ def _response(level: Level, edges: Real, hand: Hand, phase: int, period: float) 
     s2 = 0.0 if beyond else hand.load_bend / (high - low)
     cell, rest = divmod(phase * len(table), TURN)
     t, t1, t2 = rest / TURN, hand.speed / period * len(table), hand.speed_rate / period * len(table)
+    return cell_rates(table[cell], t, s, (t1, t2), (s1, s2))
+
+
+def cell_rates(
+    coefficients: Real, t: float, s: float, phase_rates: tuple[float, float], load_rates: tuple[float, float]
+) -> Real:
+    """R, dR/dt and d2R/dt2 in a cell, float64 [3]; the rates are the first and second of t, and of s."""
+    (t1, t2), (s1, s2) = phase_rates, load_rates
 
     def at(i: int, j: int) -> float:
         """The derivative of order i along the phase and j along the load."""
-        return _derivative(table[cell], t, s, i, j)
+        return _derivative(coefficients, t, s, i, j)
 
     return np.array(
         [

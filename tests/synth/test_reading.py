@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from synth.contact.cell_rates import surface_rates
 from synth.contact.evaluation import gate
+from synth.contact.kernels import kernel
 from synth.contact.levels import Levels, levels_up_to
 from synth.contact.phases import turns_to_phase
 from synth.contact.reading import read_displacement, read_rate
@@ -101,6 +103,28 @@ def test_moving_loops_equal_their_twin(order: int, with_position: bool) -> None:
     same_scale = np.abs(wanted) < 1e-3 * full_scale
     assert np.max(np.abs(found - wanted)[same_scale]) <= 1e-8 * full_scale
     assert abs(after - slow_reading.phases(motion, position, start, RATE, PERIOD)[1]) < 1e-12 * 2**64
+
+
+RATES: Any = surface_rates  # what numba compiles in, and mypy cannot see
+
+
+@kernel
+def rates_there(pool: Any, at: int, t: float, s: float, rates: Any) -> Any:
+    return RATES(pool, np.uint64(at), t, s, rates[0], rates[1], rates[2], rates[3])
+
+
+@pytest.mark.parametrize("kind", [np.float32, np.float64])
+def test_a_cell_anywhere_in_memory_equals_its_twin(kind: type) -> None:
+    random = np.random.default_rng(5)
+    for at in range(9):
+        coefficients: Any = random.normal(size=(6, 4)).astype(kind)
+        pool: Any = np.concatenate([np.full(at, np.nan), coefficients.ravel(), np.full(3, np.nan)]).astype(kind)
+        for alone in (*np.eye(4), np.zeros(4), random.normal(size=4)):
+            t, s = random.random(2)
+            found = rates_there(pool, at, t, s, alone)
+            first, second = (alone[0], alone[1]), (alone[2], alone[3])
+            wanted = slow_reading.cell_rates(coefficients.astype(np.float64), t, s, first, second)
+            assert np.allclose(found, wanted, rtol=1e-13, atol=1e-12)
 
 
 @pytest.mark.parametrize("order", [0, 1, 2])
