@@ -18,7 +18,7 @@ from numba.extending import intrinsic
 
 from synth.contact.kernels import inlined
 
-AHEAD = 8  # frames: at some 20 ns a frame, about the time that main memory takes to answer
+AHEAD = 8  # frames: at 10 to 20 ns a frame, about the time that main memory takes to answer; 24 are no quicker
 LINE = 64  # bytes
 FOR_READING, INTO_EVERY_CACHE, DATA = 0, 3, 1  # what llvm.prefetch is told
 
