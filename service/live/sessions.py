@@ -15,7 +15,6 @@ import secrets
 import time
 from collections.abc import Callable, Coroutine
 from concurrent.futures import Executor
-from itertools import count
 from typing import Any, Protocol
 
 from service.engine import Engine
@@ -29,7 +28,6 @@ from service.settings import Settings
 log = logging.getLogger("ridgewave.service")
 
 WATCH_SECONDS = 0.05  # between two looks at what only time tells: late hellos, slow readers, expiry
-COUNT_LOOKS = 5  # looks between two times that the metrics are told what streams counted: a scrape is far rarer
 EXPIRED_AT_A_TIME = 4  # a look: a hundred whose network broke at once would make those who play late by 30 ms
 WAITING_CHANGES = 100  # partial scenes that wait while one is prepared
 PER_SESSION = 2  # connections a session: one, and one that takes it over
@@ -247,14 +245,13 @@ class LiveSessions:
 
     async def watch(self) -> None:
         """Look at what only time tells, until cancelled."""
-        for look in count(1):
+        while True:
             await asyncio.sleep(WATCH_SECONDS)
             now, wall = time.perf_counter(), time.monotonic()
             for peer in list(self._peers):
                 peer.check(now)
-            if look % COUNT_LOOKS == 0:
-                for session in self._sessions.values():
-                    session.stream.tell_counts(self.metrics)
+            for session in self._sessions.values():
+                session.stream.tell_counts(self.metrics)
             self._expire(wall)
 
     def _expire(self, now: float) -> None:

@@ -1,4 +1,4 @@
-"""One frame of a table of degree 3: the response at one place; and the gate of a lifting finger.
+"""One frame of a table: the place in its cell, and in one of degree 3 the response; the gate of a lifting finger.
 
 Model   In a cell, R is a polynomial of the place t along the phase, whose coefficients are cubics of the place s along
         the load; `cell_rates` has those of degree 5, and the derivatives over time. The gate is 10 s^3 - 15 s^4 +

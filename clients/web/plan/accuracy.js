@@ -21,7 +21,7 @@ const WAIT = 250; // ms of rest before a cost is asked for
 
 /** The control inside `place`. call(method, path, body): as in service.js. Events: "change" {tolerance}: a number or a
  *  word; "plan" {scene, plan}: what the service answered for a scene, unless a later one was asked for meanwhile;
- *  "refused" {problem, sentence}, likewise. */
+ *  "refused" {problem, sentence}: likewise, or what came of a measurement. */
 export class AccuracyControl extends EventTarget {
   #call;
   #scene = null;
