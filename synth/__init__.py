@@ -1,6 +1,9 @@
 """ridgewave's engine: a scene in, the vibration that the finger feels out. Numbers only: no network, no device.
 
-    from synth import Scene, render, explain, open_voice, parse_scene, Motion
+    import synth
+    sound = synth.render({"texture": {"period": "0.8 mm"}})  # a Sound: values in SI units, save(), plot()
+    voice = synth.open_voice("grating-1mm-31um")  # the same, block by block
+    plan = synth.explain("scene.json")  # what is simulated, why, at what cost and error
 
 Names are loaded when they are first used, so that importing the package costs nothing.
 """
@@ -11,27 +14,29 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from synth.accuracy import measure_accuracy
-    from synth.cache import ResponseCache
-    from synth.costing import explain
-    from synth.live import LiveVoice
-    from synth.motion import Motion
-    from synth.plan import Plan
-    from synth.scene import Scene, parse_scene
-    from synth.voice import Voice, open_voice, render
+    from synth.accuracy.costing import explain
+    from synth.accuracy.report import measure_accuracy
+    from synth.encode.sound import Sound, render
+    from synth.motion.motion import Motion
+    from synth.plan.plan import Plan
+    from synth.response.cache import ResponseCache
+    from synth.scene.scene import Scene, parse_scene
+    from synth.voice.live_voice import LiveVoice
+    from synth.voice.voice import Voice, open_voice
 
 _HOMES = {
-    "LiveVoice": "synth.live",
-    "Motion": "synth.motion",
-    "Plan": "synth.plan",
-    "ResponseCache": "synth.cache",
-    "Scene": "synth.scene",
-    "Voice": "synth.voice",
-    "explain": "synth.costing",
-    "measure_accuracy": "synth.accuracy",
-    "open_voice": "synth.voice",
-    "parse_scene": "synth.scene",
-    "render": "synth.voice",
+    "LiveVoice": "synth.voice.live_voice",
+    "Motion": "synth.motion.motion",
+    "Plan": "synth.plan.plan",
+    "ResponseCache": "synth.response.cache",
+    "Scene": "synth.scene.scene",
+    "Sound": "synth.encode.sound",
+    "Voice": "synth.voice.voice",
+    "explain": "synth.accuracy.costing",
+    "measure_accuracy": "synth.accuracy.report",
+    "open_voice": "synth.voice.voice",
+    "parse_scene": "synth.scene.scene",
+    "render": "synth.encode.sound",
 }
 
 __all__ = [
@@ -40,6 +45,7 @@ __all__ = [
     "Plan",
     "ResponseCache",
     "Scene",
+    "Sound",
     "Voice",
     "explain",
     "measure_accuracy",
@@ -54,3 +60,8 @@ def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"module 'synth' has no attribute {name!r}")
     return getattr(import_module(_HOMES[name]), name)
+
+
+def __dir__() -> list[str]:
+    """Return the public names, those that are not loaded yet included."""
+    return sorted({*globals(), *__all__})

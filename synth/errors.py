@@ -11,7 +11,7 @@ What is neither is our bug: an AssertionError or any other exception. A peer lea
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -66,6 +66,35 @@ class NameTaken(CannotRender):
 
 
 def shown(value: Any, limit: int = 60) -> str:
-    """Return `value` as short printable text for a `Fault`; `limit` is the largest number of characters."""
-    text = repr(value)
-    return text if len(text) <= limit else text[: limit - 3] + "..."
+    """Return `value` as short printable text for a `Fault`; `limit` is the largest number of characters.
+
+    However large the value, no more of it is looked at than is shown.
+    """
+    text = ""
+    for piece in _pieces(value, limit):
+        text += piece
+        if len(text) > limit:
+            return text[: limit - 3] + "..."
+    return text
+
+
+def _pieces(value: Any, limit: int) -> Iterator[str]:
+    """Yield the parts of `repr(value)`; of a longer string than `limit`, that much."""
+    if type(value) is str:
+        yield repr(value[: limit + 1])
+    elif isinstance(value, dict):
+        yield "{"
+        for number, (key, item) in enumerate(value.items()):
+            yield ", " if number else ""
+            yield from _pieces(key, limit)
+            yield ": "
+            yield from _pieces(item, limit)
+        yield "}"
+    elif type(value) is list:
+        yield "["
+        for number, item in enumerate(value):
+            yield ", " if number else ""
+            yield from _pieces(item, limit)
+        yield "]"
+    else:
+        yield repr(value)

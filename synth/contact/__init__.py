@@ -3,10 +3,10 @@
 geometry   eqs 2-3   heights of finger and texture, roughness to amplitude
 stiffness  eqs 4-5   contact stiffness and mean indentation from the load
 groups     eqs 6-7   dimensionless groups, both directions
-closed     full contact and no contact in closed form
+full_contact  full contact and no contact in closed form
 patches    the part of one grid cell that touches
 exact      the approach z at any phase and load, to round-off
 pressure   integrals of the pressure at any phase and z, over the touching intervals that `intervals` finds
 forces     the horizontal forces of slopes and friction, as functions of phase and load
-response   what a function of phase and load offers, z or a force; `spectrum` takes its series
+load_response what a function of phase and load offers, z or a force
 """

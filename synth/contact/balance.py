@@ -13,10 +13,12 @@ from typing import cast
 
 import numpy as np
 
-from synth.contact.closed import FullContact, full_contact
-from synth.contact.exact import Approaches, Array, Grid
+from synth.arrays import Array
+from synth.contact.exact import Approaches
+from synth.contact.full_contact import FullContact, full_contact
 from synth.contact.geometry import Geometry
-from synth.contact.solver import MeasuringSolver, PhaseSolver
+from synth.contact.laid_out import refined, solver_of
+from synth.contact.phase_solver import MeasuringSolver, PhaseSolver
 from synth.contact.stiffness import Stiffness
 
 LEAST_TOUCHING = 1e-12  # of the length: keeps dz/dw finite where nothing touches
@@ -24,7 +26,7 @@ LEAST_TOUCHING = 1e-12  # of the length: keeps dz/dw finite where nothing touche
 
 @dataclass(frozen=True, slots=True)
 class Contact:
-    """Geometry and stiffness of one scene, and the solver that takes them: the exact one unless another is given."""
+    """Geometry and stiffness of one scene, and the solver that takes them: that of `laid_out` unless given."""
 
     geometry: Geometry
     stiffness: Stiffness
@@ -33,7 +35,15 @@ class Contact:
     @classmethod
     def of(cls, geometry: Geometry, stiffness: Stiffness, grid: PhaseSolver | None = None) -> Contact:
         """Return the contact, its grid laid out once."""
-        return cls(geometry, stiffness, grid or Grid.of_geometry(geometry))
+        return cls(geometry, stiffness, grid or solver_of(geometry))
+
+    def refined(self) -> Contact | None:
+        """Return the contact on a finer discretisation; None where its solver has none."""
+        geometry = refined(self.geometry, self.grid)
+        return None if geometry is None else self._on(geometry)
+
+    def _on(self, geometry: Geometry) -> Contact:
+        return Contact.of(geometry, self.stiffness)
 
     @property
     def key(self) -> Hashable:

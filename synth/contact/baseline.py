@@ -13,7 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from synth.contact.exact import Approaches, Array
+from synth.arrays import Array
+from synth.contact.exact import Approaches
 from synth.contact.geometry import Geometry
 
 

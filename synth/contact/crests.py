@@ -15,8 +15,8 @@ import math
 import numpy as np
 
 from synth.contact.domes import level_of, surfaces_of
-from synth.contact.kernels import kernel
 from synth.contact.patches import profile
+from synth.kernels import kernel
 
 FLAT = 1e-7  # half cells from the end of a cell to the top of its parabola, below which the end is the crest
 SAME_PLACE = 1e-5  # half cells between two crests, below which they are one, seen from both sides of a cell's end

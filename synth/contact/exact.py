@@ -18,13 +18,12 @@ from typing import Any
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.contact.crests import crest_approach
 from synth.contact.domes import dome_of, level_of, surfaces_of
 from synth.contact.geometry import Geometry
-from synth.contact.kernels import inlined, kernel
 from synth.contact.patches import touching_part
-
-Array = np.ndarray[Any, np.dtype[np.float64]]
+from synth.kernels import inlined, kernel
 
 CELLS_PER_PERIOD = 16  # the series of `patches` are exact to round-off up to pi / 16; fewer cells would lose digits
 SMALLEST_INDENTATION = 1e-18  # of a1 + a2: below it crests are pressed in by 1e-11 at most, and are their parabolas

@@ -21,15 +21,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Hashable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
-from synth.contact.closed import FullContact
-from synth.contact.exact import Array
+from synth.arrays import Array
+from synth.contact.full_contact import FullContact
+from synth.contact.laid_out import field_of
+from synth.contact.load_response import PressedContact
+from synth.contact.phase_solver import PhaseSolver
 from synth.contact.pressure import PressureField
-from synth.contact.response import PressedContact
-from synth.contact.solver import PhaseSolver
+from synth.contact.segment_pressure import SegmentField
 
 SLOPE_WORK = 3  # cells of the solver that a cell of z and of S costs; fewer would let rows take longer than their bound
 FRICTION_WORK = 10  # the same of z and N_g
@@ -60,6 +63,11 @@ class ForceOfContact:
         """True: without load there is no pressure."""
         return True
 
+    def refined(self) -> Self | None:
+        """Return the force on a finer discretisation of its contact; None where there is none."""
+        contact = self.contact.refined()
+        return None if contact is None else replace(self, contact=contact)
+
     def solver(self, load: float) -> PhaseSolver:
         """Return what solves the contact at `load` (N)."""
         return self.contact.solver(load)
@@ -68,8 +76,8 @@ class ForceOfContact:
         """Return a1 + a2 + w / k (m) at `load` (N), to which the rounding of h - z is relative."""
         return self.contact.geometry_at(load).height_scale + load / self.contact.stiffness_at(load)
 
-    def _field(self, load: float) -> PressureField:
-        return PressureField.of_geometry(self.contact.geometry_at(load), self.contact.dome)
+    def _field(self, load: float) -> PressureField | SegmentField:
+        return field_of(self.contact.geometry_at(load), self.contact.dome)
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,8 +104,7 @@ class SlopeForce(ForceOfContact):
         phases, geometry = np.arange(SCALE_PHASES) / SCALE_PHASES, self.contact.geometry_at(load)
         z, _rate = self.contact.approach(phases, load)
         touching = float(np.max(self._field(load).slopes(phases, z).touching))
-        steepest = 2.0 * math.pi * geometry.texture_amplitude / geometry.texture_period
-        return self.contact.stiffness_at(load) * touching * steepest * self._height_scale(load)
+        return self.contact.stiffness_at(load) * touching * geometry.steepest * self._height_scale(load)
 
     def approach(self, phases: Array, load: float, guess: Array | None = None) -> tuple[Array, Array]:
         """Return F_s (N) and dF_s/dw at each of `phases` (turns) and `load` (N); `guess` is not needed."""

@@ -5,7 +5,8 @@ Model   h(x) = a2 cos(2 pi (x - p) / lambda2 + phi) - a1 cos(2 pi x / lambda1 + 
         is the phase of the ridges where a contact begins elsewhere than at the end of the finger's nominal length.
 Source  Fagiani & Barbieri (2016), eq. 2. a1, lambda1: finger ridges; a2, lambda2, phi: texture; L: contact length.
         Amplitudes that are given as a roughness come through eq. 3, in `scene_surfaces`.
-Limits  both surfaces are single cosines along the scanning direction.
+        A texture of another kind is a profile, h2(x - p) in the place of the first cosine.
+Limits  the finger is a single cosine along the scanning direction.
 """
 
 from __future__ import annotations
@@ -16,12 +17,20 @@ from typing import Any
 
 import numpy as np
 
-from synth.scene import Scene
+from synth.scene.scene import Scene
+from synth.scene.surface_sections import Finger
+from synth.surfaces import profile_of
+from synth.surfaces.profile import Profile
 
 
 @dataclass(frozen=True, slots=True)
 class Geometry:
-    """Finger and texture as numbers: lengths in metres, phase in radians."""
+    """Finger and texture as numbers: lengths in metres, phase in radians.
+
+    profile: the heights of a texture that is not one cosine, else None. texture_amplitude is then half its extent, and
+    texture_phase only shifts it: it is 0 where the contact begins at the end of the finger's nominal length.
+    segments: of a period of the polyline that stands for the profile (`segments`); None: as many as it begins with.
+    """
 
     ridge_amplitude: float
     ridge_period: float
@@ -30,24 +39,47 @@ class Geometry:
     texture_phase: float
     contact_length: float
     ridge_phase: float = 0.0
+    profile: Profile | None = None
+    segments: int | None = None
 
     @classmethod
     def of_scene(cls, scene: Scene) -> Geometry:
         """Return the geometry that `scene` asks for."""
-        finger, texture = scene.finger, scene.texture
+        return cls.of_surfaces(scene.finger, profile_of(scene))
+
+    @classmethod
+    def of_surfaces(cls, finger: Finger, profile: Profile) -> Geometry:
+        """Return the geometry of `finger` on a texture of `profile`."""
+        cosine = profile.cosine
         return cls(
             ridge_amplitude=finger.ridge_amplitude,
             ridge_period=finger.ridge_period,
-            texture_amplitude=texture.amplitude,
-            texture_period=texture.period,
-            texture_phase=texture.phase,
+            texture_amplitude=0.5 * (profile.extent[1] - profile.extent[0]) if cosine is None else cosine.amplitude,
+            texture_period=profile.period,
+            texture_phase=0.0 if cosine is None else cosine.phase,
             contact_length=finger.contact_length,
+            profile=profile if cosine is None else None,
         )
 
     @property
     def height_scale(self) -> float:
         """a1 + a2 in metres: the scale to which every error of the contact is relative."""
         return self.ridge_amplitude + self.texture_amplitude
+
+    @property
+    def equivalent(self) -> tuple[float, float]:
+        """Amplitude and period (m) of the sinusoid of equal Rq and rms slope, which eqs 4-7 take for the texture."""
+        if self.profile is None:
+            return self.texture_amplitude, self.texture_period
+        equal = self.profile.equivalent()
+        return equal.amplitude, equal.period
+
+    @property
+    def steepest(self) -> float:
+        """A bound of the slope of the texture; where it has steps, the slope of one over a thousandth of its period."""
+        if self.profile is None:
+            return 2.0 * math.pi * self.texture_amplitude / self.texture_period
+        return min(self.profile.slope_bound, 2e3 * self.texture_amplitude / self.texture_period)
 
     @property
     def ridges(self) -> float:
@@ -78,8 +110,17 @@ class Geometry:
             texture_phase=self.texture_phase + 2.0 * math.pi * texture_turns,
         )
 
+    def texture(self, places: Any) -> Any:
+        """Return the heights (m) of the texture at `places` (m) along it, of any shape."""
+        turns = places / self.texture_period % 1.0
+        if self.profile is not None:
+            return self.profile.heights((turns + self.texture_phase / (2.0 * math.pi)) * self.texture_period)
+        return self.texture_amplitude * np.cos(2.0 * math.pi * turns + self.texture_phase)
+
     def heights(self, place: float, phases: Any) -> Any:
         """Return h (m) at x = `place` (m) and each of `phases` (turns of the texture period)."""
         ridge = 2.0 * math.pi * (place / self.ridge_period % 1.0) + self.ridge_phase
+        if self.profile is not None:
+            return self.texture(place - phases * self.texture_period) - self.ridge_amplitude * math.cos(ridge)
         texture = 2.0 * math.pi * (place / self.texture_period % 1.0 - phases) + self.texture_phase
         return self.texture_amplitude * np.cos(texture) - self.ridge_amplitude * math.cos(ridge)

@@ -33,8 +33,8 @@ class Groups:
         tau = geometry.ridges
         return cls(
             ridges=tau,
-            period_ratio=geometry.texture_period / geometry.ridge_period,
-            amplitude_ratio=geometry.texture_amplitude / a1,
+            period_ratio=geometry.equivalent[1] / geometry.ridge_period,
+            amplitude_ratio=geometry.equivalent[0] / a1,
             load=tau * stiffness.indentation(load) / a1,
         )
 

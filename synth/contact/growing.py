@@ -19,13 +19,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.contact.balance import LEAST_TOUCHING, Contact
-from synth.contact.closed import FullContact, full_contact
-from synth.contact.exact import Approaches, Array, Grid
+from synth.contact.exact import Approaches
+from synth.contact.full_contact import FullContact, full_contact
 from synth.contact.geometry import Geometry
-from synth.contact.kept import KeptSolvers, ManyShapes
-from synth.contact.lengths import LAYING_OUT, heights_over
-from synth.contact.solver import PhaseSolver
+from synth.contact.kept_solvers import KeptSolvers, ManyShapes
+from synth.contact.laid_out import heights_of_lengths, solver_of
+from synth.contact.lengths import LAYING_OUT
+from synth.contact.phase_solver import PhaseSolver
 from synth.contact.stiffness import Stiffness
 
 SHORTEST, LONGEST = 10e-6, 0.1  # m: the range of a scene's contact length, beyond which no other part expects one
@@ -68,7 +70,10 @@ class GrowingContact(ManyShapes, Contact):
         cls, geometry: Geometry, stiffness: Stiffness, grid: PhaseSolver | None = None, growth: Growth | None = None
     ) -> GrowingContact:
         """Return the contact; geometry, stiffness, grid (laid out unless given): those of the nominal length."""
-        return cls(geometry, stiffness, grid or Grid.of_geometry(geometry), growth or Growth())
+        return cls(geometry, stiffness, grid or solver_of(geometry), growth or Growth())
+
+    def _on(self, geometry: Geometry) -> GrowingContact:
+        return GrowingContact.of(geometry, self.stiffness, growth=self.growth)
 
     @property
     def key(self) -> Hashable:
@@ -87,7 +92,7 @@ class GrowingContact(ManyShapes, Contact):
     def solver(self, load: float) -> PhaseSolver:
         """Return what solves this contact at `load` (N), laid out where it is not kept."""
         geometry = self.geometry_at(load)
-        return self.grid if geometry == self.geometry else self._kept.get(geometry, Grid.of_geometry)
+        return self.grid if geometry == self.geometry else self._kept.get(geometry, solver_of)
 
     def indentation(self, load: float) -> float:
         """Return w / k (m) at `load` (N): the mean of max(h - z, 0) over the length at that load."""
@@ -109,7 +114,7 @@ class GrowingContact(ManyShapes, Contact):
         lengths = np.minimum(np.maximum(grown, growth.shortest), growth.longest)
         # w / k of eqs 4-5 over a length L falls as L^-3
         indentations = self.stiffness.indentation(1.0) * loads**1.5 * (nominal / lengths) ** 3
-        return heights_over(self.geometry, phases, lengths, indentations)
+        return heights_of_lengths(self.geometry, phases, lengths, indentations)
 
     def closed(self, load: float) -> FullContact | None:
         """Return z in closed form, its slopes those of the growing length, where `load` (N) presses everything flat."""

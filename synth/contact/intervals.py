@@ -11,8 +11,8 @@ Limits  heights relative to a1 + a2 (so of order 1); an edge errs by about 1e-11
 
 from __future__ import annotations
 
-from synth.contact.kernels import inlined, kernel
 from synth.contact.patches import FLAT, SMALLEST_PIECE, Cell, parabola_root, profile, turning_point
+from synth.kernels import inlined, kernel
 
 LEFT, RIGHT, LEFT_EDGE, RIGHT_EDGE = range(4)  # rows of what is found; the last two are 1 at an edge, 0 at a cut
 MOST_INTERVALS = 32  # of a cell; seven functions that span h leave six edges at most, and level rounding some more

@@ -12,9 +12,10 @@ import math
 
 import numpy as np
 
-from synth.contact.exact import CELLS_PER_PERIOD, Array, solve_phases
+from synth.arrays import Array
+from synth.contact.exact import CELLS_PER_PERIOD, solve_phases
 from synth.contact.geometry import Geometry
-from synth.contact.kernels import kernel
+from synth.kernels import kernel
 
 LAYING_OUT = 6  # cells of the solver that a cell laid out and solved costs
 

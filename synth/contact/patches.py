@@ -18,7 +18,7 @@ import math
 import numpy as np
 
 from synth.contact.domes import Level, level_at
-from synth.contact.kernels import inlined, kernel
+from synth.kernels import inlined, kernel
 
 Cell = tuple[float, float, float, float, float, float, Level]  # u1, v1, k1^2, u2, v2, k2^2, level
 

@@ -21,7 +21,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import roots_jacobi, roots_legendre
 
-from synth.contact.exact import Array, Grid, bounds_of_cell
+from synth.arrays import Array
+from synth.contact.exact import Grid, bounds_of_cell
 from synth.contact.geometry import Geometry
 from synth.contact.intervals import (
     LEFT,
@@ -31,8 +32,8 @@ from synth.contact.intervals import (
     RIGHT_EDGE,
     touching_intervals,
 )
-from synth.contact.kernels import inlined, kernel
 from synth.contact.patches import profile, sine_series
+from synth.kernels import inlined, kernel
 
 SLOPE_NODES = 6  # exact to 2e-17 for products of two waves of 1/16 period a cell; 5 would leave 7e-14
 FEW_NODES, SOME_NODES, MANY_NODES = 5, 6, 9  # of a power, whose nearest root lies FAR, AWAY or NEAR

@@ -22,11 +22,12 @@ from typing import Any
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.contact.balance import LEAST_TOUCHING, Contact
-from synth.contact.exact import Array, Grid
+from synth.contact.exact import Grid
 from synth.contact.geometry import Geometry
-from synth.contact.kept import KeptSolvers, ManyShapes
-from synth.contact.solver import PhaseSolver
+from synth.contact.kept_solvers import KeptSolvers, ManyShapes
+from synth.contact.phase_solver import PhaseSolver
 from synth.contact.stiffness import Stiffness
 from synth.errors import CannotRender
 
@@ -159,6 +160,11 @@ class RoundContact(ManyShapes, Contact):
         stiffness: over the nominal length; both surfaces need a period, one of them a height. grid: the solver at no
         load, laid out unless given.
         """
+        if geometry.profile is not None:
+            raise CannotRender(
+                f"The effect curvature cannot be rendered yet on a texture of kind {geometry.profile.kind}, only on a "
+                "sinusoid. Leave it out, or use contact_growth."
+            )
         finger = Fingertip.of(stiffness, radius, reference_load)
         if grid is None:
             grid = RoundGrid.of_finger(_spanned(geometry, finger, 0.0), finger.radius)

@@ -17,9 +17,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from synth.contact.exact import Approaches, Array, angles_of_centres
+from synth.arrays import Array
+from synth.contact.exact import Approaches, angles_of_centres
 from synth.contact.geometry import Geometry
-from synth.contact.kernels import kernel, summing
+from synth.kernels import kernel, summing
 
 FEWEST_PIECES = 8  # in the contact, however short it is
 SETTLED = 1e-13  # of a1 + a2 + |z|: a Newton step this small ends it; far smaller ones are rounding

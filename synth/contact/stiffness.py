@@ -6,7 +6,7 @@ Model   E* = ((1 - nu1^2) / E1 + (1 - nu2^2) / E2)^-1;  k = 1.18 E* L^2 / a;  a 
         so k falls as w^-1/2 and the mean indentation w / k grows as w^3/2.
 Source  Fagiani & Barbieri (2016), eqs 4 and 5; 1.18 is the elastic-foundation equivalence for a line contact (eq. 4).
 Limits  Hertzian ridges, quasi-static. Two flat surfaces have no ridge to press: R_eq, and the indentation, are
-        infinite.
+        infinite. A texture of any profile is taken as the sinusoid of equal Rq and equal rms slope.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import math
 from dataclasses import dataclass, replace
 
 from synth.contact.geometry import Geometry
-from synth.scene import Scene
+from synth.scene.scene import Scene
 
 FOUNDATION = 1.18  # k_el / l = 1.18 E* / a, eq. 4; another value scales every indentation
 
@@ -46,8 +46,9 @@ class Stiffness:
     def of_contact(cls, geometry: Geometry, contact_modulus: float) -> Stiffness:
         """Return the law for `geometry` and the contact modulus E* (Pa)."""
         curvature = 4.0 * math.pi**2 * geometry.ridge_amplitude / geometry.ridge_period**2
-        curvature += 4.0 * math.pi**2 * geometry.texture_amplitude / geometry.texture_period**2
-        lambda1, lambda2 = geometry.ridge_period, geometry.texture_period
+        texture_amplitude, lambda2 = geometry.equivalent
+        curvature += 4.0 * math.pi**2 * texture_amplitude / lambda2**2
+        lambda1 = geometry.ridge_period
         return cls(
             contact_modulus=contact_modulus,
             ridge_radius=1.0 / curvature if curvature > 0.0 else math.inf,

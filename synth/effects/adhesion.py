@@ -1,10 +1,10 @@
 """Surfaces attract each other: the finger is pulled in, held, and let go.
 
 Kind    BALANCE: another law of the pressure. See `simulation.table_steps`.
-Model   p(d) = (k / L) max(d, 0) - s clip(1 + d / d0, 0, 1) along the contact, d = h - z: all of the attraction s where
-        surfaces touch, falling to nothing at a gap of d0; s is the stress times the length of a ridge (L of eq. 4). The
-        sum has more than one root, so z follows the path to the nearest stable one: it is pulled in on the way down,
-        and let go on the way up at a smaller load, which may be a pull.
+Model   p(d) = (k / L) max(d, 0) - s L clip(1 + d / d0, 0, 1) in N/m along the contact, d = h - z: all of the attraction
+        s (Pa) where surfaces touch, falling to nothing at a gap of d0, over ridges of the length L of eq. 4. The
+        balance has more than one root, so z follows the path to the nearest stable one: it is pulled in on the way
+        down, and let go on the way up at a smaller load, which may be a pull.
 Source  the law is one of Derjaguin, Mueller & Toporov's kind (1975) with a linear end, so that no place is let go at
         once; work of adhesion s d0 / 2. Stress and reach: unverified defaults, 12.5 mJ/m^2 together.
 Limits  no meniscus, no wetting with time; what has let go is held just out of reach until the load presses again.
@@ -17,12 +17,12 @@ from typing import Annotated
 
 from pydantic import Field
 
-from synth.effect import BalanceEffect, Price
-from synth.quantity import Dimension
-from synth.scene import Scene
-from synth.scene_rules import Quantity
-from synth.scene_section import Section
-from synth.simulation.terms import Adhesion, Terms
+from synth.effects.effect import BalanceEffect, Price
+from synth.effects.simulation.terms import Adhesion, Terms
+from synth.scene.quantity import Dimension
+from synth.scene.rules import Quantity
+from synth.scene.scene import Scene
+from synth.scene.section import Section
 
 LARGEST_PULL = 100.0  # N: what a scene may pull with; a fingertip's area holds far less at any stress that is allowed
 

@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
-from synth.effect import Price, ShapeEffect
-from synth.quantity import Dimension, show_quantity
-from synth.scene import Scene
-from synth.scene_rules import Fields, Quantity, Refusal, refusal
-from synth.scene_section import Section
+from synth.effects.effect import Price, ShapeEffect
+from synth.scene.quantity import Dimension, show_quantity
+from synth.scene.rules import Fields, Quantity, Refusal, refusal
+from synth.scene.scene import Scene
+from synth.scene.section import Section
 
 if TYPE_CHECKING:
     from synth.contact.balance import Contact

@@ -17,12 +17,12 @@ from typing import Annotated
 
 from pydantic import Field
 
-from synth.effect import BalanceEffect, Price
-from synth.quantity import Dimension
-from synth.scene import Scene
-from synth.scene_rules import Quantity
-from synth.scene_section import Section
-from synth.simulation.terms import Terms
+from synth.effects.effect import BalanceEffect, Price
+from synth.effects.simulation.terms import Terms
+from synth.scene.quantity import Dimension
+from synth.scene.rules import Quantity
+from synth.scene.scene import Scene
+from synth.scene.section import Section
 
 
 class InertiaSettings(Section):

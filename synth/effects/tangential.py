@@ -19,14 +19,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field
 
-from synth.effect import OutputEffect, Price
-from synth.quantity import Dimension
-from synth.scene import Scene
-from synth.scene_rules import Quantity
-from synth.scene_section import Section
+from synth.effects.effect import OutputEffect, Price
+from synth.scene.quantity import Dimension
+from synth.scene.rules import Quantity
+from synth.scene.scene import Scene
+from synth.scene.section import Section
 
 if TYPE_CHECKING:
-    from synth.tangential_force import TangentialStage
+    from synth.voice.tangential_force import TangentialStage
 
 QUANTITY = "tangential_force"
 BALANCES = ("adhesion", "inertia", "viscous_skin")
@@ -91,7 +91,7 @@ class Tangential(OutputEffect):
 
     def prepare(self, solved: Any, settings: TangentialSettings, cache: Any) -> TangentialStage:
         """See `OutputEffect`."""
-        from synth.tangential_force import Friction, TangentialStage
+        from synth.voice.tangential_force import Friction, TangentialStage
 
         return TangentialStage.of(solved, Friction(**settings.document()), cache)
 

@@ -17,12 +17,12 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from synth.effect import BalanceEffect, Price
-from synth.quantity import Dimension
-from synth.scene import Scene
-from synth.scene_rules import Choice, Fields, Quantity, Refusal, refusal
-from synth.scene_section import Section, without
-from synth.simulation.terms import Skin, Terms
+from synth.effects.effect import BalanceEffect, Price
+from synth.effects.simulation.terms import Skin, Terms
+from synth.scene.quantity import Dimension
+from synth.scene.rules import Choice, Fields, Quantity, Refusal, refusal
+from synth.scene.scene import Scene
+from synth.scene.section import Section, without
 
 SOLIDS = ("kelvin_voigt", "three_time_constants")
 TIMES = (4e-3, 70e-3, 1.4)  # s, Pawluk & Howe (1999)

@@ -1,0 +1,85 @@
+"""ridgewave: what a finger feels when it scans a texture. The public Python interface.
+
+    import ridgewave as rw
+    sound = rw.render("grating-1mm-31um", scan={"speed": "120 mm/s"})  # a Sound: values in SI units, save(), plot()
+    plan = rw.explain({"texture": {"period": "0.8 mm"}})  # what is simulated, why, at what cost and error
+    voice = rw.open_voice("scene.json")  # the same sound, block by block
+    client = rw.Client("http://127.0.0.1:8000")  # the service, over HTTP; `rw.Live` over a WebSocket
+
+Model   a thin face: `scenes` changes a scene by fields, everything else comes from `synth` and `clients`, whose names
+        may move. A name is loaded when it is first used, so that the import costs nothing.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from clients.client_errors import ClientError
+    from clients.http_async_client import AsyncClient
+    from clients.http_client import Client
+    from clients.live import Live
+    from clients.live_async import AsyncLive
+    from ridgewave.scenes import explain, open_voice, render
+    from synth.accuracy.report import measure_accuracy
+    from synth.encode.sound import Sound
+    from synth.errors import CannotRender, RidgewaveError, SceneError
+    from synth.motion.motion import Motion
+    from synth.plan.plan import Plan
+    from synth.scene.scene import Scene, parse_scene
+    from synth.voice.voice import Voice
+
+_HOMES = {
+    "AsyncClient": "clients.http_async_client",
+    "AsyncLive": "clients.live_async",
+    "CannotRender": "synth.errors",
+    "Client": "clients.http_client",
+    "ClientError": "clients.client_errors",
+    "Live": "clients.live",
+    "Motion": "synth.motion.motion",
+    "Plan": "synth.plan.plan",
+    "RidgewaveError": "synth.errors",
+    "Scene": "synth.scene.scene",
+    "SceneError": "synth.errors",
+    "Sound": "synth.encode.sound",
+    "Voice": "synth.voice.voice",
+    "explain": "ridgewave.scenes",
+    "measure_accuracy": "synth.accuracy.report",
+    "open_voice": "ridgewave.scenes",
+    "parse_scene": "synth.scene.scene",
+    "render": "ridgewave.scenes",
+}
+
+__all__ = [
+    "AsyncClient",
+    "AsyncLive",
+    "CannotRender",
+    "Client",
+    "ClientError",
+    "Live",
+    "Motion",
+    "Plan",
+    "RidgewaveError",
+    "Scene",
+    "SceneError",
+    "Sound",
+    "Voice",
+    "explain",
+    "measure_accuracy",
+    "open_voice",
+    "parse_scene",
+    "render",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """Load a public name from its home."""
+    if name not in _HOMES:
+        raise AttributeError(f"module 'ridgewave' has no attribute {name!r}")
+    return getattr(import_module(_HOMES[name]), name)
+
+
+def __dir__() -> list[str]:
+    """Return the public names, those that are not loaded yet included."""
+    return sorted({*globals(), *__all__})

@@ -1,0 +1,72 @@
+"""Render, explain and open a scene, changed by fields.
+
+Model   the fields are a partial scene. They are merged into the scene as a PATCH is (RFC 7396, with the fields that
+        displace each other, `synth.scene.merge`), and the whole is then checked.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from synth.scene.merge import merge_patch
+from synth.scene.scene import Scene, parse_scene, scene_document
+from synth.scene.source import SceneLike, document_of
+
+if TYPE_CHECKING:
+    from synth.encode.sound import Sound
+    from synth.plan.plan import Plan
+    from synth.voice.voice import Voice
+
+
+def changed(scene: SceneLike, fields: Mapping[str, Any]) -> Scene:
+    """Return `scene` with the sections of the partial scene `fields` merged into it.
+
+    scene: a Scene, a mapping as in docs/scene.md, the path of a JSON file, or a name of the catalogue.
+    Raises SceneError, which lists every fault; OSError where a file cannot be read.
+    """
+    if isinstance(scene, Scene):
+        return parse_scene(merge_patch(scene_document(scene), fields)) if fields else scene
+    document = document_of(scene) if isinstance(scene, str | os.PathLike) else scene
+    return parse_scene(merge_patch(document, fields) if fields else document)
+
+
+def render(scene: SceneLike, **fields: Any) -> Sound:
+    """Render the whole duration of a scene.
+
+    scene: a Scene, a mapping as in docs/scene.md, the path of a JSON file, or a name of the catalogue.
+    fields: sections of a partial scene, such as scan={"load": "0.5 N"}.
+    Returns a Sound: float32 frames, their full scale, and `values` in SI units.
+    Raises SceneError where the scene is at fault, CannotRender where it cannot be carried out.
+    Source: Fagiani & Barbieri (2016), eqs 1-5.
+
+    Example: rw.render("grating-1mm-31um", output={"duration": "1 s"}).save("coarse.wav")
+    """
+    from synth.encode.sound import render as rendered
+
+    return rendered(changed(scene, fields))
+
+
+def explain(scene: SceneLike, **fields: Any) -> Plan:
+    """Return what is simulated for a scene, why, with which error, and what it costs on this machine.
+
+    scene, fields, errors: as `render`.
+
+    Example: rw.explain("grating-1mm-31um", effects={"inertia": {}}).document()["simulated"]
+    """
+    from synth.accuracy.costing import explain as explained
+
+    return explained(changed(scene, fields))
+
+
+def open_voice(scene: SceneLike, *, live: bool = False, **fields: Any) -> Voice:
+    """Return a voice whose `render(frames, motion)` gives the next block, float32 [frames, channels] over full scale.
+
+    scene, fields, errors: as `render`. live: for a hand that moves it in real time; close such a voice when it is done.
+
+    Example: block = rw.open_voice("grating-1mm-31um").render(480)
+    """
+    from synth.voice.voice import open_voice as opened
+
+    return opened(changed(scene, fields), live=live)

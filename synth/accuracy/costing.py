@@ -1,0 +1,115 @@
+"""What a plan costs on this machine: time to set up, time a frame, memory.
+
+Stage   beside the voice: the plan of a scene with its cost, as `ridgewave explain` shows it.
+Model   the scene is prepared and a voice renders blocks of it; the fastest of REPEATS blocks is the time a frame (of
+        frames that are solved, one chunk). Of a tolerance that is "imperceptible", the same is done at UNFELT_AGAINST,
+        to tell what it saved.
+        What a process takes once, whatever it computes, is told apart: its start, its imports, its kernels.
+Limits  the cost is that of this machine at this moment; with a warm cache the set-up costs next to nothing. What was
+        saved is not measured of a recording: it would take minutes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from time import perf_counter
+from typing import Any
+
+from synth.plan.plan import Cost, Plan
+from synth.plan.preparation import prepare
+from synth.plan.start_up import compile_seconds, kernel_seconds, process_seconds
+from synth.response.cache import ResponseCache
+from synth.scene.scene import Scene
+from synth.scene.source import SceneLike, scene_from
+from synth.voice.voice import Voice
+
+TIMED_FRAMES = 1 << 14
+REPEATS = 5
+TRIED_FRAMES, SLOW = 1 << 10, 0.05  # frames that are tried first; s that they may take, to be timed in full
+UNFELT_AGAINST = 1e-6  # the tolerance that "imperceptible" is compared with
+
+
+def explain(scene: SceneLike, *, cache: ResponseCache | None = None) -> Plan:
+    """Return the plan of `scene`, its response built and its cost measured on this machine.
+
+    scene: a Scene, a mapping, the path of a JSON file, or a name of the catalogue. cache: responses solved before.
+    Raises SceneError where the scene is at fault, CannotRender where it cannot be carried out.
+
+    Example: synth.explain({"effects": {"inertia": {}}}).document()["simulated"]
+    """
+    scene = scene_from(scene)
+    plan = _measured(scene, cache)
+    if scene.accuracy.tolerance != "imperceptible" or plan.response["method"] == "silence":
+        return plan
+    told = _unfelt(scene, plan)
+    parts = (replace(plan.simulated[0], reason=f"{plan.simulated[0].reason} {told['sentence']}"), *plan.simulated[1:])
+    return replace(plan, simulated=parts, response=plan.response | {"imperceptible": told})
+
+
+def _measured(scene: Scene, cache: ResponseCache | None) -> Plan:
+    started, kernels = perf_counter(), kernel_seconds()
+    voice = Voice(prepare(scene, cache))
+    setup = max(0.0, perf_counter() - started - (kernel_seconds() - kernels))
+    per_frame = _seconds_a_frame(voice)
+    cost = Cost(
+        setup_seconds=setup,
+        ns_per_frame=1e9 * per_frame,
+        times_real_time=1.0 / (per_frame * voice.sample_rate),
+        memory_bytes=voice.memory_bytes,
+        process_seconds=process_seconds(),
+        compile_seconds=compile_seconds(),
+    )
+    return replace(voice.plan, cost=cost)
+
+
+def _seconds_a_frame(voice: Voice) -> float:
+    """Return the time of a frame: that of the fastest of some blocks, or of one chunk of solved frames."""
+    if voice.frames_together:
+        started = perf_counter()
+        voice.render(voice.frames_together)
+        return (perf_counter() - started) / voice.frames_together
+    started = perf_counter()
+    voice.render(TRIED_FRAMES)
+    if perf_counter() - started > SLOW:  # a file that takes many steps: going on takes as long a frame
+        started = perf_counter()
+        voice.render(TRIED_FRAMES)
+        return (perf_counter() - started) / TRIED_FRAMES
+    voice.render(TIMED_FRAMES)
+    fastest = float("inf")
+    # a simulation begins some way before the frame that it is sent to: going on costs what a frame costs
+    goes_on = voice.solved.effects is not None and voice.scene.scan.trajectory is None
+    for _ in range(REPEATS):
+        if not goes_on:
+            voice.seek(0)
+        started = perf_counter()
+        voice.render(TIMED_FRAMES)
+        fastest = min(fastest, perf_counter() - started)
+    return fastest / TIMED_FRAMES
+
+
+def _unfelt(scene: Scene, plan: Plan) -> dict[str, Any]:
+    """Return what "imperceptible" became, and what it saved against UNFELT_AGAINST."""
+    tolerance, threshold = plan.response["tolerance"], scene.accuracy.threshold
+    told: dict[str, Any] = {"threshold": threshold, "tolerance": tolerance, "against": UNFELT_AGAINST, "saved": None}
+    told["sentence"] = f'Below the threshold "{threshold}" by 6 dB is a tolerance of {tolerance:.2g}.'
+    if scene.scan.trajectory is not None:
+        return told
+    accuracy = scene.accuracy.model_copy(update={"tolerance": UNFELT_AGAINST})
+    plan, tight = _measured(scene, None), _measured(scene.model_copy(update={"accuracy": accuracy}), None)
+    assert plan.cost is not None and tight.cost is not None
+    phases = tight.response["phases_solved"] - plan.response["phases_solved"]
+    told["saved"] = {
+        "phases_solved": phases,
+        "setup_seconds": tight.cost.setup_seconds - plan.cost.setup_seconds,
+        "ns_per_frame": tight.cost.ns_per_frame - plan.cost.ns_per_frame,
+        "memory_bytes": tight.cost.memory_bytes - plan.cost.memory_bytes,
+    }
+    words = (
+        (phases, f"{phases} solved phases"),
+        (told["saved"]["setup_seconds"], f"{1e3 * told['saved']['setup_seconds']:.3g} ms of set-up"),
+        (told["saved"]["ns_per_frame"], f"{told['saved']['ns_per_frame']:.3g} ns a frame"),
+        (told["saved"]["memory_bytes"], f"{told['saved']['memory_bytes'] / 1024:.3g} KiB"),
+    )
+    saved = [text for amount, text in words if amount > 0]
+    told["sentence"] += f" Against {UNFELT_AGAINST:g} it saves {', '.join(saved) or 'nothing'}."
+    return told

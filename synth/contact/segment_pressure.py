@@ -1,0 +1,133 @@
+"""Integrals of the pressure field of a texture of any profile, at any phase and z, over its polyline.
+
+Model   y = h - z is a straight line over each segment of `segments`, and the slope of the texture is that of its
+        segment. So S = mean of max(y, 0) h_t', T = mean of h_t' where y > 0, N_g = mean of max(y, 0)^g and N_(g-1) are
+        sums of elementary integrals: from y = p to q, that of y^g is (q^(g+1) - p^(g+1)) / ((g + 1) (q - p)) of the
+        length; where p and q are nearly one, its series about their middle.
+Source  Fagiani & Barbieri (2016), eqs 1-2; S and N_g as in `pressure`.
+Limits  exact for the polyline to 1e-12 of itself; against the profile see `segments`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.contact.geometry import Geometry
+from synth.contact.pressure import PowerSums, SlopeSums
+from synth.contact.segments import SegmentGrid, begin_place
+from synth.kernels import kernel, summing
+
+LEVEL = 1e-3  # of y: where a segment rises by less, a power is taken about its middle, to 1e-13 of itself
+
+
+@dataclass(frozen=True, slots=True)
+class SegmentField:
+    """The segments of one contact. grid: as it is solved; height_scale, length: a1 + a2 and L (m)."""
+
+    grid: SegmentGrid
+    height_scale: float
+    length: float
+
+    @classmethod
+    def of_geometry(cls, geometry: Geometry) -> SegmentField:
+        """Return the field of `geometry`, whose texture is a profile."""
+        return cls(SegmentGrid.of_geometry(geometry), geometry.height_scale, geometry.contact_length)
+
+    def slopes(self, phases: Array, heights: Array) -> SlopeSums:
+        """Return S, T, N_1 and N_0 at each phase (turns) and z (m)."""
+        sums, scale = np.empty((4, len(phases))), self.height_scale
+        sum_segment_slopes(self.grid.pieces, phases, heights / scale, sums)
+        return SlopeSums(scale * scale / self.length * sums[0], scale / self.length * sums[1], scale * sums[2], sums[3])
+
+    def powers(self, phases: Array, heights: Array, exponent: float) -> PowerSums:
+        """Return N_g and N_(g-1) at each phase (turns) and z (m), for g = `exponent` above 0."""
+        sums = np.empty((2, len(phases)))
+        sum_segment_powers(self.grid.pieces, phases, heights / self.height_scale, exponent, sums)
+        return PowerSums(self.height_scale**exponent * sums[0], self.height_scale ** (exponent - 1.0) * sums[1])
+
+
+@kernel
+def fill_place(pieces, phase, z, depths, widths):
+    """Write h - z at the ends of every segment over L, and the width of each (in segments); return how many.
+
+    depths: float64 [2, room], where each begins and ends.
+    """
+    texture, finger, _blocks, numbers = pieces
+    knot, before, count, cosine, sine = begin_place(numbers, phase)
+    for i in range(count):
+        depths[0, i] = texture[0, knot + i] + (cosine * finger[0, i] + sine * finger[1, i]) - z
+        depths[1, i] = texture[0, knot + i + 1] + (cosine * finger[0, i + 1] + sine * finger[1, i + 1]) - z
+        widths[i] = 1.0
+    last = count - 1
+    widths[last] = numbers[1] + before - last
+    depths[1, last] = depths[0, last] + widths[last] * (depths[1, last] - depths[0, last])
+    depths[0, 0] += before * (depths[1, 0] - depths[0, 0])
+    widths[0] -= before
+    return knot, count
+
+
+@summing
+def slope_sums(heights, heights1, begins, ends, widths):
+    """Return S, T, N_1 and N_0 over the segments, in segments and rises a segment."""
+    slope, rise, depth, touching = 0.0, 0.0, 0.0, 0.0
+    for i in range(len(widths)):
+        p, q = begins[i], ends[i]
+        both = max(p, 0.0) + max(q, 0.0)
+        part = min(1.0, both / max(abs(p - q), 1e-30)) * widths[i]
+        area = 0.5 * part * both
+        steep = heights1[i] - heights[i]
+        slope += area * steep
+        rise += part * steep
+        depth += area
+        touching += part
+    return slope, rise, depth, touching
+
+
+@kernel
+def sum_segment_slopes(pieces, phases, heights, sums):
+    """Write, per phase and z: S and T times L, over a1 + a2, N_1 over a1 + a2, and N_0.
+
+    pieces: `SegmentGrid.pieces`. sums: float64 [4, phases].
+    """
+    texture, finger, _blocks, numbers = pieces
+    depths, widths = np.empty((2, finger.shape[1])), np.empty(finger.shape[1])
+    for i in range(len(phases)):
+        knot, count = fill_place(pieces, phases[i], heights[i], depths, widths)
+        run, run1 = texture[0, knot : knot + count], texture[0, knot + 1 : knot + count + 1]
+        found = slope_sums(run, run1, depths[0, :count], depths[1, :count], widths[:count])
+        sums[0, i], sums[1, i] = found[0], found[1]
+        sums[2, i], sums[3, i] = found[2] / numbers[1], found[3] / numbers[1]
+
+
+@kernel
+def power_over(p, q, exponent):
+    """Return the mean over a segment of max(y, 0)^exponent, y going from p to q as a straight line; exponent > -1."""
+    high, low = max(p, q), min(p, q)
+    if high <= 0.0:
+        return 0.0
+    rise = high - low
+    if rise < LEVEL * high:
+        middle = 0.5 * (high + low)
+        bend = exponent * (exponent - 1.0) / 24.0 * (rise / middle) ** 2
+        return middle**exponent * (1.0 + bend)
+    more = exponent + 1.0
+    whole = high**more - (low**more if low > 0.0 else 0.0)
+    return whole / (more * rise)
+
+
+@kernel
+def sum_segment_powers(pieces, phases, heights, exponent, sums):
+    """Write, per phase and z, N_g and N_(g-1) in powers of a1 + a2; sums: float64 [2, phases]."""
+    finger, numbers = pieces[1], pieces[3]
+    depths, widths = np.empty((2, finger.shape[1])), np.empty(finger.shape[1])
+    for i in range(len(phases)):
+        _knot, count = fill_place(pieces, phases[i], heights[i], depths, widths)
+        power, below = 0.0, 0.0
+        for j in range(count):
+            p, q = depths[0, j], depths[1, j]
+            power += widths[j] * power_over(p, q, exponent)
+            below += widths[j] * power_over(p, q, exponent - 1.0)
+        sums[0, i], sums[1, i] = power / numbers[1], below / numbers[1]

@@ -1,0 +1,383 @@
+"""The approach z for a texture of any profile, to round-off of a polyline of it.
+
+Model   The texture is a polyline of N equal segments a period, which moves with its place: the surface is the same at
+        every place, and nothing jumps. The cosine of the finger is taken at the same knots; its chords make a ripple at
+        harmonic N alone, and its amplitude grows by tan(u) / u, u half a segment in radians, so that a segment keeps
+        its area. F(z), the mean of max(h - z, 0) over L, is exact for the polyline, the ends of L being cut inside
+        their segments. Newton's method with the second-order term takes two to three steps from the phases before.
+        Blocks of 16 segments have bounds on h that cost nothing: the texture's largest and smallest height over 16
+        segments from each knot on, and the finger's cosine about the middle. A block above z counts with its area,
+        one below not at all; only the rest are summed, segment by segment.
+Source  Fagiani & Barbieri (2016), eqs 1-2.
+Limits  exact for the polyline to 1e-13 of a1 + a2. Against the profile the error is second order in the segment where
+        few segments touch, third and more elsewhere; it is measured with segments of half the length (`spectrum`).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.contact.exact import Approaches, angles_of_centres
+from synth.contact.geometry import Geometry
+from synth.contact.polyline import first_segments, knots_of
+from synth.kernels import kernel, summing
+
+BLOCK = 16  # segments; fewer cost more bounds, more are summed where z crosses
+POINTS_A_RIDGE = 128  # segments a ridge to begin with
+FEWEST = 8  # segments in the contact, however short it is
+MOST_STEPS = 60  # never reached in the suite; it bounds the time of a phase
+SETTLED = 1e-15  # of a1 + a2: a Newton step this small ends it
+LEFT = 1e-15  # of a1 + a2: what the second-order term may be where it ends Newton's method; knots passed change it
+EMPTY = 1e-18  # of a1 + a2: indentations below it are none, and z is the highest point
+
+
+@dataclass(frozen=True, slots=True)
+class SegmentGrid:
+    """The polyline of one contact, relative to a1 + a2.
+
+    texture: float64 [4, knots]: heights; and of the 16 segments from each knot on the area (in segments), the largest
+    and the smallest height. A period, and as much again as a contact spans. finger: float64 [2, knots], minus the
+    cosine and minus the sine of the ridges at the knots. blocks: float64 [4, blocks]: the same at the middle of a
+    block, and their areas. numbers: knots a period, segments over L, place of the first knot (in segments), radians of
+    the ridges a segment, their phase at x = 0 (rad). segments: a period.
+    """
+
+    segments: int
+    texture: Array
+    finger: Array
+    blocks: Array
+    numbers: Array
+    height_scale: float
+
+    family = "sampled"
+
+    @classmethod
+    def of_geometry(cls, geometry: Geometry) -> SegmentGrid:
+        """Return the grid of `geometry`, whose texture is a profile, with at least `geometry.segments` a period."""
+        profile = geometry.profile
+        assert profile is not None, "two cosines have a solver of their own"
+        scale, period = geometry.height_scale, profile.period
+        wanted = geometry.segments or first_segments(profile, geometry.ridge_period, scale, POINTS_A_RIDGE)
+        length, ridge = geometry.contact_length, geometry.ridge_period
+        least = max(FEWEST * period / length, 2.0 * BLOCK * period / ridge)
+        count = wanted * max(1, math.ceil(least / wanted))
+        heights, first = knots_of(profile, count)
+        first -= geometry.texture_phase * period / (2.0 * math.pi)
+        spanned = length * count / period
+        window = math.ceil(spanned) + 2 + BLOCK
+        texture = _texture(heights / scale, window)
+        half = math.pi * period / (count * ridge)
+        amplitude = geometry.ridge_amplitude / scale * math.tan(half) / half
+        turns = window * period / (count * ridge)
+        angles = angles_of_centres(turns, window) - half
+        finger = np.stack([-amplitude * np.cos(angles), -amplitude * np.sin(angles)])
+        blocks = _blocks(angles, half, amplitude)
+        offset = first * count / period
+        numbers = np.array([count, spanned, offset, 2.0 * half, geometry.ridge_phase])
+        return cls(count, texture, finger, blocks, numbers, scale)
+
+    @property
+    def name(self) -> str:
+        """What a report calls it."""
+        return f"segments, {self.segments} a period"
+
+    @property
+    def cells(self) -> int:
+        """The work of a phase, in cells of the exact solver: a block costs about as much as one."""
+        return int(self.blocks.shape[1])
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes that the grid holds."""
+        return int(self.texture.nbytes + self.finger.nbytes + self.blocks.nbytes)
+
+    def solve(self, phases: Array, indentation: float | Array, guess: Array | None = None) -> Approaches:
+        """See `PhaseSolver`; begins from `guess` or the phases before."""
+        count = len(phases)
+        height, touching, iterations = np.empty(count), np.empty(count), np.zeros(count, dtype=np.int64)
+        begin = np.empty(0) if guess is None else guess / self.height_scale
+        targets = np.atleast_1d(np.asarray(indentation, dtype=float)) / self.height_scale
+        solve_segments(self.pieces, phases, targets, begin, height, touching, iterations)
+        return Approaches(height * self.height_scale, touching, iterations)
+
+    def measure(self, phases: Array, heights: Array) -> tuple[Array, Array]:
+        """Return the mean of max(h - z, 0) (m) and the touching part of L, at each phase and z (m)."""
+        depth, touching = np.empty(len(phases)), np.empty(len(phases))
+        measure_segments(self.pieces, phases, heights / self.height_scale, depth, touching)
+        return depth * self.height_scale, touching
+
+    def solve_all(self, place_turns: Array, indentations: Array) -> Array:
+        """Return z (m) at each of `place_turns` (turns) and each of `indentations` (m, at least 0): [places, loads]."""
+        order = np.argsort(-indentations)
+        heights = np.empty((len(place_turns), len(indentations)))
+        found = np.empty_like(heights)
+        solve_places(self.pieces, place_turns, indentations[order] / self.height_scale, found)
+        heights[:, order] = found * self.height_scale
+        return heights
+
+    @property
+    def pieces(self) -> tuple[Array, Array, Array, Array]:
+        """What the kernels read of it."""
+        return self.texture, self.finger, self.blocks, self.numbers
+
+
+def _texture(heights: Array, window: int) -> Array:
+    """Return the rows of `SegmentGrid.texture` over a period and a window."""
+    count = len(heights)
+    starts = count + window
+    run = heights[np.arange(starts + BLOCK + 1) % count]
+    reached = np.stack([run[step : step + starts] for step in range(BLOCK + 1)])
+    areas = reached[1:-1].sum(axis=0) + 0.5 * (reached[0] + reached[-1])
+    return np.stack([reached[0], areas, reached.max(axis=0), reached.min(axis=0)])
+
+
+def _blocks(angles: Array, half: float, amplitude: float) -> Array:
+    """Return the rows of `SegmentGrid.blocks`: block b begins at knot 1 + 16 b."""
+    middles = angles[1 + BLOCK // 2 :: BLOCK]
+    begins = angles[1::BLOCK][: len(middles)]
+    steps = begins[:, np.newaxis] + 2.0 * half * np.arange(BLOCK + 1)
+    weights = np.ones(BLOCK + 1)
+    weights[[0, -1]] = 0.5
+    return np.stack(
+        [
+            -amplitude * np.cos(middles),
+            -amplitude * np.sin(middles),
+            -amplitude * np.cos(steps) @ weights,
+            -amplitude * np.sin(steps) @ weights,
+        ]
+    )
+
+
+@kernel
+def begin_place(numbers, phase):
+    """Return the knot of the texture at or before x = 0, how far before (in segments), the segments that L spans, and
+    the cosine and sine that turn the finger there.
+    """
+    count = int(numbers[0])
+    along = -(phase - math.floor(phase)) * numbers[0] - numbers[2]
+    whole = math.floor(along)
+    before = along - whole
+    turn = before * numbers[3] - numbers[4]
+    return int(whole) % count, before, math.ceil(numbers[1] + before), math.cos(turn), math.sin(turn)
+
+
+@kernel
+def bound_blocks(pieces, knot, count, cosine, sine, work):
+    """Write upper bound, lower bound and area of every whole block of the inner segments; return the number of blocks.
+
+    work: float64 [3, blocks].
+    """
+    texture, _finger, blocks, numbers = pieces
+    reach = 0.5 * BLOCK * numbers[3]
+    along, across = math.sin(reach), 1.0 - math.cos(reach)
+    inner = (count - 2) // BLOCK
+    for b in range(inner):
+        at = knot + 1 + BLOCK * b
+        height = cosine * blocks[0, b] + sine * blocks[1, b]
+        slope = cosine * blocks[1, b] - sine * blocks[0, b]
+        spread = abs(slope) * along + abs(height) * across
+        work[0, b] = texture[2, at] + height + spread
+        work[1, b] = texture[3, at] + height - spread
+        work[2, b] = texture[1, at] + cosine * blocks[2, b] + sine * blocks[3, b]
+    return inner
+
+
+@summing
+def segments_above(run, cosines, sines, cosine, sine, z):
+    """Return twice the area above z, the length and the sum of 1 / |rise| of the crossing ones, of the segments between
+    the knots of `run`, in segments.
+    """
+    area, length, edges = 0.0, 0.0, 0.0
+    for i in range(len(run) - 1):
+        p = run[i] + (cosine * cosines[i] + sine * sines[i]) - z
+        q = run[i + 1] + (cosine * cosines[i + 1] + sine * sines[i + 1]) - z
+        both = max(p, 0.0) + max(q, 0.0)
+        steep = 1.0 / max(abs(p - q), 1e-30)
+        part = min(1.0, both * steep)
+        area += part * both
+        length += part
+        edges += steep if p * q < 0.0 else 0.0
+    return area, length, edges
+
+
+@kernel
+def end_above(p, q, width, z):
+    """Return what `segments_above` does of one segment of `width` between the heights p and q."""
+    p, q = p - z, q - z
+    both = max(p, 0.0) + max(q, 0.0)
+    steep = 1.0 / max(abs(p - q), 1e-30)
+    part = min(1.0, both * steep)
+    return width * part * both, width * part, (width * steep if p * q < 0.0 else 0.0)
+
+
+@kernel
+def ends_of(pieces, knot, before, count, cosine, sine):
+    """Return the heights at both ends of the first and of the last segment, as L cuts them, and their widths."""
+    texture, finger, _blocks, numbers = pieces
+    p = texture[0, knot] + cosine * finger[0, 0] + sine * finger[1, 0]
+    q = texture[0, knot + 1] + cosine * finger[0, 1] + sine * finger[1, 1]
+    last = count - 1
+    r = texture[0, knot + last] + cosine * finger[0, last] + sine * finger[1, last]
+    s = texture[0, knot + count] + cosine * finger[0, count] + sine * finger[1, count]
+    width = numbers[1] + before - last
+    return p + before * (q - p), q, 1.0 - before, r, r + width * (s - r), width
+
+
+@kernel
+def area_over(pieces, work, inner, knot, count, cosine, sine, ends, z):
+    """Return F(z), the touching part of L and F''(z), relative to L and a1 + a2."""
+    texture, finger, _blocks, numbers = pieces
+    p, q, first, r, s, last = ends
+    area, length, edges = end_above(p, q, first, z)
+    more = end_above(r, s, last, z)
+    area, length, edges = area + more[0], length + more[1], edges + more[2]
+    full, touching = 0.0, 0
+    for b in range(inner):
+        if work[0, b] <= z:
+            continue
+        if work[1, b] >= z:
+            full += work[2, b] - BLOCK * z
+            touching += BLOCK
+            continue
+        i = 1 + BLOCK * b
+        j = i + BLOCK + 1
+        more = segments_above(texture[0, knot + i : knot + j], finger[0, i:j], finger[1, i:j], cosine, sine, z)
+        area, length, edges = area + more[0], length + more[1], edges + more[2]
+    i = 1 + BLOCK * inner
+    more = segments_above(texture[0, knot + i : knot + count], finger[0, i:count], finger[1, i:count], cosine, sine, z)
+    area, length, edges = area + more[0], length + more[1], edges + more[2]
+    return (full + 0.5 * area) / numbers[1], (touching + length) / numbers[1], edges / numbers[1]
+
+
+@kernel
+def highest_point(pieces, knot, count, cosine, sine, ends):
+    """Return the largest height of the polyline over L: z at no load."""
+    texture, finger, _blocks, _numbers = pieces
+    top = max(max(ends[0], ends[1]), max(ends[3], ends[4]))
+    for i in range(1, count):
+        top = max(top, texture[0, knot + i] + cosine * finger[0, i] + sine * finger[1, i])
+    return top
+
+
+@kernel
+def balance(pieces, work, phase, target, guess):
+    """Return z and the touching part of L at `phase` and `target`, and the iterations; guess: z or NaN."""
+    numbers = pieces[3]
+    knot, before, count, cosine, sine = begin_place(numbers, phase)
+    inner = bound_blocks(pieces, knot, count, cosine, sine, work)
+    ends = ends_of(pieces, knot, before, count, cosine, sine)
+    if target < EMPTY:
+        return highest_point(pieces, knot, count, cosine, sine, ends), 0.0, 1
+    return settle(pieces, work, inner, knot, count, cosine, sine, ends, target, guess)
+
+
+@kernel
+def settle(pieces, work, inner, knot, count, cosine, sine, ends, target, guess):
+    """Return z, the touching part and the iterations, by Newton's method within a bracket."""
+    lowest, highest = -math.inf, math.inf
+    z = guess if guess == guess else 0.0
+    part = 0.0
+    for iteration in range(1, MOST_STEPS + 1):
+        total, part, bend = area_over(pieces, work, inner, knot, count, cosine, sine, ends, z)
+        excess = total - target
+        if excess >= 0.0:
+            lowest = max(lowest, z)
+        else:
+            highest = min(highest, z)
+        if part <= 0.0:
+            z = 0.5 * (lowest + highest) if lowest > -math.inf else z - max(target, 0.125) * (1 << min(iteration, 20))
+            continue
+        step = excess / part
+        crowding = min(max(0.5 * bend / part * step, -0.5), 0.5)
+        curved = step * (1.0 + crowding)
+        if abs(step) <= SETTLED * (1.0 + abs(z)):
+            return z + step, part, iteration
+        if 0.0 < bend * curved * curved <= LEFT * part and abs(crowding) < 0.1:
+            return z + curved, max(part - bend * curved, 0.0), iteration
+        z += curved if abs(crowding) < 0.25 else step
+        if not lowest <= z <= highest:
+            z = 0.5 * (lowest + highest) if highest < math.inf and lowest > -math.inf else z
+        if highest - lowest <= 4e-16:
+            return z, part, iteration
+    return z, part, MOST_STEPS
+
+
+@kernel
+def solve_segments(pieces, phases, targets, guess, height, touching, iterations):
+    """Write z / (a1 + a2), the touching part of L and the number of iterations at each phase.
+
+    pieces: `SegmentGrid.pieces`, here and in the kernels above. targets: w / k / (a1 + a2), one, or one a phase.
+    """
+    work = np.empty((3, pieces[2].shape[1] + 1))
+    for i in range(len(phases)):
+        target = targets[i] if len(targets) > 1 else targets[0]
+        begin = math.nan
+        if len(guess) > 0:
+            begin = guess[i]
+        elif i >= 4:
+            begin = 4.0 * (height[i - 1] + height[i - 3]) - 6.0 * height[i - 2] - height[i - 4]
+        elif i >= 1:
+            begin = height[i - 1]
+        height[i], touching[i], iterations[i] = balance(pieces, work, phases[i], target, begin)
+
+
+@kernel
+def measure_segments(pieces, phases, heights, depth, touching):
+    """Write F(z) / (a1 + a2) and the touching part of L at each phase and z / (a1 + a2)."""
+    work = np.empty((3, pieces[2].shape[1] + 1))
+    for i in range(len(phases)):
+        knot, before, count, cosine, sine = begin_place(pieces[3], phases[i])
+        inner = bound_blocks(pieces, knot, count, cosine, sine, work)
+        ends = ends_of(pieces, knot, before, count, cosine, sine)
+        depth[i], touching[i], _bend = area_over(pieces, work, inner, knot, count, cosine, sine, ends, heights[i])
+
+
+@kernel
+def solve_places(pieces, phases, targets, heights):
+    """Write z / (a1 + a2) at each of `phases` and `targets`, which fall: z rises from one to the next."""
+    work = np.empty((3, pieces[2].shape[1] + 1))
+    for i in range(len(phases)):
+        knot, before, count, cosine, sine = begin_place(pieces[3], phases[i])
+        inner = bound_blocks(pieces, knot, count, cosine, sine, work)
+        ends = ends_of(pieces, knot, before, count, cosine, sine)
+        begin = math.nan
+        for j in range(len(targets)):
+            if targets[j] < EMPTY:
+                heights[i, j] = highest_point(pieces, knot, count, cosine, sine, ends)
+                continue
+            begin, _part, _steps = settle(pieces, work, inner, knot, count, cosine, sine, ends, targets[j], begin)
+            heights[i, j] = begin
+
+
+def segment_heights_over(geometry: Geometry, phases: Array, lengths: Array, indentations: Array) -> Array:
+    """Return z (m) at each of `phases` (turns), with lengths (m) about the middle of `geometry`, and w / k (m).
+
+    One polyline over the longest serves all: a contact that begins elsewhere turns its finger and its texture.
+    """
+    longest, period = float(np.max(lengths)), geometry.texture_period
+    grid = SegmentGrid.of_geometry(geometry.part(0.5 * (geometry.contact_length - longest), longest))
+    begins = 0.5 * (longest - lengths)
+    ridges, textures = begins / geometry.ridge_period % 1.0, begins / period % 1.0
+    numbers = np.tile(grid.numbers, (len(phases), 1))
+    numbers[:, 1] = lengths * (grid.segments / period)
+    numbers[:, 2] -= textures * grid.segments
+    numbers[:, 4] += 2.0 * math.pi * ridges
+    heights = np.empty(len(phases))
+    solve_segment_lengths(grid.pieces, numbers, phases, indentations / grid.height_scale, heights)
+    return heights * grid.height_scale
+
+
+@kernel
+def solve_segment_lengths(pieces, numbers, phases, targets, heights):
+    """Write z / (a1 + a2) at each phase; numbers: float64 [phases, 5], those of `SegmentGrid` of each contact."""
+    texture, finger, blocks, _numbers = pieces
+    work = np.empty((3, blocks.shape[1] + 1))
+    begin = math.nan
+    for i in range(len(phases)):
+        here = (texture, finger, blocks, numbers[i])
+        begin, _part, _steps = balance(here, work, phases[i], targets[i], begin)
+        heights[i] = begin

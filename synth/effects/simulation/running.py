@@ -1,0 +1,302 @@
+"""A simulation that runs along with a motion: steps from where the finger was to where it is, frames out of them.
+
+Model   Every frame is `steps` steps long. Rows that the stepper writes become signals at the rate of the steps, faded
+        by the lift gate; the decimator makes band-limited frames and time derivatives of them. A scan's own motion is
+        known beforehand, so the steps run ahead of the frames. A constant scan begins in its periodic state
+        (`periodic`); a stroke at rest, where it turns at t = 0; a recording where the finger comes down, following the
+        elastic contact, with skin that was never pressed. A hand's motion is not known: it begins following the
+        elastic contact, its frames are late by the filter's margin, and between two frames it moves along the cubic
+        through its places and speeds.
+Source  design, sections 4 (gate, derivatives) and 8 (blocks of any size give the same samples).
+Limits  the gate follows the load; where something may hold the finger (`held`), it follows whether it touches, over
+        LIFT_TIME. A stroke or a recording that is read from a later frame on begins `settling` before it. A load that
+        lasts, less than TOUCH_LOAD either way, is none: the finger is taken away.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.effects.simulation.decimation import Decimator
+from synth.effects.simulation.periodic import Steady
+from synth.effects.simulation.skin_steps import SkinStepper
+from synth.effects.simulation.steps import ATTACHED, HEIGHT, REACTION, ROWS, SLOPE_FORCE, STATIC, Phases
+from synth.effects.simulation.table_steps import TOUCH_LOAD, TableStepper
+from synth.kernels import kernel
+from synth.motion.motion import LIFT_TIME, LOAD, LOAD_RATE, SPEED, Motion, ScanMotion
+from synth.response.evaluation import gate
+from synth.response.phases import phase_step, phases_of, rest_of_step, turns_to_phase
+from synth.scene.scene import Scene
+
+RESPONSE, STATIC_RESPONSE, CHANGE, SLOPE, PRESS, WHOLE = range(6)
+"""What a signal is of: z about its mean, that of the elastic contact, their difference (m), the force of the slopes,
+the sum of the pressure where it presses (N), and z itself (m)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Signal:
+    """One output of a simulation: what it is of, and how many times it is differentiated."""
+
+    kind: int
+    order: int
+
+
+@dataclass(frozen=True, slots=True)
+class Simulation:
+    """One contact, ready to run; frozen, so that one serves many voices.
+
+    stepper: what moves it on. steps: of a frame. filters: band limit and derivatives. reference: z (m) that
+    displacement is about, as a function of the cube root of the load (N); offset: m, what the mean of the simulated z
+    lies above it at the scan's load. held: something may hold the finger where no load does. settling: s that is
+    simulated before the first frame of a scan that begins neither at its start nor in its periodic state. steady: the
+    periodic state of a constant scan, where it is known.
+    """
+
+    stepper: TableStepper | SkinStepper
+    scene: Scene
+    steps: int
+    filters: Decimator
+    reference: Callable[[Array], Array]
+    offset: float
+    held: bool
+    settling: float
+    steady: Steady | None = None
+
+    @property
+    def rate(self) -> int:
+        """Steps a second."""
+        return self.scene.output.sample_rate * self.steps
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes that it holds."""
+        return self.stepper.nbytes + self.filters.nbytes + (0 if self.steady is None else self.steady.nbytes)
+
+    @property
+    def voice_bytes(self) -> int:
+        """Bytes of what each voice keeps: a state, and the steps that the filter looks back at."""
+        return self.stepper.state_bytes + 8 * ROWS * 2 * self.filters.margin * self.steps
+
+    def signal(self, kind: int, rows: Array, loads: Array) -> Array:
+        """Return a signal from the rows of some steps, not yet faded."""
+        if kind == RESPONSE:
+            return np.asarray(rows[HEIGHT] - self.reference(np.cbrt(loads)) - self.offset)
+        if kind == STATIC_RESPONSE:
+            return np.asarray(rows[STATIC] - self.reference(np.cbrt(loads)))
+        if kind == CHANGE:
+            return np.asarray(rows[HEIGHT] - rows[STATIC] - self.offset)
+        return np.asarray(rows[HEIGHT if kind == WHOLE else SLOPE_FORCE if kind == SLOPE else REACTION])
+
+
+class Running:
+    """One run of a simulation: along the scan's own motion, or after a hand.
+
+    signals: what each row of the frames is. phase: where the texture stands at frame 0 of a constant scan, a 64-bit
+    fraction of a turn.
+    """
+
+    def __init__(self, simulation: Simulation, signals: tuple[Signal, ...], phase: int = 0) -> None:
+        self.simulation, self.signals = simulation, signals
+        self._kinds = sorted({signal.kind for signal in signals})
+        self._phase = phase
+        scan = simulation.scene.scan
+        self._own = ScanMotion(simulation.scene, simulation.rate)
+        self._constant = scan.stroke is None and scan.trajectory is None
+        self._state: Any = None
+        self._touching = np.ones(1)
+        self._kept: Array = np.empty((len(self._kinds), 0))
+        self._frame = self._next = -1
+        self._before: tuple[int, float, float, float] | None = None
+
+    @property
+    def margin(self) -> int:
+        """Frames by which the steps run ahead of a scan, or the frames are late behind a hand."""
+        return self.simulation.filters.margin
+
+    # -- along the scan's own motion
+
+    def along(self, first: int, frames: int) -> Array:
+        """Return float64 [signals, frames] from frame `first` on; going on where the last call ended costs nothing."""
+        steps, margin = self.simulation.steps, self.margin
+        if first != self._frame or self._state is None:
+            self._begin(first)
+        end = (first + frames + margin - 1) * steps + 1
+        values = self._stepped(*self._own_motion(self._next, end - self._next))
+        self._next = end
+        self._frame = first + frames
+        return self._filtered(values, frames)
+
+    def _begin(self, first: int) -> None:
+        """Start where the motion begins, or some time before frame `first`, and run up to what its filter looks at."""
+        steps, steady = self.simulation.steps, self.simulation.steady
+        settling = math.ceil(self.simulation.settling * self.simulation.scene.output.sample_rate)
+        looks_at = (first - self.margin) * steps
+        known, at = self._constant and steady is not None, looks_at - 1
+        if not known:
+            at = max(at - settling * steps, min(at, self._first_step))
+        phases, loads = self._own_motion(at, 1)
+        if known:
+            assert steady is not None
+            self._touching[0] = -1.0
+            self._state = steady.at(self.simulation.stepper, int(phases[0]), 1.0 / self.simulation.rate)
+        else:
+            self._start(int(phases[0]), float(loads[0]), self._turns(at))
+        self._kept = np.empty((len(self._kinds), 0))
+        if at + 1 < looks_at:
+            self._stepped(*self._own_motion(at + 1, looks_at - at - 1))
+            self._kept = np.empty((len(self._kinds), 0))
+        self._next = looks_at
+
+    @property
+    def _first_step(self) -> int:
+        """Step at which a scan begins: a stroke where it turns, a recording where the finger comes down."""
+        if self._constant:
+            return -(1 << 62)
+        comes_down = self.simulation.scene.scan.trajectory is not None
+        return math.floor((self._own.start - LIFT_TIME) * self.simulation.rate) if comes_down else 0
+
+    def _turns(self, at: int) -> float:
+        if self.simulation.scene.scan.stroke is not None:
+            at = max(at, 0)
+        speed = self._own.at(at, 1).samples[SPEED, 0]
+        return float(speed) / self.simulation.scene.texture.period
+
+    def _own_motion(self, first: int, count: int) -> tuple[Phases, Array]:
+        """Return phases and loads of `count` steps from step `first` on; step n is at t = n / rate."""
+        scene = self.simulation.scene
+        if not self._constant:
+            early = min(max(-first, 0), count) if scene.scan.stroke is not None else 0  # at rest until t = 0
+            motion = self._own.at(first + early, max(count - early, 1))
+            phases = turns_to_phase(motion.position / scene.texture.period)
+            both = (np.pad(one, (early, 0), "edge")[:count] for one in (phases, motion.samples[LOAD]))
+            return next(both), next(both)
+        step = self._step_of_phase()
+        phase = np.uint64((self._phase + step * first) % 2**64)
+        with np.errstate(over="ignore"):
+            phases = phase + np.uint64(step) * np.arange(count, dtype=np.uint64)
+        return phases, np.full(count, scene.scan.load)
+
+    def _step_of_phase(self) -> int:
+        scene = self.simulation.scene
+        return phase_step(scene.scan.speed, scene.texture.period, self.simulation.rate)
+
+    # -- after a hand
+
+    def after(self, motion: Motion, phases: Phases) -> Array:
+        """Return float64 [signals, frames] of a hand whose texture stands at `phases`, `margin` frames late."""
+        samples = motion.samples
+        if self._before is None:
+            turns = samples.item(SPEED, 0) / self.simulation.scene.texture.period
+            self._start(int(phases[0]), samples.item(LOAD, 0), turns)
+            first = self._stepped(phases[:1], samples[LOAD, :1])
+            self._kept = np.repeat(first, (2 * self.margin - 1) * self.simulation.steps + 1, axis=1)
+            self._before = _last_of(phases[:1], samples)
+        finer = np.empty(len(phases) * self.simulation.steps, np.uint64), np.empty(len(phases) * self.simulation.steps)
+        turn = 1.0 / (self.simulation.scene.texture.period * self.simulation.scene.output.sample_rate)
+        phase, *rest = self._before
+        fill_between(
+            phases, samples, np.uint64(phase), np.array(rest), self.simulation.steps, turn,
+            1.0 / self.simulation.scene.output.sample_rate, *finer,
+        )  # fmt: skip
+        self._before = _last_of(phases, samples)
+        return self._filtered(self._stepped(*finer), len(phases))
+
+    # -- both
+
+    def _start(self, phase: int, load: float, turns: float) -> None:
+        self._state = self.simulation.stepper.start(phase, load, turns, 1.0 / self.simulation.rate)
+        self._touching[0] = -1.0
+
+    def _stepped(self, phases: Phases, loads: Array) -> Array:
+        """Return the steps that the filter still looks at and the new ones, faded: float64 [kinds, steps]."""
+        rows = np.empty((ROWS, len(phases)))
+        self.simulation.stepper.run(self._state, phases, loads, rows)
+        gates = self._gates(rows[ATTACHED], loads)
+        new = np.stack([self.simulation.signal(kind, rows, np.maximum(loads, 0.0)) * gates for kind in self._kinds])
+        return np.concatenate([self._kept, new], axis=1)
+
+    def _gates(self, attached: Array, loads: Array) -> Array:
+        gates = np.empty(len(loads))
+        if self.simulation.held:
+            there = attached * (np.abs(loads) >= TOUCH_LOAD)
+            fade_held(there, self._touching, 1.0 / (LIFT_TIME * self.simulation.rate), gates)
+        else:
+            fade_with_load(loads, self.simulation.scene.scan.lift_load, gates)
+        return gates
+
+    def _filtered(self, values: Array, frames: int) -> Array:
+        """Return the frames, and keep what the next ones look back at."""
+        filters, steps = self.simulation.filters, self.simulation.steps
+        out = np.empty((len(self.signals), frames))
+        for row, signal in enumerate(self.signals):
+            near = values[self._kinds.index(signal.kind)]
+            out[row] = filters.read(near, filters.orders.index(signal.order), frames)
+        self._kept = values[:, frames * steps :].copy()
+        return out
+
+
+def _last_of(phases: Phases, samples: Array) -> tuple[int, float, float, float]:
+    """Return phase, speed, load and load rate of the last of `phases`."""
+    last = len(phases) - 1
+    return int(phases[last]), samples.item(SPEED, last), samples.item(LOAD, last), samples.item(LOAD_RATE, last)
+
+
+def phases_after(motion: Motion, phase: int, rate: int, period: float) -> tuple[Phases, int]:
+    """Return where the texture stands at the frames of a hand's `motion`, and after them; phase: at its first frame."""
+    step = 1.0 / (rate * period)
+    rest = rest_of_step(step, float(rate), period)
+    phases, after = phases_of(
+        motion.samples, motion.position, 0, np.uint64(phase), step, rest, 0.5 * step / rate, period
+    )
+    return phases, int(after)
+
+
+@kernel
+def fill_between(phases, samples, phase, before, steps, turn, frame, fine_phases, fine_loads):
+    """Write phases and loads at `steps` equal times of each frame, the last of them the frame's own.
+
+    phase, before: of the frame before the first: phase, then speed (m/s), load (N), load rate (N/s). turn: turns a
+    frame for 1 m/s. frame: s.
+    """
+    speed, load, rate = before[0], before[1], before[2]
+    for i in range(len(phases)):
+        moved = np.float64(np.int64(phases[i] - phase))
+        start, end = speed * turn * 2.0**64, samples[0, i] * turn * 2.0**64
+        now, now_rate = samples[2, i], samples[3, i]
+        for j in range(steps):
+            s = (j + 1.0) / steps
+            a = s * s * (3.0 - 2.0 * s)
+            b, c = s * (1.0 - s) * (1.0 - s), s * s * (s - 1.0)
+            place = moved * a + start * b + end * c
+            fine_phases[i * steps + j] = phase + np.uint64(np.int64(np.rint(place)))
+            fine_loads[i * steps + j] = load + (now - load) * a + frame * (rate * b + now_rate * c)
+        fine_phases[i * steps + steps - 1] = phases[i]
+        fine_loads[i * steps + steps - 1] = now
+        phase, speed, load, rate = phases[i], samples[0, i], now, now_rate
+
+
+@kernel
+def fade_with_load(loads, lift, gates):
+    """Write the lift gate at each load."""
+    for i in range(len(loads)):
+        gates[i] = gate(loads[i], lift)[0]
+
+
+@kernel
+def fade_held(attached, touching, step, gates):
+    """Write a gate that goes to 1 while the finger is attached and to 0 while it is not, at `step` a step.
+
+    touching: [1], how far it has come; below 0 it begins where it is.
+    """
+    if touching[0] < 0.0:
+        touching[0] = attached[0]
+    for i in range(len(attached)):
+        touching[0] = min(1.0, touching[0] + step) if attached[i] > 0.0 else max(0.0, touching[0] - step)
+        s = touching[0]
+        gates[i] = s * s * s * (10.0 + s * (6.0 * s - 15.0))

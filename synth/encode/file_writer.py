@@ -1,0 +1,214 @@
+"""Block after block into a sound file, with flat memory and nothing half done under the final name.
+
+Stage: part of STAGE 4 (encode), its only part with state.
+Model: a writer is an encoder (WAV or raw here, FLAC in `synth.encode.flac`) on a place (a path through
+    `synth.encode.part_file`, or a binary stream that the caller owns). Blocks are encoded 65536 frames at a time, so an
+    hour takes no more memory than a second. At the end a WAV header that promised another length is written again.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+from pathlib import Path
+from types import TracebackType
+from typing import BinaryIO, Protocol, Self
+
+from synth.encode.flac import FlacEncoder
+from synth.encode.part_file import PartFile, cannot_write
+from synth.encode.riff import padding, wav_header
+from synth.encode.samples import Block, SoundFormat, block_bytes
+from synth.encode.sound_metadata import Metadata
+from synth.errors import CannotRender
+
+CHUNK_FRAMES = 65536  # frames encoded at once: large enough to be fast, small enough to stay in cache
+
+
+class Encoder(Protocol):
+    """Turns blocks into the bytes of one file."""
+
+    def write(self, block: Block) -> None:
+        """Encode and write `block` [frames, channels]."""
+
+    def finish(self) -> None:
+        """Write what comes after the samples, and correct what came before them."""
+
+    def discard(self) -> None:
+        """Give up."""
+
+
+class PcmEncoder:
+    """WAV and raw formats: a header (none for raw), then the samples as they are."""
+
+    def __init__(
+        self,
+        stream: BinaryIO,
+        sound_format: SoundFormat,
+        sample_rate: int,
+        channels: int,
+        metadata: Metadata | None,
+        frames: int | None,
+    ) -> None:
+        """Write the header: for `frames`; else endless, to be corrected by `finish` where `stream` can seek."""
+        self._stream, self._format, self._sample_rate = stream, sound_format, sample_rate
+        self._channels, self._metadata = channels, metadata
+        self._promised, self._frames = frames, 0
+        self._seekable = stream.seekable()
+        self._start = stream.tell() if self._seekable else 0
+        self._header = self._header_for(frames)
+        stream.write(self._header)
+
+    def _header_for(self, frames: int | None) -> bytes:
+        if self._format.container == "raw":
+            return b""
+        reserve = frames is not None or self._seekable
+        return wav_header(self._format, self._sample_rate, self._channels, self._metadata, frames, reserve)
+
+    def write(self, block: Block) -> None:
+        """Write `block` [frames, channels]."""
+        self._stream.write(block_bytes(block, self._format))
+        self._frames += len(block)
+
+    def finish(self) -> None:
+        """Pad the samples to an even byte; correct the header where it promised something else."""
+        if self._format.container == "raw":
+            return
+        self._stream.write(padding(self._frames * self._channels * self._format.bytes_per_sample))
+        if not self._seekable:
+            assert self._promised in (None, self._frames), f"{self._promised} frames promised, {self._frames} written"
+            return
+        header = self._header_for(self._frames)
+        if header != self._header:
+            assert len(header) == len(self._header), "a header keeps its length"
+            end = self._stream.tell()
+            self._stream.seek(self._start)
+            self._stream.write(header)
+            self._stream.seek(end)
+
+    def discard(self) -> None:
+        """Do nothing: the place is discarded as a whole."""
+
+
+class Writer:
+    """A sound file being written: `write` blocks, then `close`, or `abort` to leave nothing.
+
+    As a context manager it closes on success and aborts on any exception. Every failure of the file system is a
+    CannotRender, after which nothing is left and the writer is closed.
+    """
+
+    def __init__(self, place: PartFile | BinaryIO, sound_format: SoundFormat, channels: int) -> None:
+        """Use `open_writer` instead."""
+        self._place = place
+        self._channels = channels
+        self._encoder: Encoder | None = None
+        self._open = True
+        self.sound_format = sound_format
+        self.frames = 0
+
+    @property
+    def path(self) -> Path | None:
+        """Return the final path, None for a stream."""
+        return self._place.target if isinstance(self._place, PartFile) else None
+
+    def begin(self, sample_rate: int, metadata: Metadata | None, frames: int | None) -> None:
+        """Write what comes before the samples."""
+        stream = self._place.stream if isinstance(self._place, PartFile) else self._place
+        with self._undone_on_failure():
+            if self.sound_format is SoundFormat.FLAC:
+                if not stream.seekable():
+                    raise CannotRender(f"cannot write FLAC to {self._shown}: it cannot seek. Write a file, or WAV.")
+                self._encoder = FlacEncoder(stream, sample_rate, self._channels, metadata)
+            else:
+                self._encoder = PcmEncoder(stream, self.sound_format, sample_rate, self._channels, metadata, frames)
+
+    def write(self, block: Block) -> None:
+        """Append `block`, float32 [frames, channels]; any number of frames, none too."""
+        assert self._open and self._encoder is not None, "the writer is closed"
+        assert block.ndim == 2 and block.shape[1] == self._channels, f"not [frames, {self._channels}]: {block.shape}"
+        with self._undone_on_failure():
+            for start in range(0, len(block), CHUNK_FRAMES):
+                self._encoder.write(block[start : start + CHUNK_FRAMES])
+        self.frames += len(block)
+
+    def close(self) -> None:
+        """Complete the file and give it its name; a second call does nothing."""
+        if not self._open:
+            return
+        assert self._encoder is not None
+        with self._undone_on_failure():
+            self._encoder.finish()
+            self._open = False
+            if isinstance(self._place, PartFile):
+                self._place.commit()
+            else:
+                self._place.flush()
+
+    def abort(self) -> None:
+        """Remove what was written (a stream of the caller's stays as it is); after `close` it does nothing."""
+        if self._open:
+            self._undo()
+
+    def _undo(self) -> None:
+        self._open = False
+        if self._encoder is not None:
+            self._encoder.discard()
+        if isinstance(self._place, PartFile):
+            self._place.discard()
+
+    @property
+    def _shown(self) -> str:
+        if isinstance(self._place, PartFile):
+            return self._place.shown or str(self._place.target)
+        name = getattr(self._place, "name", None)  # of a temporary file: the number of its descriptor
+        return name if isinstance(name, str) else "the sound"
+
+    @contextlib.contextmanager
+    def _undone_on_failure(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            self._undo()
+            shown = self._place.shown if isinstance(self._place, PartFile) else None
+            raise cannot_write(self.path or self._shown, error, shown) from error
+        except BaseException:
+            self._undo()
+            raise
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if kind is None:
+            self.close()
+        else:
+            self.abort()
+
+
+def open_writer(
+    target: str | Path | BinaryIO,
+    sound_format: SoundFormat,
+    sample_rate: int,
+    channels: int,
+    metadata: Metadata | None = None,
+    *,
+    frames: int | None = None,
+    sync: bool = False,
+    exclusive: bool = False,
+    shown: str | None = None,
+) -> Writer:
+    """Open a writer on a path (atomic, see `synth.encode.part_file`) or on a binary stream, which is left open.
+
+    frames: the length, where it is known. A stream that cannot seek needs it for exact sizes, else the WAV is endless.
+    sync: also wait until the disk has it. exclusive: refuse a name that exists or is being written.
+    shown: what refusals call the file in place of its path.
+    Raises CannotRender at once where the target cannot be written: before anything is rendered.
+    """
+    if isinstance(target, str | Path):
+        place: PartFile | BinaryIO = PartFile(Path(target), exclusive=exclusive, sync=sync, shown=shown)
+    else:
+        place = target
+    writer = Writer(place, sound_format, channels)
+    writer.begin(sample_rate, metadata, frames)
+    return writer

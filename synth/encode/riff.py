@@ -1,0 +1,92 @@
+"""WAV headers, by hand, so that the same sound gives the same bytes and an endless stream can have one.
+
+Stage: part of STAGE 4 (encode), pure.
+Model: RIFF or RF64, WAVE, [JUNK or ds64], fmt, [fact], LIST INFO, data. No PEAK chunk: libsndfile stamps it with the
+    time.
+    - Known length: exact sizes. 36 bytes are reserved (JUNK) where the ds64 chunk of RF64 stands once the file passes
+      4 GiB, so that the header keeps its length whatever the length of the sound turns out to be.
+    - Endless: 0xFFFFFFFF in both size fields, and no fact chunk, whose count nobody knows.
+    - One or two channels: the plain format codes, 1 (integer, 24 bit too: every reader takes it) and 3 (float). More
+      channels: WAVE_FORMAT_EXTENSIBLE with an empty channel mask, since the channels are quantities, not
+      loudspeakers, and the plain codes would have players guess a quadraphonic room. Python's `wave` reads these from
+      3.12 on.
+Source: Microsoft, Multimedia Programming Interface and Data Specifications 1.0 (1991); Microsoft, Multiple Channel
+    Audio Data and WAVE Files (2007); EBU Tech 3306 (2009) for RF64.
+Limits: 65535 bytes a frame at most; RF64 is not read by sox 14.4 nor by `wave`.
+"""
+
+from __future__ import annotations
+
+import struct
+
+from synth.encode.samples import SoundFormat
+from synth.encode.sound_metadata import Metadata
+
+UNKNOWN = 0xFFFFFFFF  # in a 32 bit size field: endless (RIFF) or "see ds64" (RF64); 0 would read as an empty sound
+RF64_ABOVE = 0xFFFFFFFE  # largest RIFF size field that is a size; changed only by tests
+
+FORMAT_PCM = 1
+FORMAT_FLOAT = 3
+FORMAT_EXTENSIBLE = 0xFFFE
+SUBFORMAT_TAIL = bytes.fromhex("000000001000800000aa00389b71")  # KSDATAFORMAT_SUBTYPE GUID after its 16 bit format code
+
+
+def wav_header(
+    sound_format: SoundFormat,
+    sample_rate: int,
+    channels: int,
+    metadata: Metadata | None,
+    frames: int | None,
+    reserve: bool | None = None,
+) -> bytes:
+    """Return everything that stands before the samples of a WAV file of `frames`, or of an endless one (None).
+
+    reserve: leave room for ds64; None = where the length is known. The header's length depends on nothing else than the
+    format, the metadata and this.
+    """
+    reserve = frames is not None if reserve is None else reserve
+    chunks = _format_chunk(sound_format, sample_rate, channels)
+    if sound_format.is_float and reserve:
+        chunks += _chunk(b"fact", struct.pack("<I", UNKNOWN if frames is None else min(frames, UNKNOWN)))
+    if metadata is not None:
+        chunks += _info_chunk(metadata)
+    return _sized(chunks, frames, channels * sound_format.bytes_per_sample, reserve)
+
+
+def padding(data_bytes: int) -> bytes:
+    """Return what follows `data_bytes` of samples: chunks end on an even byte."""
+    return b"\0" * (data_bytes & 1)
+
+
+def _sized(chunks: bytes, frames: int | None, frame_bytes: int, reserve: bool) -> bytes:
+    """Return the header round `chunks`, as RIFF, as RF64, or as endless RIFF."""
+    room = _chunk(b"JUNK", bytes(28)) if reserve else b""
+    if frames is None:
+        return struct.pack("<4sI4s", b"RIFF", UNKNOWN, b"WAVE") + room + chunks + struct.pack("<4sI", b"data", UNKNOWN)
+    data_bytes = frames * frame_bytes
+    riff_bytes = 4 + len(room) + len(chunks) + 8 + data_bytes + len(padding(data_bytes))
+    if riff_bytes <= RF64_ABOVE:
+        opening = struct.pack("<4sI4s", b"RIFF", riff_bytes, b"WAVE") + room
+        return opening + chunks + struct.pack("<4sI", b"data", data_bytes)
+    sizes = _chunk(b"ds64", struct.pack("<QQQI", riff_bytes, data_bytes, frames, 0))
+    return struct.pack("<4sI4s", b"RF64", UNKNOWN, b"WAVE") + sizes + chunks + struct.pack("<4sI", b"data", UNKNOWN)
+
+
+def _format_chunk(sound_format: SoundFormat, sample_rate: int, channels: int) -> bytes:
+    code = FORMAT_FLOAT if sound_format.is_float else FORMAT_PCM
+    frame_bytes = channels * sound_format.bytes_per_sample
+    shape = struct.pack("<HIIHH", channels, sample_rate, sample_rate * frame_bytes, frame_bytes, sound_format.bits)
+    if channels > 2:
+        subformat = struct.pack("<HHIH", 22, sound_format.bits, 0, code) + SUBFORMAT_TAIL
+        return _chunk(b"fmt ", struct.pack("<H", FORMAT_EXTENSIBLE) + shape + subformat)
+    extension = struct.pack("<H", 0) if sound_format.is_float else b""
+    return _chunk(b"fmt ", struct.pack("<H", code) + shape + extension)
+
+
+def _info_chunk(metadata: Metadata) -> bytes:
+    software = _chunk(b"ISFT", metadata.generator.encode("ascii", "replace") + b"\0")
+    return _chunk(b"LIST", b"INFO" + software + _chunk(b"ICMT", metadata.text() + b"\0"))
+
+
+def _chunk(name: bytes, body: bytes) -> bytes:
+    return struct.pack("<4sI", name, len(body)) + body + padding(len(body))

@@ -1,0 +1,162 @@
+"""SOUND: what a render gives: samples with their scale in physical units, and what became of the scene.
+
+Stage   after STAGE 4 (encode), whose files it writes.
+Model   `frames` hold value / full scale, float32, as a float file holds them; `values` are in SI units.
+Limits  the whole sound is in memory: 4 bytes a frame and channel, and 8 more where `values` is asked for. A voice
+        (`synth.open_voice`) renders longer ones block by block.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from synth.encode.sound_metadata import UNITS
+from synth.errors import CannotRender
+
+if TYPE_CHECKING:
+    from synth.plan.plan import Plan
+    from synth.response.cache import ResponseCache
+    from synth.scene.source import SceneLike
+
+Real = npt.NDArray[np.float64]
+PLOTTED_SECONDS = 0.05  # s that a plot shows: some periods of a usual texture
+BLOCK = 1 << 18  # frames rendered at once
+NO_PLOTS = "cannot plot: matplotlib is not installed. Run: pip install 'ridgewave[plots]'."
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Sound:
+    """A finite sound.
+
+    Attributes:
+        frames: samples in units of `full_scale`, float32 [frames, channels]. Not limited: they may exceed 1.
+        sample_rate: frames a second.
+        full_scale: SI value of a sample of 1.0, one a channel.
+        quantities: what each channel is, such as "acceleration".
+        scene: what was asked for.
+        warnings: what a user should know before listening.
+        plan: what was simulated, and to which error; None for a sound that came from a service.
+
+    Example:
+        sound = synth.render({"texture": {"period": "0.6 mm"}})
+        print(sound, sound.values[:, 0].max(), sound.units[0])
+        sound.save("fine.wav")
+    """
+
+    frames: npt.NDArray[np.float32]
+    sample_rate: int
+    full_scale: tuple[float, ...]
+    quantities: tuple[str, ...]
+    scene: SceneLike
+    warnings: tuple[str, ...] = ()
+    plan: Plan | None = None
+
+    @property
+    def seconds(self) -> float:
+        """How long it lasts."""
+        return len(self.frames) / self.sample_rate
+
+    @property
+    def values(self) -> Real:
+        """The samples in SI units, float64 [frames, channels]."""
+        return np.multiply(self.frames, np.asarray(self.full_scale, dtype=np.float64))
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """The SI unit of each channel."""
+        return tuple(UNITS[quantity] for quantity in self.quantities)
+
+    def spectrum(self) -> tuple[Real, Real]:
+        """Return the frequencies (Hz, [lines]) and the peak amplitudes (SI, [lines, channels]) of the whole sound.
+
+        A Hann window is taken, so a sinusoid reads its amplitude, less 1.4 dB at most where it lies between two lines.
+        The mean is left out.
+        """
+        values = self.values - self.values.mean(axis=0) if len(self.frames) else self.values
+        window = np.hanning(len(values))
+        lines = np.abs(np.fft.rfft(values * window[:, np.newaxis], axis=0)) if len(values) else values
+        frequencies = np.fft.rfftfreq(max(1, len(values)), 1.0 / self.sample_rate).astype(np.float64)
+        return frequencies, np.asarray(2.0 * lines / max(1.0, float(window.sum())), np.float64)
+
+    def save(self, path: str | Path, subtype: str | None = None) -> Path:
+        """Write a sound file, with its full scale and its scene in it, and return its path.
+
+        path: ends in .wav, .flac, .raw, .f32, .pcm or .l16. subtype: "float", "pcm16" or "pcm24", where the ending has
+        several. A file that is there is replaced. Integer sound passes the safety limiter first, because integers clip.
+        Raises AskedWrong for another ending or subtype, CannotRender where the file cannot be written.
+        """
+        from synth.encode.formats import Metadata, choose_format, open_writer
+        from synth.scene.scene import scene_document
+        from synth.scene.source import scene_from
+        from synth.voice.limiter import Limiter
+
+        target = Path(path)
+        sound_format = choose_format(target, subtype)
+        frames = self.frames
+        channels = frames.shape[1]
+        if not sound_format.is_float:
+            frames = Limiter(channels, self.sample_rate).process(frames)
+        metadata = Metadata(self.full_scale, self.quantities, scene_document(scene_from(self.scene)))
+        with open_writer(target, sound_format, self.sample_rate, channels, metadata, frames=len(frames)) as writer:
+            writer.write(frames)
+        return target
+
+    def plot(self) -> Any:
+        """Return a matplotlib figure: the first 50 ms of each channel, and its spectrum. Needs the extra `plots`."""
+        try:
+            from matplotlib.figure import Figure
+        except ImportError as error:
+            raise CannotRender(NO_PLOTS) from error
+        figure = Figure(figsize=(9.0, 2.6 * len(self.quantities)), layout="constrained")
+        axes = figure.subplots(len(self.quantities), 2, squeeze=False)
+        shown = min(len(self.frames), round(PLOTTED_SECONDS * self.sample_rate))
+        times, values = 1e3 * np.arange(shown) / self.sample_rate, self.values[:shown]
+        frequencies, amplitudes = self.spectrum()
+        for channel, (quantity, unit) in enumerate(zip(self.quantities, self.units, strict=True)):
+            wave, lines = axes[channel]
+            wave.plot(times, values[:, channel])
+            wave.set(xlabel="time (ms)", ylabel=f"{quantity} ({unit})")
+            lines.loglog(frequencies[1:], np.maximum(amplitudes[1:, channel], 1e-300))
+            lines.set(xlabel="frequency (Hz)", ylabel=f"peak amplitude ({unit})")
+            if (largest := float(amplitudes[1:, channel].max(initial=0.0))) > 0.0:
+                lines.set_ylim(1e-6 * largest, 2.0 * largest)
+        return figure
+
+    def __repr__(self) -> str:
+        values = self.values
+        peaks = np.abs(values).max(axis=0, initial=0.0)
+        told = [
+            f"{quantity} peak {peak:.3g} {unit} (full scale {scale:.3g})"
+            for quantity, peak, unit, scale in zip(self.quantities, peaks, self.units, self.full_scale, strict=True)
+        ]
+        return f"<Sound of {self.seconds:.6g} s at {self.sample_rate} Hz: {', '.join(told)}>"
+
+
+def render(scene: SceneLike, *, cache: ResponseCache | None = None) -> Sound:
+    """Render the whole duration of a scene.
+
+    scene: a Scene, a mapping, the path of a JSON file, or a name of the catalogue. cache: responses solved before.
+    Returns a `Sound`; its `values` are in SI units. Source: Fagiani & Barbieri (2016), eqs 1-5.
+    Raises SceneError where the scene is at fault, CannotRender where it cannot be carried out.
+
+    Example: synth.render("grating-1mm-31um").save("coarse.wav")
+    """
+    from synth.scene.source import scene_from
+    from synth.voice.voice import blocks, open_voice
+
+    voice = open_voice(scene_from(scene), cache=cache)
+    frames = [np.empty((0, voice.channels), np.float32), *blocks(voice, BLOCK)]
+    return Sound(
+        frames=np.concatenate(frames),
+        sample_rate=voice.sample_rate,
+        full_scale=voice.full_scale,
+        quantities=voice.quantities,
+        scene=voice.scene,
+        warnings=voice.warnings,
+        plan=voice.plan,
+    )

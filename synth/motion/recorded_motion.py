@@ -1,0 +1,147 @@
+"""Place and load of a recorded scan at any time: a curve through its points that stays between them.
+
+Stage   motion, for trajectories.
+Model   Between two points each of the two is a polynomial of degree 5 with given value, slope d and second derivative s
+        at both ends, so two derivatives are continuous and the third is bounded. d and s are those of the parabola
+        through a point and its neighbours, reduced until the curve rises, or falls, from each point to the next: with
+        h the interval, D the change over it, and all of them mirrored where D < 0, the Bernstein coefficients
+
+            0, h d0 / 5, h (2 d0 / 5 + h s0 / 20), D - h (2 d1 / 5 - h s1 / 20), D - h d1 / 5, D
+
+        must rise. They enclose the curve. So neither place nor load leaves the range of two neighbouring points.
+        The load is level at the first and at the last point: the finger lands and lifts there. The place goes on in a
+        straight line beyond them.
+Source  sufficient conditions for a monotone polynomial in Bernstein form (de Boor, A Practical Guide to Splines, 1978).
+        The estimates of d and s and the way they are reduced are our own.
+Limits  exact at the points and for straight lines. Of a smooth motion with points every h the place errs by less than
+        0.15 h^2 times its second derivative, since a turn between two points is cut off; away from turns by less than
+        h^3 times its third. The speed is 5 times the mean speed between two points at most, as in a stop that is
+        recorded by few points.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.scene.point_spacing import merged_places, spaced_times
+from synth.scene.scene import Scene
+
+CLOSE_LOOK = 8  # places between two points at which the largest speed is looked for
+
+
+@dataclass(frozen=True, slots=True)
+class Curve:
+    """A piecewise polynomial and its two derivatives, each a function of the time (s)."""
+
+    value: Any
+    slope: Any
+    bend: Any
+
+    @classmethod
+    def through(cls, times: Array, values: Array, *, level_ends: bool) -> Curve:
+        """Return the curve through `values` at `times`; level_ends: it has no slope at the first and the last."""
+        from scipy.interpolate import BPoly, PPoly
+
+        h, rise = np.diff(times), np.diff(values)
+        d, s = _reduced(*_parabolas(h, rise, level_ends=level_ends), h, rise)
+        after = h * (0.4 * d[:-1] + 0.05 * h * s[:-1])
+        before = h * (0.4 * d[1:] - 0.05 * h * s[1:])
+        first, last = values[:-1], values[1:]
+        bernstein = np.array([
+            first, first + 0.2 * h * d[:-1], first + after, last - before, last - 0.2 * h * d[1:], last,
+        ])  # fmt: skip
+        value = PPoly.from_bernstein_basis(BPoly(bernstein, times))
+        return cls(value, value.derivative(), value.derivative(2))
+
+    def within(self, t: Array) -> Array:
+        """Return the times `t` (s), those beyond the ends at the nearest of them."""
+        return np.clip(t, self.value.x[0], self.value.x[-1])
+
+
+@dataclass(frozen=True, slots=True)
+class RecordedMotion:
+    """A recording.
+
+    start, end: s, of its first and last point. place, load: curves over the time. loads: smallest and largest load (N).
+    warnings: what was changed of what was recorded.
+    """
+
+    start: float
+    end: float
+    place: Curve
+    load: Curve
+    loads: tuple[float, float]
+    warnings: tuple[str, ...]
+
+    @classmethod
+    def of(cls, scene: Scene) -> RecordedMotion:
+        """Return the motion of the trajectory of `scene`."""
+        assert scene.scan.trajectory is not None
+        times, places, loads = np.array(scene.scan.trajectory).T
+        merged, spaced = merged_places(times, places), spaced_times(times)
+        place = Curve.through(*merged, level_ends=False)
+        load = Curve.through(spaced, loads, level_ends=True)
+        changed = _changes(times, np.abs(place.value(times) - places), len(merged[0]), np.abs(spaced - times))
+        ends = min(float(times[0]), float(spaced[0])), max(float(times[-1]), float(spaced[-1]))
+        return cls(*ends, place, load, (float(loads.min()), float(loads.max())), changed)
+
+    def fastest(self) -> float:
+        """Return the largest speed (m/s) without its direction."""
+        knots = self.place.value.x
+        places = np.linspace(0.0, 1.0, CLOSE_LOOK, endpoint=False)
+        looked = knots[:-1, np.newaxis] + np.diff(knots)[:, np.newaxis] * places
+        return float(np.max(np.abs(self.place.slope(np.append(looked.ravel(), knots[-1])))))
+
+
+def _changes(times: Array, off: Array, places: int, shifts: Array) -> tuple[str, ...]:
+    """Return what was changed, in words: how far places are off (m), how many are left, how far loads moved (s)."""
+    moved = np.flatnonzero(shifts)
+    if places == len(times) and not len(moved):
+        return ()
+    return (
+        f"Points of the recording are too close in time to tell a speed, the first at {times[moved[0]]:.6g} s. Merged "
+        f"with their neighbours for the position: {len(times) - places} of {len(times)}, off by "
+        f"{1e6 * off.max():.3g} um at most. Loads moved in time: {len(moved)}, by {1e3 * shifts.max():.3g} ms at most.",
+    )
+
+
+def _parabolas(h: Array, rise: Array, *, level_ends: bool) -> tuple[Array, Array]:
+    """Return slope and second derivative at each point, of the parabola through it and its neighbours."""
+    steep = rise / h
+    d, s = np.zeros(len(h) + 1), np.zeros(len(h) + 1)
+    both = h[:-1] + h[1:]
+    d[1:-1] = (h[:-1] * steep[1:] + h[1:] * steep[:-1]) / both
+    s[1:-1] = 2.0 * (steep[1:] - steep[:-1]) / both
+    if not level_ends:
+        d[0], d[-1] = steep[0] - 0.5 * h[0] * s[1], steep[-1] + 0.5 * h[-1] * s[-2]
+    return d, s
+
+
+def _reduced(d: Array, s: Array, h: Array, rise: Array) -> tuple[Array, Array]:
+    """Return slopes and second derivatives with which every curve between two points is monotone."""
+    side = np.sign(rise)
+    left, right = np.append(side[0], side), np.append(side, side[-1])  # of each point
+    wide_left, wide_right = np.append(h[0], h), np.append(h, h[-1])
+    d = np.where((left == right) & (d * right > 0.0), d, 0.0)
+    s = np.where(right > 0.0, np.maximum(s, -4.0 * d / wide_right), s)
+    s = np.where(right < 0.0, np.minimum(s, -4.0 * d / wide_right), s)
+    s = np.where(left > 0.0, np.minimum(s, 4.0 * d / wide_left), s)
+    s = np.where(left < 0.0, np.maximum(s, 4.0 * d / wide_left), s)
+    s[0] = s[-1] = 0.0
+    used_after = side * h * (0.4 * d[:-1] + 0.05 * h * s[:-1])  # of the rise, at the beginning of each interval
+    used_before = side * h * (0.4 * d[1:] - 0.05 * h * s[1:])  # and at its end
+    whole = np.abs(rise)
+    keep_after = _kept(used_after, np.maximum(0.5 * whole, whole - used_before))
+    keep_before = _kept(used_before, np.maximum(0.5 * whole, whole - used_after))
+    keep = np.minimum(np.append(keep_after, 1.0), np.append(1.0, keep_before))
+    keep *= np.minimum(np.append(whole > 0.0, True), np.append(True, whole > 0.0))
+    return keep * d, keep * s
+
+
+def _kept(used: Array, allowed: Array) -> Array:
+    """Return the part of `used` that is `allowed`, 1 where all of it is."""
+    return np.where(used > allowed, allowed / np.where(used > allowed, used, 1.0), 1.0)

@@ -1,0 +1,1 @@
+"""What is felt of a vibration: detection thresholds."""

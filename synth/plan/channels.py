@@ -1,0 +1,164 @@
+"""The channels of a scene: full scale, table and error of each quantity at the scan's own speed and load.
+
+Stage   2, the part of `preparation` that makes a series into what is heard; `choice` says how it is read.
+Model   quantity = sum over n of (2 pi i n u / lambda2)^k Z_n exp(2 pi i n theta), times the lift gate; full_scale,
+        where it is left to us, makes the peak 0.8: that of the steady scan, or along a motion (`motion_peak`). The
+        error adds what was measured of the series, of the harmonics cut off and of the reader, and the rounding to
+        float32.
+Source  design, section 4.
+Limits  below 1 nm of motion an automatic full scale gives silence: it would only amplify rounding.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.plan.frame_solver import WITH_MEAN
+from synth.plan.method_choice import cheapest_reader
+from synth.response.evaluation import gate
+from synth.response.phase_cells import CUBIC, FEWEST_CELLS, dropped_tail, kept_within
+from synth.response.spectrum import Complex, Spectrum, curves, error_floor, points_for
+from synth.response.steady import SteadyReader, SteadyTable
+from synth.scene.scene import Channel, Scene
+
+APPROACH = "approach"
+ORDERS = {APPROACH: 0, "displacement": 0, "velocity": 1, "acceleration": 2}
+UNITS = {APPROACH: "m", "displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
+TABLE_SHARE = 0.15  # of the tolerance, for the polynomials of a table that is read in motion
+LEAST_LEFT = 0.25  # of the tolerance, for cutting off harmonics and for the steady reader, whatever the series took
+TAIL_PART = 0.5  # of what the series left: harmonics cut off
+ROUNDING = 6e-8  # of the peak: float32
+PEAK = 0.8  # of full scale: the steady peak when full_scale is left to us
+SMALLEST_MOTION = 1e-9  # m: below it an automatic gain gives silence, not noise
+STILL = 1e-30  # of any quantity in SI units: what is below is nothing
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelPlan:
+    """One channel.
+
+    quantity, order: its name and how many times it is a time derivative of z. full_scale, extent: SI value of 1.0, and
+    peak-to-peak at the scan's speed and load. level: what is added to displacement, m: the mean of z over a period at
+    that load for the approach, else 0. error: largest error relative to that peak-to-peak. reader: of the steady
+    scan, in SI units; None for a moving scan.
+    """
+
+    quantity: str
+    order: int
+    full_scale: float
+    error: float
+    extent: float
+    reader: SteadyReader | None
+    level: float = 0.0
+
+    @property
+    def is_approach(self) -> bool:
+        """True where the samples are z itself, not z about its mean."""
+        return self.quantity == APPROACH
+
+
+@dataclass(frozen=True, slots=True)
+class Steady:
+    """The scan's own speed and load: what a channel is planned from.
+
+    spectrum: the series at the scan's load. highest: harmonics in the band. turns: texture periods a second, signed.
+    orders: derivatives whose errors the spectrum holds. moving: the scan changes by itself, so no steady reader is
+    made. table_limit: what a reader may err by at most.
+    """
+
+    scene: Scene
+    spectrum: Spectrum
+    highest: int
+    turns: float
+    tolerance: float
+    orders: tuple[int, ...]
+    moving: bool
+    table_limit: float
+
+    def series(self, order: int) -> Complex:
+        """Return the series of a quantity in SI units, the lift gate included."""
+        kept = self.spectrum.harmonics[: self.highest + 1] * self._gate
+        kept[0] = 0.0
+        return kept * (2j * math.pi * np.arange(len(kept)) * self.turns) ** order if order else kept
+
+    @property
+    def _gate(self) -> float:
+        scan = self.scene.scan  # what holds a finger that pulls is no affair of the gate
+        return float(gate(scan.load, scan.lift_load)[0]) if 0.0 <= scan.load < scan.lift_load else 1.0
+
+    def planned(self, channel: Channel, peaks: Mapping[int, float], *, still: bool = False) -> ChannelPlan:
+        """Return one channel, its table built and its error added up.
+
+        peaks: of each order along the scan's own motion, where that is not steady.
+        still: the scan moves by too little for an automatic full scale; it is then that of a finger that follows the
+        texture.
+        """
+        order = ORDERS[channel.quantity]
+        series = self.series(order)
+        extent, peak = extent_and_peak(series)
+        peak = peaks.get(order, peak)
+        if still:
+            peak = self.scene.texture.amplitude * (2.0 * math.pi * abs(self.turns)) ** order
+        level = float(self.spectrum.harmonics[0].real) * self._gate if channel.quantity == APPROACH else 0.0
+        if level and order not in peaks:
+            peak += abs(level)
+        elif level:
+            peak = peaks[WITH_MEAN]
+        full_scale = channel.full_scale or (peak / PEAK if peak > STILL else 1.0)
+        rounding = ROUNDING * max(1.0, abs(level) / extent if extent > 0.0 else 1.0)
+        seen = self.spectrum.errors[self.orders.index(order)] if order in self.orders else 0.0
+        if not extent > 0.0:
+            nothing = SteadyTable(np.zeros((FEWEST_CELLS, CUBIC + 1)))
+            return ChannelPlan(channel.quantity, order, full_scale, 0.0, 0.0, nothing, level)
+        if self.moving:
+            error = seen + min(TABLE_SHARE * self.tolerance, self.table_limit) + rounding
+            return ChannelPlan(channel.quantity, order, full_scale, error, extent, None, level)
+        budget = spendable(self.tolerance)
+        left = max(budget - seen, LEAST_LEFT * budget)
+        kept = kept_within(series, TAIL_PART * left * extent)
+        dropped = dropped_tail(series, kept) / extent
+        allowed = min(left - dropped, self.table_limit)
+        reading = cheapest_reader(series[: kept + 1], allowed, self.scene.output.sample_rate)
+        error = seen + dropped + reading.error + rounding
+        return ChannelPlan(channel.quantity, order, full_scale, error, extent, reading.reader, level)
+
+    def warning(self, channel: ChannelPlan) -> str:
+        """Return what to tell where a channel misses the tolerance by more than round-off, or ""."""
+        height = self.scene.finger.ridge_amplitude + self.scene.texture.amplitude
+        floor = error_floor(height, max(self.highest, 1), channel.order) * abs(self.turns) ** channel.order
+        if (channel.error - self.tolerance) * channel.extent <= floor:
+            return ""
+        return (
+            f"The {channel.quantity} reaches an error of {channel.error:.2g} of its peak-to-peak, not the "
+            f"{self.tolerance:.2g} asked for."
+        )
+
+    def silence(self, peaks: Mapping[int, float]) -> str:
+        """Return why an automatic full scale leaves this motion silent, or ""; peaks: as of `planned`."""
+        swing = peaks.get(0, extent_and_peak(self.series(0))[1])
+        if swing >= SMALLEST_MOTION or all(channel.full_scale for channel in self.scene.output.channel_list):
+            return ""
+        return (
+            f"The finger moves by {swing:.3g} m, less than 1 nm: an automatic full scale would only amplify rounding. "
+            "Set output.full_scale to hear it."
+        )
+
+
+def spendable(tolerance: float) -> float:
+    """Return what of the tolerance the series and its table may use: the rounding to float32 comes on top."""
+    return max(tolerance - ROUNDING, 0.3 * tolerance)
+
+
+def silent_channel(channel: Channel) -> ChannelPlan:
+    """Return a channel of a scene that is silent."""
+    return ChannelPlan(channel.quantity, ORDERS[channel.quantity], channel.full_scale or 1.0, 0.0, 0.0, None)
+
+
+def extent_and_peak(series: Complex) -> tuple[float, float]:
+    """Return peak-to-peak and peak of a series about its mean."""
+    curve = curves(series, 0, 2 * points_for(len(series) - 1))
+    return float(np.ptp(curve)), float(np.max(np.abs(curve)))

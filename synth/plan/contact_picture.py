@@ -1,0 +1,277 @@
+"""The surfaces of a scene, the height of the finger over them, and where they touch: what is drawn of a contact.
+
+Stage   2 (PLAN), for people: nothing that is heard comes from here.
+Model   h(x) = texture(x - p) + finger(x), texture(s) = a2 cos(2 pi s / lambda2 + phi), finger(x) = - a1 cos(2 pi x /
+        lambda1) - (x - xc)^2 / (2 R), the parabola of a round finger alone. At phase i of n, p = i lambda2 / n. z is
+        that of eq. 1, by the exact solver. They touch where h > z, with k / L newtons a metre for each metre of h - z.
+        An edge is where h - z changes its sign between two samples, halved until it stands still. Samples lie
+        SAMPLES_A_PERIOD to a period, and on the crests and in the valleys between them.
+Source  Fagiani & Barbieri (2016), eqs 1, 2, 4, 5; shapes of the contact as in `contact.growing` and `contact.rounded`.
+Limits  one load, standing still: what moves z with time, or by attraction, is left out and named. x is that of eq. 2,
+        so a contact that has grown about the middle of its nominal length begins below 0. Edges err by 1e-9 of a
+        sample's distance; a patch or a gap may be missed where h turns twice between two samples.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.contact.balance import Contact
+from synth.contact.geometry import Geometry
+from synth.contact.stiffness import Stiffness
+from synth.effects.effect import Kind, ShapeEffect
+from synth.errors import AskedWrong, Fault
+from synth.plan.effect_choice import asked, effect_called
+from synth.plan.preparation import prepare
+from synth.response.cache import ResponseCache
+from synth.scene.effects_section import FrozenMapping
+from synth.scene.scene import Scene
+
+POINTS, MOST_POINTS, FEWEST_POINTS = 2048, 8192, 16
+PHASES, MOST_PHASES = 256, 1024
+MOST_CELLS = 1 << 25  # of the solver, all phases together: some 0.3 s; more would keep others waiting
+MOST_PATCHES = 1 << 16  # of all phases together: 3 MB of JSON; more is told as null
+MOST_PATCHES_A_PHASE = 1 << 13  # 40 MB of samples
+SAMPLES_A_PERIOD = 64  # of h, where patches are sought; fewer would miss narrow ones where two surfaces nearly cancel
+CHUNK = 1 << 18  # samples of h held at a time, 2 MB each array
+NEAR = 1.0 / 32.0  # of a sample's distance: parabolas through so near heights turn within 1e-9 of where h does
+HALVINGS = 30  # of a sample's distance: leaves 1e-9 of it
+DIGITS = 9  # of heights and edges as they are told
+
+Phase = list[float]
+Booleans = np.ndarray[Any, np.dtype[np.bool_]]
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """One contact to be drawn: lengths in metres, over x of eq. 2.
+
+    texture: [points], over one period, its end left out. finger: [points], over the contact, both ends in. approach:
+    [phases], z. foundation: k / L (N/m^2), None at no load. touching: begins and ends of the patches of each phase,
+    rising; None where they are too many. left_out: names of effects.
+    """
+
+    period: float
+    texture: Array
+    begin: float
+    length: float
+    finger: Array
+    load: float
+    foundation: float | None
+    approach: Array
+    touching: tuple[Phase, ...] | None
+    left_out: tuple[str, ...]
+
+    def document(self) -> dict[str, Any]:
+        """Return it as the JSON document of `/v1/picture`."""
+        return {
+            "texture": {"period": self.period, "heights": _told(self.texture)},
+            "finger": {"begin": self.begin, "length": self.length, "heights": _told(self.finger)},
+            "response": {
+                "load": self.load,
+                "foundation": self.foundation,
+                "heights": [float(height) for height in self.approach],
+            },
+            "touching": None if self.touching is None else [_told(edges) for edges in self.touching],
+            "left_out": list(self.left_out),
+        }
+
+
+def picture(
+    scene: Scene, points: int | None = None, phases: int | None = None, cache: ResponseCache | None = None
+) -> Picture:
+    """Return the picture of `scene` at the load of its scan.
+
+    points: None for POINTS. phases: None for PHASES, or as many as are cheap. Raises AskedWrong for numbers out of
+    range, for phases that would cost too much, and where neither surface has a height; CannotRender for a shape that
+    cannot be solved.
+    """
+    points = POINTS if points is None else points
+    _check(points, phases)
+    contact = _contact_of(scene, cache)
+    load = max(scene.scan.load, 0.0)
+    pressed = contact.geometry_at(load)
+    nominal = contact.geometry
+    length = pressed.contact_length
+    begin = 0.0 if length == nominal.contact_length else 0.5 * (nominal.contact_length - length)
+    surfaces = Surfaces(nominal, begin, length, contact.dome)
+    chosen = _affordable(contact.work_at(load), phases)
+    turns = np.arange(chosen) / max(chosen, 1)
+    approach = contact.approach(turns, load)[0] if chosen else np.empty(0)
+    return Picture(
+        period=nominal.texture_period,
+        texture=surfaces.texture(np.arange(points, dtype=np.float64) * (nominal.texture_period / points)),
+        begin=begin,
+        length=length,
+        finger=surfaces.finger(np.linspace(begin, begin + length, points)),
+        load=load,
+        foundation=contact.stiffness_at(load) / length if load > 0.0 else None,
+        approach=approach,
+        touching=_touching(surfaces, turns, approach) if load > 0.0 else ([],) * chosen,
+        left_out=tuple(name for name in scene.effects if effect_called(name).kind != Kind.SHAPE),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Surfaces:
+    """The two surfaces over begin <= x <= begin + length (m); dome: 1 / R (1/m) about the middle."""
+
+    geometry: Geometry
+    begin: float
+    length: float
+    dome: float
+
+    @property
+    def shortest(self) -> float:
+        """The shortest period (m) of a surface that has a height."""
+        geometry = self.geometry
+        both = (geometry.ridge_amplitude, geometry.ridge_period), geometry.equivalent
+        return min(period for amplitude, period in both if amplitude > 0.0)
+
+    @property
+    def periods(self) -> int:
+        """The most patches that a phase is likely to have."""
+        return math.ceil(self.length / self.shortest) + 1
+
+    def texture(self, places: Array) -> Array:
+        """Return the texture (m) at s = `places` (m)."""
+        return np.asarray(self.geometry.texture(places))
+
+    def finger(self, places: Array) -> Array:
+        """Return the finger (m) at x = `places` (m)."""
+        turns = places / self.geometry.ridge_period % 1.0
+        from_middle = places - 0.5 * self.geometry.contact_length
+        ridges = self.geometry.ridge_amplitude * np.cos(2.0 * math.pi * turns + self.geometry.ridge_phase)
+        return np.asarray(-ridges - 0.5 * self.dome * from_middle**2)
+
+    def overlap(self, places: Array, turns: Array, approach: Array) -> Array:
+        """Return h - z (m) at x = `places` (m), where the texture has moved by `turns` periods under z = `approach`."""
+        moved = places - turns * self.geometry.texture_period
+        return np.asarray(self.texture(moved) + self.finger(places) - approach)
+
+
+def patches(surfaces: Surfaces, turns: Array, approach: Array) -> tuple[Phase, ...]:
+    """Return where the surfaces touch at each phase: begin, end, begin, end, ... (m), rising.
+
+    turns, approach: [phases], in texture periods and m.
+    """
+    count = max(4, math.ceil(SAMPLES_A_PERIOD * surfaces.length / surfaces.shortest)) + 1
+    found: list[Phase] = []
+    rows = max(1, CHUNK // (2 * count))
+    for first in range(0, len(turns), rows):
+        here = slice(first, first + rows)
+        found += _patches(surfaces, turns[here, np.newaxis], approach[here, np.newaxis], count)
+    return tuple(found)
+
+
+def _patches(surfaces: Surfaces, turns: Array, approach: Array, count: int) -> list[Phase]:
+    """Return the patches of some phases; turns, approach: [phases, 1]; count: samples over the contact."""
+    end = surfaces.begin + surfaces.length
+    places, heights = _sampled(surfaces, turns, approach, np.linspace(surfaces.begin, end, count))
+    touches = heights > 0.0
+    row, left = np.nonzero(touches[:, 1:] != touches[:, :-1])
+    low, high = places[row, left], places[row, left + 1]
+    edges = _edges(surfaces, turns[row, 0], approach[row, 0], low, high, touches[row, left])
+    inner = np.split(edges, np.searchsorted(row, np.arange(1, len(turns))))
+    return [
+        [surfaces.begin] * bool(first) + between.tolist() + [end] * bool(last)
+        for first, between, last in zip(touches[:, 0], inner, touches[:, -1], strict=True)
+    ]
+
+
+def _sampled(surfaces: Surfaces, turns: Array, approach: Array, samples: Array) -> tuple[Array, Array]:
+    """Return x (m) and h - z (m) at `samples` and, behind each but the last, where h turns in the cell that it begins.
+
+    Both are [phases, 2 samples - 1]. Where h does not turn, the sample stands twice. A turning point is that of the
+    parabola through a sample and its neighbours, then that of the same through nearer ones.
+    """
+    step = samples[1] - samples[0]
+    heights = surfaces.overlap(samples, turns, approach)
+    offset = _vertex(heights[:, :-2], heights[:, 1:-1], heights[:, 2:])
+    places, values = (np.empty((len(turns), 2 * len(samples) - 1)) for _ in range(2))
+    places[:, 0::2], values[:, 0::2] = samples, heights
+    places[:, 1::2], values[:, 1::2] = samples[:-1], heights[:, :-1]
+    row, middle = np.nonzero(np.abs(offset) < 1.0)
+    part, here, near = offset[row, middle], samples[middle + 1], NEAR * step
+    turn, z = turns[row, 0], approach[row, 0]
+    around = [surfaces.overlap(here + part * step + shift, turn, z) for shift in (-near, 0.0, near)]
+    found = here + part * step + np.clip(_vertex(*around), -1.0, 1.0) * near
+    cell = middle + (found >= here)
+    found = np.clip(found, samples[cell], samples[cell + 1])
+    places[row, 2 * cell + 1], values[row, 2 * cell + 1] = found, surfaces.overlap(found, turn, z)
+    return places, values
+
+
+def _vertex(before: Array, here: Array, behind: Array) -> Array:
+    """Return where the parabola through three heights turns, in steps from the middle one; 0 for a straight line."""
+    bend = before - 2.0 * here + behind
+    rise = 0.5 * (behind - before)
+    return np.asarray(np.divide(-rise, bend, out=np.full_like(bend, 0.0), where=bend != 0.0))
+
+
+def _edges(surfaces: Surfaces, turns: Array, approach: Array, low: Array, high: Array, touching: Booleans) -> Array:
+    """Return where h - z changes its sign between `low` and `high` (m), [edges]; touching: whether it is above 0 at
+    `low`."""
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        as_low = (surfaces.overlap(middle, turns, approach) > 0.0) == touching
+        low, high = np.where(as_low, middle, low), np.where(as_low, high, middle)
+    return np.asarray(0.5 * (low + high))
+
+
+def _contact_of(scene: Scene, cache: ResponseCache | None) -> Contact:
+    """Return the contact of `scene` in the shape that its plan has."""
+    geometry = Geometry.of_scene(scene)
+    if geometry.height_scale == 0.0:
+        hint = "Give the ridges or the texture a height."
+        fault = Fault("/scene/finger/ridge_amplitude", "0.0", "above 0 m where texture.amplitude is 0 m", hint)
+        raise AskedWrong([fault])
+    contact = Contact.of(geometry, Stiffness.of_scene(scene))
+    shapes = list(asked(scene, Kind.SHAPE))
+    if any(auto for _effect, _settings, auto in shapes):
+        kept = {effect.name: scene.effects[effect.name] for effect, _settings, _auto in shapes}
+        solved = prepare(scene.model_copy(update={"effects": FrozenMapping(kept)}), cache)
+        return contact if solved.contact is None else solved.contact
+    for effect, settings, _auto in shapes:
+        assert isinstance(effect, ShapeEffect)
+        contact = effect.shaped(contact, settings)
+    return contact
+
+
+def _touching(surfaces: Surfaces, turns: Array, approach: Array) -> tuple[Phase, ...] | None:
+    """Return the patches of each phase, or None where there are too many."""
+    periods = surfaces.periods
+    if periods > MOST_PATCHES_A_PHASE or periods * len(turns) > MOST_PATCHES:
+        return None
+    return patches(surfaces, turns, approach)
+
+
+def _affordable(cells: int, phases: int | None) -> int:
+    """Return how many phases are solved of a contact of so many cells; raises AskedWrong for more than are cheap."""
+    most = max(1, MOST_CELLS // cells)
+    if phases is None:
+        return min(PHASES, most)
+    if phases > most:
+        hint = "Ask for fewer, or for a coarser surface: this contact holds very many periods."
+        raise AskedWrong([Fault("/phases", str(phases), f"0 to {most} for this scene", hint)])
+    return phases
+
+
+def _check(points: int, phases: int | None) -> None:
+    faults = []
+    if not FEWEST_POINTS <= points <= MOST_POINTS:
+        faults.append(Fault("/points", str(points), f"{FEWEST_POINTS} to {MOST_POINTS}", f"{POINTS} is the default."))
+    if phases is not None and not 0 <= phases <= MOST_PHASES:
+        faults.append(Fault("/phases", str(phases), f"0 to {MOST_PHASES}", f"{PHASES} is the default."))
+    if faults:
+        raise AskedWrong(faults)
+
+
+def _told(lengths: Any) -> list[float]:
+    """Return lengths (m) with DIGITS digits."""
+    return [float(f"{length:.{DIGITS}g}") for length in lengths]

@@ -1,0 +1,189 @@
+"""Which effects a scene calls for: those it sets, and those it leaves to us that change enough of its output.
+
+Stage   2, used by `preparation`.
+Model   "auto" is decided by what the effect does to this scene, at its own speed and load: the output is computed with
+        and without it, and the largest difference is told relative to the peak-to-peak without it. PUT_IN of the
+        tolerance and more is simulated. Effects are decided in the order in which they run, each against what is
+        simulated before it.
+Limits  an estimate, within a factor of two of what a whole render changes by.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from synth.arrays import Array
+from synth.contact.balance import Contact
+from synth.effects.effect import BalanceEffect, Effect, Kind, OutputEffect, ShapeEffect
+from synth.effects.simulation.terms import Terms
+from synth.response.spectrum import Demand, curves, points_for, solve_spectrum
+from synth.scene.effect_registry import declaration
+from synth.scene.effects_section import AUTO, FrozenMapping
+from synth.scene.scene import Scene
+
+PUT_IN = 0.4  # of the tolerance: between a tenth, below which nobody would miss it, and all of it
+JUDGED_TO = 0.05  # of the tolerance: error of the series by which a shape is judged
+
+
+@dataclass(frozen=True, slots=True)
+class Called:
+    """An effect that is simulated. change: what it was judged to change, relative, where that was left to us."""
+
+    effect: Effect
+    settings: Any
+    change: float | None = None
+    words: str = ""
+
+    @property
+    def reason(self) -> str:
+        """Why "auto" put it in, as a sentence; "" where the scene asks for it."""
+        return self.words
+
+
+@dataclass(frozen=True, slots=True)
+class Spared:
+    """An effect that is left out: its name, why, and what it would change, relative."""
+
+    name: str
+    reason: str
+    change: float
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """What an effect does to each quantity: relative to its peak-to-peak, in the order of `quantities`."""
+
+    quantities: tuple[str, ...]
+    relative: tuple[float, ...]
+    frequency_hz: float
+
+    @property
+    def largest(self) -> float:
+        """The largest of them."""
+        return max(self.relative)
+
+    def words(self, tolerance: float) -> str:
+        """Return the change and the tolerance in words and numbers."""
+        quantity = self.quantities[self.relative.index(self.largest)]
+        return (
+            f"moves the {quantity} by {self.largest:.2g} of its peak-to-peak at {self.frequency_hz:.4g} Hz, "
+            f"tolerance {tolerance:.2g}"
+        )
+
+
+def asked(scene: Scene, kind: Kind) -> Iterator[tuple[Effect, Any, bool]]:
+    """Yield the effects of one kind that `scene` names, in order, with their settings, and whether they are left to
+    us.
+    """
+    for effect in in_order([effect for effect in map(effect_called, scene.effects) if effect.kind == kind]):
+        settings = scene.effects[effect.name]
+        yield effect, effect.settings() if settings == AUTO else settings, settings == AUTO
+
+
+def effect_called(name: str) -> Effect:
+    """Return the effect of that name."""
+    effect = declaration(name)
+    assert isinstance(effect, Effect), f"{name} is of no kind"
+    return effect
+
+
+def in_order(effects: list[Effect]) -> list[Effect]:
+    """Return effects of one kind in the order of their names, each behind those that it declares to come after."""
+    waiting, ordered = sorted(effects, key=lambda effect: effect.name), []
+    while waiting:
+        names = {effect.name for effect in waiting}
+        ready = next(effect for effect in waiting if not names.intersection(effect.after))
+        waiting.remove(ready)
+        ordered.append(ready)
+    return ordered
+
+
+def judged(effect: Effect, settings: Any, change: Change, tolerance: float) -> Called | Spared:
+    """Return `effect` as called for or spared, by what it changes."""
+    if change.largest > PUT_IN * tolerance:
+        return Called(effect, settings, change.largest, f"It {change.words(tolerance)}.")
+    return Spared(effect.name, f"It {change.words(tolerance)}.", change.largest)
+
+
+def shape_of(
+    contact: Contact, scene: Scene, demand: Demand, loads: tuple[float, ...], quantities: tuple[str, ...], turns: float
+) -> tuple[Contact, list[Called], list[Spared]]:
+    """Return the contact with the shapes that `scene` calls for, those effects, and those left out.
+
+    demand: what a series of this scene must hold. loads: N, at which a change is judged. quantities: of the demand's
+    orders. turns: texture periods a second.
+    """
+    called: list[Called] = []
+    spared: list[Spared] = []
+    for effect, settings, auto in asked(scene, Kind.SHAPE):
+        assert isinstance(effect, ShapeEffect)
+        shaped = effect.shaped(contact, settings)
+        verdict: Called | Spared = Called(effect, settings)
+        if auto:
+            relative = _shape_change(contact, shaped, demand, loads)
+            verdict = judged(effect, settings, Change(quantities, relative, abs(turns)), demand.tolerance)
+        if isinstance(verdict, Called):
+            contact = shaped
+            called.append(verdict)
+        else:
+            spared.append(verdict)
+    return contact, called, spared
+
+
+def terms_of(scene: Scene) -> tuple[Terms, list[Called], list[tuple[BalanceEffect, Any]]]:
+    """Return the terms of the balance that `scene` sets, those effects, and the effects that it leaves to us."""
+    terms, called, open_ones = Terms(), [], []
+    for effect, settings, auto in asked(scene, Kind.BALANCE):
+        assert isinstance(effect, BalanceEffect)
+        if auto:
+            open_ones.append((effect, settings))
+        else:
+            terms = effect.balanced(terms, settings)
+            called.append(Called(effect, settings))
+    return terms, called, open_ones
+
+
+def outputs_of(scene: Scene) -> list[tuple[OutputEffect, Any]]:
+    """Return the effects on the output that `scene` calls for, with their settings."""
+    found = []
+    for effect, settings, _auto in asked(scene, Kind.OUTPUT):
+        assert isinstance(effect, OutputEffect)
+        found.append((effect, settings))
+    return found
+
+
+def added_quantities(scene: Scene) -> tuple[str, ...]:
+    """Return the quantities of the channels that the effects of `scene` add."""
+    return tuple(quantity for effect, settings in outputs_of(scene) for quantity in effect.channels(settings))
+
+
+def with_added_scales(scene: Scene, full_scale: tuple[float | None, ...]) -> Scene:
+    """Return `scene` with the full scale of each channel that its effects add."""
+    chosen, place = dict(scene.effects), 0
+    for effect, settings in outputs_of(scene):
+        count = len(effect.channels(settings))
+        chosen[effect.name] = effect.scaled(settings, full_scale[place : place + count])
+        place += count
+    return scene.model_copy(update={"effects": FrozenMapping(chosen)})
+
+
+def _shape_change(plain: Contact, shaped: Contact, demand: Demand, loads: tuple[float, ...]) -> tuple[float, ...]:
+    """Return the largest change of each order over `loads`, relative to its peak-to-peak in the plain contact."""
+    finer = Demand(demand.highest, demand.orders, JUDGED_TO * demand.tolerance)
+    largest = [0.0] * len(demand.orders)
+    for load in loads:
+        series = [solve_spectrum(contact, load, finer).harmonics for contact in (plain, shaped)]
+        for place, order in enumerate(demand.orders):
+            before, after = (curves(one[: demand.highest + 1], order, points_for(demand.highest)) for one in series)
+            largest[place] = max(largest[place], relative_change(before, after))
+    return tuple(largest)
+
+
+def relative_change(before: Array, after: Array) -> float:
+    """Return the largest difference of two curves, relative to the peak-to-peak of the first."""
+    difference, extent = float(abs(after - before).max()), float(before.max() - before.min())
+    if extent > 0.0:
+        return difference / extent
+    return float("inf") if difference > 0.0 else 0.0

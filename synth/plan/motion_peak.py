@@ -1,0 +1,113 @@
+"""The largest value of each quantity along a scan's own motion: what an automatic full scale goes by.
+
+Stage   2, used by `preparation` for strokes and recordings.
+Model   The response is solved along the motion (`frame_solver`), at the lowest rate that holds the band, OVERSAMPLING
+        times a frame, and its largest values are taken. A motion that would take longer than PATIENCE is solved where
+        its values are likely to be largest, chunk by chunk. With Y_k the largest k-th derivative over the phase of the
+        steady response at the load w, and f = u / lambda2, those are likely to be
+
+            Y_0,  Y_1 |f| + Y_0 |w'| / w,  Y_2 f^2 + Y_1 (|f'| + 2 |f w'| / w) + Y_0 (|w''| / w + (w' / w)^2)
+
+Source  the chain rule; that a change of the load by itself changes the response by about as much is a guess.
+Limits  what folds of OVERSAMPLING solutions a frame is about 1 % of the peak. Of a motion that is not solved as a whole
+        a louder place may be missed. Responses alone: what a simulation makes of them is not known here.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.contact.balance import Contact
+from synth.motion.motion import LIFT_TIME, LOAD, LOAD_BEND, LOAD_RATE, SPEED, SPEED_RATE, ScanMotion
+from synth.plan.frame_plan import FRAME_SETUP
+from synth.plan.frame_solver import FrameSolver
+from synth.plan.method_choice import EXACT_CELL
+from synth.response.mean_approach import Mean
+from synth.response.spectrum import Demand, curves, points_for, solve_spectrum
+from synth.scene.output_section import BAND
+from synth.scene.scene import Scene
+
+OVERSAMPLING = 4  # solutions a frame: the band is 0.40 of the rate, so a line must be 9 times as high to fold into it
+TOLERANCE = 1e-2  # of the series that tell where the motion is loud
+PATIENCE = 1.0  # s of predicted work: what opening a recording may take longer; less: louder places may be missed
+FEW_PERIODS = 5  # of the texture: a shorter stroke may not pass its loudest place
+QUICK_TURN = 0.02  # s: a quicker turn of a stroke may be louder than its cruise
+LOUD_LOADS = 7  # between the smallest and the largest load, at which Y_k is solved
+LOOKS = 1 << 20  # moments at which a long motion is judged at most: 10 s of work for each 2^24
+LOOK_RATE = 4000  # Hz of those moments: a step of the load takes 1 ms at least
+
+
+def peaks_along(contact: Contact, scene: Scene, mean: Mean, orders: tuple[int, ...]) -> Array:
+    """Return the largest magnitude of the time derivative of each of `orders` (0: m), float64 [orders].
+
+    mean: of z over a period, as `frame_solver` takes it.
+    """
+    output = scene.output
+    rate = min(output.sample_rate, max(100, math.ceil(output.band_limit / BAND)))
+    solver = FrameSolver(contact, scene, mean, rate, oversampling=OVERSAMPLING, scale=1.0)
+    seconds = 1e-9 * solver.solutions * (EXACT_CELL * contact.frame_cells + FRAME_SETUP)
+    most = max(1, math.floor(PATIENCE / seconds))
+    chunks = range(math.ceil(_length(scene) * rate / solver.chunk))
+    if len(chunks) > most:
+        return _peaks_where_loud(contact, scene, orders, solver, rate, most)
+    return _largest(solver, list(chunks), orders)
+
+
+def differs_from_cruise(scene: Scene) -> bool:
+    """Return whether the largest values of a scan may not be those at its own speed and load."""
+    stroke = scene.scan.stroke
+    if stroke is None:
+        return scene.scan.trajectory is not None
+    return stroke.length < FEW_PERIODS * scene.texture.period or stroke.turn_time < QUICK_TURN
+
+
+def _length(scene: Scene) -> float:
+    """Return after how many seconds the motion is over, or comes again."""
+    stroke = scene.scan.stroke
+    return stroke.period if stroke is not None else ScanMotion(scene).duration + LIFT_TIME
+
+
+def _largest(solver: FrameSolver, chunks: list[int], orders: tuple[int, ...]) -> Array:
+    return np.asarray(np.max([np.max(np.abs(solver.solved(number, orders)), axis=1) for number in chunks], axis=0))
+
+
+def _peaks_where_loud(
+    contact: Contact, scene: Scene, orders: tuple[int, ...], solver: FrameSolver, rate: int, most: int
+) -> Array:
+    """Return the peaks of the chunks that are likely to be the loudest, `most` of them for all orders together."""
+    length = _length(scene)
+    look_rate = max(1, math.floor(min(LOOK_RATE, LOOKS / length)))
+    looks = max(1, math.floor(length * look_rate))
+    likely = _likely(contact, scene, orders, ScanMotion(scene, look_rate).at(0, looks).samples)
+    chunk = (np.arange(looks) / look_rate * rate / solver.chunk).astype(int)
+    wanted: list[int] = []
+    for values in likely:
+        loudest = np.zeros(chunk[-1] + 1)
+        np.maximum.at(loudest, chunk, values)
+        wanted += np.argsort(loudest)[::-1][: max(1, most // len(orders))].tolist()
+    return _largest(solver, sorted(set(wanted)), orders)
+
+
+def _likely(contact: Contact, scene: Scene, orders: tuple[int, ...], samples: Array) -> list[Array]:
+    """Return about how large each of `orders` is at the moments of `samples` (rows of a Motion)."""
+    lift, period = scene.scan.lift_load, scene.texture.period
+    load, touching = np.maximum(samples[LOAD], lift), samples[LOAD] > 0.0
+    known = np.geomspace(load.min(), load.max(), LOUD_LOADS) if np.ptp(load) else load[:1]
+    fastest = max(float(np.max(np.abs(samples[SPEED]))) / period, 1e-9)
+    highest = int(min(max(scene.output.band_limit / fastest, 1.0), 64.0))
+    series = [solve_spectrum(contact, float(one), Demand(highest, (0,), TOLERANCE), highest) for one in known]
+    sizes = [
+        np.interp(load, known, [np.max(np.abs(curves(one.harmonics, k, points_for(highest)))) for one in series])
+        for k in range(3)
+    ]
+    f, f1 = np.abs(samples[SPEED]) / period, np.abs(samples[SPEED_RATE]) / period
+    w1, w2 = np.abs(samples[LOAD_RATE]) / load, np.abs(samples[LOAD_BEND]) / load
+    likely = (
+        sizes[0],
+        sizes[1] * f + sizes[0] * w1,
+        sizes[2] * f**2 + sizes[1] * (f1 + 2.0 * f * w1) + sizes[0] * (w2 + w1**2),
+    )
+    return [likely[max(order, 0)] * touching for order in orders]

@@ -1,0 +1,189 @@
+"""A scene in a hand: what is prepared where neither speed nor load is known beforehand.
+
+Stage   2, for hands and for streams.
+Model   A hand is prepared for round a nominal scan, which also sets an automatic full scale: the scene's own speed and
+        load, or usual ones where those would be silent.
+        A stream without a hand keeps the full scale of its first scene. That of a hand is PEAK at the loudest of the
+        usual loads and speeds (`usual_peaks`), or of the scene's own scan, if that is louder: a hand within them is not
+        limited. Lighter loads, which a finger passes when it lands and lifts, count up to the scene's own speed. Where
+        a simulation takes the place of the response its own peak is raised as the response's would be; a force, with
+        the load.
+Source  HAND_LOADS: the loads at which roughness is usefully perceived (Fagiani & Barbieri, 2016, section 2).
+        HAND_SPEEDS: unverified default. HAND_SPEED, HAND_LOAD, HAND_AMPLITUDE: the defaults of a scene (design,
+        section 4).
+Limits  rows of load hold 4 times the harmonics that the nominal speed lets through: a hand slower than a quarter of it
+        sounds duller than the texture is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from synth.contact.balance import Contact
+from synth.contact.geometry import Geometry
+from synth.contact.stiffness import Stiffness
+from synth.errors import CannotRender
+from synth.plan.channels import PEAK
+from synth.plan.effect_choice import outputs_of, with_added_scales
+from synth.plan.preparation import Preparation, band_limit, harmonics_below, prepare
+from synth.response.cache import ResponseCache
+from synth.response.spectrum import Complex, Demand, curves, points_for, solve_spectrum
+from synth.scene.scene import Channel, Scene
+
+HAND_SPEED, HAND_LOAD = 0.08, 0.3  # m/s and N of a usual hand
+HAND_LOADS = (0.05, 1.8)  # N of usual hands
+HAND_SPEEDS = (0.01, 0.16)  # m/s of usual hands, or to the scene's own; faster is limited, slower upper ends are louder
+PROBED_LOADS, PROBED_LANDINGS, PROBED_SPEEDS = (
+    12,
+    5,
+    9,
+)  # whose peaks are known; more: opening takes longer (4 ms a load)
+MOVING_BAND = 0.49 / 0.40  # of the band: where levels that follow a speed end (`contact.levels`)
+MOST_HARMONICS = 1024  # of those peaks: slow hands on coarse textures are not the loudest
+PROBE_TOLERANCE = 3e-2  # of their series
+OF_APPROACH = 3  # where a peak of the approach stands, behind those of the three orders
+HAND_BAND = 0.1  # of the band: where a usual hand's fundamental lies at most, so that a fine texture is heard
+HAND_AMPLITUDE = 20e-6  # m: for the full scale of a stream that begins with a texture of no height
+
+
+@dataclass(frozen=True, slots=True)
+class UsualPeaks:
+    """Peaks of displacement, velocity, acceleration and approach (SI): over usual hands, and of the own scan."""
+
+    usual: tuple[float, ...]
+    own: tuple[float, ...]
+    memory_bytes: int = 200
+
+
+def prepare_hand(scene: Scene, full_scale: tuple[float | None, ...], cache: ResponseCache | None = None) -> Preparation:
+    """Return `scene` solved for a hand: any speed, any load.
+
+    full_scale: of each channel; None: chosen so that the nominal scan peaks at 0.8.
+    Raises CannotRender for a texture that is not a sinusoid: its rows of load would take minutes.
+    """
+    if Geometry.of_scene(scene).profile is not None:
+        raise CannotRender(
+            f"A hand cannot yet scan a texture of kind {scene.texture.kind} live, only a sinusoid. Render it as a "
+            "file, or open an HTTP stream, whose scan moves by itself."
+        )
+    return prepare(with_full_scale(nominal_scene(scene), full_scale), cache, by_hand=True)
+
+
+def with_stream_scale(solved: Preparation, cache: ResponseCache | None = None) -> Preparation:
+    """Return `solved` with full scales that a stream may keep: what is silent now has that of a usual hand.
+
+    It may sound later.
+    """
+    kept = [None if channel.extent == 0.0 else channel.full_scale for channel in solved.all_channels]
+    known = tuple(one or scale for one, scale in zip(asked_scales(solved.scene), kept, strict=True))
+    return _scaled(solved, prepare_hand(solved.scene, known, cache)) if None in known else solved
+
+
+def with_hand_scale(solved: Preparation, cache: ResponseCache | None = None) -> Preparation:
+    """Return `solved` with automatic full scales that hold for the usual loads and speeds of a hand.
+
+    Raises CannotRender as `prepare_hand`.
+    """
+    if solved.contact is not None and solved.contact.geometry.profile is not None:
+        prepare_hand(solved.scene, ())  # refuses it in words
+    kept = with_stream_scale(solved, cache)
+    return _with_room(kept, asked_scales(solved.scene), cache or ResponseCache())
+
+
+def _scaled(solved: Preparation, hand: Preparation) -> Preparation:
+    """Return `solved` with the full scales of `hand`."""
+    pairs = zip(solved.channels, hand.channels, strict=True)
+    channels = tuple(replace(now, full_scale=then.full_scale) for now, then in pairs)
+    if solved.effects is None or hand.effects is None:
+        return replace(solved, channels=channels)
+    return replace(solved, channels=channels, effects=solved.effects.scaled_as(hand.effects))
+
+
+def _with_room(solved: Preparation, asked: tuple[float | None, ...], cache: ResponseCache) -> Preparation:
+    """Return `solved` with room for a usual hand in each full scale that is not asked for."""
+    if None not in asked:
+        return solved
+    scene = nominal_scene(solved.scene)
+    peaks = usual_peaks(scene, solved.contact, cache)
+    channels = []
+    for channel, scale in zip(solved.channels, asked, strict=False):
+        place = OF_APPROACH if channel.is_approach else channel.order
+        if scale is None and solved.simulated:
+            own = peaks.own[place]
+            more = peaks.usual[place] / own if own > 0.0 else 1.0
+            channel = replace(channel, full_scale=channel.full_scale * more)
+        elif scale is None:
+            channel = replace(channel, full_scale=max(channel.full_scale, peaks.usual[place] / PEAK))
+        channels.append(channel)
+    effects = solved.effects
+    if effects is not None and None in asked[len(channels) :]:
+        effects = effects.louder(max(1.0, HAND_LOADS[1] / max(scene.scan.load, scene.scan.lift_load)))
+    return replace(solved, channels=tuple(channels), effects=effects)
+
+
+def usual_peaks(scene: Scene, contact: Contact | None, cache: ResponseCache) -> UsualPeaks:
+    """Return the peaks over the usual loads and speeds of a hand on `scene`, whose scan is constant.
+
+    contact: in the scene's shape, where that is known.
+    """
+    solver = contact or Contact.of(Geometry.of_scene(scene), Stiffness.of_scene(scene))
+    own, speed = max(scene.scan.load, scene.scan.lift_load), scene.scan.speed
+    landing = np.geomspace(min(scene.scan.lift_load, HAND_LOADS[0]), HAND_LOADS[0], PROBED_LANDINGS, endpoint=False)
+    usual = np.geomspace(min(HAND_LOADS[0], own), max(HAND_LOADS[1], own), PROBED_LOADS)
+    loads = [own, *landing.tolist(), *usual.tolist()]
+    speeds = np.array([speed, *np.geomspace(HAND_SPEEDS[0], max(HAND_SPEEDS[1], speed), PROBED_SPEEDS)])
+    period, limit = scene.texture.period, MOVING_BAND * band_limit(scene)
+    counts = [harmonics_below(float(one) / period, limit, MOST_HARMONICS) for one in speeds]
+    demand = Demand(max(min(filter(None, counts), default=1), 1), (0, 1, 2), PROBE_TOLERANCE)
+    key = ("usual peaks", solver.key, tuple(loads), tuple(speeds.tolist()), limit)
+
+    def found() -> UsualPeaks:
+        every = [solve_spectrum(solver, float(load), demand, max(*counts, 1)).harmonics for load in loads]
+        peaks = np.array([
+            [_peaks(series[: count + 1], one / period) for one, count in zip(speeds, counts, strict=True)]
+            for series in every
+        ])  # fmt: skip
+        peaks[1 : 1 + len(landing), speeds > speed] = 0.0
+        return UsualPeaks(tuple(np.max(peaks, axis=(0, 1)).tolist()), tuple(peaks[0, 0].tolist()))
+
+    return cache.get(key, found)
+
+
+def _peaks(series: Complex, turns: float) -> list[float]:
+    """Return the peaks of z about its mean, of its two time derivatives, and of z, at `turns` periods a second."""
+    level = abs(float(series[0].real))
+    if len(series) < 2:
+        return [0.0, 0.0, 0.0, level]
+    points = points_for(len(series) - 1)
+    found = [float(np.max(np.abs(curves(series, order, points)))) * turns**order for order in range(3)]
+    return [*found, level + found[0]]
+
+
+def asked_scales(scene: Scene) -> tuple[float | None, ...]:
+    """Return the full scale that `scene` asks for of each channel, those that its effects add included."""
+    added = (scale for effect, settings in outputs_of(scene) for scale in effect.scales(settings))
+    return (*(channel.full_scale for channel in scene.output.channel_list), *added)
+
+
+def with_full_scale(scene: Scene, full_scale: tuple[float | None, ...]) -> Scene:
+    """Return `scene` with the full scale of each channel, those that its effects add included."""
+    own = len(scene.output.channel_list)
+    listed = zip(scene.output.channel_list, full_scale[:own], strict=True)
+    channels = tuple(Channel.model_construct(quantity=channel.quantity, full_scale=value) for channel, value in listed)
+    output = scene.output.model_copy(update={"channels": channels})
+    changed = scene.model_copy(update={"output": output})
+    return with_added_scales(changed, full_scale[own:]) if full_scale[own:] else changed
+
+
+def nominal_scene(scene: Scene) -> Scene:
+    """Return `scene` with the constant scan of a usual hand on it: its own speed and load, unless they are silent."""
+    scan, texture = scene.scan, scene.texture
+    limit = band_limit(scene)
+    speed = abs(scan.speed)
+    if speed == 0.0 or speed / texture.period >= limit:
+        speed = min(HAND_SPEED, HAND_BAND * limit * texture.period)
+    update = {"speed": speed, "load": scan.load or HAND_LOAD, "stroke": None, "trajectory": None}
+    found = texture if texture.amplitude else texture.model_copy(update={"amplitude": HAND_AMPLITUDE})
+    return scene.model_copy(update={"scan": scan.model_copy(update=update), "texture": found})

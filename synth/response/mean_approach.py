@@ -1,0 +1,54 @@
+"""The mean of z over a texture period as a function of the load: what displacement is about.
+
+Model   A spline over the cube root of the load, in which the mean is smooth, through as many loads as it takes.
+Limits  MEAN_ERROR of the tolerance, judged halfway between the loads; loads from none to the largest asked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.contact.balance import Contact
+from synth.response.spectrum import woven
+
+Mean = Callable[[Array], Array]
+"""The mean of z over a period (m) as a function of w^(1/3) (N^(1/3))."""
+
+FEWEST_MEANS, MOST_MEANS = 9, 1025  # loads at which the mean over a period is solved
+MEAN_PHASES = 512  # of each
+MEAN_ERROR = 1e-3  # of the tolerance, of the motion
+SPLINE_GAIN = 8.0  # by so much at least the error falls when the loads are doubled; 16 in the end
+
+
+def mean_curve(contact: Contact, loads: tuple[float, float], load: float, tolerance: float) -> Mean:
+    """Return the mean of z over a period (m) as a function of w^(1/3) (N^(1/3)), from no load to the larger of `loads`.
+
+    load: N, at whose peak-to-peak `tolerance` is judged.
+    """
+    from scipy.interpolate import CubicSpline
+
+    theta = np.arange(MEAN_PHASES) / MEAN_PHASES
+
+    def means(roots: Array) -> Array:
+        return np.array([np.mean(contact.approach(theta, float(root) ** 3)[0]) for root in roots])
+
+    lightest, heaviest = loads
+    if lightest == heaviest:
+        return partial(np.full_like, fill_value=means(np.cbrt([heaviest]))[0])
+    allowed = MEAN_ERROR * tolerance * float(np.ptp(contact.approach(theta, load)[0]))
+    allowed += 1e-14 * contact.geometry.height_scale
+    roots = np.linspace(0.0, np.cbrt(max(heaviest, 1e-12)), FEWEST_MEANS)
+    values = means(roots)
+    while True:
+        curve = CubicSpline(roots, values)
+        between = 0.5 * (roots[:-1] + roots[1:])
+        more = means(between)
+        error = float(np.max(np.abs(curve(between) - more)))
+        roots, values = woven(roots, between), woven(values, more)
+        if error <= SPLINE_GAIN * allowed or len(roots) >= MOST_MEANS:
+            done: Mean = CubicSpline(roots, values)
+            return done

@@ -1,0 +1,66 @@
+"""Mip levels: how many harmonics a table sounds at each speed, and how one level fades into the next.
+
+Stage   RESPONSE, what a table is cut into.
+Model   A level holds the harmonics 1 to N. At a speed u the n-th stands at n |u| / period. With B the band, one up to B
+        sounds in full, one above 1.4 B not at all. Between a level of N harmonics and the next of N' < N the
+        share of the next grows as s^2 (3 - 2 s), s from 0 to 1 as B period / |u| falls from N' + 1 to N / 1.4. So the
+        gain of harmonic n is the sum of the shares of the levels that hold it (`gains`), for tables and files alike.
+Source  design, section 4: 0.49 / 0.35 = 1.4. The name mip level is that of images in steps of resolution.
+Limits  slower than B period / N of the fullest level, what lies above N is left out; the table's error tells how much.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.arrays import Array
+
+WIDTH = 1.4  # of the band: above it nothing sounds. Less makes fades shorter; levels an octave apart would need 2.5
+STEP = 1.37  # ratio of neighbouring levels; above WIDTH a fade would be empty, below 1.19 two fades would overlap
+PLACES_A_HARMONIC = 5.5  # at 5 the images of a spline's highest harmonic are twice as strong, at 6 a table is larger
+FEWEST_PLACES = 24  # of a level: the images of the lowest levels would be as strong as what they are judged by
+
+
+@dataclass(frozen=True, slots=True)
+class MipLevels:
+    """Levels from the fullest to the last, which holds the fundamental alone.
+
+    highest: highest harmonic of each level. places: spline coefficients a period of each level.
+    """
+
+    highest: tuple[int, ...]
+    places: tuple[int, ...]
+
+    @classmethod
+    def up_to(cls, harmonics: int) -> MipLevels:
+        """Return the levels of a table of so many harmonics, at least 1."""
+        ladder = [1]
+        while ladder[-1] < harmonics:
+            ladder.append(min(harmonics, max(ladder[-1] + 1, int(STEP * (ladder[-1] + 1)))))
+        if len(ladder) > 2 and ladder[-1] < WIDTH * (ladder[-3] + 1):
+            del ladder[-2]
+        highest = tuple(ladder[::-1])
+        return cls(highest, tuple(max(FEWEST_PLACES, math.ceil(PLACES_A_HARMONIC * n)) for n in highest))
+
+    @property
+    def fades(self) -> Array:
+        """Periods passed in 1 / B between which each level fades to the next, the last to silence: [2, levels]."""
+        below = np.array([*self.highest[1:], 0])
+        return np.stack([1.0 / (below + 1.0), WIDTH / np.array(self.highest)])
+
+    def shares(self, turns: float) -> Array:
+        """Return the share of each level where `turns` periods pass in 1 / B: |u| / (period B)."""
+        begin, end = self.fades
+        s = np.clip((abs(turns) - begin) / (end - begin), 0.0, 1.0)
+        gone = s * s * (3.0 - 2.0 * s)
+        entered = np.concatenate([[1.0], gone[:-1]])
+        return np.asarray(entered - gone)
+
+    def gains(self, turns: float) -> Array:
+        """Return the gain of harmonics 1 to the highest where `turns` periods pass in 1 / B."""
+        n = np.arange(1, self.highest[0] + 1)
+        shares = zip(self.shares(turns), self.highest, strict=True)
+        return np.asarray(sum(share * (n <= highest) for share, highest in shares))

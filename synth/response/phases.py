@@ -1,0 +1,85 @@
+"""Where the texture stands at every frame of a motion: phases as 64-bit fractions of a turn.
+
+Model   Where the position is known the phase is position / lambda2; otherwise the turns of each frame, speed times 1 /
+        (rate lambda2) and half its rate, are summed in fixed point, the product carried to twice the digits.
+Source  design, section 8; the readable twin is tests/reference/slow_reading.py.
+Limits  below 1e-9 turn in 24 h at any rate and speed of the scene's range (tests/synth/hard/test_long_streams.py).
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.kernels import inlined, kernel, two_product
+
+TURN = 2.0**64
+HALF_TURN = 2.0**63
+
+SPEED, SPEED_RATE = 0, 1  # rows of `motion`
+
+
+@kernel
+def rest_of_step(step, rate, period):
+    """Return what the rounding of step = 1 / (rate period) left out: times 24 hours of frames it is 1e-9 turn."""
+    whole, low = two_product(rate, period)
+    product, rest = two_product(step, whole)
+    return ((1.0 - product) - rest - step * low) * step
+
+
+@inlined
+def fraction_of_turn(turns, small):
+    """Return turns + small as a uint64 fraction of a turn, to 2^-65: `small` holds what is lost beside `turns`."""
+    coarse = (turns - np.rint(turns)) * HALF_TURN
+    whole = np.rint(coarse)
+    fine = np.rint((small - np.rint(small)) * TURN + 2.0 * (coarse - whole))
+    return np.uint64((np.int64(whole) << np.int64(1)) + np.int64(fine))
+
+
+@kernel
+def phases_of(motion, position, start, phase, step, step_rest, bend, period):
+    """Return the phase of each frame from `start` on, and the phase after the last: uint64 fractions of a turn.
+
+    step, bend: turns a frame for 1 m/s, and for 1 m/s^2; step_rest: what is lost in the rounding of `step`. position:
+    metres at each frame, or empty; where it is given the phase is the position over `period`, whatever `phase` was.
+    """
+    # Slices that begin at frame `start` let the loops run from 0: an index that may be negative cannot be vectorised.
+    frames = motion.shape[1]
+    known = len(position) == frames
+    summed = frames - 1 if known else start  # where positions are known, only the last step is needed
+    speed, speed_rate = motion[SPEED, summed:], motion[SPEED_RATE, summed:]
+    phases = np.empty(frames, dtype=np.uint64)
+    steps = phases[summed:]
+    step1 = np.float64(np.float32(step))  # halves of 24 and 29 bits: their products are exact
+    step2 = step - step1
+    for i in range(len(steps)):
+        speed1 = np.float64(np.float32(speed[i]))
+        speed2 = speed[i] - speed1
+        small = speed1 * step2 + speed2 * step1 + (speed2 * step2 + speed[i] * step_rest + speed_rate[i] * bend)
+        steps[i] = fraction_of_turn(speed1 * step1, small)
+    if known:
+        last = phases[frames - 1]
+        here, places = phases[start:], position[start:]
+        for i in range(len(here)):
+            turns = places[i] / period
+            here[i] = np.uint64(np.int64(np.rint((turns - np.rint(turns)) * HALF_TURN)) << np.int64(1))
+        return phases, phases[frames - 1] + last
+    for i in range(len(steps)):
+        moved = steps[i]
+        steps[i] = phase
+        phase += moved
+    return phases, phase
+
+
+def phase_step(speed: float, period: float, rate: int) -> int:
+    """Return the turns a frame as a 64-bit fraction of a turn, exact to 2^-65 turn."""
+    turns = Fraction(speed) / (Fraction(period) * rate)
+    return round(turns * 2**64) % 2**64
+
+
+def turns_to_phase(turns: Array) -> np.ndarray:
+    """Return turns as uint64 fractions of a turn."""
+    rest = turns - np.rint(turns)
+    return (np.rint(rest * HALF_TURN).astype(np.int64).view(np.uint64)) << np.uint64(1)

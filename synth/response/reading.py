@@ -1,0 +1,80 @@
+"""Reading a table along any motion: position and load at every frame in, one quantity at every frame out.
+
+Stage   RESPONSE, what voices do with a table.
+Model   z at every few frames, then a short filter (`reading_filter`), which makes any quantity, and counts every term
+        of a changing load and speed. The output is `delay` frames behind the motion. Before the first frame the finger
+        stands where it begins.
+Source  design, section 1; docs/table.md.
+Limits  the table's error, and the filter's.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.response import reading_loop as loop
+from synth.response.reading_filter import ReadingFilter, reading_filter
+from synth.response.table import Floats, ResponseTable
+
+Phases = np.ndarray[Any, np.dtype[np.uint64]]
+
+
+@dataclass(frozen=True, slots=True)
+class TableReader:
+    """One quantity of a table at one rate. It holds no state: `start` gives it, `read` takes it and changes it.
+
+    levels, rows, weights, rules: the table's numbers as `reading_loop` takes them.
+    """
+
+    table: ResponseTable
+    filter: ReadingFilter
+    levels: Array
+    rows: Array
+    weights: Array
+    rules: Array
+
+    @classmethod
+    def of(cls, table: ResponseTable, quantity: str, rate: int, gain: float = 1.0) -> TableReader:
+        """Return the reader of `quantity`, in SI times `gain`, at `rate` (Hz).
+
+        quantity: displacement, velocity, acceleration or approach.
+        """
+        chosen = reading_filter(quantity, rate, table.band)
+        fades = table.levels.fades
+        levels = np.stack([*fades, *table.layout.T.astype(float), 1.0 / (fades[1] - fades[0])], axis=1)
+        rows = np.concatenate([table.loads[np.newaxis], table.means, table.loads[np.newaxis]]).astype(float)
+        rows[3, :-1] = 1.0 / np.diff(rows[0])
+        weights = np.ascontiguousarray(chosen.weights.T)
+        rules = np.zeros(9)
+        rules[loop.SCALE] = 1.0 / (table.period * table.band)
+        rules[loop.LIFT], rules[loop.GAIN], rules[loop.HOLD] = table.lift_load, gain, chosen.hold
+        rules[loop.WITH_MEAN], rules[loop.FULL] = quantity == "approach", table.full
+        rules[loop.LAW], rules[loop.LAW_SLOPE] = table.mean_law
+        rules[loop.MOST] = table.covered[1]
+        return cls(table, chosen, np.ascontiguousarray(levels), np.ascontiguousarray(rows), weights, rules)
+
+    @property
+    def delay(self) -> int:
+        """Frames by which the output is behind the motion: frame n of a block is that of the motion n - delay."""
+        return self.filter.delay
+
+    @property
+    def lead(self) -> int:
+        """Frames of motion before the first wanted one after which nothing of the start is left."""
+        return self.filter.stride * (self.filter.taps // 2 - 1)
+
+    def start(self) -> Array:
+        """Return the state of a reader that has read nothing."""
+        return np.zeros(loop.HISTORY + self.filter.taps)
+
+    def read(self, state: Array, phases: Phases, motion: Array, out: Floats) -> None:
+        """Write the next frames of the quantity to `out`, float32 [frames], and take `state` on.
+
+        phases: place of the texture in turns, as uint64 fractions of one [frames]. motion: float64 [5, frames], whose
+        rows 0 and 2 are speed (m/s) and load (N), as in `motion.Motion`.
+        """
+        loop.read_block(self.table.pool, self.levels, self.rows, self.weights, self.rules, phases, motion, state, out)

@@ -1,0 +1,136 @@
+"""A table as a file: the safetensors container, written and read back.
+
+Stage   RESPONSE, what leaves and enters.
+Model   Eight bytes, the length of the header, little-endian; the header, JSON, with each array's type, shape and place,
+        and in `__metadata__` the format's version, the table's header and its hash; then the arrays, float32,
+        little-endian, without gaps. The hash covers header and arrays, so what was altered is refused.
+Source  https://github.com/huggingface/safetensors, format; docs/table.md.
+Limits  LARGEST_BYTES; CannotRender with one sentence for whatever is no whole table of this version.
+"""
+
+from __future__ import annotations
+
+import json
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from synth.errors import CannotRender
+from synth.response.mip_levels import MipLevels
+from synth.response.place_spline import padded
+from synth.response.table import ResponseTable
+from synth.response.table_error import TableError
+
+VERSION = "1"
+LARGEST_BYTES = 1 << 26  # of a file: 16 times the largest table that is made; more is refused before it is read
+LARGEST_HEADER = 1 << 23  # of its JSON
+LENGTH = 8  # bytes that hold the length of the header
+METADATA = "__metadata__"
+
+
+def table_bytes(table: ResponseTable) -> bytes:
+    """Return the file of `table`; the same table gives the same bytes."""
+    header: dict[str, Any] = {
+        METADATA: {
+            "ridgewave_table": VERSION,
+            "hash": table.hash,
+            "header": json.dumps(table.header),
+        }
+    }
+    place, parts = 0, []
+    for name, tensor in table.tensors.items():
+        raw = np.ascontiguousarray(tensor, dtype="<f4").tobytes()
+        header[name] = {"dtype": "F32", "shape": list(tensor.shape), "data_offsets": [place, place + len(raw)]}
+        parts.append(raw)
+        place += len(raw)
+    text = json.dumps(header, separators=(",", ":")).encode()
+    text += b" " * (-len(text) % LENGTH)
+    return b"".join([len(text).to_bytes(LENGTH, "little"), text, *parts])
+
+
+def read_table(path: Path) -> ResponseTable:
+    """Return the table in the file at `path`; raises CannotRender, OSError."""
+    size = path.stat().st_size
+    if size > LARGEST_BYTES:
+        raise _refused(f"it has {size} bytes, and no table has more than {LARGEST_BYTES}")
+    return table_of_bytes(path.read_bytes())
+
+
+def table_of_bytes(content: bytes) -> ResponseTable:
+    """Return the table of a file's bytes; raises CannotRender for what is no whole table of this version."""
+    length = int.from_bytes(content[:LENGTH], "little")
+    if len(content) < LENGTH or length > min(LARGEST_HEADER, len(content) - LENGTH):
+        raise _refused("its header is cut, or it is no table")
+    try:
+        document = json.loads(content[LENGTH : LENGTH + length].decode())
+        metadata = document.pop(METADATA)
+        version, told = str(metadata["ridgewave_table"]), str(metadata["hash"])
+        header = json.loads(metadata["header"])
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        raise _refused("its header is not that of a table") from error
+    if version != VERSION:
+        raise _refused(f"it is of version {version[:20]}, and this reads version {VERSION}")
+    try:
+        table = _table(header, _tensors(document, memoryview(content)[LENGTH + length :]))
+        altered = table.hash != told or json.loads(json.dumps(table.header)) != header
+    except (ValueError, KeyError, TypeError, IndexError, OverflowError, AttributeError, RecursionError) as error:
+        raise _refused("its arrays are not what its header says: it is cut or altered") from error
+    if altered:
+        raise _refused("its hash is not that of what it holds: it was altered")
+    return table
+
+
+def _refused(why: str) -> CannotRender:
+    return CannotRender(f"The table cannot be read: {why}. Make it again with `ridgewave table SCENE -o NAME`.")
+
+
+def _tensors(document: dict[str, Any], body: memoryview) -> dict[str, np.ndarray[Any, np.dtype[np.float32]]]:
+    """Return the arrays that the header tells, in its order; ValueError where they are not all of the body."""
+    found, place = {}, 0
+    for name, told in document.items():
+        begin, end = told["data_offsets"]
+        if told["dtype"] != "F32" or begin != place or not begin <= end <= len(body):
+            raise ValueError(name)
+        array = np.frombuffer(body[begin:end], dtype="<f4").reshape(told["shape"]).astype(np.float32)
+        if not np.all(np.isfinite(array)):
+            raise ValueError(name)
+        found[name], place = array, end
+    if place != len(body):
+        raise ValueError("bytes behind the arrays")
+    return found
+
+
+def _table(header: dict[str, Any], tensors: dict[str, np.ndarray[Any, np.dtype[np.float32]]]) -> ResponseTable:
+    """Return the table, each number in the range in which a reader may use it; ValueError where one is not."""
+    loads, highest, places = tensors["loads"], header["harmonics"], header["places"]
+    rows, counts = len(loads), len(header["error_harmonics"])
+    shapes = {"loads": (rows,), "means": (2, rows), "errors": (3, counts, rows - 1), "beyond": (3, rows - 1)}
+    shapes |= {f"level_{n}": (rows, 2, p) for n, p in zip(highest, places, strict=True)}
+    rules = (
+        {name: array.shape for name, array in tensors.items()} == shapes,
+        rows >= 2 and loads[0] == 0.0 and bool(np.all(np.diff(loads) > 0.0)),
+        highest[-1] == 1 and all(one > other for one, other in pairwise(highest)),
+        all(p > 2 * n for n, p in zip(highest, places, strict=True)),
+        all(0.0 < float(header[name]) < 1e9 for name in ("period", "band", "lift_load")),
+        len(header["mean_law"]) == 2 and bool(np.all(np.isfinite(header["mean_law"]))),
+    )
+    if not all(rules):
+        raise ValueError("header")
+    pool = [padded(tensors[f"level_{n}"]).ravel() for n in highest]
+    error = TableError(loads.astype(float), tuple(header["error_harmonics"]), tensors["errors"], tensors["beyond"])
+    return ResponseTable(
+        period=float(header["period"]),
+        band=float(header["band"]),
+        lift_load=float(header["lift_load"]),
+        levels=MipLevels(tuple(highest), tuple(places)),
+        loads=loads,
+        means=tensors["means"],
+        pool=np.concatenate(pool),
+        error=error,
+        full=bool(header["full_from_last_row"]),
+        mean_law=(float(header["mean_law"][0]), float(header["mean_law"][1])),
+        scene=json.dumps(header["scene"], sort_keys=True),
+        interpolation=str(header["interpolation"]),
+    )

@@ -1,0 +1,88 @@
+"""Change a scene by a partial scene.
+
+Stage: 1 (SCENE).
+Model: JSON merge patch (RFC 7396): what the patch names is replaced, null deletes it (so that it has its default
+again), objects are merged field by field. On top of it, fields that displace each other:
+- naming `texture.kind`, `scan.stroke` or `scan.trajectory` replaces that section, as the fields of another kind mean
+  nothing;
+- naming `scan.speed` or `scan.load` replaces a scan that is a stroke or a trajectory: it becomes a constant one;
+- an amplitude displaces a roughness, and the reverse, in finger and texture; so do other pairs of a texture's fields
+  that are two ways to write the same (`texture_registry.alternatives`);
+- `output.channels` displaces `quantity` and `full_scale`; a `quantity` displaces `channels`, and the full scale of
+  another quantity.
+Null names nothing here: it only deletes.
+Limits: nothing is checked; `parse_scene` reads the result.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from synth.errors import Fault, SceneError
+from synth.scene.output_section import FULL_BAND, Output
+from synth.scene.texture_registry import alternatives
+
+Document = dict[str, object]
+
+_RIDGES = {"ridge_amplitude", "roughness"}
+
+
+def merge_patch(document: Mapping[str, object], patch: Mapping[str, object]) -> Document:
+    """Return `document` changed by `patch`; neither is changed. Raises SceneError if `patch` is nested too deeply."""
+    kept: Document = dict(document)
+    for section, change in patch.items():
+        present = kept.get(section)
+        if isinstance(change, Mapping) and isinstance(present, Mapping):
+            kept[section] = _displaced(section, present, {k for k, v in change.items() if v is not None}, change)
+    try:
+        return _merged(kept, patch)
+    except RecursionError as error:
+        fault = Fault("", "JSON that is nested too deeply", "a partial scene", "A scene needs four levels.")
+        raise SceneError([fault]) from error
+
+
+def scene_before_bands(document: Mapping[str, object]) -> Document:
+    """Return a scene that was written when no bandwidth meant the full band, as it is written now: the same samples."""
+    output = document.get("output")
+    if output is None:
+        return {**document, "output": {"bandwidth": FULL_BAND}}
+    if not isinstance(output, Mapping) or output.get("bandwidth") is not None:
+        return dict(document)
+    return {**document, "output": {**output, "bandwidth": FULL_BAND}}
+
+
+def _merged(target: object, patch: Mapping[str, object]) -> Document:
+    """RFC 7396, section 2, for a patch that is an object."""
+    result: Document = dict(target) if isinstance(target, Mapping) else {}
+    for name, change in patch.items():
+        if change is None:
+            result.pop(name, None)
+        elif isinstance(change, Mapping):
+            result[name] = _merged(result.get(name), change)
+        else:
+            result[name] = change
+    return result
+
+
+def _displaced(
+    section: str, present: Mapping[str, object], named: set[str], change: Mapping[str, object]
+) -> Mapping[str, object]:
+    """Return the section as it stands, less what the fields that a change names displace."""
+    given = {name for name, value in present.items() if value is not None}
+    if section == "texture" and "kind" in named:
+        return {}
+    if section == "scan":
+        moves = named & {"stroke", "trajectory"}
+        stops = named & {"speed", "load"} and given & {"stroke", "trajectory"}
+        return {} if moves or stops else present
+    gone: set[str] = set()
+    if section == "finger":
+        gone = _RIDGES if _RIDGES & named else set()
+    elif section == "texture":
+        gone = set().union(*map(alternatives, named))
+    elif section == "output" and "channels" in named:
+        gone = {"quantity", "full_scale"}
+    elif section == "output" and "quantity" in named:
+        quantity = present.get("quantity") or Output.model_fields["quantity"].default
+        gone = {"channels"} if change["quantity"] == quantity else {"channels", "full_scale"}
+    return {name: value for name, value in present.items() if name not in gone}

@@ -1,0 +1,281 @@
+"""What a field of a scene may hold: one rule a field, which reads it, refuses it, and describes it.
+
+Stage: 1 (SCENE).
+Model: a rule turns what was written into the value that the engine uses, or raises a refusal that carries what is
+allowed and what to write instead.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import ValidationError
+from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError, core_schema
+
+from synth.scene.quantity import (
+    LONGEST_TEXT,
+    SMALLEST_NORMAL,
+    Dimension,
+    QuantityError,
+    parse_quantity,
+    show_quantity,
+    text_pattern,
+)
+
+MOST_FAULTS = 100
+"""Faults that one answer lists, and one more at which the checking of a list or an object stops: a document with more
+is not a scene with slips, and must not cost more than its bytes do."""
+
+LONGEST_KEY = 64
+"""Characters of an unknown field's name that are compared with the known names; comparing costs time."""
+
+Fields = dict[str, object]
+Refusal = InitErrorDetails
+
+
+def refused(allowed: str, hint: str) -> PydanticCustomError:
+    """Return the error a rule raises: what is `allowed`, with its unit, and what to write instead."""
+    return PydanticCustomError("refused", "refused", {"allowed": allowed, "hint": hint})
+
+
+def refusal(location: Iterable[str | int], value: object, allowed: str, hint: str) -> Refusal:
+    """Return a refusal of the field at `location`, for those who gather several."""
+    return InitErrorDetails(type=refused(allowed, hint), loc=tuple(location), input=value)
+
+
+def told(error: PydanticCustomError) -> dict[str, str]:
+    """Return what a rule's error says: `allowed` and `hint`."""
+    context = error.context or {}
+    return {"allowed": str(context["allowed"]), "hint": str(context["hint"])}
+
+
+def refusals_of(error: ValidationError, *above: str | int) -> list[Refusal]:
+    """Return what `error` gathered, each location put below `above`."""
+    return [
+        refusal((*above, *line["loc"]), line["input"], line["ctx"]["allowed"], line["ctx"]["hint"])
+        for line in error.errors(include_url=False)
+    ]
+
+
+def refuse(title: str, refusals: list[Refusal]) -> None:
+    """Raise everything in `refusals` as one error; do nothing if there are none."""
+    if refusals:
+        raise ValidationError.from_exception_data(title, refusals)
+
+
+def nearest(name: str, known: Iterable[str]) -> str | None:
+    """Return the name in `known` that `name` was most likely meant to be, if any is near."""
+    shortened = name[:LONGEST_KEY].lower()
+    near = difflib.get_close_matches(shortened, list(known), n=1, cutoff=0.5)
+    return near[0] if near else None
+
+
+class Rule(ABC):
+    """What one field may hold."""
+
+    @property
+    def unit(self) -> str:
+        """The SI unit of a bare number; "" where there is none."""
+        return ""
+
+    @property
+    @abstractmethod
+    def allowed(self) -> str:
+        """What is allowed, with its unit, as text."""
+
+    @abstractmethod
+    def read(self, value: object) -> object:
+        """Return the value that the engine uses; raises the error of `refused`."""
+
+    @abstractmethod
+    def schema(self) -> dict[str, Any]:
+        """Return the JSON Schema of what may be written, without null."""
+
+    def show(self, value: Any) -> str:
+        """Return a value of the field as a person would write it."""
+        return str(value)
+
+    def __get_pydantic_core_schema__(self, _source: object, _handler: object) -> CoreSchema:
+        """Make pydantic read the field with this rule and nothing else."""
+        return core_schema.no_info_plain_validator_function(self.read)
+
+
+@dataclass(frozen=True)
+class Quantity(Rule):
+    """A number in SI or text with its unit, from `low` to `high`, both in SI and both allowed.
+
+    usual: the largest magnitude that nobody questions (`scene_doubts`).
+    """
+
+    dimension: Dimension
+    low: float
+    high: float
+    whole: bool = False
+    usual: float = math.inf
+
+    @property
+    def unit(self) -> str:
+        """The SI unit of a bare number."""
+        return self.dimension.unit
+
+    @property
+    def allowed(self) -> str:
+        """The range with its units."""
+        whole = ", a whole number" if self.whole else ""
+        return f"{self.show(self.low)} to {self.show(self.high)}{whole}"
+
+    def show(self, value: Any) -> str:
+        """Return `value`, in SI, with a handy unit."""
+        return show_quantity(value, self.dimension)
+
+    def read(self, value: object) -> float:
+        """Return the value in SI."""
+        if type(value) is float and abs(value) >= SMALLEST_NORMAL and self.low <= value <= self.high and not self.whole:
+            return value
+        try:
+            number = parse_quantity(value, self.dimension)
+        except QuantityError as error:
+            raise refused(self.allowed, error.hint) from error
+        if not self.low <= number <= self.high:
+            raise refused(self.allowed, self._range_hint(value, number))
+        if self.whole and not number.is_integer():
+            raise refused(self.allowed, f"Write a whole number such as {round(number)}.")
+        return int(number) if self.whole else number
+
+    def schema(self) -> dict[str, Any]:
+        """Return a number with its range, or text with its unit."""
+        number = {"type": "integer" if self.whole else "number", "minimum": self.low, "maximum": self.high}
+        if self.dimension is Dimension.NONE:
+            return {"anyOf": [number]}
+        return {"anyOf": [number, _text_schema(self.dimension)]}
+
+    def _range_hint(self, value: object, number: float) -> str:
+        bound = f"at least {self.show(self.low)}" if number < self.low else f"at most {self.show(self.high)}"
+        if isinstance(value, str) or not self.unit:
+            return f"Write {bound}."
+        return f'Write {bound}; a number without a unit is in {self.unit}, "{self.dimension.example}" carries its own.'
+
+
+def _text_schema(dimension: Dimension) -> dict[str, Any]:
+    return {"type": "string", "maxLength": LONGEST_TEXT, "pattern": text_pattern(dimension)}
+
+
+@dataclass(frozen=True)
+class QuantityList(Rule):
+    """A list of `fewest` to `most` values of one quantity."""
+
+    item: Quantity
+    fewest: int
+    most: int
+
+    @property
+    def unit(self) -> str:
+        """The SI unit of a bare number in the list."""
+        return self.item.unit
+
+    @property
+    def allowed(self) -> str:
+        """How many, and the range of each."""
+        return f"a list of {self.fewest} to {self.most} numbers, each {self.item.allowed}"
+
+    def show(self, value: Any) -> str:
+        """Return the list with units."""
+        return f"[{', '.join(self.item.show(number) for number in value)}]"
+
+    def read(self, value: object) -> tuple[float, ...]:
+        """Return the values in SI; every one at fault is refused, the first of them by its place."""
+        if not isinstance(value, list | tuple):
+            raise refused(self.allowed, f"Write a list, such as [{self.item.dimension.example!r}].".replace("'", '"'))
+        if not self.fewest <= len(value) <= self.most:
+            raise refused(self.allowed, self.length_hint(len(value)))
+        refusals: list[Refusal] = []
+        values: list[float] = []
+        for index, number in enumerate(value):
+            try:
+                values.append(self.item.read(number))
+            except PydanticCustomError as error:
+                refusals.append(InitErrorDetails(type=error, loc=(index,), input=number))
+            if len(refusals) > MOST_FAULTS:
+                break
+        refuse("list", refusals)
+        return tuple(values)
+
+    def length_hint(self, count: int) -> str:
+        """Return what to write instead of a list of `count` values."""
+        return f"The list has {count}."
+
+    def schema(self) -> dict[str, Any]:
+        """Return an array of what an item may be."""
+        bounds = {"minItems": self.fewest, "maxItems": self.most}
+        return {"anyOf": [{"type": "array", "items": self.item.schema(), **bounds}]}
+
+
+@dataclass(frozen=True)
+class Choice(Rule):
+    """One of a few names."""
+
+    names: tuple[str, ...]
+
+    @property
+    def allowed(self) -> str:
+        """The names, quoted."""
+        return ", ".join(f'"{name}"' for name in self.names)
+
+    def read(self, value: object) -> str:
+        """Return the name."""
+        if isinstance(value, str) and value in self.names:
+            return value
+        near = nearest(value, self.names) if isinstance(value, str) else None
+        raise refused(self.allowed, f'Write "{near or self.names[0]}".')
+
+    def schema(self) -> dict[str, Any]:
+        """Return the names."""
+        return {"anyOf": [{"enum": list(self.names)}]}
+
+
+@dataclass(frozen=True)
+class QuantityOrName(Rule):
+    """A quantity, or one of a few names in its place."""
+
+    quantity: Quantity
+    names: Choice
+
+    @property
+    def unit(self) -> str:
+        """The SI unit of a bare number."""
+        return self.quantity.unit
+
+    @property
+    def allowed(self) -> str:
+        """The range, then the names."""
+        return f"{self.quantity.allowed}, {self.names.allowed}"
+
+    def read(self, value: object) -> float | str:
+        """Return the number or the name."""
+        if isinstance(value, str) and value in self.names.names:
+            return value
+        try:
+            return self.quantity.read(value)
+        except PydanticCustomError as error:
+            raise refused(self.allowed, self._hint(value, told(error)["hint"])) from error
+
+    def schema(self) -> dict[str, Any]:
+        """Return both."""
+        return {"anyOf": [*self.quantity.schema()["anyOf"], *self.names.schema()["anyOf"]]}
+
+    def show(self, value: Any) -> str:
+        """Return a name as it is, and a number, in SI, with a handy unit."""
+        return value if isinstance(value, str) else self.quantity.show(value)
+
+    def _hint(self, value: object, of_quantity: str) -> str:
+        if not isinstance(value, str):
+            return of_quantity
+        near = nearest(value, self.names.names)
+        if near:
+            return f'Write "{near}".'
+        return of_quantity if self.unit else "Write a plain JSON number, without quotes, or one of the names."

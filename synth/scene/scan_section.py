@@ -1,0 +1,296 @@
+"""How the finger moves over the texture: at constant speed, back and forth, or along recorded points.
+
+Stage: 1 (SCENE).
+Model of the stroke: the finger starts at rest at position 0, speeds up to `speed`, cruises, turns at `length`, comes
+back, turns at 0, and so on. A turn lasts `turn_time`; in it the velocity goes from u to -u as u (1 - 2 S(s)), s from 0
+to 1, S(s) = 3 s^2 - 2 s^3, so that position, velocity and acceleration are continuous (the acceleration peaks at 3 u /
+turn_time). Either half of a turn covers (5/16) u turn_time. Frame 0 stands in the middle of a turn.
+Limits: a stroke must have room for its turns; recorded points must be 1 us apart or more and ask for 10 m/s at most
+(`scene_spacing` then moves apart what comes too close for a tracker).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context
+from typing import Annotated, Any
+
+from pydantic import Field, ValidationInfo
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+from synth.scene.quantity import Dimension, show_quantity
+from synth.scene.rules import (
+    MOST_FAULTS,
+    Fields,
+    Quantity,
+    Refusal,
+    Rule,
+    refusal,
+    refuse,
+    refused,
+    told,
+)
+from synth.scene.section import Section, without
+
+TURN_REACH = 5.0 / 16.0
+"""Way covered in half a turn, in units of speed * turn_time: the integral of 1 - 2 S over s from 0 to 1/2."""
+
+USUAL_TURN_TIME = 0.1
+"""s. A default chosen here, with no source: at 80 mm/s it asks for 2.4 m/s^2 and 5 mm of the stroke."""
+
+FASTEST = 10.0
+"""m/s. The largest speed of a scene, and the largest between two recorded points."""
+
+CLOSEST_POINTS = 1e-6
+"""s between recorded points. Closer ones are the same moment to any tracker: one of them is a mistake."""
+
+FEWEST_POINTS = 4
+"""Recorded points that a curve with two continuous derivatives needs."""
+
+MOST_POINTS = 1_000_000
+"""Recorded points: 16 minutes at 1 kHz, about 100 MB while they are read."""
+
+Point = tuple[float, float, float]
+
+LOWEST_LOAD = "lowest_load"
+"""Of the context of validation: the smallest load (N) that a scene may ask for, where an effect allows a pull."""
+
+
+class Load(Quantity):
+    """A load: at least 0, unless an effect of the scene holds a finger that pulls."""
+
+    def down_to(self, found: ValidationInfo) -> Quantity:
+        """Return the rule with the lowest load of the scene that is being read."""
+        lowest = (found.context or {}).get(LOWEST_LOAD, self.low)
+        return replace(self, low=lowest) if lowest < self.low else self
+
+    def __get_pydantic_core_schema__(self, _source: object, _handler: object) -> CoreSchema:
+        """Read with the lowest load of the scene."""
+
+        def read(value: object, found: ValidationInfo) -> float:
+            return self.down_to(found).read(value)
+
+        return core_schema.with_info_plain_validator_function(read)
+
+
+LOAD = Load(Dimension.LOAD, 0.0, 1e3, usual=20.0)  # ten times what the paper calls useful
+SPEED = Quantity(Dimension.SPEED, -FASTEST, FASTEST, usual=1.0)  # several times the fastest natural strokes
+STROKE_SPEED = Quantity(Dimension.SPEED, 1e-6, FASTEST, usual=1.0)
+STROKE_LENGTH = Quantity(Dimension.LENGTH, 1e-4, 10.0, usual=1.0)
+TURN_TIME = Quantity(Dimension.TIME, 1e-3, 10.0)
+LIFT_LOAD = Quantity(Dimension.LOAD, 1e-6, 1.0)
+POINT_RULES = (
+    Quantity(Dimension.TIME, 0.0, 86400.0),
+    Quantity(Dimension.LENGTH, -1e4, 1e4),
+    LOAD,
+)
+PointRules = tuple[Quantity, Quantity, Quantity]
+
+
+@dataclass(frozen=True)
+class Trajectory(Rule):
+    """Recorded points [t, position, load], each number in SI or text with its unit."""
+
+    @property
+    def allowed(self) -> str:
+        """The number of points and the three ranges."""
+        time, position, load = (rule.allowed for rule in POINT_RULES)
+        return (
+            f"{FEWEST_POINTS} to {MOST_POINTS} points [t, position, load]: t {time}, position {position}, load {load}"
+        )
+
+    def read(self, value: object, rules: PointRules = POINT_RULES) -> tuple[Point, ...]:
+        """Return the points in SI, times rising; rules: of time, position and load."""
+        if not isinstance(value, list | tuple) or not FEWEST_POINTS <= len(value) <= MOST_POINTS:
+            raise refused(self.allowed, "Write a list of points such as [[0, 0, 0.3], [0.1, 0.008, 0.3], ...].")
+        refusals: list[Refusal] = []
+        points: list[Point] = []
+        for index, point in enumerate(value):
+            read = _read_point(point, index, rules, refusals)
+            if read is not None:
+                if points:
+                    refusals += _steps(points[-1], read, index)
+                points.append(read)
+            if len(refusals) > MOST_FAULTS:
+                break
+        refuse("trajectory", refusals)
+        return tuple(points)
+
+    def schema(self) -> dict[str, Any]:
+        """Return the list of points."""
+        return {"anyOf": [{
+            "type": "array",
+            "minItems": FEWEST_POINTS,
+            "maxItems": MOST_POINTS,
+            "items": {
+                "type": "array",
+                "prefixItems": [rule.schema() for rule in POINT_RULES],
+                "minItems": 3,
+                "maxItems": 3,
+            },
+        }]}  # fmt: skip
+
+    def __get_pydantic_core_schema__(self, _source: object, _handler: object) -> CoreSchema:
+        """Read with the lowest load of the scene."""
+
+        def read(value: object, found: ValidationInfo) -> tuple[Point, ...]:
+            return self.read(value, (*POINT_RULES[:2], LOAD.down_to(found)))
+
+        return core_schema.with_info_plain_validator_function(read)
+
+
+def _read_point(point: object, index: int, rules: PointRules, refusals: list[Refusal]) -> Point | None:
+    """Return the point in SI, or None after adding to `refusals`."""
+    if not isinstance(point, list | tuple) or len(point) != 3:
+        refusals.append(
+            refusal([index], point, "[t, position, load]", "Write three numbers, such as [0.1, 0.008, 0.3].")
+        )
+        return None
+    numbers: list[float] = []
+    for place, (rule, value) in enumerate(zip(rules, point, strict=True)):
+        try:
+            numbers.append(rule.read(value))
+        except PydanticCustomError as error:
+            refusals.append(refusal([index, place], value, **told(error)))
+    return (numbers[0], numbers[1], numbers[2]) if len(numbers) == 3 else None
+
+
+def _steps(before: Point, after: Point, index: int) -> Iterator[Refusal]:
+    """Yield what is wrong with the step from one point to the next."""
+    duration = after[0] - before[0]
+    if not duration >= 0.999 * CLOSEST_POINTS:
+        allowed = f"at least 1 us later than the point before, which is at {show_quantity(before[0], Dimension.TIME)}"
+        yield refusal([index, 0], after[0], allowed, "Sort the points by time and keep one of each time.")
+    elif abs(after[1] - before[1]) > FASTEST * duration * (1.0 + 1e-9):
+        reach = _rounded(FASTEST * duration, Dimension.LENGTH, ROUND_FLOOR)
+        allowed = f"within {reach} of the point before ({show_quantity(FASTEST, Dimension.SPEED)} at most)"
+        yield refusal([index, 1], after[1], allowed, "Check the units: times are in s and positions in m.")
+
+
+class Stroke(Section):
+    """Back and forth between position 0 and `length`, with smooth turns; the same heights pass under the finger both
+    ways."""
+
+    length: Annotated[float, STROKE_LENGTH] = Field(
+        default=0.05, description="Distance between the two positions where the finger turns."
+    )
+    speed: Annotated[float, STROKE_SPEED] = Field(
+        default=0.08, description="Speed between the turns, the largest of the stroke."
+    )
+    load: Annotated[float, LOAD] = Field(default=0.3, description="Normal force of the finger on the texture.")
+    turn_time: Annotated[float, TURN_TIME] = Field(
+        default=USUAL_TURN_TIME,
+        description="Time a turn takes, from full speed one way to full speed the other way; the default shrinks to "
+        "half of the longest possible where the stroke is too short for it.",
+    )
+
+    @property
+    def cruise_time(self) -> float:
+        """Time in s at full speed between two turns."""
+        return max(0.0, self.length / self.speed - 2.0 * TURN_REACH * self.turn_time)
+
+    @property
+    def period(self) -> float:
+        """Time in s from one start at position 0 to the next."""
+        return 2.0 * (self.cruise_time + self.turn_time)
+
+    @classmethod
+    def completed(cls, given: Fields) -> Fields:
+        """Shorten the default turn where the stroke has no room for it."""
+        longest = _longest_turn(cls.value_of(given, "length"), cls.value_of(given, "speed"))
+        if "turn_time" in given or longest is None or longest < TURN_TIME.low:
+            return given
+        return {**given, "turn_time": min(USUAL_TURN_TIME, max(TURN_TIME.low, 0.5 * longest))}
+
+    @classmethod
+    def conflicts(cls, given: Fields) -> list[Refusal]:
+        """Refuse turns that do not fit into the stroke."""
+        length, speed = cls.value_of(given, "length"), cls.value_of(given, "speed")
+        longest, turn = _longest_turn(length, speed), cls.value_of(given, "turn_time")
+        if longest is None or turn is None or turn <= longest * (1.0 + 1e-9):
+            return []
+        if longest < TURN_TIME.low:
+            shortest = _rounded(2.0 * TURN_REACH * speed * TURN_TIME.low, Dimension.LENGTH, ROUND_CEILING)
+            hint = f"Write a length of at least {shortest}, or a lower speed."
+            return [refusal(["length"], given.get("length", length), f"room for turns of {TURN_TIME.show(1e-3)}", hint)]
+        most = _rounded(longest, Dimension.TIME, ROUND_FLOOR)
+        hint = "Write a shorter turn_time, a longer length, or a lower speed."
+        return [refusal(["turn_time"], turn, f"at most 1.6 length / speed, here {most}", hint)]
+
+
+def _rounded(number: float, dimension: Dimension, rounding: str) -> str:
+    """Return `number` as text of three digits, rounded to the side on which it is allowed."""
+    digits = Context(prec=3, rounding=rounding).create_decimal(repr(number))
+    return show_quantity(float(digits), dimension)
+
+
+def _longest_turn(length: float | None, speed: float | None) -> float | None:
+    """Return the time in s of turns that leave no cruise between them, or None if a field is at fault."""
+    return None if length is None or speed is None else length / speed / (2.0 * TURN_REACH)
+
+
+class Scan(Section):
+    """The motion: constant `speed` and `load`, or a `stroke`, or a `trajectory`.
+
+    `speed` and `load` of a stroke are its own; those of a trajectory are the largest speed between two points and the
+    largest load. They say how fast and how hard the scan is at most, whatever its kind.
+    """
+
+    speed: Annotated[float, SPEED] = Field(
+        default=0.08, description="Constant speed of the surface past the finger; negative is backwards."
+    )
+    load: Annotated[float, LOAD] = Field(default=0.3, description="Constant normal force of the finger on the texture.")
+    stroke: Stroke | None = Field(
+        default=None, description="Back and forth with smooth turns, instead of speed and load."
+    )
+    trajectory: Annotated[tuple[Point, ...] | None, Trajectory()] = Field(
+        default=None,
+        description="Recorded points [t, position, load], times rising, instead of speed and load; a curve with two "
+        "continuous derivatives stays between neighbouring points, and times that come too close are moved apart.",
+    )
+    lift_load: Annotated[float, LIFT_LOAD] = Field(
+        default=1e-3,
+        description="Load below which the output fades smoothly with the load, to exact silence at no load.",
+    )
+
+    @classmethod
+    def conflicts(cls, given: Fields) -> list[Refusal]:
+        """Refuse a scan that is of two kinds at once."""
+        if "stroke" not in given and "trajectory" not in given:
+            return []
+        kind = "stroke" if "stroke" in given else "trajectory"
+        inside = (
+            'Write it inside the stroke: {"stroke": {"speed": ..., "load": ...}}.'
+            if kind == "stroke"
+            else "Leave it out: the points carry positions and loads."
+        )
+        refusals = [
+            refusal([name], given[name], f"speed and load, or {kind}, not both", inside)
+            for name in ("speed", "load")
+            if name in given
+        ]
+        if "stroke" in given and "trajectory" in given:
+            refusals.append(
+                refusal(["trajectory"], given["trajectory"], "stroke or trajectory, not both", "Leave one out.")
+            )
+        return refusals
+
+    def derived(self) -> Fields:
+        """Return the largest speed and load of a scan that is not constant."""
+        if self.stroke is not None:
+            return {"speed": self.stroke.speed, "load": self.stroke.load}
+        if self.trajectory is not None:
+            from synth.scene.point_spacing import largest_speed
+
+            return {"speed": largest_speed(self.trajectory), "load": max(point[2] for point in self.trajectory)}
+        return {}
+
+    def document(self) -> dict[str, Any]:
+        """Return the section with the fields of its own kind only."""
+        unused = {"stroke", "trajectory"}
+        if self.stroke is not None:
+            unused = {"speed", "load", "trajectory"}
+        elif self.trajectory is not None:
+            unused = {"speed", "load", "stroke"}
+        return without(super().document(), *unused)

@@ -1,0 +1,153 @@
+"""SCENE: a finger, a texture, a scan, and what is to come out, checked and frozen, in SI units.
+
+Stage: 1 (SCENE). Everything downstream takes a `Scene` and trusts it.
+Model: a scene is written as JSON; a number is SI, text carries its unit, null or absent is the default. The fields are
+declared in scene_surfaces.py, scene_scan.py, scene_effects.py and scene_output.py; docs/scene.md tells users.
+Limits: a document that cannot be read is refused with all of its faults at once (the first 100 of them).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from pydantic import Field, ValidationError
+
+from synth.errors import Fault, SceneError, shown
+from synth.scene.catalogue import lookup
+from synth.scene.effect_registry import declaration
+from synth.scene.effects_section import Effects, FrozenMapping, lowest_load
+from synth.scene.merge import merge_patch
+from synth.scene.output_section import Accuracy, Channel, Output, QuantityName
+from synth.scene.rules import MOST_FAULTS
+from synth.scene.scan_section import LOWEST_LOAD, Scan, Stroke
+from synth.scene.section import Section, inner_section, plain, rule_of, section_schema
+from synth.scene.surface_sections import Finger, Texture, amplitude_of
+from synth.scene.text import object_from_text, pointer
+
+__all__ = [
+    "Accuracy",
+    "Channel",
+    "FieldLine",
+    "Finger",
+    "Output",
+    "QuantityName",
+    "Scan",
+    "Scene",
+    "Stroke",
+    "Texture",
+    "amplitude_of",
+    "channel_count",
+    "merge_patch",
+    "object_from_text",
+    "parse_scene",
+    "parse_scene_text",
+    "scene_document",
+    "scene_fields",
+    "scene_schema",
+]
+
+
+class Scene(Section):
+    """A scene: what touches what, how it moves, and what comes out."""
+
+    finger: Finger = Field(default=Finger(), description="The fingertip.")
+    texture: Texture = Field(default=Texture(), description="The sample under it.")
+    scan: Scan = Field(default=Scan(), description="How the finger moves and presses.")
+    effects: Annotated[FrozenMapping, Effects()] = Field(
+        default=FrozenMapping(), description="Physical causes beyond the contact, by name; absent is not simulated."
+    )
+    output: Output = Field(default=Output(), description="What the samples are, and how many.")
+    accuracy: Accuracy = Field(default=Accuracy(), description="How exact the samples must be.")
+
+
+def parse_scene(document: object) -> Scene:
+    """Return the scene that `document` (a mapping, or a name of the catalogue) describes.
+
+    Raises SceneError, which lists every fault of the document.
+    """
+    if isinstance(document, Scene):
+        return document
+    if isinstance(document, str):
+        document = lookup(document).document
+    try:
+        return Scene.model_validate(document, context={LOWEST_LOAD: _lowest_load(document)})
+    except ValidationError as error:
+        raise SceneError(list(_faults(error))) from error
+
+
+def parse_scene_text(text: str | bytes) -> Scene:
+    """Return the scene that JSON `text` describes; raises SceneError as `parse_scene` does, and for text that is no
+    JSON object or has a field twice."""
+    return parse_scene(object_from_text(text))
+
+
+def _lowest_load(document: object) -> float:
+    return lowest_load(document.get("effects")) if isinstance(document, Mapping) else 0.0
+
+
+def channel_count(scene: Scene) -> int:
+    """Return how many channels `scene` has, those that its effects add included."""
+    return len(scene.output.channel_list) + sum(declaration(name).added(scene.effects[name]) for name in scene.effects)
+
+
+def scene_document(scene: Scene) -> dict[str, Any]:
+    """Return the complete document of `scene`, numbers in SI; `parse_scene` reads it back to an equal scene."""
+    return scene.document()
+
+
+def scene_schema() -> dict[str, Any]:
+    """Return the JSON Schema (2020-12) of a scene, with each field's sentence, default, unit (`x-unit`) and range."""
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "ridgewave scene",
+        **section_schema(Scene),
+    }
+
+
+@dataclass(frozen=True, slots=True)
+class FieldLine:
+    """One field, for documentation: its dotted path, its sentence, SI unit, default and range as text."""
+
+    path: str
+    description: str
+    unit: str
+    default: str
+    allowed: str
+
+
+def scene_fields() -> tuple[FieldLine, ...]:
+    """Return a line for every field of a scene that holds a value; a field of `channels` has a path with `[]`."""
+    return (*_lines(Scene, ""), *_lines(Channel, "output.channels[]."))
+
+
+def _lines(section: type[Section], above: str) -> Iterator[FieldLine]:
+    for name, field in section.model_fields.items():
+        inner = inner_section(section, name)
+        if inner is not None:
+            yield from _lines(inner, f"{above}{name}.")
+        else:
+            rule = rule_of(section, name)
+            default = plain(field.default)
+            shown_default = "null" if default is None else rule.show(default)
+            yield FieldLine(above + name, field.description or "", rule.unit, shown_default, rule.allowed)
+
+
+def _faults(error: ValidationError) -> Iterator[Fault]:
+    lines = error.errors(include_url=False)
+    for line in lines[:MOST_FAULTS]:
+        told: Mapping[str, str] = line["ctx"]
+        yield Fault(pointer(*line["loc"]), _shown(line["input"]), told["allowed"], told["hint"])
+    if len(lines) > MOST_FAULTS:
+        hint = "Correct the faults above first."
+        yield Fault("", f"more than {MOST_FAULTS} faults", "a scene without faults", hint)
+
+
+def _shown(value: object) -> str:
+    if value is None or isinstance(value, bool):
+        return {None: "null", True: "true", False: "false"}[value]
+    try:
+        return shown(value)
+    except (RecursionError, ValueError):  # nested too deeply, or a whole number of thousands of digits
+        return f"{type(value).__name__} too large to show"

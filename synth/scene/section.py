@@ -1,0 +1,136 @@
+"""An object of named fields, of which a scene is made: how it is read, written and described.
+
+Stage: 1 (SCENE). A section (scene_surfaces.py, scene_scan.py, scene_output.py) declares each field once, as a type with
+its rule, a default and a sentence; validation, JSON Schema and the check of docs/scene.md all read that declaration.
+Model: `Section` gathers the refusals of all its fields and of what is wrong between them: one answer names every fault.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import islice
+from typing import Any, Self, get_args
+
+from pydantic import BaseModel, ConfigDict, ModelWrapValidatorHandler, ValidationError, model_validator
+from pydantic_core import PydanticCustomError
+
+from synth.scene.rules import MOST_FAULTS, Fields, Refusal, Rule, nearest, refusal, refusals_of, refuse, refused
+
+
+class Section(BaseModel):
+    """An object of named fields. Null or absent is the default, an unknown name is refused, every fault is reported."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    @classmethod
+    def completed(cls, given: Fields) -> Fields:
+        """Return `given` with what one field implies about others filled in. It still holds what users wrote."""
+        return given
+
+    @classmethod
+    def conflicts(cls, given: Fields) -> list[Refusal]:
+        """Return what is wrong between fields that are each in order."""
+        return []
+
+    def derived(self) -> Fields:
+        """Return fields whose value follows from others."""
+        return {}
+
+    def document(self) -> dict[str, Any]:
+        """Return the section as JSON values in SI, from which it can be read back to equal values."""
+        return {name: plain(getattr(self, name)) for name in type(self).model_fields}
+
+    @classmethod
+    def value_of(cls, given: Fields, name: str) -> Any:
+        """Return field `name` as read, its default if absent, or None if it is at fault."""
+        if name not in given:
+            return cls.model_fields[name].default
+        try:
+            return rule_of(cls, name).read(given[name])
+        except (PydanticCustomError, ValidationError):  # the second names several items of a list
+            return None
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _read(cls, given: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
+        if isinstance(given, cls):
+            return given
+        if not isinstance(given, Mapping):
+            raise refused(
+                "a JSON object", f"Write {{}} for the defaults, or an object of: {', '.join(cls.model_fields)}."
+            )
+        strangers = ((key, value) for key, value in given.items() if key not in cls.model_fields)
+        refusals = [_unknown(cls, key, value) for key, value in islice(strangers, MOST_FAULTS + 1)]
+        known = {key: value for key, value in given.items() if value is not None and key in cls.model_fields}
+        known = cls.completed(known)
+        between = cls.conflicts(known)
+        try:
+            section = handler(known)
+        except ValidationError as error:
+            refusals += refusals_of(error)
+        refusals += between
+        refuse(cls.__name__, refusals)
+        section.__dict__.update(section.derived())
+        return section
+
+
+def _unknown(section: type[Section], key: object, value: object) -> Refusal:
+    near = nearest(str(key), section.model_fields)
+    hint = f'The nearest known field is "{near}".' if near else "Leave it out."
+    return refusal([str(key)], value, f"the fields {', '.join(section.model_fields)}", hint)
+
+
+def rule_of(section: type[Section], name: str) -> Rule:
+    """Return the rule of field `name`, which must have one (a field that is a section has none)."""
+    return next(item for item in section.model_fields[name].metadata if isinstance(item, Rule))
+
+
+def section_schema(section: type[Section]) -> dict[str, Any]:
+    """Return the JSON Schema of `section`: a sentence, the default, the unit and the range of every field, null
+    allowed."""
+    return {
+        "type": "object",
+        "description": (section.__doc__ or "").split("\n\n")[0],
+        "additionalProperties": False,
+        "properties": {name: _field_schema(section, name) for name in section.model_fields},
+    }
+
+
+def _field_schema(section: type[Section], name: str) -> dict[str, Any]:
+    field = section.model_fields[name]
+    inner = inner_section(section, name)
+    words: dict[str, Any] = {"description": field.description, "default": plain(field.default)}
+    if inner is not None:
+        return {"anyOf": [section_schema(inner), {"type": "null"}], **words}
+    rule = rule_of(section, name)
+    return {
+        "anyOf": [*rule.schema()["anyOf"], {"type": "null"}],
+        **words,
+        "x-unit": rule.unit,
+        "x-allowed": rule.allowed,
+    }
+
+
+def inner_section(section: type[Section], name: str) -> type[Section] | None:
+    """Return the section that field `name` holds, or None if it holds a value with a rule."""
+    annotation = section.model_fields[name].annotation
+    for kind in (annotation, *get_args(annotation)):
+        if isinstance(kind, type) and issubclass(kind, Section):
+            return kind
+    return None
+
+
+def without(fields: Mapping[str, Any], *names: str) -> dict[str, Any]:
+    """Return `fields` less those called `names`."""
+    return {name: value for name, value in fields.items() if name not in names}
+
+
+def plain(value: Any) -> Any:
+    """Return `value` as what JSON is made of: sections and mappings become dicts, tuples become lists."""
+    if isinstance(value, Section):
+        return value.document()
+    if isinstance(value, Mapping):
+        return {key: plain(item) for key, item in value.items()}
+    if isinstance(value, tuple):
+        return [plain(item) for item in value]
+    return value

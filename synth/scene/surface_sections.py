@@ -1,0 +1,249 @@
+"""The two surfaces of a scene: the finger and the texture under it.
+
+Stage: 1 (SCENE). Every field is declared once: its type with its rule, its default in SI, a sentence that says what it
+means.
+    The fields that one kind of texture has are declared with the kind (`texture_registry`).
+Model: eq. 3 of Fagiani & Barbieri 2016 turns a roughness Ra into an amplitude, a = (pi / 2) Ra. A scene that has been
+read holds the amplitude alone.
+Limits: the ranges of the moduli and the phase are this project's choice: wide enough for any finger and any sample,
+narrow enough that a slipped unit is noticed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import Field, create_model
+
+from synth.scene.catalogue import catalogue_names, lookup
+from synth.scene.quantity import Dimension
+from synth.scene.rules import Choice, Fields, Quantity, Refusal, Rule, refusal
+from synth.scene.section import Section, without
+from synth.scene.texture_registry import (
+    KINDS,
+    SHARED,
+    STEEPEST,
+    Kind,
+    declared_field,
+    kind_of,
+    kinds_with,
+    special_fields,
+)
+
+# Beyond `usual` a value is questioned: ridges of fingers are 0.05 to 0.15 mm high and 0.5 mm apart, a fingertip touches
+# over 4 to 16 mm (general knowledge, rounded up); the coarsest texture of the catalogue has a period of 20 mm.
+RIDGE_AMPLITUDE = Quantity(Dimension.LENGTH, 0.0, 1e-3, usual=0.2e-3)
+AMPLITUDE = Quantity(Dimension.LENGTH, 0.0, 1e-3, usual=0.5e-3)
+LARGEST_ROUGHNESS = 0.636e-3  # m: the amplitude range by eq. 3, rounded down
+RIDGE_ROUGHNESS = Quantity(Dimension.LENGTH, 0.0, LARGEST_ROUGHNESS, usual=0.127e-3)
+ROUGHNESS = Quantity(Dimension.LENGTH, 0.0, LARGEST_ROUGHNESS, usual=0.318e-3)
+MODULUS = Quantity(Dimension.PRESSURE, 1e3, 1e12)  # softer than any skin layer, to about diamond
+POISSON_RATIO = Quantity(Dimension.NONE, 0.0, 0.5)  # 0.5 is incompressible, the largest an isotropic solid can have
+
+
+HIGHEST = 2e-3
+"""m from valley to crest of a texture: twice the largest amplitude."""
+
+
+WIDER = 1e-6
+"""By how much the bounds of a profile at the end of its range may exceed it: they are bounds, not extremes."""
+
+
+def amplitude_of(roughness: float) -> float:
+    """Return the amplitude in m of a cosine whose mean arithmetic roughness Ra is `roughness` in m (eq. 3)."""
+    return 0.5 * math.pi * roughness
+
+
+class Finger(Section):
+    """The fingertip: a row of ridges, a cosine along the contact, and the skin's elasticity."""
+
+    ridge_period: Annotated[float, Quantity(Dimension.LENGTH, 1e-5, 1e-2, usual=2e-3)] = Field(
+        default=0.5e-3, description="Distance from one ridge of the fingerprint to the next (lambda1 of eq. 2)."
+    )
+    ridge_amplitude: Annotated[float, RIDGE_AMPLITUDE] = Field(
+        default=40e-6, description="Half the height of the ridges from valley to crest (a1 of eq. 2)."
+    )
+    roughness: Annotated[float | None, RIDGE_ROUGHNESS] = Field(
+        default=None, description="Mean arithmetic roughness Ra of the ridges, instead of ridge_amplitude (eq. 3)."
+    )
+    contact_length: Annotated[float, Quantity(Dimension.LENGTH, 1e-5, 0.1, usual=0.03)] = Field(
+        default=0.01, description="Length of the contact along the direction of scanning (L of eq. 1)."
+    )
+    youngs_modulus: Annotated[float, MODULUS] = Field(
+        default=101.2e3, description="Young's modulus of the skin (E1 of eq. 4)."
+    )
+    poisson_ratio: Annotated[float, POISSON_RATIO] = Field(
+        default=0.5, description="Poisson's ratio of the skin (nu1 of eq. 4)."
+    )
+
+    @classmethod
+    def conflicts(cls, given: Fields) -> list[Refusal]:
+        """Refuse an amplitude given twice."""
+        return _amplitude_twice(given, "ridge_amplitude")
+
+    def derived(self) -> Fields:
+        """Return the amplitude if it was given as a roughness."""
+        return {} if self.roughness is None else {"ridge_amplitude": amplitude_of(self.roughness), "roughness": None}
+
+    def document(self) -> dict[str, Any]:
+        """Return the section with the amplitude alone."""
+        return without(super().document(), "roughness")
+
+
+@dataclass(frozen=True)
+class TextureKind(Rule):
+    """A kind of texture, or the name of a texture in the catalogue, which fills in the fields that are not given."""
+
+    @property
+    def allowed(self) -> str:
+        """The kinds and the catalogue's names."""
+        return self._names.allowed
+
+    def read(self, value: object) -> str:
+        """Return the kind; names of the catalogue have been replaced by then."""
+        return self._names.read(value)
+
+    def schema(self) -> dict[str, Any]:
+        """Return the kinds and the names."""
+        return self._names.schema()
+
+    @property
+    def _names(self) -> Choice:
+        return Choice((*KINDS, *catalogue_names()))
+
+
+class TextureFields(Section):
+    """The sample under the finger: its form, rigid or elastic."""
+
+    kind: Annotated[str, TextureKind()] = Field(
+        default="sinusoid", description="Form of the surface, or a name of the catalogue for the fields not given here."
+    )
+    period: Annotated[float, Quantity(Dimension.LENGTH, 1e-6, 1.0, usual=0.05)] = Field(
+        default=0.8e-3,
+        description="Distance after which the texture repeats (lambda2 of eq. 2); of a rough one 20 mm by default.",
+    )
+    amplitude: Annotated[float, AMPLITUDE] = Field(
+        default=20e-6, description="sinusoid: half the height of the texture from valley to crest (a2 of eq. 2)."
+    )
+    roughness: Annotated[float | None, ROUGHNESS] = Field(
+        default=None, description="sinusoid: mean arithmetic roughness Ra, instead of amplitude (eq. 3)."
+    )
+    phase: Annotated[float, Quantity(Dimension.ANGLE, -1000.0, 1000.0)] = Field(
+        default=math.sqrt(2.0), description="Phase of the texture at position 0 (phi of eq. 2)."
+    )
+    youngs_modulus: Annotated[float | None, MODULUS] = Field(
+        default=None, description="Young's modulus of the sample (E2 of eq. 4); the default is a rigid sample."
+    )
+    poisson_ratio: Annotated[float, POISSON_RATIO] = Field(
+        default=0.5,
+        description="Poisson's ratio of the sample (nu2 of eq. 4); it changes nothing if the sample is rigid.",
+    )
+
+    @classmethod
+    def completed(cls, given: Fields) -> Fields:
+        """Replace a name of the catalogue by its texture, and fill in what the kind has for other defaults.
+
+        What is given here beside the name stays.
+        """
+        name = given.get("kind")
+        if not isinstance(name, str):
+            return given
+        if name in KINDS:
+            return {**kind_of(name).defaults, **given}
+        if name not in catalogue_names():
+            return given
+        named: Fields = dict(lookup(name).document["texture"])
+        for pair in kind_of(str(named["kind"])).pairs:
+            if any(field in given for field in pair):
+                named = without(named, *pair)
+        return {**named, **without(given, "kind")}
+
+    @classmethod
+    def conflicts(cls, given: Fields) -> list[Refusal]:
+        """Refuse fields of other kinds, an amplitude given twice, and a surface that is too steep or too high."""
+        name = given.get("kind", "sinusoid")
+        if not isinstance(name, str) or name not in KINDS:
+            return []
+        kind = kind_of(name)
+        found = [
+            _foreign(given, field, name) for field in given if field in special_fields() and field not in kind.names
+        ]
+        found += _amplitude_twice(given, "amplitude") if "amplitude" in kind.shared else []
+        values = {field: cls.value_of(given, field) for field in ("phase", *kind.names)}
+        if any(field in given and value is None for field, value in values.items()):
+            return found
+        between = kind.refusals(values, given)
+        return found + (between or _beyond(kind, kind.make(values), given))
+
+    def derived(self) -> Fields:
+        """Return the amplitude of a roughness, and what other kinds stand for: period, and equivalent amplitude."""
+        kind = kind_of(self.kind)
+        found: Fields = {name: None for name in special_fields() if name not in kind.names}
+        if "amplitude" in kind.shared:
+            return found | (
+                {} if self.roughness is None else {"amplitude": amplitude_of(self.roughness), "roughness": None}
+            )
+        profile = kind.make(self.values())
+        found |= {first: None for first, second in kind.pairs if getattr(self, second) is not None}
+        return found | {"period": profile.period, "amplitude": profile.equivalent().amplitude}
+
+    def values(self) -> dict[str, Any]:
+        """Return the phase and the fields of the kind, from which its profile is made."""
+        return {name: getattr(self, name) for name in ("phase", *kind_of(self.kind).names)}
+
+    def document(self) -> dict[str, Any]:
+        """Return the section with the fields of its kind, and of a sinusoid with the amplitude alone."""
+        names = kind_of(self.kind).names
+        foreign = [name for name in special_fields() if name not in names]
+        return kind_of(self.kind).written(without(super().document(), "roughness", "file", *foreign), self.values())
+
+
+if TYPE_CHECKING:
+
+    class Texture(TextureFields):
+        """The sample under the finger, with the fields of every kind; None where its kind has no such field.
+
+        period and amplitude are those of every kind: the length after which it repeats, and the amplitude of the
+        sinusoid of equal Rq and rms slope.
+        """
+
+else:
+    Texture = create_model(
+        "Texture",
+        __base__=TextureFields,
+        __module__=__name__,
+        __doc__=TextureFields.__doc__,
+        **{name: declared_field(name) for name in special_fields() if name not in SHARED},
+    )
+
+
+def _foreign(given: Fields, field: str, name: str) -> Refusal:
+    kinds = " or ".join(f'"{kind}"' for kind in kinds_with(field))
+    allowed = f'the fields of kind "{name}": {", ".join(kind_of(name).names)}'
+    return refusal([field], given[field], allowed, f"Leave it out; it is a field of {kinds}.")
+
+
+def _beyond(kind: Kind, profile: Any, given: Fields) -> list[Refusal]:
+    """Refuse a surface that is steeper or higher than any texture of a contact is."""
+    if not kind.steep:
+        return []
+    low, high = profile.extent
+    field = next((other for one, other in kind.pairs if one == kind.steep and other in given), kind.steep)
+    where, written = [field], given.get(field)
+    if not high - low <= HIGHEST * (1.0 + WIDER):
+        hint = f"From valley to crest it is {high - low:.4g} m. Write smaller heights."
+        return [refusal(where, written, f"a surface {HIGHEST:g} m high at most", hint)]
+    if not profile.slope_bound <= STEEPEST * (1.0 + WIDER):
+        hint = f"Its steepest slope is {profile.slope_bound:.4g}. Write smaller heights or greater lengths."
+        return [refusal(where, written, f"slopes of {STEEPEST:g} at most", hint)]
+    return []
+
+
+def _amplitude_twice(given: Mapping[str, object], amplitude: str) -> list[Refusal]:
+    if amplitude not in given or "roughness" not in given:
+        return []
+    hint = f"Leave one out; they are two ways to write the same, {amplitude} = pi / 2 times roughness."
+    return [refusal(["roughness"], given["roughness"], f"{amplitude} or roughness, not both", hint)]

@@ -1,0 +1,103 @@
+"""Strict JSON text to the object it holds.
+
+Stage: 1 (SCENE), and whoever else takes a partial scene as text.
+Limits: UTF-8, with or without a byte order mark. NaN and Infinity are let through as numbers, because the field that
+holds one can say more about it than its position in the text; every field refuses them.
+"""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Iterator
+from itertools import islice
+
+from synth.errors import Fault, SceneError
+from synth.scene.rules import MOST_FAULTS
+
+WANTED = "one JSON object"
+
+
+class _Repeated(dict[str, object]):
+    """An object in which a field was written more than once."""
+
+    repeated: tuple[str, ...] = ()
+
+
+def object_from_text(text: str | bytes) -> dict[str, object]:
+    """Return the object that `text` holds. Raises SceneError for what is not exactly one JSON object, and for fields
+    that are written twice, each with its pointer."""
+    decoded = _decoded(text)
+    if not decoded.strip():
+        raise _refusal("nothing", "Write {} for the default scene.")
+    repeated: list[_Repeated] = []
+    try:
+        document = json.loads(decoded, object_pairs_hook=lambda pairs: _fields(pairs, repeated))
+        faults = list(islice(_repetitions(document, ""), MOST_FAULTS)) if repeated else []
+    except json.JSONDecodeError as error:
+        place = f"line {error.lineno}, column {error.colno}"
+        raise _refusal(f"text that is not JSON at {place}", f"Correct the text there ({error.msg}).") from error
+    except RecursionError as error:
+        raise _refusal("JSON that is nested too deeply", "A scene needs four levels.") from error
+    except ValueError as error:
+        raise _refusal("a whole number with thousands of digits", "Write numbers within their range.") from error
+    if not isinstance(document, dict):
+        raise _refusal(f"JSON of another kind ({_json_kind(document)})", 'Write an object, such as {"texture": {}}.')
+    if faults:
+        raise SceneError(faults)
+    return document
+
+
+def pointer(*parts: object) -> str:
+    """Return the RFC 6901 pointer of `parts`, safe to print and to encode."""
+    return "".join(f"/{_part(part)}" for part in parts)
+
+
+def _part(part: object) -> str:
+    printable = str(part)[:101].encode("utf-8", "backslashreplace").decode("utf-8")
+    shortened = printable if len(printable) <= 100 else printable[:97] + "..."
+    return shortened.replace("~", "~0").replace("/", "~1")
+
+
+def _decoded(text: str | bytes) -> str:
+    if isinstance(text, str):
+        return text.removeprefix("\ufeff")
+    try:
+        return bytes(text).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise _refusal("bytes that are not UTF-8 text", "Save the scene as JSON in UTF-8.") from error
+
+
+def _fields(pairs: list[tuple[str, object]], repeated: list[_Repeated]) -> dict[str, object]:
+    """Return the object of `pairs`, noted in `repeated` where a field is written more than once."""
+    fields = dict(pairs)
+    if len(fields) == len(pairs) or len(repeated) >= MOST_FAULTS:
+        return fields
+    marked = _Repeated(fields)
+    count = Counter(name for name, _ in pairs)
+    marked.repeated = tuple(name for name in fields if count[name] > 1)
+    repeated.append(marked)
+    return marked
+
+
+def _repetitions(value: object, at: str) -> Iterator[Fault]:
+    if isinstance(value, _Repeated):
+        for name in value.repeated:
+            yield Fault(at + pointer(name), "the same field more than once", "each field once", "Keep one of them.")
+    if isinstance(value, dict):
+        for name, item in value.items():
+            yield from _repetitions(item, at + pointer(name))
+    elif isinstance(value, list):
+        for index, item in enumerate(value):
+            yield from _repetitions(item, at + pointer(index))
+
+
+def _json_kind(value: object) -> str:
+    if value is None:
+        return "null"
+    names = {bool: "true or false", str: "text", list: "a list"}
+    return names.get(type(value), "a number")
+
+
+def _refusal(value: str, hint: str) -> SceneError:
+    return SceneError([Fault("", value, WANTED, hint)])

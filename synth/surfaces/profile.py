@@ -1,0 +1,109 @@
+"""A profile: the heights of a surface along a line, repeated with a period.
+
+Stage   SURFACES: between what was asked for and the contact.
+Model   h(x), in metres, up towards the finger, about its own mean line: the mean over a period is 0. A scene's `phase`
+        phi shifts every kind alike, h(x) = base(x + phi period / (2 pi)).
+        The equivalent sinusoid has the same Rq (root mean square height) and the same rms slope:
+        a = sqrt(2) Rq, lambda = 2 pi Rq / (rms slope). Eqs 4-7 take it in the place of a2 and lambda2.
+Source  Fagiani & Barbieri (2016), eqs 2-7, know one cosine; the equivalent sinusoid is this project's choice.
+Limits  periodic; one line along the direction of scanning.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Hashable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+
+NO_CORNERS: Array = np.empty(0)
+NO_CORNERS.setflags(write=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Cosine:
+    """A profile in closed form: amplitude (m) times cos(2 pi x / period + phase), period in m, phase in rad."""
+
+    amplitude: float
+    phase: float
+    period: float
+
+
+@dataclass(frozen=True, slots=True)
+class Equivalent:
+    """The sinusoid of equal Rq and equal rms slope: amplitude and period in m."""
+
+    amplitude: float
+    period: float
+
+
+class Profile(ABC):
+    """Heights of a periodic surface along a line, up towards the finger. A profile never changes.
+
+    kind: the name that `texture.kind` has for it. period: in m.
+    """
+
+    kind: str
+    period: float
+
+    @property
+    @abstractmethod
+    def key(self) -> Hashable:
+        """Everything that decides the heights, for a cache."""
+
+    @abstractmethod
+    def heights(self, places: Array) -> Array:
+        """Return the heights (m) at `places` (m), an array of any shape and of any range; the result has its shape."""
+
+    @property
+    @abstractmethod
+    def extent(self) -> tuple[float, float]:
+        """Bounds of the heights (m), lowest and highest."""
+
+    @property
+    @abstractmethod
+    def slope_bound(self) -> float:
+        """Bound of |dh/dx|."""
+
+    @property
+    @abstractmethod
+    def curvature_bound(self) -> float:
+        """Bound of |d2h/dx2| (1/m); infinite where the profile has corners."""
+
+    @property
+    def corners(self) -> Array:
+        """Places (m) in [0, period), rising, where the slope jumps; empty where the profile is smooth."""
+        return NO_CORNERS
+
+    @property
+    def cosine(self) -> Cosine | None:
+        """The closed form of a profile that is one cosine of its own period, else None."""
+        return None
+
+    @property
+    @abstractmethod
+    def rms(self) -> tuple[float, float]:
+        """Rq (m) and the root mean square of the slope, over a period."""
+
+    def equivalent(self) -> Equivalent:
+        """Return the sinusoid of equal Rq and rms slope; that of a flat profile has no height and the same period."""
+        height, slope = self.rms
+        if not height or not slope:
+            return Equivalent(0.0, self.period)
+        return Equivalent(math.sqrt(2.0) * height, 2.0 * math.pi * height / slope)
+
+
+def turns_of(places: Array, period: float, phase: float) -> Array:
+    """Return where in a period `places` (m) stand, in turns from 0 to 1, for a surface shifted by `phase` (rad)."""
+    turns = (np.asarray(places, np.float64) / period + phase / (2.0 * math.pi)) % 1.0
+    return np.where(turns >= 1.0, 0.0, turns)  # the remainder of a tiny negative number rounds to 1
+
+
+def places_of(turns: Array, period: float, phase: float) -> Array:
+    """Return the places (m) in [0, period), rising, that stand at `turns` of a surface shifted by `phase` (rad)."""
+    return np.sort((np.asarray(turns, np.float64) - phase / (2.0 * math.pi)) % 1.0 % 1.0) * period

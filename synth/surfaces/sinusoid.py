@@ -1,0 +1,77 @@
+"""The sinusoid: the one surface of the paper, for texture and finger alike.
+
+Stage   SURFACES.
+Model   h(x) = amplitude cos(2 pi x / period + phase)
+Source  Fagiani & Barbieri (2016), eq. 2.
+Limits  exact.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.scene.section import Section
+from synth.scene.texture_registry import SHARED, Kind
+from synth.surfaces.profile import Array, Cosine, Equivalent, Profile
+
+
+@dataclass(frozen=True, slots=True)
+class Sinusoid(Profile):
+    """A cosine: amplitude and period in m, phase in rad."""
+
+    amplitude: float
+    period: float
+    phase: float = 0.0
+    kind = "sinusoid"
+
+    @property
+    def key(self) -> Hashable:
+        """Everything that decides the heights."""
+        return self.kind, self.amplitude, self.period, self.phase
+
+    def heights(self, places: Array) -> Array:
+        """Return the heights (m) at `places` (m)."""
+        turns = np.asarray(places, np.float64) / self.period % 1.0
+        return np.asarray(self.amplitude * np.cos(2.0 * math.pi * turns + self.phase))
+
+    @property
+    def extent(self) -> tuple[float, float]:
+        """Lowest and highest height (m), exact."""
+        return -self.amplitude, self.amplitude
+
+    @property
+    def slope_bound(self) -> float:
+        """Largest slope, exact."""
+        return 2.0 * math.pi / self.period * self.amplitude
+
+    @property
+    def curvature_bound(self) -> float:
+        """Largest second derivative (1/m), exact."""
+        return (2.0 * math.pi / self.period) ** 2 * self.amplitude
+
+    @property
+    def cosine(self) -> Cosine:
+        """Itself."""
+        return Cosine(self.amplitude, self.phase, self.period)
+
+    @property
+    def rms(self) -> tuple[float, float]:
+        """Rq (m) and rms slope."""
+        return self.amplitude / math.sqrt(2.0), self.slope_bound / math.sqrt(2.0)
+
+    def equivalent(self) -> Equivalent:
+        """Return itself, without rounding."""
+        return Equivalent(self.amplitude, self.period)
+
+
+KIND = Kind(
+    Section,
+    lambda values: Sinusoid(values["amplitude"], values["period"], values["phase"]),
+    shared=SHARED,
+    steep="",
+    pairs=(("amplitude", "roughness"),),
+)

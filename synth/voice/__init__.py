@@ -1,0 +1,1 @@
+"""Running plans: blocks of sound, live changes, a hand, the limiter, and recordings of live sessions."""

@@ -1,0 +1,96 @@
+"""The log of a live voice that a hand moves: what decided its samples, each with its frame; the heart of a recording.
+
+Stage   3 (VOICE), beside `live_hand`, which writes it; `recording` reads it.
+Model   An event is a list: frame, name, values.
+            [frame, "contact", seq, time, position, speed, load]   an update, from this frame on; null: not given
+            [frame, "lift"]                                        the finger was taken off
+            [frame, "scene", scene]                                a change of scene, begun as soon as it could be
+            [frame, "release"]                                     the fade that ends it
+            [frame, "refine"]                                      a cross-fade to newer rows of load, as a new part
+            [frame, "rows", part, reader, "all" or "more", loads]  the rows of load that a part of the sound used
+        Rows are part of it because they become ready in their own time. Parts count the voices that a hand moved, in
+        the order in which they began.
+Limits  LARGEST_BYTES of memory; then it is full, and holds the beginning.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.motion.update_smoothing import Update
+
+FORMAT, VERSION = "ridgewave-recording", 2
+LARGEST_BYTES = 128 << 20  # 470,000 updates: 100 a second for 1.3 h; a longer session holds memory that others need
+EVENT_BYTES = 280  # of an update; of any other event without what it holds besides
+LOAD_BYTES = 32  # of one load (N) in a list
+BYTES_PER_CHARACTER = 10  # of a scene, by its text: a number takes 32 bytes and some four characters
+
+Event = list[Any]
+
+
+def is_recording(document: Mapping[str, object]) -> bool:
+    """Return whether a JSON object is a recording rather than a scene."""
+    return document.get("format") == FORMAT
+
+
+class HandLog:
+    """Events in the order in which they happened."""
+
+    def __init__(self) -> None:
+        self.events: list[Event] = []
+        self.used_bytes = 0
+        self.ended_at: int | None = None
+        self.cut_frames = 0
+        """The last frames, where they were faded after they had been rendered."""
+        self._rows: dict[tuple[int, int], Array] = {}
+
+    def contact(self, frame: int, update: Update) -> None:
+        """Note an update."""
+        self._note([frame, "contact", update.seq, update.time, update.position, update.speed, update.load])
+
+    def lift(self, frame: int) -> None:
+        """Note that the finger was taken off."""
+        self._note([frame, "lift"])
+
+    def release(self, frame: int) -> None:
+        """Note the fade at the end."""
+        self._note([frame, "release"])
+
+    def cut(self, frames: int) -> None:
+        """Note that the last `frames` were faded after they had been rendered."""
+        self.cut_frames = frames
+
+    def scene(self, frame: int, document: dict[str, Any]) -> None:
+        """Note a change to the scene of `document`."""
+        self._note([frame, "scene", document], BYTES_PER_CHARACTER * len(json.dumps(document)))
+
+    def refine(self, frame: int) -> None:
+        """Note a cross-fade to newer rows of load, those of the next part."""
+        self._note([frame, "refine"])
+
+    def rows(self, frame: int, part: int, reader: int, loads: Array) -> None:
+        """Note the rows of load (N) that a reader of a part uses from now on."""
+        before = self._rows.get((part, reader))
+        self._rows[part, reader] = loads
+        more = None if before is None else np.setdiff1d(loads, before)
+        if more is None or len(more) + len(before if before is not None else ()) != len(loads):
+            self._note([frame, "rows", part, reader, "all", loads.tolist()], LOAD_BYTES * len(loads))
+        else:
+            self._note([frame, "rows", part, reader, "more", more.tolist()], LOAD_BYTES * len(more))
+
+    def end(self, frame: int) -> None:
+        """Take no more events, from `frame` on."""
+        if self.ended_at is None:
+            self.ended_at = frame
+
+    def _note(self, event: Event, more_bytes: int = 0) -> None:
+        if self.used_bytes + EVENT_BYTES + more_bytes > LARGEST_BYTES:
+            self.end(event[0])
+        if self.ended_at is None:
+            self.events.append(event)
+            self.used_bytes += EVENT_BYTES + more_bytes

@@ -1,0 +1,282 @@
+"""A voice for streams that do not end: it ramps in, across changes of scene, and out, and stays within full scale.
+
+Stage   3 (VOICE), for sessions and devices.
+Model   A change of scene is prepared beside the music (`prepare`, in any thread) and taken over at the next block
+        (`apply`): the new voice begins where the texture stands, and a raised cosine leads from the old one to it. A
+        change that comes while another is being faded waits; the newest wins. The safety limiter is last; it looks
+        LOOK_AHEAD ahead, so a change is heard that much later.
+Source  design, section 4 (ramps) and 8 (limiter).
+Limits  rate, channels, quantities and full scale stay those of the first scene (where that is silent: those of a usual
+        hand on it). Not thread-safe but for `prepare`,
+        `apply` and `release`, which only leave a note for the next block.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.errors import Fault, SceneError
+from synth.plan.effect_choice import added_quantities
+from synth.plan.plan import Plan
+from synth.plan.preparation import Preparation, prepare
+from synth.plan.usual_hand import with_full_scale, with_stream_scale
+from synth.response.cache import ResponseCache
+from synth.scene.scene import Scene
+from synth.voice.limiter import Block, Limiter, look_ahead
+from synth.voice.rehearsal import REHEARSALS, kind_of, stand_in
+from synth.voice.voice import Voice
+
+RAMP_TIME = 0.01  # s of fade in and out: short enough for the 20 ms of a stop, long enough not to click
+REHEARSED_BLOCK = 0.01  # s
+CHANGE_TIME = 0.05  # s from one scene to the next; shorter steps become audible on slow waveforms
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """A scene that is ready to be taken over.
+
+    scene: as it was asked for. solved: with the stream's full scale. voice: of it, its rows solved and not yet begun.
+    """
+
+    scene: Scene
+    solved: Preparation
+    voice: Voice
+
+
+class LiveVoice:
+    """An endless voice for one listener.
+
+    scene: the first scene; CannotRender and SceneError as `prepare`. cache: responses shared with other voices.
+    """
+
+    def __init__(self, scene: Scene, *, cache: ResponseCache | None = None) -> None:
+        self._cache = cache or ResponseCache()
+        self._first = scene
+        self.scene = scene
+        self._voice = Voice(self._scaled(prepare(scene, self._cache, paced=True)), paced=True)
+        self._ahead = look_ahead(self._voice.sample_rate)
+        self._channels = self._voice.channels
+        self._limiter = Limiter(self._voice.channels, self._voice.sample_rate, self._ahead)
+        self._silent = 0
+        self._rehearses = False
+        self._primed = False
+        self._coming: Voice | None = None
+        self._crossed = 0
+        self._waiting: Change | None = None
+        self._gain = 0.0
+        self._rise = RAMP_TIME
+        self._reduction = 0.0
+        self._released = False
+        self.frame = 0
+
+    @property
+    def sample_rate(self) -> int:
+        """Frames a second."""
+        return self._voice.sample_rate
+
+    @property
+    def channels(self) -> int:
+        """Channels of a block."""
+        return self._channels
+
+    @property
+    def quantities(self) -> tuple[str, ...]:
+        """Quantity of each channel."""
+        return self._voice.quantities
+
+    @property
+    def full_scale(self) -> tuple[float, ...]:
+        """SI value that is 1.0 in the audio, of each channel; it does not change."""
+        return self._voice.full_scale
+
+    @property
+    def first_scene(self) -> Scene:
+        """The scene that it began with, as it was asked for."""
+        return self._first
+
+    @property
+    def plan(self) -> Plan:
+        """The plan of the scene that sounds, or is coming."""
+        return (self._coming or self._voice).plan
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What a user should know about the scene that sounds, or is coming."""
+        return (self._coming or self._voice).warnings
+
+    @property
+    def reduction_db(self) -> float:
+        """The largest gain reduction of the limiter in the last block, in dB."""
+        return self._reduction
+
+    @property
+    def finished(self) -> bool:
+        """True when the voice was released and has faded out, the limiter's look-ahead included."""
+        return self._released and self._silent >= max(1, self._ahead)
+
+    def rehearse(self) -> None:
+        """Have a voice of this kind play unheard, unless one has (`live_rehearsal`), now and before each change.
+
+        For a stream beside others; slow, for the thread that opens it.
+        """
+        self._rehearses = True
+        self._rehearse(self.scene, self.plan)
+
+    def _rehearse(self, scene: Scene, plan: Plan) -> None:
+        def play() -> None:
+            voice = type(self)(stand_in(scene), cache=self._cache)
+            try:
+                voice._play_through()
+            finally:
+                voice.close()
+
+        REHEARSALS.once((type(self), kind_of(scene, plan)), play)
+
+    def _play_through(self) -> None:
+        """Play whatever this voice can come to play."""
+        self._play_blocks(1)
+        self.apply(self.prepare(self.scene))
+        self._play_blocks(1 + round(CHANGE_TIME / REHEARSED_BLOCK))
+        self.release()
+        self._play_blocks(2)
+
+    def _play_blocks(self, count: int) -> None:
+        for _ in range(count):
+            self.render(round(REHEARSED_BLOCK * self.sample_rate))
+
+    def prepare(self, scene: Scene) -> Change:
+        """Return `scene` ready to be taken over; SceneError where it changes what is fixed for a stream."""
+        faults = fixed_faults(self._first, scene)
+        if faults:
+            raise SceneError(faults)
+        solved = prepare(with_full_scale(scene, self.full_scale), self._cache, paced=True)
+        change = Change(scene, solved, Voice(solved, paced=True))
+        if self._rehearses:
+            self._rehearse(scene, change.voice.plan)
+        return change
+
+    def apply(self, change: Change) -> None:
+        """Take `change` over from the next block on."""
+        self._waiting = change
+
+    def release(self) -> None:
+        """Fade out, beginning with the next block."""
+        self._released = True
+
+    def close(self) -> None:
+        """Let go of what outlives a voice: nothing, unless a hand moves it."""
+
+    def _scaled(self, solved: Preparation) -> Preparation:
+        """Return `solved` with the full scales that the voice keeps."""
+        return with_stream_scale(solved, self._cache)
+
+    def render(self, frames: int) -> Block:
+        """Return the next `frames` frames, float32 [frames, channels], within -1..1."""
+        self.frame += frames
+        if self.finished:
+            return np.zeros((frames, self.channels), dtype=np.float32)
+        if not self._primed:
+            self._primed = True
+            self._limiter.prime(self._unlimited(self._ahead))
+        block = self._unlimited(frames)
+        self._limit(block)
+        return block
+
+    def _limit(self, block: Block) -> None:
+        self._limiter.process_into(block, block)
+        self._reduction = self._limiter.take_reduction()
+
+    def _unlimited(self, frames: int) -> Block:
+        """Return the next frames before the limiter, which is `_ahead` frames behind them."""
+        block = np.empty((frames, self.channels), dtype=np.float32)
+        done = 0
+        while done < frames:
+            if self._coming is None:
+                self._begin_change()
+            count = frames - done
+            if self._coming is not None:
+                count = min(count, self._crossing_frames - self._crossed)
+            block[done : done + count] = self._next(count)
+            done += count
+        self._ramp(block)
+        return block
+
+    @property
+    def _crossing_frames(self) -> int:
+        return max(1, round(CHANGE_TIME * self.sample_rate))
+
+    def _begin_change(self) -> None:
+        """Begin the cross-fade to what waits, if anything does."""
+        change = self._waiting
+        if change is not None:
+            self._waiting = None
+            begun_before = change.voice.frame > 0
+            self._cross_to(Voice(change.solved, paced=True) if begun_before else change.voice)
+            self.scene = change.scene
+
+    def _cross_to(self, voice: Voice) -> None:
+        """Begin the cross-fade to `voice`, the texture where it stands."""
+        self._coming, self._crossed = voice, 0
+        voice.begin_at(self._voice.phase)
+
+    def _next(self, frames: int) -> Block:
+        block = self._rendered(self._voice, frames)
+        if self._coming is None:
+            return block
+        n = self._crossed + np.arange(1, frames + 1)
+        part = 0.5 - 0.5 * np.cos(math.pi * n / self._crossing_frames)
+        block += ((self._rendered(self._coming, frames) - block) * part[:, np.newaxis]).astype(np.float32)
+        self._crossed += frames
+        if self._crossed >= self._crossing_frames:
+            self._crossing_done(self._coming)
+        return block
+
+    def _rendered(self, voice: Voice, frames: int) -> Block:
+        """Return the next frames of one of the two voices of a cross-fade."""
+        return voice.render(frames)
+
+    def _crossing_done(self, voice: Voice) -> None:
+        """Leave the cross-fade, to `voice` alone."""
+        self._voice, self._coming = voice, None
+
+    def _ramp(self, block: Block) -> None:
+        """Move the gain toward 1, or toward 0 after a release, and apply it."""
+        goal = 0.0 if self._released else 1.0
+        if self._gain == goal == 1.0:
+            return
+        seconds = RAMP_TIME if self._released else self._rise
+        step = 1.0 / max(1, round(seconds * self.sample_rate))
+        away = np.arange(1, len(block) + 1) * (step if goal else -step)
+        gains = np.clip(self._gain + away, 0.0, 1.0)
+        block *= (0.5 - 0.5 * np.cos(math.pi * gains))[:, np.newaxis].astype(np.float32)
+        self._gain = float(gains[-1]) if len(gains) else self._gain
+        if self._released:
+            self._silent += int(np.count_nonzero(gains == 0.0))
+
+
+def fixed_faults(first: Scene, scene: Scene) -> list[Fault]:
+    """Return a fault for each field that a stream fixes and `scene` changes."""
+    faults = []
+    old, new = first.output, scene.output
+    if old.sample_rate != new.sample_rate:
+        faults.append(_fixed("/output/sample_rate", f"{new.sample_rate} Hz", f"{old.sample_rate} Hz"))
+    quantities = [[channel.quantity for channel in output.channel_list] for output in (old, new)]
+    if quantities[0] != quantities[1]:
+        pointer = "/output/channels" if new.channels else "/output/quantity"
+        faults.append(_fixed(pointer, ", ".join(quantities[1]), ", ".join(quantities[0])))
+    added = [added_quantities(one) for one in (first, scene)]
+    if added[0] != added[1]:
+        words = [", ".join(one) or "no channel" for one in added]
+        faults.append(_fixed("/effects", f"effects that add {words[1]}", f"effects that add {words[0]}"))
+    scales = [[channel.full_scale for channel in output.channel_list] for output in (old, new)]
+    pointer = "/output/channels" if new.channels else "/output/full_scale"
+    if scales[0] != scales[1] and pointer not in {fault.pointer for fault in faults}:
+        faults.append(_fixed(pointer, str(scales[1]), str(scales[0])))
+    return faults
+
+
+def _fixed(pointer: str, value: str, kept: str) -> Fault:
+    return Fault(pointer, value, f"{kept}, as the stream began", "Open a new session for another one.")

@@ -1,0 +1,222 @@
+"""Recordings of live sessions: a document that holds what decided every sample, and the samples again.
+
+Stage   3 (VOICE), after `live_hand`.
+Model   A recording is {"format": "ridgewave-recording", "version": 2, "scene", "full_scale", "frames", "faded",
+        "events"}: the scene of the beginning, what 1.0 stood for, how many frames were sent, how many of the last were
+        faded after they had been rendered, and the events of `hand_log`. Played again, each event is applied before
+        the frame that it names. A recording of version 1 was made when a scene without a bandwidth had the full band:
+        its scenes are read so (`scene_before_bands`), and give the same samples.
+Source  design, section 4 (recording).
+Limits  the samples are the same on a machine that computes as the first did: same versions, same kind of processor.
+        A log that became full is played to there.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.errors import Fault, SceneError, shown
+from synth.motion.update_smoothing import Update
+from synth.plan.usual_hand import with_full_scale
+from synth.response.cache import ResponseCache
+from synth.scene.merge import scene_before_bands
+from synth.scene.scene import Scene, parse_scene
+from synth.voice.hand_log import FORMAT, VERSION, Event
+from synth.voice.hand_voice import HandVoice
+from synth.voice.limiter import Block, end_gains, under
+
+LONGEST_BLOCK = 1 << 14  # frames rendered together
+VERSIONS = (1, VERSION)  # that are read
+AS_DOWNLOADED = "Keep the recording as it was downloaded."
+
+
+class Recording:
+    """A recording, read and checked. Raises SceneError for a document that is none, with the place at fault."""
+
+    def __init__(self, document: Mapping[str, Any]) -> None:
+        self.scene, self.full_scale, self.frames = _read_head(document)
+        self.faded = _read_faded(document, self.frames)
+        events: list[Event] = document["events"]
+        first = 0
+        for place, event in enumerate(events):
+            first = _checked(event, place, first)
+        self.events = tuple(_in_full_band(event) for event in events) if document["version"] == 1 else tuple(events)
+
+    def open(self, cache: ResponseCache | None = None) -> Replay:
+        """Return what plays it again, at frame 0; solves the first scene."""
+        return Replay(self, cache)
+
+
+class Replay:
+    """A session that is played again: `render` gives its samples, in blocks of any length.
+
+    scene: with which it began. frames: how many there are. The other attributes are those of a voice.
+    """
+
+    def __init__(self, recording: Recording, cache: ResponseCache | None = None) -> None:
+        self.scene, self.frames = recording.scene, recording.frames
+        self._events, self._next = recording.events, 0
+        self._fade_from, self._fade = self.frames - recording.faded, end_gains(recording.faded)
+        first = _first_rows(recording.events)
+        self._rows = dict.fromkeys(first, np.empty(0))
+        self._voice = HandVoice(recording.scene, cache=cache, rows=lambda part, reader: first[part, reader])
+        self.sample_rate, self.channels = self._voice.sample_rate, self._voice.channels
+        self.quantities, self.full_scale = self._voice.quantities, self._voice.full_scale
+        if len(self.full_scale) != len(recording.full_scale):
+            told = ", ".join(f"{scale:g}" for scale in recording.full_scale)
+            raise _refusal("/full_scale", told, f"{self.channels} numbers, one a channel", AS_DOWNLOADED)
+
+    @property
+    def frame(self) -> int:
+        """The frame that the next block begins at."""
+        return self._voice.frame
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What a user should know about the scene that sounds."""
+        return self._voice.warnings
+
+    def render(self, frames: int) -> Block:
+        """Return the next `frames` frames, float32 [frames, channels], as they were sent."""
+        first, block = self.frame, np.empty((frames, self.channels), np.float32)
+        done = 0
+        while done < frames:
+            while self._next < len(self._events) and self._events[self._next][0] <= self.frame:
+                _apply(self._events[self._next], self._voice, self._rows)
+                self._next += 1
+            ahead = self._events[self._next][0] - self.frame if self._next < len(self._events) else frames
+            count = min(frames - done, ahead, LONGEST_BLOCK)
+            block[done : done + count] = self._voice.render(count)
+            done += count
+        return self._ended(block, first)
+
+    def _ended(self, block: Block, first: int) -> Block:
+        """Return `block`, which begins at frame `first`, under the fade of the last frames."""
+        begin, end = max(first, self._fade_from), min(first + len(block), self.frames)
+        if begin < end:
+            last = block[begin - first : end - first]
+            last[:] = under(last, self._fade[begin - self._fade_from : end - self._fade_from])
+        return block
+
+
+def _apply(event: Event, voice: HandVoice, rows: dict[tuple[int, int], Array]) -> None:
+    """Do to the voice what an event says."""
+    name = event[1]
+    if name == "contact":
+        voice.touch(Update(*event[2:7]))
+    elif name == "lift":
+        voice.lift()
+    elif name == "release":
+        voice.release()
+    elif name == "refine":
+        voice.refine()
+    elif name == "scene":
+        voice.apply(voice.prepare(with_full_scale(parse_scene(event[2]), voice.full_scale)))
+    else:
+        part, reader, kind, loads = event[2:6]
+        known = np.array(loads, dtype=float)
+        rows[part, reader] = known if kind == "all" else np.union1d(rows[part, reader], known)
+        voice.use_rows(part, reader, rows[part, reader])
+
+
+def _read_head(document: Mapping[str, Any]) -> tuple[Scene, tuple[float, ...], int]:
+    """Return the scene, with its full scale, that full scale, and the number of frames."""
+    version = document.get("version")
+    if document.get("format") != FORMAT or isinstance(version, bool) or version not in VERSIONS:
+        told, allowed = f"{document.get('format')} {shown(version)}", f"{FORMAT} {' or '.join(map(str, VERSIONS))}"
+        raise _refusal("/version", told, allowed, "Download the recording from a live session.")
+    frames, events, scales = document.get("frames"), document.get("events"), document.get("full_scale")
+    if not _is_whole(frames):
+        raise _refusal("/frames", shown(frames), "a whole number of frames", AS_DOWNLOADED)
+    if not isinstance(events, list):
+        raise _refusal("/events", shown(events), "a list of events", AS_DOWNLOADED)
+    if not isinstance(scales, list) or not scales or not all(_is_number(scale) and scale > 0.0 for scale in scales):
+        raise _refusal("/full_scale", shown(scales), "a list of numbers above 0, one a channel", AS_DOWNLOADED)
+    asked = document.get("scene")
+    if version == 1 and isinstance(asked, dict):
+        asked = scene_before_bands(asked)
+    scene, scale = parse_scene(asked), tuple(float(scale) for scale in scales)
+    if len(scale) < len(scene.output.channel_list):
+        raise _refusal("/full_scale", shown(scales), "one number a channel", AS_DOWNLOADED)
+    assert isinstance(frames, int)
+    return with_full_scale(scene, scale), scale, frames
+
+
+def _in_full_band(event: Event) -> Event:
+    """Return an event of version 1, its scene as it is written now."""
+    return [*event[:2], scene_before_bands(event[2])] if event[1] == "scene" else event
+
+
+def _read_faded(document: Mapping[str, Any], frames: int) -> int:
+    """Return how many of the last frames were faded after they had been rendered; not told: none."""
+    faded = document.get("faded", 0)
+    if not _is_whole(faded) or faded > frames:
+        raise _refusal("/faded", shown(faded), f"a whole number of frames, 0 to {frames}", AS_DOWNLOADED)
+    assert isinstance(faded, int)
+    return faded
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _is_whole(value: object) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and value >= 0
+
+
+def _checked(event: object, place: int, first: int) -> int:
+    """Return the frame of an event; raises SceneError where it makes no sense after one at frame `first`."""
+    at = f"/events/{place}"
+    if not isinstance(event, list) or len(event) < 2 or not isinstance(event[1], str) or event[1] not in VALUES:
+        raise _refusal(at, shown(event), f"[frame, one of {', '.join(VALUES)}, values]", AS_DOWNLOADED)
+    frame, name, *values = event
+    if not _is_whole(frame) or frame < first:
+        raise _refusal(f"{at}/0", shown(frame), f"a frame from {first} on", "Events stand in their order.")
+    if not VALUES[name](values):
+        raise _refusal(at, shown(event), f"the values of {name} as docs/live.md has them", AS_DOWNLOADED)
+    return int(frame)
+
+
+def _is_contact(values: list[Any]) -> bool:
+    if len(values) != 5 or not _is_whole(values[0]) or not _is_number(values[1]):
+        return False
+    numbers = all(value is None or _is_number(value) for value in values[2:])
+    return numbers and (values[2] is None) != (values[3] is None)
+
+
+def _are_rows(values: list[Any]) -> bool:
+    if len(values) != 4 or not (_is_whole(values[0]) and _is_whole(values[1])):
+        return False
+    loads = values[3]
+    wanted = 2 if values[2] == "all" else 0
+    rising = isinstance(loads, list) and all(map(_is_number, loads)) and sorted(set(loads)) == loads
+    return values[2] in ("all", "more") and rising and len(loads) >= wanted
+
+
+VALUES: dict[str, Callable[[list[Any]], bool]] = {
+    "contact": _is_contact,
+    "lift": lambda values: not values,
+    "scene": lambda values: len(values) == 1 and isinstance(values[0], dict),
+    "release": lambda values: not values,
+    "refine": lambda values: not values,
+    "rows": _are_rows,
+}
+"""What may stand behind the name of each kind of event."""
+
+
+def _first_rows(events: Iterable[Event]) -> dict[tuple[int, int], Array]:
+    """Return the rows with which each reader of each part began."""
+    found: dict[tuple[int, int], Array] = {}
+    for event in events:
+        if event[1] == "rows" and (event[2], event[3]) not in found:
+            found[event[2], event[3]] = np.array(event[5], dtype=float)
+    return found
+
+
+def _refusal(pointer: str, value: str, allowed: str, hint: str) -> SceneError:
+    return SceneError([Fault(pointer, value, allowed, hint)])

@@ -1,0 +1,65 @@
+"""Recordings whose load varies, rendered from the response solved at every frame.
+
+Stage   3 (VOICE), beside `moving`; `frame_plan` and `frame_solver` are its parts of stage 2.
+Model   chunks of `frame_solver`, divided by the full scale of each channel.
+Source  design, section 4.
+Limits  those of `frame_solver`. What folds is held by the phases a period that steady series of the recorded loads
+        take for the tolerance.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from synth.plan.frame_plan import FramePlan
+from synth.plan.frame_solver import WITH_MEAN, FrameSolver
+from synth.plan.preparation import Preparation
+from synth.response.evaluation import SMALLEST
+from synth.response.mean_approach import mean_curve
+from synth.voice.limiter import Block
+
+
+class SolvedFrames:
+    """Renders frames of one preparation by solving them; any frame, in any order.
+
+    plan: how. Nothing but the last chunk is kept, so a voice may seek. chunk: frames that are solved together.
+    """
+
+    def __init__(self, solved: Preparation, plan: FramePlan) -> None:
+        assert solved.contact is not None and solved.spectrum is not None
+        self.solved, self.plan = solved, plan
+        rate, mean = solved.scene.output.sample_rate, solved.mean
+        if mean is None:
+            mean = mean_curve(solved.contact, solved.loads, solved.scene.scan.load, solved.tolerance)
+        self._solver = FrameSolver(
+            solved.contact, solved.scene, mean, rate, oversampling=plan.oversampling, scale=plan.scale
+        )
+        self.chunk = self._solver.chunk
+        self._kept: tuple[int, Block] = (-1, np.empty((0, 0), np.float32))
+
+    @property
+    def memory_bytes(self) -> int:
+        """Bytes of the working memory of a chunk."""
+        return self._solver.memory_bytes
+
+    def read(self, first: int, out: Block) -> None:
+        """Write the frames from `first` on to `out`, float32 [frames, channels], value / full_scale."""
+        done = 0
+        while done < len(out):
+            number, place = divmod(first + done, self.chunk)
+            if self._kept[0] != number:
+                self._kept = number, self._solved_chunk(number)
+            part = self._kept[1][place : place + len(out) - done]
+            out[done : done + len(part)] = part
+            done += len(part)
+
+    def forget(self) -> None:
+        """Keep no chunk: the next frames are solved, whatever was."""
+        self._kept = (-1, self._kept[1])
+
+    def _solved_chunk(self, number: int) -> Block:
+        found = self._solver.solved(
+            number, tuple(WITH_MEAN if channel.is_approach else channel.order for channel in self.solved.channels)
+        )
+        found = found.T / [channel.full_scale for channel in self.solved.channels]
+        return np.where(np.abs(found) >= SMALLEST, found, 0.0).astype(np.float32)

@@ -1,0 +1,132 @@
+"""The effects of a voice: the simulation that runs along with it, and the stages that add channels.
+
+Stage   3 (VOICE), loaded by `voice` for a scene that has any.
+Model   Where a simulation takes the place of the response it fills the channels of z; where its change is small, it is
+        added to them. The stages then write their own channels, in order.
+Limits  frames that follow a hand are late by the margin of the simulation's filters; `late` tells it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.effects.effect import Passage
+from synth.effects.simulation.running import WHOLE, Running, Signal, phases_after
+from synth.motion.motion import LOAD, Motion
+from synth.plan.preparation import Preparation
+from synth.response.evaluation import SMALLEST
+from synth.voice.limiter import Block
+
+PACED_SETTLING = 0.05  # s: what a stream simulates before its first frame, within a block's time
+
+
+class VoiceEffects:
+    """The effects of one preparation, at work.
+
+    phase: where the texture stands at frame 0, a 64-bit fraction of a turn. wait: see `OutputStage.start`. paced: its
+    blocks have deadlines, so that no more than PACED_SETTLING is simulated before the first. `place` is where the
+    texture stands at the next frame of a hand.
+    """
+
+    def __init__(self, solved: Preparation, phase: int, *, wait: bool, paced: bool) -> None:
+        assert solved.effects is not None
+        self.solved, self._effects = solved, solved.effects
+        self.place = np.array([phase], dtype=np.uint64)
+        self._plan = self._effects.simulation
+        self._simulation = None if self._plan is None else self._plan.simulation
+        if paced and self._simulation is not None:
+            settling = min(self._simulation.settling, PACED_SETTLING)
+            self._simulation = replace(self._simulation, settling=settling)
+        self._running = self._run_from(phase)
+        self._stages = [(stage, stage.start(phase, wait=wait)) for stage in self._effects.stages]
+
+    def _run_from(self, phase: int) -> Running | None:
+        if self._plan is None or self._simulation is None:
+            return None
+        wanted = tuple(signal for stage in self._effects.stages for signal in stage.signals)
+        return Running(self._simulation, (*self._plan.signals, *self._whole, *wanted), phase)
+
+    @property
+    def _whole(self) -> tuple[Signal, ...]:
+        """The signal of z itself, where a channel is the approach and the simulation takes the response's place."""
+        assert self._plan is not None
+        asked = any(channel.is_approach for channel in self.solved.channels)
+        return (Signal(WHOLE, 0),) if asked and not self._plan.added else ()
+
+    def begin_at(self, phase: int) -> None:
+        """Have the texture stand at `phase` at frame 0; nothing was rendered yet."""
+        self.place[0] = phase
+        self._running = self._run_from(phase)
+        for stage, state in self._stages:
+            stage.begin_at(state, phase)
+
+    @property
+    def readers(self) -> tuple[Any, ...]:
+        """What reads rows of load that are solved while a hand moves."""
+        return tuple(reader for stage, state in self._stages for reader in stage.readers(state))
+
+    @property
+    def late(self) -> int:
+        """Frames by which what follows a hand is late."""
+        return 0 if self._running is None else self._running.margin
+
+    @property
+    def memory_bytes(self) -> int:
+        """Bytes of what the voice alone keeps."""
+        return 0 if self._plan is None else self._plan.simulation.voice_bytes
+
+    def along(self, frame: int, phase: int, step: int, motion: Motion | None, out: Block) -> None:
+        """Put the effects into a block of the scan's own motion, from `frame` on.
+
+        phase, step: of a constant scan, at the first frame and a frame; motion: of a scan that is not.
+        """
+        rows = None
+        if self._running is not None:
+            rows = self._running.along(frame, len(out))
+            if motion is not None and not self._running.simulation.held:
+                rows *= motion.samples[LOAD] > 0.0
+            self._fill(rows, out, self._touch(motion))
+        self._step(rows, out, phase=phase, step=step, motion=motion, by_hand=False)
+
+    def _touch(self, motion: Motion | None) -> Array | float:
+        """Return the lift gate along the scan's own motion."""
+        scan = self.solved.scene.scan
+        s = np.clip((scan.load if motion is None else motion.samples[LOAD]) / scan.lift_load, 0.0, 1.0)
+        return np.asarray(s**3 * (10.0 + s * (6.0 * s - 15.0)))
+
+    def after(self, motion: Motion, out: Block) -> None:
+        """Put the effects into a block that follows a hand."""
+        scene = self.solved.scene
+        phases, place = phases_after(motion, int(self.place[0]), scene.output.sample_rate, scene.texture.period)
+        rows = None
+        if self._running is not None:
+            rows = self._running.after(motion, phases)
+            self._fill(rows, out)
+        self._step(rows, out, phase=int(self.place[0]), step=0, motion=motion, by_hand=True)
+        self.place[0] = place
+
+    def _fill(self, rows: Array, out: Block, touch: Array | float = 1.0) -> None:
+        """Write the channels of z; touch: the lift gate at the frames."""
+        assert self._plan is not None
+        for column, channel in enumerate(self.solved.channels):
+            whole = channel.is_approach and not self._plan.added
+            values = rows[len(self._plan.orders) if whole else self._plan.orders.index(channel.order)]
+            values = values / channel.full_scale
+            if self._plan.added:
+                values += out[:, column]
+            if self._plan.added and channel.is_approach:
+                values += self._plan.simulation.offset * touch / channel.full_scale
+            out[:, column] = np.where(np.abs(values) >= SMALLEST, values, 0.0)
+
+    def _step(self, rows: Array | None, out: Block, **told: Any) -> None:
+        column = len(self.solved.channels)
+        row = 0 if self._plan is None else len(self._plan.orders) + len(self._whole)
+        for stage, state in self._stages:
+            signals = None if rows is None else rows[row : row + len(stage.signals)]
+            stage.step(state, Passage(signals=signals, column=column, **told), out)
+            column += len(stage.channels)
+            row += len(stage.signals)
