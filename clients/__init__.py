@@ -27,23 +27,23 @@ if TYPE_CHECKING:
     from clients.http_client import Client
     from clients.live import Live
     from clients.live_async import AsyncLive
-    from clients.rendered_sound import Sound
+    from synth.encode.sound import Sound
 
 _HOMES = {
-    "AsyncClient": "http_async_client",
-    "AsyncLive": "live_async",
-    "Client": "http_client",
-    "ClientError": "client_errors",
-    "ConnectionLost": "client_errors",
-    "Live": "live",
-    "Problem": "client_errors",
-    "ProblemError": "client_errors",
-    "ProtocolError": "client_errors",
-    "RefusedError": "client_errors",
-    "ResumeLost": "client_errors",
-    "ServiceError": "client_errors",
-    "Sound": "rendered_sound",
-    "StreamEnded": "client_errors",
+    "AsyncClient": "clients.http_async_client",
+    "AsyncLive": "clients.live_async",
+    "Client": "clients.http_client",
+    "ClientError": "clients.client_errors",
+    "ConnectionLost": "clients.client_errors",
+    "Live": "clients.live",
+    "Problem": "clients.client_errors",
+    "ProblemError": "clients.client_errors",
+    "ProtocolError": "clients.client_errors",
+    "RefusedError": "clients.client_errors",
+    "ResumeLost": "clients.client_errors",
+    "ServiceError": "clients.client_errors",
+    "Sound": "synth.encode.sound",
+    "StreamEnded": "clients.client_errors",
 }
 
 __all__ = [
@@ -70,4 +70,9 @@ def __getattr__(name: str) -> Any:
 
     if name not in _HOMES:
         raise AttributeError(f"module 'clients' has no attribute {name!r}")
-    return getattr(import_module(f"clients.{_HOMES[name]}"), name)
+    return getattr(import_module(_HOMES[name]), name)
+
+
+def __dir__() -> list[str]:
+    """Return the public names, those that are not loaded yet included."""
+    return sorted({*globals(), *__all__})

@@ -14,14 +14,16 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from clients.accuracy_series import FAMILIES, Document, Row, in_words, rest_of, series_of
-from clients.outcome import DONE, print_json
+from clients.accuracy_series import FAMILIES, Document, Row, in_words, rest_of, series_of, start_in_words
+from clients.outcome import DONE, print_json, say
 from clients.output_folder import opened_folder
 from clients.progress import Progress
 from clients.scene_argument import read_scene
 from clients.tables import print_table
-from synth.accuracy import measure_accuracy
+from clients.target import replaces
+from synth.accuracy.report import measure_accuracy
 from synth.errors import CannotRender
+from synth.plan.start_up import begun
 
 DOCUMENT = "accuracy.json"
 FILES = (DOCUMENT, "accuracy.svg", "accuracy.png")
@@ -31,6 +33,7 @@ NO_PLOTS = (
 )
 ON_FRONT, CHOSEN = "*", "<"
 NOTHING = "-"
+POINTS = " points a ridge"  # "points" stands in the heading: the rows would wrap
 COLUMNS = (
     "", "method", "max\nerror", "rms\nerror", "error", "harm.\ndB", "margin\ndB",
     "set-up", "per\nsecond", "x real\ntime", "memory",
@@ -39,7 +42,11 @@ COLUMNS = (
 
 def run(arguments: argparse.Namespace) -> int:
     """Carry out the command; raises AskedWrong, CannotRender, OSError."""
+    begun()  # before matplotlib is imported: it is no part of what a render takes
     scene = read_scene(arguments)
+    replaced = []
+    if arguments.output is not None:
+        replaced = [name for name in FILES if replaces(Path(arguments.output) / name, arguments.no_clobber)]
     with _folder(arguments.output) as write:
         with _progress(arguments.progress) as told:
             document = measure_accuracy(scene, quantity=arguments.quantity, progress=told).document()
@@ -51,6 +58,8 @@ def run(arguments: argparse.Namespace) -> int:
         print_accuracy(arguments.scene, document)
         if write is not None:
             print(f"Written to {arguments.output}: {', '.join(FILES)}")
+    if replaced and not arguments.json:
+        say(f"replaced {', '.join(replaced)} in {arguments.output}; --no-clobber keeps what is there")
     return DONE
 
 
@@ -66,6 +75,8 @@ def print_accuracy(name: str, document: Document) -> None:
     print(f"\n{ON_FRONT}  on the Pareto front: nothing measured is both nearer and cheaper, {spread}")
     print(f"{CHOSEN}  what the plan of this scene takes: {document['chosen']}")
     print(f"0 and {NOTHING}: no error, to round-off")
+    print("points: a ridge; tabled: one period, of so many phases, solved once and kept as a table")
+    print(start_in_words(document))
     for left in document["left_out"]:
         print(f"Left out: {left['method']}. {left['reason']}")
 
@@ -77,7 +88,9 @@ def _rows(document: Document) -> Iterator[tuple[str, ...] | None]:
         if family != series.family:
             if family:
                 yield None
-            yield ("", FAMILIES.get(series.family, series.family), *([""] * (len(COLUMNS) - 2)))
+            heading = FAMILIES.get(series.family, series.family)
+            heading += " (points)" if POINTS in series.rows[0]["method"] else ""
+            yield ("", heading, *([""] * (len(COLUMNS) - 2)))
         family = series.family
         yield from (_cells(document, row) for row in series.rows)
 
@@ -86,7 +99,7 @@ def _cells(document: Document, row: Row) -> tuple[str, ...]:
     chosen = row["method"] == document["chosen"]
     return (
         (ON_FRONT if row["pareto"] else "") + (CHOSEN if chosen else ""),
-        "  " + rest_of(row["method"]),
+        "  " + _shown(row["method"]),
         _share(row["max_error"]),
         _share(row["rms_error"]),
         in_words(row["error_m"], "m") if row["error_m"] else "0",
@@ -97,6 +110,12 @@ def _cells(document: Document, row: Row) -> tuple[str, ...]:
         _times(row["times_real_time"]),
         _bytes(row["memory_bytes"]),
     )
+
+
+def _shown(method: str) -> str:
+    """Return what tells a method from others of its family, short enough for its column."""
+    rest = rest_of(method)
+    return rest.replace(POINTS, "").replace(" phases", "") if POINTS in rest else rest
 
 
 def _share(error: float) -> str:

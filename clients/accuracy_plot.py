@@ -45,6 +45,7 @@ from clients.accuracy_words import write_names, write_title_and_notes
 
 SIZE = (6.0, 5.1)  # inches: printed 12 cm wide, the smallest words are 6 points high
 DOTS_PER_INCH = 300
+HOLLOW = ("linear", "tabled")  # kinds that share their colour with another
 
 
 def main(folder: Path) -> None:
@@ -115,7 +116,7 @@ def _decade(value: float, rounding: Any) -> float:
 
 def _draw_series(axes: Axes, document: Document, series: Series) -> Any:
     """Draw a series and return its line, [n, 2]."""
-    style, hollow = style_of(series.family), "linear" in series.kind
+    style, hollow = style_of(series.family), series.kind in HOLLOW
     places = np.array([place_of(axes, document, row) for row in series.rows])
     seen = np.array([row["max_error"] > 0.0 for row in series.rows])
     look: Any = {

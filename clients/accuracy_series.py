@@ -3,7 +3,7 @@
 Stage: the JSON of `ridgewave accuracy` -> series of methods, costs, levels of error. Nothing else is needed, so a kept
     document can be shown again.
 Model: the cost of a method is set-up / duration + time for a second of sound, in seconds a second. Methods that differ
-    only in the first number of their name are one series.
+    only in the numbers of their name are one series; of the baseline, only in the first number.
 """
 
 from __future__ import annotations
@@ -44,7 +44,8 @@ def series_of(document: Document) -> list[Series]:
     """Return the methods of `document` as series, families in their order; unknown families come last."""
     groups: dict[tuple[str, str], list[Row]] = {}
     for row in document["methods"]:
-        groups.setdefault((row["family"], re.sub(r"\d+", "#", row["method"])), []).append(row)
+        numbers = 1 if row["family"] == "baseline" else 0
+        groups.setdefault((row["family"], re.sub(r"\d+", "#", row["method"], count=numbers)), []).append(row)
     order = [*FAMILIES, *(row["family"] for row in document["methods"])]
     return [
         Series(family, _kind(pattern), tuple(sorted(rows, key=lambda row: number_of(row["method"]))))
@@ -148,4 +149,11 @@ def scene_in_words(document: Document) -> str:
 
 
 def _kind(pattern: str) -> str:
-    return ", ".join(part.strip() for part in pattern.split(",")[1:] if "#" not in part)
+    return ", ".join(part.strip() for part in pattern.split(",")[1:] if not re.search(r"[#\d]", part))
+
+
+def start_in_words(document: Document) -> str:
+    """Return what a process takes once before it can compute, as a sentence."""
+    once = f"Once a process: {in_words(document['process_seconds'], 's')} to start, import, and load its kernels"
+    compiling = document["compile_seconds"]
+    return f"{once}; {in_words(compiling, 's')} of it compiled them, once a machine." if compiling else f"{once}."

@@ -25,6 +25,7 @@ from clients.accuracy_series import (
     scene_in_words,
     series_of,
     size_of,
+    start_in_words,
 )
 
 NOTE_LETTERS = 96  # of SMALLEST in a line
@@ -100,7 +101,7 @@ def write_title_and_notes(figure: Figure, document: Document) -> None:
     figure.text(0.018, 0.928, f"{scene_in_words(document)}; peak-to-peak {extent}", color=INK, fontsize=SMALL)
     notes = [
         f"Medians of {document['repeats']} timings on one machine; set-up spread over {document['duration']:g} s of "
-        f"sound at {document['sample_rate'] / 1000:g} kHz."
+        f"sound at {document['sample_rate'] / 1000:g} kHz. {start_in_words(document)}"
     ]
     felt = felt_error(document)
     if felt is not None:

@@ -8,12 +8,13 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from clients.outcome import DONE, print_json
+from clients.progress import Waiting
 from clients.scene_argument import read_scene
 from clients.tables import print_table
 from synth import explain
-from synth.effect_registry import declaration
-from synth.scene_rules import Quantity
-from synth.scene_section import rule_of
+from synth.scene.effect_registry import declaration
+from synth.scene.rules import Quantity
+from synth.scene.section import rule_of
 
 ENDINGS = {"_hz": " (Hz)", "_seconds": " (s)", "_bytes": " (bytes)", "_m": " (m)"}
 """What the name of a number ends in where it has a unit, and what people read instead."""
@@ -22,7 +23,9 @@ SIZES = ((1e9, "GB"), (1e6, "MB"), (1e3, "kB"))
 
 def run(arguments: argparse.Namespace) -> int:
     """Carry out the command; raises AskedWrong, CannotRender, OSError."""
-    document = explain(read_scene(arguments)).document()
+    scene = read_scene(arguments)
+    with Waiting("solving the contact", arguments.progress):
+        document = explain(scene).document()
     if arguments.json:
         print_json(document)
     else:
@@ -57,7 +60,10 @@ def _print_left_out(items: list[dict[str, Any]]) -> None:
     if not items:
         print("Left out: nothing\n")
         return
-    rows = [(item["name"], item["reason"], _text(item["effect_on_output"])) for item in items]
+    groups: dict[tuple[str, str], list[str]] = {}
+    for item in items:
+        groups.setdefault((item["reason"], _text(item["effect_on_output"])), []).append(item["name"])
+    rows = [(", ".join(names), reason, effect) for (reason, effect), names in groups.items()]
     print_table("Left out", ("name", "reason", "effect on output"), rows)
 
 

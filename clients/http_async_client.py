@@ -19,7 +19,7 @@ from clients import http_calls as calls
 from clients.client_errors import ClientError, RefusedError
 from clients.http_calls import Call, Document, SessionFace, StreamFrames
 from clients.pcm import Block
-from clients.rendered_sound import Sound
+from synth.encode.sound import Sound
 
 T = TypeVar("T")
 

@@ -26,7 +26,8 @@ from clients.client_errors import (
 )
 from clients.live_wire import checked_key, document_of, text_of
 from clients.pcm import SAMPLE_TYPES, Block, PcmBuffer
-from clients.rendered_sound import Sound, read_shape, read_sound
+from clients.rendered_sound import read_shape, read_sound
+from synth.encode.sound import Sound
 from synth.errors import AskedWrong, Fault, shown
 
 DEFAULT_URL = "http://127.0.0.1:8000"

@@ -154,7 +154,7 @@ class Live(LiveHand):
                     if self._changed.wait_for(lambda: self._core.over is not None, delay):
                         continue
                 try:
-                    self._carry(self._connect(self._address))
+                    self._carry(self._connect(self._address.resuming(self._core.resume_url)))
                 except Closed as closed:
                     with self._guarded():
                         self._core.lost(closed.closure)

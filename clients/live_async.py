@@ -142,7 +142,7 @@ class AsyncLive(LiveHand):
             while (delay := self._next_try()) is not None:
                 await asyncio.sleep(delay)
                 try:
-                    await self._carry(await self._connect(self._address))
+                    await self._carry(await self._connect(self._address.resuming(self._core.resume_url)))
                 except Closed as closed:
                     with self._guarded():
                         self._core.lost(closed.closure)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import ssl
 from collections.abc import Awaitable, Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 from urllib.parse import urlsplit, urlunsplit
 
@@ -46,6 +46,18 @@ class Address:
             hint = "Write ws://127.0.0.1:8000/v1/live."
             raise AskedWrong([Fault("/url", shown(url), "an address that begins with ws:// or wss://", hint)])
         return cls(url, subprotocols(key))
+
+    def resuming(self, resume_url: str) -> Address:
+        """Return the address that `ready` says to resume at, on the same host; "" is this one.
+
+        A path before /v1/live, where a proxy has one, and the query of this address stay.
+        """
+        if not resume_url:
+            return self
+        parts, told = urlsplit(self.url), urlsplit(resume_url)
+        path = parts.path.removesuffix("/v1/live") + told.path
+        query = "&".join(part for part in (parts.query, told.query) if part)
+        return replace(self, url=urlunsplit((parts.scheme, parts.netloc, path, query, "")))
 
     @property
     def service(self) -> str:

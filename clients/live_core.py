@@ -70,6 +70,7 @@ class LiveCore:
         self.applied: Applied | None = None
         self.changed_frame: int | None = None
         self.gain_reduction_db = 0.0
+        self.skipped = 0.0
         self.problems: deque[Problem] = deque(maxlen=PROBLEMS_KEPT)
         self.gaps: tuple[int, ...] = ()
         self.reconnections = 0
@@ -100,6 +101,11 @@ class LiveCore:
                 return delay
             self.over = self._closure.error(self._told)
         return None if self.over is not None else 0.0
+
+    @property
+    def resume_url(self) -> str:
+        """Return where the next connection is to be made, as `ready` told; "" where any will do."""
+        return "" if self._anew or self.ready is None else self.ready.resume_url
 
     def hello(self) -> str:
         """Return the first message of a connection that has just been made."""
@@ -284,6 +290,9 @@ class LiveCore:
             self._changes.answered()
         elif kind == "limited":
             self.gain_reduction_db = float(message["gain_reduction_db"])
+        elif kind == "skipped":
+            self.skipped += float(message["seconds"])
+            log.warning("live stream: the service was late, and silent for %.3f s", float(message["seconds"]))
         elif kind == "problem":
             self._note(Problem.read({**message, "type": message.get("problem", "about:blank")}))
         elif kind == "end" and self._attached:

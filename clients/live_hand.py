@@ -177,6 +177,11 @@ class LiveHand(ABC):
         return self._core.gain_reduction_db
 
     @property
+    def skipped(self) -> float:
+        """Return the seconds for which the service said that it was late and silent (realtime)."""
+        return self._core.skipped
+
+    @property
     def underruns(self) -> int:
         """Return how often a device that plays each block as `read` returns it would have run dry."""
         return self._core.playout.underruns

@@ -23,12 +23,14 @@ class Applied(NamedTuple):
 class Ready:
     """A session as it begins, or goes on.
 
+    resume_url: where to go on with it, a path and a query; "" where any connection will do.
     frame: of the first sample to come. full_scale: the SI value of a sample of 1.0, one a channel.
     max_silence: seconds without a contact after which the service lifts the finger. motion_delay: seconds by which
     smoothing lets the sound follow the hand.
     """
 
     session: str
+    resume_url: str
     sample_rate: int
     channels: int
     quantities: tuple[str, ...]
@@ -44,6 +46,7 @@ class Ready:
         """Return what a `ready` holds; raises KeyError, TypeError, ValueError where it holds less."""
         return cls(
             session=str(message["session"]),
+            resume_url=str(message.get("resume_url", "")),
             sample_rate=int(message["sample_rate"]),
             channels=int(message["channels"]),
             quantities=tuple(str(quantity) for quantity in message["quantities"]),

@@ -138,8 +138,8 @@ def document_of(scene: Any) -> dict[str, Any]:
         return {}
     if isinstance(scene, Mapping):
         return dict(scene)
-    from synth.scene import Scene as CheckedScene
-    from synth.scene import scene_document
+    from synth.scene.scene import Scene as CheckedScene
+    from synth.scene.scene import scene_document
 
     if isinstance(scene, CheckedScene):
         return scene_document(scene)

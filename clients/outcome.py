@@ -78,6 +78,11 @@ def warn(text: str) -> None:
     print(f"ridgewave: warning: {text}", file=sys.stderr)
 
 
+def say(text: str) -> None:
+    """Write a message on standard error."""
+    print(f"ridgewave: {text}", file=sys.stderr)
+
+
 def print_json(document: object) -> None:
     """Write a result on standard output as indented JSON; NaN and infinities are bugs, and raise ValueError."""
     print(json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False))

@@ -1,7 +1,7 @@
 """`-o DIR`: a folder whose files are written all together, when everything that they hold is there.
 
-Model: the folder is made, and each file opened beside its name (`synth.part_file`), before the work begins: what cannot
-    be written is told at once. At the end each file gets its name; a failure leaves what was there before.
+Model: the folder is made, and each file opened beside its name (`synth.encode.part_file`), before the work begins: what
+    cannot be written is told at once. At the end each file gets its name; a failure leaves what was there before.
 Limits: each file is whole, but a process that is killed outright between two renames leaves some new and some old.
 """
 
@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from clients.outcome import asked_wrong
-from synth.part_file import PartFile, cannot_write
+from synth.encode.part_file import PartFile, cannot_write
 
 
 class OutputFolder:

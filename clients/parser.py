@@ -7,11 +7,57 @@ here by its name and by the module that carries it out; `clients.command_line` i
 from __future__ import annotations
 
 import argparse
+import os
+import textwrap
 from collections.abc import Sequence
 from typing import Any
 
+WIDTH = 100  # characters of a description in a line
 SCENE_HELP = "a JSON file, - for standard input, or a name from the catalogue (see `ridgewave textures`)"
 EXIT_CODES = "Exit codes: 0 done, 1 could not, 2 asked wrong, 130 interrupted."
+EXAMPLES = {
+    "": (
+        ("render grating-800um-40um -o out.wav", "a texture of the catalogue as a sound file"),
+        ("explain scene.json", "what would be simulated, why, and what it costs"),
+        ("serve", "the web page and the HTTP service"),
+    ),
+    "render": (
+        ("render grating-800um-40um -o out.wav", "two seconds, float WAV"),
+        ("render scene.json -o out.flac --set texture.period=0.6mm --duration 5", "with changes, as FLAC"),
+        ("render scene.json -o - | sox - -d", "to a player"),
+    ),
+    "explain": (
+        ("explain grating-800um-40um", "as tables"),
+        ("explain scene.json --set 'effects.inertia={}' --json", "with an effect, as JSON"),
+    ),
+    "accuracy": (
+        ("accuracy grating-800um-40um", "as a table"),
+        ("accuracy scene.json --quantity displacement -o report", "with figures, in the folder report"),
+    ),
+    "serve": (
+        ("serve", "on http://127.0.0.1:8000"),
+        ("serve --port 0", "on a free port"),
+    ),
+    "play": (
+        ("play grating-1mm-31um --endless", "until Ctrl-C"),
+        ("play scene.json --device file:sound.wav", "into a file in place of a device"),
+    ),
+    "devices": (("devices --json", "for a program"),),
+    "textures": (
+        ("textures", "the catalogue"),
+        ("textures grating-1mm-31um > scene.json", "one entry, as a scene to edit"),
+    ),
+    "table": (
+        ("table grating-800um-40um -o grating.safetensors", "its response table, for a voice elsewhere"),
+        ("table scene.json -o scene.safetensors --set output.bandwidth=500Hz", "of a narrower band"),
+    ),
+    "completion": (
+        ("completion bash >> ~/.bashrc", "for every new bash"),
+        ("completion zsh >> ~/.zshrc", "for every new zsh"),
+        ("completion fish > ~/.config/fish/completions/ridgewave.fish", "for fish"),
+    ),
+}
+"""What `--help` of each command shows: the words after `ridgewave`, and what they do."""
 
 
 class _Version(argparse.Action):
@@ -33,10 +79,12 @@ def build_parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="ridgewave",
         description="The vibration a finger feels when it scans a texture: as a file, a stream, or on this machine.",
-        epilog=EXIT_CODES,
+        epilog=_epilog(""),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
+    parser.set_defaults(command_module=None)
     parser.add_argument("--version", action=_Version, nargs=0, help="print the version and stop")
-    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    commands = parser.add_subparsers(title="commands", metavar="COMMAND")
     _add_render(commands)
     _add_explain(commands)
     _add_accuracy(commands)
@@ -44,17 +92,42 @@ def build_parser() -> argparse.ArgumentParser:
     _add_play(commands)
     _add_devices(commands)
     _add_textures(commands)
+    _add_table(commands)
+    _add_completion(commands)
     return parser
 
 
 def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
-    """Parse `arguments` (None: those of this process); ends the process with 2 where they make no sense."""
-    return build_parser().parse_args(arguments)
+    """Parse `arguments` (None: those of this process); ends the process with 2 where they make no sense.
+
+    Without any argument it prints what there is, and ends with 0.
+    """
+    parser = build_parser()
+    if "_ARGCOMPLETE" in os.environ:  # set by the shell, while somebody presses TAB
+        from clients.completion import complete
+
+        complete(parser)
+    parsed = parser.parse_args(arguments)
+    if parsed.command_module is None:
+        parser.print_help()
+        parser.exit()
+    return parsed
+
+
+def _epilog(command: str) -> str:
+    """Return the examples of a command and the exit codes."""
+    width = max(len(words) for words, _ in EXAMPLES[command])
+    lines = [f"  ridgewave {words:{width}}  # {what}" for words, what in EXAMPLES[command]]
+    return "\n".join(["examples:", *lines, "", EXIT_CODES])
 
 
 def _add_command(commands: Any, name: str, summary: str, description: str) -> argparse.ArgumentParser:
     parser: argparse.ArgumentParser = commands.add_parser(
-        name, help=summary, description=description, epilog=EXIT_CODES
+        name,
+        help=summary,
+        description=textwrap.fill(description, WIDTH),
+        epilog=_epilog(name),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.set_defaults(command_module=f"clients.{name}_command")
     parser.add_argument("--json", action="store_true", help="machine-readable results, and messages too")
@@ -97,7 +170,14 @@ def _add_render(commands: Any) -> None:
         help="sample type: WAV has all three (default float), FLAC is pcm24, raw is float, .l16 is pcm16. "
         "Integer files pass the safety limiter",
     )
+    _add_no_clobber(parser)
     _add_progress(parser)
+
+
+def _add_no_clobber(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--no-clobber", action="store_true", help="replace no file that is there: stop before anything is computed"
+    )
 
 
 def _add_progress(parser: argparse.ArgumentParser) -> None:
@@ -117,6 +197,7 @@ def _add_explain(commands: Any) -> None:
         "Build a scene's plan and print it: what is simulated and why, what is left out, the cost and the error.",
     )
     _add_scene(parser)
+    _add_progress(parser)
 
 
 def _add_accuracy(commands: Any) -> None:
@@ -136,6 +217,7 @@ def _add_accuracy(commands: Any) -> None:
         "need the extra plots",
     )
     parser.add_argument("--quantity", metavar="Q", help="a quantity of the scene's channels; without it, the first")
+    _add_no_clobber(parser)
     _add_progress(parser)
 
 
@@ -178,3 +260,27 @@ def _add_textures(commands: Any) -> None:
         "List the catalogue, or print one entry's scene as JSON, ready to be saved, edited and rendered.",
     )
     parser.add_argument("name", metavar="NAME", nargs="?", help="the entry to print")
+
+
+def _add_table(commands: Any) -> None:
+    parser = _add_command(
+        commands,
+        "table",
+        "write a scene's response table to a file",
+        "Make the response table of a scene and write it to a file that voices elsewhere read: docs/table.md. Speed "
+        "and load of the scene do not matter.",
+    )
+    _add_scene(parser)
+    parser.add_argument("-o", "--output", metavar="NAME", required=True, help="a file that ends in .safetensors")
+    _add_no_clobber(parser)
+    _add_progress(parser)
+
+
+def _add_completion(commands: Any) -> None:
+    parser = _add_command(
+        commands,
+        "completion",
+        "print what makes a shell complete commands with TAB",
+        "Print the lines that make a shell complete commands, options, textures and fields of a scene with TAB.",
+    )
+    parser.add_argument("shell", metavar="SHELL", choices=("bash", "zsh", "fish"), help="bash, zsh or fish")

@@ -1,7 +1,7 @@
 """Samples as they arrive, any number of bytes at a time, into float32 blocks of the length that is asked for.
 
 Stage: encode, backwards.
-Model: interleaved; float32 as it is, int16 as n / 32768 (the rule of `synth.samples`, read backwards).
+Model: interleaved; float32 as it is, int16 as n / 32768 (the rule of `synth.encode.samples`, read backwards).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ Block = npt.NDArray[np.float32]
 
 SAMPLE_TYPES: dict[str, np.dtype[Any]] = {"f32le": np.dtype("<f4"), "s16le": np.dtype("<i2"), "l16": np.dtype(">i2")}
 """The type of a sample of each wire format: the first two are those of the live protocol, the last is audio/L16."""
-INT16_STEPS = 32768.0  # integer steps to full scale, as in synth.samples; another number changes the level
+INT16_STEPS = 32768.0  # integer steps to full scale, as in synth.encode.samples; another number changes the level
 
 
 class PcmBuffer:

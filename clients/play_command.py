@@ -18,11 +18,11 @@ from typing import TYPE_CHECKING, Any, Protocol
 from clients.outcome import DONE, INTERRUPTED, TERMINATED, print_json, warn
 from clients.scene_argument import read_scene
 from service.sinks import Sink, open_sink
+from synth.encode.sound_metadata import Metadata
 from synth.errors import CannotRender
-from synth.live import LiveVoice
-from synth.output import reduction_warning
-from synth.scene import scene_document
-from synth.sound_metadata import Metadata
+from synth.scene.scene import scene_document
+from synth.voice.limiter import reduction_warning
+from synth.voice.live_voice import LiveVoice
 
 if TYPE_CHECKING:
     import numpy as np

@@ -9,30 +9,34 @@ from collections.abc import Mapping
 from typing import Any, BinaryIO
 
 from clients.export import Export, export
-from clients.outcome import DONE, print_json, warn
-from clients.progress import Progress
+from clients.outcome import DONE, print_json, say, warn
+from clients.progress import Progress, Waiting
 from clients.scene_argument import read_document, scene_of, unchanged
-from clients.target import Target, read_target
+from clients.target import Target, read_target, replaces
 from synth import Scene, open_voice
-from synth.encode import Metadata, open_writer
-from synth.hand_log import is_recording
-from synth.output import Limiter, look_ahead, reduction_warning
-from synth.scene import scene_document
-from synth.sound_metadata import UNITS
+from synth.encode.formats import Metadata, open_writer
+from synth.encode.sound_metadata import UNITS
+from synth.scene.scene import scene_document
+from synth.voice.hand_log import is_recording
+from synth.voice.limiter import Limiter, look_ahead, reduction_warning
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Carry out the command; raises AskedWrong, CannotRender, OSError."""
     target = read_target(arguments.output, arguments.subtype)
+    replaced = target.path is not None and replaces(target.path, arguments.no_clobber)
     document = read_document(arguments.scene)
     if is_recording(document):
         unchanged(arguments, "a recording")
         result = render_recording(target, document, arguments.progress)
     else:
         result = render_to(target, scene_of(document, arguments), arguments.progress)
+    result["replaced"] = replaced
     if not arguments.json:
         for text in result["warnings"]:
             warn(text)
+        if replaced:
+            say(f"replaced {target.name}, which was there; --no-clobber keeps what is there")
     if target.path is None:
         # Standard output carries the sound, so the result goes where the messages go.
         print(_summary(result), file=sys.stderr)
@@ -46,16 +50,18 @@ def run(arguments: argparse.Namespace) -> int:
 def render_to(target: Target, scene: Scene, progress: bool | None) -> dict[str, Any]:
     """Render `scene` into `target` and return the result, in the words of `--json`."""
     started = time.perf_counter()
-    voice = open_voice(scene)
+    with Waiting("solving the contact", progress):
+        voice = open_voice(scene)
     return _written(target, voice, scene, round(scene.output.duration * voice.sample_rate), started, progress)
 
 
 def render_recording(target: Target, document: Mapping[str, Any], progress: bool | None) -> dict[str, Any]:
     """Render the recording of a live session into `target`: the samples that were sent; return the result."""
-    from synth.recording import Recording
+    from synth.voice.recording import Recording
 
     started = time.perf_counter()
-    replay = Recording(document).open()
+    with Waiting("solving the contact", progress):
+        replay = Recording(document).open()
     return _written(target, replay, replay.scene, replay.frames, started, progress)
 
 

@@ -1,6 +1,6 @@
-"""`Sound`: what a render gave, as samples with their scale, and the file that it becomes.
+"""The answer of a service to a render, read back into a `synth.Sound`.
 
-Stage: encode, backwards (from the service's answer), and forwards again (`save`).
+Stage: encode, backwards.
 Model: float32 formats hold value / full scale as they were rendered; integer ones come back as n / 2**(bits - 1).
 """
 
@@ -9,62 +9,13 @@ from __future__ import annotations
 import io
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from clients.client_errors import ProtocolError
 from clients.pcm import SAMPLE_TYPES, Block, PcmBuffer
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Sound:
-    """A finite sound.
-
-    frames: float32 [frames, channels], in units of `full_scale`. full_scale: the SI value of a sample of 1.0, one a
-    channel. quantities: what it is a value of. scene: what was asked for. warnings: what a listener should know.
-    """
-
-    frames: Block
-    sample_rate: int
-    full_scale: tuple[float, ...]
-    quantities: tuple[str, ...]
-    scene: Mapping[str, Any]
-    warnings: tuple[str, ...] = ()
-
-    @property
-    def seconds(self) -> float:
-        """Return how long it lasts."""
-        return len(self.frames) / self.sample_rate
-
-    @property
-    def values(self) -> npt.NDArray[np.float64]:
-        """Return the samples in SI units, float64 [frames, channels]."""
-        return np.multiply(self.frames, np.asarray(self.full_scale, dtype=np.float64))
-
-    def save(self, path: str | Path, subtype: str | None = None) -> Path:
-        """Write a sound file and return its path; ending and subtype are those of `ridgewave render`.
-
-        Integer sound passes the safety limiter first, because integers clip. Raises AskedWrong, CannotRender.
-        """
-        from clients.target import read_target
-        from synth.encode import Metadata, open_writer
-        from synth.output import Limiter
-        from synth.scene import parse_scene, scene_document
-
-        target = Path(path)
-        sound_format = read_target(str(target.absolute()), subtype).sound_format
-        frames = self.frames
-        if not sound_format.is_float:
-            frames = Limiter(frames.shape[1], self.sample_rate).process(frames)
-        metadata = Metadata(self.full_scale, self.quantities, scene_document(parse_scene(dict(self.scene))))
-        with open_writer(
-            target, sound_format, self.sample_rate, frames.shape[1], metadata, frames=len(frames)
-        ) as writer:
-            writer.write(frames)
-        return target
+from synth.encode.sound import Sound
 
 
 def read_sound(body: bytes, headers: Mapping[str, str], scene: Mapping[str, Any]) -> Sound:

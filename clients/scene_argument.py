@@ -1,6 +1,7 @@
 """SCENE, `--set` and `--duration`: the words of a command line into one checked scene.
 
-Stage: request -> SCENE. The file is read and the changes are merged as JSON; `synth.scene` does all the checking, so a
+Stage: request -> SCENE. The file is read and the changes are merged as JSON; `synth.scene.scene` does all the checking,
+so a
 field is refused in the same words here, over HTTP and in Python.
 """
 
@@ -9,14 +10,14 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from pathlib import Path
 from typing import Any, NoReturn
 
 from clients.outcome import asked_wrong
-from synth.scene import Scene, merge_patch, object_from_text, parse_scene
-from synth.textures import catalogue_names, lookup
-
-LARGEST_BYTES = 64 * 2**20  # a day-long trajectory at 10 Hz is 40 MB of text; more is a mistake, such as a WAV file
+from synth.errors import AskedWrong, Fault
+from synth.scene.doubtful_values import bare_doubts
+from synth.scene.scene import Scene, merge_patch, object_from_text, parse_scene
+from synth.scene.source import LARGEST_BYTES, document_of
+from synth.scene.texture_registry import with_files
 
 
 def read_scene(arguments: argparse.Namespace) -> Scene:
@@ -29,9 +30,15 @@ def scene_of(document: dict[str, object], arguments: argparse.Namespace) -> Scen
     changes = list(arguments.changes)
     if arguments.duration is not None:
         changes.append(f"output.duration={arguments.duration}")
+    faults: list[Fault] = []
     for change in changes:
-        document = merge_patch(document, patch_of(change))
-    return parse_scene(document)
+        patch = patch_of(change)
+        faults += bare_doubts(patch)
+        document = merge_patch(document, patch)
+    scene = parse_scene(with_files(document))
+    if faults:
+        raise AskedWrong(faults)
+    return scene
 
 
 def unchanged(arguments: argparse.Namespace, what: str) -> None:
@@ -46,10 +53,7 @@ def read_document(name: str) -> dict[str, object]:
     """Return the JSON object that SCENE names: a file, standard input for `-`, or an entry of the catalogue."""
     if name == "-":
         return object_from_text(sys.stdin.buffer.read(LARGEST_BYTES))
-    path = Path(name)
-    if name in catalogue_names() or (path.suffix != ".json" and len(path.parts) == 1 and not path.exists()):
-        return dict(lookup(name).document)
-    return object_from_text(_read_file(path))
+    return document_of(name)
 
 
 def patch_of(change: str) -> dict[str, object]:
@@ -77,16 +81,3 @@ def value_of(text: str) -> Any:
 
 def _not_json(word: str) -> NoReturn:
     raise ValueError(word)
-
-
-def _read_file(path: Path) -> bytes:
-    try:
-        with path.open("rb") as file:
-            text = file.read(LARGEST_BYTES + 1)
-    except FileNotFoundError:
-        asked_wrong("SCENE", str(path), "a JSON file that exists", "Check the path.")
-    except IsADirectoryError:
-        asked_wrong("SCENE", str(path), "a JSON file", "This is a folder; name a file in it.")
-    if len(text) > LARGEST_BYTES:
-        asked_wrong("SCENE", str(path), f"a JSON file of at most {LARGEST_BYTES} bytes", "Is this a scene?")
-    return text

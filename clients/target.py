@@ -14,19 +14,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from clients.outcome import asked_wrong
-from synth.encode import SoundFormat
+from synth.encode.formats import SoundFormat, choose_format
 
 STANDARD_OUTPUT = "-"
-
-# For each ending: the sample types that it has, the default first.
-FORMATS: dict[str, dict[str, SoundFormat]] = {
-    ".wav": {"float": SoundFormat.WAV, "pcm16": SoundFormat.WAV16, "pcm24": SoundFormat.WAV24},
-    ".flac": {"pcm24": SoundFormat.FLAC},
-    ".raw": {"float": SoundFormat.F32LE},
-    ".f32": {"float": SoundFormat.F32LE},
-    ".pcm": {"float": SoundFormat.F32LE},
-    ".l16": {"pcm16": SoundFormat.L16},
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,21 +37,18 @@ def read_target(output: str, subtype: str | None) -> Target:
     if output == STANDARD_OUTPUT:
         if sys.stdout.isatty():
             asked_wrong("--output", output, "a pipe or a file behind standard output", "Sound is not for a terminal.")
-        return Target(None, _pick(".wav", subtype))
+        return Target(None, choose_format("-.wav", subtype))
     path = Path(output)
-    if path.suffix.lower() not in FORMATS:
-        asked_wrong("--output", output, "a name that ends in " + ", ".join(FORMATS), "Write, for instance, out.wav.")
+    sound_format = choose_format(path, subtype)
     if path.is_dir():
         asked_wrong("--output", output, "the name of a file", "This is a folder.")
-    return Target(path, _pick(path.suffix.lower(), subtype))
+    return Target(path, sound_format)
 
 
-def _pick(ending: str, subtype: str | None) -> SoundFormat:
-    choices = FORMATS[ending]
-    if subtype is None:
-        return next(iter(choices.values()))
-    if subtype not in choices:
-        others = sorted(other for other, kinds in FORMATS.items() if subtype in kinds)
-        hint = f"Write {subtype} to a {' or '.join(others)} file."
-        asked_wrong("--subtype", subtype, f"{' or '.join(choices)} in a {ending} file", hint)
-    return choices[subtype]
+def replaces(path: Path, no_clobber: bool) -> bool:
+    """Return whether a file stands at `path`, which would be replaced; raises AskedWrong where it must be kept."""
+    if not path.is_file():  # a pipe or a device is written into, not replaced
+        return False
+    if no_clobber:
+        asked_wrong("--no-clobber", str(path), "a name that is free", "Name another file, or leave out --no-clobber.")
+    return True

@@ -7,7 +7,7 @@ from dataclasses import asdict
 
 from clients.outcome import DONE, print_json
 from clients.tables import print_table
-from synth.textures import catalogue, lookup
+from synth.scene.catalogue import catalogue, lookup
 
 
 def run(arguments: argparse.Namespace) -> int:

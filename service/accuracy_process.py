@@ -22,11 +22,12 @@ from pathlib import Path
 from typing import Any
 
 from synth.errors import AskedWrong, CannotRender, Fault
-from synth.scene import Scene, parse_scene, scene_document
+from synth.scene.scene import Scene, parse_scene, scene_document
 
 LONGEST = 300.0  # s; several times what any scene should take: beyond it the machine is too busy to measure anything
 GLANCE = 0.1  # s between looks at whether it is still wanted; a shutdown waits this long
 LOWEST_PRIORITY = 19
+KILLED = -9  # the exit code of a process that the system has killed
 ROOT = Path(__file__).resolve().parents[1]  # what the process imports, wherever it is started
 
 
@@ -34,10 +35,12 @@ def measure_apart(scene: Scene, quantity: str | None, given_up: threading.Event)
     """Return the document of `measure_accuracy`; for a thread.
 
     given_up: set by whoever does not want it any more; the process is ended. Raises AskedWrong and CannotRender as the
-    measuring does, CannotRender where it was given up or took longer than LONGEST.
+    measuring does, CannotRender where it was given up, took longer than LONGEST, or was killed.
     """
     asked = json.dumps({"scene": scene_document(scene), "quantity": quantity}).encode()
     code, outcome, told = _answer_of_process(asked, given_up)
+    if code == KILLED:
+        raise CannotRender("The measuring was ended by the system: as a rule, the memory of this machine is full.")
     if code != 0:
         raise RuntimeError(f"the measuring process ended with {code}:\n{told.decode(errors='replace')}")
     answer: dict[str, Any] = json.loads(outcome)
@@ -81,7 +84,7 @@ def main() -> None:
     """Read what is asked, measure, and print the outcome."""
     if hasattr(os, "nice"):
         os.nice(LOWEST_PRIORITY)
-    from synth.accuracy import measure_accuracy
+    from synth.accuracy.report import measure_accuracy
 
     asked = json.load(sys.stdin)
     scene = parse_scene(asked["scene"])

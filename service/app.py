@@ -15,6 +15,7 @@ from starlette.middleware import Middleware
 from starlette.middleware.cors import CORSMiddleware
 from starlette.requests import Request
 from starlette.responses import Response
+from starlette.routing import Match
 
 from service import openapi, problems
 from service.engine import Engine, SynthEngine
@@ -31,6 +32,7 @@ from synth.errors import Fault, RidgewaveError, shown
 DESCRIPTION = "What a finger feels when it scans a texture: a scene in, the vibration out, as a file or a live stream."
 EXPOSED = ["Ridgewave-Format", "Ridgewave-Full-Scale", "Ridgewave-Quantities", "Ridgewave-Warning", "Server-Timing"]
 LONGEST_NAME = 100  # characters of a parameter's name that a refusal repeats: a peer's text is not sent back whole
+ROUTES = (render, scene, accuracy, textures, sessions, stream, play, live, operations, page)
 STATUSES = {400: "bad-request", 404: "not-found", 405: "method-not-allowed", 413: "too-large"}
 
 
@@ -39,7 +41,8 @@ def create_app(settings: Settings, engine: Engine | None = None, siblings: Path 
 
     siblings: the folder through which the workers of one service speak; None where this process is the only one.
     """
-    service = Service(settings, engine or SynthEngine(settings.cache_bytes, settings.table_bytes), siblings)
+    own = engine or SynthEngine(settings.cache_bytes, settings.table_bytes)
+    service = Service(settings, own, siblings, apart=engine is None)
     app = FastAPI(
         title="ridgewave",
         description=DESCRIPTION,
@@ -56,8 +59,8 @@ def create_app(settings: Settings, engine: Engine | None = None, siblings: Path 
             HTTPException: _answer_status,
         },
     )
-    for routes in (render, scene, accuracy, textures, sessions, stream, play, live, operations, page):
-        app.include_router(routes.router)
+    for module in ROUTES:
+        app.include_router(module.router)
     app.state.service = service
     app.openapi = lambda: openapi.document(app)  # type: ignore[method-assign]
     return app
@@ -104,7 +107,15 @@ async def _answer_status(request: Request, error: Exception) -> Response:
     """Answer for what the router refuses: no such path, not this method."""
     assert isinstance(error, HTTPException)
     kind = STATUSES.get(error.status_code, "bad-request")
-    return _answer(request, Problem(kind, problems.TYPES[kind].when, headers=error.headers or {}))
+    headers = {"Allow": _methods(request)} if error.status_code == 405 else error.headers or {}
+    return _answer(request, Problem(kind, problems.TYPES[kind].when, headers=headers))
+
+
+def _methods(request: Request) -> str:
+    """Return the methods of a path, of all its routes: the router knows those of the first alone."""
+    routes = [*request.app.routes, *(route for module in ROUTES for route in module.router.routes)]
+    there = [route for route in routes if route.matches(request.scope)[0] is not Match.NONE]
+    return ", ".join(sorted({method for route in there for method in getattr(route, "methods", None) or ()}))
 
 
 def _parameter_fault(entry: dict[str, object]) -> Fault:

@@ -1,7 +1,7 @@
 """Request bodies: JSON by their media type, and no larger than the limit.
 
 A body is refused by its Content-Type before a byte of it is read, so that a form post of another page does nothing, and
-by its size while it is read, chunked or not. What the JSON says is read by `synth.scene`, which is strict.
+by its size while it is read, chunked or not. What the JSON says is read by `synth.scene.scene`, which is strict.
 """
 
 from __future__ import annotations

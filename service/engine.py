@@ -11,9 +11,9 @@ from collections.abc import Iterable, Iterator
 from typing import Any, Protocol
 
 from service.sound import Sounding
-from synth.encode import Block
-from synth.following import Update
-from synth.scene import Scene
+from synth.encode.formats import Block
+from synth.motion.update_smoothing import Update
+from synth.scene.scene import Scene
 
 
 class Voice(Sounding, Protocol):
@@ -84,6 +84,13 @@ class HandVoice(LiveVoice, Protocol):
     def cut(self, block: Block, frames: int) -> Block:
         """Return the first `frames` of the block that was rendered last, fading to zero: the sound ends with them."""
 
+    @property
+    def recorded_bytes(self) -> int:
+        """Return the memory that its recording takes; 0 where it was not opened with `record`."""
+
+    def end_recording(self) -> None:
+        """Have its recording end here, if there is one: it holds the beginning, and says so."""
+
     def recording(self) -> dict[str, Any]:
         """Return what `synth` renders the same samples from; of a voice opened with `record`, from any thread."""
 
@@ -133,6 +140,9 @@ class Engine(Protocol):
     def blocks(self, voice: FiniteVoice, frames: int) -> Iterator[Block]:
         """Yield the whole duration of the voice's scene, `frames` at a time, with the fades that it asks for."""
 
+    def planned_seconds(self, voice: FiniteVoice) -> float | None:
+        """Return the processor time (s) of the voice's whole sound where its plan predicts it, else None."""
+
     def open_live(self, scene: Scene) -> LiveVoice:
         """Return a live voice at frame 0, silent and about to ramp in."""
 
@@ -165,8 +175,8 @@ class SynthEngine:
 
     def __init__(self, cache_bytes: int, table_bytes: int | None = None) -> None:
         """cache_bytes, table_bytes: the bounds of memory, see `ResponseCache`; table_bytes None: the default."""
-        from synth.cache import ResponseCache
-        from synth.contact.table_budget import DEFAULT_LIMIT
+        from synth.response.cache import ResponseCache
+        from synth.response.table_budget import DEFAULT_LIMIT
 
         self._cache = ResponseCache(cache_bytes, DEFAULT_LIMIT if table_bytes is None else table_bytes)
 
@@ -182,14 +192,26 @@ class SynthEngine:
 
     def blocks(self, voice: FiniteVoice, frames: int) -> Iterator[Block]:
         """See `Engine`."""
-        from synth.voice import Voice, blocks
+        from synth.voice.voice import Voice, blocks
 
         assert isinstance(voice, Voice), "a voice of this engine"
         return blocks(voice, frames)
 
+    def planned_seconds(self, voice: FiniteVoice) -> float | None:
+        """See `Engine`."""
+        from synth.voice.voice import Voice
+
+        assert isinstance(voice, Voice), "a voice of this engine"
+        frames, effects = voice.solved.frames, voice.solved.effects
+        if frames is not None and voice.frames_together:
+            return frames.seconds
+        if effects is not None and effects.simulation is not None:
+            return effects.simulation.work * voice.scene.output.duration
+        return None
+
     def open_live(self, scene: Scene) -> LiveVoice:
         """See `Engine`."""
-        from synth.live import LiveVoice
+        from synth.voice.live_voice import LiveVoice
 
         voice = LiveVoice(scene, cache=self._cache)
         voice.rehearse()
@@ -197,7 +219,7 @@ class SynthEngine:
 
     def open_hand(self, scene: Scene, *, record: bool = False) -> HandVoice:
         """See `Engine`."""
-        from synth.live_hand import HandVoice
+        from synth.voice.hand_voice import HandVoice
 
         voice = HandVoice(scene, cache=self._cache, record=record)
         voice.rehearse()
@@ -206,7 +228,7 @@ class SynthEngine:
     @property
     def live_delay(self) -> float:
         """See `Engine`."""
-        from synth.output import LOOK_AHEAD
+        from synth.voice.limiter import LOOK_AHEAD
 
         return LOOK_AHEAD
 
@@ -218,20 +240,20 @@ class SynthEngine:
 
     def picture(self, scene: Scene, points: int | None, phases: int | None) -> dict[str, Any]:
         """See `Engine`."""
-        from synth.picture import picture
+        from synth.plan.contact_picture import picture
 
         return picture(scene, points, phases, cache=self._cache).document()
 
     def accuracy(self, scene: Scene, quantity: str | None, given_up: threading.Event) -> dict[str, Any]:
         """See `Engine`."""
         from service.accuracy_process import measure_apart
-        from synth.accuracy import require_measurable
+        from synth.accuracy.report import require_measurable
 
         require_measurable(scene)  # what is refused is refused at once, not by a process of the lowest priority
         return measure_apart(scene, quantity, given_up)
 
     def limiter(self, channels: int, sample_rate: int) -> Limiter:
         """See `Engine`."""
-        from synth.output import Limiter, look_ahead
+        from synth.voice.limiter import Limiter, look_ahead
 
         return Limiter(channels, sample_rate, look_ahead(sample_rate))

@@ -58,19 +58,21 @@ def _merge(row: Row, values: Sequence[float | list[float]]) -> float | list[floa
 
 
 def _family(row: Row, series: Series) -> Metric:
-    labels = [row.label] if row.label else []
+    own = [row.label] if row.label else []
+    labels, constant = [*own, *row.constant], list(row.constant.values())
     if row.kind == "histogram":
         histogram = HistogramMetricFamily(row.name, row.sentence, labels=labels)
         for value, entry in series.items():
             assert isinstance(entry, list)
             *counts, total = entry
             names = [*map(str, row.bounds), "+Inf"]
-            histogram.add_metric([value][: len(labels)], list(zip(names, accumulate(counts), strict=True)), total)
+            buckets = list(zip(names, accumulate(counts), strict=True))
+            histogram.add_metric([value][: len(own)] + constant, buckets, total)
         return histogram
     family = (CounterMetricFamily if row.kind == "counter" else GaugeMetricFamily)(
         row.name, row.sentence, labels=labels
     )
     for value, number in series.items():
         assert not isinstance(number, list)
-        family.add_metric([value][: len(labels)], number)
+        family.add_metric([value][: len(own)] + constant, number)
     return family

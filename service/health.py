@@ -11,9 +11,9 @@ from __future__ import annotations
 
 import asyncio
 import importlib.util
-from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
+from service.build import VERSION
 from service.settings import Settings
 from service.sinks.devices import missing_portaudio
 
@@ -29,20 +29,20 @@ class Health:
         self._audio_device = _capability(None, NOT_YET)
         self._live = _capability(importlib.util.find_spec("websockets") is not None, NO_WEBSOCKETS)
         self._sessions = _capability(settings.workers == 1, NO_SESSIONS)
-        self._version = _version()
 
     async def look(self) -> None:
         """Find out what takes time, once."""
         reason = await asyncio.to_thread(missing_portaudio)
         self._audio_device = _capability(reason is None, reason or "")
 
-    def document(self, *, ready: bool, workers: int) -> dict[str, Any]:
-        """Return the answer; workers: how many are there."""
+    def document(self, *, ready: bool, workers: int, starved: float) -> dict[str, Any]:
+        """Return the answer; workers: how many are there. starved: for how long (s) short work has waited, or 0."""
         return {
             "status": "ok",
-            "version": self._version,
+            "version": VERSION,
             "ready": ready,
             "workers": workers,
+            "starved_seconds": starved,
             "audio_device": self._audio_device,
             "live": self._live,
             "sessions": self._sessions,
@@ -51,10 +51,3 @@ class Health:
 
 def _capability(available: bool | None, reason: str) -> dict[str, Any]:
     return {"available": available, "reason": None if available else reason}
-
-
-def _version() -> str:
-    try:
-        return version("ridgewave")
-    except PackageNotFoundError:
-        return "not installed"

@@ -20,6 +20,7 @@ from collections.abc import Callable
 
 from starlette.types import ASGIApp, Receive, Scope, Send
 
+from service.connections import room_of
 from service.problems import Problem
 from service.settings import Settings
 
@@ -112,6 +113,10 @@ class Limits:
             )
             raise Problem("rate-limited", detail, headers={"Retry-After": str(max(1, math.ceil(wait)))})
 
+    def caller(self, scope: Scope) -> str:
+        """Return whom the work for `scope` is counted for: its key, or without one its address."""
+        return f"key {scope[KEY]}" if KEY in scope else f"address {self.address(scope)}"
+
     def address(self, scope: Scope) -> str:
         """Return the address that `scope` counts for: loopback, an IPv4 address, an IPv6 network, or unknown."""
         address = _parsed((scope.get("client") or ("", 0))[0])
@@ -149,6 +154,9 @@ class RateLimit:
         """Count one request, then hand it on; raises Problem, which the outermost layer answers."""
         if scope["type"] in ("http", "websocket") and scope["path"] not in UNLIMITED_PATHS:
             if not self._by_key:
+                room = room_of(scope)
+                if room is not None:
+                    room.admit()
                 self._limits.take_request(f"address {self._limits.address(scope)}")
             elif KEY in scope:
                 self._limits.take_request(f"key {scope[KEY]}")

@@ -2,10 +2,11 @@
 
 Model: the outermost layer notes the request (method and path as it was sent, percent-encoded, so that no client writes
     lines of its own) and the session that its path names; a filter writes both into every record made meanwhile.
-    uvicorn's loggers and Python's warnings go the same way.
-Limits: an exception's text stands in the log and never in an answer. Keys stand in neither: uvicorn's own lines never
-    go below "info", since the WebSocket library writes whole headers, keys included, at "debug". The id of a session
-    is the right to use it, and stands in the log: keep the log to yourself.
+    uvicorn's loggers and Python's warnings go the same way. At "debug" each request has a line of this module's: the
+    server's own would hold the query.
+Limits: an exception's text stands in the log and never in an answer. Keys stand in neither: no line holds a query,
+    where a mistaken client may have put one, and no library logs headers (`WithoutHeaders`). The id of a session is the
+    right to use it, and stands in the log: keep the log to yourself.
 """
 
 from __future__ import annotations
@@ -15,11 +16,15 @@ import logging.config
 from contextvars import ContextVar
 from dataclasses import dataclass
 
-from starlette.types import ASGIApp, Receive, Scope, Send
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 PLAIN = "%(asctime)s %(levelname)s %(name)s: %(message)s"
 SESSIONS = ("v1", "sessions")
-WEBSOCKETS = "uvicorn.websockets"  # where uvicorn's lines for each connection go; `service.live` has better ones
+STATUS_OF = {"websocket.accept": 101, "websocket.close": 403}  # of an answer to a WebSocket's upgrade, by its message
+
+access = logging.getLogger("ridgewave.access")
+CUT = "ASGI callable returned without completing response."
+"""What uvicorn says, as an error, of an answer that is cut on purpose, as by a stop or a shutdown."""
 
 
 @dataclass(slots=True)
@@ -34,10 +39,12 @@ _subject: ContextVar[Subject | None] = ContextVar("subject", default=None)
 
 
 class SubjectFilter(logging.Filter):
-    """Writes the request and the session into each record that does not name its own; lets all pass."""
+    """Writes the request and the session into each record that does not name its own; lets all pass but CUT."""
 
     def filter(self, record: logging.LogRecord) -> bool:
-        """Return True."""
+        """Return True for all but CUT."""
+        if record.msg == CUT:
+            return False
         subject = _subject.get()
         if subject is not None:
             if not hasattr(record, "request"):
@@ -60,9 +67,33 @@ class Subjects:
             return
         token = _subject.set(Subject(request_line(scope), _session_in(scope["path"])))
         try:
-            await self._app(scope, receive, send)
+            await self._app(scope, receive, _noting(scope, send) if access.isEnabledFor(logging.DEBUG) else send)
         finally:
             _subject.reset(token)
+
+
+class WithoutHeaders(logging.LoggerAdapter[logging.Logger]):
+    """The logger for a library that would log headers, keys included, at "debug": it has warnings and errors only."""
+
+    def isEnabledFor(self, level: int) -> bool:
+        """Return whether `level` is heard."""
+        return level >= logging.WARNING and super().isEnabledFor(level)
+
+
+def _noting(scope: Scope, send: Send) -> Send:
+    """Return `send`, which logs the answer when it begins: at "debug" only, since it costs each message a call."""
+    answered = False
+
+    async def noting(message: Message) -> None:
+        nonlocal answered
+        status = message.get("status", STATUS_OF.get(message["type"]))
+        if not answered and status is not None:
+            answered = True
+            host, port = scope.get("client") or ("-", 0)
+            access.debug("%s:%d %s %d", host, port, request_line(scope), status)
+        await send(message)
+
+    return noting
 
 
 def about_session(session: str) -> None:
@@ -86,7 +117,6 @@ def set_up_log(level: str, log_format: str = "text") -> None:
     ours = {"level": level.upper(), "handlers": ["stderr"], "propagate": False}
     least = logging.getLevelNamesMapping()[level.upper()]
     servers = ours | {"level": max(logging.INFO, least)}
-    quiet = {"level": logging.INFO if level == "debug" else max(logging.WARNING, least)}
     json = {
         "()": "pythonjsonlogger.json.JsonFormatter",
         "fmt": ["levelname", "name", "message", "process"],
@@ -102,9 +132,7 @@ def set_up_log(level: str, log_format: str = "text") -> None:
             "filters": {"subject": {"()": SubjectFilter}},
             "formatters": {"text": {"format": PLAIN}, "json": json if log_format == "json" else {"format": PLAIN}},
             "handlers": {"stderr": {"class": "logging.StreamHandler", "formatter": log_format, "filters": ["subject"]}},
-            "loggers": {"ridgewave": ours}
-            | dict.fromkeys(("uvicorn", "uvicorn.error", "uvicorn.access"), servers)
-            | {WEBSOCKETS: quiet},
+            "loggers": {"ridgewave": ours} | dict.fromkeys(("uvicorn", "uvicorn.error"), servers),
             "root": {"level": "WARNING", "handlers": ["stderr"]},
         }
     )

@@ -19,7 +19,7 @@ from service.engine import Engine
 from service.problems import Problem, refused
 from service.pumping import departure
 from synth.errors import shown
-from synth.scene import parse_scene_text
+from synth.scene.scene import parse_scene_text
 
 RETRY_SECONDS = 20  # a measurement takes up to a minute: on average somewhat more than this is left of one
 

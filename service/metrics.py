@@ -58,7 +58,9 @@ class Metrics:
                 self._histograms[row.name] = {value: Histogram(row.bounds) for value in row.values}
             else:
                 self._numbers[row.name] = dict.fromkeys(row.values, 0)
+        self._numbers["ridgewave_build_info"][""] = 1
         self._frames = self._numbers["ridgewave_frames_sent_total"]
+        self._skipped = self._numbers["ridgewave_skipped_seconds_total"]
         self._lateness = self._histograms["ridgewave_block_lateness_seconds"]
 
     def watch(self, name: str, read: Callable[[], float]) -> None:
@@ -75,12 +77,22 @@ class Metrics:
         """A stream ended; once for each that was opened."""
         self._add("ridgewave_streams", -1, kind)
 
-    def block_sent(self, kind: str, frames: int, late_seconds: float | None = None) -> None:
-        """A block went out, so long after its time (negative: before); None where nothing was due (a play, pull)."""
+    def block_sent(self, kind: str, frames: int, late_seconds: float | None = None, skipped: float = 0.0) -> None:
+        """A block went out, so long after its time (negative: before); None where nothing was due (a play, pull).
+
+        skipped: s by which its time was put off before, since the service was late; the stream fell silent for them.
+        """
         with self._lock:
             self._frames[kind] += frames
             if late_seconds is not None:
-                self._lateness[kind].add(max(0.0, late_seconds))
+                self._lateness[kind].add(max(0.0, late_seconds) + skipped)
+            if skipped:
+                self._skipped[kind] += skipped
+
+    def lagged(self, seconds: float) -> None:
+        """The event loop did what was due so long after its time."""
+        with self._lock:
+            self._histograms["ridgewave_loop_lag_seconds"][""].add(max(0.0, seconds))
 
     def underran(self, count: int) -> None:
         """A device was short of samples so many times."""
@@ -98,6 +110,11 @@ class Metrics:
         """A voice was opened ("voice"), or a change solved ("change"), in so many seconds."""
         with self._lock:
             self._histograms["ridgewave_build_seconds"][what].add(seconds)
+
+    def waited(self, pool: str, seconds: float) -> None:
+        """Work of a pool (render, solve, block) began, so long after it was asked for."""
+        with self._lock:
+            self._histograms["ridgewave_pool_wait_seconds"][pool].add(seconds)
 
     def timed(
         self, what: str, work: Callable[Arguments, Result], *arguments: Arguments.args, **named: Arguments.kwargs

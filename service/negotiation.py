@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from service.problems import Problem
-from synth.encode import L16_RATE_LIMIT_HZ, SoundFormat
+from synth.encode.formats import L16_RATE_LIMIT_HZ, SoundFormat
 
 OFFERS: tuple[tuple[SoundFormat, tuple[str, ...]], ...] = (
     (SoundFormat.WAV, ("audio/wav", "audio/x-wav", "audio/wave", "audio/vnd.wave")),

@@ -9,7 +9,7 @@ from fastapi import FastAPI
 from starlette.responses import JSONResponse
 
 from service import problems
-from synth.scene import scene_schema
+from service.openapi_components import components
 
 Answers = dict[int | str, dict[str, Any]]
 
@@ -22,55 +22,6 @@ _HEADERS = {
 }
 PROBLEM = {"$ref": "#/components/schemas/Problem"}
 SCENE = {"$ref": "#/components/schemas/Scene"}
-ANY_OBJECT = {"type": "object"}
-_TEXT, _NUMBER, _WHOLE = {"type": "string"}, {"type": "number"}, {"type": "integer"}
-_LEVEL = {"type": ["number", "null"]}
-_METHOD = {
-    "method": _TEXT,
-    "family": {"enum": ["baseline", "sampled", "exact", "table", "harmonics", "closed"]},
-    "max_error": _NUMBER | {"description": "Largest error over a period, relative to the peak-to-peak."},
-    "rms_error": _NUMBER | {"description": "The same, root mean square."},
-    "error_m": _NUMBER | {"description": "Largest error as a displacement, in metres."},
-    "worst_harmonic_db": _LEVEL | {"description": "Largest error of a harmonic, re the strongest; null: no error."},
-    "threshold_margin_db": _LEVEL | {"description": "How far errors stay below the threshold; null: no error."},
-    "setup_seconds": _NUMBER,
-    "seconds_per_second": _NUMBER | {"description": "Computing time for a second of sound."},
-    "times_real_time": _LEVEL,
-    "memory_bytes": _WHOLE,
-    "pareto": {"type": "boolean", "description": "Nothing measured is both nearer and cheaper."},
-}
-_ACCURACY = {
-    "scene": SCENE,
-    **dict.fromkeys(("quantity", "unit", "threshold", "chosen"), _TEXT),
-    **dict.fromkeys(("peak_to_peak", "reference_error", "duration"), _NUMBER),
-    **dict.fromkeys(("sample_rate", "repeats"), _WHOLE),
-    "methods": {"type": "array", "items": {"type": "object", "required": list(_METHOD), "properties": _METHOD}},
-    "left_out": {"type": "array", "items": {"type": "object"}},
-}
-ACCURACY = {"type": "object", "required": list(_ACCURACY), "properties": _ACCURACY}
-_NUMBERS = {"type": "array", "items": _NUMBER}
-_PICTURE = {
-    "texture": {"period": _NUMBER, "heights": _NUMBERS},
-    "finger": {"begin": _NUMBER, "length": _NUMBER, "heights": _NUMBERS},
-    "response": {"load": _NUMBER, "foundation": {"type": ["number", "null"]}, "heights": _NUMBERS},
-}
-PICTURE = {
-    "type": "object",
-    "required": [*_PICTURE, "touching", "left_out"],
-    "properties": {
-        name: {"type": "object", "required": list(fields), "properties": fields} for name, fields in _PICTURE.items()
-    }
-    | {
-        "touching": {
-            "type": ["array", "null"],
-            "items": _NUMBERS,
-            "description": "Begin and end (m) of each patch, a list a phase.",
-        },
-        "left_out": {"type": "array", "items": _TEXT},
-    },
-}
-_THRESHOLD = {"name": _TEXT, "frequencies": _NUMBERS, "displacement": _NUMBERS}
-THRESHOLD = {"type": "object", "required": list(_THRESHOLD), "properties": _THRESHOLD}
 
 
 class SchemaResponse(JSONResponse):
@@ -87,10 +38,10 @@ def audio(*problem_names: str, flac: bool) -> Answers:
     return {200: sound} | problem_answers(*problem_names)
 
 
-def answer_of(schema: str, description: str) -> Answers:
+def answer_of(schema: str, description: str, status: int = 200) -> Answers:
     """Return the answer of a route that sends JSON of a schema among the components."""
     content = {"application/json": {"schema": {"$ref": f"#/components/schemas/{schema}"}}}
-    return {200: {"description": description, "content": content}}
+    return {status: {"description": description, "content": content}}
 
 
 def problem_answers(*names: str) -> Answers:
@@ -126,9 +77,7 @@ def document(app: FastAPI) -> dict[str, Any]:
         made = FastAPI.openapi(app)
         schemas = made.setdefault("components", {}).setdefault("schemas", {})
         _drop_validation_errors(made["paths"], schemas)
-        schemas["Problem"] = problems.schema()
-        schemas["Scene"] = scene_schema()
-        schemas |= {"Accuracy": ACCURACY, "Picture": PICTURE, "Threshold": THRESHOLD}
+        schemas |= components()
         made["components"]["securitySchemes"] = {"key": {"type": "http", "scheme": "bearer"}}
         made["security"] = [{}, {"key": []}]
         app.openapi_schema = made

@@ -2,8 +2,9 @@
 
 Model: the block at frame n is due at start + n / rate - lead on `time.perf_counter`, absolute, so that errors of single
     sleeps do not add up (sleeping one block at a time drifts by 2-5 %).
-Limits: a reader that fell more than `FORGIVEN_SECONDS` behind is not sent the missed sound in a burst: its clock starts
-    anew. Sleeps are as exact as the event loop's timer, about a millisecond.
+Limits: a stream that fell more than `FORGIVEN_SECONDS` behind is not sent the missed sound in a burst: its clock starts
+    anew. What of that time was the service's own fault, and not waiting for the reader, is in `skipped`. Sleeps are as
+    exact as the event loop's timer, about a millisecond.
 """
 
 from __future__ import annotations
@@ -23,14 +24,22 @@ class Pacer:
         self._lead = lead
         self._now = now
         self._start = now()
+        self._waited = 0.0  # for the reader, since the stream was last on time
+        self.skipped = 0.0  # s by which the service was late when `delay` last began the clock anew; else 0
+
+    def waited(self, seconds: float) -> None:
+        """Take note of how long the reader took to take a block."""
+        self._waited += seconds
 
     def delay(self, frames: int) -> float:
         """Return the seconds until the block that begins at frame `frames` is due; not positive: send it now."""
         now = self._now()
-        ahead = self._start + frames / self._rate - now
+        ahead, self.skipped = self._start + frames / self._rate - now, 0.0
         if ahead < -FORGIVEN_SECONDS:
-            self._start = now - frames / self._rate
+            self._start, self.skipped = now - frames / self._rate, max(0.0, -ahead - self._waited)
             ahead = 0.0
+        if ahead >= 0.0:
+            self._waited = 0.0
         return ahead - self._lead
 
     def late(self, frames: int) -> float:

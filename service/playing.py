@@ -18,9 +18,9 @@ from typing import Any
 
 from service.metrics import Metrics
 from service.settings import Settings
-from service.sinks import FileSink, Sink, open_sink
+from service.sinks import Claims, FileSink, Sink, open_sink
 from service.source import Source
-from synth.encode import Metadata
+from synth.encode.formats import Metadata
 from synth.errors import CannotRender
 
 log = logging.getLogger("ridgewave.service")
@@ -30,17 +30,23 @@ class Player:
     """One play of one session."""
 
     def __init__(
-        self, device: str | int | None, settings: Settings, metrics: Metrics, over: Callable[[], None] = lambda: None
+        self,
+        device: str | int | None,
+        settings: Settings,
+        metrics: Metrics,
+        claims: Claims,
+        over: Callable[[], None] = lambda: None,
     ) -> None:
         """Take the device of the request; `source` is set later, and nothing is opened before `start`.
 
-        over: called once when a play that began is over, from its thread. Raises AskedWrong for a bad file name.
+        claims: the devices that play. over: called once when a play that began is over, from its thread.
+        Raises AskedWrong for a bad file name.
         """
         folder = Path(settings.file_folder)
         self.source: Source | None = None
         self.frames = 0
         self.failure: str | None = None
-        self._sink: Sink = open_sink(device, folder)
+        self._sink: Sink = open_sink(device, folder, claims)
         self._folder = folder
         self._settings = settings
         self._metrics, self._told_over = metrics, over
@@ -138,4 +144,6 @@ def _make_folder(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise CannotRender(f"the folder for recordings cannot be made: {error.strerror or error}.") from error
+        raise CannotRender(
+            f"the folder for recordings cannot be made: {error.strerror or 'the system refuses it'}."
+        ) from error

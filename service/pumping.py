@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncGenerator, Awaitable, Callable, Mapping
+from typing import Any
 
 from starlette.responses import Response
 from starlette.types import Receive, Scope, Send
@@ -23,7 +24,8 @@ class HeadResponse(Response):
 
 
 class PumpedResponse(Response):
-    """Sends `chunks`; `released` is called once when all is over, even if nothing was sent."""
+    """Sends `chunks`; `released` is called once when all is over, even if nothing was sent. cut: ends it, wherever it
+    is."""
 
     def __init__(
         self,
@@ -33,23 +35,26 @@ class PumpedResponse(Response):
         *,
         released: Callable[[], None],
         ended: Callable[[], Awaitable[float]] | None = None,
+        cut: asyncio.Event | None = None,
     ) -> None:
         super().__init__(None, 200, headers, media_type)
         _promise_only(self, headers)
         self._chunks = chunks
         self._released = released
-        self._ended = ended
+        self._ended, self._cut = ended, cut
         self._taken = 0
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Send the answer; raises what the generator raises, after which the server cuts the answer short."""
-        tasks: list[asyncio.Task[None]] = []
+        tasks: list[asyncio.Task[Any]] = []
         try:
             await send({"type": "http.response.start", "status": 200, "headers": self.raw_headers})
             pump = asyncio.create_task(self._pump(send))
             tasks = [pump, asyncio.create_task(departure(receive))]
             if self._ended is not None:
                 tasks.append(asyncio.create_task(self._stall()))
+            if self._cut is not None:
+                tasks.append(asyncio.create_task(self._cut.wait()))
             await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
             if pump.done():
                 pump.result()

@@ -1,225 +1,264 @@
-"""Finite renders: a scene's text in, an answer with exact sizes out.
+"""Renders, plans and pictures over HTTP: who may compute what, where, and until when.
 
-Model: all that computes runs in one pool of threads, whose work releases the GIL, so streams keep their deadlines.
-    - Up to `WHOLE_SAMPLES` the sound is rendered and encoded in one hop to a thread and sent in one piece.
-    - Longer, WAV and raw are sent piece by piece as they are rendered: the header's sizes are known before the samples.
-    - Longer FLAC is written to a file without a name first, since its header counts bytes that only the end knows.
-Limits: a render that fails after its header was sent ends the connection early, which Content-Length lets a reader see.
+Model: each is computed in a process of its own (`render_process`), which ends when its client leaves, so what computes
+    for an hour holds up neither the streams nor the end of the service, and nobody waits for it: it begins in a place
+    for short work (`places`) and gives that up once it proves long or has told a price above CHEAP_SECONDS. A price is
+    admitted within two bounds of processor seconds, of the client's renders under way and of all.
+Limits: an engine that is given (a test's) works in threads of this process, which end after the piece that they are at.
+    A render that fails after its header was sent ends the connection early, which Content-Length lets a reader see.
 """
 
 from __future__ import annotations
 
 import asyncio
-import os
-import tempfile
-import time
-from collections.abc import AsyncGenerator, Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
-from typing import Any, TypeVar
+import math
+from collections import Counter
+from collections.abc import AsyncGenerator, Coroutine
+from functools import partial
+from typing import Any, Protocol, TypeVar
 
-import numpy as np
+from starlette.requests import ClientDisconnect, Request
 from starlette.responses import Response
+from starlette.types import Receive
 
-from service.engine import Engine, FiniteVoice, Limiter
+from service.engine import Engine
+from service.limits import Limits
 from service.metrics import Metrics
-from service.negotiation import choose_format
-from service.problems import Problem, refused
-from service.pumping import PumpedResponse
+from service.places import Place, Places
+from service.problems import Problem
+from service.pumping import PumpedResponse, departure
+from service.render_process import Copies
+from service.render_work import Answer, Message, Order, Price, work
 from service.settings import Settings
-from service.sound import describe, metadata_of
-from synth.encode import Block, SoundFormat, encode_all, media_type, open_writer, stream_block
-from synth.output import reduction_warning
-from synth.riff import padding, wav_header
-from synth.scene import Scene, channel_count, parse_scene_text
+from service.threads import ThreadWork
+from synth.errors import Fault
 
-WHOLE_SAMPLES = 1 << 20  # 4 MB of float32, 22 s of mono at 48 kHz: some 20 ms of work, small enough to hold twice
-PIECE_SAMPLES = 1 << 16  # of a long render: 256 kB a write, about a millisecond of work
-FILE_BYTES = 1 << 16  # read at a time of a finished FLAC
+RETRY_SECONDS = 60  # for a render that found the processors taken by others: theirs take minutes
+SHORTER = 0.9  # times the longest duration that the bound admits: the price is an estimate
+
+OVER: Any = object()  # after the last step of a work in threads
 
 Result = TypeVar("Result")
 
 
-@dataclass
-class Stages:
-    """Times of the stages of one answer, for Server-Timing, in the order they ran."""
+class Worker(Protocol):
+    """Who computes one order."""
 
-    lines: list[str] = field(default_factory=list)
-    _began: float = field(default_factory=time.perf_counter)
+    async def next(self) -> Message:
+        """Return the next message, None after the last; raises what the work raises."""
 
-    def done(self, name: str) -> None:
-        """End the stage `name`; the next one begins."""
-        now = time.perf_counter()
-        self.lines.append(f"{name};dur={(now - self._began) * 1e3:.3f}")
-        self._began = now
+    def go_on(self) -> None:
+        """Have it compute what it told the price of."""
 
-    def header(self) -> str:
-        """Return the value of Server-Timing."""
-        return ", ".join(self.lines)
+    def lower(self) -> None:
+        """Have it go on at the lowest priority."""
+
+    def close(self) -> None:
+        """Have it end, wherever it is."""
 
 
-@dataclass
-class Render:
-    """One render under way: the blocks that are still to come, and what the answer will look like."""
+class ThreadWorker:
+    """One order in threads of this process, a step in each."""
 
-    voice: FiniteVoice
-    blocks: Iterator[Block]  # limited where the format holds integers
-    limiter: Limiter | None
-    scene: Scene
-    sound_format: SoundFormat
-    frames: int
-    stages: Stages
+    def __init__(self, engine: Engine, order: Order, body: bytes) -> None:
+        self._steps = work(engine, order, body)
 
-    def piece(self) -> bytes:
-        """Return the bytes of the next block, b"" after the last."""
-        block = next(self.blocks, None)
-        return b"" if block is None else stream_block(block, self.sound_format)
+    async def next(self) -> Message:
+        """See `Worker`."""
+        message: Message = None
+        while message is None:
+            told = await ThreadWork(partial(next, self._steps, OVER), "render").done
+            if told is OVER:
+                return None
+            message = told
+        return message
 
-    def headers(self) -> dict[str, str]:
-        """Return the answer's headers but for its length; they tell of the limiter what it has done so far."""
-        turned_down = () if self.limiter is None else reduction_warning(self.limiter.take_reduction())
-        sentences = " ".join([*self.voice.warnings, *turned_down])
-        warnings = " ".join(sentences.split()).encode("ascii", "replace").decode("ascii")
-        extra = {"Ridgewave-Warning": warnings} if warnings else {}
-        return describe(self.voice, self.sound_format) | {"Server-Timing": self.stages.header()} | extra
+    def go_on(self) -> None:
+        """See `Worker`; the next step goes on."""
 
-    @property
-    def media_type(self) -> str:
-        """Return the Content-Type; raises AskedWrong for L16 above 48 kHz."""
-        return media_type(self.sound_format, self.voice.sample_rate, self.voice.channels)
+    def lower(self) -> None:
+        """See `Worker`; a thread has no lower priority."""
+
+    def close(self) -> None:
+        """See `Worker`; there is no next step."""
+
+
+class UnderWay:
+    """One order under way: its worker, its place among short work, and its price."""
+
+    def __init__(self, renders: Renders, client: str) -> None:
+        self._renders, self.client = renders, client
+        self.seconds = 0.0
+        self.worker: Worker | None = None
+        self.cut = asyncio.Event()
+        self._place: Place | None = None
+        self._closed = False
+
+    async def begin(self, order: Order, body: bytes) -> Answer:
+        """Return the head of the answer."""
+        self._place = await self._renders.places.enter(self.client, self._lower)
+        self.worker = await self._renders.worker(order, body)
+        message = await self.worker.next()
+        if isinstance(message, Price):
+            self._renders.admit(self, message)
+            self.seconds = message.seconds
+            self._place.leave()
+            self.worker.lower()
+            self.worker.go_on()
+            message = await self.worker.next()
+        assert isinstance(message, Answer), message
+        if not message.whole:
+            self._place.leave()
+        return message
+
+    async def chunks(self) -> AsyncGenerator[bytes, None]:
+        """Yield the body."""
+        assert self.worker is not None
+        while (chunk := await self.worker.next()) is not None:
+            assert isinstance(chunk, bytes)
+            if chunk:
+                yield chunk
+
+    async def whole(self) -> bytes:
+        """Return the body."""
+        return b"".join([chunk async for chunk in self.chunks()])
+
+    async def while_wanted(self, work: Coroutine[Any, Any, Result], receive: Receive) -> Result:
+        """Return what `work` returns; raises ClientDisconnect or Problem (closing) as soon as nobody waits for it."""
+        task = asyncio.ensure_future(work)
+        left, cut = asyncio.ensure_future(departure(receive)), asyncio.ensure_future(self.cut.wait())
+        waits: list[asyncio.Future[Any]] = [task, left, cut]
+        try:
+            await asyncio.wait(waits, return_when=asyncio.FIRST_COMPLETED)
+            if task.done():
+                return task.result()
+            if left.done():
+                raise ClientDisconnect
+            raise Problem("closing", "The service is shutting down.")
+        finally:
+            for one in waits:
+                one.cancel()
+            await asyncio.gather(*waits, return_exceptions=True)
+
+    def _lower(self) -> None:
+        if self.worker is not None:
+            self.worker.lower()
+
+    def close(self) -> None:
+        """End what is still under way; again is the same as once."""
+        if self._closed:
+            return
+        self._closed = True
+        if self.worker is not None:
+            self.worker.close()
+        if self._place is not None:
+            self._place.leave()
+        self._renders.leave(self)
 
 
 class Renders:
-    """The renders of one process, as many at a time as the settings allow."""
+    """The renders of one process.
 
-    def __init__(self, engine: Engine, settings: Settings, metrics: Metrics) -> None:
-        self._engine = engine
-        self._settings = settings
-        self._metrics = metrics
+    apart: in processes of their own, which make an engine of their own; otherwise with `engine`, in threads.
+    """
+
+    def __init__(
+        self, engine: Engine, settings: Settings, metrics: Metrics, limits: Limits, *, apart: bool = False
+    ) -> None:
+        self._engine, self._settings, self._metrics, self._limits = engine, settings, metrics, limits
+        self._copies = Copies(settings.cache_bytes, settings.render_seconds_per_client) if apart else None
+        self._prices: Counter[str] = Counter()
+        self._all: set[UnderWay] = set()
+        self._ended = False
+        self.places = Places(settings.solves_per_client, settings.max_solves, partial(metrics.waited, "render"))
         self.under_way = 0
-        self.pool = ThreadPoolExecutor(max(2, os.cpu_count() or 2), thread_name_prefix="render")
+
+    def warm_up(self) -> None:
+        """Have the process be there that renders are copied from; for a thread."""
+        if self._copies is not None:
+            self._copies.start()
+
+    def cut(self) -> None:
+        """End every answer that is not over, and begin no more: the service ends."""
+        self._ended = True
+        for one in self._all:
+            one.cut.set()
 
     def close(self) -> None:
-        """Let the threads end; work that has not begun is dropped."""
-        self.pool.shutdown(wait=False, cancel_futures=True)
+        """Let the processes go."""
+        if self._copies is not None:
+            self._copies.close()
 
-    async def run(self, work: Callable[..., Result], *arguments: Any) -> Result:
-        """Return what `work` returns, in a thread, within the number of renders that is allowed."""
-        self._enter()
-        try:
-            return await asyncio.get_running_loop().run_in_executor(self.pool, work, *arguments)
-        finally:
-            self._leave()
-
-    async def answer(self, body: bytes, wanted: str | None, accept: str | None) -> Response:
-        """Return the sound of the scene that `body` describes, in the format that was asked for."""
-        made = await self.run(self._make, body, wanted, accept)
-        if isinstance(made, Response):
-            return made
-        headers = made.headers() | {"Content-Length": str(_length(made))}
-        kind = made.media_type
-        self._enter()
-        return PumpedResponse(self._pieces(made), headers, kind, released=self._leave)
-
-    def explain(self, body: bytes) -> dict[str, Any]:
-        """Return the plan of the scene that `body` describes; for a thread."""
-        return self._engine.explain(parse_scene_text(body))
-
-    def _enter(self) -> None:
+    async def answer(self, order: Order, body: bytes, request: Request) -> Response:
+        """Return the answer to `order` for the scene in `body`; raises ClientDisconnect where nobody waits any more."""
         if self.under_way >= self._settings.max_renders:
             raise Problem("full", "Too many renders at one time.", headers={"Retry-After": "1"})
+        if self._ended:
+            raise Problem("closing", "The service is shutting down.")
+        one = UnderWay(self, self._limits.caller(request.scope))
         self.under_way += 1
+        self._all.add(one)
+        try:
+            head = await one.while_wanted(one.begin(order, body), request.receive)
+            if head.voice_seconds is not None:
+                self._metrics.built("voice", head.voice_seconds)
+                self._metrics.render_began()
+            if not head.whole:
+                chunks, kind = one.chunks(), head.media_type
+                return PumpedResponse(chunks, head.headers, kind, released=one.close, cut=one.cut)
+            whole = await one.while_wanted(one.whole(), request.receive)
+        except BaseException:
+            one.close()
+            raise
+        one.close()
+        return Response(whole, 200, head.headers, media_type=head.media_type)
 
-    def _leave(self) -> None:
+    async def worker(self, order: Order, body: bytes) -> Worker:
+        """Return who works at `order`."""
+        if self._copies is None:
+            return ThreadWorker(self._engine, order, body)
+        return await self._copies.open(order, body)
+
+    def admit(self, one: UnderWay, price: Price) -> None:
+        """Take the price of `one` on; raises Problem where the client, or all together, would have too much."""
+        allowed, in_all = self._settings.render_seconds_per_client, self._settings.render_seconds
+        theirs, total = self._prices[one.client], self._prices.total()
+        costs = f"This render would take about {price.seconds:.0f} s of processor time"
+        if price.seconds > min(allowed, in_all):
+            raise _too_costly(costs, price, min(allowed, in_all))
+        if theirs + price.seconds > allowed:
+            raise Problem(
+                "too-many-renders",
+                f"{costs}, and your renders under way {theirs:.0f} s; one client may have {allowed:g} s under way "
+                "(RIDGEWAVE_RENDER_SECONDS_PER_CLIENT). Wait for them, end one, or shorten output.duration.",
+                headers={"Retry-After": str(RETRY_SECONDS)},
+            )
+        if total + price.seconds > in_all:
+            raise Problem(
+                "full",
+                f"{costs}, and all renders under way {total:.0f} s; the service takes on {in_all:g} s "
+                "(RIDGEWAVE_RENDER_SECONDS). Try again later, or shorten output.duration.",
+                headers={"Retry-After": str(RETRY_SECONDS)},
+            )
+        self._prices[one.client] += price.seconds  # type: ignore[assignment]
+
+    def leave(self, one: UnderWay) -> None:
+        """Take note that `one` is over."""
         self.under_way -= 1
-
-    def _make(self, body: bytes, wanted: str | None, accept: str | None) -> Response | Render:
-        """Return the answer where it is short or FLAC, else the render from whose pieces it will be made."""
-        render = self._open(body, wanted, accept)
-        if render.frames * render.voice.channels <= WHOLE_SAMPLES:
-            return _whole(render)
-        return _flac(render) if render.sound_format is SoundFormat.FLAC else render
-
-    def _open(self, body: bytes, wanted: str | None, accept: str | None) -> Render:
-        stages = Stages()
-        scene = parse_scene_text(body)
-        check_duration(scene.output.duration, self._settings.max_duration, "/output/duration", "scene-refused")
-        rate, channels = scene.output.sample_rate, channel_count(scene)
-        sound_format = choose_format(wanted, accept, rate, channels)
-        media_type(sound_format, rate, channels)
-        stages.done("scene")
-        voice = self._metrics.timed("voice", self._engine.open_voice, scene)
-        stages.done("voice")
-        limiter = None if sound_format.is_float else self._engine.limiter(channels, rate)
-        self._metrics.render_began()
-        frames = round(scene.output.duration * rate)
-        whole = frames * channels <= WHOLE_SAMPLES
-        blocks = self._engine.blocks(voice, frames if whole else max(1, PIECE_SAMPLES // channels))
-        if limiter is not None:
-            blocks = limiter.limited(blocks)
-        return Render(voice, blocks, limiter, scene, sound_format, frames, stages)
-
-    async def _pieces(self, render: Render) -> AsyncGenerator[bytes, None]:
-        loop = asyncio.get_running_loop()
-        yield _header(render)
-        while piece := await loop.run_in_executor(self.pool, render.piece):
-            yield piece
-        yield _padding(render)
+        self._all.discard(one)
+        if one.seconds:
+            self._prices[one.client] -= one.seconds  # type: ignore[assignment]
+            if self._prices[one.client] < 1e-6:
+                del self._prices[one.client]
 
 
-def check_duration(duration: float, longest: float, pointer: str, kind: str) -> None:
-    """Raise Problem where `duration` (s) is beyond what the service sends."""
-    if not duration <= longest:
-        allowed = f"at most {longest:g} s (RIDGEWAVE_MAX_DURATION)"
-        raise refused(pointer, f"{duration:g} s", allowed, "Render longer sounds with the command line.", kind)
-
-
-def _whole(render: Render) -> Response:
-    parts = list(render.blocks)
-    block = parts[0] if len(parts) == 1 else np.concatenate(parts)
-    render.stages.done("render")
-    body = encode_all(block, render.sound_format, render.voice.sample_rate, metadata_of(render.voice, render.scene))
-    render.stages.done("encode")
-    return Response(body, 200, render.headers(), media_type=render.media_type)
-
-
-def _flac(render: Render) -> Response:
-    """Return a long FLAC, written to a file that vanishes with the answer."""
-    store = tempfile.TemporaryFile(prefix="ridgewave-")  # noqa: SIM115 - closed when the answer is over
-    try:
-        metadata = metadata_of(render.voice, render.scene)
-        with open_writer(store, SoundFormat.FLAC, render.voice.sample_rate, render.voice.channels, metadata) as writer:
-            for block in render.blocks:
-                writer.write(block)
-        length = store.seek(0, os.SEEK_END)
-        store.seek(0)
-    except BaseException:
-        store.close()
-        raise
-    render.stages.done("render")
-
-    async def chunks() -> AsyncGenerator[bytes, None]:
-        while chunk := store.read(FILE_BYTES):
-            yield chunk
-
-    headers = render.headers() | {"Content-Length": str(length)}
-    return PumpedResponse(chunks(), headers, render.media_type, released=store.close)
-
-
-def _sample_bytes(render: Render) -> int:
-    return render.frames * render.voice.channels * render.sound_format.bytes_per_sample
-
-
-def _header(render: Render) -> bytes:
-    if render.sound_format.container == "raw":
-        return b""
-    metadata = metadata_of(render.voice, render.scene)
-    return wav_header(render.sound_format, render.voice.sample_rate, render.voice.channels, metadata, render.frames)
-
-
-def _padding(render: Render) -> bytes:
-    return b"" if render.sound_format.container == "raw" else padding(_sample_bytes(render))
-
-
-def _length(render: Render) -> int:
-    return len(_header(render)) + _sample_bytes(render) + len(_padding(render))
+def _too_costly(costs: str, price: Price, allowed: float) -> Problem:
+    longest = SHORTER * price.sound * allowed / price.seconds
+    shorter = math.floor(longest) if longest >= 10.0 else float(f"{longest:.1g}")
+    fault = Fault(
+        "/output/duration",
+        f"about {price.sound:.4g} s of sound in {price.seconds:.0f} s of processor time",
+        f"at most {allowed:g} s of processor time (RIDGEWAVE_RENDER_SECONDS_PER_CLIENT, RIDGEWAVE_RENDER_SECONDS)",
+        f"Write {shorter:g} s or less, leave out effects, allow a larger accuracy.tolerance, or use the command line.",
+    )
+    return Problem("too-costly", f"{costs}. {fault.hint}", (fault,))

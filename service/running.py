@@ -15,8 +15,8 @@ import threading
 import time
 from collections import Counter
 from collections.abc import AsyncIterator, Callable, Iterator, Mapping
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import asynccontextmanager, contextmanager
+from functools import partial
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -30,26 +30,32 @@ from service.live.sessions import LiveSessions
 from service.measuring import Measurements
 from service.metrics import Metrics
 from service.page_files import PageFiles
+from service.places import Places
 from service.playing import Player
 from service.rendering import Renders
 from service.sessions import Sessions
 from service.settings import Settings
 from service.siblings import Siblings
+from service.sinks import Claims
 from service.telling import Telling
-from synth.scene import parse_scene
+from service.threads import BlockThreads, Solves, ThreadWork
+from synth.scene.scene import parse_scene
 
 log = logging.getLogger("ridgewave.service")
 
 SWITCH_SECONDS = 0.0005  # between Python threads; at the default of 5 ms a play's thread is late beside busy ones
 BLOCK_THREADS = 4  # for blocks of streams that are not quick: apart from the renders, which would make them late
+LAG_SECONDS = 0.05  # between two looks at how late the event loop is; a stall shorter than that may pass unseen
 PLAY_END_SECONDS = 1.0  # for all plays to complete their files at the end
+CUT_SECONDS = 0.2  # before the server's own timeout, which would tell of each answer that it cuts in a traceback
 
 
 class Service:
     """The parts of one process."""
 
-    def __init__(self, settings: Settings, engine: Engine, folder: Path | None = None) -> None:
-        """folder: through which the workers of one service speak; None where there is one."""
+    def __init__(self, settings: Settings, engine: Engine, folder: Path | None = None, *, apart: bool = False) -> None:
+        """folder: through which the workers of one service speak; None where there is one. apart: renders are computed
+        in processes of their own."""
         self.settings = settings
         self.engine = engine
         self.metrics = Metrics()
@@ -58,16 +64,21 @@ class Service:
         self.health = Health(settings)
         self.siblings = Siblings(folder, {"stop": self.stop_here, "metrics": lambda: self.telling.write()})
         self.telling = Telling(self.metrics, self.siblings, folder)
-        self.renders = Renders(engine, settings, self.metrics)
+        self.renders = Renders(engine, settings, self.metrics, self.limits, apart=apart)
+        waited = partial(self.metrics.waited, "solve")
+        self.solve_places = Places(settings.solves_per_client, settings.max_solves, waited)
+        solves = Solves(self.solve_places)
         self.measurements = Measurements(engine)
-        self.blocks = ThreadPoolExecutor(BLOCK_THREADS, thread_name_prefix="blocks")
-        self.sessions = Sessions(engine, settings, self.renders.pool, self.metrics)
-        self.live = LiveSessions(engine, settings, self.renders.pool, self.blocks, self.metrics)
+        self.claims = Claims()
+        self.blocks = BlockThreads(BLOCK_THREADS, partial(self.metrics.waited, "block"))
+        self.sessions = Sessions(engine, settings, solves, self.metrics)
+        self.live = LiveSessions(engine, settings, solves, self.blocks, self.metrics)
         self.freezes_heap = False
         """Whether this process serves and does nothing else, so that `warm_up` may take its heap out of the collector's
         sight: a full collection of it stops every stream for 90 ms."""
         self.warm = False
         self.closing = False
+        self.loop: asyncio.AbstractEventLoop | None = None  # that serves; None before it does
         self._players: list[Player] = []
         self._watch()
 
@@ -88,8 +99,15 @@ class Service:
         counts, live = self.sessions.end_all(at_once=True), self.live.end_all("stopped", at_once=True)
         return {name: count + live.get(name, 0) for name, count in counts.items()}
 
+    def starved(self) -> float:
+        """Return for how many seconds short work has waited to begin; 0 where it hardly does."""
+        return max(self.renders.places.starved(), self.solve_places.starved())
+
     def begin_closing(self) -> None:
-        """Have every stream and play fade and end; take no new ones. Again is the same as once."""
+        """Have every stream and play fade and end; take no new ones. Again is the same as once; from any thread."""
+        if not self.closing and self.loop is not None:
+            grace = max(0.0, self.settings.shutdown_timeout - CUT_SECONDS)
+            self.loop.call_soon_threadsafe(self.loop.call_later, grace, self.renders.cut)
         self.closing = True
         self.measurements.close()
         self._players += self.sessions.close()
@@ -101,6 +119,7 @@ class Service:
         try:
             self.engine.open_voice(parse_scene({})).render(480)
             open_live_voices(self.engine, {})
+            self.renders.warm_up()
         except Exception:
             log.exception("our mistake: the default scene does not render; the service stays not ready")
             return
@@ -118,7 +137,7 @@ class Service:
                 log.warning("a play did not end in time")
         self.measurements.close()
         self.renders.close()
-        self.blocks.shutdown(wait=False, cancel_futures=True)
+        self.blocks.shutdown()
         self.telling.write()
 
     def _watch(self) -> None:
@@ -128,6 +147,7 @@ class Service:
         self.metrics.watch("ridgewave_cache_misses_total", lambda: cache().misses)
         self.metrics.watch("ridgewave_cache_bytes", lambda: cache().used_bytes)
         self.metrics.watch("ridgewave_table_bytes", lambda: cache().table_bytes)
+        self.metrics.watch("ridgewave_live_bytes", lambda: self.live.used_bytes)
         self.metrics.watch("ridgewave_sessions", lambda: len(self.sessions))
         self.metrics.watch("ridgewave_renders_under_way", lambda: self.renders.under_way)
         self.metrics.watch("ridgewave_workers", lambda: 1)
@@ -150,13 +170,14 @@ def service_of(request: Request) -> Service:
 async def lifespan(app: FastAPI) -> AsyncIterator[None]:
     """Start and end the service around the server's own start and end."""
     service: Service = app.state.service
-    loop = asyncio.get_running_loop()
+    loop = service.loop = asyncio.get_running_loop()
     interval = sys.getswitchinterval()
     sys.setswitchinterval(SWITCH_SECONDS)
     service.siblings.open()
     chores = [_expire(service), service.telling.keep_writing(), service.health.look(), service.live.watch()]
+    chores.append(_measure_lag(service.metrics))
     tasks = [asyncio.create_task(chore) for chore in chores]
-    warming = loop.run_in_executor(service.renders.pool, service.warm_up)
+    ThreadWork(service.warm_up, "warm-up")
     try:
         with signals_first(lambda: _from_signal(loop, service.begin_closing)):
             yield
@@ -167,7 +188,6 @@ async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         await service.live.settle(PLAY_END_SECONDS)
         await asyncio.to_thread(service.finish)
         service.siblings.close()
-        warming.cancel()
         sys.setswitchinterval(interval)
 
 
@@ -198,6 +218,14 @@ def signals_first(act: Callable[[], None]) -> Iterator[None]:
 def _from_signal(loop: asyncio.AbstractEventLoop, act: Callable[[], None]) -> None:
     if not loop.is_closed():
         loop.call_soon_threadsafe(act)
+
+
+async def _measure_lag(metrics: Metrics) -> None:
+    """Measure how late the event loop does what is due, until cancelled."""
+    while True:
+        due = time.perf_counter() + LAG_SECONDS
+        await asyncio.sleep(LAG_SECONDS)
+        metrics.lagged(time.perf_counter() - due)
 
 
 async def _expire(service: Service) -> None:

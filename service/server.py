@@ -34,11 +34,10 @@ log = logging.getLogger("ridgewave.service")
 
 WAITING_BYTES = 16_384  # unsent bytes of a connection: 85 ms of float32 mono at 48 kHz; a render still fills the link
 BACKLOG = 2048
-LIVE_OPTIONS: dict[str, Any] = {  # of uvicorn, for the WebSockets of the live protocol
+LIVE_OPTIONS: dict[str, Any] = {  # of uvicorn, for its connections
+    "http": "service.request_timeout:RequestTimeout",
     "ws": "service.websocket:LiveProtocol",
-    "ws_per_message_deflate": False,  # noise does not compress: it would only cost time
-    "ws_ping_interval": 5.0,
-    "ws_ping_timeout": 5.0,  # a connection that looks alive is found out within 10 s
+    "ws_ping_interval": 5.0,  # s; a peer has as long to answer: one that only looks alive is found out within 10 s
 }
 WORKER = "service.worker:app"  # what each of several processes calls for its application
 
@@ -97,11 +96,14 @@ def _serve(settings: Settings, listener: socket.socket, engine: Engine | None, w
     import uvicorn
     from uvicorn.supervisors import Multiprocess
 
+    from service.connections import burst
+
     options: dict[str, Any] = {
         "factory": True,
         "workers": settings.workers,
+        "backlog": min(BACKLOG, burst() or BACKLOG),
         "log_config": None,
-        "access_log": settings.log_level == "debug",
+        "access_log": False,  # its lines would hold queries; `service.logs` has lines without
         "server_header": False,
         "proxy_headers": False,
         "timeout_graceful_shutdown": settings.shutdown_timeout,

@@ -2,7 +2,8 @@
 
 Model: a session holds a scene and what is fixed about its sound (rate, channels, quantities, full scale). Each reader
     and each play gets a live voice of its own, at frame 0, so that every one ramps in; a change of the scene reaches
-    them all. Ids are 128 random bits: who does not know one cannot reach the session.
+    them all. Ids hold 128 random bits: who does not know one cannot reach the session, nor who has another key than
+    the one that opened it.
 Limits: sessions live in one process. As many as the settings allow; one that nobody reads, plays or asks about expires.
     A stream begins at frame 0 of the scene, not where an earlier one left off.
 """
@@ -11,28 +12,40 @@ from __future__ import annotations
 
 import asyncio
 import math
-import secrets
 import time
-from collections.abc import Callable, Mapping
-from concurrent.futures import Executor
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from service.changing import Changes, Waiting, merged
 from service.engine import Engine, LiveVoice
+from service.ids import new_id, not_found
 from service.metrics import Metrics
 from service.playing import Player
 from service.problems import Problem
 from service.settings import Settings
 from service.source import Source
 from service.streaming import Reader
+from service.threads import Solves
 from synth.errors import Fault, SceneError
-from synth.scene import Output, Scene, merge_patch, object_from_text, parse_scene, scene_document
+from synth.scene.scene import Output, Scene, merge_patch, object_from_text, parse_scene, scene_document
 
 
 class Session:
-    """One session; its methods run in the event loop, and hand what is slow to `pool`."""
+    """One session; its methods run in the event loop, and hand what is slow to `solves`, as work of `client`."""
 
-    def __init__(self, scene: Scene, voice: LiveVoice, engine: Engine, pool: Executor, metrics: Metrics) -> None:
-        self.id = secrets.token_urlsafe(16)
+    def __init__(
+        self,
+        name: str,
+        owner: int | None,
+        scene: Scene,
+        voice: LiveVoice,
+        engine: Engine,
+        solves: Solves,
+        metrics: Metrics,
+        client: str,
+    ) -> None:
+        """owner: the number of the key that opened it, None where no keys are set."""
+        self.id, self.owner = name, owner
         self.sample_rate, self.channels = voice.sample_rate, voice.channels
         self.full_scale, self.quantities = tuple(voice.full_scale), tuple(voice.quantities)
         self.scene = scene
@@ -40,9 +53,10 @@ class Session:
         self.player: Player | None = None
         self.ended = False
         self.touched = time.monotonic()
-        self._engine, self._pool, self._metrics = engine, pool, metrics
+        self._engine, self._solves, self._metrics, self._client = engine, solves, metrics, client
         self._spare: LiveVoice | None = voice
-        self._lock = asyncio.Lock()  # changes one after another, and no voice opened while the scene changes
+        self._lock = asyncio.Lock()  # no voice is opened while the scene changes
+        self._changes = Changes(self._apply)
 
     @property
     def active(self) -> bool:
@@ -62,7 +76,7 @@ class Session:
         async with self._lock:
             voice, self._spare = self._spare, None
             if voice is None:
-                voice = await self._in_thread(self._metrics.timed, "voice", self._engine.open_live, self.scene)
+                voice = await self._solved(self._metrics.timed, "voice", self._engine.open_live, self.scene)
         if self.ended:
             raise Problem("not-found", "The session has ended.")
         return Source(voice)
@@ -73,16 +87,41 @@ class Session:
         Raises SceneError for a scene that is refused, Problem (409) for one that would change what is fixed; then
         nothing has changed.
         """
+        settled: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+
+        def settle(error: Exception | None) -> None:
+            if settled.done():
+                return
+            if error is None:
+                settled.set_result(None)
+            else:
+                settled.set_exception(error)
+
+        self._changes.add(Waiting(lambda: object_from_text(body), len(body), settle))
+        await settled
+
+    async def _apply(self, batch: Sequence[Waiting]) -> None:
         async with self._lock:
-            scene = await self._in_thread(lambda: changed_scene(self.scene, object_from_text(body), self.full_scale))
             players = [self.player] if self.player is not None and self.player.playing else []
             sources = [holder.source for holder in (self.reader, *players) if holder is not None and holder.source]
-            timed = self._metrics.timed
-            changes = [(source, await self._in_thread(timed, "change", source.prepare, scene)) for source in sources]
-            self._spare = None if changes else await self._in_thread(timed, "voice", self._engine.open_live, scene)
-            for source, change in changes:
-                source.change(change)
-            self.scene = scene
+
+            def change(scene: Scene, patch: Mapping[str, object]) -> Scene:
+                return changed_scene(scene, patch, self.full_scale)
+
+            def prepare(scene: Scene) -> list[Any]:
+                timed = self._metrics.timed
+                if not sources:
+                    return [timed("voice", self._engine.open_live, scene)]
+                return [timed("change", source.prepare, scene) for source in sources]
+
+            made = await self._solved(merged, self.scene, batch, change, prepare)
+            if made.coming is not None:
+                self.scene, prepared = made.coming
+                self._spare = None if sources else prepared[0]
+                for source, coming in zip(sources, prepared, strict=False):
+                    source.change(coming)
+        for place, one in enumerate(batch):
+            one.settle(made.refused.get(place))
 
     def end(self, *, at_once: bool = False) -> None:
         """Have the reader and the play fade and end; at_once: a device drops what it still holds."""
@@ -108,15 +147,15 @@ class Session:
             "stream": f"/v1/sessions/{self.id}/stream",
         }
 
-    async def _in_thread(self, work: Callable[..., Any], *arguments: Any) -> Any:
-        return await asyncio.get_running_loop().run_in_executor(self._pool, work, *arguments)
+    async def _solved(self, work: Callable[..., Any], *arguments: Any) -> Any:
+        return await self._solves.run(self._client, work, *arguments)
 
 
 class Sessions:
     """The sessions of one process."""
 
-    def __init__(self, engine: Engine, settings: Settings, pool: Executor, metrics: Metrics) -> None:
-        self._engine, self._settings, self._pool, self._metrics = engine, settings, pool, metrics
+    def __init__(self, engine: Engine, settings: Settings, solves: Solves, metrics: Metrics) -> None:
+        self._engine, self._settings, self._solves, self._metrics = engine, settings, solves, metrics
         self._sessions: dict[str, Session] = {}
         self._opening = 0
         self._closed = False
@@ -124,8 +163,11 @@ class Sessions:
     def __len__(self) -> int:
         return len(self._sessions)
 
-    async def create(self, body: bytes) -> Session:
-        """Return a new session of the scene that `body` holds; raises Problem (503) where there are too many."""
+    async def create(self, body: bytes, client: str, owner: int | None) -> Session:
+        """Return a new session of the scene that `body` holds, which belongs to the key of that number.
+
+        client: whom its solves are counted for. Raises Problem (503) where there are too many.
+        """
         self._refuse_workers()
         if self._closed:
             raise Problem("closing", "The service is shutting down.")
@@ -133,25 +175,27 @@ class Sessions:
             raise Problem("full", "As many sessions as there may be.", headers={"Retry-After": self._retry_after()})
         self._opening += 1
         try:
-            scene, voice = await asyncio.get_running_loop().run_in_executor(self._pool, self._open, body)
+            scene, voice = await self._solves.run(client, self._open, body)
         finally:
             self._opening -= 1
-        session = Session(scene, voice, self._engine, self._pool, self._metrics)
+        name = new_id(self._settings.node)
+        session = Session(name, owner, scene, voice, self._engine, self._solves, self._metrics, client)
         self._sessions[session.id] = session
         return session
 
-    def find(self, name: str) -> Session:
-        """Return the session of that id, its idle time begun anew; raises Problem (404)."""
+    def find(self, name: str, owner: int | None) -> Session:
+        """Return the session of that id, its idle time begun anew; raises Problem (404), also for another's session."""
         self._refuse_workers()
         session = self._sessions.get(name)
-        if session is None or session.expires_in(self._settings.session_idle) == 0.0:
-            raise Problem("not-found", "No such session: it was never there, was deleted or stopped, or has expired.")
+        if session is None or session.owner != owner or session.expires_in(self._settings.session_idle) == 0.0:
+            sentence = "No such session: it was never there, was deleted or stopped, or has expired."
+            raise not_found(name, sentence, self._settings)
         session.touch()
         return session
 
-    def delete(self, name: str) -> None:
+    def delete(self, name: str, owner: int | None) -> None:
         """End a session with a fade and forget it; raises Problem (404)."""
-        session = self.find(name)
+        session = self.find(name, owner)
         del self._sessions[session.id]
         session.end()
 
@@ -230,7 +274,7 @@ def with_full_scale(scene: Scene, full_scale: tuple[float, ...]) -> Scene:
 
 
 def _with_added_scales(scene: Scene, full_scale: tuple[float, ...]) -> Scene:
-    from synth.effect_choice import with_added_scales
+    from synth.plan.effect_choice import with_added_scales
 
     return with_added_scales(scene, full_scale)
 
@@ -257,7 +301,7 @@ def _fixed_faults(before: Output, after: Output) -> list[Fault]:
 
 def _added_faults(before: Scene, after: Scene) -> list[Fault]:
     """Return what a change would do to the channels that effects add, a fault each."""
-    from synth.effect_choice import added_quantities, outputs_of
+    from synth.plan.effect_choice import added_quantities, outputs_of
 
     was, now = (", ".join(added_quantities(scene)) or "no channel" for scene in (before, after))
     if was != now:

@@ -19,6 +19,7 @@ from typing import Any
 from synth.errors import AskedWrong, Fault, shown
 
 PREFIX = "RIDGEWAVE_"
+NODE_NAME = r"[A-Za-z0-9_-]{1,32}"  # no dot: the first one of an id ends the node
 
 
 class SettingsError(AskedWrong):
@@ -99,6 +100,12 @@ class Settings:
         "1 to 64",
         "Server processes. More than one render and hold live connections, but have no sessions of plain HTTP.",
     )
+    node: str = _setting(
+        "",
+        _matching(NODE_NAME),
+        "1 to 32 letters, digits, _ and -",
+        "The name of this process among several behind a proxy: ids of sessions begin with it, as in NODE.RANDOM.",
+    )
     api_keys: tuple[str, ...] = _setting(
         (),
         _listed(r"[\x21-\x2b\x2d-\x7e]{1,256}"),
@@ -132,6 +139,25 @@ class Settings:
     max_renders: int = _setting(
         64, _whole(1, 10_000), "1 to 10000", "Renders running or waiting at one time; one more is answered 503."
     )
+    render_seconds_per_client: float = _setting(
+        36_000.0,
+        _number(1.0, 1e9),
+        "1 to 1000000000 s",
+        "Processor time that the renders under way of one key or address may be predicted to take; beyond, 429 or 413.",
+    )
+    render_seconds: float = _setting(
+        144_000.0,
+        _number(1.0, 1e9),
+        "1 to 1000000000 s",
+        "The same for all renders of a worker; beyond, 503 with Retry-After.",
+    )
+    solves_per_client: int = _setting(
+        4,
+        _whole(1, 10_000),
+        "1 to 10000",
+        "Solves of one key or address that take long at one time: of renders, and as many of sessions; more wait.",
+    )
+    max_solves: int = _setting(8, _whole(1, 10_000), "1 to 10000", "The same for all clients of a worker.")
     max_duration: float = _setting(
         3600.0,
         _number(0.001, 86_400),
@@ -194,6 +220,12 @@ class Settings:
         _whole(0, 1 << 40),
         "0 to 1099511627776 bytes",
         "Memory for the tables of scenes under hands, in a worker; where it is full, one more scene has 16 MiB.",
+    )
+    live_bytes: int = _setting(
+        1 << 29,
+        _whole(1 << 20, 1 << 40),
+        "1048576 to 1099511627776 bytes",
+        "Memory for what live sessions keep, send and record, in a worker; one more that does not fit is closed 1013.",
     )
     shutdown_timeout: int = _setting(
         1,

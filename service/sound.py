@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from synth.encode import Metadata, SoundFormat
-from synth.scene import Scene, scene_document
+from synth.encode.formats import Metadata, SoundFormat
+from synth.scene.scene import Scene, scene_document
 
 
 class Sounding(Protocol):

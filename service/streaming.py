@@ -9,6 +9,7 @@ Limits: one reader a session. What the reader's own buffers hold is out of reach
 
 from __future__ import annotations
 
+import time
 from collections.abc import AsyncGenerator
 from concurrent.futures import Executor
 
@@ -16,9 +17,9 @@ from service.metrics import Metrics
 from service.pacing import Bell, Pacer
 from service.settings import Settings
 from service.source import Source
-from synth.encode import Block, Metadata, SoundFormat, stream_block, stream_header
-from synth.output import faded
-from synth.riff import padding, wav_header
+from synth.encode.formats import Block, Metadata, SoundFormat, stream_block, stream_header
+from synth.encode.riff import padding, wav_header
+from synth.voice.limiter import faded
 
 GRACE_SECONDS = 0.5  # for a reader to take the block that waits when its session ends
 STOP_GRACE_SECONDS = 0.01  # the same for a stop, which promises silence within 20 ms
@@ -82,14 +83,16 @@ class Reader:
             if self._bell.rung:  # while it was rendered: it must not go out at full level any more
                 yield faded(block, source.fade_frames)
                 return
-            self._count(block, source, pacer.late(sent))
+            self._count(block, source, pacer.late(sent), pacer.skipped)
             sent += count
+            offered = time.perf_counter()
             yield block
+            pacer.waited(time.perf_counter() - offered)
         last = source.fade_frames if frames is None else min(source.fade_frames, frames - sent)
         yield faded(await source.next_block(last, pool), last)
 
-    def _count(self, block: Block, source: Source, late: float) -> None:
-        self._metrics.block_sent("http", len(block), late)
+    def _count(self, block: Block, source: Source, late: float, skipped: float) -> None:
+        self._metrics.block_sent("http", len(block), late, skipped)
         if source.reduction_db > 0.0:
             self._metrics.limited(source.reduction_db, len(block) / source.sample_rate)
 

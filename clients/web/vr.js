@@ -19,6 +19,7 @@ import { MOST_LOAD, STIFFNESS } from "./vr/touch.js";
 const RATE = 48000; // Hz, that of a scene which names none
 const TIP = 0.007; // m, radius of the fingertip that a desktop shows
 const LONGEST_STEP = 0.1; // s: after a pause of the page, what is held does not leap
+const ASLEEP = "Silent so far: the browser lets the page sound once you lift your finger, click or press a key.";
 const READOUT = 0.2; // s between two texts of the readout
 
 const part = (id) => document.getElementById(id);
@@ -38,6 +39,8 @@ function beginSound() {
     (player) => {
       shown.player = player;
       player.volume = silent ? 0 : volume;
+      player.addEventListener("awake", tellAwake);
+      tellAwake();
       return player;
     },
     (error) => {
@@ -47,6 +50,12 @@ function beginSound() {
     },
   );
   return sound;
+}
+
+/** Tells where the browser does not let the page sound yet. */
+function tellAwake() {
+  if (!shown.player.awake) say(ASLEEP);
+  else if (part("status").textContent === ASLEEP) say("");
 }
 
 /** Gives an opened finger for a scene, null before sound has begun. */
@@ -97,6 +106,7 @@ async function begin() {
     onBlock: (hand, finger, samples) => buzz.feel(hand, finger, samples),
     onLift: (hand) => buzz.rest(hand),
     onProblem: (error) => say(error.message),
+    onLimited: (reduction) => tellLimited(reduction, hands),
   });
   Object.assign(shown, { room, hands });
   const eye = new Eye();
@@ -127,6 +137,14 @@ async function begin() {
   });
   say("");
   part("view").dataset.ready = "true";
+}
+
+/** Lights the lamp of the limiter; in a headset, which shows no page, the table rescales by itself. */
+function tellLimited(reduction, hands) {
+  if (shown.session) return hands.rescale();
+  const told = reduction ? `The limiter turns this swatch down by ${Math.ceil(reduction)} dB.` : "";
+  if (part("limiter").textContent !== told) part("limiter").textContent = told;
+  part("rescale").hidden = !reduction;
 }
 
 function desktopTips(pointer, keys) {
@@ -165,6 +183,10 @@ function followControls(hands) {
     currentTarget.setAttribute("aria-pressed", String(silent));
     set();
     if (silent) hands.close();
+  });
+  part("rescale").addEventListener("click", () => {
+    hands.rescale();
+    tellLimited(0, hands);
   });
   window.addEventListener("pagehide", () => hands.close());
   document.addEventListener("visibilitychange", () => document.hidden && !shown.session && hands.close());

@@ -23,6 +23,11 @@ def limited(frame: int, gain_reduction_db: float) -> str:
     return _text({"type": "limited", "frame": frame, "gain_reduction_db": round(gain_reduction_db, 3)})
 
 
+def skipped(frame: int, seconds: float) -> str:
+    """Return that the service was late: for so long nothing came before the block at `frame`."""
+    return _text({"type": "skipped", "frame": frame, "seconds": round(seconds, 6)})
+
+
 def problem(found: Problem) -> str:
     """Return the problem document, its `type` under the name `problem`, since `type` is the message's own."""
     document = found.document()

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from service import problems
-from service.engine import Engine, HandVoice
+from service.changing import Merged, Waiting, merged
+from service.engine import Engine
 from service.live.stream import Options, Stream
 from service.problems import Problem
 from service.sessions import changed_scene, with_full_scale
 from synth.errors import RidgewaveError
-from synth.scene import Scene, parse_scene
+from synth.scene.scene import Scene, parse_scene
 
 
 def open_stream(engine: Engine, name: str, document: Mapping[str, Any], options: Options, max_silence: float) -> Stream:
@@ -27,35 +27,14 @@ def open_stream(engine: Engine, name: str, document: Mapping[str, Any], options:
     return Stream(name, voice, pinned, options, max_silence)
 
 
-@dataclass(frozen=True, slots=True)
-class Prepared:
-    """What partial scenes came to: the scene and its change, None where none was accepted; and what was refused.
+def prepare_change(stream: Stream, batch: Sequence[Waiting]) -> tuple[Merged, float]:
+    """Return the change of the stream's scene by all of `batch`, and the seconds that it took."""
+    scale, began = tuple(stream.voice.full_scale), time.perf_counter()
 
-    seconds: what it took to solve the change.
-    """
+    def change(scene: Scene, patch: Mapping[str, Any]) -> Scene:
+        return changed_scene(scene, patch, scale)
 
-    coming: tuple[Scene, Any] | None
-    refused: Sequence[Problem]
-    seconds: float = 0.0
-
-
-def prepare_change(voice: HandVoice, scene: Scene, patches: Sequence[Mapping[str, Any]]) -> Prepared:
-    """Return the change of `scene` by all of `patches`, in order; one that is refused is left out."""
-    refused: list[Problem] = []
-    target = scene
-    for patch in patches:
-        try:
-            target = changed_scene(target, patch, tuple(voice.full_scale))
-        except (RidgewaveError, Problem) as error:
-            refused.append(as_problem(error))
-    if len(refused) == len(patches):
-        return Prepared(None, refused)
-    began = time.perf_counter()
-    try:
-        change = voice.prepare(target)
-        return Prepared((target, change), refused, time.perf_counter() - began)
-    except (RidgewaveError, Problem) as error:
-        return Prepared(None, [*refused, as_problem(error)])
+    return merged(stream.scene, batch, change, stream.voice.prepare), time.perf_counter() - began
 
 
 def as_problem(error: RidgewaveError | Problem) -> Problem:

@@ -15,6 +15,7 @@ from typing import Any
 
 from service.live import answers, contact
 from service.live.actions import CODES, Action, Close, Detach, Finish, OpenVoice, Prepare, Resume, Send
+from service.live.early import EarlyMessages
 from service.live.message_rate import MessageRate, may_be_stop
 from service.live.messages import NotJson, read_message, refused
 from service.live.pace import Behind, Pace
@@ -25,7 +26,6 @@ from synth.errors import shown
 
 HELLO_SECONDS = 10.0  # for the first message; a connection without one holds a place for nothing
 CREDIT_SECONDS = 60.0  # of outstanding credit; more would be sound that no change reaches
-EARLY_MESSAGES = 256  # kept while the voice is opened
 FADE_BOUND_SECONDS = 0.1  # for a voice that never says it has faded out
 
 
@@ -61,15 +61,16 @@ class Conversation:
         self._limits, self._opened = limits, now
         self._metrics = metrics or Metrics()
         self._rate = MessageRate(limits.max_updates, now)
-        self._early: list[str | bytes] = []
+        self._early = EarlyMessages()
+        self._size = 0  # of the text that is being read
         self._asked, self._credit, self._warned = 0, 0, False
         self._reason, self._code = "stopped", CODES["stopped"]
         self._fading, self._faded, self._fade_bound = False, 0, 0
         self._messages: dict[str, Callable[[dict[str, Any], float], None]] = {
             "more": self._more,
             "contact": self._contact,
-            "scene": self._scene,
-            "stop": self._stop,
+            "scene": lambda message, _now: self.actions.append(Prepare(message["scene"], self._size)),
+            "stop": lambda _message, _now: self.end("stopped"),
         }
 
     def take_actions(self) -> list[Action]:
@@ -103,6 +104,7 @@ class Conversation:
         if self.phase not in (Phase.HELLO, Phase.STREAMING):
             self._out_of_turn(text)
             return
+        self._size = len(text)
         try:
             message = read_message(text)
         except NotJson:
@@ -112,6 +114,18 @@ class Conversation:
             self._refuse_message(problem)
         else:
             self._message(message, now)
+
+    def frame(self, now: float) -> bool:
+        """Count a frame that is no message; return whether it is within what the connection may send."""
+        if self._rate.admits(now):
+            return True
+        self._excess(now)
+        return False
+
+    def behind(self, frames: int) -> None:
+        """Take note that so many frames came in a row, faster than they could be read."""
+        if frames > self._rate.flood:
+            self.end("policy", self._rate.problem())
 
     def refuse(self, problem: Problem) -> None:
         """Tell the peer of a problem that leaves the stream going."""
@@ -147,19 +161,12 @@ class Conversation:
             self._asked = int(resume["frame"])
             self.actions.append(Resume(resume["session"], self._asked))
             return
-        block = message.get("block")
-        options = Options(
-            message.get("format", "f32le"),
-            None if block is None else int(block),
-            message.get("pacing", "pull"),
-            message.get("record", False),
-        )
-        self.actions.append(OpenVoice(message.get("scene", {}), options))
+        self.actions.append(OpenVoice(message.get("scene", {}), Options.of(message)))
 
     def _out_of_turn(self, message: str | bytes) -> None:
         """Keep what comes while the voice is opened; drop what comes after the end."""
-        if self.phase is Phase.OPENING and len(self._early) < EARLY_MESSAGES:
-            self._early.append(message)
+        if self.phase is Phase.OPENING:
+            self._early.keep(message)
         elif self.phase is Phase.HELLO:
             self.end("policy", refused("", "a binary message", "hello", "Say hello first."))
 
@@ -184,19 +191,11 @@ class Conversation:
         except Problem as problem:
             self.refuse(problem)
 
-    def _scene(self, message: dict[str, Any], now: float) -> None:
-        self.actions.append(Prepare(message["scene"]))
-
-    def _stop(self, message: dict[str, Any], now: float) -> None:
-        self.end("stopped")
-
     def _excess(self, now: float) -> None:
-        allowed = f"{self._rate.allowed} messages a second (RIDGEWAVE_MAX_UPDATES)"
-        problem = Problem("too-fast", f"More than {allowed}: the rest of this second is dropped unread.")
         if self._rate.flooded:
-            self.end("policy", problem)
+            self.end("policy", self._rate.problem())
         elif self._rate.scolds(now):
-            self.refuse(problem)
+            self.refuse(self._rate.problem())
 
     # The session
 
@@ -214,8 +213,7 @@ class Conversation:
         self.pace.begin(self.position, stream.rate, now)
         self._fade_bound = round(FADE_BOUND_SECONDS * stream.rate)
         self.actions.append(Send(stream.ready(self.position)))
-        early, self._early = self._early, []
-        for message in early:
+        for message in self._early.take():
             if isinstance(message, str):
                 self.text(message, now)
             else:
@@ -291,7 +289,7 @@ class Conversation:
             return min(frames, kept)
         if self._ends_by_itself(stream):
             return self._last_frames()
-        stream.begin(now, now - self.pace.due if stream.realtime else 0.0)
+        stream.begin(now, now - self.pace.due + self.pace.skipped if stream.realtime else 0.0)
         return frames
 
     @property
@@ -315,14 +313,15 @@ class Conversation:
         if self.phase is Phase.ENDING:
             return self._last_block(stream, pcm, frames)
         messages: list[str | bytes] = [*stream.notices(self.position), pcm]
+        if skipped := self.pace.take_skipped():
+            messages.insert(0, answers.skipped(self.position, skipped))
         self.position += frames
-        self._metrics.block_sent("live", frames, now - self.pace.due if stream.realtime else None)
+        self._metrics.block_sent("live", frames, now - self.pace.due if stream.realtime else None, skipped)
         if stream.realtime:
             self.pace.advance(self.position)
         else:
             self._credit -= frames
-        told = stream.limited(now)
-        if told is not None:
+        if (told := stream.limited(now)) is not None:
             messages.append(told)
         return messages
 

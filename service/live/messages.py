@@ -2,7 +2,7 @@
 
 Model: one table of fields a message and a direction makes the schema; a message that does not fit becomes faults as a
     scene's do (pointer, value, allowed, hint). Binary messages: `service.live.contact` from the client, PCM from here.
-Limits: a scene is only an object here; `synth.scene` reads it and says more about it than a schema could.
+Limits: a scene is only an object here; `synth.scene.scene` reads it and says more about it than a schema could.
 """
 
 from __future__ import annotations
@@ -14,10 +14,11 @@ from typing import Any
 import jsonschema_rs
 
 from service import problems
+from service.ids import LONGEST_ID
 from service.problems import Problem
 from synth.errors import Fault, SceneError, shown
-from synth.scene import object_from_text
-from synth.scene_text import pointer
+from synth.scene.scene import object_from_text
+from synth.scene.text import pointer
 
 PROTOCOL = "ridgewave.v1"
 FORMATS = ("f32le", "s16le")
@@ -77,7 +78,7 @@ _SEQ = _whole(0, LARGEST_SEQ, "Number of the update; one that does not rise is i
 _RESUME: dict[str, Any] = {
     "type": "object",
     "description": "Go on with a session whose connection broke, from a frame that the server still has.",
-    "properties": {"session": {"type": "string", "maxLength": 64}, "frame": _FRAME},
+    "properties": {"session": {"type": "string", "maxLength": LONGEST_ID}, "frame": _FRAME},
     "required": ["session", "frame"],
     "additionalProperties": False,
 }
@@ -117,7 +118,8 @@ _FAULT = {
     "required": ["pointer", "value", "allowed", "hint"],
 }
 _READY = {
-    "session": _TEXT | {"description": "128 random bits: who knows them can resume the session."},
+    "session": _TEXT | {"description": "128 random bits, after the node: who knows them can resume the session."},
+    "resume_url": _TEXT | {"description": "Where to connect to resume, so that a proxy can route it by the id."},
     "protocol": {"const": PROTOCOL},
     "sample_rate": _whole(1, 192_000, "Frames a second.", "Hz"),
     "channels": _whole(1, 1024, "Samples a frame."),
@@ -148,6 +150,11 @@ SERVER: Mapping[str, dict[str, Any]] = {
         "limited",
         "The safety limiter acted; the largest reduction since the last of these.",
         {"frame": _FRAME, "gain_reduction_db": {"type": "number", "minimum": 0.0}},
+    ),
+    "skipped": _message(
+        "skipped",
+        "The service was late: nothing came for so long before that frame, and later frames are due later by as much.",
+        {"frame": _FRAME, "seconds": {"type": "number", "minimum": 0.0}},
     ),
     "problem": _message("problem", "Something was refused, or went wrong.", _PROBLEM, ("instance",)),
     "end": _message("end", "No sound follows.", {"reason": _choice(END_REASONS, "Why."), "frame": _FRAME}),
@@ -267,7 +274,8 @@ def allowed_text(made: Mapping[str, Any]) -> str:
     if made["type"] in ("integer", "number"):
         whole = "whole, " if made["type"] == "integer" else ""
         return f"{whole}{made['minimum']:g} to {made['maximum']:g}{unit}"
-    return {"object": "an object", "boolean": "true or false", "string": "text of at most 64 characters"}[made["type"]]
+    text = f"text of at most {LONGEST_ID} characters"
+    return {"object": "an object", "boolean": "true or false", "string": text}[made["type"]]
 
 
 def _printable(text: str) -> str:

@@ -1,9 +1,20 @@
-"""The PCM of a stream's last moments, for a peer whose connection broke: any frame of it, bit for bit."""
+"""The PCM of a stream's last moments, for a peer whose connection broke: any frame of it, bit for bit.
+
+Limits: KEPT_BYTES a stream, or two blocks where these are more: one that was on its way when the connection broke, and
+    one that waited behind it.
+"""
 
 from __future__ import annotations
 
 KEPT_SECONDS = 1.0  # a peer that notices a broken connection later than this starts anew
-KEPT_BLOCKS = 8  # the least, where blocks are long
+KEPT_BLOCKS = 8  # as long, where blocks are long
+KEPT_BYTES = 1 << 20  # a second of five channels at 48 kHz; more, and a few streams of many channels fill the memory
+
+
+def kept_frames(rate: int, block: int, frame_bytes: int) -> int:
+    """Return how many frames are kept of a stream whose messages have `block` frames at most."""
+    wanted = max(round(KEPT_SECONDS * rate), KEPT_BLOCKS * block)
+    return max(min(wanted, KEPT_BYTES // frame_bytes), 2 * block)
 
 
 class Past:
@@ -13,6 +24,11 @@ class Past:
         self.end = 0
         self._frames, self._frame_bytes = frames, frame_bytes
         self._ring = bytearray(frames * frame_bytes)
+
+    @property
+    def size(self) -> int:
+        """Return the bytes that it takes."""
+        return len(self._ring)
 
     @property
     def begin(self) -> int:

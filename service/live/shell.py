@@ -9,6 +9,7 @@ Limits: the event loop's timer counts in milliseconds; a block goes out up to tw
 from __future__ import annotations
 
 import asyncio
+import contextvars
 import time
 from collections import deque
 from collections.abc import Callable, Coroutine, Sequence
@@ -18,6 +19,7 @@ from typing import Any
 from starlette.types import Receive, Scope, Send
 
 from service import problems
+from service.limits import KEY
 from service.live import actions
 from service.live.account import Account
 from service.live.changes import as_problem
@@ -32,7 +34,7 @@ from synth.errors import CannotRender, RidgewaveError
 GRACE_SECONDS = 0.5  # for a peer to take the block that waits when its session ends
 STOP_GRACE_SECONDS = 0.01  # the same for a stop, which promises silence within 20 ms
 FLUSH_SECONDS = 1.0  # for the last messages, where the server cannot be told to buffer them
-WAITING_MESSAGES = 256  # texts that a peer does not read; beyond, problems are dropped
+WAITING_BYTES = 1 << 18  # of texts that a peer does not read; beyond, they are dropped
 
 
 def limits_of(settings: Settings) -> Limits:
@@ -43,7 +45,7 @@ def limits_of(settings: Settings) -> Limits:
 class Connection:
     """One accepted WebSocket; see `service.live.sessions.Peer`.
 
-    wire: what the server can do beyond ASGI, None where it can do nothing.
+    client: whom its work is counted for. wire: what the server can do beyond ASGI, None where it can do nothing.
     """
 
     def __init__(
@@ -53,12 +55,16 @@ class Connection:
         send: Send,
         live: LiveSessions,
         *,
+        client: str = "",
         wire: Wire | None = None,
         clock: Callable[[], float] = time.perf_counter,
     ) -> None:
         self._scope, self._receive, self._send = scope, receive, send
+        self.owner: int | None = scope.get(KEY)
+        self.client = client
         self._wire: Wire = wire or PlainWire(send)
         self._live, self._clock = live, clock
+        self._context = contextvars.copy_context()  # what is logged of a message names this connection
         self.conversation = Conversation(limits_of(live.settings), clock(), live.metrics)
         self.session: LiveSession | None = None
         self._outbox: deque[str] = deque()
@@ -73,7 +79,7 @@ class Connection:
     async def run(self) -> None:
         """Serve the connection until it is closed."""
         self._live.enter(self)
-        self._wire.deliver(self._binary)
+        self._wire.deliver(self)
         reader, writer = asyncio.create_task(self._read()), asyncio.create_task(self._write())
         try:
             await asyncio.wait([reader, writer], return_when=asyncio.FIRST_COMPLETED)
@@ -141,33 +147,48 @@ class Connection:
 
     # Reading
 
-    def _binary(self, data: bytes) -> None:
-        """Take a binary message."""
+    def message(self, message: str | bytes) -> None:
+        """See `service.live.wire.Sink`."""
+        if isinstance(message, bytes):
+            self._take(message)
+        else:
+            self._context.run(self._take, message)  # it may start what is logged
+
+    def _take(self, message: str | bytes) -> None:
+        conversation = self.conversation
         try:
-            self.conversation.binary(data, self._clock())
+            if isinstance(message, bytes):
+                conversation.binary(message, self._clock())
+            else:
+                conversation.text(message, self._clock())
+                self._ring()
         except Exception:
             self.failed()
+        if conversation.actions:
+            self._perform()
+
+    def frame(self) -> bool:
+        """See `service.live.wire.Sink`."""
+        within = self.conversation.frame(self._clock())
+        if self.conversation.actions:
+            self._perform()
+        return within
+
+    def behind(self, frames: int) -> None:
+        """See `service.live.wire.Sink`."""
+        self.conversation.behind(frames)
         if self.conversation.actions:
             self._perform()
 
     async def _read(self) -> None:
-        receive, conversation, clock = self._receive, self.conversation, self._clock
+        """Wait for the peer to go; its messages come this way only where the server delivers none."""
         while True:
-            message = await receive()
-            if (data := message.get("bytes")) is not None:
-                self._binary(data)
-                continue
-            try:
-                if (text := message.get("text")) is not None:
-                    conversation.text(text, clock())
-                    self._ring()
-                elif message["type"] == "websocket.disconnect":
-                    self._account.left(message)
-                    return
-            except Exception:
-                self.failed()
-            if conversation.actions:
-                self._perform()
+            message = await self._receive()
+            if message["type"] == "websocket.disconnect":
+                self._account.left(message)
+                return
+            data = message.get("bytes")
+            self.message(data if data is not None else message["text"])
 
     def _perform(self) -> None:
         """Do what the state machine asks."""
@@ -175,7 +196,7 @@ class Connection:
         for action in asked:
             match action:
                 case actions.Send():
-                    if len(self._outbox) < WAITING_MESSAGES or self.conversation.phase is Phase.OVER:
+                    if sum(map(len, self._outbox)) < WAITING_BYTES or self.conversation.phase is Phase.OVER:
                         self._outbox.append(action.message)
                 case actions.OpenVoice():
                     self._start(self._open(self._live.open(action.scene, action.options, self)))
@@ -188,7 +209,7 @@ class Connection:
                 case _ if self.session is None:
                     pass
                 case actions.Prepare():
-                    self.session.change(action.patch, self._live.pool)
+                    self.session.change(action.patch, action.size)
                 case actions.Detach():
                     self._live.detach(self.session, self)
                 case actions.Finish():
@@ -354,7 +375,7 @@ class Connection:
         messages = self._block_now(session, frames) if frames else ()
         if not messages:
             return False
-        pace.writing(now)
+        pace.writing(self._clock())
         self._wire.send_now(messages)
         now = self._clock()
         pace.written(now)

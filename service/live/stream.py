@@ -8,26 +8,30 @@ Limits: one thread or task at a time uses a stream (`service.live.sessions.LiveS
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from service.engine import HandVoice
+from service.ids import resume_url
 from service.live import answers
 from service.live.counts import StreamCounts
 from service.live.messages import LARGEST_BLOCK, PROTOCOL, SMALLEST_BLOCK, refused
-from service.live.past import KEPT_BLOCKS, KEPT_SECONDS, Past
+from service.live.past import Past, kept_frames
 from service.metrics import Metrics
 from service.quickness import Quickness
 from service.source import FADE_SECONDS
-from synth.following import Update
-from synth.output import faded
-from synth.samples import SoundFormat, block_bytes
-from synth.scene import Scene
+from synth.encode.samples import SoundFormat, block_bytes
+from synth.motion.update_smoothing import Update
+from synth.scene.scene import Scene
+from synth.voice.limiter import faded
 
 BLOCK_SECONDS = 0.01  # of a block where hello says nothing: 100 a second, each little work
-CHANGE_SECONDS = 0.05  # from one scene to the next, at least `synth.live.CHANGE_TIME`; less: `scene` tells early frames
+CHANGE_SECONDS = (
+    0.05  # from one scene to the next, at least `synth.voice.live_voice.CHANGE_TIME`; less: `scene` tells early frames
+)
 LATE_SECONDS = 0.02  # behind its time that a block shows a busy service; less: any two blocks of usual load do
 LEAST_REDUCTION_DB = 0.01  # below this the limiter's recovery fades out without anybody hearing it
 LIMITED_SECONDS = 1.0  # between two `limited`
@@ -43,6 +47,12 @@ class Options:
     pacing: str = "pull"
     record: bool = False
 
+    @classmethod
+    def of(cls, hello: Mapping[str, Any]) -> Options:
+        """Return what the message `hello` asks for."""
+        asked = {name: hello[name] for name in ("format", "pacing", "record") if name in hello}
+        return cls(**asked, block=None if hello.get("block") is None else int(hello["block"]))
+
 
 class Stream:
     """One session's stream; `scene` has its full scale written out."""
@@ -54,14 +64,15 @@ class Stream:
         self.block = options.block or default
         self.fade_frames = max(1, round(FADE_SECONDS * self.rate))
         self._samples = SAMPLES[options.format]
-        kept = max(round(KEPT_SECONDS * self.rate), KEPT_BLOCKS * max(self.block, self.fade_frames))
-        self.past = Past(kept, voice.channels * self._samples.bytes_per_sample)
+        longest, frame_bytes = max(self.block, self.fade_frames), voice.channels * self._samples.bytes_per_sample
+        self.past = Past(kept_frames(self.rate, longest, frame_bytes), frame_bytes)
+        self._sending_bytes = longest * (voice.channels * 4 + frame_bytes)
         self.max_silence = max_silence
         self.lowest_load = voice.lowest_load
         self.quickness = Quickness()
         self.counts = StreamCounts()
         self.coming: tuple[Scene, Any] | None = None
-        self._latest = np.empty((0, voice.channels), np.float32)
+        self._latest = self._none = np.empty((0, voice.channels), np.float32)
         self._newest, self._waiting, self._lifted = -1, None, False
         self._heard: float | None = None
         self._doubtful = False  # a silence that may be the service's own
@@ -76,6 +87,11 @@ class Stream:
     def frame(self) -> int:
         """Return the frame that the next block begins at."""
         return self.past.end
+
+    @property
+    def used_bytes(self) -> int:
+        """Return the memory that it takes beside its voice: what is kept, what is being sent, and its recording."""
+        return self.past.size + self._sending_bytes + self.voice.recorded_bytes
 
     def require_kept(self, frame: int) -> None:
         """Raise Problem (not-found) where the stream cannot go on from `frame`."""
@@ -142,6 +158,7 @@ class Stream:
     def notices(self, frame: int) -> list[str]:
         """Return what the peer is told just before the block at `frame`, now that it is rendered."""
         told = []
+        self._latest = self._none  # nothing is cut from it any more
         if self._applied is not None:
             told.append(answers.applied(self._applied, frame))
             self._applied = None
@@ -176,6 +193,7 @@ class Stream:
         return answers.ready(
             {
                 "session": self.name,
+                "resume_url": resume_url(self.name),
                 "protocol": PROTOCOL,
                 "sample_rate": voice.sample_rate,
                 "channels": voice.channels,

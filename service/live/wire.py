@@ -2,20 +2,33 @@
 
 Model: plain ASGI sends a message after another and gives each message to a task of its own. A server that offers WIRE
     among the extensions of the scope (`service.websocket`) writes several messages at once, takes a block in the very
-    call that rendered it, and hands binary messages over as they come: for many small messages that halves the cost.
+    call that rendered it, hands messages over as they come, and counts what a peer sends beside messages: for many
+    small messages that halves the cost.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Protocol
 
 from starlette.types import Send
 
 WIRE = "ridgewave.wire"  # the ASGI extension's name; its value is a Wire
 
-Sink = Callable[[bytes], None]
 Messages = Sequence[str | bytes]
+
+
+class Sink(Protocol):
+    """Who takes what a peer sends; nothing here may raise."""
+
+    def message(self, message: str | bytes) -> None:
+        """Take a whole message."""
+
+    def frame(self) -> bool:
+        """Count a frame that is no message (a ping, a part of a message); return whether the peer may send it."""
+
+    def behind(self, frames: int) -> None:
+        """Take note that so many frames came in a row, and more has come than could be read meanwhile."""
 
 
 class Wire(Protocol):
@@ -34,7 +47,7 @@ class Wire(Protocol):
         """Send in this order, waiting while the peer does not read; raises OSError where it is gone."""
 
     def deliver(self, sink: Sink | None) -> None:
-        """Give whole binary messages to `sink` as they come, in their order among all messages."""
+        """Give messages to `sink` as they come, none before the first sink is there; None: throw them away."""
 
 
 class PlainWire:

@@ -11,7 +11,7 @@ from starlette.responses import JSONResponse, Response
 from service import openapi
 from service.body import read_body
 from service.running import service_of
-from synth.scene import QuantityName
+from synth.scene.scene import QuantityName
 
 router = APIRouter(tags=["render"])
 PROBLEMS = ("too-large", "not-json", "scene-refused", "request-refused", "cannot-render", "full", "closing")
@@ -28,9 +28,10 @@ class AccuracyParameters(BaseModel):
 
 @router.post(
     "/v1/accuracy",
+    operation_id="measureAccuracy",
     summary="Measure what accuracy costs in time",
     response_class=JSONResponse,
-    responses=openapi.answer_of("Accuracy", "The table of error against cost.") | openapi.problem_answers(*PROBLEMS),
+    responses=openapi.answer_of("AccuracyTable", "Error against cost.") | openapi.problem_answers(*PROBLEMS),
     openapi_extra=openapi.body(openapi.SCENE),
 )
 async def accuracy(request: Request, parameters: Annotated[AccuracyParameters, Query()]) -> Response:

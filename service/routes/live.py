@@ -8,6 +8,7 @@ from starlette.routing import WebSocketRoute
 from starlette.types import Receive, Scope, Send
 
 from service import openapi
+from service.limits import KEY
 from service.live.messages import PROTOCOL, schema
 from service.live.shell import Connection
 from service.live.wire import WIRE
@@ -30,7 +31,8 @@ class LiveEndpoint:
         try:
             assert (await receive())["type"] == "websocket.connect"
             await send({"type": "websocket.accept", "subprotocol": PROTOCOL, "headers": []})
-            await Connection(scope, receive, send, service.live, wire=scope.get("extensions", {}).get(WIRE)).run()
+            client, wire = service.limits.caller(scope), scope.get("extensions", {}).get(WIRE)
+            await Connection(scope, receive, send, service.live, client=client, wire=wire).run()
         finally:
             ticket.release()
 
@@ -40,6 +42,7 @@ router.routes.append(WebSocketRoute("/v1/live", LiveEndpoint(), name="live"))
 
 @router.get(
     "/v1/live/schema.json",
+    operation_id="getLiveSchema",
     summary="Show the schema of the live protocol",
     response_class=openapi.SchemaResponse,
     responses=openapi.problem_answers(),
@@ -51,11 +54,12 @@ async def live_schema() -> Response:
 
 @router.get(
     "/v1/sessions/{session_id}/recording",
+    operation_id="getRecording",
     summary="Fetch the recording of a live session",
     response_class=JSONResponse,
     responses=openapi.problem_answers("not-found"),
 )
 async def recording(request: Request, session_id: str) -> Response:
     """Of a live session whose hello had `record`: while it lives, and for RIDGEWAVE_SESSION_IDLE after."""
-    body = await service_of(request).live.recording(session_id)
+    body = await service_of(request).live.recording(session_id, request.scope.get(KEY))
     return Response(body, media_type="application/json", headers={"Cache-Control": "no-store"})

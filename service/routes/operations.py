@@ -16,6 +16,7 @@ router = APIRouter(tags=["operations"])
 
 @router.post(
     "/v1/stop",
+    operation_id="stopAll",
     summary="Stop everything",
     response_class=JSONResponse,
     responses=openapi.problem_answers("not-json", "too-large"),
@@ -31,6 +32,7 @@ async def stop(request: Request) -> Response:
 @router.head("/healthz", include_in_schema=False)
 @router.get(
     "/healthz",
+    operation_id="getHealth",
     summary="Say that the process answers",
     response_class=JSONResponse,
     responses=openapi.problem_answers(),
@@ -39,29 +41,37 @@ async def health(request: Request) -> Response:
     """For a container's health check; needs no key. It also says what works here and what does not, and why."""
     service = service_of(request)
     workers = 1 + len(service.siblings.present())
-    document = service.health.document(ready=service.warm and not service.closing, workers=workers)
+    starved = service.starved()
+    ready = service.warm and not service.closing and not starved
+    document = service.health.document(ready=ready, workers=workers, starved=starved)
     return JSONResponse(document, headers={"Cache-Control": "no-store"})
 
 
 @router.head("/readyz", include_in_schema=False)
 @router.get(
     "/readyz",
+    operation_id="getReadiness",
     summary="Say whether requests are welcome",
     response_class=JSONResponse,
-    responses=openapi.problem_answers("closing", "warming"),
+    responses=openapi.problem_answers("closing", "warming", "starved"),
 )
 async def ready(request: Request) -> Response:
-    """503 until the kernels are compiled, and again once the service shuts down; needs no key."""
+    """503 until the kernels are compiled, while short work waits for more than a second, and once the service shuts
+    down; needs no key."""
     service = service_of(request)
     if service.closing:
         raise Problem("closing", "The service is shutting down.")
     if not service.warm:
         raise Problem("warming", "The kernels are being compiled.", headers={"Retry-After": "1"})
+    if waited := service.starved():
+        detail = f"Short work has waited for {waited:.1f} s: the service has more to solve than it can."
+        raise Problem("starved", detail, headers={"Retry-After": "1"})
     return JSONResponse({"status": "ready"}, headers={"Cache-Control": "no-store"})
 
 
 @router.get(
     "/metrics",
+    operation_id="getMetrics",
     summary="Measure the service",
     response_class=PlainTextResponse,
     responses=openapi.problem_answers(),
@@ -72,7 +82,13 @@ async def metrics(request: Request) -> Response:
     return Response(text, headers={"Content-Type": media_type, "Cache-Control": "no-store"})
 
 
-@router.get("/docs", summary="Read this", response_class=HTMLResponse, responses=openapi.problem_answers())
+@router.get(
+    "/docs",
+    operation_id="getDocs",
+    summary="Read this",
+    response_class=HTMLResponse,
+    responses=openapi.problem_answers(),
+)
 async def docs(request: Request) -> Response:
     """Calls, problems and settings as a page."""
     page = reference_page(request.app.openapi())

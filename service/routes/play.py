@@ -10,14 +10,15 @@ from starlette.types import Scope
 
 from service import openapi
 from service.body import read_body
+from service.limits import KEY
 from service.playing import Player
 from service.problems import Problem, of, refused
 from service.running import Service, service_of
 from service.sessions import Session
-from service.sinks import list_devices
+from service.sinks import DeviceBusy, list_devices
 from service.sound import metadata_of
 from synth.errors import CannotRender, NameTaken, SceneError, shown
-from synth.scene import object_from_text
+from synth.scene.scene import object_from_text
 
 router = APIRouter(tags=["play"])
 
@@ -31,10 +32,12 @@ BODY = {
 
 @router.post(
     "/v1/sessions/{session_id}/play",
+    operation_id="playSession",
     summary="Play a session on the server's machine",
     status_code=202,
     response_class=JSONResponse,
-    responses=openapi.problem_answers(
+    responses=openapi.answer_of("Play", "The play has begun.", 202)
+    | openapi.problem_answers(
         "not-found",
         "busy",
         "too-large",
@@ -50,20 +53,21 @@ async def play(request: Request, session_id: str) -> Response:
     """`{"device": null}` is the default device; "file:NAME.wav" or ".flac" records into the folder for recordings."""
     service = service_of(request)
     text = await read_body(request, service.settings.max_body)
-    session = service.sessions.find(session_id)
+    session = service.sessions.find(session_id, request.scope.get(KEY))
     player = await _start(service, request.scope, session, _device(text))
     return JSONResponse(player.document(), 202, {"Location": f"/v1/sessions/{session.id}"})
 
 
 @router.delete(
     "/v1/sessions/{session_id}/play",
+    operation_id="endPlay",
     summary="End a play",
     response_class=JSONResponse,
-    responses=openapi.problem_answers("not-found", "one-worker"),
+    responses=openapi.answer_of("Play", "How it went.") | openapi.problem_answers("not-found", "one-worker"),
 )
 async def end(request: Request, session_id: str) -> Response:
     """It fades out; the answer comes when the device has played, or the file holds, all of it, and says how it went."""
-    session = service_of(request).sessions.find(session_id)
+    session = service_of(request).sessions.find(session_id, request.scope.get(KEY))
     player = session.player
     if player is None:
         raise Problem("not-found", "This session does not play.")
@@ -77,6 +81,7 @@ async def end(request: Request, session_id: str) -> Response:
 
 @router.get(
     "/v1/devices",
+    operation_id="listDevices",
     summary="List the audio devices of the server's machine",
     response_class=JSONResponse,
     responses=openapi.problem_answers(),
@@ -96,7 +101,7 @@ async def _start(service: Service, scope: Scope, session: Session, device: str |
         raise Problem("busy", "The session plays already. DELETE its play first.")
     ticket = service.limits.admit(scope)
     try:
-        player = Player(device, service.settings, service.metrics, over=ticket.release)
+        player = Player(device, service.settings, service.metrics, service.claims, over=ticket.release)
         return await _begin(session, player)
     except BaseException:
         ticket.release()
@@ -114,6 +119,9 @@ async def _begin(session: Session, player: Player) -> Player:
         raise Problem(
             "name-taken", "A recording of that name exists, or is being made. Choose another name."
         ) from error
+    except DeviceBusy as error:
+        session.player = earlier
+        raise Problem("busy", error.reason) from error
     except BaseException:
         session.player = earlier
         raise

@@ -10,11 +10,12 @@ from starlette.responses import JSONResponse, Response
 
 from service import openapi
 from service.body import read_body
+from service.render_work import Order
 from service.running import service_of
-from synth.encode import SoundFormat
+from synth.encode.formats import SoundFormat
 
 router = APIRouter(tags=["render"])
-READS = ("too-large", "not-json", "scene-refused", "request-refused", "cannot-render", "full")
+READS = ("too-large", "not-json", "scene-refused", "request-refused", "cannot-render", "full", "closing")
 
 
 class RenderParameters(BaseModel):
@@ -26,27 +27,31 @@ class RenderParameters(BaseModel):
 
 @router.post(
     "/v1/render",
+    operation_id="render",
     summary="Render a scene to audio",
     response_class=Response,
-    responses=openapi.audio(*READS, "not-acceptable", flac=True),
+    responses=openapi.audio(*READS, "not-acceptable", "too-costly", "too-many-renders", flac=True),
     openapi_extra=openapi.body(openapi.SCENE),
 )
 async def render(request: Request, parameters: Annotated[RenderParameters, Query()]) -> Response:
     """The body is a scene; `{}` is the default one. The length is exact, and long sounds arrive while they are made."""
     service = service_of(request)
     text = await read_body(request, service.settings.max_body)
-    return await service.renders.answer(text, parameters.format, request.headers.get("accept"))
+    longest = service.settings.max_duration
+    order = Order("render", parameters.format, request.headers.get("accept"), longest)
+    return await service.renders.answer(order, text, request)
 
 
 @router.post(
     "/v1/explain",
+    operation_id="explain",
     summary="Explain what a render would simulate",
     response_class=JSONResponse,
-    responses=openapi.problem_answers(*READS),
+    responses=openapi.answer_of("Plan", "The plan.") | openapi.problem_answers(*READS),
     openapi_extra=openapi.body(openapi.SCENE),
 )
 async def explain(request: Request) -> Response:
     """What is simulated and why, what is left out and what that changes, the estimated error, and the cost."""
     service = service_of(request)
     text = await read_body(request, service.settings.max_body)
-    return JSONResponse(await service.renders.run(service.renders.explain, text))
+    return await service.renders.answer(Order("explain"), text, request)

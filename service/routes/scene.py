@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from fastapi import APIRouter, Query, Request
@@ -12,15 +11,14 @@ from starlette.responses import JSONResponse, Response
 
 from service import openapi
 from service.body import read_body
-from service.problems import Problem, of, refused
+from service.problems import refused
+from service.render_work import Order
 from service.running import service_of
-from synth.errors import AskedWrong, Fault, SceneError, shown
-from synth.scene import Scene, object_from_text, parse_scene, scene_schema
-from synth.threshold import threshold_displacement
+from synth.perception.threshold import threshold_displacement
+from synth.scene.scene import scene_schema
 
 router = APIRouter(tags=["scene"])
-READS = ("too-large", "not-json", "scene-refused", "request-refused", "cannot-render", "full")
-FIELDS = ("scene", "points", "phases")
+READS = ("too-large", "not-json", "scene-refused", "request-refused", "cannot-render", "full", "closing")
 BODY = {
     "type": "object",
     "additionalProperties": False,
@@ -44,6 +42,7 @@ class ThresholdParameters(BaseModel):
 
 @router.get(
     "/v1/scene/schema.json",
+    operation_id="getSceneSchema",
     summary="Show the schema of a scene",
     response_class=openapi.SchemaResponse,
     responses=openapi.problem_answers(),
@@ -55,6 +54,7 @@ async def schema() -> Response:
 
 @router.post(
     "/v1/picture",
+    operation_id="drawPicture",
     summary="Draw the surfaces of a scene and where they touch",
     response_class=JSONResponse,
     responses=openapi.answer_of("Picture", "The surfaces, z, and the patches.") | openapi.problem_answers(*READS),
@@ -64,16 +64,12 @@ async def picture(request: Request) -> Response:
     """Both surfaces, the height z of the finger over a texture period, and where they touch at each phase."""
     service = service_of(request)
     text = await read_body(request, service.settings.max_body)
-
-    def made() -> bytes:
-        document = service.engine.picture(*read_picture(text))
-        return JSONResponse(document).body  # type: ignore[return-value]
-
-    return Response(await service.renders.run(made), media_type="application/json")
+    return await service.renders.answer(Order("picture"), text, request)
 
 
 @router.get(
     "/v1/threshold",
+    operation_id="getThreshold",
     summary="Show the smallest vibration that is felt",
     response_class=JSONResponse,
     responses=openapi.answer_of("Threshold", "The curve.") | openapi.problem_answers("request-refused"),
@@ -86,36 +82,3 @@ async def threshold(parameters: Annotated[ThresholdParameters, Query()]) -> Resp
     felt = threshold_displacement(frequencies, parameters.name)
     document = {"name": parameters.name, "frequencies": frequencies.tolist(), "displacement": felt.tolist()}
     return JSONResponse(document)
-
-
-def read_picture(text: bytes) -> tuple[Scene, int | None, int | None]:
-    """Return scene, points and phases that the body of a picture asks for, None where it does not say.
-
-    Raises Problem where the body makes no sense, SceneError with pointers into the body where its scene does not.
-    """
-    try:
-        document = object_from_text(text)
-    except SceneError as error:
-        problem = of(error)
-        raise Problem("request-refused", problem.detail, problem.faults) from error
-    unknown = [name for name in document if name not in FIELDS]
-    if unknown:
-        raise refused("", shown(unknown[0]), f"the fields {', '.join(FIELDS)}", "Leave it out.")
-    return _scene(document.get("scene", {})), _whole(document, "points"), _whole(document, "phases")
-
-
-def _scene(document: Any) -> Scene:
-    if not isinstance(document, dict):
-        raise refused("/scene", shown(document), "a scene, an object", "Write {} for the default.", "scene-refused")
-    try:
-        return parse_scene(document)
-    except SceneError as error:
-        raise SceneError([replace(fault, pointer="/scene" + fault.pointer) for fault in error.faults]) from error
-
-
-def _whole(document: dict[str, object], name: str) -> int | None:
-    value = document.get(name)
-    whole = int(value) if isinstance(value, float) and value.is_integer() else value  # JSON Schema: 32.0 is an integer
-    if whole is not None and (isinstance(whole, bool) or not isinstance(whole, int)):
-        raise AskedWrong([Fault(f"/{name}", shown(value), "a whole number", f"Leave {name} out for the default.")])
-    return whole

@@ -9,16 +9,17 @@ from pydantic import BaseModel, ConfigDict, Field
 from starlette.responses import Response
 
 from service import openapi
+from service.limits import KEY
 from service.metrics import Metrics
 from service.negotiation import choose_format
 from service.problems import Problem
 from service.pumping import HeadResponse, PumpedResponse
-from service.rendering import check_duration
+from service.render_work import check_duration
 from service.running import service_of
 from service.sessions import Session
 from service.sound import describe, metadata_of
 from service.streaming import Reader, length, opening
-from synth.encode import SoundFormat, media_type
+from synth.encode.formats import SoundFormat, media_type
 
 router = APIRouter(tags=["sessions"])
 
@@ -38,6 +39,7 @@ class StreamParameters(BaseModel):
 @router.head("/v1/sessions/{session_id}/stream", include_in_schema=False, response_class=Response)
 @router.get(
     "/v1/sessions/{session_id}/stream",
+    operation_id="streamSession",
     summary="Listen to a session",
     response_class=Response,
     responses=openapi.audio(
@@ -54,7 +56,7 @@ class StreamParameters(BaseModel):
 async def stream(request: Request, session_id: str, parameters: Annotated[StreamParameters, Query()]) -> Response:
     """One reader at a time. It begins at frame 0 of the scene, ramps in, and is sent a little ahead of the clock."""
     service = service_of(request)
-    session = service.sessions.find(session_id)
+    session = service.sessions.find(session_id, request.scope.get(KEY))
     if parameters.duration is not None:
         check_duration(parameters.duration, service.settings.max_duration, "?duration", "request-refused")
     accept = request.headers.get("accept")

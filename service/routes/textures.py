@@ -10,7 +10,7 @@ from starlette.responses import JSONResponse, Response
 from service import openapi
 from service.problems import Problem
 from synth.errors import SceneError
-from synth.textures import CatalogueEntry, catalogue, lookup
+from synth.scene.catalogue import CatalogueEntry, catalogue, lookup
 
 router = APIRouter(tags=["textures"])
 
@@ -22,6 +22,7 @@ def entry_document(entry: CatalogueEntry) -> dict[str, Any]:
 
 @router.get(
     "/v1/textures",
+    operation_id="listTextures",
     summary="List the named textures",
     response_class=JSONResponse,
     responses=openapi.problem_answers(),
@@ -33,6 +34,7 @@ async def textures() -> Response:
 
 @router.get(
     "/v1/textures/{name}",
+    operation_id="getTexture",
     summary="Show one named texture",
     response_class=JSONResponse,
     responses=openapi.problem_answers("not-found"),

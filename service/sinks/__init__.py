@@ -14,25 +14,27 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from service.sinks.claims import Claims, DeviceBusy
 from service.sinks.device import DeviceSink
 from service.sinks.devices import DeviceDescription, list_devices
 from service.sinks.file import FileSink
 from service.sinks.interface import Sink
 from synth.errors import CannotRender
 
-__all__ = ["DeviceDescription", "DeviceSink", "FileSink", "Sink", "list_devices", "open_sink"]
+__all__ = ["Claims", "DeviceBusy", "DeviceDescription", "DeviceSink", "FileSink", "Sink", "list_devices", "open_sink"]
 
 FILE_PREFIX = "file:"
 
 
-def open_sink(device: str | int | None, folder: Path | None) -> Sink:
+def open_sink(device: str | int | None, folder: Path | None, claims: Claims | None = None) -> Sink:
     """Return the sink, not yet started, for `device`: "file:NAME", the name or index of a device, None = the default.
 
-    folder: where file sinks may write; None where this service has none. A file sink made here keeps real time, as a
-    device would. Raises AskedWrong for a bad NAME, CannotRender where there is no folder.
+    folder: where file sinks may write; None where this service has none. claims: the devices that play in this process.
+    A file sink made here keeps real time, as a device would. Raises AskedWrong for a bad NAME, CannotRender where there
+    is no folder.
     """
     if isinstance(device, str) and device.startswith(FILE_PREFIX):
         if folder is None:
             raise CannotRender("this service has no folder for recordings: it plays on devices only.")
         return FileSink(folder, device.removeprefix(FILE_PREFIX), realtime=True)
-    return DeviceSink(device)
+    return DeviceSink(device, claims=claims)

@@ -25,11 +25,12 @@ from typing import Any
 import numpy as np
 
 from service.sinks.bounded import within
+from service.sinks.claims import Claims
 from service.sinks.devices import DeviceDescription, find_device, let_go_at_exit, portaudio
 from service.sinks.interface import WRITE_TIMEOUT_S
 from service.sinks.joining import Joins
 from service.sinks.ring import Ring
-from synth.encode import Block, Metadata
+from synth.encode.formats import Block, Metadata
 from synth.errors import CannotRender
 
 BLOCK_SECONDS = 0.010  # the callback's period: longer adds latency, shorter costs wake-ups
@@ -44,15 +45,24 @@ class DeviceSink:
     """Plays what it is given on one output device."""
 
     def __init__(
-        self, device: str | int | None = None, *, block_seconds: float = BLOCK_SECONDS, ring_blocks: int = RING_BLOCKS
+        self,
+        device: str | int | None = None,
+        *,
+        block_seconds: float = BLOCK_SECONDS,
+        ring_blocks: int = RING_BLOCKS,
+        claims: Claims | None = None,
     ) -> None:
-        """Take the name or index of a device, None for the default; nothing is opened before `start`."""
+        """Take the name or index of a device, None for the default; nothing is opened before `start`.
+
+        claims: the devices that play in this process; None where this is the only sink.
+        """
         assert ring_blocks >= 3, "a ring shorter than three blocks runs dry"
         self.name = "the default device" if device is None else str(device)
         self.underruns = 0  # callbacks that found the ring short
         self.device_underflows = 0  # gaps that PortAudio itself reports
         self.dropped_frames = 0  # that waited while the device stalled
         self._device, self._block_seconds, self._ring_blocks = device, block_seconds, ring_blocks
+        self._claims = claims or Claims()
         self._stream: Any = None
         self._failure: str | None = None
         self._lock = threading.Lock()  # one thread at a time starts or ends the stream; the callback never takes it
@@ -75,11 +85,24 @@ class DeviceSink:
         return self._failure
 
     def start(self, sample_rate: int, channels: int, metadata: Metadata | None = None) -> None:
-        """Open the device; raises AskedWrong for one that is not there, CannotRender for one that does not open."""
+        """Open the device.
+
+        Raises AskedWrong for one that is not there, DeviceBusy for one that plays, CannotRender where it does not open.
+        """
         assert self._stream is None, "a sink starts once"
         sounddevice = portaudio()
         device = find_device(self._device)
         self.name = device["name"]
+        self._claims.take(device["index"], self.name)
+        try:
+            self._prepare(sounddevice, device, sample_rate, channels)
+        except BaseException:
+            self._claims.give_back(device["index"])
+            raise
+        self._index = device["index"]
+
+    def _prepare(self, sounddevice: Any, device: DeviceDescription, sample_rate: int, channels: int) -> None:
+        """Make the stream, not yet running, and the ring before it."""
         block = max(1, round(self._block_seconds * sample_rate))
         self._sample_rate = sample_rate
         fade_frames = max(2, round(FADE_SECONDS * sample_rate))
@@ -198,12 +221,15 @@ class DeviceSink:
             if self._stream is None:
                 return
             self._fading = fade
-            if self._ring.filled and not fade:
-                self._play()
-            while self._playing and self._failure is None and not self._stalled() and not self._silent():
-                time.sleep(self._block_seconds / 4)
-            self._end()
-            self._playing = False
+            try:
+                if self._ring.filled and not fade:
+                    self._play()
+                while self._playing and self._failure is None and not self._stalled() and not self._silent():
+                    time.sleep(self._block_seconds / 4)
+                self._end()
+                self._playing = False
+            finally:
+                self._claims.give_back(self._index)
 
     def _silent(self) -> bool:
         return self._faded >= len(self._ramp) if self._fading else self._ring.filled == 0

@@ -4,7 +4,7 @@ Model: NAME is `[A-Za-z0-9][A-Za-z0-9._-]*\\.(wav|flac)`, 200 characters at most
     file. It is written as NAME.part, created only where that does not exist, and renamed when closed, so an
     unfinished recording is never taken for a finished one. A name that exists (a file, a folder, a link, even one
     that dangles) is refused: no request overwrites a recording, and no link leads out of the folder. WAV holds
-    float32, FLAC 24 bit integers.
+    float32, FLAC 24 bit integers. Refusals call it file:NAME: whoever asks for it need not know where the folder is.
 Limits: `realtime` sleeps so that a second of sound takes a second; the first write starts the clock.
 """
 
@@ -16,7 +16,7 @@ import time
 from pathlib import Path
 
 from service.sinks.interface import WRITE_TIMEOUT_S
-from synth.encode import Block, Metadata, Writer, choose_format, open_writer
+from synth.encode.formats import Block, Metadata, Writer, choose_format, open_writer
 from synth.errors import AskedWrong, CannotRender, Fault, shown
 
 NAME_PATTERN = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*\.(wav|flac)", re.ASCII)
@@ -50,7 +50,9 @@ class FileSink:
         assert self._writer is None, "a sink starts once"
         self._sample_rate = sample_rate
         sound_format = choose_format(self.path)
-        self._writer = open_writer(self.path, sound_format, sample_rate, channels, metadata, exclusive=True)
+        self._writer = open_writer(
+            self.path, sound_format, sample_rate, channels, metadata, exclusive=True, shown=self.name
+        )
 
     def write(self, block: Block, timeout: float = WRITE_TIMEOUT_S) -> None:
         """Append `block`; in real time, return when its last frame is due. `timeout` has no meaning for a file."""

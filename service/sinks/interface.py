@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from synth.encode import Block, Metadata
+from synth.encode.formats import Block, Metadata
 
 WRITE_TIMEOUT_S = (
     2.0  # a device that takes nothing for this long is not coming back; shorter would end a busy machine's

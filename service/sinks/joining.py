@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from synth.encode import Block
+from synth.encode.formats import Block
 
 
 class Joins:

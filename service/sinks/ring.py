@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from synth.encode import Block
+from synth.encode.formats import Block
 
 
 class Ring:

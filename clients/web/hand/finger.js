@@ -7,6 +7,7 @@ Limits: the scene's rate has to be the player's. A page in the background is slo
 lifted by the service. */
 
 import { LiveConnection } from "../live/connection.js";
+import { StreamScene } from "../live/stream_scene.js";
 import { liveUrl } from "../service.js";
 
 const EVENTS = ["ready", "block", "applied", "scene", "limited", "problem", "broken", "resumed", "ended"];
@@ -18,11 +19,14 @@ const RESTS = 2.5; // intervals between moves without a move: the finger rests, 
 const SOONEST = 20; // ms before that; sooner would stop a finger between the reports of a slow pointer
 const LATEST = 80; // ms; RIDGEWAVE_MAX_SILENCE is 250
 const DRAINED = 1000; // ms for the end to be played
+const PUMP = 50; // ms between blocks that are asked for without a touch, while a change is on its way
 const KEPT = 33; // updates whose way to the sound is remembered
 
 export class Finger extends EventTarget {
-  /** The LiveConnection, from `open` on. */
+  /** The LiveConnection. */
   connection = null;
+  /** The StreamScene: of which scene the sound is. */
+  scene = null;
   /** The Source, once the stream is ready. */
   source = null;
   /** Whether it touches. */
@@ -34,6 +38,7 @@ export class Finger extends EventTarget {
   #missing = 0;
   #shift = 0; // frames given to the source before the session's frame 0
   #place = null; // position or speed of the last contact
+  #load; // N, its load
   #toldAt = 0; // ms
   #movedAt = 0; // ms
   #interval = 8; // ms between moves, about
@@ -41,6 +46,8 @@ export class Finger extends EventTarget {
   #coming = []; // updates that were applied and are not yet heard
   #delays = [];
   #timer = 0;
+  #pump = 0;
+  #unheard = false; // what comes is of no touch, and is not played
 
   /** player: an open Player. scene: as over HTTP, of the player's rate. record: keep a recording. block: frames. */
   constructor({ player, scene = {}, record = false, block = 480, url = liveUrl(), open }) {
@@ -48,6 +55,7 @@ export class Finger extends EventTarget {
     this.player = player;
     const how = { url, scene, record, block };
     this.connection = new LiveConnection(open ? { ...how, open } : how);
+    this.scene = new StreamScene(this.connection, scene, () => this.#scenePending());
   }
 
   /** Connects; returns the document of `ready`, throws where the stream ends before it. */
@@ -81,14 +89,21 @@ export class Finger extends EventTarget {
     if (interval < LATEST) this.#interval += (interval - this.#interval) / 8;
     this.#movedAt = now;
     this.#place = { position, speed };
+    if (load !== undefined) this.#load = load;
     if (load !== undefined) this.touching = load !== 0;
     if (this.touching) this.#quiet = this.#lifted = 0;
     this.#tell({ position, speed, load, time });
     if (this.touching && !this.#timer) this.#hold();
     if (this.touching && !this.#sounding) {
       this.#sounding = true;
+      this.#unheard = false;
       this.#feed();
     }
+  }
+
+  /** Where it was last, and its load, now, as `move` takes them. */
+  get contact() {
+    return { ...this.#place, load: this.#load, time: performance.now() / 1e3 };
   }
 
   /** Takes the finger off, where it is. */
@@ -101,9 +116,15 @@ export class Finger extends EventTarget {
     this.connection.change(partial);
   }
 
+  /** Has the stream become that of `scene`, under the finger; "agreement" tells how that stands. */
+  become(scene) {
+    this.scene.become(scene);
+  }
+
   /** Ends the stream with its fade; returns once that was played. */
   async close() {
     clearInterval(this.#timer);
+    clearInterval(this.#pump);
     this.touching = this.#sounding = false;
     const { connection, source } = this;
     if (connection.outstanding === 0) this.#rest();
@@ -160,6 +181,24 @@ export class Finger extends EventTarget {
     }, SOONEST / 2);
   }
 
+  /** A change is taken over when a block begins: without a touch some are asked for, of a finger that is lifted. */
+  #scenePending() {
+    this.dispatchEvent(new CustomEvent("agreement"));
+    clearInterval(this.#pump);
+    this.#pump = this.scene.pending ? setInterval(() => this.#advance(), PUMP) : 0;
+  }
+
+  #advance() {
+    const { connection } = this;
+    if (connection.state === "ended") clearInterval(this.#pump);
+    if (this.#sounding || connection.state !== "live" || connection.outstanding) return;
+    if (!this.#place) {
+      this.#unheard = true; // a scene that moves by itself sounds until the first contact fades it out
+      this.move({ speed: 0, load: 0 });
+    }
+    connection.grant(connection.block);
+  }
+
   #feed() {
     if (!this.#sounding || !this.source) return;
     const missing = this.player.depth.frames - this.source.queued - this.connection.outstanding;
@@ -167,6 +206,10 @@ export class Finger extends EventTarget {
   }
 
   #play(samples) {
+    if (this.#unheard) {
+      this.#shift -= samples.length / this.source.channels;
+      return;
+    }
     const granted = this.source.queued + samples.length / this.source.channels + this.connection.outstanding;
     this.source.ahead = Math.min(FILLED * this.player.depth.frames, granted); // more than comes would never begin
     this.source.play(samples);

@@ -102,8 +102,11 @@ function choicesOf(field, root) {
       choices.push(...alternative.words.map((word) => ({ label: String(word), value: word })));
     if (alternative.kind === "number") choices.push({ label: "a number", alternative, begin: "draft" });
     if (alternative.kind === "points") choices.push({ label: "points", alternative, begin: "draft" });
-    if (alternative.kind === "list")
-      choices.push({ label: "a list", alternative, begin: () => [startingValue(readField(alternative.items, root))] });
+    if (alternative.kind === "list") {
+      const size = Math.max(1, alternative.minimum);
+      const item = () => startingValue(readField(alternative.items, root));
+      choices.push({ label: "a list", alternative, begin: () => Array.from({ length: size }, item) });
+    }
     if (alternative.kind === "settings")
       choices.push({
         label: alternative.tag?.[1] ?? "on, with settings",

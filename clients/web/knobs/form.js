@@ -1,21 +1,16 @@
 /* The knobs of a scene: a form made from the scene's JSON Schema, a section a part of the scene.
 
-Model: the form holds a scene as it was written, with units as text; a field without a value has its default. A change
-displaces what it displaces at the service (merge.js), and is told with the part that says it.
+Model: the form shows the scene of a SceneState and writes to it; it holds none of its own. A change displaces what it
+displaces at the service (merge.js).
 Limits: what one field alone cannot know (a stroke without room for its turns) is refused by the service, whose answer
 `refuse` puts beside the field. */
 
 import { controlOf } from "./controls.js";
 import { make } from "./element.js";
 import { readField } from "./fields.js";
-import { changesWhatIsFixed, displaced, partBetween, same, unwritten, withField } from "./merge.js";
+import { displaced } from "./merge.js";
 
-/**
- * The form. Event "change": {scene, partial, fixed: it needs a new session, settled: false while a slider moves}.
- */
-export class Form extends EventTarget {
-  #scene = {};
-  #unwritten = {};
+export class Form {
   #knobs = new Map();
   #refused = new Set();
   #sections = [];
@@ -23,50 +18,18 @@ export class Form extends EventTarget {
   /**
    * @param {HTMLElement} element that the sections go into
    * @param {object} schema the JSON Schema of a scene
+   * @param {SceneState} state what is shown and written to
    */
-  constructor(element, schema) {
-    super();
-    this.element = element;
-    this.schema = schema;
+  constructor(element, schema, state) {
+    Object.assign(this, { element, schema, state });
     for (const [name, part] of Object.entries(schema.properties)) this.#sections.push(this.#section(name, part));
+    for (const kind of ["change", "learn"]) state.addEventListener(kind, () => this.#show());
     this.#show();
   }
 
-  /** The scene as it is written; setting it tells nobody. */
-  get scene() {
-    return structuredClone(this.#scene);
-  }
-
-  set scene(scene) {
-    this.#scene = structuredClone(scene);
-    this.#unwritten = {};
-    this.#show();
-  }
-
-  /** Learn from `complete`, the complete scene that the service made of `scene`, what stands where nothing is written. */
-  learn(scene, complete) {
-    this.#unwritten = unwritten(complete, scene);
-    this.#show();
-  }
-
-  /** Change the scene by setting the field at `path`; undefined is its default. Tells with "change". */
+  /** Used by the controls: set the field at `path`; undefined is its default. */
   write(path, value, settled = true) {
-    this.take(withField(this.#scene, path, value), settled);
-  }
-
-  /** Take `scene`, changed as a whole, and tell with "change". */
-  take(scene, settled = true) {
-    const before = this.#scene;
-    this.#scene = structuredClone(scene);
-    this.#show();
-    if (same(before, scene) && !settled) return;
-    const detail = {
-      scene: this.scene,
-      partial: partBetween(before, scene),
-      fixed: changesWhatIsFixed(before, scene),
-      settled,
-    };
-    this.dispatchEvent(new CustomEvent("change", { detail }));
+    this.state.write(path, value, settled);
   }
 
   /**
@@ -108,7 +71,7 @@ export class Form extends EventTarget {
   note(path) {
     const [section, name] = path;
     if (path.length !== 2 || (section === "texture" && name === "kind")) return "";
-    const gone = displaced(section, this.#scene[section] ?? {}, name, undefined).filter((other) => other !== name);
+    const gone = displaced(section, this.state.scene[section] ?? {}, name, undefined).filter((other) => other !== name);
     return gone.length ? `Writing it replaces ${gone.join(" and ").replaceAll("_", " ")}.` : "";
   }
 
@@ -132,11 +95,12 @@ export class Form extends EventTarget {
   }
 
   #show() {
+    const { scene, unwritten } = this.state;
     for (const { name, controls, count } of this.#sections) {
-      const siblings = this.#scene[name] ?? {};
-      const complete = this.#unwritten[name] ?? {};
+      const siblings = scene[name] ?? {};
+      const complete = unwritten[name] ?? {};
       for (const [field, control] of controls) {
-        if (field === null) control.show(this.#scene[name], { siblings: {}, complete: this.#unwritten[name] });
+        if (field === null) control.show(scene[name], { siblings: {}, complete: unwritten[name] });
         else
           control.show(siblings[field] ?? undefined, {
             siblings: { ...complete, ...siblings },

@@ -28,10 +28,11 @@ export class Changes {
     this.#oldest();
   }
 
-  /** Notes that it refused it. */
+  /** Notes that it refused it; returns whether there was one. */
   refused() {
     const oldest = this.#oldest();
     if (oldest && this.#holding.get(oldest[0]) === oldest[1]) this.#holding.delete(oldest[0]);
+    return Boolean(oldest);
   }
 
   /** Prepares for a connection that goes on with the session. */

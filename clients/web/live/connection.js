@@ -6,14 +6,14 @@ anew, or the break was too long) a new one is opened with the same scene, its ch
 begin at 0 again, and "ready" says `renewed`.
 A contact waits in one place, where the newer takes that of the older, and is said ahead of the credit that follows it.
 Events (CustomEvent, `detail`): ready {ready, renewed}, block {frame, samples}, applied {seq, frame},
-scene {frame, plan}, limited {frame, gain_reduction_db}, problem {problem}, broken {tries}, resumed {frame},
+scene {frame, plan}, refused {problem}: a change; limited {frame, gain_reduction_db}, problem {problem}, broken {tries}, resumed {frame},
 ended {reason, problem, frame}.
 Limits: samples are read in the machine's byte order, little-endian wherever browsers run. An upgrade that is refused (a
 wrong key, say) looks like a break to a page, so after a connection that never opened the service is asked over HTTP. */
 
 import { openLive } from "../service.js";
 import { Changes } from "./changes.js";
-import { endOf, isFinal, whyNot } from "./closing.js";
+import { answering, endOf, isFinal } from "./closing.js";
 import { packContact } from "./contact.js";
 
 const FIRST_DELAY = 0.2; // s before the first try; longer is a longer silence
@@ -71,6 +71,12 @@ export class LiveConnection extends EventTarget {
     return this.#contact.seq;
   }
 
+  /** The scene that a new session begins with, where this one is lost, in place of the first scene and its changes. */
+  set base(scene) {
+    this.scene = scene;
+    this.#changes = new Changes();
+  }
+
   /** Changes the scene by a partial scene; "scene" follows, or "problem". */
   change(partial) {
     this.#changes.ask(partial);
@@ -98,7 +104,7 @@ export class LiveConnection extends EventTarget {
     this.#told = this.#end = null;
     this.#attached = false;
     this.#heardAt = now();
-    const socket = this.open(this.url);
+    const socket = this.open(this.#anew ? this.url : resumeAt(this.url, this.ready.resume_url));
     const heed = (work) => (event) => socket === this.#socket && work(event); // an abandoned one is not heard
     let opened = false;
     this.#socket = socket;
@@ -168,7 +174,8 @@ export class LiveConnection extends EventTarget {
 
   #note(problem) {
     this.#told = problem;
-    if (this.#attached && CHANGE_REFUSED.test(problem.type)) this.#changes.refused();
+    if (this.#attached && CHANGE_REFUSED.test(problem.type) && this.#changes.refused())
+      this.#tell("refused", { problem });
     if (!this.#forgotten()) this.#tell("problem", { problem });
   }
 
@@ -200,9 +207,10 @@ export class LiveConnection extends EventTarget {
     this.#timer = setTimeout(() => this.#connect(), 1e3 * jitter * delay);
   }
 
+  /** Waits until the service answers: it says why it does not take a connection, or it is back. */
   async #askWhy() {
-    const problem = await whyNot();
-    if (problem === null) return;
+    const problem = await answering();
+    if (problem === null || this.state === "ended") return;
     this.#note(problem);
     if (isFinal(problem)) this.#finish("refused");
   }
@@ -243,6 +251,16 @@ export class LiveConnection extends EventTarget {
   #tell(type, detail) {
     this.dispatchEvent(new CustomEvent(type, { detail }));
   }
+}
+
+/** The URL that `ready` says to resume at: its path and query, on the host of `url`, behind what `url` has before. */
+function resumeAt(url, told) {
+  if (!told) return url;
+  const at = new URL(url, location.href);
+  const reference = new URL(told, "ws://any");
+  at.pathname = at.pathname.replace(/\/v1\/live$/, "") + reference.pathname;
+  for (const [name, value] of reference.searchParams) at.searchParams.set(name, value);
+  return at.href;
 }
 
 function now() {

@@ -1,24 +1,22 @@
 /* Where the sound goes, as far as the browser can choose: output device, its channels, and a gamepad that rumbles
 along. */
 
-import { Actuators } from "../haptics/actuators.js";
-import { Envelope } from "../haptics/envelope.js";
 import { byId, make } from "../knobs/element.js";
 
 export class Devices {
-  #envelope = null;
-  #of = null; // what `ready` the envelope is for
+  actuators = null; // once somebody asks for them
+  #of = null; // the envelope, and the `ready` and threshold that it is for
 
-  constructor({ session, tell }) {
-    Object.assign(this, { session, tell });
-    this.actuators = new Actuators({ gamepads: () => [this.#gamepad()] });
+  /** session: the Session. sight: knows what is just felt. tell(sentence). */
+  constructor({ session, sight, tell }) {
+    Object.assign(this, { session, sight, tell });
     session.addEventListener("player", ({ detail }) => this.#list(detail.player));
     session.addEventListener("block", ({ detail }) => this.#rumble(detail));
     byId("output").addEventListener("change", () => this.#use());
     byId("channels").addEventListener("change", () =>
       this.session.player?.useChannels(byId("channels").value.split(",").map(Number)),
     );
-    byId("rumble").addEventListener("change", () => this.#noteGamepads());
+    byId("rumble").addEventListener("change", () => this.#load().then(() => this.#noteGamepads()));
     for (const type of ["gamepadconnected", "gamepaddisconnected"]) addEventListener(type, () => this.#noteGamepads());
     this.#noteGamepads();
   }
@@ -56,6 +54,16 @@ export class Devices {
     }
   }
 
+  /** What only a page needs that makes a gamepad rumble. */
+  async #load() {
+    const [{ Actuators }, { Envelope }] = await Promise.all([
+      import("../haptics/actuators.js"),
+      import("../haptics/envelope.js"),
+    ]);
+    this.Envelope = Envelope;
+    this.actuators ??= new Actuators({ gamepads: () => [this.#gamepad()] });
+  }
+
   #gamepad() {
     return (navigator.getGamepads?.() ?? [])[byId("gamepad").value] ?? null;
   }
@@ -70,17 +78,22 @@ export class Devices {
     );
     if (pads.some(({ index }) => String(index) === chosen)) byId("gamepad").value = chosen;
     byId("gamepad").disabled = !pads.length;
+    if (!this.actuators) return;
     if (!byId("rumble").checked) return this.actuators.stop();
     if (pads.length && !this.actuators.motors().length)
       this.tell("This browser cannot make that gamepad rumble: try another one, or another browser.");
   }
 
-  #rumble({ samples, ready }) {
-    if (!byId("rumble").checked) return;
-    if (this.#of !== ready) {
-      this.#of = ready;
-      this.#envelope = new Envelope({ rate: ready.sample_rate, channels: ready.channels });
+  /** Follows the finger that touches first, as the pictures do. */
+  #rumble({ samples, ready, finger }) {
+    const { session, sight } = this;
+    if (!byId("rumble").checked || !this.actuators) return;
+    if (finger !== (session.fingers.find(({ touching }) => touching) ?? session.fingers[0])) return;
+    const felt = sight.felt;
+    if (this.#of?.ready !== ready || this.#of.felt !== felt) {
+      const { sample_rate: rate, quantities, full_scale: fullScale } = ready;
+      this.#of = { ready, felt, envelope: new this.Envelope({ rate, quantities, fullScale, threshold: felt }) };
     }
-    this.actuators.push(this.#envelope.push(samples));
+    this.actuators.push(this.#of.envelope.push(samples));
   }
 }

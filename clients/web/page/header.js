@@ -6,6 +6,7 @@ const SENTENCES = {
   "not started": "not started",
   connecting: "connecting…",
   preparing: "solving the contact…",
+  asleep: "silent so far",
   live: "live",
   broken: "lost, connecting again…",
   ended: "ended",
@@ -32,7 +33,8 @@ export function wireHeader(session, { onStop }) {
   });
   setInterval(() => {
     const { underruns, latency, updateToSound } = session.stats;
-    byId("latency").textContent = session.player
+    const sounds = ["live", "preparing"].includes(session.state);
+    byId("latency").textContent = sounds
       ? `${Math.round(1e3 * (updateToSound === null ? latency : updateToSound + session.player.outputLatency))} ms`
       : "–";
     byId("gaps").textContent = session.player ? String(underruns) : "–";

@@ -1,17 +1,29 @@
-/* The key of a service that asks for one: written once a tab. */
+/* The key of a service that asks for one: written once a tab, and tried before the page is loaded again with it. */
 
 import { byId } from "../knobs/element.js";
-import { useKey } from "../service.js";
+import { call, useKey } from "../service.js";
 
-/** Show the form for the key; the page is loaded again with it. */
+/** Show the form for the key. A key that is refused stays in its field, with a sentence. */
 export function askForKey() {
-  const form = byId("key");
+  const [form, field, fault] = [byId("key"), byId("key-text"), byId("key-fault")];
+  const refuse = (sentence) => {
+    fault.textContent = sentence;
+    field.setAttribute("aria-invalid", "true");
+    field.select();
+    field.focus();
+  };
   form.hidden = false;
   byId("loading").hidden = true;
-  byId("key-text").focus();
-  form.addEventListener("submit", (event) => {
+  field.focus();
+  form.addEventListener("submit", async (event) => {
     event.preventDefault();
-    useKey(byId("key-text").value);
+    useKey(field.value);
+    try {
+      await call("GET", "/v1/textures");
+    } catch ({ problem, message }) {
+      useKey(null);
+      return refuse(problem?.status === 401 ? "The service does not accept this key: write another one." : message);
+    }
     location.reload();
   });
 }

@@ -28,11 +28,21 @@ export class Recorder {
   }
 
   async #begin() {
-    await this.session.start();
-    this.pad.release();
-    await this.session.renew(this.session.scene, { record: true });
-    this.#session = this.session.fingers[0].connection.ready.session;
-    this.#show("Recording: stroke the pad with one finger, then stop.");
+    byId("record").disabled = true;
+    byId("record").textContent = "Preparing…";
+    byId("recording-about").textContent = "Nothing is recorded yet: the contact is being solved.";
+    try {
+      await this.session.start();
+      this.pad.release();
+      await this.session.renew(this.session.scene, { record: true });
+      this.#session = this.session.fingers[0].connection.ready.session;
+      this.#show("Recording: stroke the pad with one finger, then stop.");
+    } catch (error) {
+      this.#show(ABOUT);
+      throw error;
+    } finally {
+      byId("record").disabled = false;
+    }
   }
 
   async #finish() {
@@ -40,9 +50,11 @@ export class Recorder {
     this.#session = null;
     this.pad.release();
     await this.session.renew(this.session.scene);
-    this.#text = await recordingOf(id);
-    const { events, complete } = JSON.parse(this.#text);
+    const text = await recordingOf(id);
+    const { events, complete } = JSON.parse(text);
     const contacts = events.filter(([, kind]) => kind === "contact").length;
+    if (!contacts) return this.#show("Nothing was recorded: stroke the pad while it says that it records.");
+    this.#text = text;
     this.#show(`Recorded ${contacts} contacts${complete ? "" : ", the beginning of a longer stroke"}.`);
   }
 

@@ -3,22 +3,17 @@
 Model: a finger is opened when the first pointer needs it, kept, and taken by the next. All have the same scene; a
 change goes to all of them. What is fixed for a stream (rate, channels, quantity, full scale) is changed by new ones.
 Limits: MOST fingers at once; a recording has one. Events: "state" {state}, "block" {ready, samples, finger}, "ready",
-"problem" {problem, sentence}, "limited" {gain_reduction_db}. */
+"problem" {problem, sentence}, "limited" {reduction} in dB. */
 
 import { Finger } from "../hand/finger.js";
-import { changesWhatIsFixed, partBetween, withField } from "../knobs/merge.js";
-import { siValue } from "../knobs/units.js";
+import { changesWhatIsFixed } from "../knobs/merge.js";
 import { turned } from "../live/contact.js";
+import { pinned } from "../live/stream_scene.js";
 import { Player } from "../sound/player.js";
+import { roomier } from "./limiter.js";
+import { agreementOf, rateOf, stateOf, statsOf } from "./standing.js";
 
 const MOST = 5; // fingers of a hand; each is a stream of its own at the service
-const STATES = ["broken", "ended", "connecting", "preparing", "live"]; // the worst of them is the page's
-
-const stateOf = ({ connection, preparing }) =>
-  connection.state === "live" && preparing ? "preparing" : connection.state;
-
-/** The rate of a scene, Hz. */
-const rateOf = (scene) => siValue(scene.output?.sample_rate ?? 48000, "Hz");
 
 export class Session extends EventTarget {
   /** The Player, null before `start`. */
@@ -27,6 +22,9 @@ export class Session extends EventTarget {
   fingers = [];
   /** Whether the one finger is recorded. */
   recording = false;
+  /** dB by which the limiter turned the sound down, at most, since the streams or their scene are new. */
+  reduction = 0;
+  #recent = 0; // dB, the last that was told: of the stroke of now, where the most may be of a landing
   #holders = new Map(); // id of a pointer -> finger
   #volume = 0.1;
   #starting = null;
@@ -44,7 +42,8 @@ export class Session extends EventTarget {
     if (this.player) this.player.volume = volume;
   }
 
-  /** Opens the output and the first finger; in a click or a key press. Returns once it is live. */
+  /** Opens the output and the first finger, at any gesture; it sounds from the first one on that may wake the browser.
+   *  Returns once the finger is live. */
   start() {
     this.#starting ??= this.#open().catch((error) => {
       this.#starting = null;
@@ -60,6 +59,7 @@ export class Session extends EventTarget {
     const { player } = this;
     this.player = null;
     await this.#closeFingers();
+    this.#limit(0);
     await player?.close();
     this.#tell("state", { state: "not started" });
   }
@@ -73,6 +73,7 @@ export class Session extends EventTarget {
 
   async #renew(scene, record) {
     this.recording = record;
+    this.#limit(0);
     if (!this.player) return;
     await this.#closeFingers();
     if (this.player.sampleRate !== rateOf(scene)) {
@@ -85,6 +86,44 @@ export class Session extends EventTarget {
     }
   }
 
+  /** New streams in place of those that the limiter turned down, with an automatic full scale of the present scene, or
+   *  the one that the limiter called for where that gives no room; under the same hands, at the same volume. Returns
+   *  {full_scale, quantity}, null where there is nothing to rescale. */
+  rescale() {
+    this.#renewing = this.#renewing.catch(() => {}).then(() => this.#rescale());
+    return this.#renewing;
+  }
+
+  async #rescale() {
+    const { player, fingers: before } = this;
+    const ready = before[0]?.connection.ready;
+    if (!ready) return null;
+    this.recording = false;
+    const need = { scene: this.scene, ready, reduction: this.#recent, count: this.#holders.size };
+    const fresh = await roomier(need, (what) => this.#made(what).opened);
+    if (this.player !== player) {
+      for (const finger of fresh) finger.close();
+      return null;
+    }
+    this.#hand(fresh);
+    this.#limit(0);
+    const { full_scale: scale, quantities } = fresh[0].connection.ready;
+    return { full_scale: scale[0], quantity: quantities[0] };
+  }
+
+  /** Each finger that touches goes on in one of `fresh`; those before fade out. */
+  #hand(fresh) {
+    const before = this.fingers;
+    this.fingers = fresh;
+    for (const [index, [id, old]] of [...this.#holders].entries()) {
+      this.#holders.set(id, fresh[index]);
+      if (old.touching) fresh[index].move(old.contact);
+    }
+    for (const finger of before) finger.close();
+    for (const finger of fresh) finger.become(this.scene);
+    this.#tell("state", { state: this.state });
+  }
+
   /** Takes `scene`, under the fingers where that can be; else by new streams. Returns whether they are new, once they
    *  are. */
   async take(scene) {
@@ -92,13 +131,9 @@ export class Session extends EventTarget {
       await this.renew(scene);
       return true;
     }
-    const part = partBetween(this.scene, scene);
     this.scene = scene;
-    if (!Object.keys(part).length) return false;
-    for (const finger of this.fingers) {
-      finger.preparing = true;
-      finger.change(part);
-    }
+    for (const finger of this.fingers) finger.become(scene);
+    if (this.fingers.some(({ scene: { pending } }) => pending)) this.#limit(0);
     this.#tell("state", { state: this.state });
     return false;
   }
@@ -115,28 +150,24 @@ export class Session extends EventTarget {
     this.#holders.delete(id);
   }
 
-  /** The worst state of the fingers: "live"; "preparing" where a change is being solved; "connecting", "broken",
-   *  "ended";  "not started" where there is none. */
+  /** As of standing.js. */
   get state() {
-    if (!this.player) return "not started";
-    return STATES.find((state) => this.fingers.some((finger) => stateOf(finger) === state)) ?? "connecting";
+    return stateOf(this.player, this.fingers);
   }
 
-  /** underruns: of all fingers. latency: s. updateToSound: s, of the slowest finger, or null. */
+  get agreement() {
+    return agreementOf(this.player, this.fingers);
+  }
+
   get stats() {
-    const all = this.fingers.map(({ stats }) => stats);
-    const delays = all.map(({ updateToSound }) => updateToSound).filter((delay) => delay !== null);
-    const underruns = all.reduce((sum, one) => sum + one.underruns, 0);
-    return { underruns, latency: this.player?.latency ?? 0, updateToSound: delays.length ? Math.max(...delays) : null };
+    return statsOf(this.player, this.fingers);
   }
 
   async #open() {
     this.#tell("state", { state: "connecting" });
-    this.player = await Player.open({ sampleRate: rateOf(this.scene) }).catch((error) => {
-      if (error.name !== "NotSupportedError") throw error;
-      throw new Error("This browser cannot play that sample rate: write 48 kHz, or download the WAV.");
-    });
+    this.player = await Player.open({ sampleRate: rateOf(this.scene) });
     this.player.volume = this.#volume;
+    this.player.addEventListener("awake", () => this.#tell("state", { state: this.state }));
     this.#tell("player", { player: this.player });
     await this.#finger().opened;
   }
@@ -153,9 +184,14 @@ export class Session extends EventTarget {
   }
 
   #finger() {
-    const finger = new Finger({ player: this.player, scene: this.#pinned(), record: this.recording });
+    const finger = this.#made(pinned(this.scene, this.fingers[0]?.connection.ready));
     this.fingers.push(finger);
-    for (const type of ["ready", "broken", "resumed", "ended", "scene", "problem"])
+    return finger;
+  }
+
+  #made(scene) {
+    const finger = new Finger({ player: this.player, scene, record: this.recording });
+    for (const type of ["ready", "broken", "resumed", "ended", "agreement"])
       finger.addEventListener(type, ({ detail }) => this.#changed(finger, type, detail));
     finger.addEventListener("block", ({ detail }) =>
       this.#tell("block", { ...detail, finger, ready: finger.connection.ready }),
@@ -163,22 +199,23 @@ export class Session extends EventTarget {
     finger.addEventListener("problem", ({ detail }) =>
       this.#tell("problem", { problem: detail.problem, sentence: detail.problem.detail ?? detail.problem.title }),
     );
-    finger.addEventListener("limited", ({ detail }) => this.#tell("limited", detail));
-    finger.opened = finger.open();
+    finger.addEventListener("limited", ({ detail }) => {
+      if (!this.fingers.includes(finger)) return;
+      this.#recent = detail.gain_reduction_db;
+      this.#limit(Math.max(this.reduction, this.#recent));
+    });
+    finger.opened = finger.open().then(() => finger);
     finger.opened.catch(() => {}); // told with "ended"
     return finger;
   }
 
-  /** The scene with the full scale of the fingers that there are, so that the next one is as loud as they are. */
-  #pinned() {
-    const ready = this.fingers[0]?.connection.ready;
-    const own = ready?.quantities.filter((quantity) => quantity !== "tangential_force") ?? [];
-    if (own.length !== 1 || this.scene.output?.channels) return this.scene;
-    return withField(this.scene, ["output", "full_scale"], ready.full_scale[0]);
+  /** Notes by how many dB the limiter turned the sound down, at most, since the streams or their scene are new. */
+  #limit(reduction) {
+    this.reduction = reduction;
+    this.#tell("limited", { reduction });
   }
 
   #changed(finger, type, detail) {
-    if (["ready", "scene", "problem"].includes(type)) finger.preparing = false;
     if (type === "ready") this.#tell("ready", detail);
     if (type === "ended") this.#drop(finger);
     this.#tell("state", { state: this.state });

@@ -2,7 +2,7 @@
 
 Model: pictures are of the complete scene; the newest answer counts. Waveform and spectrum follow the finger that
 touches first. Harmonics are marked at multiples of speed / period.
-Limits: the picture is at the scene's load, not at that of the hand. */
+Limits: the picture is at the scene's load; a pen that presses harder or softer than the dial is not drawn so. */
 
 import { byId } from "../knobs/element.js";
 import { call } from "../service.js";
@@ -17,9 +17,12 @@ const SILENCE = 480; // frames
 const HARMONICS = 12; // marked; more would hide the spectrum
 
 export class Sight {
+  /** What is just felt, as the service tells it; null before. */
+  felt = null;
   #asked = 0;
   #threshold = null;
   #period = null;
+  #heard = null; // period of the texture that plays, m
 
   constructor({ session, pad }) {
     Object.assign(this, { session, pad });
@@ -35,7 +38,7 @@ export class Sight {
     session.addEventListener("block", ({ detail }) => this.#hear(detail));
   }
 
-  /** Show the surfaces of `scene`; returns once they are shown, or a later scene has taken their place. */
+  /** Show the surfaces of `scene`; returns whether they are shown: false where a later scene has taken their place. */
   async look(scene) {
     this.#asked += 1;
     const asked = this.#asked;
@@ -43,12 +46,13 @@ export class Sight {
     const picture = await call("POST", "/v1/picture", { scene, points: POINTS, phases: PHASES }).catch((error) => {
       if (!overtaken()) throw error;
     });
-    if (overtaken()) return;
+    if (overtaken()) return false;
     this.#period = picture.texture.period;
     this.surface.show({ ...picture.texture, contactLength: picture.finger.length });
     this.surface.zoom(this.pad.metresPerPixel);
     this.contact.show(picture);
     await this.#limits(scene.accuracy?.threshold ?? "fingertip");
+    return !overtaken();
   }
 
   /** The pad's scale is another: metres a CSS pixel. */
@@ -61,9 +65,11 @@ export class Sight {
     const all = [...touches.values()].filter(({ position }) => position !== undefined);
     this.surface.touch(all.map(({ position }) => position));
     if (!all.length || !this.#period) return;
+    this.#heard ??= this.#period;
     const [{ position, speed }] = all;
     this.contact.at((((-position / this.#period) % 1) + 1) % 1); // the surface moves as the finger does not
-    const fundamental = Math.abs(speed) / this.#period;
+    if (this.session.agreement !== "coming") this.#heard = this.#period; // ticks are those of what plays
+    const fundamental = Math.abs(speed) / this.#heard;
     if (fundamental > 1) this.waveform.expect(fundamental);
     this.spectrum.mark(
       fundamental > 1 ? Array.from({ length: HARMONICS }, (_, index) => (index + 1) * fundamental) : [],
@@ -73,7 +79,8 @@ export class Sight {
   async #limits(name) {
     if (name === this.#threshold) return;
     this.#threshold = name;
-    this.spectrum.threshold(await call("GET", `/v1/threshold?name=${name}&low=1&high=5000&points=100`));
+    this.felt = await call("GET", `/v1/threshold?name=${name}&low=1&high=5000&points=100`);
+    this.spectrum.threshold(this.felt);
   }
 
   #hear({ samples, ready, finger }) {

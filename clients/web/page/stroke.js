@@ -12,6 +12,8 @@ import { Dial } from "./dial.js";
 const PIXEL = 0.0254 / 96; // m
 const KEY_STEP = 8; // ms between the contacts of a finger moved by keys
 const LOUDER = 1.25; // of the load, a press of + or -
+const [LOAD, SPEED] = [0.3, 0.08]; // N and m/s: those of a scene that tells none
+const MOST_LOAD = 1000; // N, of a scene and of a contact
 const KEYS = "keys";
 const HAND = "hand";
 
@@ -21,31 +23,25 @@ export class Pad {
   #scale = PIXEL;
   #keys = { down: false, position: null, way: 0, timer: 0, at: 0 };
 
-  /** session: what is moved. onTouch(): the touches changed. onScale(metresPerPixel). load: N at first. tell(sentence).
-   *  */
-  constructor({ session, onTouch, onScale, load, tell }) {
+  /** session: what is moved. state: the SceneState, whose scan the dials show and write. onTouch(): the touches
+   *  changed. onScale(metresPerPixel). tell(sentence). */
+  constructor({ session, state, onTouch, onScale, tell }) {
     Object.assign(this, { session, onTouch, tell });
     this.element = byId("pad");
     this.load = new Dial("load", {
-      minimum: 0.001,
-      maximum: 20,
-      unit: "N",
-      value: load,
+      ...{ state, minimum: 0.001, maximum: 20, unit: "N", usual: LOAD },
       onChange: (value) => this.#press(value),
     });
     this.speed = new Dial("speed", {
-      minimum: 0.001,
-      maximum: 2,
-      unit: "m/s",
-      value: 0.08,
+      ...{ state, minimum: 0.001, maximum: 2, unit: "m/s", usual: SPEED },
       onChange: (value) => {
         if (this.stroker) this.stroker.speed = value;
       },
     });
     this.stroker = new Stroker({
       length: 0.05,
-      speed: 0.08,
-      load,
+      speed: this.speed.value,
+      load: this.load.value,
       onMove: (contact) => this.move(HAND, contact),
       onLift: () => this.lift(HAND),
     });
@@ -55,7 +51,8 @@ export class Pad {
       onMove: (id, contact) => this.move(id, contact),
       onLift: (id) => this.lift(id),
     });
-    for (const type of ["pointerdown", "click"]) this.element.addEventListener(type, (event) => this.#wake(event));
+    for (const type of ["pointerdown", "click"])
+      this.element.addEventListener(type, () => session.start().catch(() => {}));
     this.element.addEventListener("keydown", (event) => this.#key(event));
     this.element.addEventListener("keyup", (event) => event.key.startsWith("Arrow") && this.#halt());
     this.element.addEventListener("blur", () => this.#liftKeys());
@@ -134,10 +131,6 @@ export class Pad {
       if (position !== undefined) this.session.move(id, { position, load, time });
   }
 
-  #wake(event) {
-    if (event.pointerType !== "touch" || event.type === "click") this.session.start().catch(() => {});
-  }
-
   #press(load) {
     if (!this.stroker) return;
     this.stroker.load = load;
@@ -149,11 +142,16 @@ export class Pad {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     if (way) this.#go(way);
     else if (event.key === " ") this.#toggle();
-    else if (["+", "="].includes(event.key)) this.load.value *= LOUDER;
-    else if (event.key === "-") this.load.value /= LOUDER;
+    else if (["+", "="].includes(event.key)) this.#pressBy(LOUDER);
+    else if (event.key === "-") this.#pressBy(1 / LOUDER);
     else return;
     event.preventDefault();
     if (event.key === "+" || event.key === "=" || event.key === "-") this.tell(`Load ${this.load.output.textContent}.`);
+  }
+
+  #pressBy(factor) {
+    const load = Math.max(this.load.minimum, Math.abs(this.load.value)) * factor;
+    this.load.write(Number(Math.min(MOST_LOAD, load).toPrecision(3)));
   }
 
   #go(way) {
@@ -168,7 +166,10 @@ export class Pad {
   #step() {
     const keys = this.#keys;
     const time = performance.now() / 1e3;
-    keys.position = Math.min(this.length, Math.max(0, keys.position + keys.way * this.speed.value * (time - keys.at)));
+    keys.position = Math.min(
+      this.length,
+      Math.max(0, keys.position + keys.way * Math.abs(this.speed.value) * (time - keys.at)),
+    );
     keys.at = time;
     if (keys.down) this.move(KEYS, { position: keys.position, load: this.load.value, time });
   }

@@ -1,36 +1,36 @@
 /* What is done with a scene as a whole: undo, redo, links, files, sections opened and closed. */
 
 import { byId } from "../knobs/element.js";
-import { History } from "../knobs/history.js";
 import { BrokenLink, hashOf, sceneIn } from "../knobs/link.js";
 import { callBinary } from "../service.js";
 import { save, saveText } from "./save.js";
 
-/** The tools of `form`; tell(sentence) tells what became of it. */
+/** The tools of the scene of `state`; form: whose sections are opened. tell(sentence) tells what became of it. */
 export class Tools {
-  constructor({ form, tell }) {
-    Object.assign(this, { form, tell });
-    this.history = new History(form.scene);
-    form.addEventListener("change", ({ detail }) => this.#note(detail));
-    this.#on("undo", () => this.#go(this.history.undo(), "Undone."));
-    this.#on("redo", () => this.#go(this.history.redo(), "Redone."));
+  constructor({ state, form, tell }) {
+    Object.assign(this, { state, form, tell });
+    state.addEventListener("change", ({ detail }) => this.#note(detail));
+    this.#on("undo", () => state.undo() && tell("Undone."));
+    this.#on("redo", () => state.redo() && tell("Redone."));
     this.#on("share", () => this.#share());
     this.#on("save-wav", () => this.#render());
-    this.#on("save-scene", () => saveText(`${JSON.stringify(form.scene, null, 2)}\n`, "scene.json"));
+    this.#on("save-scene", () => saveText(`${JSON.stringify(state.scene, null, 2)}\n`, "scene.json"));
     this.#on("fold", () => this.#fold());
     byId("open-scene").addEventListener("change", () => this.#read());
     document.addEventListener("keydown", (event) => this.#key(event));
     addEventListener("hashchange", () => this.follow());
   }
 
-  /** Take the scene of the address, where it has one. */
+  /** Take the scene of the address, where it has one; returns whether it has. */
   follow() {
     try {
       const scene = sceneIn(location.hash);
-      if (scene) this.form.take(scene);
+      if (scene) this.state.take(scene);
+      return Boolean(scene);
     } catch (error) {
       if (!(error instanceof BrokenLink)) throw error;
       this.tell(error.message);
+      return false;
     }
   }
 
@@ -39,15 +39,24 @@ export class Tools {
   }
 
   #note({ scene, settled }) {
-    if (settled) this.history.push(scene);
-    byId("undo").disabled = !this.history.canUndo;
-    byId("redo").disabled = !this.history.canRedo;
+    byId("undo").disabled = !this.state.canUndo;
+    byId("redo").disabled = !this.state.canRedo;
+    if (settled) this.#address(scene);
   }
 
-  #go(scene, sentence) {
-    if (!scene) return;
-    this.form.take(scene);
-    this.tell(sentence);
+  /** The address is always the link to the scene: what is reloaded, or copied from there, is what is shown. */
+  #address(scene) {
+    let hash = "";
+    try {
+      if (Object.keys(scene).length) hash = hashOf(scene);
+    } catch {
+      /* too long for a link: "Copy link" says so */
+    }
+    try {
+      history.replaceState(null, "", hash || location.pathname + location.search);
+    } catch {
+      /* some browsers allow a hundred in half a minute: the next change tries again */
+    }
   }
 
   #key(event) {
@@ -58,8 +67,7 @@ export class Tools {
   }
 
   async #share() {
-    const hash = hashOf(this.form.scene);
-    history.replaceState(null, "", hash);
+    history.replaceState(null, "", hashOf(this.state.scene));
     try {
       await navigator.clipboard.writeText(location.href);
       this.tell("The link is copied: whoever opens it has this scene.");
@@ -73,7 +81,7 @@ export class Tools {
     button.disabled = true;
     this.tell("The sound is being rendered.");
     try {
-      const answer = await callBinary("POST", "/v1/render?format=wav", this.form.scene);
+      const answer = await callBinary("POST", "/v1/render?format=wav", this.state.scene);
       save(await answer.blob(), "touch.wav");
       this.tell(answer.headers.get("Ridgewave-Warning") ?? "The WAV is ready.");
     } finally {
@@ -93,7 +101,7 @@ export class Tools {
     }
     if (typeof scene !== "object" || scene === null || Array.isArray(scene))
       return this.tell("This file is no scene: choose a JSON file that holds one object.");
-    this.form.take(scene.format === "ridgewave-recording" ? scene.scene : scene);
+    this.state.take(scene.format === "ridgewave-recording" ? scene.scene : scene);
   }
 
   #fold() {

@@ -224,9 +224,12 @@ function tableOf(measured) {
       }),
     ),
   );
+  const compiled = measured.compile_seconds ? `; ${inWords(measured.compile_seconds, "s", 2)} of it compiled them` : "";
+  const once = `Once a process: ${inWords(measured.process_seconds, "s", 2)} to start, import, and load its kernels`;
   return element(
     "div",
     { className: "accuracy-table", tabIndex: 0, role: "region", ariaLabel: "Table of methods" },
     table,
+    element("p", {}, `${once}${compiled}.`),
   );
 }

@@ -40,7 +40,8 @@ export function costOf(document, row) {
 export function seriesOf(document) {
   const groups = new Map();
   for (const row of document.methods) {
-    const pattern = row.method.replaceAll(/\d+/g, "#").replaceAll(/harmonics?/g, "harmonics");
+    const numbers = row.family === "baseline" ? /\d+/ : /\d+/g;
+    const pattern = row.method.replace(numbers, "#").replaceAll(/harmonics?/g, "harmonics");
     const key = `${row.family}|${pattern}`;
     if (!groups.has(key)) groups.set(key, { family: row.family, pattern, rows: [] });
     groups.get(key).rows.push(row);
@@ -52,9 +53,9 @@ export function seriesOf(document) {
       .split(",")
       .slice(1)
       .map((part) => part.trim())
-      .filter((part) => !part.includes("#"));
+      .filter((part) => !/[#\d]/.test(part));
     one.name = [FAMILIES[one.family] ?? one.family, ...kind].join(", ");
-    one.open = kind.includes("linear");
+    one.open = kind.includes("linear") || kind.includes("tabled");
     one.rows.sort((first, second) => numberOf(first.method) - numberOf(second.method));
   }
   return series;

@@ -29,6 +29,7 @@ export function costInWords(cost) {
     ["a frame", inWords(cost.ns_per_frame * 1e-9, "s", 2)],
     ["speed", `${Number(cost.times_real_time.toPrecision(2))} × real time`],
     ["memory", bytesInWords(cost.memory_bytes)],
+    ...(cost.process_seconds ? [["once a process", inWords(cost.process_seconds, "s", 2)]] : []),
   ];
 }
 

@@ -21,6 +21,7 @@ const CALM_EVERY = 250; // ms between two drawings where less motion is asked fo
 /** What a sample may be: its SI unit, and how often displacement is differentiated to get it (null: it is none of it).
  *  */
 export const QUANTITIES = {
+  approach: { name: "approach", unit: "m", order: 0 },
   displacement: { name: "displacement", unit: "m", order: 0 },
   velocity: { name: "velocity", unit: "m/s", order: 1 },
   acceleration: { name: "acceleration", unit: "m/s²", order: 2 },

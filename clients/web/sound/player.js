@@ -3,8 +3,9 @@
     source (ring, level) -> mix -> channels of the device -> volume -> destination
 
 At level 1 the mix holds the very samples that were given. Volume and levels move without clicks, within some 50 ms.
-A pause that the browser or the system makes ends as soon as they allow it, at the next click or key press at the latest.
-Limits: to be opened in a click or a key press, else the browser keeps it silent. The output device can be chosen where
+A player that was opened before the browser lets the page sound, or was paused, is asleep: it wakes in the first gesture
+that may wake it. A mouse may with its press, a finger with its lift (never with its touch), a key with its press.
+Limits: what is given to a player that is asleep waits. The output device can be chosen where
 the browser can (`canChooseOutput`). What lies behind the browser's `outputLatency` (a Bluetooth link, an amplifier)
 is not known to it. */
 
@@ -12,11 +13,12 @@ import { Depth } from "./depth.js";
 import { glide, Source } from "./source.js";
 import { Tap } from "./tap.js";
 
-const WAKING = ["pointerdown", "keydown", "visibilitychange"]; // in which a browser may let a page sound again
+/** In which a browser may let a page sound. A finger that drags never clicks: its lift is what counts. */
+const WAKING = ["pointerdown", "mousedown", "pointerup", "touchend", "click", "keydown", "visibilitychange"];
 const QUIET = 0.1; // volume at first: vibration made for an actuator is loud in headphones
 
-/** The output: `await Player.open()` in a click. */
-export class Player {
+/** The output. Event "awake": it sounds now, or no longer. */
+export class Player extends EventTarget {
   #sources = new Set();
   #wanted = QUIET;
   #channels = [0, 1];
@@ -24,12 +26,12 @@ export class Player {
   /** How much is kept queued, for all sources: what the machine and the network bear. */
   depth;
 
-  /** Returns a player that runs. sampleRate: Hz, that of the scene. latencyHint: as of AudioContext. */
+  /** Returns a player, awake where the browser allows it. sampleRate: Hz, that of the scene. latencyHint: as of AudioContext. */
   static async open({ sampleRate = 48000, latencyHint = "interactive" } = {}) {
-    const context = new AudioContext({ sampleRate, latencyHint });
+    const context = contextOf(sampleRate, latencyHint);
     try {
+      context.resume().catch(() => {}); // in the gesture itself; where it is none that wakes, another one will
       await context.audioWorklet.addModule(new URL("./ring.js", import.meta.url));
-      await context.resume();
     } catch (error) {
       await context.close();
       throw error;
@@ -38,6 +40,7 @@ export class Player {
   }
 
   constructor(context) {
+    super();
     this.context = context;
     this.depth = new Depth(context.sampleRate);
     const discrete = { channelCount: 2, channelCountMode: "explicit", channelInterpretation: "discrete" };
@@ -46,8 +49,16 @@ export class Player {
     context.destination.channelInterpretation = "discrete";
     this.master.connect(context.destination);
     this.#route();
-    context.addEventListener("statechange", this.#wake);
+    context.addEventListener("statechange", () => {
+      this.#wake();
+      this.dispatchEvent(new CustomEvent("awake"));
+    });
     for (const kind of WAKING) window.addEventListener(kind, this.#wake, true);
+  }
+
+  /** Whether the browser lets it sound. */
+  get awake() {
+    return this.context.state === "running";
   }
 
   /** Hz. */
@@ -151,5 +162,14 @@ export class Player {
     this.mix.connect(splitter);
     merger.connect(this.master);
     this.#routing = [splitter, merger];
+  }
+}
+
+function contextOf(sampleRate, latencyHint) {
+  try {
+    return new AudioContext({ sampleRate, latencyHint });
+  } catch (error) {
+    if (error.name !== "NotSupportedError") throw error;
+    throw new Error("This browser cannot play that sample rate: write 48 kHz, or download the WAV.");
   }
 }

@@ -1,25 +1,14 @@
 /* What the motors of controllers make of the vibration: each follows the sound of its own hand.
 
-Model: strengths of haptics/envelope.js, silent below the least acceleration that a fingertip feels at any frequency.
+Model: strengths of haptics/envelope.js: what a fingertip feels of the vibration.
 Limits: a controller has a motor of one pitch; a tracked hand has none, and feels nothing. Blocks come ahead of their
 sound by what the player keeps queued. */
 
 import { Actuators } from "../haptics/actuators.js";
 import { Envelope } from "../haptics/envelope.js";
 
-/**
- * @param {{frequencies: number[], displacement: number[]}} threshold Hz, and peak displacement that is just felt (m)
- * @returns {number} the least acceleration that is felt (m/s^2)
- */
-export function leastFelt({ frequencies, displacement }) {
-  return frequencies.reduce(
-    (least, hertz, index) => Math.min(least, (2 * Math.PI * hertz) ** 2 * displacement[index]),
-    Infinity,
-  );
-}
-
 export class Buzz {
-  /** @param {number} threshold acceleration that is just felt (m/s^2) */
+  /** @param {{frequencies: number[], displacement: number[]} | null} threshold what is just felt: Hz, and m peak */
   constructor(threshold) {
     this.threshold = threshold;
     this.session = null;
@@ -41,9 +30,10 @@ export class Buzz {
    */
   feel(hand, finger, samples) {
     if (!this.session) return;
-    const { sample_rate: rate, channels, full_scale: scales } = finger.connection.ready;
+    const { sample_rate: rate, quantities, full_scale: fullScale } = finger.connection.ready;
+    const { threshold } = this;
     if (!this.envelopes.has(finger)) {
-      this.envelopes.set(finger, new Envelope({ rate, channels, threshold: this.threshold, fullScale: scales[0] }));
+      this.envelopes.set(finger, new Envelope({ rate, quantities, fullScale, threshold }));
     }
     this.#motor(hand).push(this.envelopes.get(finger).push(samples), hand);
   }

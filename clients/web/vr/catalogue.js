@@ -3,11 +3,10 @@
 Limits: a texture whose heights the service cannot tell is left out. */
 
 import { call } from "../service.js";
-import { leastFelt } from "./buzz.js";
 import { chooseSwatches, lengthText } from "./table.js";
 
 const POINTS = 512; // heights of a period: more than any swatch shows of one
-const FELT = { low: 20, high: 1000 }; // Hz, what a fingertip feels as vibration
+const FELT = { low: 10, high: 1000 }; // Hz, what a fingertip feels as vibration
 
 /**
  * @returns {Promise<{name: string, title: string, scene: object, period: number, height: number, heights: number[],
@@ -19,13 +18,13 @@ export async function loadSwatches() {
   return chooseSwatches(pictured.filter(Boolean));
 }
 
-/** @returns {Promise<number>} the least acceleration that a fingertip feels (m/s^2), 0 where the service does not tell
- *  */
+/** @returns {Promise<{frequencies: number[], displacement: number[]} | null>} what is just felt, null where the service
+ *  does not tell */
 export async function loadThreshold() {
   try {
-    return leastFelt(await call("GET", `/v1/threshold?name=fingertip&low=${FELT.low}&high=${FELT.high}&points=100`));
+    return await call("GET", `/v1/threshold?name=fingertip&low=${FELT.low}&high=${FELT.high}&points=100`);
   } catch {
-    return 0;
+    return null;
   }
 }
 

@@ -15,9 +15,10 @@ export class Hands {
    *   gets; `hand`: "left", "right", or empty where it is no hand of a headset
    * @param {(hand: string) => void} parts.onLift
    * @param {(error: Error) => void} parts.onProblem
+   * @param {(reduction: number) => void} parts.onLimited the limiter turns a fingertip down, dB
    */
-  constructor({ room, swatches, open, onBlock, onLift, onProblem }) {
-    Object.assign(this, { room, swatches, open, onBlock, onLift, onProblem });
+  constructor({ room, swatches, open, onBlock, onLift, onProblem, onLimited }) {
+    Object.assign(this, { room, swatches, open, onBlock, onLift, onProblem, onLimited });
     this.known = new Map();
   }
 
@@ -45,6 +46,11 @@ export class Hands {
     return touches;
   }
 
+  /** Gives each fingertip that the limiter turned down a larger full scale. */
+  rescale() {
+    for (const { toucher } of this.known.values()) toucher.rescale();
+  }
+
   /** Lifts every fingertip and ends its session. */
   close() {
     for (const [id, hand] of this.known) {
@@ -57,9 +63,9 @@ export class Hands {
   #hand({ id, hand: name = "" }) {
     if (!this.known.has(id)) {
       const hand = { name, follower: new TipFollower(this.room.layout), touched: false };
-      const { swatches, open, onProblem } = this;
+      const { swatches, open, onProblem, onLimited } = this;
       const onBlock = (samples, finger) => hand.touched && this.onBlock(name, finger, samples);
-      hand.toucher = new Toucher({ swatches, open, onBlock, onProblem });
+      hand.toucher = new Toucher({ swatches, open, onBlock, onProblem, onLimited });
       this.known.set(id, hand);
     }
     return this.known.get(id);

@@ -11,16 +11,20 @@ import { turned } from "../live/contact.js";
 const NEAR = 0.05;
 const IDLE = 5; // s
 const PAUSE = 1; // s until another try after a session that could not be opened
+const ROOM = 1.25; // between what the limiter called for and a full scale: it told of the past only
 const AT_REST = { scan: { speed: 0, load: 0 } };
 
 export class Toucher {
   /**
    * @param {{swatches: {scene: object}[], open: (scene: object) => Promise<Finger | null>, onBlock?: (samples:
-   *   Float32Array, finger: Finger) => void, onProblem?: (error: Error) => void}} parts `open` gives an opened Finger
+   *   Float32Array, finger: Finger) => void, onProblem?: (error: Error) => void, onLimited?: (reduction: number) => void}}
+   *   parts `onLimited`: the limiter turns this finger down, dB. `open` gives an opened Finger
    *   for a scene, null where sound has not begun
    */
-  constructor({ swatches, open, onBlock = () => {}, onProblem = () => {} }) {
-    Object.assign(this, { swatches, open, onBlock, onProblem });
+  constructor({ swatches, open, onBlock = () => {}, onProblem = () => {}, onLimited = () => {} }) {
+    Object.assign(this, { swatches, open, onBlock, onProblem, onLimited });
+    this.scales = new Map(); // index of a swatch -> the full scale that the limiter called for, SI
+    this.reduction = 0; // dB by which the limiter turned this finger down, as it was told last
     this.index = null;
     this.finger = null;
     this.touching = false;
@@ -58,22 +62,54 @@ export class Toucher {
     this.finger?.close();
     this.finger = null;
     this.index = null;
+    this.reduction = 0;
+  }
+
+  /** Opens another session for the swatch, with the full scale that the limiter called for, and goes on with it. */
+  async rescale() {
+    const { finger, index, reduction } = this;
+    if (!finger || !reduction) return;
+    this.reduction = 0;
+    this.scales.set(index, finger.connection.ready.full_scale[0] * 10 ** (reduction / 20) * ROOM);
+    try {
+      const fresh = await this.open(this.#scene(index));
+      if (this.finger !== finger) return fresh?.close();
+      if (fresh) this.#go(fresh);
+      if (fresh) finger.close();
+    } catch (error) {
+      this.onProblem(error);
+    }
+  }
+
+  #scene(index) {
+    const scene = { ...this.swatches[index].scene, ...AT_REST };
+    const scale = this.scales.get(index);
+    return scale ? { ...scene, output: { ...scene.output, full_scale: scale } } : scene;
+  }
+
+  #go(finger) {
+    finger.addEventListener("block", ({ detail }) => this.onBlock(detail.samples, finger));
+    finger.addEventListener("limited", ({ detail }) => {
+      if (this.finger !== finger) return;
+      this.reduction = detail.gain_reduction_db; // the last: the most may be of a landing
+      this.onLimited(this.reduction);
+    });
+    for (const kind of ["problem", "ended"]) finger.addEventListener(kind, ({ detail }) => this.#fail(finger, detail));
+    this.finger = finger;
+    this.touching = false;
   }
 
   async #begin(index, time) {
     this.close();
     this.index = index;
     try {
-      const finger = await this.open({ ...this.swatches[index].scene, ...AT_REST });
+      const finger = await this.open(this.#scene(index));
       if (this.index !== index || !finger || this.finger) {
         finger?.close();
         if (!finger && this.index === index) this.index = null;
         return;
       }
-      finger.addEventListener("block", ({ detail }) => this.onBlock(detail.samples, finger));
-      for (const kind of ["problem", "ended"])
-        finger.addEventListener(kind, ({ detail }) => this.#fail(finger, detail));
-      this.finger = finger;
+      this.#go(finger);
     } catch (error) {
       if (this.index === index) this.index = null;
       this.blocked = time + PAUSE;

@@ -1,0 +1,125 @@
+"""Places for work that takes a millisecond or a minute, which nobody knows before: what turns out long makes room.
+
+Model: work begins in one of a few places. After LONG_SECONDS it is long: it gives its place up, is told so, that it
+    may go on at a lower priority, and counts as long work of its client and of all. So short work waits for short work
+    only. Where a client has as much long work as it may have, or all have, the next one keeps its place; a client keeps
+    half of the places at most. Clients that wait take turns.
+Limits: of one event loop. The bounds count work and not its seconds; renders have bounds of those (`rendering`).
+"""
+
+from __future__ import annotations
+
+import asyncio
+import os
+from collections import Counter, OrderedDict, deque
+from collections.abc import Callable
+
+LONG_SECONDS = 0.5  # shorter, and opening the default scene on a busy machine is long work
+STARVED_SECONDS = 1.0  # of waiting for others: readiness says so
+SHORT_PLACES = 4 * max(2, os.cpu_count() or 2)  # fewer wait for each other; more share the processors in smaller parts
+
+
+class Place:
+    """The place of one work. lower: called when it has become long."""
+
+    def __init__(self, places: Places, client: str, lower: Callable[[], None] = lambda: None) -> None:
+        self.client, self.lower = client, lower
+        self.long = False
+        self._places = places
+        loop = asyncio.get_running_loop()
+        self.overdue_at = loop.time() + LONG_SECONDS
+        self._alarm = loop.call_at(self.overdue_at, places.look)
+
+    def leave(self) -> None:
+        """Give the place up; again is the same as once."""
+        self._alarm.cancel()
+        self._places.left(self)
+
+
+Waiting = tuple[float, Callable[[], None], "asyncio.Future[Place]"]
+
+
+class Places:
+    """The places of one kind of work.
+
+    for_client, for_all: how much of it may be long at one time. waited: told how long (s) each waited for its place.
+    """
+
+    def __init__(self, for_client: int, for_all: int, waited: Callable[[float], None]) -> None:
+        self._for_client, self._for_all, self._waited = for_client, for_all, waited
+        self._held: set[Place] = set()
+        self._short: Counter[str] = Counter()
+        self._long: Counter[str] = Counter()
+        self._queues: OrderedDict[str, deque[Waiting]] = OrderedDict()
+
+    def starved(self) -> float:
+        """Return for how many seconds a client has waited for others; 0 below STARVED_SECONDS."""
+        if not self._queues:
+            return 0.0
+        now = asyncio.get_running_loop().time()
+        waits = [now - queue[0][0] for client, queue in self._queues.items() if self._may_begin(client)]
+        longest = max(waits, default=0.0)
+        return longest if longest >= STARVED_SECONDS else 0.0
+
+    async def enter(self, client: str, lower: Callable[[], None] = lambda: None) -> Place:
+        """Return a place for work of `client` once there is one."""
+        loop = asyncio.get_running_loop()
+        began = loop.time()
+        turn: asyncio.Future[Place] = loop.create_future()
+        self._queues.setdefault(client, deque()).append((began, lower, turn))
+        self.look()
+        try:
+            place = await turn
+        except asyncio.CancelledError:
+            if turn.done() and not turn.cancelled():
+                turn.result().leave()
+            self.look()
+            raise
+        self._waited(loop.time() - began)
+        return place
+
+    def left(self, place: Place) -> None:
+        """Take note that the work of `place` is over, or needs no place any more."""
+        if place in self._held:
+            self._held.discard(place)
+            self._count(place, -1)
+            self.look()
+
+    def look(self) -> None:
+        """Have overdue work become long as far as there is room, and waiting work begin."""
+        now = asyncio.get_running_loop().time()
+        for place in [held for held in self._held if not held.long and held.overdue_at <= now]:
+            if self._long[place.client] < self._for_client and self._long.total() < self._for_all:
+                self._count(place, -1)
+                place.long = True
+                self._count(place, 1)
+                place.lower()
+        while self._short.total() < SHORT_PLACES and (client := self._next()) is not None:
+            _, lower, turn = self._queues[client].popleft()
+            if turn.done():
+                continue  # whoever waited has gone
+            place = Place(self, client, lower)
+            self._held.add(place)
+            self._count(place, 1)
+            turn.set_result(place)
+
+    def _next(self) -> str | None:
+        """Return the client whose turn it is, None where nobody waits who may begin."""
+        for client, queue in list(self._queues.items()):
+            while queue and queue[0][2].done():
+                queue.popleft()
+            if not queue:
+                del self._queues[client]
+            elif self._may_begin(client):
+                self._queues.move_to_end(client)
+                return client
+        return None
+
+    def _may_begin(self, client: str) -> bool:
+        return self._short[client] < SHORT_PLACES // 2
+
+    def _count(self, place: Place, change: int) -> None:
+        counted = self._long if place.long else self._short
+        counted[place.client] += change
+        if not counted[place.client]:
+            del counted[place.client]

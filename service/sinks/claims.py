@@ -1,0 +1,40 @@
+"""Which audio devices play: one play a device, since a device would sound the sum of two.
+
+Model: a play claims its device by PortAudio's index before it opens it, and gives it back when its stream has ended.
+    One that is just ending is waited for, so that a play may follow another at once.
+Limits: of one process. Another process's sound is not seen, nor that two names may lead to one piece of hardware:
+    ALSA's "default" is another device here than the card behind it.
+"""
+
+from __future__ import annotations
+
+import threading
+
+from synth.errors import CannotRender
+
+PATIENCE_SECONDS = 0.5  # for a play that ends: its fade, and the ring that a device still plays, take 0.1 s
+
+
+class DeviceBusy(CannotRender):
+    """Something plays on the device already."""
+
+
+class Claims:
+    """The devices that play, for plays in any thread."""
+
+    def __init__(self) -> None:
+        self._taken: set[int] = set()
+        self._changed = threading.Condition()
+
+    def take(self, index: int, name: str, patience: float = PATIENCE_SECONDS) -> None:
+        """Claim the device `index`, called `name`; raises DeviceBusy where it is not free within `patience` seconds."""
+        with self._changed:
+            if not self._changed.wait_for(lambda: index not in self._taken, patience):
+                raise DeviceBusy(f"{name} plays already. End that play, or name another device.")
+            self._taken.add(index)
+
+    def give_back(self, index: int) -> None:
+        """Let the device be claimed again."""
+        with self._changed:
+            self._taken.discard(index)
+            self._changed.notify_all()
