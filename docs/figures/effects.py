@@ -2,8 +2,8 @@
 
     python -m docs.figures.effects [FOLDER]
 
-Every scene is the default scene, changed where the figure says so. Needs the extra `plots`. The same versions draw the
-same bytes.
+Every scene is the default scene at full band, changed where the figure says so. Needs the extra `plots`. The same
+versions draw the same bytes.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from docs.figures.look import BLUE, FAINT, GREEN, INK, LOOK, RED, Real, new_figure, saved
 from synth import Voice, open_voice, parse_scene
-from synth.simulation.steppers import stiffness_round
-from synth.simulation.steps import HEIGHT, ROWS
+from synth.effects.simulation.steppers import stiffness_round
+from synth.effects.simulation.steps import HEIGHT, ROWS
 
 Settings = Mapping[str, Any]
 HERE = Path(__file__).resolve().parent
@@ -41,7 +41,7 @@ def main(folder: Path = HERE) -> None:
 
 def voice_of(effects: Settings, *channels: str, **sections: Any) -> Voice:
     """Return a voice of the default scene with `effects`, its `channels`, and other `sections`."""
-    output = {"channels": [{"quantity": name} for name in channels or ("displacement",)]}
+    output = {"channels": [{"quantity": name} for name in channels or ("displacement",)], "bandwidth": "full"}
     return open_voice(parse_scene({"effects": dict(effects), "output": output} | sections))
 
 

@@ -41,7 +41,7 @@ from docs.figures.following_measures import (
     strokes,
 )
 from docs.figures.look import BLUE, FAINT, GREEN, INK, LOOK, RED, Real, new_figure, saved
-from synth.motion import LOAD
+from synth.motion.motion import LOAD
 
 HERE = Path(__file__).resolve().parent
 HZ = 125.0  # of the updates that are drawn: an old mouse, a headset at half of its own rate

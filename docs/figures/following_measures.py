@@ -2,7 +2,8 @@
 
 Model   A hand is a function of time. It is sampled at a rate, rounded as a mouse does, stamped with a rough clock, and
         arrives late by an exponential jitter, or never; the newest before a block is applied at its first frame.
-        Alternatives to `synth.following` differ in the line that they aim at and in the curve that joins it.
+        Alternatives to `synth.motion.update_smoothing` differ in the line that they aim at and in the curve that joins
+        it.
 Limits  the network's least delay is taken as none: every way pays it alike.
 """
 
@@ -15,9 +16,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from docs.figures.look import Real
-from synth.following import DELAY, QUICKEST, SLOWEST, TIGHTNESS, Follower, Update
-from synth.following_track import INTERVAL, late_by, new_track, slope_with
-from synth.motion import LOAD, SPEED, SPEED_RATE
+from synth.motion.motion import LOAD, SPEED, SPEED_RATE
+from synth.motion.smoothing_track import INTERVAL, late_by, new_track, slope_with
+from synth.motion.update_smoothing import DELAY, QUICKEST, SLOWEST, TIGHTNESS, Follower, Update
 
 RATE, BLOCK = 48000, 480  # frames a second; 10 ms, the service's own
 PERIOD = 0.8e-3  # m: texture of the default scene
@@ -120,7 +121,7 @@ Way = Callable[[Arrivals, int], Moves]
 
 
 def chosen(applied: Arrivals, frames: int) -> Moves:
-    """Return position, speed and acceleration of `synth.following`."""
+    """Return position, speed and acceleration of `synth.motion.update_smoothing`."""
     samples, position = followed(applied, frames)
     return position, samples[SPEED], samples[SPEED_RATE]
 
@@ -286,7 +287,7 @@ def load_figures(hz: float, decay: float, seeds: Iterable[int] = range(4)) -> tu
 
 
 def low_passed(applied: Arrivals, frames: int, decay: float) -> tuple[Real, Real]:
-    """Return the load of updates and its rate, held and low-passed; `synth.following` does it at LOAD_DECAY."""
+    """Return the load of updates and its rate, held and low-passed; `update_smoothing` does it at LOAD_DECAY."""
     way = Alternative(held=True, decay=decay)
     load, rate, _bend = way([(frame, one._replace(position=one.load)) for frame, one in applied], frames)
     return load, rate

@@ -2,7 +2,8 @@
 
     python -m docs.figures.waveform [FOLDER]
 
-The scene is that of the README's first command, rendered as displacement and as acceleration. Needs the extra `plots`.
+The scene is that of the README's first command, rendered as displacement and as acceleration at full
+band. Needs the extra `plots`.
 The same versions draw the same bytes.
 """
 
@@ -21,11 +22,15 @@ from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from docs.figures.look import BLUE, FAINT, INK, LOOK, RED, Real, new_figure, saved
 from synth import open_voice, parse_scene
-from synth.scene import Scene
+from synth.scene.scene import Scene
 
 HERE = Path(__file__).resolve().parent
 SCENE = HERE.parent / "examples" / "paper-finger.json"
-OUTPUT = {"channels": [{"quantity": "displacement"}, {"quantity": "acceleration"}], "duration": 2.0}
+OUTPUT = {
+    "channels": [{"quantity": "displacement"}, {"quantity": "acceleration"}],
+    "duration": 2.0,
+    "bandwidth": "full",
+}
 PERIODS = 3  # of the texture, drawn
 FELT_HZ = 1000.0  # what a fingertip feels ends about here (docs/examples/README.md, back-and-forth.json)
 LOWEST_HZ, HIGHEST_HZ = 60.0, 24000.0
