@@ -12,10 +12,10 @@ import pytest
 from clients.accuracy_command import COLUMNS
 from clients.parser import parse
 from clients.scene_argument import read_scene
-from synth.contact.closed import full_contact
+from synth.contact.full_contact import full_contact
 from synth.contact.geometry import Geometry
 from synth.contact.stiffness import Stiffness
-from synth.scene import Scene, scene_document
+from synth.scene.scene import Scene, parse_scene, scene_document
 from tests.accuracy_case import document
 from tests.readme_blocks import code_blocks
 
@@ -76,7 +76,7 @@ def test_the_numbers_of_a_figure_are_of_the_commands_scene(name: str) -> None:
 
 def test_the_scenes_are_what_the_page_calls_them() -> None:
     default, locked = scene_of("accuracy-default"), scene_of("accuracy-locked")
-    assert default == Scene()
+    assert default == parse_scene({"output": {"bandwidth": "full"}})
     assert locked.texture.period == locked.finger.ridge_period
     assert scene_of("accuracy-light").scan.load == 0.001
     full = scene_of("accuracy-full-contact")
@@ -96,10 +96,37 @@ def test_every_field_of_a_method_has_its_line_and_its_column() -> None:
     assert {" ".join(column.split()) for column in COLUMNS if column} <= named
 
 
+def test_the_claims_about_the_default_scene_are_those_of_its_numbers() -> None:
+    kept = json.loads((ROOT / "docs" / "figures" / "accuracy-default" / "accuracy.json").read_text("utf-8"))
+    rows = {row["method"]: row for row in kept["methods"]}
+    solved = {
+        tuple(map(int, re.findall(r"\d+", name))): row
+        for name, row in rows.items()
+        if row["family"] == "baseline" and "tabled" not in name
+    }
+    told = PAGE[PAGE.index("### The default scene") : PAGE.index("### Locked")].replace("\n", " ")
+    assert solved[1600, 1]["max_error"] == pytest.approx(0.05, rel=0.05)
+    times = solved[1600, 1]["seconds_per_second"] / rows["exact solver, oversampling 1"]["seconds_per_second"]
+    (claimed,) = (int(number) for number in re.findall(r"(\d+) times less", told))
+    assert times == pytest.approx(claimed, rel=0.1)
+    points, count = min(
+        (size for size, row in solved.items() if row["max_error"] <= 1e-3),
+        key=lambda size: solved[size]["seconds_per_second"],
+    )
+    assert f"{points} points a ridge and {count} solutions a frame" in told
+    tabled = rows[f"trapezoid and brentq, {points} points a ridge, tabled, 4096 phases"]
+    assert tabled["max_error"] <= 1e-3
+    assert f"pays {tabled['setup_seconds']:.0f} s for 1e-3" in told
+    assert f"once more, {kept['process_seconds']:.1f} s" in told
+
+
 def test_the_readme_shows_the_first_figure_and_its_command() -> None:
     readme = (ROOT / "README.md").read_text("utf-8")
     section = re.search(r"^## What accuracy costs$(.*?)^## ", readme, re.M | re.S)
     assert section is not None
     assert "(docs/figures/accuracy-default/accuracy.svg)" in section[1]
-    assert "ridgewave accuracy grating-800um-40um -o docs/figures/accuracy-default" in section[1]
+    assert (
+        "ridgewave accuracy grating-800um-40um --set output.bandwidth=full -o docs/figures/accuracy-default"
+        in section[1]
+    )
     assert "(docs/accuracy.md)" in section[1]

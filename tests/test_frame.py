@@ -108,6 +108,7 @@ def test_what_is_imported_is_required() -> None:
     from tests.test_layers import ROOMS, imports_of, sources
 
     drawing = {ROOT / "clients" / f"accuracy_{part}.py" for part in ("labels", "look", "plot", "words")}
+    drawing.add(ROOT / "synth" / "encode" / "sound.py")
     plots = {requirement_name(each) for each in PROJECT["optional-dependencies"]["plots"]}
     other_names = {"starlette", "pydantic-core", "pythonjsonlogger"}  # in what fastapi, pydantic and the like bring
     required = {requirement_name(each) for each in PROJECT["dependencies"]} | other_names
@@ -118,20 +119,21 @@ def test_what_is_imported_is_required() -> None:
         assert not strays, f"{path.relative_to(ROOT)}: not required in pyproject.toml: {strays}"
 
 
-def test_the_wheel_holds_the_three_packages_and_no_tests(tmp_path: Path) -> None:
+def test_the_wheel_holds_the_packages_and_no_tests(tmp_path: Path) -> None:
     build = f"import hatchling.build as b; b.build_wheel({str(tmp_path)!r})"
     run_quietly(sys.executable, "-c", build)
     (wheel,) = tmp_path.glob("*.whl")
     names = zipfile.ZipFile(wheel).namelist()
     tops = {name.split("/")[0] for name in names}
-    assert tops == {"synth", "service", "clients", f"ridgewave-{PROJECT['version']}.dist-info"}
+    assert tops == {"ridgewave", "synth", "service", "clients", f"ridgewave-{PROJECT['version']}.dist-info"}
     ours = {
         str(path.relative_to(ROOT))
-        for room in ("synth", "service", "clients")
+        for room in ("ridgewave", "synth", "service", "clients")
         for path in (ROOT / room).rglob("*")
         if path.is_file() and "__pycache__" not in path.parts
     }
     assert {name for name in names if ".dist-info/" not in name} == ours
+    assert {f"{room}/py.typed" for room in ("ridgewave", "synth", "service", "clients")} <= ours
 
 
 def test_the_image_installs_as_the_readme_does() -> None:

@@ -21,21 +21,20 @@ import pytest
 import soundfile
 
 from clients.command_line import main
-from clients.target import FORMATS
 from service.app import create_app
 from service.settings import read_settings, setting_fields
 from synth import open_voice, parse_scene
-from synth.encode import SoundFormat
-from synth.output import Block, Limiter, look_ahead
-from synth.samples import quantise
-from synth.scene import scene_schema
+from synth.encode.formats import ENDINGS, SoundFormat
+from synth.encode.samples import quantise
+from synth.scene.scene import scene_schema
+from synth.voice.limiter import Block, Limiter, look_ahead
 from tests.service.alsa_recorder import DEVICE, AlsaRecorder, Listening, require_portaudio
-from tests.service.harness import Child, Running, problem, serving, until
+from tests.service.harness import Child, Running, kept_engine, problem, serving, until
 from tests.service.live.client import live
 from tests.service.plain_engine import PlainEngine
 
 RATE = 8000
-OUTPUT = {"sample_rate": RATE, "duration": 1.0, "full_scale": 1e-3}
+OUTPUT = {"sample_rate": RATE, "duration": 1.0, "full_scale": 1e-3, "bandwidth": "full"}
 SCENE: dict[str, Any] = {"output": OUTPUT}
 INTEGERS = [sound_format for sound_format in SoundFormat if not sound_format.is_float]
 STREAMED = [sound_format for sound_format in SoundFormat if sound_format is not SoundFormat.FLAC]
@@ -47,7 +46,7 @@ Samples = npt.NDArray[Any]
 
 @pytest.fixture(scope="module")
 def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
-    with serving(file_folder=tmp_path_factory.mktemp("recordings"), lead=0.0) as server:
+    with serving(kept_engine(), file_folder=tmp_path_factory.mktemp("recordings"), lead=0.0) as server:
         yield server
 
 
@@ -92,8 +91,8 @@ def test_the_scene_is_far_too_loud_and_clipping_would_be_seen(rendered: Block) -
 def test_integer_answers_are_limited_and_float_ones_are_whole(
     running: Running, rendered: Block, monkeypatch: pytest.MonkeyPatch, sound_format: SoundFormat, at_once: int
 ) -> None:
-    monkeypatch.setattr("service.rendering.WHOLE_SAMPLES", at_once)
-    monkeypatch.setattr("service.rendering.PIECE_SAMPLES", 1000)
+    monkeypatch.setattr("service.render_work.WHOLE_SAMPLES", at_once)
+    monkeypatch.setattr("service.render_work.PIECE_SAMPLES", 1000)
     answer = running.client.post(f"/v1/render?format={sound_format}", json=SCENE, headers=headers_off())
     assert answer.status_code == 200, answer.text
     sound = decoded(answer.content, sound_format)
@@ -207,11 +206,11 @@ def test_the_command_line_plays_limited_into_recordings(tmp_path: Path) -> None:
     assert is_limited(soundfile.read(tmp_path / "take.wav", dtype="float32")[0])
 
 
-@pytest.mark.parametrize(("ending", "subtype"), [(end, subtype) for end, kinds in FORMATS.items() for subtype in kinds])
+@pytest.mark.parametrize(("ending", "subtype"), [(end, subtype) for end, kinds in ENDINGS.items() for subtype in kinds])
 def test_exports_of_integers_are_limited_and_of_floats_whole(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], rendered: Block, ending: str, subtype: str
 ) -> None:
-    sound_format = FORMATS[ending][subtype]
+    sound_format = ENDINGS[ending][subtype]
     (tmp_path / "scene.json").write_text(json.dumps(SCENE))
     target = tmp_path / f"sound{ending}"
     words = ["render", str(tmp_path / "scene.json"), "-o", str(target), "--json"]

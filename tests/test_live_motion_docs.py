@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from synth.following import DELAY, LOAD_DECAY
+from synth.motion.update_smoothing import DELAY, LOAD_DECAY
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = (ROOT / "docs" / "live-motion.md").read_text("utf-8")

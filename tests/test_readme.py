@@ -21,8 +21,8 @@ from pathlib import Path
 import pytest
 
 from clients.parser import parse
-from synth.scene import parse_scene
-from synth.textures import catalogue
+from synth.scene.catalogue import catalogue
+from synth.scene.scene import parse_scene
 from tests.readme_blocks import CodeBlock, code_blocks, marked_command
 
 ROOT = Path(__file__).resolve().parent.parent

@@ -7,9 +7,17 @@ from pathlib import Path
 
 import pytest
 
-from synth.quantity import Dimension
-from synth.scene import FieldLine, Scene, merge_patch, object_from_text, parse_scene, parse_scene_text, scene_fields
-from synth.textures import catalogue_names
+from synth.scene.catalogue import catalogue_names
+from synth.scene.quantity import Dimension
+from synth.scene.scene import (
+    FieldLine,
+    Scene,
+    merge_patch,
+    object_from_text,
+    parse_scene,
+    parse_scene_text,
+    scene_fields,
+)
 
 PAGE = (Path(__file__).resolve().parents[1] / "docs" / "scene.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"^```json\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE)

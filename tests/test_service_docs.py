@@ -91,7 +91,7 @@ def test_every_path_that_needs_no_key_is_named_in_the_page_on_security() -> None
 
 def test_every_field_of_a_healthy_answer_has_its_line() -> None:
     section = OPERATIONS.partition("\n## Health\n")[2].partition("\n## ")[0]
-    document = Health(read_settings({})).document(ready=True, workers=1)
+    document = Health(read_settings({})).document(ready=True, workers=1, starved=0.0)
     assert re.findall(r"^\| `(\w+)` \|", section, re.M) == list(document)
 
 

@@ -124,7 +124,7 @@ def tree(folder: Path) -> Path:
     copy.mkdir()
     for name in ("pyproject.toml", "README.md", "LICENSE", "hatch_build.py", "constraints.txt", ".gitignore"):
         shutil.copy(ROOT / name, copy / name)
-    for room in ("synth", "service", "clients"):
+    for room in ("ridgewave", "synth", "service", "clients"):
         (copy / room).mkdir()
         (copy / room / "__init__.py").write_text("")
     (copy / "clients" / "web" / "sight").mkdir(parents=True)

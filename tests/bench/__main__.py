@@ -4,10 +4,12 @@
     python -m tests.bench live [--seconds 60] [--streams 200] [--workers 2]
     python -m tests.bench page
     python -m tests.bench taps
+    python -m tests.bench table
+    python -m tests.bench floods
 
 Parts: solver, voice, limiter, response, methods, effects (each on one core), service, processes; --long adds an
-hour's render. `live`, `page` and `taps` run only where they are named: one loads a service with streams for minutes,
-one wants a browser, one solves many scenes first.
+hour's render. `live`, `page`, `taps`, `table` and `floods` run only where they are named: one loads a service with
+streams for minutes, one wants a browser, one solves many scenes first, one is of tables, one floods a service.
 Nothing here passes or fails: a figure over its limit says OVER. docs/benchmarks.md tells what each line means.
 """
 
@@ -23,6 +25,7 @@ from time import perf_counter
 
 from tests.bench import (
     bench_effects,
+    bench_floods,
     bench_limiter,
     bench_live,
     bench_methods,
@@ -31,6 +34,7 @@ from tests.bench import (
     bench_response,
     bench_service,
     bench_solver,
+    bench_table,
     bench_taps,
     bench_voice,
 )
@@ -52,8 +56,10 @@ BY_NAME: dict[str, Measure] = {  # only where named
     "live": bench_live.figures,
     "page": bench_page.figures,
     "taps": bench_taps.figures,
+    "table": bench_table.figures,
+    "floods": bench_floods.figures,
 }
-ON_ONE_CORE = ("solver", "voice", "limiter", "response", "methods", "effects")
+ON_ONE_CORE = ("solver", "voice", "limiter", "response", "methods", "effects", "table")
 HEADER = f"{'figure':35} {'median':>9} {'least':>9} {'unit':8} {'limit':>6} {'':6}  how"
 
 

@@ -19,15 +19,16 @@ from typing import Any
 import numpy as np
 
 from synth import Voice, open_voice, parse_scene
-from synth.contact.phases import phase_step
-from synth.effect_registry import effect_names
+from synth.effects.simulation.running import Simulation
+from synth.effects.simulation.skin_steps import SkinStepper
+from synth.effects.simulation.steppers import SKIN_MEMORY, SKIN_POINT, TABLE_STEP, Asked, asking
+from synth.effects.simulation.steps import ROWS
 from synth.errors import SceneError
-from synth.scene import Scene
-from synth.simulation.running import Simulation
-from synth.simulation.skin_steps import SkinStepper
-from synth.simulation.steppers import SKIN_MEMORY, SKIN_POINT, TABLE_STEP, Asked, asking
-from synth.simulation.steps import ROWS
-from synth.voice import BLOCK
+from synth.plan.preparation import prepare
+from synth.response.phases import phase_step
+from synth.scene.effect_registry import effect_names
+from synth.scene.scene import Scene
+from synth.voice.voice import BLOCK
 from tests.bench.timing import Figure, alternated, figure
 
 FRAMES = 480  # a live block: 10 ms at 48 kHz
@@ -53,7 +54,12 @@ def figures(quick: bool) -> list[Figure]:
 
 def scene_with(*names: str) -> Scene:
     """Return the default scene with the effects called `names` at their defaults."""
-    return parse_scene({"effects": {name: {} for name in names}})
+    return parse_scene({"effects": {name: {} for name in names}, "output": {"bandwidth": "full"}})
+
+
+def opened_live(scene: Scene) -> Voice:
+    """Return a voice that takes no more steps than can be played live."""
+    return Voice(prepare(scene, paced=True), paced=True)
 
 
 def limit_of(name: str) -> float:
@@ -85,9 +91,9 @@ def cost(title: str, names: tuple[str, ...], limit: float | None, quick: bool) -
     scene, told = scene_with(*names), "" if len(names) == 1 else f" with {', '.join(names)}"
     repeats, openings = (3, 1) if quick else (201, 5)
     began = thread_time()
-    voice = open_voice(scene)
+    voice = opened_live(scene)
     first = thread_time() - began
-    opened = [first] if quick else worked(partial(open_voice, scene), openings)
+    opened = [first] if quick else worked(partial(opened_live, scene), openings)
     lines = []
     for frames in (FRAMES, BLOCK):
         blocks = max(1, SOUND // frames)
@@ -127,8 +133,9 @@ def without_effects(repeats: int) -> list[Figure]:
 
 
 def against_equal(name: str, document: dict[str, Any], what: str, repeats: int) -> Figure:
-    """Return the time of a block of the voice of `document`, in that of a voice of the default scene."""
-    voices = open_voice(parse_scene({})), open_voice(parse_scene(document))
+    """Return the time of a block of the voice of `document`, in that of a voice of the default scene at full band."""
+    full = {"output": {"bandwidth": "full"}}
+    voices = open_voice(parse_scene(full)), open_voice(parse_scene(document | full))
     assert voices[0].memory_bytes == voices[1].memory_bytes
     blocks = SOUND // FRAMES
     renders: list[list[Callable[[], object]]] = [[partial(voice.render, FRAMES)] * blocks for voice in voices]
@@ -140,8 +147,10 @@ def against_equal(name: str, document: dict[str, Any], what: str, repeats: int) 
 
 
 def steps(repeats: int) -> list[Figure]:
-    """Return what a step of a simulation takes over what `synth.simulation.steppers` assumes."""
-    relaxing = parse_scene({"effects": {"viscous_skin": {"model": "three_time_constants"}}})
+    """Return what a step of a simulation takes over what `synth.effects.simulation.steppers` assumes."""
+    relaxing = parse_scene(
+        {"effects": {"viscous_skin": {"model": "three_time_constants"}}, "output": {"bandwidth": "full"}}
+    )
     return [
         step_line("step of inertia", scene_with("inertia"), repeats),
         step_line("step of adhesion", scene_with("adhesion"), repeats),
@@ -152,7 +161,7 @@ def steps(repeats: int) -> list[Figure]:
 
 def simulation_of(scene: Scene) -> Simulation:
     """Return the simulation of a scene, asked for z alone."""
-    effects = open_voice(scene).solved.effects
+    effects = prepare(scene, paced=True).effects
     assert effects is not None and effects.simulation is not None
     simulation = effects.simulation.simulation
     return replace(simulation, stepper=asking(simulation.stepper, Asked(static=False, forces=False)))

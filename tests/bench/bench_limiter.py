@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from synth.output import Block, Limiter, look_ahead
+from synth.voice.limiter import Block, Limiter, look_ahead
 from tests.bench.timing import Figure, figure, repeated
 
 FRAMES = 480  # a block: 10 ms at 48 kHz

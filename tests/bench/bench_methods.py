@@ -1,6 +1,7 @@
 """What the plan assumes of the methods it chooses between, beside what they take on this machine.
 
-`synth.choice` predicts times from constants, so that the same scene takes the same methods everywhere. Each line is a
+`synth.plan.method_choice` predicts times from constants, so that the same scene takes the same methods everywhere. Each
+line is a
 measured time over the assumed one: far from 1, another choice would be cheaper here.
 """
 
@@ -11,14 +12,14 @@ from collections.abc import Callable
 
 import numpy as np
 
-from synth import choice
 from synth.contact.balance import Contact
 from synth.contact.geometry import Geometry
 from synth.contact.sampled import SampledGrid
-from synth.contact.steady import SteadyHarmonics, SteadyReader, SteadyTable
 from synth.contact.stiffness import Stiffness
-from synth.contact.tables import CUBIC, LINEAR, fitted_table, polynomials
-from synth.scene import parse_scene
+from synth.plan import method_choice as choice
+from synth.response.phase_cells import CUBIC, LINEAR, fitted_table, polynomials
+from synth.response.steady import SteadyHarmonics, SteadyReader, SteadyTable
+from synth.scene.scene import parse_scene
 from tests.bench.timing import Figure, figure, repeated
 
 PHASES = 1024
@@ -42,7 +43,7 @@ def ratio(name: str, work: Callable[[], object], repeats: int, assumed: float, w
 
 def solvers(repeats: int) -> list[Figure]:
     """Return the lines of a phase of the exact and of the sampled solver."""
-    scene = parse_scene({})
+    scene = parse_scene({"output": {"bandwidth": "full"}})
     geometry, stiffness = Geometry.of_scene(scene), Stiffness.of_scene(scene)
     contact, pressed = Contact.of(geometry, stiffness), stiffness.indentation(scene.scan.load)
     sampled, phases = SampledGrid.of_geometry(geometry, 64), np.arange(PHASES) / PHASES

@@ -8,7 +8,7 @@ from itertools import cycle
 from time import perf_counter, sleep, thread_time
 
 from synth import Motion, open_voice, parse_scene
-from synth.row_solver import USUAL_LOADS
+from synth.plan.usual_hand import HAND_LOADS
 from tests.bench.bench_voice import FRAMES, RATE, hand
 from tests.bench.timing import Figure, figure, repeated
 
@@ -25,7 +25,7 @@ def figures(quick: bool) -> list[Figure]:
 
 def response(quantity: str, repeats: int) -> Figure:
     """Return how long a voice of the default scene takes to open, and how much of that the core worked on it."""
-    scene = parse_scene({"output": {"quantity": quantity}})
+    scene = parse_scene({"output": {"quantity": quantity, "bandwidth": "full"}})
     worked: list[float] = []
 
     def opened() -> None:
@@ -42,7 +42,7 @@ def response(quantity: str, repeats: int) -> Figure:
 def usual_range(quantity: str, repeats: int) -> list[Figure]:
     """Return how long the rows of the usual range take beside a voice that plays, and what its blocks take."""
     runs = [played_meanwhile(quantity) for _ in range(repeats)]
-    low, high = USUAL_LOADS
+    low, high = HAND_LOADS
     blocks = sum(len(times) for _ready, times in runs) // repeats
     how = f"{low:g} to {high:g} N in a thread, about {blocks} blocks played meanwhile, median of {repeats}"
     ready = figure(f"rows of load, {quantity}", [ready for ready, _times in runs], "s", 1.0, how)
@@ -57,7 +57,7 @@ def played_meanwhile(quantity: str) -> tuple[float, list[float]]:
 
     A block is asked for when it is due, one each 10 ms; what a busy core makes it wait for counts.
     """
-    scene = parse_scene({"output": {"quantity": quantity}})
+    scene = parse_scene({"output": {"quantity": quantity, "bandwidth": "full"}})
     motions = pressing()
     began = perf_counter()
     voice = open_voice(scene, live=True)

@@ -10,7 +10,7 @@ from synth.contact.balance import Contact
 from synth.contact.baseline import BrentqGrid
 from synth.contact.geometry import Geometry
 from synth.contact.stiffness import Stiffness
-from synth.scene import parse_scene
+from synth.scene.scene import parse_scene
 from tests.bench.timing import Figure, figure, repeated
 
 PHASES = 4096  # of a period, in order, as a response takes them
@@ -21,7 +21,7 @@ AGAINST_BASELINE = 1.0  # 1/1000: the exact solver is a thousand times faster th
 
 def figures(quick: bool) -> list[Figure]:
     """Return the lines of the solver; on one core."""
-    scene = parse_scene({})
+    scene = parse_scene({"output": {"bandwidth": "full"}})
     contact = Contact.of(Geometry.of_scene(scene), Stiffness.of_scene(scene))
     indentation = contact.stiffness.indentation(scene.scan.load)
     phases = np.arange(PHASES) / PHASES

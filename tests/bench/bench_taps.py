@@ -13,12 +13,12 @@ from time import perf_counter
 
 import numpy as np
 
-from synth.cache import DEFAULT_BYTES, ResponseCache
-from synth.contact.table_budget import DEFAULT_LIMIT
-from synth.contact.tables import QUINTIC, fill_surface, polynomials
-from synth.following import Update
-from synth.live_hand import HandVoice
-from synth.scene import parse_scene
+from synth.motion.update_smoothing import Update
+from synth.response.cache import DEFAULT_BYTES, ResponseCache
+from synth.response.phase_cells import QUINTIC, fill_surface, polynomials
+from synth.response.table_budget import DEFAULT_LIMIT
+from synth.scene.scene import parse_scene
+from synth.voice.hand_voice import HandVoice
 from tests.bench.live_hand import Hand, scene
 from tests.bench.timing import Figure, alternated, figure
 

@@ -14,7 +14,7 @@ from time import monotonic
 import numpy as np
 
 from synth import Motion, Voice, open_voice, parse_scene
-from synth.voice import BLOCK
+from synth.voice.voice import BLOCK
 from tests.bench.timing import Figure, alternated, figure, repeated
 
 FRAMES = 480  # a block: 10 ms at 48 kHz
@@ -70,7 +70,7 @@ def sine_blocks() -> Renders:
 
 def against_sine(quantity: str, limit: float | None, repeats: int) -> Figure:
     """Return the time of a live voice under a hand, in that of `numpy.sin`."""
-    voice = open_voice(parse_scene({"output": {"quantity": quantity}}), live=True)
+    voice = open_voice(parse_scene({"output": {"quantity": quantity, "bandwidth": "full"}}), live=True)
     try:
         renders = hand_blocks(voice, hand())
         settle(voice, renders, repeats)
@@ -106,7 +106,7 @@ def steady(repeats: int) -> list[Figure]:
     """Return what a frame costs at constant speed and load, in live blocks and in the blocks of a finite render."""
     lines = []
     for quantity in ("displacement", "acceleration"):
-        voice = open_voice(parse_scene({"output": {"quantity": quantity}}))
+        voice = open_voice(parse_scene({"output": {"quantity": quantity, "bandwidth": "full"}}))
         for frames in (FRAMES, BLOCK):
             took = repeated(partial(_many, voice, frames, max(1, FRAMES * BLOCKS // frames)), repeats)
             made = frames * max(1, FRAMES * BLOCKS // frames)
@@ -131,7 +131,7 @@ def moving(repeats: int) -> list[Figure]:
 
 def under_hand(quantity: str, limit: float | None, repeats: int) -> Figure:
     """Return what a frame costs under a hand that presses evenly."""
-    voice = open_voice(parse_scene({"output": {"quantity": quantity}}), live=True)
+    voice = open_voice(parse_scene({"output": {"quantity": quantity, "bandwidth": "full"}}), live=True)
     try:
         renders = hand_blocks(voice, hand(load_varies=False))
         settle(voice, renders, repeats)
@@ -144,7 +144,9 @@ def under_hand(quantity: str, limit: float | None, repeats: int) -> Figure:
 
 def along_stroke(repeats: int) -> Figure:
     """Return what a frame of a back-and-forth scan costs, its motion computed with it."""
-    voice = open_voice(parse_scene({"scan": {"stroke": {}}, "output": {"quantity": "displacement"}}))
+    voice = open_voice(
+        parse_scene({"scan": {"stroke": {}}, "output": {"quantity": "displacement", "bandwidth": "full"}})
+    )
     took = repeated(partial(_many, voice, FRAMES, BLOCKS), repeats)
     how = f"speed and position computed too, blocks of {FRAMES}, median of {repeats}"
     return figure("stroke, displacement", took, "ns/frame", None, how, scale=1e9 / (FRAMES * BLOCKS))

@@ -30,8 +30,8 @@ from typing import Any
 import numpy as np
 
 from service.pacing import Pacer
-from synth.live import LiveVoice
-from synth.scene import parse_scene
+from synth.scene.scene import parse_scene
+from synth.voice.live_voice import LiveVoice
 from tests.bench.bench_live import loaded
 from tests.bench.process_use import family, resident_bytes
 from tests.service.harness import Child, roomy_environment

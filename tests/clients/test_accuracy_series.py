@@ -18,7 +18,7 @@ from clients.accuracy_series import (
     series_of,
     size_of,
 )
-from synth.scene import parse_scene, scene_document
+from synth.scene.scene import parse_scene, scene_document
 from tests.accuracy_case import CHOSEN, document
 
 
@@ -26,6 +26,7 @@ def test_methods_that_differ_in_size_alone_are_one_series_and_families_keep_thei
     found = [(series.family, series.kind, len(series.rows)) for series in series_of(document())]
     assert found == [
         ("baseline", "", 9),
+        ("baseline", "tabled", 2),
         ("sampled", "", 7),
         ("exact", "", 6),
         ("table", "linear", 14),

@@ -25,9 +25,9 @@ from clients import (
     StreamEnded,
 )
 from service.app import create_app
-from synth.encode import read_metadata
+from synth.encode.formats import read_metadata
 from synth.errors import AskedWrong
-from synth.scene import parse_scene
+from synth.scene.scene import parse_scene
 from tests.service.harness import Running, serving, settings_of
 from tests.service.plain_engine import FULL_SCALE, PlainEngine, sine
 

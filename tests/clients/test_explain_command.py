@@ -56,6 +56,14 @@ def test_what_is_left_out_tells_what_it_would_change(lines: list[str]) -> None:
     assert "viscous_skin It moves little. 0.00012" in lines
 
 
+def test_what_is_left_out_for_one_reason_stands_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    reason = "The scene does not call for it."
+    parts = [{"name": name, "reason": reason, "effect_on_output": None} for name in ("adhesion", "inertia")]
+    print_plan(PLAN | {"left_out": [*PLAN["left_out"], *parts]})
+    shown = [" ".join(line.split()) for line in capsys.readouterr().out.splitlines()]
+    assert f"adhesion, inertia {reason} -" in shown and "viscous_skin It moves little. 0.00012" in shown
+
+
 def test_what_holds_more_than_a_value_has_a_table_of_its_own(lines: list[str]) -> None:
     assert lines[lines.index("Channels") + 1] == "quantity full scale"
     assert "velocity 0.2" in lines

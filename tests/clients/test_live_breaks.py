@@ -88,15 +88,16 @@ def test_a_new_session_goes_on_with_the_numbers_and_flags_the_gap() -> None:
     core.hello()
     core.receive(told("not-found", 404))
     core.lost(Closure(1008, "policy"))
-    assert core.next_try() == 0.0
+    assert core.next_try() == 0.0 and core.resume_url == ""
     assert json.loads(core.hello())["scene"] == {}
-    core.receive(ready(session="s2"))
+    core.receive(ready(session="s2", resume_url="/v1/live?session=s2"))
     assert [json.loads(message) for message in sent(core)] == [{"type": "scene", "scene": {"scan": {"load": 0.1}}}]
     core.receive('{"type":"applied","seq":7,"frame":80}')
     core.receive(bytes(4 * 160))
     assert core.gaps == (100,) and core.heard == 260
     assert core.applied == (7, 180)
     core.lost(BROKEN)
+    assert core.resume_url == "/v1/live?session=s2"
     assert core.hello() == '{"type":"hello","resume":{"session":"s2","frame":160}}'
 
 

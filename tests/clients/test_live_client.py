@@ -320,7 +320,7 @@ def test_arguments_that_cannot_be_are_refused_at_once(options: dict[str, Any], p
 
 
 def test_a_checked_scene_of_the_engine_is_a_scene() -> None:
-    from synth.scene import parse_scene
+    from synth.scene.scene import parse_scene
 
     service = Service()
     with Live(parse_scene({"scan": {"load": "0.2 N"}}), connect=ThreadNetwork(service)):

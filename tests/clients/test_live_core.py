@@ -296,3 +296,10 @@ def test_problems_on_the_way_are_kept_and_the_sound_goes_on() -> None:
     core.receive(bytes(4 * 80))
     assert [problem.kind for problem in core.problems] == ["scene-refused"]
     assert core.over is None and core.waiting == 80
+
+
+def test_skipped_time_adds_up() -> None:
+    core = opened(pacing="realtime")
+    for seconds in (2.5, 1.25):
+        core.receive(json.dumps({"type": "skipped", "frame": 480, "seconds": seconds}))
+    assert core.skipped == 3.75 and core.over is None

@@ -76,6 +76,20 @@ def test_a_service_of_another_kind_is_not_taken_for_this_one() -> None:
         thread.join(20.0)
 
 
+@pytest.mark.parametrize(
+    ("url", "told", "there"),
+    [
+        ("ws://h:1/v1/live", "/v1/live?session=a.x", "ws://h:1/v1/live?session=a.x"),
+        ("wss://h/lab/v1/live?x=1", "/v1/live?session=a.x", "wss://h/lab/v1/live?x=1&session=a.x"),
+        ("ws://h:1/v1/live", "", "ws://h:1/v1/live"),
+        ("wss://h/v1/live", "ws://other/v1/live?session=a.x", "wss://h/v1/live?session=a.x"),
+    ],
+)
+def test_a_session_is_resumed_at_the_url_of_ready_on_the_same_host(url: str, told: str, there: str) -> None:
+    address = Address.of(url, "key")
+    assert (address.resuming(told).url, address.resuming(told).subprotocols) == (there, address.subprotocols)
+
+
 def test_nobody_listening_is_said_at_once() -> None:
     with socket.create_server(("127.0.0.1", 0)) as listener:
         port = listener.getsockname()[1]

@@ -13,7 +13,7 @@ import soundfile
 from clients.outcome import DONE, INTERRUPTED, TERMINATED
 from clients.play_command import Stop, play, stopped_by_signals
 from service.sinks import FileSink
-from synth.encode import Metadata
+from synth.encode.formats import Metadata
 from synth.errors import CannotRender
 
 Block = npt.NDArray[np.float32]

@@ -13,9 +13,9 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from synth.live import LiveVoice
-from synth.scene import merge_patch, parse_scene
-from synth.textures import lookup
+from synth.scene.catalogue import lookup
+from synth.scene.scene import merge_patch, parse_scene
+from synth.voice.live_voice import LiveVoice
 from tests.conftest import RunsRidgewave
 from tests.service.alsa_recorder import DEVICE, PIPE_BYTES, AlsaRecorder, require_portaudio, sounding
 

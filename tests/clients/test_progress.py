@@ -6,15 +6,16 @@ import os
 import pty
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
 
-from clients.progress import Progress
+from clients.progress import Progress, Waiting
 
 BAR = """
 import time
-from clients.progress import Progress
+from clients.progress import Progress, Waiting
 with Progress("rendering", 10.0, "s", True) as bar:
     bar.advance(5.0)
     time.sleep(0.3)
@@ -38,6 +39,23 @@ def test_asked_for_without_a_terminal_it_is_a_line_every_tenth(capsys: pytest.Ca
     assert len(lines) == 10
     assert lines[0] == "rendering: 10 %, 6 of 60 s"
     assert lines[-1] == "rendering: 100 %, 60 of 60 s"
+
+
+def test_work_of_unknown_length_says_that_it_goes_on(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("clients.progress.WAIT_AFTER", 0.01)
+    for wanted, told in ((True, "solving the contact: 0 s\n"), (None, ""), (False, "")):
+        with Waiting("solving the contact", wanted):
+            time.sleep(0.1)
+        out, err = capsys.readouterr()
+        assert out == "" and err.startswith(told) and bool(err) == bool(told)
+
+
+def test_short_work_says_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    with Waiting("solving the contact", True):
+        pass
+    assert capsys.readouterr() == ("", "")
 
 
 def test_on_a_terminal_it_is_a_bar(repository: Path) -> None:

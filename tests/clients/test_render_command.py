@@ -16,8 +16,8 @@ import pytest
 import soundfile
 
 from synth import render
-from synth.encode import read_metadata
-from synth.scene import parse_scene, scene_document
+from synth.encode.formats import read_metadata
+from synth.scene.scene import parse_scene, scene_document
 from tests.conftest import RunsRidgewave
 
 SCENE = {
@@ -39,7 +39,7 @@ def test_the_file_holds_the_very_samples_of_python(scene_path: str, tmp_path: Pa
     scene = parse_scene(SCENE)
     sound, rate = soundfile.read(tmp_path / "out.wav", dtype="float32")
     assert rate == 8000
-    assert np.array_equal(sound, render(scene))
+    assert np.array_equal(sound, render(scene).frames)
     metadata = read_metadata(tmp_path / "out.wav")
     assert metadata is not None
     assert metadata.quantities == ("displacement", "velocity")

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 import soundfile
 
-from synth.following import Update
-from synth.live_hand import HandVoice
-from synth.scene import parse_scene
+from synth.motion.update_smoothing import Update
+from synth.scene.scene import parse_scene
+from synth.voice.hand_voice import HandVoice
 from tests.conftest import RunsRidgewave
 
 RATE = 8000
@@ -50,7 +50,7 @@ def test_the_file_holds_the_samples_that_were_sent(
 def test_sixteen_bit_files_are_what_a_sixteen_bit_session_sends(
     session: tuple[Path, np.ndarray], tmp_path: Path, ridgewave: RunsRidgewave
 ) -> None:
-    from synth.encode import SoundFormat, encode_all
+    from synth.encode.formats import SoundFormat, encode_all
 
     path, heard = session
     out = tmp_path / "out.l16"

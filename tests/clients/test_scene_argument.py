@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from clients.parser import parse
 from clients.scene_argument import patch_of, read_document, read_scene, value_of
 from synth.errors import AskedWrong
-from synth.textures import catalogue
+from synth.scene.catalogue import catalogue
 
 
 def words(*given: str) -> argparse.Namespace:
@@ -44,6 +44,12 @@ def test_a_dash_is_standard_input(monkeypatch: pytest.MonkeyPatch) -> None:
     stdin = io.TextIOWrapper(io.BytesIO(b'{"scan": {"speed": "20 mm/s"}}'))
     monkeypatch.setattr("sys.stdin", stdin)
     assert read_scene(words("-")).scan.speed == 0.02
+
+
+@pytest.mark.parametrize(("given", "limit"), [("full", 19200.0), ("null", 1000.0), ("2kHz", 2000.0), ("300", 300.0)])
+def test_a_band_is_a_frequency_or_full(given: str, limit: float) -> None:
+    name = catalogue()[0].name
+    assert read_scene(words(name, "--set", f"output.bandwidth={given}")).output.band_limit == limit
 
 
 @pytest.mark.parametrize("name", [entry.name for entry in catalogue()])
@@ -116,6 +122,28 @@ def test_a_change_without_a_path_or_a_value_is_refused(scene_file: str, change: 
 
 def test_a_change_inside_a_list_says_what_to_write(scene_file: str) -> None:
     assert "FIELD=[...]" in fault_of(scene_file, "--set", "output.channels.0.quantity=velocity")
+
+
+@pytest.mark.parametrize(
+    ("change", "meant"),
+    [
+        ("texture.period=0.6", '"0.6 mm"'),
+        ('texture={"period": 0.6}', '"0.6 mm"'),
+        ("finger.contact_length=0.05", '"0.05 mm"'),
+        ("scan.load=300", '"300 mN"'),
+        ("scan.speed=8", '"8 mm/s"'),
+    ],
+)
+def test_a_bare_number_that_no_finger_has_is_refused_with_what_was_meant(
+    scene_file: str, change: str, meant: str
+) -> None:
+    message = fault_of(scene_file, "--set", change)
+    assert meant in message and change.partition("=")[0] in message
+
+
+def test_a_unit_or_a_usual_number_is_taken(scene_file: str) -> None:
+    assert read_scene(words(scene_file, "--set", "texture.period=0.6m")).texture.period == 0.6
+    assert read_scene(words(scene_file, "--set", "texture.period=0.0006")).texture.period == 0.0006
 
 
 def test_a_misspelt_field_names_its_path(scene_file: str) -> None:

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 import soundfile
 
-from synth.scene import parse_scene
-from synth.textures import catalogue
+from synth.scene.catalogue import catalogue
+from synth.scene.scene import parse_scene
 from tests.conftest import RunsRidgewave
 
 
@@ -49,8 +49,8 @@ def test_a_reader_that_left_gets_no_traceback(ridgewave: RunsRidgewave) -> None:
     assert (done.returncode, done.stderr) == (1, b"")
 
 
-def test_no_command_and_unknown_words_are_asked_wrong(ridgewave: RunsRidgewave) -> None:
-    for words in ((), ("rendre", "x"), ("render", "x"), ("render", "x", "-o", "a.wav", "--subtype", "float64")):
+def test_unknown_words_are_asked_wrong(ridgewave: RunsRidgewave) -> None:
+    for words in (("rendre", "x"), ("render", "x"), ("render", "x", "-o", "a.wav", "--subtype", "float64")):
         done = ridgewave(*words)
         assert done.returncode == 2
         assert b"Traceback" not in done.stderr

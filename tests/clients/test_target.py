@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from clients.target import FORMATS, read_target
-from synth.encode import SoundFormat
+from clients.target import read_target
+from synth.encode.formats import ENDINGS, SoundFormat
 from synth.errors import AskedWrong
 
 
@@ -33,7 +33,7 @@ def test_ending_and_subtype_pick_the_format(output: str, subtype: str | None, so
 
 
 def test_every_format_can_be_had() -> None:
-    assert {kind for kinds in FORMATS.values() for kind in kinds.values()} == set(SoundFormat)
+    assert {kind for kinds in ENDINGS.values() for kind in kinds.values()} == set(SoundFormat)
 
 
 @pytest.mark.parametrize(

@@ -11,10 +11,10 @@ import textwrap
 from pathlib import Path
 
 from synth import open_voice, parse_scene
-from synth.encode import Metadata, SoundFormat, encode_all
-from synth.scene import scene_document
-from synth.sound_metadata import UNITS
-from synth.voice import blocks
+from synth.encode.formats import Metadata, SoundFormat, encode_all
+from synth.encode.sound_metadata import UNITS
+from synth.scene.scene import scene_document
+from synth.voice.voice import blocks
 from tests.listen.cases import CASES, Sound, rendered
 from tests.listen.report import HEADER, line, numbers
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from synth import LiveVoice, Motion, open_voice, parse_scene
-from synth.output import Block
-from synth.scene import Scene
+from synth.scene.scene import Scene
+from synth.voice.limiter import Block
 
 RATE = 48000
 BLOCK = 480
@@ -178,7 +178,7 @@ PAIRS = (
     ),
     Pair(
         "viscous_skin",
-        {},
+        {"accuracy": {"tolerance": 1e-2}},
         50.0,
         "The default scene, elastic: a buzz of sharp clicks 100 times a second.",
         "Viscous skin: a harder, louder buzz, since skin that comes back late leaves sharp corners; no hiss between.",

@@ -1,4 +1,4 @@
-"""The readable twins of the loops of `synth.simulation.decimation` and `running`: a frame at a time, plain Python."""
+"""The readable twins of the loops of `effects.simulation.decimation` and `running`: a frame at a time, plain Python."""
 
 from __future__ import annotations
 

@@ -218,4 +218,6 @@ def test_no_reference_imports_the_engine() -> None:
         for node in ast.walk(ast.parse(module.read_text(encoding="utf-8"))):
             names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
             names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
-            assert not {name.split(".")[0] for name in names} & {"synth", "service", "clients"}, module.name
+            assert not {name.split(".")[0] for name in names} & {"ridgewave", "synth", "service", "clients"}, (
+                module.name
+            )

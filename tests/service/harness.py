@@ -27,7 +27,7 @@ from service.engine import Engine, SynthEngine
 from service.running import Service
 from service.server import LIVE_OPTIONS, listen, shown_address
 from service.settings import Settings, read_settings, setting_fields, variable
-from synth.cache import DEFAULT_BYTES
+from synth.response.cache import DEFAULT_BYTES
 
 ROOT = Path(__file__).resolve().parents[2]
 LOCAL = "http://localhost"
@@ -133,10 +133,10 @@ class Listener:
         return self._shaped(taken)
 
     def rest(self) -> npt.NDArray[np.float32]:
-        """Return everything until the stream ends."""
+        """Return everything until the stream ends, in whole frames: a WAV header in front may leave part of one."""
         data = self._waiting + b"".join(self._parts)
         self._waiting = b""
-        return self._shaped(data)
+        return self._shaped(data[len(data) % (4 * self._channels) :])
 
     def _shaped(self, samples: bytes) -> npt.NDArray[np.float32]:
         flat = np.frombuffer(samples, "<f4")

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from service.engine import FiniteVoice
-from synth.encode import Block
+from synth.encode.formats import Block
 from synth.errors import CannotRender
-from synth.scene import Scene, scene_document
+from synth.scene.scene import Scene, scene_document
 from tests.accuracy_case import report
 from tests.service.harness import until
 
@@ -112,6 +112,7 @@ class PlainEngine:
     mistake: bool = False
     slow: bool = False
     gate: threading.Event | None = None
+    planned: float | None = None
     opened: list[str] = field(default_factory=list)
     hands: list[PlainHand] = field(default_factory=list)
     live_delay = 0.0
@@ -128,6 +129,9 @@ class PlainEngine:
         while voice.frame < round(voice.scene.output.duration * voice.sample_rate):
             yield voice.render(min(frames, round(voice.scene.output.duration * voice.sample_rate) - voice.frame))
 
+    def planned_seconds(self, voice: FiniteVoice) -> float | None:
+        return self.planned
+
     def open_live(self, scene: Scene) -> PlainLive:
         self._about_to("live")
         return PlainLive(scene)
@@ -142,7 +146,8 @@ class PlainEngine:
 
     def explain(self, scene: Scene) -> dict[str, Any]:
         self._about_to("explain")
-        return {"scene": scene_document(scene), "simulated": [], "left_out": []}
+        nothing: dict[str, Any] = {"response": {}, "estimated_error": {}, "cost": None, "warnings": []}
+        return {"scene": scene_document(scene), "simulated": [], "left_out": []} | nothing
 
     def picture(self, scene: Scene, points: int | None, phases: int | None) -> dict[str, Any]:
         self._about_to("picture")

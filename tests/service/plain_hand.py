@@ -13,13 +13,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from synth.encode import Block
-from synth.following import Update
-from synth.output import faded
-from synth.scene import Scene, scene_document
+from synth.encode.formats import Block
+from synth.motion.update_smoothing import Update
+from synth.scene.scene import Scene, scene_document
+from synth.voice.limiter import faded
 from tests.service.plain_engine import FULL_SCALE, pitch
 
 LEVEL_AT_FIRST = 0.5  # before the first update: a scene that moves by itself
+EVENT_BYTES = 280  # of an update, in a recording
 RAMP_FRAMES = 96  # of a change of load
 FADE_SECONDS = 0.01  # of a release
 NO_LOAD = 0.0
@@ -85,6 +86,7 @@ class PlainHand:
         self.gate: threading.Event | None = None
         self.waits = False
         self._record = record
+        self.ended_recording = False
         self._load = 0.3
         self._first = scene
 
@@ -150,6 +152,13 @@ class PlainHand:
     def cut(self, block: Block, frames: int) -> Block:
         self.frame += frames - len(block)
         return faded(block, frames)
+
+    @property
+    def recorded_bytes(self) -> int:
+        return EVENT_BYTES * len(self.applied.updates) if self._record else 0
+
+    def end_recording(self) -> None:
+        self.ended_recording = self._record
 
     def recording(self) -> dict[str, Any]:
         assert self._record, "it was not asked to record"

@@ -16,7 +16,7 @@ from fastapi import FastAPI
 from service.accuracy_process import measure_apart
 from service.measuring import RETRY_SECONDS
 from synth.errors import AskedWrong, CannotRender
-from synth.scene import parse_scene
+from synth.scene.scene import parse_scene
 from tests.accuracy_case import document
 from tests.service.harness import Running, ask, problem, serving, until
 from tests.service.plain_engine import PlainEngine
@@ -141,13 +141,13 @@ def test_a_shutdown_ends_it_and_takes_no_more(running: Running, engine: PlainEng
 
 def test_openapi_has_every_field_of_the_document(app: FastAPI) -> None:
     described = ask(app, "GET", "/openapi.json").json()
-    schema = described["components"]["schemas"]["Accuracy"]
+    schema = described["components"]["schemas"]["AccuracyTable"]
     made = document()
     assert set(schema["properties"]) == set(made)
     assert set(schema["properties"]["methods"]["items"]["properties"]) == set(made["methods"][0])
     call = described["paths"]["/v1/accuracy"]["post"]
     assert call["responses"]["200"]["content"] == {
-        "application/json": {"schema": {"$ref": "#/components/schemas/Accuracy"}}
+        "application/json": {"schema": {"$ref": "#/components/schemas/AccuracyTable"}}
     }
     assert [parameter["name"] for parameter in call["parameters"]] == ["quantity"]
     assert {"200", "413", "415", "422", "503"} <= set(call["responses"])
@@ -171,6 +171,12 @@ def test_the_measuring_process_hands_on_refusals() -> None:
 def test_a_measuring_process_that_fails_is_our_bug(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("service.accuracy_process.scene_document", lambda _scene: {"nothing": "known"})
     with pytest.raises(RuntimeError, match="the measuring process ended with 1"):
+        measure_apart(parse_scene({}), None, threading.Event())
+
+
+def test_a_measuring_process_that_the_system_kills_is_no_bug(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("service.accuracy_process._answer_of_process", lambda _asked, _given_up: (-9, b"", b""))
+    with pytest.raises(CannotRender, match="memory"):
         measure_apart(parse_scene({}), None, threading.Event())
 
 

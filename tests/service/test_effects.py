@@ -11,7 +11,7 @@ import pytest
 import soundfile
 
 from synth import open_voice, parse_scene, render
-from synth.encode import quantise, read_metadata
+from synth.encode.formats import quantise, read_metadata
 from tests.service.harness import Running, kept_engine, problem, serving, until
 
 RATE = 8000
@@ -33,7 +33,7 @@ def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
 def test_a_render_is_the_engines_in_every_format(running: Running, effects: dict[str, Any]) -> None:
     document = QUICK | {"effects": effects}
     scene = parse_scene(document)
-    wanted, scales = render(scene), open_voice(scene).full_scale
+    wanted, scales = render(scene).frames, open_voice(scene).full_scale
     for name in ("wav", "flac", "l16", "f32le"):
         answer = running.client.post(f"/v1/render?format={name}", json=document)
         assert answer.status_code == 200, answer.text

@@ -1,7 +1,7 @@
 """Every call that OpenAPI tells of, with thousands of requests that nobody thought of: only promised answers.
 
 Model: schemathesis draws requests from the service's own OpenAPI document, some that fit its schemas and some that do
-    not, with scenes drawn from `synth.scene.scene_schema()`; each is answered in process. An answer must have a
+    not, with scenes drawn from `synth.scene.scene.scene_schema()`; each is answered in process. An answer must have a
     documented status, media type and schema. 5xx is allowed for 503 alone, with the type of a problem
     that is documented for 503.
 Limits: endless streams are asked for with `?duration=`, renders are short (an answer in process is collected whole),
@@ -36,7 +36,7 @@ from schemathesis.specs.openapi.checks import (
 from service import problems
 from service.app import create_app
 from service.engine import SynthEngine
-from synth.textures import catalogue
+from synth.scene.catalogue import catalogue
 from tests.service.harness import LOCAL, ask, roomy_settings, settings_of
 from tests.service.plain_engine import PlainEngine
 

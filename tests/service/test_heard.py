@@ -17,8 +17,8 @@ import pytest
 import soundfile
 
 from synth import LiveVoice, open_voice, render
-from synth.encode import quantise
-from synth.scene import parse_scene
+from synth.encode.formats import quantise
+from synth.scene.scene import parse_scene
 from tests.service.harness import PATIENCE, Running, kept_engine, serving, until
 
 RATE = 48000
@@ -46,13 +46,13 @@ def test_a_render_is_the_engines_to_the_last_bit(running: Running, scene: dict[s
     samples, rate = soundfile.read(io.BytesIO(answer.content), dtype="float32", always_2d=True)
     parsed = parse_scene(scene)
     assert rate == parsed.output.sample_rate
-    np.testing.assert_array_equal(samples, render(parsed))
+    np.testing.assert_array_equal(samples, render(parsed).frames)
     scales = [float(text) for text in answer.headers["ridgewave-full-scale"].split(", ")]
     assert tuple(scales) == open_voice(parsed).full_scale
 
 
 def test_integer_answers_are_limited_and_float_ones_are_not(running: Running) -> None:
-    scene = {"output": {"full_scale": 10, "duration": 0.2}}
+    scene = {"output": {"full_scale": 10, "duration": 0.2, "bandwidth": "full"}}
     loud, _ = soundfile.read(io.BytesIO(running.client.post("/v1/render", json=scene).content), dtype="float32")
     assert np.abs(loud).max() > 2
     answer = running.client.post("/v1/render?format=wav16", json=scene)
@@ -129,8 +129,11 @@ def unpatched(scene: dict[str, Any], frames: int) -> npt.NDArray[np.float32]:
 
 
 def test_many_changes_in_a_row_do_not_click(running: Running) -> None:
-    """A hand on a slider: a change every 20 ms or so, each before the last has been faded in."""
-    session = running.open_session({"output": {"quantity": "displacement"}})
+    """A hand on a slider: a change every 20 ms or so, each before the last has been faded in.
+
+    At full band the last scene, the fastest, is the steepest; in a narrower one a slower scene keeps more harmonics.
+    """
+    session = running.open_session({"output": {"quantity": "displacement", "bandwidth": "full"}})
     with running.listening(session) as listener:
         parts = [listener.frames(RATE // 4)]
         for step in range(20):

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.sinks.joining import Joins
-from synth.encode import Block
+from synth.encode.formats import Block
 
 FADE = 20  # frames
 CHANNELS = 2

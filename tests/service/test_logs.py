@@ -22,7 +22,7 @@ from tests.service.plain_engine import PlainEngine
 
 KEY = "a-long-key-that-nobody-may-read"
 ENCODED = "YS1sb25nLWtleS10aGF0LW5vYm9keS1tYXktcmVhZA"
-LOGGERS = ("", "ridgewave", "uvicorn", "uvicorn.error", "uvicorn.access")
+LOGGERS = ("", "ridgewave", "uvicorn", "uvicorn.error")
 
 
 @pytest.fixture(autouse=True)
@@ -113,27 +113,33 @@ def test_no_key_is_ever_logged_at_any_level(tmp_path: Path, log_format: str) -> 
         url = child.url()
         with httpx.Client(base_url=url, headers={"Authorization": f"Bearer {KEY}"}) as client:
             session = client.post("/v1/sessions", json={}).json()["id"]
-            assert client.get(f"/v1/sessions/{session}").status_code == 200
+            assert client.get(f"/v1/sessions/{session}?key={KEY}").status_code == 200
+            assert client.get(f"/nowhere?{ENCODED}").status_code == 404
+        assert httpx.get(f"{url}/v1/textures?api_key={KEY}").status_code == 401
         _knock(url)
     finally:
         child.end()
     log = child.log.read_text()
     assert KEY not in log and ENCODED not in log
-    assert "/v1/live" in log, "the WebSocket was never seen"
+    assert "WEBSOCKET /v1/live 101" in log and "WEBSOCKET /v1/live 401" in log and "GET /nowhere 404" in log
+    assert "ERROR" not in log and "Traceback" not in log
     if log_format == "json":
         entries = [json.loads(line) for line in log.splitlines()]
         assert {entry["session"] for entry in entries if "session" in entry} == {session}
-        assert {"uvicorn.error", "uvicorn.access", "ridgewave.service"} <= {entry["logger"] for entry in entries}
+        assert {"uvicorn.error", "ridgewave.access", "ridgewave.service"} <= {entry["logger"] for entry in entries}
 
 
 def _knock(url: str) -> None:
-    """Try to open a WebSocket with the key in both places; whether it opens is for other tests."""
-    with (
-        contextlib.suppress(websockets.exceptions.InvalidHandshake),
-        websockets.sync.client.connect(
-            f"ws{url.removeprefix('http')}/v1/live",
-            additional_headers={"Authorization": f"Bearer {KEY}"},
-            subprotocols=["ridgewave.v1", f"ridgewave.key.{ENCODED}"],  # type: ignore[list-item]
-        ),
-    ):
-        pass
+    """Open WebSockets with the key in each place where it may stand and one where it may not, one without a key."""
+    given = {"Authorization": f"Bearer {KEY}"}
+    offered = ["ridgewave.v1", f"ridgewave.key.{ENCODED}"]
+    for query, headers, subprotocols in (("", given, offered), (f"?key={KEY}", {}, offered), (f"?key={KEY}", {}, None)):
+        with (
+            contextlib.suppress(websockets.exceptions.InvalidHandshake),
+            websockets.sync.client.connect(
+                f"ws{url.removeprefix('http')}/v1/live{query}",
+                additional_headers=headers,
+                subprotocols=subprotocols,  # type: ignore[arg-type]
+            ),
+        ):
+            pass

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import platform
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +12,10 @@ from fastapi import FastAPI
 from prometheus_client.openmetrics.parser import text_string_to_metric_families
 
 from service.app import create_app
+from service.build import VERSION
 from service.exposition import exposition, merged
 from service.metrics import Metrics
-from service.metrics_table import LATENESS_BOUNDS, TABLE
+from service.metrics_table import LATENESS_BOUNDS, TABLE, Row
 from service.pacing import Pacer
 from tests.service.harness import Running, ask, problem, settings_of, until
 from tests.service.plain_engine import PlainEngine, PlainLive
@@ -64,6 +66,22 @@ def test_what_the_live_protocol_counts() -> None:
     assert shown.value("limiter_largest_reduction_decibels") == 2.5
     assert [shown.value("live_closes_total", code=code) for code in ("1000", "4408", "other", "1011")] == [2, 1, 1, 0]
     assert shown.value("streams", kind="live") == 1
+
+
+def test_a_block_after_a_gap_of_the_service_is_late_by_the_gap() -> None:
+    metrics = Metrics()
+    metrics.block_sent("live", 480, 0.0, skipped=2.5)
+    shown = told(metrics)
+    assert shown.value("skipped_seconds_total", kind="live") == 2.5
+    assert shown.value("skipped_seconds_total", kind="http") == 0
+    assert shown.value("block_lateness_seconds_bucket", kind="live", le="1.0") == 0
+    assert shown.value("block_lateness_seconds_bucket", kind="live", le="+Inf") == 1
+
+
+def test_the_build_is_told_once_however_many_workers() -> None:
+    workers = [Metrics().snapshot() for _ in range(2)]
+    shown = Scrape(exposition(merged(workers, workers))[0].decode())
+    assert shown.value("build_info", version=VERSION, python=platform.python_version()) == 1
 
 
 def test_counts_of_a_worker_that_has_gone_stay_and_its_streams_do_not() -> None:
@@ -190,7 +208,7 @@ def test_a_scraper_that_wants_openmetrics_gets_it(app: FastAPI) -> None:
 def test_the_cache_of_the_engine_is_told() -> None:
     app = create_app(settings_of())
     for _ in range(2):
-        assert ask(app, "POST", "/v1/render", json={"output": {"duration": 0.01}}).status_code == 200
+        assert ask(app, "POST", "/v1/sessions", json={}).status_code == 201
     shown = scrape(app)
     assert shown.value("cache_misses_total") >= 1
     assert shown.value("cache_hits_total") >= 1
@@ -210,10 +228,12 @@ def test_the_page_on_operations_has_a_line_for_every_metric() -> None:
     section = page.partition("\n## Metrics\n")[2].partition("\n## ")[0]
     lines = [line.strip("|").split(" | ") for line in section.splitlines() if line.startswith("| `ridgewave_")]
     shown = [[cell.strip() for cell in line] for line in lines]
-    wanted = [
-        [f"`{row.name}`", row.kind, f"`{row.label}`" if row.label else "", row.sentence] for row in TABLE.values()
-    ]
+    wanted = [[f"`{row.name}`", row.kind, labels_of(row), row.sentence] for row in TABLE.values()]
     assert shown == wanted
+
+
+def labels_of(row: Row) -> str:
+    return ", ".join(f"`{label}`" for label in (row.label, *row.constant) if label)
 
 
 def test_lateness_bounds_rise() -> None:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterator
 from typing import Any
 
 import pytest
 from fastapi import FastAPI
 
 from service import problems
-from tests.service.harness import ask
+from service.app import create_app
+from tests.service.harness import ROOT, ask, settings_of
 
 
 @pytest.fixture
@@ -65,9 +68,32 @@ def test_bodies_are_scenes(document: dict[str, Any]) -> None:
     assert "texture" in document["components"]["schemas"]["Scene"]["properties"]
 
 
-def test_operations_have_names_of_their_own(document: dict[str, Any]) -> None:
-    names = [call["operationId"] for call in operations(document).values()]
-    assert len(names) == len(set(names))
+def test_operations_have_the_names_that_the_page_promises(document: dict[str, Any]) -> None:
+    page = (ROOT / "docs" / "http.md").read_text("utf-8")
+    promised = re.findall(r"^\| `(\w+)` \| `([A-Z]+ /\S*)` \|$", page, re.M)
+    assert promised == [(call["operationId"], name) for name, call in operations(document).items()]
+    assert len({name for name, _ in promised}) == len(promised)
+
+
+def test_a_scene_is_made_of_named_parts_without_defaults(document: dict[str, Any]) -> None:
+    def inside(value: Any) -> Iterator[dict[str, Any]]:
+        if isinstance(value, dict):
+            yield value
+        for item in value.values() if isinstance(value, dict) else value if isinstance(value, list) else ():
+            yield from inside(item)
+
+    schemas = document["components"]["schemas"]
+    served = ask(create_app(settings_of()), "GET", "/v1/scene/schema.json").json()
+    assert set(schemas["Scene"]["properties"]) == set(served["properties"])
+    for name in ("Scene", "Finger", "Texture", "Scan", "Stroke", "Effects", "Output", "Channel", "Accuracy"):
+        for field, made in schemas[name]["properties"].items():
+            parts = list(inside(made))
+            assert not any({"properties", "enum", "default"} & set(part) for part in parts), (name, field)
+
+
+def test_the_body_of_a_change_is_a_scene(document: dict[str, Any]) -> None:
+    content = operations(document)["PATCH /v1/sessions/{session_id}"]["requestBody"]["content"]
+    assert content["application/json"]["schema"] == {"$ref": "#/components/schemas/Scene"}
 
 
 def test_the_page_is_plain_and_forbids_scripts(app: FastAPI) -> None:

@@ -30,6 +30,19 @@ def test_a_short_hiccup_is_caught_up_and_a_long_stall_is_forgiven() -> None:
     assert pacer.delay(96000) == pytest.approx(0.0)
 
 
+def test_time_that_the_service_lost_is_skipped_and_time_that_its_reader_took_is_not() -> None:
+    now = 0.0
+    pacer = Pacer(48000, 0.25, lambda: now)
+    now = 3.0
+    assert pacer.delay(24000) == pytest.approx(-0.25) and pacer.skipped == pytest.approx(2.5)
+    assert pacer.delay(24960) == pytest.approx(-0.23) and pacer.skipped == 0.0
+    now = 10.0
+    pacer.waited(7.0)
+    assert pacer.delay(25920) == pytest.approx(-0.25) and pacer.skipped == 0.0
+    now = 13.0
+    assert pacer.delay(26880) == pytest.approx(-0.25) and pacer.skipped == pytest.approx(2.98)
+
+
 def test_a_bell_ends_a_sleep_and_every_later_one() -> None:
     async def scenario() -> float:
         bell = Bell()

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import httpx
@@ -11,9 +14,10 @@ import numpy.typing as npt
 import pytest
 import soundfile
 
-from synth.encode import read_metadata
+from service.sinks import FileSink
+from synth.encode.formats import read_metadata
 from synth.errors import CannotRender
-from synth.scene import parse_scene
+from synth.scene.scene import parse_scene
 from tests.service.harness import Running, problem, serving, until
 from tests.service.plain_engine import FULL_SCALE, PlainEngine, PlainLive
 
@@ -114,6 +118,70 @@ def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path) -> None:
         path, answer = start(running, "file:x.wav")
         problem(answer, 503, "cannot-render")
         assert running.client.get(path.removesuffix("/play")).json()["play"] is None
+
+
+FAULTS = (
+    "ENOSPC",
+    "EDQUOT",
+    "EROFS",
+    "EACCES",
+    "EPERM",
+    "ENOENT",
+    "ENOTDIR",
+    "EISDIR",
+    "EIO",
+    "ENAMETOOLONG",
+    "EMFILE",
+)
+
+
+def failing(fault: str, path: object) -> Callable[..., None]:
+    """Return what fails as the operating system does, which names the path in its error."""
+
+    def fail(*_: object, **__: object) -> None:
+        number = getattr(errno, fault)
+        raise OSError(number, os.strerror(number), str(path))
+
+    return fail
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_recording_that_cannot_be_begun_tells_the_reason_and_no_path(
+    running: Running, monkeypatch: pytest.MonkeyPatch, fault: str
+) -> None:
+    folder = folder_of(running)
+    monkeypatch.setattr("synth.encode.part_file.PartFile._opened", failing(fault, folder / "x.wav.part"))
+    answer = start(running, "file:x.wav")[1]
+    detail = problem(answer, 503, "cannot-render")["detail"]
+    assert detail.startswith("cannot write file:x.wav: ") and str(folder) not in answer.text
+    assert folder.name not in detail and len(detail) > len("cannot write file:x.wav: .")
+
+
+@pytest.mark.parametrize("name", ["x.wav", "x.flac"])
+@pytest.mark.parametrize("where", ["while it is written", "when it is completed"])
+def test_a_recording_that_fails_later_tells_the_reason_and_no_path(
+    running: Running, monkeypatch: pytest.MonkeyPatch, where: str, name: str
+) -> None:
+    folder = folder_of(running)
+    path, answer = start(running, f"file:{name}")
+    assert answer.status_code == 202
+    if where == "when it is completed":
+        monkeypatch.setattr("synth.encode.part_file.os.replace", failing("ENOSPC", folder / name))
+    else:
+        player = running.service.sessions.find(path.split("/")[3], None).player
+        assert player is not None and isinstance(player._sink, FileSink) and player._sink._writer is not None
+        monkeypatch.setattr(player._sink._writer._encoder, "write", failing("ENOSPC", folder / name))
+        until(lambda: not player.playing)
+    answer = running.client.delete(path)
+    assert answer.json()["failure"] == f"cannot write file:{name}: the disk is full."
+    assert str(folder) not in answer.text and not list(folder.iterdir())
+
+
+def test_a_name_that_is_being_recorded_is_taken(running: Running) -> None:
+    path, _ = start(running, "file:x.wav")
+    document = problem(start(running, "file:x.wav")[1], 409, "name-taken")
+    assert str(folder_of(running)) not in document["detail"]
+    running.client.delete(path)
 
 
 def test_a_failing_sink_is_told_by_the_session(running: Running, monkeypatch: pytest.MonkeyPatch) -> None:

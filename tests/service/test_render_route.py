@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import io
+import tempfile
 from typing import Any
 
 import numpy as np
@@ -11,9 +13,9 @@ import soundfile
 from fastapi import FastAPI
 
 from service.app import create_app
-from service.rendering import WHOLE_SAMPLES
-from synth.encode import SoundFormat, encode_all, quantise, read_metadata
-from synth.scene import parse_scene
+from service.render_work import WHOLE_SAMPLES
+from synth.encode.formats import SoundFormat, encode_all, quantise, read_metadata
+from synth.scene.scene import parse_scene
 from tests.service.harness import ask, problem, settings_of
 from tests.service.plain_engine import FULL_SCALE, PlainEngine, sine
 
@@ -140,3 +142,26 @@ def test_a_bug_of_ours_is_an_id_and_nothing_else(
     assert "secret" not in answer.text and "Traceback" not in answer.text
     assert document["instance"].startswith("urn:uuid:")
     assert document["instance"] in caplog.text and "a secret that no peer may learn" in caplog.text
+
+
+class FullDisk(io.BytesIO):
+    """A temporary file, as the system names one, on a disk without room."""
+
+    name = 16
+
+    def write(self, data: Any) -> int:
+        raise OSError(errno.ENOSPC, "No space left on device", "/secret/ridgewave-x")
+
+
+def test_a_long_flac_without_room_for_its_temporary_file_says_so(app: FastAPI, monkeypatch: pytest.MonkeyPatch) -> None:
+    long = {"output": {"duration": 1.5 * WHOLE_SAMPLES / 48000}}
+    monkeypatch.setattr(tempfile, "TemporaryFile", lambda **_: FullDisk())
+    answer = ask(app, "POST", "/v1/render?format=flac", json=long)
+    assert problem(answer, 503, "cannot-render")["detail"] == "cannot write the sound: the disk is full."
+
+    def none(**_: object) -> None:
+        raise FileNotFoundError(errno.ENOENT, "No usable temporary directory found in ['/secret']")
+
+    monkeypatch.setattr(tempfile, "TemporaryFile", none)
+    detail = problem(ask(app, "POST", "/v1/render?format=flac", json=long), 503, "cannot-render")["detail"]
+    assert "temporary file" in detail and "secret" not in detail

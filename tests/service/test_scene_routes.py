@@ -12,9 +12,9 @@ from fastapi import FastAPI
 from service.app import create_app
 from service.engine import SynthEngine
 from service.routes.scene import BODY, ThresholdParameters
-from synth import picture
-from synth.scene import scene_schema
-from synth.threshold import DEFAULT, THRESHOLDS
+from synth.perception.threshold import DEFAULT, THRESHOLDS
+from synth.plan import contact_picture as picture
+from synth.scene.scene import scene_schema
 from tests.service.harness import ask, problem, settings_of, until
 from tests.service.plain_engine import PlainEngine
 

@@ -9,7 +9,7 @@ import pytest
 from fastapi import FastAPI
 
 from service.app import create_app
-from synth.scene import parse_scene
+from synth.scene.scene import parse_scene
 from tests.service.harness import ask, problem, settings_of, until
 from tests.service.plain_engine import FULL_SCALE, PlainEngine
 

@@ -13,11 +13,11 @@ import soundfile
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.sinks import DeviceSink, FileSink, Sink, list_devices, open_sink
+from service.sinks import Claims, DeviceBusy, DeviceSink, FileSink, Sink, list_devices, open_sink
 from service.sinks.bounded import within
 from service.sinks.devices import DeviceDescription, find_device
 from service.sinks.ring import Ring
-from synth.encode import Block, Metadata, SoundFormat, encode_all, read_metadata
+from synth.encode.formats import Block, Metadata, SoundFormat, encode_all, read_metadata
 from synth.errors import AskedWrong, CannotRender
 from tests.service.harness import until
 
@@ -180,6 +180,34 @@ def test_close_from_another_thread_ends_a_waiting_write(tmp_path: Path) -> None:
     writer.join(timeout=20.0)
     assert not writer.is_alive()
     assert soundfile.info(tmp_path / "a.wav").frames == 800000
+
+
+def test_a_device_is_claimed_once_at_a_time() -> None:
+    claims = Claims()
+    claims.take(3, "the coil")
+    claims.take(4, "another coil")
+    with pytest.raises(DeviceBusy, match="the coil plays already"):
+        claims.take(3, "the coil", patience=0.01)
+    threading.Timer(0.05, claims.give_back, [3]).start()
+    claims.take(3, "the coil", patience=20.0)
+    with pytest.raises(DeviceBusy):
+        claims.take(3, "the coil", patience=0.0)
+
+
+@pytest.mark.parametrize("fault", [CannotRender("it does not open."), KeyboardInterrupt()])
+def test_a_device_that_does_not_open_is_free_again(monkeypatch: pytest.MonkeyPatch, fault: BaseException) -> None:
+    device = DeviceDescription(name="coil", index=3, channels=1, default_sample_rate=48000.0, default=True)
+
+    def fail(*_: object) -> None:
+        raise fault
+
+    monkeypatch.setattr("service.sinks.device.portaudio", lambda: None)
+    monkeypatch.setattr("service.sinks.device.find_device", lambda _: device)
+    monkeypatch.setattr(DeviceSink, "_open", fail)
+    claims = Claims()
+    with pytest.raises(type(fault)):
+        DeviceSink("coil", claims=claims).start(48000, 1)
+    claims.take(3, "coil", patience=0.0)
 
 
 def test_sinks_are_chosen_by_the_device_of_the_request(tmp_path: Path) -> None:

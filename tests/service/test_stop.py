@@ -172,7 +172,7 @@ def test_a_stop_completes_recordings(running: Running) -> None:
     path = f"/v1/sessions/{session}"
     assert running.client.post(f"{path}/play", json={"device": "file:a.wav"}).status_code == 202
     until(lambda: running.client.get(path).json()["play"]["frames"] > 4800)
-    player = running.service.sessions.find(session).player
+    player = running.service.sessions.find(session, None).player
     assert player is not None
     assert running.client.post("/v1/stop").json()["stopped"]["plays"] == 1
     assert player.wait(20.0)

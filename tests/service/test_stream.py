@@ -13,8 +13,8 @@ import numpy.typing as npt
 import pytest
 import soundfile
 
-from synth.encode import SoundFormat, quantise, read_metadata
-from synth.scene import parse_scene
+from synth.encode.formats import SoundFormat, quantise, read_metadata
+from synth.scene.scene import parse_scene
 from tests.service.harness import Running, problem, serving, until
 from tests.service.plain_engine import FULL_SCALE, LEVEL, PlainEngine, PlainLive
 
@@ -133,7 +133,7 @@ def test_a_reader_that_leaves_is_noticed_at_once_and_costs_nothing_more(running:
     with running.listening(session) as listener:
         listener.frames(4800)
     until(lambda: running.reader_of(session) is False)
-    held = running.service.sessions.find(session)
+    held = running.service.sessions.find(session, None)
     assert held.reader is None and not held.active
 
 

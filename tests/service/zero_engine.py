@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from synth.encode import Block
-from synth.scene import Scene
+from synth.encode.formats import Block
+from synth.scene.scene import Scene
 from tests.service.plain_engine import PlainEngine, PlainLive
 
 
@@ -38,6 +38,11 @@ class ZeroHand(PlainLive):
 
     def cut(self, block: Block, frames: int) -> Block:
         return block[:frames]
+
+    recorded_bytes = 0
+
+    def end_recording(self) -> None:
+        """Record nothing."""
 
     def recording(self) -> dict[str, Any]:
         return {}

@@ -8,11 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from synth.contact.closed import FullContact
-from synth.contact.exact import Array, Grid
+from synth.arrays import Array
+from synth.contact.exact import Grid
+from synth.contact.full_contact import FullContact
 from synth.contact.geometry import Geometry
+from synth.contact.phase_solver import PhaseSolver
 from synth.contact.pressure import PressureField
-from synth.contact.solver import PhaseSolver
 
 STEP = 1e-5  # of the load, for the difference that gives dz/dw
 
@@ -53,6 +54,10 @@ class DomedContact:
         return self.surfaces.height_scale
 
     def closed(self, load: float) -> FullContact | None:
+        return None
+
+    def refined(self) -> None:
+        """Return None: its solver is exact."""
         return None
 
     def solver(self, load: float) -> PhaseSolver:

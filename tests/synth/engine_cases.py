@@ -11,8 +11,8 @@ import numpy.typing as npt
 from synth.contact.balance import Contact
 from synth.contact.geometry import Geometry
 from synth.contact.stiffness import Stiffness
-from synth.scene import Scene, parse_scene
-from synth.voice import Voice
+from synth.scene.scene import Scene, parse_scene
+from synth.voice.voice import Voice
 from tests.reference.stiffness_oracle import Touch
 
 QUANTITIES = ("displacement", "velocity", "acceleration")
@@ -22,8 +22,8 @@ Real = npt.NDArray[np.float64]
 
 
 def scene_of(**sections: Any) -> Scene:
-    """Return the scene whose sections are given."""
-    return parse_scene(sections)
+    """Return the scene whose sections are given, in the full band where its output names none: that is the hardest."""
+    return parse_scene(sections | {"output": {"bandwidth": "full"} | sections.get("output", {})})
 
 
 def touch_of(scene: Scene) -> Touch:
@@ -73,7 +73,7 @@ def random_document(random: np.random.Generator, rate: int, tolerance: float = 1
             "speed": min(fundamental * period, 10.0) * float(random.choice([-1, 1])),
             "load": spread(random, 1e-2, 3),
         },
-        "output": {"channels": list(QUANTITIES), "sample_rate": rate, "duration": 0.25},
+        "output": {"channels": list(QUANTITIES), "sample_rate": rate, "duration": 0.25, "bandwidth": "full"},
         "accuracy": {"tolerance": tolerance},
     }
 

@@ -15,11 +15,11 @@ from typing import Any
 from numba.core.dispatcher import Dispatcher
 
 from service.engine import SynthEngine
-from synth.effect_registry import effect_names
-from synth.following import Update
-from synth.live import LiveVoice
-from synth.live_hand import HandVoice
-from synth.scene import Scene, parse_scene
+from synth.motion.update_smoothing import Update
+from synth.scene.effect_registry import effect_names
+from synth.scene.scene import Scene, parse_scene
+from synth.voice.hand_voice import HandVoice
+from synth.voice.live_voice import LiveVoice
 
 RATE, BLOCK = 8000, 80
 SCENES: dict[str, dict[str, Any]] = {

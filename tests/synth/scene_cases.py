@@ -8,9 +8,10 @@ import pytest
 from hypothesis import strategies as st
 
 from synth.errors import Fault, SceneError
-from synth.scene import Scene, parse_scene
-from synth.scene_rules import Quantity
-from synth.scene_section import Section, inner_section, rule_of
+from synth.scene.output_section import Output
+from synth.scene.rules import Quantity, QuantityOrName
+from synth.scene.scene import Scene, parse_scene
+from synth.scene.section import Section, inner_section, rule_of
 
 RISING = [[0, 0, 0.3], [0.1, 0.008, 0.3], [0.2, 0.016, 0.4], [0.3, 0.02, 0.2]]
 
@@ -46,7 +47,14 @@ def quantity_fields(section: type[Section] = Scene, above: str = "") -> list[tup
     return found
 
 
-RULES = dict(quantity_fields())
+def _bandwidth() -> Quantity:
+    """Return the rule of the bandwidths that are numbers."""
+    rule = rule_of(Output, "bandwidth")
+    assert isinstance(rule, QuantityOrName)
+    return rule.quantity
+
+
+RULES = {**dict(quantity_fields()), "output.bandwidth": _bandwidth()}
 
 
 def _in_range(rule: Quantity) -> st.SearchStrategy[Any]:
@@ -87,6 +95,8 @@ def scenes(draw: st.DrawFn) -> dict[str, Any]:
                 points.append([t, position, load])
             scan["trajectory"] = points
     output = fields("output.sample_rate", "output.duration", "output.bandwidth")
+    if draw(st.booleans()):
+        output["bandwidth"] = "full"
     names = st.sampled_from(["displacement", "velocity", "acceleration"])
     if draw(st.booleans()):
         full_scale = st.none() | st.floats(1e-9, 1e3)

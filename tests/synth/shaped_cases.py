@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 
 from synth.contact.balance import Contact
-from synth.contact.rows import FINEST, Rows
-from synth.contact.spectrum import Demand, curves, points_for, solve_spectrum
+from synth.response.load_rows import FINEST, Rows
+from synth.response.spectrum import Demand, curves, points_for, solve_spectrum
 from tests.reference.shaped_contact_oracle import Pressed
 from tests.synth.engine_cases import Real
 

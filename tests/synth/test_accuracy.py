@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from synth.accuracy import REPEATS, AccuracyReport, Measured, measure_accuracy
-from synth.contact.spectrum import Demand, curves, points_for, solve_spectrum
+from synth.accuracy.methods import OVERSAMPLINGS, case_of, methods_of
+from synth.accuracy.report import REPEATS, AccuracyReport, Measured, measure_accuracy
 from synth.errors import AskedWrong, CannotRender
-from synth.methods import case_of, methods_of
-from synth.threshold import threshold_displacement
+from synth.perception.threshold import threshold_displacement
+from synth.response.spectrum import Demand, curves, points_for, solve_spectrum
 from tests.synth.engine_cases import contact_of, scene_of
 
 QUICK: dict[str, Any] = {
@@ -33,7 +33,7 @@ FEW = 1  # timings of a method, where no test looks at how steady they are
 
 @pytest.fixture(autouse=True)
 def few_repeats(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("synth.accuracy.REPEATS", FEW)
+    monkeypatch.setattr("synth.accuracy.report.REPEATS", FEW)
 
 
 @cache
@@ -142,13 +142,40 @@ def test_another_threshold_moves_the_margins_alone() -> None:
     assert any(abs(a.threshold_margin_db - b.threshold_margin_db) > 3.0 for a, b in pairs)
 
 
+def test_the_baseline_is_measured_at_every_oversampling_and_tabled_until_it_meets_the_tolerance() -> None:
+    for quantity in ("displacement", "acceleration"):
+        found = rows("baseline", quantity=quantity)
+        for count in OVERSAMPLINGS:
+            assert any(row.method.endswith(f"oversampling {count}") for row in found)
+        for kind in ("oversampling", "tabled"):
+            assert min(row.max_error for row in found if kind in row.method) <= 1e-3
+        assert sum(row.max_error <= 1e-3 for row in found) < len(found) / 2
+
+
+def test_a_tabled_baseline_costs_its_phases_in_set_up_and_is_then_as_fast_as_any_table() -> None:
+    tabled = {row.method: row for row in rows("baseline", "tabled")}
+    framed = {row.method: row for row in rows("baseline", "oversampling 1", "displacement")}
+    for name, row in tabled.items():
+        points, phases = name.split(", ")[1], int(name.split(", ")[-1].split()[0])
+        frame = framed.get(f"trapezoid and brentq, {points}, oversampling 1")
+        if frame is not None:
+            assert row.setup_seconds == pytest.approx(phases * frame.seconds_per_second / 8000, rel=1.0)
+        assert row.seconds_per_second < 0.01
+
+
+def test_what_a_process_takes_once_is_told_apart_from_the_set_up() -> None:
+    made = report()
+    assert 0.1 < made.process_seconds < 1000.0 and 0.0 <= made.compile_seconds < made.process_seconds
+
+
 def test_progress_is_told_before_each_method() -> None:
     told: list[tuple[str, int, int]] = []
     scene = scene_of(**(QUICK | {"output": {"sample_rate": 1000, "bandwidth": 400}, "scan": {"speed": 0.1}}))
     made = measure_accuracy(scene, progress=lambda *one: told.append(one))
     count = len(made.methods) + len(made.left_out)
-    assert [done for _name, done, _of in told] == list(range(count + 1))
-    assert {of for _name, _done, of in told} == {count}
+    done = [done for _name, done, _of in told]
+    assert done == list(range(len(told)))
+    assert {of for _name, _done, of in told} == {len(told) - 1} and len(told) > count
 
 
 def test_a_quantity_that_the_scene_lacks_is_asked_wrong() -> None:
@@ -166,14 +193,15 @@ def test_nothing_is_measured_where_nothing_moves(sections: dict[str, Any]) -> No
 
 
 def test_what_would_take_too_long_is_left_out_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("synth.accuracy.PATIENCE", 0.5)
+    monkeypatch.setattr("synth.accuracy.report.PATIENCE", 0.5)
     scene = scene_of(scan={"speed": 1e-4}, output={"sample_rate": 8000, "bandwidth": 100})
     case = case_of(scene, 0)
     listed = {method.name for method in methods_of(case)}
     made = measure_accuracy(scene)
     assert made.left_out
-    assert all("s to measure" in left.reason for left in made.left_out)
+    assert all("s to measure" in left.reason for left in made.left_out if left.family != "baseline")
     assert {row.method for row in made.methods} | {left.method for left in made.left_out} >= listed
+    assert any(left.family == "baseline" for left in made.left_out)
 
 
 def test_a_stroke_is_measured_at_its_speed_and_load() -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from synth.cache import ResponseCache
+from synth.response.cache import ResponseCache
 
 
 @dataclass

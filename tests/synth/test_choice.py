@@ -7,15 +7,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from synth.choice import cheapest_reader, cheapest_spectrum
-from synth.contact.spectrum import Demand, curves, points_for, solve_spectrum
-from synth.preparation import prepare
+from synth.plan.method_choice import cheapest_reader, cheapest_spectrum
+from synth.plan.preparation import prepare
+from synth.response.spectrum import Demand, curves, points_for, solve_spectrum
 from tests.synth.engine_cases import contact_of, scene_of
 from tests.synth.test_steady import series, summed
 
 
 def response(**sections: Any) -> Any:
-    from synth.plan import plan_of
+    from synth.plan.plan import plan_of
 
     return plan_of(prepare(scene_of(**sections))).response
 

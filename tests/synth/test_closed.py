@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from synth.contact.closed import full_contact, mean_sine_factor
+from synth.contact.full_contact import full_contact, mean_sine_factor
 from synth.contact.geometry import Geometry
 from synth.contact.stiffness import Stiffness
 from tests.reference.stiffness_oracle import contact_in_metres

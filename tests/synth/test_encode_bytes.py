@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from synth.encode import (
+from synth.encode.formats import (
     Block,
     Metadata,
     SoundFormat,
@@ -19,13 +19,13 @@ from synth.errors import AskedWrong
 
 METADATA = Metadata((2.5,), ("acceleration",), {"a": 1}, generator="ridgewave 0.1.0")
 COMMENT = (
-    b'{"generator":"ridgewave 0.1.0",'
+    b'{"version":2,"generator":"ridgewave 0.1.0",'
     b'"channels":[{"quantity":"acceleration","full_scale":2.5,"unit":"m/s^2"}],"scene":{"a":1}}'
 )
 LIST = (
-    b"LIST\x9e\x00\x00\x00INFO"
+    b"LIST\xaa\x00\x00\x00INFO"
     b"ISFT\x10\x00\x00\x00ridgewave 0.1.0\x00"
-    b"ICMT\x79\x00\x00\x00" + COMMENT + b"\x00\x00"  # 121 bytes with the terminator, and one to make them even
+    b"ICMT\x85\x00\x00\x00" + COMMENT + b"\x00\x00"  # 133 bytes with the terminator, and one to make them even
 )
 JUNK = b"JUNK\x1c\x00\x00\x00" + bytes(28)
 FLOAT_SAMPLES = b"\x00\x00\x00\x3f\x00\x00\x80\xbf\x00\x00\x00\x40"  # 0.5, -1, 2
@@ -50,7 +50,7 @@ def test_float_wav() -> None:
 
 def test_float_wav_with_its_scene() -> None:
     assert encode_all(mono(), SoundFormat.WAV, 48000, METADATA) == (
-        b"RIFF\x08\x01\x00\x00WAVE" + JUNK + b"fmt \x12\x00\x00\x00\x03\x00\x01\x00"
+        b"RIFF\x14\x01\x00\x00WAVE" + JUNK + b"fmt \x12\x00\x00\x00\x03\x00\x01\x00"
         b"\x80\xbb\x00\x00\x00\xee\x02\x00\x04\x00\x20\x00\x00\x00"
         b"fact\x04\x00\x00\x00\x03\x00\x00\x00" + LIST + b"data\x0c\x00\x00\x00" + FLOAT_SAMPLES
     )
@@ -154,12 +154,12 @@ def test_media_types() -> None:
 
 def test_the_ending_and_the_subtype_choose_the_format() -> None:
     assert choose_format("a.wav") is SoundFormat.WAV
-    assert choose_format("A.WAV", "int16") is SoundFormat.WAV16
-    assert choose_format("a.wav", "int24") is SoundFormat.WAV24
+    assert choose_format("A.WAV", "pcm16") is SoundFormat.WAV16
+    assert choose_format("a.wav", "pcm24") is SoundFormat.WAV24
     assert choose_format("a.flac") is SoundFormat.FLAC
     assert choose_format("a.raw") is SoundFormat.F32LE
-    assert choose_format("a.raw", "l16") is SoundFormat.L16
+    assert choose_format("a.l16") is SoundFormat.L16
     with pytest.raises(AskedWrong, match=r"\.wav, \.flac, \.raw"):
         choose_format("a.mp3")
-    with pytest.raises(AskedWrong, match="int24"):
-        choose_format("a.flac", "float32")
+    with pytest.raises(AskedWrong, match="pcm24"):
+        choose_format("a.flac", "float")

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from synth.encode import Block, Metadata, SoundFormat, encode_all, open_writer, stream_block, stream_header
+from synth.encode.formats import Block, Metadata, SoundFormat, encode_all, open_writer, stream_block, stream_header
 from synth.errors import CannotRender
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -149,7 +149,7 @@ def test_a_folder_that_is_not_writable_is_told(tmp_path: Path, plain_user: None)
 FULL_DISK = """
 import resource, signal, sys
 import numpy as np
-from synth.encode import SoundFormat, open_writer
+from synth.encode.formats import SoundFormat, open_writer
 from synth.errors import CannotRender
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 resource.setrlimit(resource.RLIMIT_FSIZE, (200000, 200000))
@@ -238,7 +238,7 @@ def test_a_closed_writer_takes_no_blocks(tmp_path: Path) -> None:
 LONG = """
 import resource, sys
 import numpy as np
-from synth.encode import SoundFormat, open_writer
+from synth.encode.formats import SoundFormat, open_writer
 block = np.random.default_rng(1).uniform(-1, 1, (48000, 1)).astype(np.float32)
 with open_writer(sys.argv[1], SoundFormat(sys.argv[2]), 48000, 1) as writer:
     writer.write(block)

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from synth.encode import SoundFormat, encode_all, quantise, stream_block
+from synth.encode.formats import SoundFormat, encode_all, quantise, stream_block
 
 FLOATS = st.one_of(
     st.floats(width=32, allow_nan=False),

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from synth.encode import Metadata, SoundFormat, encode_all, read_metadata, stream_header
+from synth.encode.formats import Metadata, SoundFormat, encode_all, read_metadata, stream_header
+from synth.encode.sound_metadata import UNITS, parse_metadata
 from synth.errors import AskedWrong, CannotRender
-from synth.sound_metadata import UNITS
 
 JSON = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False, allow_infinity=False) | st.text(),
@@ -42,6 +44,20 @@ def test_metadata_round_trips_exactly(metadata: Metadata, sound_format: SoundFor
 def test_an_endless_stream_says_it_too() -> None:
     metadata = Metadata((1.0,), ("velocity",), {"scan": {"load": 0.1}})
     assert read_metadata(stream_header(SoundFormat.WAV16, 48000, 1, metadata)) == metadata
+
+
+@pytest.mark.parametrize("output", [{}, {"output": None}, {"output": {"bandwidth": None}}])
+def test_a_file_from_before_versions_tells_the_full_band_that_it_has(output: dict[str, Any]) -> None:
+    scene = {"scan": {"load": 0.1}} | output
+    now = Metadata((1.0,), ("velocity",), scene)
+    told = json.loads(now.text())
+    assert told.pop("version") == 2
+    assert parse_metadata(now.text()) == now
+    before = parse_metadata(json.dumps(told).encode())
+    assert before is not None and before.scene == {"scan": {"load": 0.1}, "output": {"bandwidth": "full"}}
+    named = told | {"scene": {"output": {"bandwidth": 200.0}}}
+    read = parse_metadata(json.dumps(named).encode())
+    assert read is not None and read.scene == named["scene"]
 
 
 def test_the_generator_is_named_with_its_version() -> None:

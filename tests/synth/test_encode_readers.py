@@ -15,8 +15,8 @@ import pytest
 import soundfile
 from scipy.io import wavfile
 
-from synth import riff
-from synth.encode import (
+from synth.encode import riff
+from synth.encode.formats import (
     Block,
     Metadata,
     SoundFormat,
@@ -27,7 +27,7 @@ from synth.encode import (
     stream_block,
     stream_header,
 )
-from synth.riff import wav_header
+from synth.encode.riff import wav_header
 
 WAVS = [SoundFormat.WAV, SoundFormat.WAV16, SoundFormat.WAV24]
 every_file = pytest.mark.parametrize(

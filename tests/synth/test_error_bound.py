@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from synth.contact.spectrum import curves, error_floor, harmonics_of, points_for
-from synth.preparation import Preparation, prepare
+from synth.plan.preparation import Preparation, prepare
+from synth.response.spectrum import curves, error_floor, harmonics_of, points_for
 from tests.synth.engine_cases import QUANTITIES, RATES, random_document, scene_of, spread
 
 SCENES = [200, pytest.param(500, marks=pytest.mark.thorough)]

@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from synth.quantity import Dimension, parse_quantity
-from synth.scene import Scene, object_from_text, parse_scene, parse_scene_text, scene_document
+from synth.scene.quantity import Dimension, parse_quantity
+from synth.scene.scene import Scene, object_from_text, parse_scene, parse_scene_text, scene_document
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "docs" / "examples"
 FILES = sorted(EXAMPLES.glob("*.json"))

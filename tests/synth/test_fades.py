@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from synth.output import fade_envelope
+from synth.voice.limiter import fade_envelope
 
 
 def test_fades_rise_from_nothing_and_end_in_nothing() -> None:

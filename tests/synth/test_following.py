@@ -11,9 +11,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from synth import following, following_curve, following_track
-from synth.following import DELAY, GLIDE_DECAY, LOAD_DECAY, Follower, Update
-from synth.motion import LARGEST_LOAD, LOAD, LOAD_BEND, LOAD_RATE, SPEED, SPEED_RATE
+from synth.motion import smoothing_curve as following_curve
+from synth.motion import smoothing_track as following_track
+from synth.motion import update_smoothing as following
+from synth.motion.motion import LARGEST_LOAD, LOAD, LOAD_BEND, LOAD_RATE, SPEED, SPEED_RATE
+from synth.motion.update_smoothing import DELAY, GLIDE_DECAY, LOAD_DECAY, Follower, Update
 from tests.reference.slow_following import Numbers, SlowFollower
 from tests.synth.engine_cases import Real
 

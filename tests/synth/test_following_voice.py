@@ -8,9 +8,9 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import pytest
 
-from synth.following import Follower, Update
-from synth.motion import Motion
-from synth.voice import Voice, open_voice
+from synth.motion.motion import Motion
+from synth.motion.update_smoothing import Follower, Update
+from synth.voice.voice import Voice, open_voice
 from tests.synth.engine_cases import Real, scene_of
 
 RATE, BLOCK = 48000, 480

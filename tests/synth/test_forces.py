@@ -12,11 +12,11 @@ import pytest
 from synth.contact.balance import Contact
 from synth.contact.forces import ForceOfContact, FrictionForce, SlopeForce
 from synth.contact.geometry import Geometry
-from synth.contact.response import PressedContact, Response
-from synth.contact.rows import COARSE, Rows
-from synth.contact.spectrum import FLOOR, Demand, curves, points_for, solve_spectrum
+from synth.contact.load_response import PressedContact, Response
 from synth.contact.stiffness import Stiffness
-from synth.contact.tables import CUBIC, fitted_table
+from synth.response.load_rows import COARSE, Rows
+from synth.response.phase_cells import CUBIC, fitted_table
+from synth.response.spectrum import FLOOR, Demand, curves, points_for, solve_spectrum
 from tests.reference.pressure_oracle import Surfaces, balanced, power_mean, slope_mean
 from tests.synth.domed_contact import DomedContact
 from tests.synth.engine_cases import Real, contact_of, random_document, scene_of, spread

@@ -11,7 +11,7 @@ from synth.contact.geometry import Geometry
 from synth.contact.groups import Groups
 from synth.contact.stiffness import Stiffness
 from synth.errors import CannotRender
-from synth.scene import amplitude_of
+from synth.scene.scene import amplitude_of
 from tests.reference import stiffness_oracle
 from tests.synth.engine_cases import random_document, scene_of, touch_of
 

@@ -14,12 +14,12 @@ from synth.contact.balance import Contact
 from synth.contact.exact import Grid
 from synth.contact.geometry import Geometry
 from synth.contact.growing import GrowingContact, Growth
-from synth.contact.kept import MOST_BYTES, MOST_KEPT, KeptSolvers
+from synth.contact.kept_solvers import MOST_BYTES, MOST_KEPT, KeptSolvers
 from synth.contact.rounded import RoundContact
-from synth.contact.rows import COARSE, Rows
-from synth.contact.spectrum import Demand, solve_spectrum
 from synth.contact.stiffness import Stiffness
-from synth.scene import Scene
+from synth.response.load_rows import COARSE, Rows
+from synth.response.spectrum import Demand, solve_spectrum
+from synth.scene.scene import Scene
 from tests.reference.shaped_contact_oracle import growing_contact, grown_length
 from tests.reference.stiffness_oracle import contact_in_metres
 from tests.synth.engine_cases import contact_of, random_document, scene_of, spread, touch_of

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from synth.cache import ResponseCache
-from synth.following import Update
-from synth.live_hand import HandVoice
-from synth.output import Block
-from synth.scene import parse_scene
+from synth.motion.update_smoothing import Update
+from synth.response.cache import ResponseCache
+from synth.scene.scene import parse_scene
+from synth.voice.hand_voice import HandVoice
+from synth.voice.limiter import Block
 from tests.synth.test_live_hand import QUANTITIES
 
 BLOCK = 480
@@ -21,7 +21,7 @@ CACHE = ResponseCache()
 
 def pair(quantity: str, **output: Any) -> tuple[HandVoice, HandVoice]:
     """Return two voices of one scene with the same rows, the second without the call that does it all."""
-    scene = parse_scene({"output": {"quantity": quantity, "sample_rate": 48000, **output}})
+    scene = parse_scene({"output": {"quantity": quantity, "sample_rate": 48000, "bandwidth": "full", **output}})
     first = HandVoice(scene, cache=CACHE)
     edges = first._spare.hand_readers[0].shared.edges_at_first  # type: ignore[union-attr]
     first.close()

@@ -5,47 +5,35 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from synth.contact.kernels import forget_stale_kernels
+from synth.kernels import forget_stale_kernels
 
 
-def test_kernels_older_than_the_newest_source_are_forgotten(tmp_path: Path) -> None:
-    kept = tmp_path / "__pycache__"
-    kept.mkdir()
-    for name, stamp in (
-        ("one.py", 1000),
-        ("two.py", 3000),
-        ("__pycache__/old.nbi", 2000),
-        ("__pycache__/new.nbi", 4000),
-    ):
-        (tmp_path / name).touch()
-        os.utime(tmp_path / name, (stamp, stamp))
-    forget_stale_kernels(tmp_path)
-    assert [index.name for index in kept.iterdir()] == ["new.nbi"]
+def made(folder: Path, stamps: dict[str, float]) -> None:
+    """Make empty files in `folder` with the given times of change (s)."""
+    for name, stamp in stamps.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.touch()
+        os.utime(path, (stamp, stamp))
 
 
-def test_a_folder_that_holds_no_kernels_is_no_fault(tmp_path: Path) -> None:
-    (tmp_path / "one.py").touch()
-    forget_stale_kernels(tmp_path)
+def left(folder: Path) -> set[str]:
+    forget_stale_kernels(folder, ("contact", "voice", "absent"))
+    return {index.name for index in folder.rglob("*.nbi")}
+
+
+def test_kernels_older_than_the_newest_source_that_they_may_call_are_forgotten(tmp_path: Path) -> None:
+    indexes = {f"{folder}__pycache__/{age}-{folder[:-1]}.nbi": stamp
+               for folder in ("", "contact/", "voice/") for age, stamp in (("old", 2000), ("new", 4000))}  # fmt: skip
+    made(tmp_path, {"contact/one.py": 1000, "voice/two.py": 3000, **indexes})
+    assert left(tmp_path) == {"new-.nbi", "new-contact.nbi", "new-voice.nbi"}
+
+
+def test_sources_without_kernels_are_no_fault(tmp_path: Path) -> None:
+    made(tmp_path, {"contact/one.py": 1000})
+    assert left(tmp_path) == set()
 
 
 def test_sources_from_the_future_say_nothing(tmp_path: Path) -> None:
-    kept = tmp_path / "__pycache__"
-    kept.mkdir()
-    (tmp_path / "one.py").touch()
-    os.utime(tmp_path / "one.py", (1e11, 1e11))
-    (kept / "one.nbi").touch()
-    forget_stale_kernels(tmp_path)
-    assert (kept / "one.nbi").exists()
-
-
-def test_kernels_beside_the_folder_are_forgotten_with_what_they_call(tmp_path: Path) -> None:
-    called = tmp_path / "contact"
-    (tmp_path / "__pycache__").mkdir()
-    called.mkdir()
-    old, new = tmp_path / "__pycache__" / "old.nbi", tmp_path / "__pycache__" / "new.nbi"
-    source = called / "kernels.py"
-    for number, path in enumerate((old, source, new)):
-        path.touch()
-        os.utime(path, (1e9 + number, 1e9 + number))
-    forget_stale_kernels(tmp_path, called)
-    assert not old.exists() and new.exists()
+    made(tmp_path, {"contact/one.py": 1e11, "contact/__pycache__/one.nbi": 1000})
+    assert left(tmp_path) == {"one.nbi"}

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from synth.contact.levels import Levels, levels_heard, levels_up_to
+from synth.response.speed_levels import Levels, levels_heard, levels_up_to
 from tests.synth.engine_cases import Real
 
 SIZES = [*range(1, 60), 99, 137, 191, 500, 1000, 3070, 4096]

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from synth.output import LOOK_AHEAD, RELEASE_TIME, Block, Limiter, look_ahead
-from synth.output_limiting import hold_within
+from synth.voice.limiter import LOOK_AHEAD, RELEASE_TIME, Block, Limiter, look_ahead
+from synth.voice.limiter_kernel import hold_within
 from tests.reference import slow_limiter
 
 RATE = 48000

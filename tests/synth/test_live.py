@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from synth.cache import ResponseCache
 from synth.errors import SceneError
-from synth.live import CHANGE_TIME, LiveVoice
-from synth.output import Block
-from synth.scene import Scene
-from synth.voice import open_voice
+from synth.response.cache import ResponseCache
+from synth.scene.scene import Scene
+from synth.voice.limiter import Block
+from synth.voice.live_voice import CHANGE_TIME, LiveVoice
+from synth.voice.voice import open_voice
 from tests.synth.engine_cases import QUANTITIES, scene_of
 
 RATE = 48000

@@ -10,16 +10,18 @@ import numpy as np
 import pytest
 from scipy.signal import firwin
 
-from synth import moving_tables
-from synth.cache import ResponseCache
-from synth.contact import table_budget
-from synth.following import Update
-from synth.live import CHANGE_TIME
-from synth.live_hand import HandVoice
-from synth.moving import MovingReader
-from synth.output import LOOK_AHEAD, Block
-from synth.row_solver import USUAL_LOADS, Followed
-from synth.scene import parse_scene
+from synth.motion.update_smoothing import Update
+from synth.plan.usual_hand import HAND_LOADS, with_full_scale
+from synth.response import table_budget
+from synth.response.cache import ResponseCache
+from synth.scene.scene import parse_scene
+from synth.voice import moving_tables
+from synth.voice.hand_voice import HandVoice
+from synth.voice.limiter import LOOK_AHEAD, Block
+from synth.voice.live_voice import CHANGE_TIME
+from synth.voice.moving import MovingReader
+from synth.voice.row_solver import Followed
+from synth.voice.voice import open_voice
 
 RATE, BLOCK = 8000, 80
 ABOVE = firwin(101, 2500, fs=RATE, pass_zero=False)
@@ -79,10 +81,11 @@ def click(samples: Block) -> float:
 
 @pytest.mark.parametrize("quantity", QUANTITIES)
 def test_without_a_hand_it_is_the_live_voice_of_the_scan(voices: Any, cache: ResponseCache, quantity: str) -> None:
-    from synth.live import LiveVoice
+    from synth.voice.live_voice import LiveVoice
 
-    plain = LiveVoice(scene_of(quantity), cache=cache)
-    assert np.array_equal(voices(scene_of(quantity)).render(4000), plain.render(4000))
+    hand = voices(scene_of(quantity))
+    plain = LiveVoice(with_full_scale(scene_of(quantity), hand.full_scale), cache=cache)
+    assert np.array_equal(hand.render(4000), plain.render(4000))
 
 
 @pytest.mark.parametrize("quantity", QUANTITIES)
@@ -134,7 +137,8 @@ def test_a_lift_is_silent_in_the_end_and_the_next_contact_sounds_with_the_last_l
     falling = still(voice, 60)
     assert np.abs(falling[-10 * BLOCK :]).max() == 0.0
     back = stroked(voice, 40, first=90, load=None)
-    assert np.abs(back[-5 * BLOCK :]).max() > 0.3
+    as_in_a_file = open_voice(scene_of(quantity)).full_scale[0] / voice.full_scale[0]
+    assert np.abs(back[-5 * BLOCK :]).max() > 0.3 * as_in_a_file
     assert click(np.concatenate([falling, back])) <= CLICK[quantity]
 
 
@@ -213,10 +217,10 @@ def test_a_response_that_is_slow_to_solve_opens_before_all_its_loads_are_there_a
     try:
         shared = reader_of(voice).shared
         first = shared.edges
-        assert first[0] <= 0.3 <= first[-1] and first[-1] < USUAL_LOADS[1]
+        assert first[0] <= 0.3 <= first[-1] and first[-1] < HAND_LOADS[1]
         stroked(voice, 20, load=0.3)
         deadline = time.monotonic() + 60.0
-        while not (shared.edges[0] < USUAL_LOADS[0] and shared.edges[-1] >= USUAL_LOADS[1]):
+        while not (shared.edges[0] < HAND_LOADS[0] and shared.edges[-1] >= HAND_LOADS[1]):
             assert time.monotonic() < deadline
             time.sleep(0.01)
     finally:

@@ -11,13 +11,13 @@ from typing import Any
 
 import pytest
 
-from synth import live
 from synth.errors import CannotRender
-from synth.live import LiveVoice
-from synth.live_hand import HandVoice
-from synth.live_rehearsal import Rehearsals, kind_of, stand_in
-from synth.moving import MovingReader
-from synth.scene import parse_scene
+from synth.scene.scene import parse_scene
+from synth.voice import live_voice as live
+from synth.voice.hand_voice import HandVoice
+from synth.voice.live_voice import LiveVoice
+from synth.voice.moving import MovingReader
+from synth.voice.rehearsal import Rehearsals, kind_of, stand_in
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -41,8 +41,8 @@ def test_no_voice_meets_a_new_loop_while_it_is_heard(kinds: tuple[str, ...]) -> 
 
 def test_without_a_rehearsal_it_would() -> None:
     late = met_late("--unrehearsed", "acceleration", "displacement")
-    assert "synth.hand_block.rate_block" in late["acceleration, a hand"]
-    assert "synth.hand_block.displacement_block" in late["displacement, a hand"]
+    assert "synth.voice.hand_block.rate_block" in late["acceleration, a hand"]
+    assert "synth.voice.hand_block.displacement_block" in late["displacement, a hand"]
 
 
 def kind(**sections: Any) -> Any:

@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from synth.motion import LIFT_TIME, LOAD, LOAD_BEND, LOAD_RATE, SPEED, SPEED_RATE, Motion, ScanMotion
-from synth.scene import Scene
+from synth.motion.motion import LIFT_TIME, LOAD, LOAD_BEND, LOAD_RATE, SPEED, SPEED_RATE, Motion, ScanMotion
+from synth.scene.scene import Scene
 from tests.synth.engine_cases import Real, scene_of
 
 RATE = 48000

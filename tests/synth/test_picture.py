@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 from scipy.special import roots_legendre
 
-from synth.cache import ResponseCache
+from synth.arrays import Array
 from synth.contact.balance import Contact
-from synth.contact.exact import Array
 from synth.contact.geometry import Geometry
 from synth.contact.stiffness import Stiffness
 from synth.errors import AskedWrong
-from synth.picture import DIGITS, MOST_PATCHES, PHASES, POINTS, Picture, picture
-from synth.preparation import prepare
-from synth.scene import Scene, parse_scene
+from synth.plan.contact_picture import DIGITS, MOST_PATCHES, PHASES, POINTS, Picture, picture
+from synth.plan.preparation import prepare
+from synth.response.cache import ResponseCache
+from synth.scene.scene import Scene, parse_scene
 from tests.synth.engine_cases import spread
 
 ROUNDED = 10.0**-DIGITS

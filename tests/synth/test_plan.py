@@ -8,15 +8,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from synth.costing import explain
-from synth.effect_registry import effect_names
-from synth.plan import plan_of
-from synth.preparation import prepare
-from synth.scene import parse_scene, scene_document
-from synth.voice import Voice, open_voice
+from synth.accuracy.costing import explain
+from synth.plan.plan import plan_of
+from synth.plan.preparation import prepare
+from synth.scene.effect_registry import effect_names
+from synth.scene.scene import parse_scene, scene_document
+from synth.voice.voice import Voice, open_voice
 from tests.synth.engine_cases import QUANTITIES, scene_of
 
 POINTS = [[0, 0, 0.3], [0.1, 6e-3, 0.4], [0.2, 1e-2, 0.25], [0.3, 8e-3, 0.3]]
+BAND = "components above the band"
 FEW = {"quantity": "displacement", "sample_rate": 8000, "bandwidth": 300}
 
 
@@ -42,13 +43,22 @@ def test_a_constant_scan_needs_neither_rows_nor_levels() -> None:
     assert f"{made.response['phases_solved']} phases" in made.simulated[0].reason
 
 
+def test_what_lies_above_the_default_band_is_said_to_be_left_out() -> None:
+    made = plan_of(prepare(parse_scene({})))
+    assert names(made.left_out) == ["rows of load", "levels", BAND, *EFFECTS]
+    assert '1000 Hz; "full"' in made.left_out[2].reason
+    assert (made.response["harmonics"], made.response["band_limit_hz"]) == (9, 1000.0)
+    narrow = plan_of(prepare(parse_scene({"output": {"sample_rate": 2000}})))
+    assert BAND not in names(narrow.left_out) and narrow.response["band_limit_hz"] == 800.0
+
+
 def test_a_stroke_needs_levels_and_a_varying_load_needs_rows() -> None:
     stroke = plan(scan={"stroke": {}}, output=FEW)
     assert names(stroke.simulated) == ["contact response", "levels"]
-    assert names(stroke.left_out) == ["rows of load", *EFFECTS]
+    assert names(stroke.left_out) == ["rows of load", BAND, *EFFECTS]
     recorded = plan(scan={"trajectory": POINTS}, output=FEW)
     assert names(recorded.simulated) == ["contact response", "rows of load", "levels"]
-    assert names(recorded.left_out) == EFFECTS
+    assert names(recorded.left_out) == [BAND, *EFFECTS]
     assert recorded.response["method"] == "rows of load"
 
 

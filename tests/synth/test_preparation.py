@@ -10,12 +10,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from synth.cache import ResponseCache
-from synth.contact.phases import phase_step
-from synth.preparation import EXACT, N_MAX, harmonics_below, prepare
-from synth.scene_output import THRESHOLD_NAME
-from synth.threshold import THRESHOLDS, imperceptible_tolerance, threshold_displacement
-from synth.voice import open_voice
+from synth.perception.threshold import THRESHOLDS, imperceptible_tolerance, threshold_displacement
+from synth.plan.preparation import EXACT, N_MAX, harmonics_below, prepare
+from synth.response.cache import ResponseCache
+from synth.response.phases import phase_step
+from synth.scene.output_section import THRESHOLD_NAME
+from synth.voice.voice import open_voice
 from tests.reference.synthesis_oracle import highest_harmonic, synthesise
 from tests.synth.engine_cases import QUANTITIES, physical, scene_of, touch_of
 
@@ -148,7 +148,7 @@ def test_a_change_of_full_scale_solves_nothing_anew() -> None:
 
 
 def test_a_tolerance_that_was_not_reached_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("synth.contact.spectrum.MOST_PHASES", 1 << 10)
+    monkeypatch.setattr("synth.response.spectrum.MOST_PHASES", 1 << 10)
     solved = prepare(scene_of(accuracy={"tolerance": 1e-5}, output={"quantity": "acceleration"}))
     assert solved.channels[0].error > 1e-5
     assert any("acceleration reaches an error" in warning for warning in solved.warnings)

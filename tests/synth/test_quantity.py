@@ -13,7 +13,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from synth.quantity import Dimension, QuantityError, parse_quantity, show_quantity, text_pattern
+from synth.scene.quantity import Dimension, QuantityError, parse_quantity, show_quantity, text_pattern
 
 NO_BREAK_SPACE = "\u00a0"
 MEASURED = [dimension for dimension in Dimension if dimension is not Dimension.NONE]
@@ -167,7 +167,7 @@ def test_numbers_are_shown_in_handy_units(number: float, dimension: Dimension, t
 
 
 def test_reading_quantities_imports_nothing_but_the_standard_library(environment: dict[str, str]) -> None:
-    code = "import sys, synth.quantity; print(sorted({'pydantic', 'numpy', 'scipy', 'numba'} & set(sys.modules)))"
+    code = "import sys, synth.scene.quantity; print(sorted({'pydantic', 'numpy', 'scipy', 'numba'} & set(sys.modules)))"
     command = [sys.executable, "-c", code]
     ran = subprocess.run(command, capture_output=True, text=True, check=True, env=environment, timeout=60)
     assert ran.stdout.strip() == "[]"

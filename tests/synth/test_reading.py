@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from synth.contact.cell_rates import surface_rates
-from synth.contact.evaluation import gate
-from synth.contact.kernels import kernel
-from synth.contact.levels import Levels, levels_up_to
-from synth.contact.phases import turns_to_phase
-from synth.contact.reading import read_displacement, read_rate
-from synth.contact.tables import CUBIC, QUINTIC, surface
+from synth.kernels import kernel
+from synth.response.cell_rates import surface_rates
+from synth.response.cell_reading import read_displacement, read_rate
+from synth.response.evaluation import gate
+from synth.response.phase_cells import CUBIC, QUINTIC, surface
+from synth.response.phases import turns_to_phase
+from synth.response.speed_levels import Levels, levels_up_to
 from tests.reference import slow_reading
 from tests.synth.engine_cases import Real
 

@@ -8,13 +8,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from synth.cache import ResponseCache
 from synth.errors import SceneError
-from synth.following import Update
-from synth.live_hand import HandVoice
-from synth.output import Block
-from synth.recording import Recording
-from synth.scene import parse_scene
+from synth.motion.update_smoothing import Update
+from synth.response.cache import ResponseCache
+from synth.scene.scene import parse_scene
+from synth.voice.hand_log import EVENT_BYTES
+from synth.voice.hand_voice import HandVoice
+from synth.voice.limiter import Block
+from synth.voice.recording import Recording
+from synth.voice.voice import open_voice
 
 RATE = 8000
 SCENES: dict[str, dict[str, Any]] = {
@@ -94,14 +96,30 @@ def test_an_end_that_came_while_a_block_was_rendered_is_part_of_the_recording(ke
     end = voice.cut(latest, kept)
     voice.close()
     assert len(end) == kept and end[-1] == 0.0 and voice.frame == 1500 + kept
-    assert kept < 80 or np.abs(end).max() > 0.1
+    as_in_a_file = open_voice(parse_scene(document_of("acceleration"))).full_scale[0] / voice.full_scale[0]
+    assert kept < 80 or np.abs(end).max() > 0.1 * as_in_a_file
     assert np.array_equal(played(voice.recording(), 7), np.concatenate([before, end]))
+
+
+def test_a_recording_of_version_1_plays_in_the_full_band_as_it_was_heard() -> None:
+    """Its scenes say null, or nothing, where the band was full; a band that they name is kept."""
+    scene = document_of("displacement")
+    heard, document = session(scene | {"output": scene["output"] | {"bandwidth": "full"}}, 9)
+    assert document["version"] == 2
+    before = json.loads(json.dumps(document).replace('"bandwidth": "full"', '"bandwidth": null'))
+    assert np.array_equal(played(before | {"version": 1}, 10), heard)
+    assert not np.array_equal(played(before, 10), heard)
+    named, document = session(scene, 9)
+    assert np.array_equal(played(document | {"version": 1}, 10), named)
 
 
 @pytest.mark.parametrize(
     ("change", "pointer"),
     [
-        ({"version": 2}, "/version"),
+        ({"version": 3}, "/version"),
+        ({"version": "2"}, "/version"),
+        ({"version": True}, "/version"),
+        ({"version": None}, "/version"),
         ({"frames": -1}, "/frames"),
         ({"frames": True}, "/frames"),
         ({"faded": -1}, "/faded"),
@@ -124,7 +142,7 @@ def test_an_end_that_came_while_a_block_was_rendered_is_part_of_the_recording(ke
 def test_what_is_no_recording_is_refused_with_its_place(change: dict[str, Any], pointer: str) -> None:
     document = {
         "format": "ridgewave-recording",
-        "version": 1,
+        "version": 2,
         "scene": {},
         "full_scale": [1.0],
         "frames": 10,
@@ -137,7 +155,7 @@ def test_what_is_no_recording_is_refused_with_its_place(change: dict[str, Any], 
 
 
 def test_a_full_log_holds_the_beginning(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("synth.hand_log.LARGEST_EVENTS", 60)
+    monkeypatch.setattr("synth.voice.hand_log.LARGEST_BYTES", 60 * EVENT_BYTES)
     heard, document = session(document_of("displacement"), 7)
     assert not document["complete"]
     found = played(document, 8)

@@ -11,13 +11,13 @@ import pytest
 from synth.contact.domes import dome_of, level_at, level_of, surfaces_of
 from synth.contact.exact import Grid
 from synth.contact.geometry import Geometry
+from synth.contact.phase_solver import MeasuringSolver
 from synth.contact.rounded import Fingertip, RoundContact, RoundGrid, lowest_approach
-from synth.contact.rows import COARSE, Rows
-from synth.contact.solver import MeasuringSolver
-from synth.contact.spectrum import Demand
 from synth.contact.stiffness import Stiffness
 from synth.errors import CannotRender
-from synth.scene import Scene
+from synth.response.load_rows import COARSE, Rows
+from synth.response.spectrum import Demand
+from synth.scene.scene import Scene
 from tests.reference.shaped_contact_oracle import fitting_radius, round_contact, smooth_half_length
 from tests.synth.engine_cases import Real, random_document, scene_of, spread, touch_of
 from tests.synth.shaped_cases import THETA, between, check_rows, check_series, differences

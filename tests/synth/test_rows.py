@@ -9,9 +9,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from synth.contact.rows import COARSE, FINEST, LARGEST_LOAD, Rows
-from synth.contact.spectrum import Demand, curves, points_for, solve_spectrum
-from synth.row_solver import USUAL_LOADS, RowSolver
+from synth.plan.usual_hand import HAND_LOADS
+from synth.response.load_rows import COARSE, FINEST, LARGEST_LOAD, Rows
+from synth.response.spectrum import Demand, curves, points_for, solve_spectrum
+from synth.voice.row_solver import RowSolver
 from tests.reference.stiffness_oracle import contact_in_metres
 from tests.synth.engine_cases import Real, contact_of, scene_of, touch_of
 
@@ -144,7 +145,7 @@ def test_the_solver_thread_covers_the_usual_loads_and_ends() -> None:
     try:
         assert solver.wait(60)
         assert solver.usual_range_ready
-        assert rows.edges[0] <= USUAL_LOADS[0] and rows.edges[-1] >= USUAL_LOADS[1]
+        assert rows.edges[0] <= HAND_LOADS[0] and rows.edges[-1] >= HAND_LOADS[1]
     finally:
         hand.leave()
     assert not [thread for thread in threading.enumerate() if thread.name == "ridgewave-rows"]

@@ -8,8 +8,8 @@ import pytest
 from synth.contact.baseline import BrentqGrid
 from synth.contact.exact import Grid
 from synth.contact.geometry import Geometry
+from synth.contact.phase_solver import PhaseSolver
 from synth.contact.sampled import MOST_STEPS, SampledGrid
-from synth.contact.solver import PhaseSolver
 from synth.contact.stiffness import Stiffness
 from tests.synth.engine_cases import random_document, scene_of
 

@@ -12,7 +12,7 @@ from hypothesis import given
 from pydantic import ValidationError
 
 from synth.errors import SceneError
-from synth.scene import (
+from synth.scene.scene import (
     Finger,
     Scan,
     Scene,
@@ -32,7 +32,8 @@ DESIGN_EXAMPLE = """{
   "texture": {"kind": "sinusoid", "period": "0.8 mm", "amplitude": "20 um", "phase": 1.4142135623730951},
   "scan":    {"speed": "80 mm/s", "load": "0.3 N"},
   "effects": {},
-  "output":  {"quantity": "acceleration", "sample_rate": 48000, "duration": 2.0, "full_scale": null, "bandwidth": null},
+  "output":  {"quantity": "acceleration", "sample_rate": 48000, "duration": 2.0, "full_scale": null,
+              "bandwidth": "1 kHz"},
   "accuracy": {"tolerance": 0.001}
 }"""
 
@@ -53,7 +54,7 @@ def test_the_defaults_are_those_of_the_design_in_si() -> None:
     assert (scene.scan.stroke, scene.scan.trajectory) == (None, None)
     assert dict(scene.effects) == {}
     assert (scene.output.quantity, scene.output.sample_rate, scene.output.duration) == ("acceleration", 48000, 2.0)
-    assert (scene.output.full_scale, scene.output.bandwidth, scene.output.fade) == (None, None, 0.0)
+    assert (scene.output.full_scale, scene.output.bandwidth, scene.output.fade) == (None, 1000.0, 0.0)
     assert scene.accuracy.tolerance == 0.001
 
 
@@ -91,6 +92,21 @@ def test_whole_numbers_stay_whole() -> None:
     for written in (44100, 44100.0, "44.1 kHz", "44100 Hz"):
         rate = parse_scene({"output": {"sample_rate": written}}).output.sample_rate
         assert (rate, type(rate)) == (44100, int)
+
+
+def test_the_band_is_1_khz_unless_one_is_named() -> None:
+    for output in ({}, {"bandwidth": None}, {"bandwidth": "1 kHz"}, {"bandwidth": 1000}):
+        scene = parse_scene({"output": output})
+        assert scene == Scene()
+        assert (scene.output.band_limit, scene_document(scene)["output"]["bandwidth"]) == (1000.0, 1000.0)
+    assert parse_scene({"output": {"sample_rate": 2000}}).output.band_limit == 800.0  # the rate holds no more
+
+
+@pytest.mark.parametrize("rate", [1000, 8000, 48000, 192000])
+def test_full_is_all_that_the_rate_holds(rate: int) -> None:
+    scene = parse_scene({"output": {"sample_rate": rate, "bandwidth": "full"}})
+    assert scene.output.band_limit == 0.40 * rate
+    assert scene_document(scene)["output"]["bandwidth"] == "full"
 
 
 @pytest.mark.parametrize("tolerance", [1e-7, 0.03, 0.001, "exact", "imperceptible"])

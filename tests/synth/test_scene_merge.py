@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from synth.errors import SceneError
-from synth.scene import Scene, merge_patch, parse_scene, scene_document
+from synth.scene.scene import Scene, merge_patch, parse_scene, scene_document
 
 RISING = [[0, 0, 0.3], [0.1, 0.008, 0.3], [0.2, 0.016, 0.4], [0.3, 0.02, 0.2]]
 STROKE = {"scan": {"stroke": {"length": 0.02, "load": 0.5}, "lift_load": 0.002}}
@@ -178,6 +178,13 @@ def test_a_patch_on_a_complete_document_is_a_scene(start: dict[str, Any]) -> Non
 def test_a_complete_document_as_a_patch_makes_its_own_scene(start: dict[str, Any], other: dict[str, Any]) -> None:
     complete = scene_document(parse_scene(other))
     assert parse_scene(merge_patch(scene_document(parse_scene(start)), complete)) == parse_scene(other)
+
+
+def test_a_band_of_null_is_the_default_band_again() -> None:
+    full = merge_patch(scene_document(Scene()), {"output": {"bandwidth": "full"}})
+    assert parse_scene(full).output.bandwidth == "full"
+    assert parse_scene(merge_patch(full, {"output": {"bandwidth": None}})) == Scene()
+    assert parse_scene(merge_patch(full, {"output": {"bandwidth": "1 kHz"}})) == Scene()
 
 
 def test_nothing_given_is_changed() -> None:

@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from synth.errors import SceneError
-from synth.quantity import Dimension, parse_quantity
-from synth.scene import Scene, parse_scene, scene_document
-from synth.scene_rules import Quantity
-from synth.scene_section import inner_section
+from synth.errors import SceneError, shown
+from synth.scene.quantity import Dimension, parse_quantity
+from synth.scene.rules import Quantity
+from synth.scene.scene import Scene, parse_scene, parse_scene_text, scene_document
+from synth.scene.section import inner_section
 from tests.synth.scene_cases import RISING, faults_of, nested, quantity_fields
 
 
@@ -119,6 +119,11 @@ def test_every_quantity_refuses_what_is_outside_or_no_quantity(path: str, rule: 
         ({"output": {"sample_rate": 44100.5}}, "/output/sample_rate", "whole number such as 44100"),
         ({"output": {"duration": 1, "fade": 0.6}}, "/output/fade", "shorter fade"),
         ({"output": {"fade": "1.1 s"}}, "/output/fade", "shorter fade"),
+        ({"output": {"bandwidth": "ful"}}, "/output/bandwidth", '"full"'),
+        ({"output": {"bandwidth": "1 kN"}}, "/output/bandwidth", "units: Hz, kHz"),
+        ({"output": {"bandwidth": "97 kHz"}}, "/output/bandwidth", "at most 96000 Hz"),
+        ({"output": {"bandwidth": 0.5}}, "/output/bandwidth", "at least 1 Hz"),
+        ({"output": {"bandwidth": math.inf}}, "/output/bandwidth", "finite"),
         ({"accuracy": {"tolerance": "exat"}}, "/accuracy/tolerance", '"exact"'),
         ({"accuracy": {"tolerance": "0.001"}}, "/accuracy/tolerance", "without quotes"),
         ({"accuracy": {"tolerance": 0.04}}, "/accuracy/tolerance", "at most 0.03"),
@@ -180,11 +185,63 @@ def test_every_fault_of_a_document_is_reported_at_once() -> None:
     }  # fmt: skip
 
 
-def test_an_endless_list_of_faults_is_cut_and_counted() -> None:
-    faults = faults_of({f"field{index}": index for index in range(1000)})
-    assert len(faults) == 101
-    assert (faults[-1].pointer, faults[-1].value) == ("", "900 more faults")
-    assert len(faults_of({"scan": {"trajectory": [[0, 0, -1]] * 5000}})) <= 101
+STRANGERS: dict[str, object] = {f"perio{index}": index for index in range(20_000)}
+
+
+@pytest.mark.parametrize(
+    "document",
+    [
+        STRANGERS,
+        {"texture": STRANGERS},
+        {"scan": {"stroke": STRANGERS}},
+        {"effects": STRANGERS},
+        {"effects": {"inertia": STRANGERS}},
+        {"output": {"channels": [STRANGERS]}},
+        {"scan": {"trajectory": [["x", "y", "z"]] * 5000}},
+    ],
+)
+def test_the_checking_of_an_endless_list_of_faults_stops(
+    document: dict[str, object], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    names: list[str] = []
+    for module in ("scene.section", "scene.effects_section"):
+        monkeypatch.setattr(f"synth.{module}.nearest", lambda name, _known: names.append(name))
+    faults = faults_of(document)
+    assert len(faults) == 101 and len(names) <= 101
+    assert (faults[-1].pointer, faults[-1].value) == ("", "more than 100 faults")
+
+
+def test_fields_written_twice_are_told_up_to_a_hundred() -> None:
+    text = "{" + ", ".join(f'"a{index // 2}": 1' for index in range(1000)) + "}"
+    with pytest.raises(SceneError) as refused:
+        parse_scene_text(text)
+    assert len(refused.value.faults) == 100
+
+
+class Written:
+    """Counts how often it is written."""
+
+    def __init__(self) -> None:
+        self.times = 0
+
+    def __repr__(self) -> str:
+        self.times += 1
+        return "w"
+
+
+def test_a_large_value_is_looked_at_as_far_as_it_is_shown() -> None:
+    one = Written()
+    assert shown([one] * 100_000) == "[" + "w, " * 18 + "w,..."
+    assert shown({"a": {"b": [one] * 100_000}}).startswith("{'a': {'b': [w, w,")
+    assert one.times < 100
+
+
+@pytest.mark.parametrize(
+    "value", ["a", 'a"b', [], {}, [1, "a", {"b": None}], {"a": [True, 1.5]}, (1,), "é" * 70, 1e300]
+)
+def test_a_value_is_shown_as_python_writes_it(value: object) -> None:
+    written = repr(value)
+    assert shown(value) == (written if len(written) <= 60 else written[:57] + "...")
 
 
 @pytest.mark.parametrize("settings_of_effect", [3, "on", [], True, 0.5])

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from synth.errors import Fault, SceneError
-from synth.scene import Scene, parse_scene_text
+from synth.scene.scene import Scene, parse_scene_text
 
 
 def text_faults_of(text: str | bytes) -> tuple[Fault, ...]:

@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 from scipy.special import erfc
 
-from synth.contact.spectrum import Demand, solve_spectrum
-from synth.frame_plan import FramePlan
-from synth.live import LiveVoice
-from synth.preparation import prepare
-from synth.scene import Scene
-from synth.solved_frames import CUT, WIDTH, SolvedFrames
-from synth.voice import open_voice
+from synth.plan.frame_plan import FramePlan
+from synth.plan.frame_solver import CUT, WIDTH
+from synth.plan.preparation import prepare
+from synth.response.spectrum import Demand, solve_spectrum
+from synth.scene.scene import Scene
+from synth.voice.live_voice import LiveVoice
+from synth.voice.solved_frames import SolvedFrames
+from synth.voice.voice import open_voice
 from tests.reference.stiffness_oracle import contact_in_metres
 from tests.synth.engine_cases import QUANTITIES, contact_of, physical, scene_of, touch_of
 
@@ -140,7 +141,7 @@ def test_the_plan_says_how_and_how_near() -> None:
 
 
 def test_a_hand_takes_over_where_the_recording_stands() -> None:
-    from synth.motion import Motion
+    from synth.motion.motion import Motion
 
     scene = recorded(output={"sample_rate": RATE, "bandwidth": 600, "quantity": "displacement", "full_scale": 1e-5})
     voice = open_voice(scene)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from synth.contact.balance import Contact
-from synth.contact.spectrum import Demand, curves, points_for, solve_spectrum
+from synth.response.spectrum import Demand, curves, points_for, solve_spectrum
 from tests.reference.synthesis_oracle import synthesise
 from tests.synth.engine_cases import Real, contact_of, random_document, scene_of, touch_of
 

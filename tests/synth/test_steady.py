@@ -7,8 +7,8 @@ import itertools
 import numpy as np
 import pytest
 
-from synth.contact.steady import SteadyHarmonics, SteadyReader, SteadyTable
-from synth.contact.tables import CUBIC, LINEAR, polynomials
+from synth.response.phase_cells import CUBIC, LINEAR, polynomials
+from synth.response.steady import SteadyHarmonics, SteadyReader, SteadyTable
 from tests.reference import slow_reading
 
 PHASE, STEP, FRAMES = 0xFEDCBA9876543210, 0x0123456789ABCDEF, 3000

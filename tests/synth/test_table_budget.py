@@ -8,16 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from synth.cache import ResponseCache
-from synth.contact import table_budget
-from synth.contact.levels import levels_up_to
-from synth.contact.spectrum import Complex
-from synth.contact.surfaces import TableStore
-from synth.contact.table_budget import TableBudget
-from synth.contact.tables import QUINTIC
-from synth.following import Update
-from synth.live_hand import HandVoice
-from synth.scene import parse_scene
+from synth.motion.update_smoothing import Update
+from synth.response import table_budget
+from synth.response.cache import ResponseCache
+from synth.response.load_cells import TableStore
+from synth.response.phase_cells import QUINTIC
+from synth.response.spectrum import Complex
+from synth.response.speed_levels import levels_up_to
+from synth.response.table_budget import TableBudget
+from synth.scene.scene import parse_scene
+from synth.voice.hand_voice import HandVoice
 
 MB = 1 << 20
 

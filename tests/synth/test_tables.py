@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from synth.contact.tables import (
+from synth.response.phase_cells import (
     CUBIC,
     QUINTIC,
     TAIL_SHARE,

@@ -7,9 +7,9 @@ import re
 import pytest
 
 from synth.errors import SceneError
-from synth.quantity import Dimension, parse_quantity
-from synth.scene import parse_scene
-from synth.textures import CatalogueEntry, catalogue, catalogue_names, lookup
+from synth.scene.catalogue import CatalogueEntry, catalogue, catalogue_names, lookup
+from synth.scene.quantity import Dimension, parse_quantity
+from synth.scene.scene import parse_scene
 
 each_entry = pytest.mark.parametrize("entry", catalogue(), ids=lambda entry: entry.name)
 

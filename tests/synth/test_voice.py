@@ -9,11 +9,12 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from synth.live import LiveVoice
-from synth.motion import Motion
-from synth.output import Block
-from synth.scene import parse_scene
-from synth.voice import Voice, blocks, open_voice, render, total_frames
+from synth.encode.sound import render
+from synth.motion.motion import Motion
+from synth.scene.scene import parse_scene
+from synth.voice.limiter import Block
+from synth.voice.live_voice import LiveVoice
+from synth.voice.voice import Voice, blocks, open_voice, total_frames
 from tests.synth.engine_cases import QUANTITIES, Real, physical, scene_of
 
 ALL = {"channels": list(QUANTITIES)}
@@ -197,7 +198,8 @@ def test_a_light_touch_is_faded_by_the_gate() -> None:
 
 def test_fades_are_there_only_when_asked_for() -> None:
     plain, faded = (
-        render(scene_of(output={"quantity": "acceleration", "duration": 0.05, "fade": fade})) for fade in (0.0, 0.01)
+        render(scene_of(output={"quantity": "acceleration", "duration": 0.05, "fade": fade})).frames
+        for fade in (0.0, 0.01)
     )
     assert plain.shape == faded.shape == (2400, 1)
     assert np.array_equal(plain[480:1920], faded[480:1920])
@@ -207,7 +209,7 @@ def test_fades_are_there_only_when_asked_for() -> None:
 
 def test_blocks_of_the_whole_duration_add_up() -> None:
     scene = scene_of(output={"duration": 0.1234, "fade": 0.02})
-    whole = render(scene)
+    whole = render(scene).frames
     assert len(whole) == total_frames(scene) == round(0.1234 * 48000)
     assert np.array_equal(np.concatenate(list(blocks(open_voice(scene), 333))), whole)
 

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from synth.cache import ResponseCache
-from synth.motion import Motion, ScanMotion
-from synth.scene import parse_scene
-from synth.voice import Voice, open_voice
+from synth.motion.motion import Motion, ScanMotion
+from synth.response.cache import ResponseCache
+from synth.scene.scene import parse_scene
+from synth.voice.voice import Voice, open_voice
 from tests.reference.spectral_checks import fit_harmonics
 from tests.reference.synthesis_oracle import direct, synthesise
 from tests.synth.engine_cases import QUANTITIES, Real, physical, scene_of, touch_of
@@ -194,9 +194,11 @@ def test_a_hand_that_presses_evenly_keeps_the_tolerance_at_any_load(quantity: st
 
 @pytest.mark.parametrize("quiet", [{"scan": {"load": 0}}, {"scan": {"speed": 0}}, {"scan": {"speed": 10}}], ids=str)
 def test_a_live_hand_is_heard_on_a_scene_that_is_silent_by_itself(quiet: dict[str, Any]) -> None:
-    voice = open_voice(scene_of(output={"quantity": "acceleration", "sample_rate": RATE}, **quiet), live=True)
+    output = {"quantity": "acceleration", "sample_rate": RATE}
+    voice = open_voice(scene_of(output=output, **quiet), live=True)
     try:
-        assert 0.2 <= np.max(np.abs(voice.render(800, even(800, 0.08, 0.3)))) <= 2.0
+        room = voice.full_scale[0] / open_voice(scene_of(output=output)).full_scale[0]  # for heavier and faster hands
+        assert 0.2 <= room * np.max(np.abs(voice.render(800, even(800, 0.08, 0.3)))) <= 2.0 and room < 10.0
     finally:
         voice.close()
 

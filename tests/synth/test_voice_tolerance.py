@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from synth.scene import Scene, parse_scene
-from synth.voice import open_voice
+from synth.scene.scene import Scene, parse_scene
+from synth.voice.voice import open_voice
 from tests.reference.spectral_checks import alias_residue, fit_harmonics, fold_distance
 from tests.reference.synthesis_oracle import SteadySpectrum, synthesise
 from tests.synth.engine_cases import QUANTITIES, RATES, physical, random_document, spread, touch_of
@@ -17,7 +17,7 @@ FLOOR = 1e-12  # of a1 + a2 in displacement, carried through the derivatives (de
 
 
 def oracle_of(scene: Scene, tolerance: float) -> SteadySpectrum:
-    limit = min(0.40 * scene.output.sample_rate, scene.output.bandwidth or np.inf)
+    limit = scene.output.band_limit
     return synthesise(touch_of(scene), scene.scan.speed, limit, relative_error=1e-2 * tolerance)
 
 
@@ -46,7 +46,7 @@ def check(scene: Scene, tolerance: float) -> None:
 
 @pytest.mark.parametrize("rate", RATES)
 def test_the_default_scene_keeps_its_tolerance(rate: int) -> None:
-    check(parse_scene({"output": {"channels": list(QUANTITIES), "sample_rate": rate}}), 1e-3)
+    check(parse_scene({"output": {"channels": list(QUANTITIES), "sample_rate": rate, "bandwidth": "full"}}), 1e-3)
 
 
 @pytest.mark.parametrize(
@@ -73,7 +73,7 @@ def test_exact_is_exact_to_a_millionth(seed: int) -> None:
 
 def test_backwards_is_the_same_surface_the_other_way() -> None:
     def rendered(speed: float) -> Any:
-        scene = parse_scene({"scan": {"speed": speed}, "output": {"channels": list(QUANTITIES)}})
+        scene = parse_scene({"scan": {"speed": speed}, "output": {"channels": list(QUANTITIES), "bandwidth": "full"}})
         check(scene, 1e-3)
         return physical(open_voice(scene), 601)
 
@@ -103,7 +103,7 @@ SWEEP = 48000 * PERIOD / (np.floor(628 / 2.0 ** (np.arange(9) / 4.0)) + 0.4)
 def test_a_sweep_of_speeds_shows_no_alias(speed: float) -> None:
     frames = 9600
     for quantity in QUANTITIES:
-        scene = parse_scene({"scan": {"speed": speed}, "output": {"quantity": quantity}})
+        scene = parse_scene({"scan": {"speed": speed}, "output": {"quantity": quantity, "bandwidth": "full"}})
         fundamental = speed / PERIOD
         assert fold_distance(48000, fundamental, frames) > 6  # so that an alias could be seen
         residue = alias_residue(open_voice(scene).render(frames)[:, 0], 48000, fundamental)
@@ -112,7 +112,9 @@ def test_a_sweep_of_speeds_shows_no_alias(speed: float) -> None:
 
 @pytest.mark.parametrize("rate", [8000, 48000])
 def test_nothing_sounds_above_045_of_the_rate(rate: int) -> None:
-    scene = parse_scene({"scan": {"speed": 0.0613}, "output": {"quantity": "acceleration", "sample_rate": rate}})
+    scene = parse_scene(
+        {"scan": {"speed": 0.0613}, "output": {"quantity": "acceleration", "sample_rate": rate, "bandwidth": "full"}}
+    )
     fundamental = 0.0613 / scene.texture.period
     signal = open_voice(scene).render(rate // 2)[:, 0]
     lines = np.abs(fit_harmonics(signal, rate, fundamental, 0.49 * rate).coefficients)

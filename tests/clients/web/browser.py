@@ -19,10 +19,11 @@ import pytest
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, ConsoleMessage, Page, Request
 
+SOUNDS = "--autoplay-policy=no-user-gesture-required"
 FLAGS = (
     "--no-sandbox",
     "--disable-gpu",
-    "--autoplay-policy=no-user-gesture-required",
+    SOUNDS,
     "--disable-background-networking",
     "--disable-component-update",
     "--disable-default-apps",
@@ -36,8 +37,11 @@ LOCAL_SCHEMES = ("data", "blob", "about")
 
 
 @contextmanager
-def headless(*flags: str) -> Iterator[Browser]:
-    """Yield Chromium; skip the test where it, or playwright, is missing (in CI: fail)."""
+def headless(*flags: str, waits_for_a_gesture: bool = False) -> Iterator[Browser]:
+    """Yield Chromium; skip the test where it, or playwright, is missing (in CI: fail).
+
+    waits_for_a_gesture: no page may sound before one, as with people.
+    """
     try:
         from playwright.sync_api import sync_playwright
     except ImportError:
@@ -45,8 +49,9 @@ def headless(*flags: str) -> Iterator[Browser]:
     path = shutil.which("chromium") or shutil.which("chromium-browser")
     if path is None:
         missing("Chromium is missing: install the Debian package chromium")
+    usual = [flag for flag in FLAGS if not (waits_for_a_gesture and flag == SOUNDS)]
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=path, headless=True, args=[*FLAGS, *flags])
+        browser = playwright.chromium.launch(executable_path=path, headless=True, args=[*usual, *flags])
         try:
             yield browser
         finally:

@@ -54,7 +54,7 @@ def moved_in(page: Page) -> None:
 def page_service() -> Iterator[Running]:
     """Yield the real service with the page, as `ridgewave serve` has it, warm."""
     with serving(kept_engine(), web=str(WEB)) as running:
-        until(lambda: running.service.warm, 60.0)
+        until(lambda: running.service.warm, 150.0)
         yield running
 
 

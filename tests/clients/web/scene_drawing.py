@@ -10,7 +10,7 @@ import random
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from synth.scene import scene_schema
+from synth.scene.scene import scene_schema
 
 Document = dict[str, Any]
 Field = tuple[str, ...]
@@ -41,6 +41,15 @@ def near_default(node: Mapping[str, Any]) -> float | None:
     return float(f"{math.sqrt(low * high) if low > 0 else high / 1000:.3g}")
 
 
+DISPLACED = (
+    ("roughness", "amplitude"),
+    ("roughness", "ridge_amplitude"),
+    ("ramp", "edge_radius"),
+    ("rms_height", "rms_slope"),
+)
+"""A field of finger or texture, and the one that it displaces."""
+
+
 def drawn_scene(draw: random.Random) -> Document:
     """Return a scene with some fields of the schema given, no two of which displace each other."""
     scene: Document = {}
@@ -48,7 +57,7 @@ def drawn_scene(draw: random.Random) -> Document:
         value = _drawn(section, draw)
         if isinstance(value, dict) and value:
             scene[name] = value
-    for one, other in (("roughness", "amplitude"), ("roughness", "ridge_amplitude")):
+    for one, other in DISPLACED:
         for section in ("finger", "texture"):
             if one in scene.get(section, {}):
                 scene[section].pop(other, None)
@@ -61,15 +70,19 @@ def drawn_scene(draw: random.Random) -> Document:
     return {name: section for name, section in scene.items() if section}
 
 
+def _choices(node: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """Return the forms of a field that a value is drawn of: neither null nor a text."""
+    return [option for option in options(node) if option.get("type") not in ("null", "string")]
+
+
 def _drawn(node: Mapping[str, Any], draw: random.Random) -> Any:
-    choices = [option for option in options(node) if option.get("type") not in ("null", "string")]
-    option = draw.choice(choices)
+    option = draw.choice(_choices(node))
     if "enum" in option:
         return draw.choice(option["enum"])
     if "const" in option:
         return option["const"]
     if option["type"] == "object":
-        names = [name for name in option["properties"] if draw.random() < 0.4]
+        names = [name for name, part in option["properties"].items() if _choices(part) and draw.random() < 0.4]
         return {name: _drawn(option["properties"][name], draw) for name in names}
     if option["type"] == "array":
         if "prefixItems" in option["items"]:

@@ -64,6 +64,8 @@ def test_a_reset_loses_no_sample_and_doubles_none(
 ) -> None:
     with Breaker(service.url) as breaker, moved_in_at(chromium, breaker.url + HOUSE) as (page, watch):
         watch.allow(BROKEN)
+        addresses: list[str] = []
+        page.on("websocket", lambda socket: addresses.append(urlsplit(socket.url).query))
         page.evaluate(BEGIN, {"record": True})
         for count in (1, 2, 3):
             page.wait_for_function(PLAYED, arg=12_000 * count)
@@ -76,6 +78,7 @@ def test_a_reset_loses_no_sample_and_doubles_none(
         page.wait_for_function(PLAYED, arg=60_000)
         report = page.evaluate(END)
         recording = page.evaluate("() => house.recordingOf(run.session)")
+        assert addresses == ["", *[f"session={page.evaluate('() => run.session')}"] * 3], "a proxy routes by the URL"
     heard = sounding(report)[:, 0]
     names = [event["type"] for event in report["events"]]
     assert names == ["ready", *["broken", "resumed"] * 3, "ended"]
@@ -141,6 +144,32 @@ def test_a_service_that_was_killed_and_forgot_the_session_gets_a_new_one(chromiu
         report = page.evaluate(END)
     assert periods == [0.0005], "the change holds in the new session"
     assert [event["type"] for event in report["events"] if event["type"] != "broken"] == ["ready", "ready", "ended"]
+
+
+DOWN = 6.0  # s
+FIVE = """async () => {
+  const player = await house.Player.open({sampleRate: 48000});
+  window.five = Array.from({length: 5}, () => new house.Finger({player}));
+  await Promise.all(five.map((finger) => finger.open()));
+}"""
+
+
+def test_a_service_that_is_gone_is_asked_for_by_one_and_ever_more_seldom(chromium: Browser) -> None:
+    with (
+        serving_pages(PlainEngine()) as running,
+        Breaker(running.url) as breaker,
+        moved_in_at(chromium, breaker.url + HOUSE) as (page, watch),
+    ):
+        watch.allow(BROKEN)
+        page.evaluate(FIVE)
+        target, breaker.target = breaker.target, None
+        breaker.reset()
+        page.wait_for_function("() => five.every(({connection}) => connection.state === 'broken')")
+        page.wait_for_timeout(1e3 * DOWN)
+        lines = len(watch.wrong)
+        breaker.target = target
+        page.wait_for_function("() => five.every(({connection}) => connection.state === 'live')")
+    assert lines <= 5 + 7, "one for each stream, and what was asked at 0, 0.4, 1.2, 2.8 and 6 s"
 
 
 KEY = "sesam~+/&=%#?>>"

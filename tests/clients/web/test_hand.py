@@ -4,7 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+import numpy.typing as npt
 import pytest
+
+from synth.perception.threshold import threshold_displacement
+from synth.scene.scene import parse_scene
+from synth.voice.voice import open_voice
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
@@ -104,26 +110,83 @@ def test_the_stroker_goes_back_and_forth_at_its_speed(house: Page) -> None:
     assert said[-1] is None and said.count(None) == 1
 
 
-ENVELOPE = """({rate, threshold, fullScale, amplitudes}) => {
-  const envelope = new house.Envelope({rate, channels: 2, threshold, fullScale});
-  const strengths = [];
-  let frame = 0;
-  for (const amplitude of amplitudes) {
-    for (const frames of [7, rate / 50 - 7]) {
-      strengths.push(...envelope.push(Float32Array.from({length: 2 * frames}, (_, place) => (
-        place % 2 ? 1 : amplitude * Math.sin(2 * Math.PI * 300 * (frame + (place >> 1)) / rate)))));
-      frame += frames;
-    }
-  }
-  return strengths;
+ENVELOPE = """async ({blocks, rate, quantities, fullScale}) => {
+  const threshold = await house.call("GET", "/v1/threshold?low=1&high=5000&points=100");
+  const envelope = new house.Envelope({rate, quantities, fullScale, threshold});
+  return blocks.flatMap((block) => envelope.levels(Float32Array.from(block)));
 }"""
+CURVE = ((-15.0, 0.0), (-5.0, 0.25), (40.0, 0.8), (60.0, 1.0))  # docs/touch-page.md, Motors
+ORDERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
 
 
-def test_the_envelope_is_the_amplitude_above_the_threshold(house: Page) -> None:
-    asked = {"rate": 48000, "threshold": 0.5, "fullScale": 10.0, "amplitudes": [0.0, 1.0, 0.5, 0.04, 0.06, 4.0]}
-    strengths = house.evaluate(ENVELOPE, asked)
-    expected = [value for value in (0.0, 1.0, 0.5, 0.0, 0.06, 1.0) for _ in range(2)]  # two spans of 10 ms each
-    assert strengths == pytest.approx(expected, abs=1e-6)
+def felt_levels(samples: npt.NDArray[np.float32], rate: int, quantity: str, full_scale: float) -> list[float]:
+    """Return the sensation level (dB) of each 10 ms, from the last 2048 samples at 48 kHz, by the definition."""
+    size = 2 ** round(np.log2(0.0427 * rate))
+    window = np.hanning(size + 1)[:-1]
+    frequencies = np.arange(1, size // 2) * rate / size
+    frequencies = frequencies[frequencies <= 1000.0]
+    felt = threshold_displacement(frequencies) * (2 * np.pi * frequencies) ** ORDERS[quantity]
+    padded = np.concatenate([np.zeros(size), samples.astype(np.float64)])
+    levels = []
+    for end in range(size + rate // 100, len(padded) + 1, rate // 100):
+        newest = padded[end - size : end]
+        lines = np.fft.rfft((newest - newest.mean()) * window)[1 : len(frequencies) + 1]
+        power = 4 * full_scale**2 * np.abs(lines) ** 2 / (size * np.sum(window**2))
+        levels.append(float(10 * np.log10(np.sum(power / felt**2))))
+    return levels
+
+
+def strengths(levels: list[float]) -> npt.NDArray[np.float64]:
+    """Return what the documented curve makes of levels."""
+    return np.asarray(np.interp(levels, *np.transpose(CURVE)))
+
+
+@pytest.mark.parametrize(("quantity", "rate"), [("acceleration", 48000), ("displacement", 44100), ("velocity", 8000)])
+def test_the_sensation_level_is_that_of_its_definition(house: Page, quantity: str, rate: int) -> None:
+    n = np.arange(rate // 5)
+    samples = (0.3 + 0.4 * np.sin(2 * np.pi * 180 * n / rate) + 0.1 * np.sin(2 * np.pi * 61 * n / rate)).astype(
+        np.float32
+    )
+    blocks = [block.tolist() for block in np.split(samples, [7, 1000, 1001, 1500])]
+    asked = {"blocks": blocks, "rate": rate, "quantities": [quantity], "fullScale": [1e-4]}
+    assert house.evaluate(ENVELOPE, asked) == pytest.approx(felt_levels(samples, rate, quantity, 1e-4), abs=0.1)
+
+
+def test_a_sinusoid_at_its_threshold_has_0_db_and_silence_has_no_strength(house: Page) -> None:
+    felt = float(threshold_displacement(np.array([250.0]))[0])
+    sine = np.sin(2 * np.pi * 250 * np.arange(4800) / 48000)
+    blocks = [(10 * sine).tolist(), sine.tolist(), [0.0] * 4800]
+    asked = {"blocks": blocks, "rate": 48000, "quantities": ["displacement"], "fullScale": [felt]}
+    levels = house.evaluate(ENVELOPE, asked)
+    assert (levels[9], levels[19]) == (pytest.approx(20.0, abs=0.5), pytest.approx(0.0, abs=0.5))
+    wanted = [-60.0, -15.0, -10.0, -5.0, 17.5, 40.0, 50.0, 60.0, 90.0]
+    found = house.evaluate("(levels) => [-Infinity, NaN, ...levels].map(house.strengthOf)", wanted)
+    assert found == pytest.approx([0.0, 0.0, *strengths(wanted)])
+    assert house.evaluate("() => house.strengthOf(10 * Math.log10(0))") == 0
+    assert levels[29] is None or levels[29] == -np.inf
+
+
+def test_of_several_channels_the_first_with_a_threshold_is_heeded(house: Page) -> None:
+    sine = 0.5 * np.sin(2 * np.pi * 200 * np.arange(4800) / 48000)
+    both = np.stack([np.ones(4800), sine], axis=1).ravel().tolist()
+    asked = {"rate": 48000, "quantities": ["tangential_force", "acceleration"], "fullScale": [1.0, 10.0]}
+    two = house.evaluate(ENVELOPE, {**asked, "blocks": [both]})
+    one = house.evaluate(
+        ENVELOPE, {"rate": 48000, "quantities": ["acceleration"], "fullScale": [10.0], "blocks": [sine.tolist()]}
+    )
+    assert two == one
+
+
+@pytest.mark.parametrize("texture", [{}, {"kind": "grating-1mm-31um"}])
+@pytest.mark.parametrize("scan", [{"speed": 0.08, "load": 0.3}, {"speed": 0.2, "load": 1.0}])
+def test_an_everyday_stroke_uses_the_middle_of_a_motor(house: Page, texture: Any, scan: Any) -> None:
+    asked = {"texture": texture, "scan": scan, "accuracy": {"tolerance": 0.01}}
+    voice = open_voice(parse_scene(asked))
+    samples = voice.render(12000)[:, 0]
+    blocks = {"blocks": [samples.tolist()], "rate": 48000, "quantities": ["acceleration"]}
+    levels = house.evaluate(ENVELOPE, {**blocks, "fullScale": list(voice.full_scale)})
+    assert levels == pytest.approx(felt_levels(samples, 48000, "acceleration", voice.full_scale[0]), abs=0.1)
+    assert 0.3 < np.median(strengths(levels[5:])) < 0.8
 
 
 MOTORS = """async (strengths) => {

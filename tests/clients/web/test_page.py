@@ -164,6 +164,7 @@ def test_a_service_that_goes_away_is_told_and_found_again(chromium: Browser, pag
         target, breaker.target = breaker.target, None
         breaker.reset()
         page.wait_for_function("() => document.getElementById('state').dataset.state === 'broken'")
+        page.wait_for_function("() => document.getElementById('latency').textContent === '–'")
         breaker.target = target
         page.wait_for_function("() => document.getElementById('state').dataset.state === 'live'")
 
@@ -189,6 +190,18 @@ def test_a_stroke_is_recorded_rendered_and_replayed(touch_page: Page, tmp_path: 
     touch_page.wait_for_function(TOUCHING)
     touch_page.wait_for_function("() => document.getElementById('replay').textContent === 'Replay'")
     touch_page.wait_for_function(LIFTED)
+
+
+def test_a_recording_that_is_being_prepared_says_so_and_one_of_nothing_is_none(touch_page: Page) -> None:
+    words = "() => [document.getElementById('record').textContent, document.getElementById('record').disabled]"
+    assert touch_page.evaluate(f"() => {{ document.getElementById('record').click(); return ({words})(); }}") == [
+        "Preparing…",
+        True,
+    ]
+    touch_page.wait_for_function("() => document.getElementById('record').textContent === 'Stop recording'")
+    touch_page.click("#record")
+    touch_page.wait_for_function("() => document.getElementById('recording-about').innerText.startsWith('Nothing was')")
+    assert touch_page.is_disabled("#replay") and touch_page.is_disabled("#save-recording")
 
 
 def test_the_wav_is_that_of_the_scene(touch_page: Page, page_service: Running, tmp_path: Path) -> None:
@@ -266,7 +279,8 @@ def test_a_service_with_a_key_asks_for_it(chromium: Browser, key_service: Runnin
         watch.allow("status of 401|ServiceProblem")
         page.locator("#key-text").fill("wrong")
         page.keyboard.press("Enter")
-        page.wait_for_load_state()
+        page.wait_for_function("() => document.getElementById('key-fault').textContent.includes('does not accept')")
+        assert page.input_value("#key-text") == "wrong", "it can be mended where it stands"
         page.locator("#key-text").fill(KEY)
         page.keyboard.press("Enter")
         loaded(page)

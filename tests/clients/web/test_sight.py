@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from synth.threshold import threshold_displacement
+from synth.perception.threshold import threshold_displacement
 from tests.clients.web.pictures import label_of, push
 
 if TYPE_CHECKING:

@@ -128,13 +128,3 @@ def test_the_relief_is_the_heights_magnified_with_normals_across_them(house: Pag
         normal = mesh["normals"][3 * corners[0] : 3 * corners[0] + 3]
         outward = sum(a * b for a, b in zip(faces, normal, strict=True))
         assert outward > 0 or one[0] == two[0] == three[0], "every face is seen from outside"
-
-
-def test_the_least_that_is_felt_is_an_acceleration(house: Page) -> None:
-    felt = house.evaluate(
-        """async () => {
-          const {leastFelt} = await import("/web/vr/buzz.js");
-          return leastFelt({frequencies: [10, 250], displacement: [1e-5, 1e-7]});
-        }"""
-    )
-    assert felt == pytest.approx((2 * 3.14159265 * 10) ** 2 * 1e-5)

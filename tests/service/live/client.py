@@ -89,10 +89,10 @@ class LiveClient:
 
 
 @contextmanager
-def live(running: Running | str, **options: Any) -> Iterator[LiveClient]:
+def live(running: Running | str, *, path: str = "/v1/live", **options: Any) -> Iterator[LiveClient]:
     """Yield a connection to the service."""
     base = running if isinstance(running, str) else running.url
-    url = base.replace("http://", "ws://") + "/v1/live"
+    url = base.replace("http://", "ws://") + path
     settings: dict[str, Any] = {
         "subprotocols": [PROTOCOL],
         "compression": None,

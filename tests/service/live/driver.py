@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from service.changing import Waiting
 from service.engine import Engine
 from service.live.actions import Close, Detach, Finish, OpenVoice, Prepare, Resume, Send
 from service.live.changes import as_problem, open_stream, prepare_change
@@ -105,11 +106,12 @@ class Driver:
                     self.machine.opened(stream, self.now)
             case Prepare():
                 stream = self.stream
-                made = prepare_change(stream.voice, stream.scene, [action.patch])
+                patch = action.patch
+                made, _ = prepare_change(stream, [Waiting(lambda: patch, action.size, lambda _error: None)])
                 if made.coming is not None:
                     stream.scene, stream.coming = made.coming[0], made.coming
-                for problem in made.refused:
-                    self.machine.refuse(problem)
+                for error in made.refused.values():
+                    self.machine.refuse(as_problem(error))
             case Detach():
                 self.detached = True
             case Finish():

@@ -11,9 +11,9 @@ from service.engine import SynthEngine
 from service.live.conversation import Limits, Phase
 from service.live.stream import Options
 from service.problems import Problem
-from synth.recording import Recording
-from synth.samples import SoundFormat, block_bytes
-from synth.scene import parse_scene
+from synth.encode.samples import SoundFormat, block_bytes
+from synth.scene.scene import parse_scene
+from synth.voice.recording import Recording
 from tests.service.live.driver import BLOCK, RATE, Driver, contact, started
 from tests.service.plain_hand import Applied, expected
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from synth.scene import parse_scene
+from synth.scene.scene import parse_scene
 from tests.service.live.driver import Driver, contact, problem_of, started
 from tests.service.plain_hand import Applied, expected
 
@@ -18,6 +18,7 @@ def test_hello_without_anything_is_the_default_scene_at_the_clients_pace() -> No
     assert ready == {
         "type": "ready",
         "session": "s0",
+        "resume_url": "/v1/live?session=s0",
         "protocol": "ridgewave.v1",
         "sample_rate": 48000,
         "channels": 1,
@@ -105,6 +106,19 @@ def test_what_comes_while_the_voice_is_opened_is_done_in_order_afterwards() -> N
     driver.release()
     assert driver.order() == ["ready", "end"]
     assert driver.closed is not None and driver.closed.code == 1000
+
+
+def test_of_many_changes_before_the_voice_is_open_the_last_is_kept_and_no_credit_is_lost() -> None:
+    driver = Driver()
+    driver.holding = True
+    driver.say("hello")
+    driver.say("more", frames=480)
+    for number in range(500):
+        driver.say("scene", scene={"scan": {"speed": 0.05 + 1e-4 * number}})
+    driver.release()
+    driver.write()
+    assert driver.hand.applied.scenes[-1][1].scan.speed == pytest.approx(0.05 + 1e-4 * 499)
+    assert len(driver.pcm()) == 480
 
 
 def test_text_that_is_not_json_closes_with_1007_after_a_fade() -> None:

@@ -22,7 +22,7 @@ PAGE = (Path(__file__).resolve().parents[3] / "docs" / "live.md").read_text(enco
 
 def normalised(message: dict[str, Any]) -> dict[str, Any]:
     """Return `message` with what differs between two runs or machines made the same: ids, floats, the plan."""
-    kept = {name: value for name, value in message.items() if name not in ("session", "plan")}
+    kept = {name: value for name, value in message.items() if name not in ("session", "resume_url", "plan")}
     if message["type"] == "end":
         kept["frame"] = "checked apart"
     return {name: shape(value) for name, value in kept.items()}

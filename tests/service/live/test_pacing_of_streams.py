@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
-from synth.scene import parse_scene
-from tests.service.live.driver import BLOCK, RATE, problem_of, started
+from service.live.conversation import Limits
+from synth.scene.scene import parse_scene
+from tests.service.live.driver import BLOCK, RATE, Driver, contact, problem_of, started
 from tests.service.plain_hand import Applied, expected
 
 SCENE = parse_scene({})
@@ -69,7 +71,32 @@ def test_late_by_our_own_fault_for_long_the_clock_starts_anew() -> None:
     driver.now += 30.0
     driver.write()
     assert len(driver.blocks()) == before + 1 and driver.closed is None
+    (told,) = driver.texts("skipped")
+    assert told["frame"] == before * BLOCK and told["seconds"] == pytest.approx(30.0, abs=0.011)
+    assert driver.order()[-2:] == ["skipped", "pcm"]
     np.testing.assert_array_equal(driver.pcm(), expected(SCENE, Applied(), len(driver.pcm())))
+
+
+@pytest.mark.parametrize("slow_reader", [0.05, 1.0, 60.0])
+def test_who_may_read_slowly_is_told_of_skipped_time_all_the_same(slow_reader: float) -> None:
+    driver = Driver(Limits(slow_reader=slow_reader))
+    driver.hello(pacing="realtime")
+    driver.run(0.1)
+    for _ in range(3):
+        driver.now += 2.5
+        driver.machine.check(driver.now)  # whoever looks first: the clock is put off once
+        driver.run(0.1)
+    assert [round(told["seconds"], 1) for told in driver.texts("skipped")] == [2.5] * 3
+    assert driver.closed is None and driver.texts("problem") == []
+
+
+def test_a_hand_is_not_lifted_at_once_by_the_service_s_own_gap() -> None:
+    driver = started()
+    driver.binary(contact(1))
+    driver.run(0.1)
+    driver.now += 2.5
+    driver.write()
+    assert driver.hand.applied.lifted == []  # what the hand sent meanwhile has not been read yet
 
 
 def test_limited_is_told_at_most_once_a_second_with_the_largest_reduction() -> None:

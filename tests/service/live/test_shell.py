@@ -6,7 +6,6 @@ import asyncio
 import json
 import time
 from collections.abc import Awaitable, Callable
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,9 @@ from starlette.types import Send
 from service.live.sessions import LiveSessions
 from service.live.shell import Connection
 from service.live.wire import PlainWire
+from service.places import Places
 from service.problems import Problem
+from service.threads import BlockThreads, Solves
 from tests.service.harness import settings_of
 from tests.service.plain_engine import PlainEngine
 
@@ -78,13 +79,13 @@ def scenario(act: Callable[[LiveSessions, PlainEngine], Awaitable[None]], **chan
 
     async def run() -> None:
         engine = PlainEngine()
-        with ThreadPoolExecutor(2) as pool:
-            live = LiveSessions(engine, settings_of(**changes), pool, pool)
-            watch = asyncio.create_task(live.watch())
-            await act(live, engine)
-            watch.cancel()
-            live.close()
-            await live.settle(20.0)
+        solves = Solves(Places(4, 8, lambda _seconds: None))
+        live = LiveSessions(engine, settings_of(**changes), solves, BlockThreads(2, lambda _seconds: None))
+        watch = asyncio.create_task(live.watch())
+        await act(live, engine)
+        watch.cancel()
+        live.close()
+        await live.settle(20.0)
 
     asyncio.run(run())
 

@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 import pytest
 
-from synth.scene import parse_scene
+from synth.scene.scene import parse_scene
 from tests.service.live.driver import RATE, contact, started
 from tests.service.plain_hand import Applied, expected
 

@@ -10,7 +10,7 @@ import pytest
 
 from service.live.messages import schema
 from service.live.sessions import LiveSession
-from synth.scene import parse_scene
+from synth.scene.scene import parse_scene
 from tests.service.harness import Running, problem, serving, until
 from tests.service.live.client import live
 from tests.service.plain_engine import PlainEngine, warmed_up

@@ -8,17 +8,17 @@ from typing import Any
 import numpy as np
 
 from synth import Motion, open_voice, parse_scene
-from synth.contact.exact import Array
-from synth.effect_registry import effect_names
+from synth.arrays import Array
 from synth.errors import SceneError
-from synth.scene import Scene
+from synth.scene.effect_registry import effect_names
+from synth.scene.scene import Scene
 
 ALONE = effect_names()
 """Every effect of the registry."""
 
 QUICK: dict[str, Any] = {
     "finger": {"contact_length": "2.5 mm"},
-    "output": {"quantity": "displacement", "sample_rate": 8000},
+    "output": {"quantity": "displacement", "sample_rate": 8000, "bandwidth": "full"},
     "accuracy": {"tolerance": 1e-2},
 }
 """What makes a scene with effects quick to prepare: few ridges, displacement, a low rate, a loose tolerance."""

@@ -92,7 +92,7 @@ def random_scene(seed: int) -> dict[str, Any]:
         "texture": texture,
         "scan": draws.scan(),
         "effects": {name: draws.settings(name) for name in names},
-        "output": {"sample_rate": 8000, "channels": channels},
+        "output": {"sample_rate": 8000, "bandwidth": "full", "channels": channels},
         "accuracy": {"tolerance": 1e-2},
     }
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from synth import open_voice, parse_scene
-from synth.scene import Scene
+from synth.scene.scene import Scene
 from tests.reference.moving_oracle import Harmonics
 from tests.synth.effects.whole_renders import below, check_quantities
 from tests.synth.engine_cases import Real, physical
@@ -29,7 +29,7 @@ def check_steady(scene: Scene, approach: Approach, phases: int = PHASES) -> None
     fundamental = abs(scene.scan.speed) / scene.texture.period
     several = [Harmonics(np.fft.rfft(z[::part]) / len(z[::part]), fundamental) for part in (1, 2)]
     own, frames = {}, np.arange(800)
-    limit = min(0.4 * scene.output.sample_rate, scene.output.bandwidth or np.inf)
+    limit = scene.output.band_limit
     for order, quantity in enumerate(("displacement", "velocity", "acceleration")):
         fine, coarse = (one.signal(order, frames, scene.output.sample_rate, limit) for one in several)
         own[quantity] = 0.3 * float(np.max(np.abs(fine - coarse)) / np.ptp(fine))  # folding falls as the power -2.5
@@ -50,7 +50,7 @@ def motion(seconds: float = 0.12) -> tuple[list[list[float]], Callable[[Real], t
 def check_moving(effects: dict[str, Any], approach: Approach, tolerance: float = 3e-3) -> None:
     """Assert that displacement where speed and load vary is the oracle's, about its mean at each load."""
     points, at = motion()
-    output = {"quantity": "displacement", "sample_rate": RATE, "full_scale": 1e-5}
+    output = {"quantity": "displacement", "sample_rate": RATE, "bandwidth": "full", "full_scale": 1e-5}
     scene = parse_scene({"scan": {"trajectory": points}, "effects": effects, "output": output})
     voice = open_voice(scene)
     found = physical(voice, 450)[:, 0]

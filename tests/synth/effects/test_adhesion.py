@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from synth import open_voice, parse_scene
-from synth.motion import LIFT_TIME
-from synth.scene import Scene
+from synth.motion.motion import LIFT_TIME
+from synth.scene.scene import Scene
 from tests.reference.adhesion_oracle import Held, Path
 from tests.reference.moving_oracle import Harmonics
 from tests.reference.stiffness_oracle import Touch
@@ -93,7 +93,8 @@ def pulled(lowest: float, seconds: float = 0.25) -> tuple[dict[str, Any], Real, 
 def rendered(lowest: float) -> tuple[Real, Held, Real, Touch]:
     """Return displacement (m) and what the oracle says at twice the rate; loads; the touch."""
     scan, place, load = pulled(lowest)
-    sections: dict[str, Any] = {"scan": scan, "output": {"quantity": "displacement", "sample_rate": RATE}}
+    output = {"quantity": "displacement", "sample_rate": RATE, "bandwidth": "full"}
+    sections: dict[str, Any] = {"scan": scan, "output": output}
     scene = parse_scene({**sections, "effects": {"adhesion": STRONG}})
     found = path_of(scene).followed(place / scene.texture.period, load)
     return physical(open_voice(scene), len(load) // 2)[:, 0], found, load, touch_of(scene)

@@ -12,10 +12,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from synth import open_voice, parse_scene
-from synth.contact.exact import Array
-from synth.effect_registry import declaration, effect_names
-from synth.scene_effects import AUTO
+from synth import Voice, parse_scene
+from synth.arrays import Array
+from synth.plan.preparation import prepare
+from synth.scene.effect_registry import declaration, effect_names
+from synth.scene.effects_section import AUTO
+from synth.scene.scene import Scene
 
 LEFT_TO_US = [name for name in effect_names() if not declaration(name).without_auto]
 SCENES, SOME = 100, 40
@@ -47,9 +49,14 @@ def random_scene(random: np.random.Generator, name: str) -> dict[str, Any]:
     }
 
 
+def paced(scene: Scene) -> Voice:
+    """Return a voice of as many steps as can be played live: a file takes minutes for the tightest tolerances."""
+    return Voice(prepare(scene, paced=True), paced=True)
+
+
 def rendered(document: dict[str, Any], frames: int) -> Array:
     """Return one channel in SI units."""
-    voice = open_voice(parse_scene(document))
+    voice = paced(parse_scene(document))
     return np.asarray(voice.render(frames)[:, 0].astype(float) * voice.full_scale[0])
 
 
@@ -62,7 +69,7 @@ def test_what_is_left_out_would_not_be_missed_and_what_is_put_in_would(number: i
     document = random_scene(random, name)
     scene = parse_scene(document)
     frames = min(LONGEST, max(800, round(2.2 * RATE * scene.texture.period / abs(scene.scan.speed))))
-    plan = open_voice(scene).plan.document()
+    plan = paced(scene).plan.document()
     without = rendered(document | {"effects": {}}, frames)
     forced = rendered(document | {"effects": {name: {}}}, frames)
     extent = float(np.ptp(without))

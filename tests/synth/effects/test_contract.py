@@ -16,21 +16,23 @@ import numpy as np
 import pytest
 
 from synth import LiveVoice, open_voice, parse_scene
-from synth.effect import Effect, Kind
-from synth.effect_registry import declaration, effect_names
+from synth.effects.effect import Effect, Kind
 from synth.errors import CannotRender, SceneError
-from synth.scene_section import rule_of
+from synth.scene.effect_registry import declaration, effect_names
+from synth.scene.section import rule_of
 from tests.synth.effects.effect_cases import ALONE, LARGEST_SETS, TOGETHER, hand, quick_scene, scene_with
 
 ROOT = Path(__file__).resolve().parents[3]
 EVERY = [(name,) for name in ALONE] + LARGEST_SETS
-CHANNELS = {"output": {"channels": ["displacement", "velocity", "acceleration"], "sample_rate": 8000}}
+CHANNELS = {
+    "output": {"channels": ["displacement", "velocity", "acceleration"], "sample_rate": 8000, "bandwidth": "full"}
+}
 
 every = pytest.mark.parametrize("names", EVERY, ids="+".join)
 
 
 def test_the_registry_is_the_folder() -> None:
-    files = {path.stem for path in (ROOT / "synth" / "effects").glob("*.py")} - {"__init__"}
+    files = {path.stem for path in (ROOT / "synth" / "effects").glob("*.py")} - {"__init__", "effect"}
     assert set(effect_names()) == files
     assert {"contact_growth", "curvature", "inertia", "viscous_skin", "adhesion", "tangential"} <= files
 
@@ -166,13 +168,14 @@ voice = open_voice(scene)
 voice.render(1000)
 voice.render(100, Motion.of(100, speed=0.05, load=0.2))
 explain(scene)
-print(*(name for name in sys.modules if name.startswith(("synth.effects.", "synth.simulation", "synth.voice_effects"))))
+print(*(name for name in sys.modules if name.startswith(("synth.effects.", "synth.voice.voice_effects"))))
 """
 
 
 def test_an_effect_that_is_not_called_for_is_not_loaded() -> None:
     done = subprocess.run([sys.executable, "-c", ABSENT], cwd=ROOT, capture_output=True, text=True, check=True)
-    loaded = set(done.stdout.split()) - {"synth.simulation", "synth.simulation.terms"}
+    interface = {f"synth.effects.{name}" for name in ("effect", "simulation", "simulation.terms")}
+    loaded = set(done.stdout.split()) - interface
     assert not loaded, f"paid for and not called for: {loaded}"
 
 
@@ -184,9 +187,10 @@ class Gone:
     \"\"\"Has the effects, and what serves them alone, not be there.\"\"\"
 
     def find_spec(self, name, path=None, target=None):
-        served = ("synth.voice_effects", "synth.tangential_force")
-        simulated = name.startswith("synth.simulation.") and name != "synth.simulation.terms"
-        if name.startswith(("synth.effects.", "synth.simulation_")) or simulated or name in served:
+        served = ("synth.voice.voice_effects", "synth.voice.tangential_force")
+        interface = {f"synth.effects.{name}" for name in ("effect", "simulation", "simulation.terms")}
+        named = name.startswith(("synth.effects.", "synth.plan.plan.simulation_")) and name not in interface
+        if named or name in served:
             raise ModuleNotFoundError(name)
 
 if sys.argv[1:]:
@@ -217,7 +221,8 @@ import sys
 from synth import open_voice, parse_scene
 output = {"sample_rate": 8000, "quantity": "displacement"}
 open_voice(parse_scene({"output": output, "effects": {"contact_growth": {}}}))
-print(*(name.removeprefix("synth.effects.") for name in sys.modules if name.startswith("synth.effects.")))
+names = {name.removeprefix("synth.effects.") for name in sys.modules if name.startswith("synth.effects.")}
+print(*(name for name in names if name != "effect" and not name.startswith("simulation")))
 """
 
 

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from synth.effect import BalanceEffect, Price
-from synth.effect_choice import PUT_IN, Called, Change, Spared, in_order, judged, relative_change
-from synth.scene_section import Section
-from synth.simulation.terms import Terms
+from synth.effects.effect import BalanceEffect, Price
+from synth.effects.simulation.terms import Terms
+from synth.plan.effect_choice import PUT_IN, Called, Change, Spared, in_order, judged, relative_change
+from synth.scene.section import Section
 
 
 def effect(name: str, *after: str) -> BalanceEffect:

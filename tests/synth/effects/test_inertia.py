@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from synth import Motion, open_voice, parse_scene
-from synth.scene import Scene
+from synth.scene.scene import Scene
 from tests.reference.moving_oracle import Finger, Scan, steady_scan
 from tests.reference.spectral_checks import fit_harmonics
 from tests.reference.stiffness_oracle import contact_in_metres, stiffness
@@ -35,9 +35,9 @@ def test_a_steady_render_errs_by_no_more_than_the_plan_says(name: str) -> None:
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("bandwidth", [None, 1000.0])
+@pytest.mark.parametrize("bandwidth", ["full", 1000.0])
 @pytest.mark.parametrize("name", SCENES)
-def test_so_it_does_at_48_khz(name: str, bandwidth: float | None) -> None:
+def test_so_it_does_at_48_khz(name: str, bandwidth: float | str) -> None:
     scene = scene_of(name, {"inertia": {}}, 48000, output={"bandwidth": bandwidth})
     check_quantities(scene, oracle(scene).harmonics, OWN_ERROR)
 

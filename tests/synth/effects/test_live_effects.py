@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from synth import LiveVoice, Motion, open_voice
-from synth.cache import ResponseCache
 from synth.errors import SceneError
-from synth.output import Block
-from synth.scene import Scene, parse_scene
+from synth.response.cache import ResponseCache
+from synth.scene.scene import Scene, parse_scene
+from synth.voice.limiter import Block
 
 RATE = 8000
 CACHE = ResponseCache()
-OUTPUT = {"quantity": "displacement", "sample_rate": RATE}
+OUTPUT = {"quantity": "displacement", "sample_rate": RATE, "bandwidth": "full"}
 
 CHANGES: dict[str, dict[str, Any]] = {
     "inertia": {"inertia": {}},
@@ -84,7 +84,7 @@ def test_a_finger_that_lifts_in_a_recording_is_silence(name: str) -> None:
     # between two points the curve swings past 0 N, four times less from point to point
     points = [[i / 200, 4e-4 * i, float(np.interp(i, [0, 20, 24, 76, 80, 100], [0.3, 0.3, 0, 0, 0.3, 0.3]))]
               for i in range(101)]  # fmt: skip
-    voice = open_voice(scene(effects, scan={"trajectory": points}))
+    voice = open_voice(scene(effects, scan={"trajectory": points}, finger={"contact_length": "3 mm"}))
     block = voice.render(4000)
     assert np.max(np.abs(block[round(0.24 * RATE) : round(0.26 * RATE)])) <= 1e-12  # the curve's rounding is some nN
     assert np.all(np.ptp(block[: round(0.08 * RATE)], axis=0) > 0.0)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from synth import open_voice, parse_scene
-from synth.scene import Scene
+from synth.scene.scene import Scene
 from tests.reference.moving_oracle import Finger, Harmonics, Profile, Reaction, elastic, steady_scan
 from tests.reference.pressure_oracle import Surfaces, power_mean
 from tests.reference.stiffness_oracle import Touch, stiffness

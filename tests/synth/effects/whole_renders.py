@@ -9,8 +9,8 @@ import pytest
 from scipy.signal import firwin
 
 from synth import open_voice, parse_scene
-from synth.scene import Scene
-from synth.voice import Voice
+from synth.scene.scene import Scene
+from synth.voice.voice import Voice
 from tests.reference.moving_oracle import Harmonics
 from tests.reference.spectral_checks import WINDOW_PERIODS, fit_harmonics
 from tests.synth.engine_cases import QUANTITIES, Real, physical
@@ -42,7 +42,7 @@ def scene_of(name: str, effects: dict[str, Any], rate: int = 8000, **sections: A
 
 def kept_band(scene: Scene) -> float:
     """Return up to which frequency (Hz) a steady scan keeps its tolerance."""
-    return min(PASSING * scene.output.sample_rate, scene.output.bandwidth or np.inf)
+    return min(PASSING * scene.output.sample_rate, scene.output.bandwidth_hz)
 
 
 def errors_of(scene: Scene, voice: Voice, wanted: dict[str, tuple[Harmonics, int]]) -> dict[str, float]:

@@ -7,6 +7,8 @@ Model   z is the level above which the heights have a given mean, so z(h + c) = 
                       (Parseval's 2 sum n^2 |Z_n|^2 <= a2^2, then Cauchy and Schwarz)
         velocity      2 pi a2 nu G(N), G being what N harmonics of a bounded curve may overshoot: Lebesgue's constant,
                       or sqrt(2 N) by Cauchy and Schwarz, whichever is less; a level that fades lies between two
+        approach      between a1 + a2, the highest crests, and -(a1 + a2) - w / k, since the mean of max(h - z, 0),
+                      w / k, is at least the mean of h - z; what band-limiting adds is that of the displacement
         acceleration  2 pi N nu times that (Bernstein), and 2 pi a2 G(N) / lambda2 times du/dt where the speed changes
 Source  Galkin (1971): Lebesgue's constant is at most 1 + (4 / pi^2) log(2 N + 1). Bernstein's inequality: Zygmund,
         Trigonometric Series, X.3.
@@ -17,15 +19,17 @@ Limits  for a load that does not change. The tolerance of the scene (of a peak-t
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from synth.output import Block
-from synth.preparation import N_MAX, harmonics_below
-from synth.scene import Scene
-from synth.voice import Voice
-from tests.synth.engine_cases import QUANTITIES, Real
+from synth.plan.preparation import N_MAX, harmonics_below
+from synth.scene.scene import Scene
+from synth.voice.limiter import Block
+from synth.voice.voice import Voice
+from tests.reference.stiffness_oracle import stiffness
+from tests.synth.engine_cases import QUANTITIES, Real, touch_of
 
 TINY = float(np.finfo(np.float32).tiny)
 FLOOR = 1e-12  # of a1 + a2, in displacement (design, section 4)
@@ -43,7 +47,7 @@ def overshoot(harmonics: int) -> float:
 def largest(scene: Scene, quantity: str) -> float:
     """Return the bound of `quantity` (SI) while `scene` plays its own scan."""
     height, turns = scene.texture.amplitude, abs(scene.scan.speed) / scene.texture.period
-    rate, bandwidth = scene.output.sample_rate, scene.output.bandwidth or math.inf
+    rate, bandwidth = scene.output.sample_rate, scene.output.bandwidth_hz
     if scene.scan.stroke is None and scene.scan.trajectory is None:
         limit = min(REMOVED * rate, bandwidth)
         kept, bend = max(1, harmonics_below(turns, limit)), 0.0
@@ -52,12 +56,21 @@ def largest(scene: Scene, quantity: str) -> float:
         kept, highest = N_MAX, MOVING_REMOVED * min(rate, bandwidth / BAND)
         stroke = scene.scan.stroke
         bend = 0.0 if stroke is None else 3.0 * stroke.speed / stroke.turn_time / scene.texture.period
-    order = QUANTITIES.index(quantity)
+    order = 0 if quantity == "approach" else QUANTITIES.index(quantity)
     slope = 2.0 * math.pi * height * overshoot(kept)
     allowed = (MOST_DISPLACEMENT * height, slope * turns, slope * (turns * 2.0 * math.pi * highest + bend))[order]
     tolerance = scene.accuracy.tolerance if isinstance(scene.accuracy.tolerance, float) else 3e-2
     floor = FLOOR * (scene.finger.ridge_amplitude + height) * (2.0 * math.pi * highest) ** order
+    if quantity == "approach":
+        allowed += scene.finger.ridge_amplitude + height + indentation(scene)
     return allowed * (1.0 + 2.0 * tolerance + 1e-6) + floor
+
+
+def indentation(scene: Scene) -> float:
+    """Return the largest w / k (m) of the scan of `scene`."""
+    points = scene.scan.trajectory or ()
+    touch = replace(touch_of(scene), load=max([scene.scan.load, *(load for _time, _place, load in points)]))
+    return stiffness(touch).indentation if touch.ridge_amplitude + touch.texture_amplitude > 0.0 else 0.0
 
 
 def finite(block: Block | Real) -> bool:

@@ -7,10 +7,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from synth.scene import Scene
-from synth.scene_output import FULL_SCALE_RANGES, FullScale
-from synth.scene_rules import Quantity, QuantityOrName, Rule
-from synth.scene_section import Section, inner_section, rule_of
+from synth.scene.output_section import FULL_SCALE_RANGES, FullScale
+from synth.scene.rules import Quantity, QuantityOrName, Rule
+from synth.scene.scene import Scene
+from synth.scene.section import Section, inner_section, rule_of
+from synth.scene.texture_registry import SHARED, special_fields
 from tests.synth.scene_cases import nested
 
 COMBINED = ("not both", "room for turns", "at most 1.6 length / speed", "at most half the duration")
@@ -79,10 +80,16 @@ def rules(section: type[Section] = Scene, above: str = "") -> Iterator[tuple[str
             yield from rules(inner, f"{above}{name}.")
 
 
+OF_ONE_KIND = {f"texture.{name}" for name in special_fields() if name not in SHARED}
+"""Fields that only one kind of texture has; their ends are in tests/synth/surfaces/test_texture_fields.py."""
+
+
 def numeric_fields() -> list[Field]:
-    """Return every numeric field of a scene."""
+    """Return every numeric field of a scene, less those that only one kind of texture has."""
     found = []
     for path, rule in rules():
+        if path in OF_ONE_KIND:
+            continue
         if isinstance(rule, FullScale):
             found += [Field(path, rule_of_one, quantity) for quantity, rule_of_one in FULL_SCALE_RANGES.items()]
         elif isinstance(rule, Quantity | QuantityOrName):

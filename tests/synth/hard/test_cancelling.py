@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 
 from synth.contact.stiffness import Stiffness
-from synth.live import LiveVoice
-from synth.motion import Motion
-from synth.scene import Scene
-from synth.voice import open_voice
+from synth.motion.motion import Motion
+from synth.scene.scene import Scene
+from synth.voice.live_voice import LiveVoice
+from synth.voice.voice import open_voice
 from tests.reference.stiffness_oracle import contact_in_metres
 from tests.reference.synthesis_oracle import synthesise
 from tests.synth.engine_cases import QUANTITIES, physical, scene_of, touch_of
@@ -83,7 +83,7 @@ def test_no_automatic_gain_makes_noise_of_what_is_left(part: float, quantity: st
     voice = open_voice(scene)
     assert not voice.render(4800).any()
     assert "less than 1 nm" in voice.warnings[0]
-    assert len(voice.warnings) == 1
+    assert ["unusual" in warning for warning in voice.warnings[1:]] == [True] * (scene.scan.load > 20.0)
     live = LiveVoice(scene)
     assert not live.render(4800).any()
     streamed = open_voice(scene, live=True)

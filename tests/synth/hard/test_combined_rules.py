@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from synth.scene import parse_scene
-from synth.scene_output import MOST_CHANNELS
-from synth.scene_scan import FEWEST_POINTS, MOST_POINTS
-from synth.voice import open_voice
+from synth.scene.output_section import MOST_CHANNELS
+from synth.scene.scan_section import FEWEST_POINTS, MOST_POINTS
+from synth.scene.scene import parse_scene
+from synth.voice.voice import open_voice
 from tests.synth.engine_cases import QUANTITIES, scene_of
 from tests.synth.scene_cases import RISING, faults_of
 from tests.test_scene_docs import PAGE
@@ -112,11 +112,11 @@ def test_a_bandwidth_above_the_rate_is_accepted_and_does_nothing(rate: int, scan
     assert "anything above 0.45 of the sample rate, leaves the limit to the sample rate" in WORDS
     assert "A bandwidth above what the sample rate can hold is accepted and does nothing" in WORDS
 
-    def block(bandwidth: float | None) -> Any:
+    def block(bandwidth: float | str) -> Any:
         output = {"channels": list(QUANTITIES), "sample_rate": rate, "bandwidth": bandwidth}
         return open_voice(scene_of(scan=scan, output=output, accuracy={"tolerance": 1e-2})).render(2000)
 
-    free = block(None)
+    free = block("full")
     assert free.any()
     for bandwidth in (0.45 * rate, np.nextafter(0.45 * rate, 1e9), 96e3):
         assert np.array_equal(block(float(bandwidth)), free)

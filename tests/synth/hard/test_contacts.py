@@ -11,7 +11,7 @@ import pytest
 from synth.contact.exact import Grid, solve
 from synth.contact.geometry import Geometry
 from synth.contact.stiffness import Stiffness
-from synth.scene import Scene
+from synth.scene.scene import Scene
 from tests.reference.stiffness_oracle import contact_in_metres
 from tests.synth.engine_cases import Real, scene_of, touch_of
 

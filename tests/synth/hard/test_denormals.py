@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from synth.cache import ResponseCache
 from synth.errors import SceneError
-from synth.motion import Motion
-from synth.scene import parse_scene
-from synth.voice import open_voice
+from synth.motion.motion import Motion
+from synth.response.cache import ResponseCache
+from synth.scene.scene import parse_scene
+from synth.voice.voice import open_voice
 from tests.synth.engine_cases import scene_of
 from tests.synth.hard.bounds import ALL, check_fit, finite, merged
 from tests.synth.hard.ranges import FIELDS, Field

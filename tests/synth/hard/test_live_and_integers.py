@@ -8,11 +8,11 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from synth.live import LiveVoice
-from synth.output import Block, Limiter
-from synth.samples import SoundFormat, block_bytes, quantise
-from synth.scene import Scene
-from synth.voice import open_voice
+from synth.encode.samples import SoundFormat, block_bytes, quantise
+from synth.scene.scene import Scene
+from synth.voice.limiter import Block, Limiter
+from synth.voice.live_voice import LiveVoice
+from synth.voice.voice import open_voice
 from tests.synth.engine_cases import QUANTITIES, scene_of
 from tests.synth.hard.bounds import finite, merged
 from tests.synth.hard.test_hands import FRAMES, HANDS, RATE, part_of

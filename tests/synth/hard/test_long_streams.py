@@ -9,9 +9,9 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from synth.motion import Motion, ScanMotion
-from synth.scene import Scene, Stroke
-from synth.voice import open_voice
+from synth.motion.motion import Motion, ScanMotion
+from synth.scene.scene import Scene, Stroke
+from synth.voice.voice import open_voice
 from tests.reference.synthesis_oracle import SteadySpectrum, synthesise
 from tests.synth.engine_cases import QUANTITIES, Real, physical, scene_of, touch_of
 from tests.synth.hard.bounds import ALL, check_fit

@@ -8,10 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from synth.contact.balance import Contact
-from synth.simulation.skin import KelvinVoigt, LoadLaw, Relaxation, SkinLaw
-from synth.simulation.skin_points import SkinPoints
-from synth.simulation.skin_steps import SkinState, SkinStepper
-from synth.simulation.steps import ROWS, Phases
+from synth.effects.simulation.skin import KelvinVoigt, LoadLaw, Relaxation, SkinLaw
+from synth.effects.simulation.skin_points import SkinPoints
+from synth.effects.simulation.skin_steps import SkinState, SkinStepper
+from synth.effects.simulation.steps import ROWS, Phases
 from tests.reference import skin_oracle as twin
 from tests.synth.engine_cases import contact_of, scene_of
 

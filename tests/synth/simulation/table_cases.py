@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from synth.contact.balance import Contact
-from synth.contact.phases import turns_to_phase
-from synth.simulation.potential import PotentialTable
-from synth.simulation.potential_reading import read_heights
-from synth.simulation.steps import ROWS
-from synth.simulation.table_steps import TableState, TableStepper
+from synth.effects.simulation.potential import PotentialTable
+from synth.effects.simulation.potential_reading import read_heights
+from synth.effects.simulation.steps import ROWS
+from synth.effects.simulation.table_steps import TableState, TableStepper
+from synth.response.phases import turns_to_phase
 from tests.synth.engine_cases import Real, contact_of, scene_of
 from tests.synth.simulation.test_potential import SCENES
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from synth.contact.exact import Array
-from synth.simulation.decimation import Decimator
+from synth.arrays import Array
+from synth.effects.simulation.decimation import Decimator
 from tests.reference.slow_running import frames_of
 
 RATE = 48000

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from synth.contact.balance import Contact
-from synth.contact.phases import turns_to_phase
-from synth.simulation import potential
-from synth.simulation.potential import PotentialTable
-from synth.simulation.potential_reading import base_at, read_heights, row_of, weights_of
+from synth.effects.simulation import potential
+from synth.effects.simulation.potential import PotentialTable
+from synth.effects.simulation.potential_reading import base_at, read_heights, row_of, weights_of
+from synth.response.phases import turns_to_phase
 from tests.reference.slow_table_steps import SlowTable
 from tests.synth.engine_cases import Real, contact_of, scene_of
 

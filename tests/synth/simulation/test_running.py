@@ -9,11 +9,9 @@ import numpy as np
 import pytest
 
 from synth import Motion, parse_scene
-from synth.contact.exact import Array
-from synth.motion import LIFT_TIME
-from synth.scene import Scene
-from synth.simulation.decimation import Decimator
-from synth.simulation.running import (
+from synth.arrays import Array
+from synth.effects.simulation.decimation import Decimator
+from synth.effects.simulation.running import (
     CHANGE,
     PRESS,
     RESPONSE,
@@ -24,7 +22,9 @@ from synth.simulation.running import (
     fill_between,
     phases_after,
 )
-from synth.simulation.steps import ATTACHED, HEIGHT, REACTION, SLOPE_FORCE, STATIC, Phases
+from synth.effects.simulation.steps import ATTACHED, HEIGHT, REACTION, SLOPE_FORCE, STATIC, Phases
+from synth.motion.motion import LIFT_TIME
+from synth.scene.scene import Scene
 from tests.reference.slow_running import between, held_gates
 
 RATE, STEPS = 8000, 4
@@ -56,7 +56,7 @@ def simulation(scene: Scene, held: bool = False, attached: float = 1.0) -> Simul
 
 
 def scene_of(**sections: Any) -> Scene:
-    return parse_scene({"output": {"sample_rate": RATE}, **sections})
+    return parse_scene({"output": {"sample_rate": RATE, "bandwidth": "full"}, **sections})
 
 
 def test_a_constant_scan_is_followed_at_its_frames_with_its_derivatives() -> None:
@@ -124,7 +124,7 @@ def test_the_gate_follows_the_load_and_is_exact_nothing_at_none() -> None:
 def test_what_holds_the_finger_keeps_it_heard_at_a_pull_and_fades_when_it_lets_go() -> None:
     scene = parse_scene(
         {
-            "output": {"sample_rate": RATE},
+            "output": {"sample_rate": RATE, "bandwidth": "full"},
             "scan": {"load": -0.01},
             "effects": {"adhesion": {}},
             "texture": {"period": "1 mm"},

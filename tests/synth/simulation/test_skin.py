@@ -5,7 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from synth.simulation.skin import DECAY, FOLLOW, HARDNESS, KEEP, LOSE, KelvinVoigt, LoadLaw, Relaxation, when_pressed
+from synth.effects.simulation.skin import (
+    DECAY,
+    FOLLOW,
+    HARDNESS,
+    KEEP,
+    LOSE,
+    KelvinVoigt,
+    LoadLaw,
+    Relaxation,
+    when_pressed,
+)
 
 RELAXATION = Relaxation()
 

@@ -9,9 +9,9 @@ import numpy.typing as npt
 import pytest
 from scipy.linalg import expm
 
-from synth.contact.closed import full_contact
-from synth.simulation.skin import KelvinVoigt, Relaxation, SkinLaw
-from synth.simulation.steps import HEIGHT, ROWS, SLOPE_FORCE, STATIC
+from synth.contact.full_contact import full_contact
+from synth.effects.simulation.skin import KelvinVoigt, Relaxation, SkinLaw
+from synth.effects.simulation.steps import HEIGHT, ROWS, SLOPE_FORCE, STATIC
 from tests.reference import skin_oracle as twin
 from tests.synth.simulation.skin_cases import (
     LOAD,

@@ -10,9 +10,9 @@ import pytest
 from synth.contact.balance import Contact
 from synth.contact.geometry import Geometry
 from synth.contact.stiffness import Stiffness
-from synth.simulation.potential import PotentialTable
-from synth.simulation.steps import ATTACHED, HEIGHT, REACTION, SLOPE_FORCE
-from synth.simulation.table_steps import TableStepper
+from synth.effects.simulation.potential import PotentialTable
+from synth.effects.simulation.steps import ATTACHED, HEIGHT, REACTION, SLOPE_FORCE
+from synth.effects.simulation.table_steps import TableStepper
 from tests.reference.slow_table_steps import SlowFinger
 from tests.synth.simulation.table_cases import LIFT, LOAD, read, run, stepper, table_of
 from tests.synth.simulation.test_potential import slow_table

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from synth.contact.phases import turns_to_phase
-from synth.simulation.potential_reading import read_heights
-from synth.simulation.steps import ATTACHED, HEIGHT, REACTION, ROWS, SLOPE_FORCE, STATIC
+from synth.effects.simulation.potential_reading import read_heights
+from synth.effects.simulation.steps import ATTACHED, HEIGHT, REACTION, ROWS, SLOPE_FORCE, STATIC
+from synth.response.phases import turns_to_phase
 from tests.reference.slow_table_steps import SlowFinger
 from tests.synth.engine_cases import Real
 from tests.synth.simulation.table_cases import (

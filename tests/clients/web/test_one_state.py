@@ -1,0 +1,223 @@
+"""One state: sliders, knobs, link, files, undo, pictures and sound agree, and what does not yet is grey and says so."""
+
+from __future__ import annotations
+
+import base64
+import json
+import threading
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from synth.scene.scene import Scene
+from synth.voice.hand_voice import HandChange, HandVoice
+from tests.clients.web.browser import watched
+from tests.clients.web.conftest import HOUSE, moved_in
+from tests.clients.web.places import serving_pages
+from tests.clients.web.test_accessibility import violations
+from tests.service.harness import PATIENCE, Running
+from tests.service.plain_engine import PlainEngine
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from playwright.sync_api import Browser, Page, Request, Route
+
+SLIDE = """([id, place]) => {
+  const track = document.getElementById(id);
+  track.value = place;
+  for (const type of ["input", "change"]) track.dispatchEvent(new Event(type, {bubbles: true}));
+}"""
+STALE = "() => [...document.querySelectorAll('[data-stale]')].map((one) => one.id || one.querySelector('canvas')?.id)"
+NOTE = "document.getElementById('pad-note')"
+AGREED = f"() => {NOTE}.hidden"
+LIVE = "() => document.getElementById('state').textContent === 'live'"
+
+
+def slide(page: Page, dial: str, place: int) -> str:
+    """Move the slider of `dial` to `place` of 1000 and let it go; return what stands beside it."""
+    page.evaluate(SLIDE, [dial, place])
+    return page.locator(f"#{dial}-value").inner_text()
+
+
+def linked(page: Page) -> Any:
+    """Return the scene in the page's address, {} where it has none."""
+    text = page.evaluate("() => location.hash").removeprefix("#scene=")
+    return json.loads(base64.urlsafe_b64decode(text + "=" * (-len(text) % 4))) if text else {}
+
+
+def downloaded(page: Page, path: Path) -> Any:
+    """Return the scene as the page saves it."""
+    with page.expect_download() as download:
+        page.click("#save-scene")
+    download.value.save_as(path)
+    return json.loads(path.read_text())
+
+
+def test_sliders_link_file_undo_and_picture_agree(touch_page: Page, tmp_path: Path) -> None:
+    pictured: list[Any] = []
+
+    def note(request: Request) -> None:
+        if request.url.endswith("/v1/picture"):
+            pictured.append(json.loads(request.post_data or "")["scene"])
+
+    touch_page.on("request", note)
+    assert touch_page.is_disabled("#undo")
+    load, speed = slide(touch_page, "load", 897), slide(touch_page, "speed", 899)
+    touch_page.wait_for_function(AGREED)
+    scene = touch_page.evaluate("() => ridgewave.state.scene")
+    assert scene == {"scan": {"load": load, "speed": speed}} == {"scan": {"load": "7.21 N", "speed": "928 mm/s"}}
+    assert downloaded(touch_page, tmp_path / "scene.json") == linked(touch_page) == pictured[-1] == scene
+    assert touch_page.input_value("#knob-scan-load") == load
+    touch_page.click("#undo")
+    touch_page.wait_for_function(AGREED)
+    assert touch_page.locator("#speed-value").inner_text() == "80 mm/s"
+    assert linked(touch_page) == pictured[-1] == {"scan": {"load": load}}
+    touch_page.click("#undo")
+    assert linked(touch_page) == {} and touch_page.is_disabled("#undo")
+    touch_page.click("#redo")
+    assert touch_page.locator("#load-value").inner_text() == load
+
+
+@pytest.mark.parametrize(
+    ("scan", "shown"),
+    [
+        ({"load": "50 N", "speed": "9 m/s"}, ("50 N", "9 m/s")),
+        ({"load": 0, "speed": "-0.5 mm/s"}, ("0 N", "-500 um/s")),
+        ({"stroke": {"load": "2 N", "speed": "0.3 m/s", "length": "40 mm"}}, ("2 N", "300 mm/s")),
+        ({"trajectory": [[0, 0, 0.3], [0.1, 0.01, 0.3], [0.2, 0.02, 0.3], [0.3, 0.03, 0.3]]}, ("as recorded",) * 2),
+    ],
+    ids=["beyond the sliders", "below them", "a stroke", "a recorded motion"],
+)
+def test_the_sliders_tell_what_the_scene_holds(touch_page: Page, scan: dict[str, Any], shown: tuple[str, str]) -> None:
+    touch_page.evaluate("(scan) => ridgewave.state.take({scan})", scan)
+    assert tuple(touch_page.locator(f"#{dial}-value").inner_text() for dial in ("load", "speed")) == shown
+    assert tuple(touch_page.get_attribute(f"#{dial}", "aria-valuetext") for dial in ("load", "speed")) == shown
+
+
+def test_a_slider_writes_into_the_stroke_that_the_scene_has(touch_page: Page) -> None:
+    touch_page.evaluate("() => ridgewave.state.take({scan: {stroke: {length: '40 mm'}}})")
+    load = slide(touch_page, "load", 800)
+    assert touch_page.evaluate("() => ridgewave.state.scene.scan") == {"stroke": {"length": "40 mm", "load": load}}
+
+
+def test_a_hand_presses_with_the_load_of_the_scene(touch_page: Page) -> None:
+    touch_page.evaluate("() => ridgewave.state.write(['scan', 'load'], '1.5 N')")
+    touch_page.evaluate(
+        """() => { window.loads = []; const {move} = ridgewave.session;
+             ridgewave.session.move = (id, contact) => { loads.push(contact.load); };
+             const box = document.getElementById("pad").getBoundingClientRect();
+             document.getElementById("pad").dispatchEvent(new PointerEvent("pointerdown", {pointerId: 7, button: 0,
+               pointerType: "touch", clientX: box.left + 9, clientY: box.top + 9, bubbles: true})); }"""
+    )
+    assert touch_page.evaluate("() => loads") == [1.5]
+
+
+def test_a_picture_that_is_not_yet_of_the_scene_is_grey_and_says_so(touch_page: Page) -> None:
+    held: list[Route] = []
+    touch_page.wait_for_function(AGREED)
+    touch_page.route("**/v1/picture", lambda route: held.append(route))
+    with touch_page.expect_request("**/v1/picture"):
+        touch_page.select_option("#texture", "grating-500um-40um")
+    assert {"pad", "contact"} <= set(touch_page.evaluate(STALE))
+    assert touch_page.locator("#pad-note").inner_text() == "Not yet of this scene: the picture."
+    assert violations(touch_page) == []
+    held[0].continue_()
+    touch_page.wait_for_function(AGREED)
+    touch_page.wait_for_function("() => !document.querySelector('[data-stale]')")
+
+
+@pytest.mark.parametrize("touching", [False, True], ids=["no finger down", "a finger down"])
+def test_the_message_ends_when_the_change_is_applied(
+    touch_page: Page, page_service: Running, touching: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    gate, prepare = threading.Event(), HandVoice.prepare
+
+    def slowly(voice: HandVoice, scene: Scene) -> HandChange:
+        gate.wait(PATIENCE)
+        return prepare(voice, scene)
+
+    touch_page.click("#stroke" if touching else "#start")
+    touch_page.wait_for_function(LIVE)
+    monkeypatch.setattr(HandVoice, "prepare", slowly)
+    touch_page.evaluate("() => ridgewave.state.write(['output', 'duration'], '3 s')")
+    touch_page.wait_for_function("() => document.getElementById('state').textContent === 'solving the contact…'")
+    touch_page.wait_for_function(f"() => {NOTE}.textContent === 'Not yet of this scene: the sound.'")
+    assert {"pad", "waveform", "spectrum"} <= set(touch_page.evaluate(STALE))
+    gate.set()
+    touch_page.wait_for_function(LIVE)
+    touch_page.wait_for_function(AGREED)
+    (session,) = (one for one in page_service.service.live._sessions.values() if one.peer is not None)
+    assert session.stream.coming is None, "it is applied, not only prepared"
+    assert session.stream.scene.output.duration == 3.0
+
+
+BECOME = """async () => {
+  const player = await house.Player.open({sampleRate: 48000});
+  const finger = new house.Finger({player});
+  const [states, heard] = [[], house.heard(finger, "scene")];
+  finger.addEventListener("agreement", () => states.push(finger.scene.agrees));
+  const {session} = await finger.open();
+  for (let step = 1; step <= 150; step += 1) finger.become({texture: {period: `${step} mm`}});
+  await house.until(() => finger.scene.agrees);
+  const played = finger.source.given;
+  await finger.close();
+  await player.close();
+  return {session, states, answers: heard.length, played, held: finger.scene.held};
+}"""
+
+
+def test_of_many_changes_the_last_is_applied_and_only_then_all_agree(chromium: Browser) -> None:
+    engine = PlainEngine()
+    with serving_pages(engine) as running, watched(chromium, running.url + HOUSE) as (page, _):
+        moved_in(page)
+        report = page.evaluate(BECOME)
+    assert engine.hands[-1].scene.texture.period == pytest.approx(0.15)
+    assert report["held"] == {"texture": {"period": "150 mm"}}
+    assert report["states"].index(True) == len(report["states"]) - 1, "until then none said so"
+    assert report["answers"] == 2, "the first is prepared, and then the last"
+    assert report["played"] == 0, "what is asked for without a touch is not heard"
+
+
+def test_a_scene_that_is_refused_leaves_the_one_before_and_says_so(watched_page: Any) -> None:
+    page, watch = watched_page
+    watch.allow("status of 422")
+    page.click("#start")
+    page.wait_for_function(LIVE)
+    page.evaluate("() => ridgewave.state.write(['finger', 'contact_length'], '1 um')")
+    page.wait_for_function(f"() => {NOTE}.textContent.startsWith('This scene is refused')")
+    page.click("#undo")
+    page.wait_for_function(AGREED)
+
+
+def test_what_the_plan_warns_of_is_told_under_the_pad(touch_page: Page) -> None:
+    def warn(route: Route) -> None:
+        answer = route.fetch()
+        route.fulfill(response=answer, json=answer.json() | {"warnings": ["Nobody can feel this."]})
+
+    touch_page.route("**/v1/explain", warn)
+    touch_page.evaluate("() => ridgewave.state.write(['texture', 'amplitude'], '19 um')")
+    touch_page.wait_for_function("() => document.getElementById('warnings').innerText === 'Nobody can feel this.'")
+
+
+def test_the_names_of_the_textures_fit_their_menu(touch_page: Page) -> None:
+    cut = """() => { const menu = document.getElementById("texture"); const style = getComputedStyle(menu);
+      const pen = document.createElement("canvas").getContext("2d"); pen.font = style.font;
+      return [...menu.options].map(({text}) => text)
+        .filter((text) => pen.measureText(text).width > menu.clientWidth - 40); }"""
+    assert touch_page.evaluate(cut) == []
+    touch_page.set_viewport_size({"width": 360, "height": 740})
+    assert touch_page.evaluate(cut) == []
+
+
+@pytest.mark.parametrize("size", [(1280, 900), (390, 800)], ids=["wide", "a phone"])
+def test_what_the_page_says_covers_no_picture(touch_page: Page, size: tuple[int, int]) -> None:
+    touch_page.set_viewport_size({"width": size[0], "height": size[1]})
+    touch_page.evaluate("() => ridgewave.state.write(['texture', 'amplitude'], '19 um')")
+    touch_page.click("#undo")
+    covered = """() => { const at = document.getElementById("notice").getBoundingClientRect();
+      return [...document.querySelectorAll("canvas")].filter((canvas) => { const box = canvas.getBoundingClientRect();
+        return at.height && box.top < at.bottom && box.bottom > at.top && box.left < at.right && box.right > at.left;
+      }).map(({id}) => id); }"""
+    assert touch_page.is_visible("#notice")
+    assert touch_page.evaluate(covered) == []

@@ -1,0 +1,59 @@
+"""`import ridgewave`: what it offers, that it loads nothing before it is used, and fields that change a scene."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import ridgewave as rw
+
+SHORT = {"duration": 0.05, "sample_rate": 8000, "quantity": "displacement"}
+
+
+def test_every_public_name_is_there_and_listed() -> None:
+    assert set(rw.__all__) <= set(dir(rw))
+    assert all(getattr(rw, name) is not None for name in rw.__all__)
+    with pytest.raises(AttributeError, match="no attribute 'sweeep'"):
+        _ = rw.sweeep
+
+
+def test_the_import_loads_neither_engine_nor_network() -> None:
+    text = "import sys, ridgewave; print({'numpy', 'numba', 'httpx', 'synth.scene.scene'} & set(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "set()"
+
+
+def test_a_scene_is_a_name_a_mapping_a_path_or_a_scene(tmp_path: Path) -> None:
+    path = tmp_path / "scene.json"
+    path.write_text(json.dumps({"texture": {"period": "1 mm", "amplitude": "31 um"}}), "utf-8")
+    named = rw.parse_scene("grating-1mm-31um").texture
+    texture = {"kind": "sinusoid", "period": named.period, "amplitude": named.amplitude}
+    scenes: list[Any] = ["grating-1mm-31um", {"texture": texture}, path, rw.parse_scene("grating-1mm-31um")]
+    sounds = [rw.render(scene, output=SHORT, scan={"speed": 0.05}) for scene in scenes]
+    assert all(rw.parse_scene(sound.scene).scan.speed == 0.05 and len(sound.frames) == 400 for sound in sounds)
+    for number in (1, 3):
+        np.testing.assert_array_equal(sounds[number].frames, sounds[0].frames)
+
+
+def test_fields_change_a_scene_as_a_patch_does() -> None:
+    given = rw.parse_scene({"texture": {"amplitude": "10 um"}, "output": SHORT})
+    voice = rw.open_voice(given, texture={"roughness": "10 um"}, scan={"load": "0.5 N"})
+    assert voice.scene.texture.amplitude == pytest.approx(15.708e-6, rel=1e-4)
+    assert voice.scene.scan.load == 0.5 and voice.scene.output == given.output
+    assert given.scan.load == 0.3
+
+
+def test_a_plan_of_a_changed_scene_tells_of_the_change() -> None:
+    plan = rw.explain({"output": SHORT}, effects={"inertia": {}})
+    assert "inertia" in [part["name"] for part in plan.document()["simulated"]]
+
+
+def test_a_wrong_field_is_refused_with_what_to_write() -> None:
+    with pytest.raises(rw.SceneError, match="loadd"):
+        rw.render({}, scan={"loadd": 1.0})

@@ -1,0 +1,56 @@
+"""Peers that send as fast as they can: others hear nothing of it, and the peers are closed.
+
+Model: `tests.bench.flood` floods from a process of its own, beside a neighbour (`tests.bench.bench_floods` measures the
+    same, longer). Asserted is: always that the neighbour misses no block and that every connection of the flood is told
+    and closed with 1008; in one of `ATTEMPTS` runs that its largest gap is below `GAP_MS`, since other work on the
+    machine delays it too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.bench.bench_floods import GAP_MS, flooded
+from tests.bench.flood import KINDS
+from tests.service.harness import Child, roomy_environment
+
+ATTEMPTS = 3
+LONGEST = 15.0  # s, for a busy machine to close eight peers; they are closed after 1 to 5
+POLICY = 1008
+QUICK = {("pings", 8), ("fragments", 1)}
+
+pytestmark = [pytest.mark.alone, pytest.mark.timeout(170)]
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, int, Path]]:
+    folder = tmp_path_factory.mktemp("floods")
+    child = Child("tests.service.serve_zeros", folder, **roomy_environment())
+    try:
+        yield child.url(), child.process.pid, folder
+    finally:
+        child.terminate()
+
+
+@pytest.mark.parametrize(
+    ("kind", "connections"),
+    [
+        pytest.param(kind, connections, marks=[] if (kind, connections) in QUICK else pytest.mark.thorough)
+        for kind in KINDS
+        for connections in (1, 8)
+    ],
+)
+def test_a_flood_makes_nobody_late_and_is_closed(served: tuple[str, int, Path], kind: str, connections: int) -> None:
+    gaps = []
+    for _ in range(ATTEMPTS):
+        (gap, missing), peers = flooded(kind, connections, LONGEST, *served)
+        assert missing.value == 0
+        assert [peer["code"] for peer in peers] == [POLICY] * connections
+        assert all(peer["problems"]["too-fast"] for peer in peers)
+        gaps.append(gap.value)
+        if gap.value <= GAP_MS:
+            return
+    pytest.fail(f"the neighbour's largest gaps, ms: {gaps}")

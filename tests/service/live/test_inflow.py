@@ -1,0 +1,197 @@
+"""What a peer sends is cut into frames wherever the network cut it, and a turn reads only so much of it."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+from websockets.frames import Frame, Opcode
+from websockets.protocol import State
+from websockets.server import ServerProtocol
+
+from service import inflow
+from service.inflow import TURN_WORK, Inflow
+from tests.bench.live_frames import BINARY, PING, PONG, TEXT, frame
+
+CONTINUATION = 0x0
+ENDLESS = 60.0  # s: a turn that its clock does not end
+
+
+class Taken:
+    """A sink that keeps what it takes, and a parser behind it."""
+
+    def __init__(self, allowed: int = 10**9) -> None:
+        self.messages: list[str | bytes] = []
+        self.frames, self.most_behind, self.allowed = 0, 0, allowed
+        self.controls: list[tuple[int, bytes]] = []
+        self.invalid = 0
+        self.conn = ServerProtocol(max_size=1 << 16, state=State.OPEN)
+        self.inflow = Inflow(self.conn, self._control, self._invalid)
+        self.inflow.sink = self
+
+    def message(self, message: str | bytes) -> None:
+        self.messages.append(message)
+
+    def frame(self) -> bool:
+        self.frames += 1
+        return self.frames <= self.allowed
+
+    def behind(self, frames: int) -> None:
+        self.most_behind = max(self.most_behind, frames)
+
+    def _control(self, one: Frame) -> None:
+        self.controls.append((int(one.opcode), bytes(one.data)))
+
+    def _invalid(self) -> None:
+        self.invalid += 1
+
+    def all(self, data: bytes) -> int:
+        """Read all of `data` and return the turns that it took."""
+        turns, done = 1, self.inflow.take_whole(data) or self.inflow.take(data)
+        while not done:
+            turns, done = turns + 1, self.inflow.read()
+        return turns
+
+
+@pytest.fixture(autouse=True)
+def unhurried(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(inflow, "TURN_SECONDS", ENDLESS)
+
+
+def part(kind: int, payload: bytes, *, last: bool) -> bytes:
+    """Return a masked frame of a message in several."""
+    made = bytearray(frame(kind, payload))
+    made[0] = kind | (0x80 if last else 0)
+    return bytes(made)
+
+
+def conversation(chance: random.Random) -> tuple[bytes, list[str | bytes], list[bytes]]:
+    """Return the bytes of many frames, the messages in them, and what the pings among them say."""
+    sent, messages, pings = b"", [], []
+    sizes = (0, 1, 27, 28, 29, 125, 126, 127, 300, 65535, 65536)
+
+    def ping() -> bytes:
+        pings.append(chance.randbytes(chance.randrange(126)))
+        return frame(PING, pings[-1])
+
+    for _ in range(40):
+        size = chance.choice(sizes) if chance.random() < 0.1 else chance.choice(sizes[:9])
+        payload = bytes(chance.choices(b"abcdefgh", k=size)) if chance.random() < 0.5 else chance.randbytes(size)
+        text = payload.isascii() and chance.random() < 0.5
+        kind = TEXT if text else BINARY
+        messages.append(payload.decode() if text else payload)
+        if chance.random() < 0.3:
+            cuts = sorted(chance.randrange(size + 1) for _ in range(chance.randrange(1, 4)))
+            pieces = [payload[a:b] for a, b in zip([0, *cuts], [*cuts, size], strict=True)]
+            for number, piece in enumerate(pieces):
+                sent += part(CONTINUATION if number else kind, piece, last=number == len(pieces) - 1)
+                sent += ping() if chance.random() < 0.2 and number < len(pieces) - 1 else b""
+        else:
+            sent += frame(kind, payload)
+        sent += ping() if chance.random() < 0.3 else b""
+    return sent, messages, pings
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_messages_and_pings_come_whole_wherever_they_are_cut(seed: int) -> None:
+    chance = random.Random(seed)
+    sent, messages, pings = conversation(chance)
+    taken, place = Taken(), 0
+    while place < len(sent):
+        step = chance.choice([1, 2, 3, 7, 34, 1000, 70_000])
+        for start in range(place, min(len(sent), place + 20 * step), step):
+            taken.all(sent[start : min(len(sent), place + 20 * step, start + step)])
+        place += 20 * step
+    assert taken.messages == messages
+    assert taken.controls == [(int(Opcode.PING), said) for said in pings]
+    assert taken.conn.state is State.OPEN and taken.invalid == 0
+
+
+@pytest.mark.parametrize(
+    ("one", "most"),
+    [
+        (frame(BINARY, bytes(28)), TURN_WORK),
+        (frame(TEXT, b"x" * 100), TURN_WORK),
+        (frame(BINARY, bytes(1000)), TURN_WORK // 35 + 1),
+        (frame(PING, b""), TURN_WORK // 4),
+        (frame(PONG, b""), TURN_WORK),
+        (part(CONTINUATION, b"", last=False), TURN_WORK // 4),
+    ],
+    ids=["contacts", "texts", "long messages", "pings", "pongs", "fragments"],
+)
+def test_a_turn_takes_so_many_frames_and_no_more(one: bytes, most: int) -> None:
+    taken = Taken()
+    if one[0] == CONTINUATION:
+        taken.all(part(TEXT, b"", last=False))
+    assert not taken.inflow.take(one * 3 * TURN_WORK)
+    left = len(taken.inflow._held) // len(one)
+    assert 3 * TURN_WORK - most <= left < 3 * TURN_WORK
+    assert taken.all(b"") > 1 and taken.inflow._held == b""
+
+
+def test_a_turn_ends_by_its_clock_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(inflow, "TURN_SECONDS", 0.0)
+    taken = Taken()
+    assert not taken.inflow.take(2 * frame(BINARY, b"x"))
+    assert taken.messages == []
+
+
+def test_frames_are_counted_in_a_row_until_the_peer_is_up_to_date() -> None:
+    taken, ping = Taken(), frame(PING, b"")
+    taken.all(10 * TURN_WORK * ping)
+    taken.all(10 * TURN_WORK * ping)
+    assert 19 * TURN_WORK < taken.most_behind <= 20 * TURN_WORK
+    taken.all(ping)
+    taken.most_behind = 0
+    taken.all(2 * TURN_WORK * ping)
+    assert taken.most_behind <= 2 * TURN_WORK
+    taken.all(20 * frame(BINARY, bytes(60_000)))
+    assert taken.most_behind > 20 * 58, "bytes count as well"
+
+
+def test_pings_past_the_rate_and_pongs_that_nobody_asked_for_are_not_read() -> None:
+    taken = Taken(allowed=10)
+    taken.all(50 * frame(PING, b"!") + 50 * frame(PONG, b"?"))
+    assert taken.controls == [(int(Opcode.PING), b"!")] * 10 and taken.frames == 100
+    taken.inflow.awaits_pong = True
+    taken.all(frame(PONG, b"mine"))
+    assert taken.controls[-1] == (int(Opcode.PONG), b"mine"), "past the rate as well: else the peer seems dead"
+
+
+def test_a_message_of_endless_empty_parts_takes_no_memory() -> None:
+    taken = Taken()
+    taken.all(part(TEXT, b"abc", last=False))
+    taken.all(10_000 * part(CONTINUATION, b"", last=False))
+    assert taken.inflow._parts == b"abc" and taken.frames == 10_001
+    taken.all(part(CONTINUATION, b"d", last=True))
+    assert taken.messages == ["abcd"]
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        b"\x82\x05plain",
+        b"\x83\x80abcd",
+        b"\xc2\x80abcd",
+        b"\x82\xff\x7f\xff\xff\xff\xff\xff\xff\xffabcd",
+        b"\x82\xff\x00\x00\x00\x00\x00\x02\x00\x00abcd",
+        b"\x80\x80abcd",
+        b"\x89\xfe\x00\x80abcd" + bytes(128),
+        part(PING, b"", last=False),
+        part(TEXT, b"", last=False) + frame(BINARY, b"x"),
+    ],
+    ids=range(9),
+)
+def test_what_is_no_frame_fails_the_connection_and_nothing_behind_it_is_taken(wrong: bytes) -> None:
+    behind = frame(BINARY, b"behind")
+    for pieces in ([wrong + behind], [bytes([one]) for one in wrong + behind]):
+        taken = Taken()
+        for piece in pieces:
+            taken.all(piece)
+        assert taken.messages == [] and taken.conn.close_expected()
+
+
+def test_text_that_is_not_utf8_is_told_of() -> None:
+    taken = Taken()
+    taken.all(frame(TEXT, b"\xff\xfe") + part(TEXT, b"\xc3", last=False) + part(CONTINUATION, b"\xa9", last=True))
+    assert taken.invalid == 1 and taken.messages == ["é"]

@@ -1,0 +1,91 @@
+"""What a live session keeps is bounded in bytes, each and all together; who does not fit is refused in words."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from service.live.early import MOST_BYTES
+from service.live.past import KEPT_BYTES, kept_frames
+from tests.service.harness import Running, serving, until
+from tests.service.live.client import live
+from tests.service.live.driver import Driver
+from tests.service.plain_engine import PlainEngine
+from tests.service.scraping import scrape
+
+QUANTITIES = ["displacement", "velocity", "acceleration"]
+MANY = {"output": {"channels": [QUANTITIES[index % 3] for index in range(16)]}}
+BLOCK = 48_000
+BLOCK_BYTES = BLOCK * 16 * 4
+
+
+@pytest.mark.parametrize("rate", [8000, 48_000, 192_000])
+@pytest.mark.parametrize("block", [16, 480, 48_000])
+@pytest.mark.parametrize("channels", [1, 2, 16, 64])
+def test_the_kept_past_has_a_bound_in_bytes(rate: int, block: int, channels: int) -> None:
+    frame_bytes = 4 * channels
+    frames = kept_frames(rate, block, frame_bytes)
+    assert frames >= 2 * block
+    assert frames * frame_bytes <= max(KEPT_BYTES, 2 * block * frame_bytes)
+    assert frames == max(rate, 8 * block) or frames * frame_bytes > KEPT_BYTES - frame_bytes
+
+
+def test_what_does_not_fit_is_refused_and_fits_once_another_has_ended() -> None:
+    with serving(PlainEngine(), live_bytes=9 * BLOCK_BYTES) as running:
+        with live(running) as first, live(running) as second:
+            first.hello(scene=MANY, block=BLOCK)
+            second.hello(scene=MANY, block=BLOCK)
+            assert used(running) == 8 * BLOCK_BYTES
+            with live(running) as third:
+                third.say("hello", scene=MANY, block=BLOCK)
+                told = third.until("problem")
+                assert told["problem"] == "/docs#problem-full" and "RIDGEWAVE_LIVE_BYTES" in told["detail"]
+                third.rest()
+                assert third.code == 1013
+            first.say("stop")
+            first.rest()
+        until(lambda: used(running) <= 4 * BLOCK_BYTES)
+        with live(running) as fourth:
+            fourth.hello(scene=MANY, block=BLOCK)
+
+
+def test_recordings_end_where_the_memory_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tests.service.plain_hand.EVENT_BYTES", 1 << 19)
+    engine = PlainEngine()
+    with serving(engine, live_bytes=1 << 20) as running, live(running) as client:
+        client.hello(record=True)
+        hand = engine.hands[-1]
+        for seq in range(4):
+            client.contact(seq)
+            client.say("more", frames=480)
+            client.frames(480 * (seq + 1))
+        until(lambda: hand.ended_recording)
+
+
+def test_the_oldest_recordings_of_ended_sessions_go_where_the_memory_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("service.live.sessions._recording", lambda stream: bytes(400_000))
+    with serving(PlainEngine(), live_bytes=1 << 20) as running:
+        names = []
+        for _ in range(4):
+            with live(running) as client:
+                names.append(client.hello(record=True)["session"])
+                client.say("stop")
+                client.rest()
+        paths = [f"/v1/sessions/{name}/recording" for name in names]
+        until(lambda: [running.client.get(path).status_code for path in paths] == [404, 404, 200, 200])
+
+
+def used(running: Running) -> float:
+    return scrape(running.client).value("live_bytes")
+
+
+def test_what_is_said_before_the_stream_is_there_has_a_bound_in_bytes() -> None:
+    driver = Driver()
+    driver.holding = True
+    driver.say("hello")
+    patch = json.dumps({"type": "scene", "scene": {"texture": {"period": 0.001}}}) + " " * 60_000
+    for _ in range(100):
+        driver.text(patch)
+    held = driver.machine._early.take()
+    assert sum(map(len, held)) <= MOST_BYTES and len(held) == MOST_BYTES // len(patch)

@@ -1,0 +1,82 @@
+"""A reader that takes everything at once is never called slow, however late the service is itself."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import pytest
+
+from service.live.pace import Behind, Pace
+from tests.service.harness import Running, serving
+from tests.service.live.client import LiveClient, live
+from tests.service.plain_engine import PlainEngine, warmed_up
+
+SLOW_READER = 0.2  # s
+STALL = 0.1  # s, ten blocks
+
+
+def slow_voice(engine: PlainEngine, running: Running) -> None:
+    """Have each block of the newest stream take ten times its length, in the event loop while it counts as quick."""
+    hand = engine.hands[-1]
+    render = hand.render
+
+    def slowly(frames: int) -> object:
+        time.sleep(STALL)
+        return render(frames)
+
+    hand.render = slowly  # type: ignore[method-assign, assignment]
+
+
+def busy_loop(engine: PlainEngine, running: Running) -> None:
+    """Have the event loop do something else again and again."""
+    peer = running.service.live._sessions[next(iter(running.service.live._sessions))].peer
+    loop = peer._wire.loop  # type: ignore[union-attr]
+
+    def stall(times: int) -> None:
+        time.sleep(2.0 * STALL)
+        if times:
+            loop.call_later(0.01, stall, times - 1)
+
+    loop.call_soon_threadsafe(stall, 6)
+
+
+@pytest.mark.parametrize("fault", [slow_voice, busy_loop])
+def test_a_healthy_reader_of_a_late_service_stays(fault: Callable[[PlainEngine, Running], None]) -> None:
+    engine = PlainEngine()
+    with serving(engine, slow_reader=SLOW_READER) as running:
+        warmed_up(running, engine)
+        with live(running) as client:
+            client.hello(pacing="realtime", block=480)
+            client.frames(480)
+            fault(engine, running)
+            _listen(client, 1.6)
+            assert client.code is None and client.texts("problem") == []
+
+
+def _listen(client: LiveClient, seconds: float) -> None:
+    until = time.monotonic() + seconds
+    while time.monotonic() < until and client.next() is not None:
+        pass
+
+
+def test_a_service_that_stalls_while_a_write_waits_does_not_blame_the_reader_for_it() -> None:
+    pace = Pace(1.0, 0.0)
+    pace.begin(0, 1000, 0.0)
+    pace.advance(10)
+    pace.writing(0.01)
+    assert pace.behind(0.05) is Behind.FINE
+    assert pace.behind(3.0) is Behind.FINE, "nobody looked for three seconds"
+    pace.written(3.0)
+
+
+def test_a_reader_that_makes_a_write_wait_is_slow_though_the_service_looks_late_now_and_then() -> None:
+    pace, now = Pace(1.0, 0.0), 0.01
+    pace.begin(0, 1000, 0.0)
+    pace.advance(10)
+    pace.writing(now)
+    found: list[Behind] = []
+    while now < 1.2:
+        now += 0.15 if len(found) % 4 == 3 else 0.05
+        found.append(pace.behind(now))
+    assert found[-1] is Behind.TOO_SLOW

@@ -1,0 +1,110 @@
+"""A table is read alike by the compiled loop and by its readable twin, in any blocks, along any motion."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from synth.response.reading import TableReader
+from synth.response.reading_filter import reading_filter
+from tests.reference import slow_table_reading as slow
+from tests.synth.engine_cases import contact_of, scene_of
+from tests.synth.response.motions import QUANTITIES, RATE, moves, read, table, wild
+
+
+@pytest.mark.parametrize("quantity", QUANTITIES)
+def test_the_loop_reads_what_its_twin_reads(quantity: str) -> None:
+    phases, motion = wild(1500)
+    reader = TableReader.of(table(), quantity, RATE)
+    twin = slow.read(
+        table().header, table().tensors, quantity, phases, motion, reader.filter.weights, reader.filter.hold
+    )
+    assert np.max(np.abs(read(quantity, (phases, motion)) - twin)) <= 1e-7 * np.max(np.abs(twin))
+
+
+@pytest.mark.parametrize("rate", [8000, 44100, 48000, 192000])
+@pytest.mark.parametrize("quantity", QUANTITIES)
+def test_random_blocks_equal_one_block(quantity: str, rate: int) -> None:
+    phases, motion = wild(3000)
+    whole = read(quantity, (phases, motion), rate)
+    reader = TableReader.of(table(), quantity, rate)
+    random = np.random.default_rng(5)
+    state, parts, begin = reader.start(), np.empty((3000, 2), np.float32), 0
+    while begin < 3000:
+        end = min(begin + int(random.integers(1, 90)), 3000)
+        reader.read(state, phases[begin:end], np.ascontiguousarray(motion[:, begin:end]), parts[begin:end, 1])
+        begin = end
+    np.testing.assert_array_equal(parts[:, 1], whole)
+
+
+@pytest.mark.parametrize("load", [0.0, 0.3, 40.0])
+def test_a_finger_that_stands_still_is_exact_silence(load: float) -> None:
+    stood = moves(0.0, load, 400, start=1.234e-3)
+    assert not np.any(read("velocity", stood))
+    assert not np.any(read("acceleration", stood))
+    displacement = read("displacement", stood)
+    assert np.all(displacement == displacement[0])
+    assert (displacement[0] == 0.0) == (load == 0.0)
+
+
+def test_no_load_is_exact_silence_and_a_landing_begins_smoothly() -> None:
+    frames = 4800
+    load = 0.3 * np.linspace(0.0, 1.0, frames) ** 2
+    load[: frames // 4] = 0.0
+    moved = moves(0.08, load, frames)
+    for quantity in QUANTITIES:
+        assert not np.any(read(quantity, moved)[: frames // 4])
+
+
+@pytest.mark.parametrize("speed", [0.75, 1.2, 10.0, -10.0, 0.0008 * RATE])
+def test_what_is_too_fast_for_the_band_is_silent(speed: float) -> None:
+    frames = 2000
+    moved = moves(speed, 0.3, frames)
+    found = read("acceleration", moved)
+    turns = abs(speed) / (table().period * table().band)
+    assert np.any(found[100:]) == (turns < 1.4)
+    assert np.all(np.isfinite(found))
+
+
+def test_a_motion_that_is_no_number_is_silent_and_passes() -> None:
+    phases, motion = moves(0.08, 0.3, 2000)
+    motion[2, 500:600] = np.nan
+    found = read("acceleration", (phases, motion))
+    assert np.all(np.isfinite(found))
+    assert np.array_equal(found[700:], read("acceleration", moves(0.08, 0.3, 2000))[700:])
+
+
+def test_a_changing_load_counts_with_all_of_its_terms() -> None:
+    """Against differences of the exact approach along the motion, on a path where only few harmonics sound."""
+    scene, frames = scene_of(), 2400
+    t = np.arange(frames) / RATE
+    load = 0.3 + 0.1 * np.sin(2 * np.pi * 25.0 * t)
+    speed = np.full(frames, 0.32)
+    phases, motion = moves(speed, load, frames)
+    contact, series = contact_of(scene), np.arange(256) / 256
+    harmonics = np.array([np.fft.rfft(contact.approach(series, float(one))[0]) / 256 for one in load])
+    highest = 2  # at 0.32 m/s the fundamental is at 400 Hz
+    turns = 2.0 * np.pi * np.arange(1, highest + 1) * (np.cumsum(speed) - speed[0])[:, np.newaxis] / RATE / 0.0008
+    z = 2.0 * np.real(np.sum(harmonics[:, 1 : highest + 1] * np.exp(1j * turns), axis=1))
+    delay = TableReader.of(table(), "acceleration", RATE).delay
+    exact = (z[2:] - 2.0 * z[1:-1] + z[:-2]) * RATE**2  # off by (2 pi 800 / 48000)^2 / 12: 9e-4
+    found = read("acceleration", (phases, motion))[delay + 1 :]
+    middle = slice(200, 2200)
+    assert np.max(np.abs(found[middle] - exact[middle])) <= 3e-3 * np.ptp(exact[middle])
+
+
+def test_beyond_full_contact_the_approach_is_the_closed_form() -> None:
+    contact = contact_of(scene_of())
+    for load in (6.0, 100.0, 1000.0):
+        phases, motion = moves(0.0, load, 40, start=3.1e-4)
+        exact = contact.approach(np.array([3.1e-4 / table().period]), load)[0][0]
+        assert read("approach", (phases, motion))[-1] == pytest.approx(exact, rel=2e-6)
+
+
+@pytest.mark.parametrize("rate", [8000, 44100, 48000, 96000, 192000])
+@pytest.mark.parametrize("quantity", QUANTITIES)
+def test_a_filter_errs_little_and_looks_ahead_a_third_of_a_millisecond(quantity: str, rate: int) -> None:
+    found = reading_filter(quantity, rate, 1000.0)
+    assert found.error <= 5e-4
+    assert found.delay / rate <= 0.51e-3
+    assert rate / found.stride >= 8000

@@ -1,0 +1,241 @@
+"""The fields of each kind of texture: defaults, ends, what is refused and in which words, what is written down."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from synth.errors import SceneError
+from synth.scene.rules import Quantity
+from synth.scene.scene import Texture, merge_patch, parse_scene, scene_document
+from synth.scene.section import rule_of
+from synth.scene.source import scene_from
+from synth.scene.texture_registry import KINDS, SHARED, kind_of, kinds_with, special_fields
+from synth.surfaces import finger_of, profile_of
+from synth.surfaces.height_file import MOST_INLINE
+from tests.synth.scene_cases import faults_of
+
+WAVE = [0.0, 20e-6, 0.0, -20e-6]
+NEEDED: dict[str, dict[str, Any]] = {"profile": {"heights": WAVE, "spacing": "0.1 mm"}}
+COMPANY: dict[str, dict[str, Any]] = {
+    "ramp": {"height": 0.0, "period": 1.0, "duty": 0.5},
+    "edge_radius": {"height": 0.0},
+    "rms_height": {"period": 0.2},
+    "rms_slope": {"period": 1e-3, "shortest": 1e-4},
+    "longest": {"period": 1.0, "shortest": 0.5e-3},
+    "shortest": {"period": 5e-3},
+    "spacing": {"heights": [0.0, 1e-8, 0.0, -1e-8] * 250},
+}
+"""What makes room for the ends of a field; an end that has none, whatever stands beside it, is in BEYOND."""
+BEYOND = {("ramp", 1), ("shortest", 1), ("longest", 0), ("spacing", 1)}
+NUMBERS = [name for name in special_fields() if name not in SHARED and isinstance(rule_of(Texture, name), Quantity)]
+
+
+def texture(kind: str, **fields: Any) -> dict[str, Any]:
+    return {"texture": {"kind": kind, **NEEDED.get(kind, {}), **fields}}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_kind_by_its_name_alone_is_a_scene_that_reads_back(kind: str) -> None:
+    scene = parse_scene(texture(kind))
+    document = scene_document(scene)
+    assert parse_scene(document) == scene
+    assert hash(parse_scene(document)) == hash(scene)
+    assert document["texture"]["kind"] == kind == profile_of(scene).kind
+    shared = {"kind", "phase", "youngs_modulus", "poisson_ratio"}
+    assert set(document["texture"]) == shared | set(kind_of(kind).names) - {"roughness", "file"}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_period_and_amplitude_are_those_of_the_profile(kind: str) -> None:
+    scene = parse_scene(texture(kind))
+    profile = profile_of(scene)
+    assert scene.texture.period == profile.period
+    assert scene.texture.amplitude == profile.equivalent().amplitude
+    assert profile_of(scene) is profile
+
+
+def test_the_document_of_a_sinusoid_is_as_it_was() -> None:
+    assert scene_document(parse_scene({}))["texture"] == {
+        "kind": "sinusoid",
+        "period": 0.8e-3,
+        "amplitude": 20e-6,
+        "phase": math.sqrt(2.0),
+        "youngs_modulus": None,
+        "poisson_ratio": 0.5,
+    }
+    closed = profile_of(parse_scene({})).cosine
+    assert closed is not None
+    assert (closed.amplitude, closed.phase, closed.period) == (20e-6, math.sqrt(2.0), 0.8e-3)
+
+
+def test_the_finger_is_a_profile_too() -> None:
+    profile = finger_of(parse_scene({"finger": {"ridge_period": "0.4 mm"}}))
+    assert profile.heights(np.array([0.0, 0.2e-3])) == pytest.approx([40e-6, -40e-6])
+
+
+@pytest.mark.parametrize("name", [name for name in special_fields() if name not in SHARED])
+def test_a_field_of_one_kind_is_refused_with_all_others(name: str) -> None:
+    value = {"heights": WAVE, "amplitudes": [1e-6], "phases": [0.0], "file": "a.csv"}.get(name, 1)
+    owners = kinds_with(name)
+    for kind in KINDS:
+        if kind not in owners:
+            document = texture(kind, **{name: value})
+            (fault,) = [one for one in faults_of(document) if "the fields of kind" in one.allowed]
+            assert fault.pointer == f"/texture/{name}"
+            assert f'"{owners[0]}"' in fault.hint
+
+
+@pytest.mark.parametrize("name", NUMBERS)
+@pytest.mark.parametrize("end", [0, 1])
+def test_an_end_of_a_range_is_accepted_and_what_is_beyond_is_refused(name: str, end: int) -> None:
+    (kind,), rule = kinds_with(name), rule_of(Texture, name)
+    assert isinstance(rule, Quantity)
+    value = (rule.low, rule.high)[end]
+    company = texture(kind, **COMPANY.get(name, {}))["texture"]
+    if (name, end) in BEYOND:
+        assert all(fault.allowed != rule.allowed for fault in faults_of({"texture": {**company, name: value}}))
+    else:
+        assert getattr(parse_scene({"texture": {**company, name: value}}).texture, name) == value
+    outside = [math.nextafter(rule.high, math.inf), math.inf] if end else [-1.0 if rule.low else -1e-300, math.nan]
+    for wrong in outside:
+        fault = next(one for one in faults_of({"texture": {**company, name: wrong}}))
+        assert (fault.pointer, fault.allowed) == (f"/texture/{name}", rule.allowed)
+
+
+@pytest.mark.parametrize(
+    ("document", "pointer", "words"),
+    [
+        (texture("profile", heights=[1e-6]), "/texture/heights", "The list has 1"),
+        (texture("profile", heights=[]), "/texture/heights", "a list of 2 to 65536"),
+        (texture("profile", heights=[0.0] * (MOST_INLINE + 1)), "/texture/heights", "texture.file takes up to 1000000"),
+        (texture("profile", heights=range(10_000_000)), "/texture/heights", "a list of 2 to 65536"),
+        (texture("profile", heights={"0": 1}), "/texture/heights", "Write a list"),
+        (texture("profile", heights=[0, math.nan]), "/texture/heights/1", "finite"),
+        (texture("profile", heights=[0, math.inf]), "/texture/heights/1", "finite"),
+        (texture("profile", heights=[0, "20 umm"]), "/texture/heights/1", "units"),
+        (texture("profile", heights=[0, None]), "/texture/heights/1", "0.8 mm"),
+        ({"texture": {"kind": "profile"}}, "/texture/heights", "Write a list"),
+        (texture("profile", heights=[0, 0, 1e-3, 0, 0], spacing=1e-5), "/texture/heights", "from height 1 to 2 is 100"),
+        (texture("profile", heights=[0, 1e-4, 2e-4, 3e-4], spacing=1e-5), "/texture/heights", "does not close"),
+        (texture("profile", heights=[0, 5e-3, 0, -5e-3], spacing=1e-3), "/texture/heights", "0.002 m high at most"),
+        (texture("profile", heights=[0, 1e-9], spacing=1e-7), "/texture/spacing", "period"),
+        (texture("profile", file="/etc/hostname"), "/texture/file", "only the command line"),
+        (texture("harmonics", phases=[0.0]), "/texture/phases", "2 amplitudes and 1 phases"),
+        (texture("harmonics", amplitudes=[]), "/texture/amplitudes", "1 to 64"),
+        (texture("harmonics", amplitudes=[1e-6] * 65), "/texture/amplitudes", "1 to 64"),
+        (texture("harmonics", amplitudes=[0.6e-3, 0.6e-3]), "/texture/amplitudes", "sum is 1 mm"),
+        (texture("harmonics", amplitudes=[-1e-6]), "/texture/amplitudes/0", "at least 0 m"),
+        (texture("harmonics", period=1e-6), "/texture/amplitudes", "slopes of 20 at most"),
+        (texture("grating", ramp=1e-4, edge_radius=1e-4), "/texture/edge_radius", "not both"),
+        (texture("grating", ramp="0.5 mm"), "/texture/ramp", "at most 400 um"),
+        (texture("grating", ramp="1 um"), "/texture/height", "slopes of 20 at most"),
+        (texture("grating", edge_radius="20 um"), "/texture/edge_radius", "more than height / 2"),
+        (texture("grating", edge_radius="10 mm"), "/texture/edge_radius", "at most 1010 um"),
+        (texture("rough", rms_height=1e-6, rms_slope=0.1), "/texture/rms_slope", "not both"),
+        (texture("rough", longest="30 mm"), "/texture/longest", "at most the period"),
+        (texture("rough", longest="1 mm", shortest="2 mm"), "/texture/shortest", "below the longest"),
+        (texture("rough", longest="9 mm", shortest="8 mm"), "/texture/shortest", "no wave is left"),
+        (texture("rough", shortest="1 um"), "/texture/shortest", "20000 waves"),
+        (texture("rough", rms_slope=5), "/texture/rms_slope", "high at most"),
+        (texture("rough", seed=0.5), "/texture/seed", "whole number"),
+    ],
+    ids=lambda item: item if isinstance(item, str) else "",
+)
+def test_bad_input_is_refused_with_the_field_and_what_to_write(
+    document: Mapping[str, Any], pointer: str, words: str
+) -> None:
+    fault = next(fault for fault in faults_of(document) if fault.pointer == pointer)
+    assert words in fault.sentence()
+
+
+@pytest.mark.parametrize(
+    ("before", "patch", "gone"),
+    [
+        ({"kind": "rough", "rms_height": 1e-6}, {"rms_slope": 0.1}, "rms_height"),
+        ({"kind": "rough", "rms_slope": 0.1}, {"rms_height": 1e-6}, "rms_slope"),
+        ({"kind": "grating", "ramp": 1e-4}, {"edge_radius": 1e-4}, "ramp"),
+        ({"kind": "grating", "edge_radius": 1e-4}, {"ramp": 1e-4}, "edge_radius"),
+        ({"kind": "sinusoid", "amplitude": 1e-5}, {"roughness": 1e-5}, "amplitude"),
+    ],
+)
+def test_a_partial_scene_displaces_what_it_writes_in_another_way(
+    before: dict[str, Any], patch: dict[str, Any], gone: str
+) -> None:
+    changed = merge_patch({"texture": before}, {"texture": patch})
+    assert gone not in changed["texture"]  # type: ignore[operator]
+    assert parse_scene(changed) == parse_scene({"texture": {"kind": before["kind"], **patch}})
+    complete = scene_document(parse_scene({"texture": before}))
+    assert parse_scene(merge_patch(complete, {"texture": patch})) == parse_scene(changed)
+
+
+def test_naming_another_kind_replaces_the_texture() -> None:
+    complete = scene_document(parse_scene(texture("rough", hurst=0.5, phase=1.0)))
+    assert parse_scene(merge_patch(complete, texture("grating"))) == parse_scene(texture("grating"))
+
+
+def test_one_order_of_harmonics_is_a_sinusoid() -> None:
+    one = profile_of(parse_scene(texture("harmonics", amplitudes=["20 um", 0], phases=["90 deg", 1], phase=0.5)))
+    same = profile_of(parse_scene({"texture": {"amplitude": "20 um", "phase": 0.5 + math.pi / 2}}))
+    assert one.cosine == same.cosine
+
+
+@pytest.mark.parametrize("ending", [".npy", ".csv", ".txt"])
+def test_a_file_of_heights_is_read_where_paths_may_be(tmp_path: Path, ending: str) -> None:
+    path = tmp_path / f"heights{ending}"
+    np.save(path, WAVE) if ending == ".npy" else path.write_text("\n".join(map(repr, WAVE)) + "\n")
+    read = scene_from({"texture": {"kind": "profile", "file": str(path), "spacing": "0.1 mm"}})
+    assert read == parse_scene(texture("profile"))
+    assert scene_document(read)["texture"]["heights"] == WAVE
+
+
+def test_a_long_file_is_written_down_as_its_path(tmp_path: Path) -> None:
+    path = tmp_path / "long.npy"
+    np.save(path, 1e-6 * np.cos(2.0 * math.pi * np.arange(MOST_INLINE + 1) / 1000.0))
+    scene = scene_from({"texture": {"kind": "profile", "file": str(path), "spacing": "1 um"}})
+    assert len(scene.texture.values()["heights"]) == MOST_INLINE + 1
+    document = scene_document(scene)
+    assert (document["texture"]["file"], document["texture"]["heights"]) == (str(path), None)
+    assert scene_from(document) == scene
+    assert faults_of(document)[0].pointer == "/texture/file"
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "words"),
+    [
+        ("a.wav", b"RIFF", ".npy of one dimension"),
+        ("a.csv", b"", "2 to 1000000 heights"),
+        ("a.csv", b"1e-6\n", "It holds 1"),
+        ("a.csv", b"0.0,1e-6\n0.1,2e-6\n", "cannot be read"),
+        ("a.txt", b"0 1e-6\n1e-5 2e-6\n", "2 dimensions"),
+        ("a.csv", b"height\n1e-6\n", "cannot be read"),
+        ("a.csv", b"0\nnan\n", "Height 1 is nan"),
+        ("a.csv", b"0\n20\n", "write metres"),
+        ("a.npy", b"\x93NUMPY\x01\x00 cut", "cannot be read"),
+        ("missing.csv", None, "Check the path"),
+    ],
+)
+def test_a_file_that_is_no_heights_is_refused(tmp_path: Path, name: str, content: bytes | None, words: str) -> None:
+    if content is not None:
+        (tmp_path / name).write_bytes(content)
+    with pytest.raises(SceneError) as refused:
+        scene_from({"texture": {"kind": "profile", "file": str(tmp_path / name)}})
+    assert refused.value.faults[0].pointer == "/texture/file"
+    assert words in refused.value.faults[0].sentence()
+
+
+def test_a_file_with_too_many_heights_or_pickled_ones_is_refused(tmp_path: Path) -> None:
+    for name, array in {"many.npy": np.zeros(1_000_001), "pickled.npy": np.array([0.0, None])}.items():
+        np.save(tmp_path / name, array, allow_pickle=True)
+        with pytest.raises(SceneError, match=r"texture\.file"):
+            scene_from({"texture": {"kind": "profile", "file": str(tmp_path / name)}})
+
+
+def test_heights_beside_a_file_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match="not both"):
+        scene_from({"texture": {"kind": "profile", "heights": WAVE, "file": str(tmp_path / "a.npy")}})

@@ -1,0 +1,84 @@
+"""A plan questions unusual values, motions that nobody feels, and accelerations that no actuator makes."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import pytest
+
+from synth import open_voice, parse_scene
+from synth.plan.warnings import IMPULSE
+from synth.scene.doubtful_values import bare_doubts, doubts
+
+
+def warned(scene: Any) -> str:
+    return " ".join(open_voice(scene).plan.document()["warnings"])
+
+
+@pytest.mark.parametrize(
+    ("sections", "told"),
+    [
+        ({"texture": {"period": 0.6}}, 'texture.period is 0.6 m, and more than 50 mm is unusual. .* write "0.6 mm"'),
+        ({"texture": {"period": "0.6 m"}}, "texture.period is 0.6 m"),
+        ({"finger": {"ridge_period": 5e-3}}, "finger.ridge_period is 0.005 m"),
+        ({"finger": {"ridge_amplitude": 9e-4}}, "finger.ridge_amplitude is 0.0009 m"),
+        ({"finger": {"contact_length": 0.1}}, "finger.contact_length is 0.1 m"),
+        ({"scan": {"load": 300}}, 'scan.load is 300 N, .* write "300 mN"'),
+        ({"scan": {"speed": -8}}, 'scan.speed is -8 m/s, .* write "-8 mm/s"'),
+        ({"scan": {"stroke": {"speed": 5}}}, "^scan.stroke.speed is 5 m/s"),
+    ],
+)
+def test_what_no_finger_has_is_questioned(sections: dict[str, Any], told: str) -> None:
+    (sentence,) = doubts(parse_scene(sections))
+    assert re.search(told, sentence), sentence
+
+
+@pytest.mark.parametrize(
+    "sections", [{}, {"texture": {"period": "20 mm"}}, {"scan": {"stroke": {}}}, {"scan": {"load": 5}}]
+)
+def test_what_is_usual_is_not(sections: dict[str, Any]) -> None:
+    assert not doubts(parse_scene(sections))
+
+
+def test_a_bare_number_of_a_change_is_questioned_and_one_with_a_unit_is_not() -> None:
+    (fault,) = bare_doubts({"texture": {"period": 0.6, "amplitude": 2e-5}, "scan": {"load": 1.0}, "no": {"such": 1}})
+    assert fault.pointer == "/texture/period" and '"0.6 mm"' in fault.hint and '"0.6 m"' in fault.hint
+    assert not bare_doubts({"texture": {"period": "0.6 m"}, "output": {"duration": 600}})
+    assert [fault.pointer for fault in bare_doubts({"scan": {"stroke": {"length": 5}}})] == ["/scan/stroke/length"]
+
+
+def test_a_motion_below_the_threshold_is_told_and_one_above_is_not() -> None:
+    assert "Nobody feels this: the strongest harmonic, at 100 Hz, is 83 dB below" in warned(
+        {"texture": {"amplitude": "1 nm"}, "output": {"full_scale": 1}}
+    )
+    slow = {"texture": {"period": "50 mm"}, "scan": {"speed": "10 mm/s"}, "output": {"bandwidth": 1}}
+    assert "all of it is below 1 Hz" in warned(slow)
+    assert not warned({})
+
+
+def test_the_threshold_of_the_scene_decides() -> None:
+    weak = {"texture": {"amplitude": "3 um"}, "scan": {"load": "3 N"}, "output": {"quantity": "displacement"}}
+    told = {name: warned(weak | {"accuracy": {"threshold": name}}) for name in ("fingertip", "pen")}
+    assert 'the detection threshold "fingertip"' in told["fingertip"]
+    assert told["pen"] != told["fingertip"]
+
+
+def test_a_stroke_is_judged_at_the_lower_frequencies_that_it_passes() -> None:
+    weak = {"texture": {"period": "0.5 mm", "amplitude": "2 um"}, "output": {"bandwidth": "full"}}
+    assert "Nobody feels" in warned(weak | {"scan": {"speed": 1}})
+    assert "Nobody feels" not in warned(weak | {"scan": {"stroke": {"speed": 1}}})
+
+
+def test_a_simulated_motion_is_judged_too() -> None:
+    quick = {"texture": {"amplitude": "1 nm"}, "effects": {"inertia": {}}}
+    assert "Nobody feels this" in warned(quick | {"output": {"full_scale": 1}})
+
+
+def test_an_acceleration_beyond_every_actuator_is_told() -> None:
+    strong: dict[str, Any] = {"texture": {"period": "0.25 mm", "amplitude": "15 um"}, "output": {"bandwidth": "full"}}
+    voice = open_voice(strong)
+    assert voice.full_scale[0] * 0.8 > IMPULSE
+    assert "No actuator known here makes this: the acceleration peaks at" in warned(strong)
+    assert "No actuator" not in warned(strong | {"output": {"quantity": "displacement"}})
+    assert "No actuator" not in warned(strong | {"output": {"bandwidth": 200}})
