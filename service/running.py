@@ -47,6 +47,7 @@ SWITCH_SECONDS = 0.0005  # between Python threads; at the default of 5 ms a play
 BLOCK_THREADS = 4  # for blocks of streams that are not quick: apart from the renders, which would make them late
 LAG_SECONDS = 0.05  # between two looks at how late the event loop is; a stall shorter than that may pass unseen
 PLAY_END_SECONDS = 1.0  # for all plays to complete their files at the end
+STOP_ANSWER_SECONDS = 0.1  # for other workers to count what they stopped: less misses them, more holds up the answer
 CUT_SECONDS = 0.2  # before the server's own timeout, which would tell of each answer that it cuts in a traceback
 
 
@@ -89,7 +90,7 @@ class Service:
         """
         question = self.siblings.ask("stop")
         stopped = Counter(self.stop_here())
-        for answer in await question.wait():
+        for answer in await question.wait(STOP_ANSWER_SECONDS):
             stopped.update(answer)
         document: dict[str, Any] = {"stopped": dict(stopped)}
         return document | ({"unanswered_workers": question.unanswered} if question.unanswered else {})

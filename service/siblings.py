@@ -26,7 +26,6 @@ from synth.errors import CannotRender
 log = logging.getLogger("ridgewave.service")
 
 FOLDER_VARIABLE = "_RIDGEWAVE_SIBLINGS"  # from the parent to its workers; no setting: nobody else has a use for it
-PATIENCE_SECONDS = 0.1  # for the answers: a worker answers within a block; longer would hold up whoever stops
 AGAIN_SECONDS = 0.005  # until a full queue is tried again; a stop must be silence within 20 ms
 GIVE_UP_TRIES = 2000  # 10 s, after which the parent has replaced a worker that hangs
 LONGEST_PATH = 100  # bytes of a socket's path: 108 on Linux and 104 on macOS, with the end mark
@@ -50,7 +49,7 @@ class Question:
         """Return how many live workers have not answered."""
         return len(self._waiting)
 
-    async def wait(self, patience: float = PATIENCE_SECONDS) -> list[dict[str, Any]]:
+    async def wait(self, patience: float) -> list[dict[str, Any]]:
         """Return the answers once all are there, or those that are there after `patience` seconds."""
         with suppress(TimeoutError):
             await asyncio.wait_for(self._all.wait(), patience)

@@ -23,6 +23,9 @@ from service.siblings import Siblings
 
 log = logging.getLogger("ridgewave.service")
 
+ANSWER_SECONDS = (
+    1.0  # for the others to write theirs: less misses a busy one, more holds a scrape up for one that hangs
+)
 WRITE_SECONDS = 5.0  # between snapshots kept of a worker that nobody asks: a killed one loses at most so much
 
 
@@ -39,7 +42,7 @@ class Telling:
         question = self._siblings.ask("metrics")
         own = self._metrics.snapshot()
         self._keep(own)  # what was told once must not be lost with this worker
-        await question.wait()
+        await question.wait(ANSWER_SECONDS)
         return await asyncio.to_thread(self._written, own, self._siblings.present(), accept)
 
     def write(self) -> dict[str, Any]:

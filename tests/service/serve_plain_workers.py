@@ -3,6 +3,7 @@
 A worker process imports this module before it makes its application, so what stands at module level reaches it too.
 Sessions of plain HTTP are refused with several workers because a later request may reach another one; a test that keeps
 one connection for each session stays with its worker, and so can see what a stop does to the streams of all of them.
+A stop and a scrape wait for the other worker as long as a busy machine needs.
 """
 
 from __future__ import annotations
@@ -10,8 +11,11 @@ from __future__ import annotations
 import sys
 
 import service.app
+import service.running
+import service.telling
 from service.__main__ import main
 from service.sessions import Sessions
+from tests.service.harness import PATIENCE
 from tests.service.plain_engine import PlainEngine
 
 
@@ -25,6 +29,7 @@ def _allow(self: Sessions) -> None:
 
 service.app.SynthEngine = _engine  # type: ignore[attr-defined,assignment]
 Sessions._refuse_workers = _allow  # type: ignore[method-assign]
+service.running.STOP_ANSWER_SECONDS = service.telling.ANSWER_SECONDS = PATIENCE
 
 if __name__ == "__main__":
     sys.exit(main())
