@@ -101,7 +101,7 @@ def service_address(shell: dict[str, str], tmp_path_factory: pytest.TempPathFact
     assert found, said + service.stderr.read()
     yield found.group(1)
     service.terminate()
-    service.communicate(timeout=30)
+    service.communicate(timeout=60)
 
 
 def test_a_command_that_is_not_run_is_one_that_parses() -> None:

@@ -100,7 +100,7 @@ def stroke(touch: Live, reads: list[int]) -> Block:
     blocks = []
     for number, frames in enumerate(reads):
         touch.move(0.001 * number, 0.3)
-        blocks.append(touch.read(frames, timeout=20.0))
+        blocks.append(touch.read(frames, timeout=60.0))
     return np.concatenate(blocks)
 
 
@@ -108,7 +108,7 @@ async def stroke_async(touch: AsyncLive, reads: list[int]) -> Block:
     blocks = []
     for number, frames in enumerate(reads):
         touch.move(0.001 * number, 0.3)
-        async with asyncio.timeout(20.0):
+        async with asyncio.timeout(60.0):
             blocks.append(await touch.read(frames))
     return np.concatenate(blocks)
 

@@ -51,7 +51,7 @@ def live_urls() -> Iterator[dict[str, str]]:
 def test_a_read_has_exactly_the_frames_asked_for(place: Place) -> None:
     with place.live() as touch:
         for frames in (1, 479, 80, 0, 1000):
-            block = touch.read(frames, timeout=20.0)
+            block = touch.read(frames, timeout=60.0)
             assert block.shape == (frames, touch.channels) and block.dtype == np.float32
         assert touch.frame == 1560
         assert len(touch.full_scale) == len(touch.quantities) == touch.channels
@@ -60,9 +60,9 @@ def test_a_read_has_exactly_the_frames_asked_for(place: Place) -> None:
 def test_the_sound_follows_the_hand_from_the_next_read_on(place: Place) -> None:
     with place.live() as touch:
         assert touch.applied is None
-        touch.read(200, timeout=20.0)
+        touch.read(200, timeout=60.0)
         seq = touch.move(0.01, 0.2)
-        touch.read(100, timeout=20.0)
+        touch.read(100, timeout=60.0)
         assert touch.applied == (seq, 200)
 
 
@@ -99,11 +99,11 @@ def test_int16_is_the_float_sound_rounded(place: Place) -> None:
 
 def test_a_stopped_stream_gives_its_fade_and_then_its_end(place: Place) -> None:
     with place.live() as touch:
-        touch.read(100, timeout=20.0)
-        tail = touch.stop(timeout=20.0)
+        touch.read(100, timeout=60.0)
+        tail = touch.stop(timeout=60.0)
         assert tail.shape[1] == touch.channels and len(tail) > 0
         with pytest.raises(StreamEnded) as ended:
-            touch.read(1, timeout=20.0)
+            touch.read(1, timeout=60.0)
         assert ended.value.reason == "stopped"
 
     async def stopped() -> Block:
@@ -132,12 +132,12 @@ def test_a_change_is_told_by_the_plan_and_a_refused_one_by_a_problem(place: Plac
     with place.live() as touch:
         assert touch.changed_frame is None
         touch.change({"scan": {"load": 0.2}})
-        until(lambda: bool(touch.read(80, timeout=20.0).size) and touch.changed_frame is not None)
+        until(lambda: bool(touch.read(80, timeout=60.0).size) and touch.changed_frame is not None)
         assert touch.changed_frame in range(touch.frame) and touch.plan
         touch.change({"nonsense": 1})
-        until(lambda: bool(touch.read(80, timeout=20.0).size) and len(touch.problems) == 1)
+        until(lambda: bool(touch.read(80, timeout=60.0).size) and len(touch.problems) == 1)
         assert touch.problems[0].kind == "scene-refused"
-        assert touch.read(80, timeout=20.0).shape == (80, touch.channels)
+        assert touch.read(80, timeout=60.0).shape == (80, touch.channels)
 
 
 def test_realtime_comes_by_itself(place: Place) -> None:
@@ -145,9 +145,9 @@ def test_realtime_comes_by_itself(place: Place) -> None:
         pytest.skip("time does not pass in memory")
     with place.live(pacing="realtime") as touch:
         touch.move(0.01, 0.2)
-        assert touch.read(400, timeout=20.0).shape == (400, touch.channels)
+        assert touch.read(400, timeout=60.0).shape == (400, touch.channels)
         assert touch.frame == 400 and touch.late >= 0.0
-        assert len(touch.stop(timeout=20.0)) > 0
+        assert len(touch.stop(timeout=60.0)) > 0
 
 
 # The service of these tests
@@ -167,13 +167,13 @@ def test_a_session_that_is_gone_ends_the_stream_or_begins_another() -> None:
         place.service.forget()
         _break(touch)
         with pytest.raises(ResumeLost):
-            touch.read(1, timeout=20.0)
+            touch.read(1, timeout=60.0)
     with place.live(reconnect="new") as touch:
         first = touch.session
         touch.read(100)
         place.service.forget()
         _break(touch)
-        assert np.array_equal(touch.read(80, timeout=20.0), sound(0, 80, 1))
+        assert np.array_equal(touch.read(80, timeout=60.0), sound(0, 80, 1))
         assert touch.gaps == (100,) and touch.frame == 180 and touch.session != first
 
 
@@ -200,7 +200,7 @@ def test_a_service_that_does_not_come_back_is_given_up() -> None:
         network.refuse = [Closure(None, "nobody listens")] * 10000
         _break(touch)
         with pytest.raises(ConnectionLost, match="nobody listens"):
-            touch.read(10, timeout=20.0)
+            touch.read(10, timeout=60.0)
 
 
 def test_a_move_does_not_wait_for_a_connection_that_takes_nothing() -> None:
@@ -209,7 +209,7 @@ def test_a_move_does_not_wait_for_a_connection_that_takes_nothing() -> None:
     class Stalled(MemoryConnection):
         def send(self, message: str | bytes) -> None:
             if isinstance(message, bytes):
-                assert gate.wait(20.0)
+                assert gate.wait(60.0)
             super().send(message)
 
     service = Service()
@@ -217,7 +217,7 @@ def test_a_move_does_not_wait_for_a_connection_that_takes_nothing() -> None:
         for step in range(1000):
             touch.move(0.001 * step)
         gate.set()
-        touch.read(80, timeout=20.0)
+        touch.read(80, timeout=60.0)
         numbers = [contact[3] for contact in service.contacts()]
         assert numbers[-1] == 999 and len(numbers) <= 2
 
@@ -238,7 +238,7 @@ def test_a_read_that_was_given_up_loses_nothing() -> None:
             touch.read(100, timeout=0.01)
         until(lambda: bool(held))
         held[0]()
-        assert np.array_equal(touch.read(100, timeout=20.0), sound(0, 100, 1))
+        assert np.array_equal(touch.read(100, timeout=60.0), sound(0, 100, 1))
 
 
 def test_a_cancelled_read_loses_nothing() -> None:

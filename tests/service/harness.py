@@ -31,7 +31,7 @@ from synth.response.cache import DEFAULT_BYTES
 
 ROOT = Path(__file__).resolve().parents[2]
 LOCAL = "http://localhost"
-PATIENCE = 20.0  # seconds before a poll gives up: far beyond what anything here takes
+PATIENCE = 60.0  # seconds before a poll gives up: far beyond what anything here takes on a busy machine
 ROOM = {
     "max_sessions": 10_000,
     "streams_per_address": 10_000,

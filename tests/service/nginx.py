@@ -45,7 +45,7 @@ def nginx(folder: Path, *services: int, configuration: Path = CONFIGURATION) -> 
         yield port
     finally:
         process.terminate()
-        process.wait(20.0)
+        process.wait(60.0)
 
 
 def _listens(port: int) -> bool:

@@ -36,7 +36,7 @@ def measuring(running: Running, engine: PlainEngine) -> Iterator[list[httpx.Resp
     until(lambda: "accuracy" in engine.opened)
     yield answers
     running.service.measurements.close()
-    thread.join(20.0)
+    thread.join(60.0)
 
 
 def test_the_answer_is_the_document(app: FastAPI) -> None:

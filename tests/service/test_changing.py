@@ -135,7 +135,7 @@ def test_of_changes_over_http_the_last_is_heard_and_those_that_wait_are_solved_o
 
     def open_live(scene: Scene) -> PlainLive:
         solved.append(scene.scan.speed)
-        assert gate.wait(20.0)
+        assert gate.wait(60.0)
         return PlainLive(scene)
 
     async def act() -> None:

@@ -26,7 +26,7 @@ def run(
 
     async def scenario() -> None:
         waited: list[float] = []
-        await asyncio.wait_for(act(Places(2, 3, waited.append), waited), 20.0)
+        await asyncio.wait_for(act(Places(2, 3, waited.append), waited), 60.0)
 
     asyncio.run(scenario())
 

@@ -52,7 +52,7 @@ def on_device(folder: Path) -> Iterator[OnDevice]:
     child = Child("tests.service.serve_plain", folder, ALSA_CONFIG_PATH=str(folder / "asound.conf"))
     listening, other = (Listening(recorder) for recorder in recorders)
     try:
-        with httpx.Client(base_url=child.url(), timeout=30.0) as client:
+        with httpx.Client(base_url=child.url(), timeout=60.0) as client:
             assert {DEVICE, OTHER} <= {device["name"] for device in client.get("/v1/devices").json()["devices"]}
             session = "/v1/sessions/" + client.post("/v1/sessions", json={}).json()["id"]
             playing = OnDevice(client, session, child, listening, other)
@@ -91,7 +91,7 @@ def test_a_stop_silences_a_device_without_playing_what_it_holds(tmp_path: Path) 
         at = playing.listening.frames
         assert playing.client.post("/v1/stop").json()["stopped"]["plays"] == 1
         playing.child.process.terminate()
-        playing.child.process.wait(20.0)
+        playing.child.process.wait(60.0)
         heard = playing.listening.end()
     ramp = round(0.005 * RATE)  # the sink's own, in the device's callback
     wanted = sounding_live(len(heard) + 2 * FADE)

@@ -177,7 +177,7 @@ def test_close_from_another_thread_ends_a_waiting_write(tmp_path: Path) -> None:
     while sink._began is None:
         time.sleep(0.001)
     sink.close()
-    writer.join(timeout=20.0)
+    writer.join(timeout=60.0)
     assert not writer.is_alive()
     assert soundfile.info(tmp_path / "a.wav").frames == 800000
 
@@ -189,7 +189,7 @@ def test_a_device_is_claimed_once_at_a_time() -> None:
     with pytest.raises(DeviceBusy, match="the coil plays already"):
         claims.take(3, "the coil", patience=0.01)
     threading.Timer(0.05, claims.give_back, [3]).start()
-    claims.take(3, "the coil", patience=20.0)
+    claims.take(3, "the coil", patience=60.0)
     with pytest.raises(DeviceBusy):
         claims.take(3, "the coil", patience=0.0)
 
@@ -260,7 +260,7 @@ def test_what_a_driver_does_in_time_is_returned_or_raised() -> None:
 def test_a_driver_that_hangs_is_left_behind_and_what_it_does_too_late_undone() -> None:
     gate, undone = threading.Event(), list[str]()
     with pytest.raises(TimeoutError):
-        within(0.01, lambda: "opened" if gate.wait(20.0) else "never", too_late=undone.append)
+        within(0.01, lambda: "opened" if gate.wait(60.0) else "never", too_late=undone.append)
     assert undone == []
     gate.set()
     until(lambda: undone == ["opened"])

@@ -129,7 +129,7 @@ def test_a_reader_that_slept_through_a_stop_is_cut_off() -> None:
         await eventually(lambda: peer.offered > offered)
         taken = len(peer.written)
         await client.post("/v1/stop")
-        await asyncio.wait_for(reading, 20.0)
+        await asyncio.wait_for(reading, 60.0)
         peer.resumed.set()
         await asyncio.sleep(0)
         assert len(peer.written) == taken and not peer.complete
@@ -175,5 +175,5 @@ def test_a_stop_completes_recordings(running: Running) -> None:
     player = running.service.sessions.find(session, None).player
     assert player is not None
     assert running.client.post("/v1/stop").json()["stopped"]["plays"] == 1
-    assert player.wait(20.0)
+    assert player.wait(60.0)
     assert player.document()["state"] == "finished"

@@ -147,7 +147,7 @@ def test_a_question_to_nobody_is_answered_at_once() -> None:
         assert await question.wait(patience=1000.0) == [] and question.unanswered == 0
         alone.close()
 
-    asyncio.run(asyncio.wait_for(act(), 20.0))
+    asyncio.run(asyncio.wait_for(act(), 60.0))
 
 
 def test_a_folder_whose_name_is_too_long_for_sockets_is_refused_in_a_sentence() -> None:
@@ -170,7 +170,7 @@ def test_a_service_of_two_workers_stops_and_counts_as_one(tmp_path: Path) -> Non
             answer = client.post("/v1/stop").json()
             assert answer == {"stopped": {"sessions": STREAMS, "streams": STREAMS, "plays": 0}}
             for follower in followers:
-                follower.thread.join(20.0)
+                follower.thread.join(60.0)
                 assert not follower.thread.is_alive()
                 if follower.error is None:
                     assert follower.samples[-1] == 0.0
@@ -183,7 +183,7 @@ def test_a_service_of_two_workers_stops_and_counts_as_one(tmp_path: Path) -> Non
             until(lambda: not _runs(killed))
             _counts_never_fall(url, frames)
         child.process.send_signal(signal.SIGTERM)
-        assert child.process.wait(20.0) == 0
+        assert child.process.wait(60.0) == 0
         assert not folder.exists()
     finally:
         child.end()
@@ -254,7 +254,7 @@ def _streams(url: str) -> list[Follower]:
             client = stack.enter_context(httpx.Client(base_url=url))
             session = client.post("/v1/sessions", json={}).json()["stream"]
             followers.append(Follower(client, f"{session}?format=f32le"))
-        assert all(follower.started.wait(20.0) for follower in followers)
+        assert all(follower.started.wait(60.0) for follower in followers)
         stack.pop_all()
     return followers
 

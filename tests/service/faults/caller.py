@@ -10,7 +10,7 @@ from typing import Any
 
 from tests.bench.live_frames import BINARY, CLOSE, PING, PONG, TEXT, FrameReader, frame, handshake, message
 
-PATIENCE = 20.0  # s for an answer
+PATIENCE = 60.0  # s for an answer
 HELLO: dict[str, Any] = {"format": "f32le", "block": 480, "pacing": "realtime"}
 
 

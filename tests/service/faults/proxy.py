@@ -24,7 +24,7 @@ Result = TypeVar("Result")
 
 PIECE = 1 << 14  # bytes read at a time
 BUFFER = 1 << 14  # bytes of each kernel buffer, as far as the kernel heeds it
-PATIENCE = 10.0  # s for a command to be carried out by the proxy's thread
+PATIENCE = 30.0  # s for a command to be carried out by the proxy's thread
 SHORTEST = 0.002  # s: a throttled write covers at least this much time, so that timers do not make it slower
 
 

@@ -85,7 +85,7 @@ def scenario(act: Callable[[LiveSessions, PlainEngine], Awaitable[None]], **chan
         await act(live, engine)
         watch.cancel()
         live.close()
-        await live.settle(20.0)
+        await live.settle(60.0)
 
     asyncio.run(run())
 

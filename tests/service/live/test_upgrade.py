@@ -47,7 +47,7 @@ def test_a_host_that_is_not_ours_is_refused(running: Running) -> None:
             b"Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n"
             b"Sec-WebSocket-Protocol: ridgewave.v1\r\n\r\n"
         )
-        raw.settimeout(20.0)
+        raw.settimeout(60.0)
         answer = raw.recv(65536)
     assert answer.startswith(b"HTTP/1.1 403") and b"host-refused" in answer
 
