@@ -67,6 +67,14 @@ class Geometry:
         return self.ridge_amplitude + self.texture_amplitude
 
     @property
+    def extent(self) -> tuple[float, float]:
+        """Lowest and highest h (m) that any place can have."""
+        if self.profile is None:
+            return -self.height_scale, self.height_scale
+        lowest, highest = self.profile.extent
+        return lowest - self.ridge_amplitude, highest + self.ridge_amplitude
+
+    @property
     def equivalent(self) -> tuple[float, float]:
         """Amplitude and period (m) of the sinusoid of equal Rq and rms slope, which eqs 4-7 take for the texture."""
         if self.profile is None:

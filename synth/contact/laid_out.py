@@ -14,13 +14,17 @@ from synth.contact.geometry import Geometry
 from synth.contact.lengths import heights_over
 from synth.contact.phase_solver import PhaseSolver
 from synth.contact.pressure import PressureField
+from synth.contact.round_grid import RoundGrid
+from synth.contact.segment_lengths import segment_heights_over
 from synth.contact.segment_pressure import SegmentField
-from synth.contact.segments import SegmentGrid, segment_heights_over
+from synth.contact.segments import SegmentGrid
 
 
-def solver_of(geometry: Geometry) -> PhaseSolver:
-    """Return the solver of `geometry`, laid out."""
-    return Grid.of_geometry(geometry) if geometry.profile is None else SegmentGrid.of_geometry(geometry)
+def solver_of(geometry: Geometry, dome: float = 0.0) -> PhaseSolver:
+    """Return the solver of `geometry` with a dome of 1 / R (1/m), laid out."""
+    if geometry.profile is not None:
+        return SegmentGrid.of_geometry(geometry, dome)
+    return RoundGrid.of_finger(geometry, dome) if dome else Grid.of_geometry(geometry)
 
 
 def heights_of_lengths(geometry: Geometry, phases: Array, lengths: Array, indentations: Array) -> Array:
@@ -31,7 +35,8 @@ def heights_of_lengths(geometry: Geometry, phases: Array, lengths: Array, indent
 
 def field_of(geometry: Geometry, dome: float = 0.0) -> PressureField | SegmentField:
     """Return the pressure field of `geometry` with a dome of 1 / R (1/m), as its solver sees it."""
-    return PressureField.of_geometry(geometry, dome) if geometry.profile is None else SegmentField.of_geometry(geometry)
+    field = PressureField if geometry.profile is None else SegmentField
+    return field.of_geometry(geometry, dome)
 
 
 def refined(geometry: Geometry, solver: PhaseSolver) -> Geometry | None:

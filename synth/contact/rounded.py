@@ -8,8 +8,9 @@ Model   F(z) = integral of max(h - (x - xc)^2 / (2 R) - z, 0) dx = w / kappa, xc
         with a z0 that z never falls below (`lowest_approach`). Its mean over D times kappa D is the reaction.
 Source  Johnson, Contact Mechanics (1985), sec. 4.3 (Winkler foundation, parabola); Fagiani & Barbieri (2016), eqs 1, 2,
         4, 5; the rest is derived here.
-Limits  2e-13 (a1 + a2), as `exact`, plus 3e-15 |z| (measured). Measured at a z below z0 (a finger thrown onto the
-        surface harder than its load) the pressure beyond D is left out. At no load kappa, and the stiffness, are 0.
+Limits  on a sinusoid 2e-13 (a1 + a2), as `exact`, plus 3e-15 |z| (measured); on other kinds as `segments`. Measured at
+        a z below z0 (a finger thrown onto the surface harder than its load) the pressure beyond D is left out. At no
+        load kappa, and the stiffness, are 0.
 """
 
 from __future__ import annotations
@@ -18,15 +19,14 @@ import math
 from collections.abc import Hashable
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any
 
 import numpy as np
 
 from synth.arrays import Array
 from synth.contact.balance import LEAST_TOUCHING, Contact
-from synth.contact.exact import Grid
 from synth.contact.geometry import Geometry
 from synth.contact.kept_solvers import KeptSolvers, ManyShapes
+from synth.contact.laid_out import solver_of
 from synth.contact.phase_solver import PhaseSolver
 from synth.contact.stiffness import Stiffness
 from synth.errors import CannotRender
@@ -37,54 +37,29 @@ WINDOWS = 24  # numbers of crests, and widths about each, at which `lowest_appro
 SLACK = 1e-9  # of a1 + a2, off z0: more than the rounding of this bound
 
 
-@dataclass(frozen=True, slots=True)
-class RoundGrid(Grid):
-    """The cells of a round finger: those of `Grid`, and what the parabola takes off each.
-
-    dome: float64 [3, cells], the coefficients of 1, t and t^2 over a1 + a2: see `domes`.
-    """
-
-    dome: Array
-
-    name = "exact solver, round finger"
-
-    @property
-    def pieces(self) -> Any:
-        """What the kernels read of it."""
-        return self.tables, self.dome
-
-    @property
-    def nbytes(self) -> int:
-        """Bytes that the grid holds."""
-        return int(self.tables.nbytes + self.dome.nbytes)
-
-    @classmethod
-    def of_finger(cls, geometry: Geometry, radius: float) -> RoundGrid:
-        """Return the grid of `geometry`, in whose middle a finger of `radius` (m) is thickest."""
-        flat = Grid.of_geometry(geometry)
-        half = 0.5 * geometry.contact_length / flat.cells
-        place = (2.0 * np.arange(flat.cells) + 1.0 - flat.cells) * half
-        drop = 0.5 / (radius * flat.height_scale)
-        dome = np.stack([drop * place**2, 2.0 * drop * place * half, np.full(flat.cells, drop * half * half)])
-        return cls(flat.tables, flat.k1, flat.k2, flat.texture, flat.height_scale, dome)
-
-
 def lowest_approach(geometry: Geometry, radius: float, area: float) -> float:
     """Return a height (m) that z falls below at no phase, F being `area` (m^2) under a finger of `radius` (m).
 
     F(z) is at least what any windows A give without the max, so z >= mean of h - d over A, less F / |A|. A is one
     window about the middle, or one about each of n neighbouring crests of the ridges or of the texture, the middle
     crest within half a period of xc. There h is high by the sinc of the width, and the other surface adds
-    sin(n pi r) / (n sin(pi r)) of its amplitude at worst, r the ratio of the periods.
+    sin(n pi r) / (n sin(pi r)) of its amplitude at worst, r the ratio of the periods. A texture of another kind than a
+    sinusoid has no crests here, and is at its lowest on those of the ridges.
     """
     ridge = geometry.ridge_amplitude, geometry.ridge_period
     texture = geometry.texture_amplitude, geometry.texture_period
-    swing = (ridge[0] * ridge[1] + texture[0] * texture[1]) / math.pi  # most that the cosines take from an integral
+    sinusoid = geometry.profile is None
+    # most that the surfaces take from an integral: the half of a cosine below 0, or as much as any profile has there
+    swing = ridge[0] * ridge[1] / math.pi + texture[0] * texture[1] * (1.0 / math.pi if sinusoid else 0.5)
     half = float((1.5 * radius * (area + swing)) ** (1.0 / 3.0))
     one = -(half**2) / (6.0 * radius) - 0.5 * (area + swing) / half
-    smooth = -float((1.5 * radius * area) ** (2.0 / 3.0)) / (2.0 * radius)  # the smooth finger, on the lowest h
-    crests = [_on_crests(*ridge, *texture, radius, area, half), _on_crests(*texture, *ridge, radius, area, half)]
-    return max(one, smooth - geometry.height_scale, *crests) - SLACK * geometry.height_scale
+    lowest = geometry.extent[0]
+    smooth = lowest - float((1.5 * radius * area) ** (2.0 / 3.0)) / (2.0 * radius)  # the smooth finger, on the lowest h
+    if sinusoid:
+        crests = [_on_crests(*ridge, *texture, radius, area, half), _on_crests(*texture, *ridge, radius, area, half)]
+    else:
+        crests = [_on_crests(*ridge, 0.0, ridge[1], radius, area, half) + lowest + ridge[0]]
+    return max(one, smooth, *crests) - SLACK * geometry.height_scale
 
 
 def _on_crests(
@@ -160,15 +135,14 @@ class RoundContact(ManyShapes, Contact):
         stiffness: over the nominal length; both surfaces need a period, one of them a height. grid: the solver at no
         load, laid out unless given.
         """
-        if geometry.profile is not None:
-            raise CannotRender(
-                f"The effect curvature cannot be rendered yet on a texture of kind {geometry.profile.kind}, only on a "
-                "sinusoid. Leave it out, or use contact_growth."
-            )
         finger = Fingertip.of(stiffness, radius, reference_load)
         if grid is None:
-            grid = RoundGrid.of_finger(_spanned(geometry, finger, 0.0), finger.radius)
+            grid = solver_of(_spanned(geometry, finger, 0.0), 1.0 / finger.radius)
         return cls(geometry, stiffness, grid, finger)
+
+    def _on(self, geometry: Geometry) -> RoundContact:
+        grid = solver_of(_spanned(geometry, self.finger, 0.0), self.dome)
+        return RoundContact(geometry, self.stiffness, grid, self.finger)
 
     @property
     def key(self) -> Hashable:
@@ -219,12 +193,12 @@ class RoundContact(ManyShapes, Contact):
         return solved.height, np.asarray(-slope / np.maximum(solved.touching, LEAST_TOUCHING))
 
     def _solver_over(self, geometry: Geometry) -> PhaseSolver:
-        return self._kept.get(geometry, partial(RoundGrid.of_finger, radius=self.finger.radius))
+        return self._kept.get(geometry, partial(solver_of, dome=self.dome))
 
 
 def _spanned(geometry: Geometry, finger: Fingertip, load: float) -> Geometry:
     """Return `geometry` over the length D about its middle beyond which no phase touches at `load` (N)."""
-    room = geometry.height_scale - lowest_approach(geometry, finger.radius, finger.area(load))
+    room = geometry.extent[1] - lowest_approach(geometry, finger.radius, finger.area(load))
     span = 2.0 * math.sqrt(2.0 * finger.radius * room)
     if not span <= LONGEST_SPAN:
         raise CannotRender(

@@ -17,7 +17,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.contact.geometry import Geometry
 from synth.contact.pressure import PowerSums, SlopeSums
-from synth.contact.segments import SegmentGrid, begin_place
+from synth.contact.segments import SegmentGrid, begin_place, knots_over
 from synth.kernels import kernel, summing
 
 LEVEL = 1e-3  # of y: where a segment rises by less, a power is taken about its middle, to 1e-13 of itself
@@ -32,9 +32,9 @@ class SegmentField:
     length: float
 
     @classmethod
-    def of_geometry(cls, geometry: Geometry) -> SegmentField:
-        """Return the field of `geometry`, whose texture is a profile."""
-        return cls(SegmentGrid.of_geometry(geometry), geometry.height_scale, geometry.contact_length)
+    def of_geometry(cls, geometry: Geometry, dome: float = 0.0) -> SegmentField:
+        """Return the field of `geometry`, whose texture is a profile, with a dome of 1 / R (1/m)."""
+        return cls(SegmentGrid.of_geometry(geometry, dome), geometry.height_scale, geometry.contact_length)
 
     def slopes(self, phases: Array, heights: Array) -> SlopeSums:
         """Return S, T, N_1 and N_0 at each phase (turns) and z (m)."""
@@ -55,11 +55,12 @@ def fill_place(pieces, phase, z, depths, widths):
 
     depths: float64 [2, room], where each begins and ends.
     """
-    texture, finger, _blocks, numbers = pieces
+    finger, numbers = pieces[1], pieces[3]
     knot, before, count, cosine, sine = begin_place(numbers, phase)
+    run = knots_over(pieces, knot, before, count)
     for i in range(count):
-        depths[0, i] = texture[0, knot + i] + (cosine * finger[0, i] + sine * finger[1, i]) - z
-        depths[1, i] = texture[0, knot + i + 1] + (cosine * finger[0, i + 1] + sine * finger[1, i + 1]) - z
+        depths[0, i] = run[i] + (cosine * finger[0, i] + sine * finger[1, i]) - z
+        depths[1, i] = run[i + 1] + (cosine * finger[0, i + 1] + sine * finger[1, i + 1]) - z
         widths[i] = 1.0
     last = count - 1
     widths[last] = numbers[1] + before - last

@@ -3,11 +3,13 @@
 Model   The texture is a polyline of N equal segments a period, which moves with its place: the surface is the same at
         every place, and nothing jumps. The cosine of the finger is taken at the same knots; its chords make a ripple at
         harmonic N alone, and its amplitude grows by tan(u) / u, u half a segment in radians, so that a segment keeps
-        its area. F(z), the mean of max(h - z, 0) over L, is exact for the polyline, the ends of L being cut inside
-        their segments. Newton's method with the second-order term takes two to three steps from the phases before.
+        its area. A dome (x - L/2)^2 / (2 R) of the finger is taken off at the knots too, less a constant that keeps
+        the area of its chords. F(z), the mean of max(h - z, 0) over L, is exact for the polyline, the ends of L being
+        cut inside their segments. Newton's method with the second-order term takes two to three steps from the phases
+        before.
         Blocks of 16 segments have bounds on h that cost nothing: the texture's largest and smallest height over 16
-        segments from each knot on, and the finger's cosine about the middle. A block above z counts with its area,
-        one below not at all; only the rest are summed, segment by segment.
+        segments from each knot on, the finger's cosine about the middle, and the dome at its nearest and farthest. A
+        block above z counts with its area, one below not at all; only the rest are summed, segment by segment.
 Source  Fagiani & Barbieri (2016), eqs 1-2.
 Limits  exact for the polyline to 1e-13 of a1 + a2. Against the profile the error is second order in the segment where
         few segments touch, third and more elsewhere; it is measured with segments of half the length (`spectrum`).
@@ -32,6 +34,9 @@ FEWEST = 8  # segments in the contact, however short it is
 MOST_STEPS = 60  # never reached in the suite; it bounds the time of a phase
 SETTLED = 1e-15  # of a1 + a2: a Newton step this small ends it
 LEFT = 1e-15  # of a1 + a2: what the second-order term may be where it ends Newton's method; knots passed change it
+CHORD = (
+    1.0 / 6.0
+)  # mean height of the chords of x^2 above it, x in segments; another value shifts z under a round finger
 EMPTY = 1e-18  # of a1 + a2: indentations below it are none, and z is the highest point
 
 
@@ -43,7 +48,7 @@ class SegmentGrid:
     and the smallest height. A period, and as much again as a contact spans. finger: float64 [2, knots], minus the
     cosine and minus the sine of the ridges at the knots. blocks: float64 [4, blocks]: the same at the middle of a
     block, and their areas. numbers: knots a period, segments over L, place of the first knot (in segments), radians of
-    the ridges a segment, their phase at x = 0 (rad). segments: a period.
+    the ridges a segment, their phase at x = 0 (rad), and the dome one segment from the middle of L. segments: a period.
     """
 
     segments: int
@@ -56,8 +61,11 @@ class SegmentGrid:
     family = "sampled"
 
     @classmethod
-    def of_geometry(cls, geometry: Geometry) -> SegmentGrid:
-        """Return the grid of `geometry`, whose texture is a profile, with at least `geometry.segments` a period."""
+    def of_geometry(cls, geometry: Geometry, dome: float = 0.0) -> SegmentGrid:
+        """Return the grid of `geometry`, whose texture is a profile, with at least `geometry.segments` a period.
+
+        dome: 1 / R (1/m) of a parabola about the middle of the length that is taken off the finger.
+        """
         profile = geometry.profile
         assert profile is not None, "two cosines have a solver of their own"
         scale, period = geometry.height_scale, profile.period
@@ -77,7 +85,8 @@ class SegmentGrid:
         finger = np.stack([-amplitude * np.cos(angles), -amplitude * np.sin(angles)])
         blocks = _blocks(angles, half, amplitude)
         offset = first * count / period
-        numbers = np.array([count, spanned, offset, 2.0 * half, geometry.ridge_phase])
+        bend = 0.5 * dome * (period / count) ** 2 / scale
+        numbers = np.array([count, spanned, offset, 2.0 * half, geometry.ridge_phase, bend])
         return cls(count, texture, finger, blocks, numbers, scale)
 
     @property
@@ -166,7 +175,22 @@ def begin_place(numbers, phase):
 
 
 @kernel
-def bound_blocks(pieces, knot, count, cosine, sine, work):
+def knots_over(pieces, knot, before, count):
+    """Return the heights of the texture at the knots over L, where they stand; under a dome a copy, the dome taken off.
+
+    The finger's ridges come on top.
+    """
+    texture, numbers = pieces[0], pieces[3]
+    run, bend = texture[0, knot : knot + count + 1], numbers[5]
+    if bend > 0.0:
+        run, middle = run.copy(), 0.5 * numbers[1] + before
+        for i in range(count + 1):
+            run[i] -= bend * ((i - middle) ** 2 - CHORD)
+    return run
+
+
+@kernel
+def bound_blocks(pieces, knot, before, count, cosine, sine, work):
     """Write upper bound, lower bound and area of every whole block of the inner segments; return the number of blocks.
 
     work: float64 [3, blocks].
@@ -183,7 +207,20 @@ def bound_blocks(pieces, knot, count, cosine, sine, work):
         work[0, b] = texture[2, at] + height + spread
         work[1, b] = texture[3, at] + height - spread
         work[2, b] = texture[1, at] + cosine * blocks[2, b] + sine * blocks[3, b]
+    if numbers[5] > 0.0:
+        lower_blocks(numbers[5], 0.5 * numbers[1] + before, inner, work)
     return inner
+
+
+@kernel
+def lower_blocks(bend, middle, inner, work):
+    """Take the dome, whose top is `middle` segments from the knot that a place begins at, off the blocks."""
+    half = 0.5 * BLOCK
+    for b in range(inner):
+        off = abs(1.0 + BLOCK * b + half - middle)
+        work[0, b] -= bend * (max(off - half, 0.0) ** 2 - CHORD)
+        work[1, b] -= bend * ((off + half) ** 2 - CHORD)
+        work[2, b] -= bend * BLOCK * (off * off + half * half / 3.0)
 
 
 @summing
@@ -215,22 +252,22 @@ def end_above(p, q, width, z):
 
 
 @kernel
-def ends_of(pieces, knot, before, count, cosine, sine):
+def ends_of(pieces, run, before, count, cosine, sine):
     """Return the heights at both ends of the first and of the last segment, as L cuts them, and their widths."""
-    texture, finger, _blocks, numbers = pieces
-    p = texture[0, knot] + cosine * finger[0, 0] + sine * finger[1, 0]
-    q = texture[0, knot + 1] + cosine * finger[0, 1] + sine * finger[1, 1]
+    _texture, finger, _blocks, numbers = pieces
+    p = run[0] + cosine * finger[0, 0] + sine * finger[1, 0]
+    q = run[1] + cosine * finger[0, 1] + sine * finger[1, 1]
     last = count - 1
-    r = texture[0, knot + last] + cosine * finger[0, last] + sine * finger[1, last]
-    s = texture[0, knot + count] + cosine * finger[0, count] + sine * finger[1, count]
+    r = run[last] + cosine * finger[0, last] + sine * finger[1, last]
+    s = run[count] + cosine * finger[0, count] + sine * finger[1, count]
     width = numbers[1] + before - last
     return p + before * (q - p), q, 1.0 - before, r, r + width * (s - r), width
 
 
 @kernel
-def area_over(pieces, work, inner, knot, count, cosine, sine, ends, z):
-    """Return F(z), the touching part of L and F''(z), relative to L and a1 + a2."""
-    texture, finger, _blocks, numbers = pieces
+def area_over(pieces, work, inner, run, count, cosine, sine, ends, z):
+    """Return F(z), the touching part of L and F''(z), relative to L and a1 + a2; run: of `knots_over`."""
+    _texture, finger, _blocks, numbers = pieces
     p, q, first, r, s, last = ends
     area, length, edges = end_above(p, q, first, z)
     more = end_above(r, s, last, z)
@@ -245,21 +282,21 @@ def area_over(pieces, work, inner, knot, count, cosine, sine, ends, z):
             continue
         i = 1 + BLOCK * b
         j = i + BLOCK + 1
-        more = segments_above(texture[0, knot + i : knot + j], finger[0, i:j], finger[1, i:j], cosine, sine, z)
+        more = segments_above(run[i:j], finger[0, i:j], finger[1, i:j], cosine, sine, z)
         area, length, edges = area + more[0], length + more[1], edges + more[2]
     i = 1 + BLOCK * inner
-    more = segments_above(texture[0, knot + i : knot + count], finger[0, i:count], finger[1, i:count], cosine, sine, z)
+    more = segments_above(run[i:count], finger[0, i:count], finger[1, i:count], cosine, sine, z)
     area, length, edges = area + more[0], length + more[1], edges + more[2]
     return (full + 0.5 * area) / numbers[1], (touching + length) / numbers[1], edges / numbers[1]
 
 
 @kernel
-def highest_point(pieces, knot, count, cosine, sine, ends):
+def highest_point(pieces, run, count, cosine, sine, ends):
     """Return the largest height of the polyline over L: z at no load."""
-    texture, finger, _blocks, _numbers = pieces
+    finger = pieces[1]
     top = max(max(ends[0], ends[1]), max(ends[3], ends[4]))
     for i in range(1, count):
-        top = max(top, texture[0, knot + i] + cosine * finger[0, i] + sine * finger[1, i])
+        top = max(top, run[i] + cosine * finger[0, i] + sine * finger[1, i])
     return top
 
 
@@ -268,21 +305,22 @@ def balance(pieces, work, phase, target, guess):
     """Return z and the touching part of L at `phase` and `target`, and the iterations; guess: z or NaN."""
     numbers = pieces[3]
     knot, before, count, cosine, sine = begin_place(numbers, phase)
-    inner = bound_blocks(pieces, knot, count, cosine, sine, work)
-    ends = ends_of(pieces, knot, before, count, cosine, sine)
+    run = knots_over(pieces, knot, before, count)
+    inner = bound_blocks(pieces, knot, before, count, cosine, sine, work)
+    ends = ends_of(pieces, run, before, count, cosine, sine)
     if target < EMPTY:
-        return highest_point(pieces, knot, count, cosine, sine, ends), 0.0, 1
-    return settle(pieces, work, inner, knot, count, cosine, sine, ends, target, guess)
+        return highest_point(pieces, run, count, cosine, sine, ends), 0.0, 1
+    return settle(pieces, work, inner, run, count, cosine, sine, ends, target, guess)
 
 
 @kernel
-def settle(pieces, work, inner, knot, count, cosine, sine, ends, target, guess):
+def settle(pieces, work, inner, run, count, cosine, sine, ends, target, guess):
     """Return z, the touching part and the iterations, by Newton's method within a bracket."""
     lowest, highest = -math.inf, math.inf
     z = guess if guess == guess else 0.0
     part = 0.0
     for iteration in range(1, MOST_STEPS + 1):
-        total, part, bend = area_over(pieces, work, inner, knot, count, cosine, sine, ends, z)
+        total, part, bend = area_over(pieces, work, inner, run, count, cosine, sine, ends, z)
         excess = total - target
         if excess >= 0.0:
             lowest = max(lowest, z)
@@ -331,9 +369,10 @@ def measure_segments(pieces, phases, heights, depth, touching):
     work = np.empty((3, pieces[2].shape[1] + 1))
     for i in range(len(phases)):
         knot, before, count, cosine, sine = begin_place(pieces[3], phases[i])
-        inner = bound_blocks(pieces, knot, count, cosine, sine, work)
-        ends = ends_of(pieces, knot, before, count, cosine, sine)
-        depth[i], touching[i], _bend = area_over(pieces, work, inner, knot, count, cosine, sine, ends, heights[i])
+        run = knots_over(pieces, knot, before, count)
+        inner = bound_blocks(pieces, knot, before, count, cosine, sine, work)
+        ends = ends_of(pieces, run, before, count, cosine, sine)
+        depth[i], touching[i], _bend = area_over(pieces, work, inner, run, count, cosine, sine, ends, heights[i])
 
 
 @kernel
@@ -342,42 +381,13 @@ def solve_places(pieces, phases, targets, heights):
     work = np.empty((3, pieces[2].shape[1] + 1))
     for i in range(len(phases)):
         knot, before, count, cosine, sine = begin_place(pieces[3], phases[i])
-        inner = bound_blocks(pieces, knot, count, cosine, sine, work)
-        ends = ends_of(pieces, knot, before, count, cosine, sine)
+        run = knots_over(pieces, knot, before, count)
+        inner = bound_blocks(pieces, knot, before, count, cosine, sine, work)
+        ends = ends_of(pieces, run, before, count, cosine, sine)
         begin = math.nan
         for j in range(len(targets)):
             if targets[j] < EMPTY:
-                heights[i, j] = highest_point(pieces, knot, count, cosine, sine, ends)
+                heights[i, j] = highest_point(pieces, run, count, cosine, sine, ends)
                 continue
-            begin, _part, _steps = settle(pieces, work, inner, knot, count, cosine, sine, ends, targets[j], begin)
+            begin, _part, _steps = settle(pieces, work, inner, run, count, cosine, sine, ends, targets[j], begin)
             heights[i, j] = begin
-
-
-def segment_heights_over(geometry: Geometry, phases: Array, lengths: Array, indentations: Array) -> Array:
-    """Return z (m) at each of `phases` (turns), with lengths (m) about the middle of `geometry`, and w / k (m).
-
-    One polyline over the longest serves all: a contact that begins elsewhere turns its finger and its texture.
-    """
-    longest, period = float(np.max(lengths)), geometry.texture_period
-    grid = SegmentGrid.of_geometry(geometry.part(0.5 * (geometry.contact_length - longest), longest))
-    begins = 0.5 * (longest - lengths)
-    ridges, textures = begins / geometry.ridge_period % 1.0, begins / period % 1.0
-    numbers = np.tile(grid.numbers, (len(phases), 1))
-    numbers[:, 1] = lengths * (grid.segments / period)
-    numbers[:, 2] -= textures * grid.segments
-    numbers[:, 4] += 2.0 * math.pi * ridges
-    heights = np.empty(len(phases))
-    solve_segment_lengths(grid.pieces, numbers, phases, indentations / grid.height_scale, heights)
-    return heights * grid.height_scale
-
-
-@kernel
-def solve_segment_lengths(pieces, numbers, phases, targets, heights):
-    """Write z / (a1 + a2) at each phase; numbers: float64 [phases, 5], those of `SegmentGrid` of each contact."""
-    texture, finger, blocks, _numbers = pieces
-    work = np.empty((3, blocks.shape[1] + 1))
-    begin = math.nan
-    for i in range(len(phases)):
-        here = (texture, finger, blocks, numbers[i])
-        begin, _part, _steps = balance(here, work, phases[i], targets[i], begin)
-        heights[i] = begin

@@ -8,12 +8,17 @@ Limits  2e-4 of the peak-to-peak for everyday scenes (the same with twice the po
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from tests.reference.shaped_contact_oracle import smooth_half_length
+from tests.reference.stiffness_oracle import Touch, stiffness
+
 POINTS = 20_000
+DOMED_POINTS = 160_000  # over all that a round finger may touch: 1e-5 of the peak-to-peak
 
 
 def approach(finger: Any, profile: Any, turns: npt.NDArray[np.float64], indentation: float) -> npt.NDArray[np.float64]:
@@ -24,6 +29,24 @@ def approach(finger: Any, profile: Any, turns: npt.NDArray[np.float64], indentat
     x = np.linspace(0.0, finger.contact_length, POINTS + 1)
     ridges = finger.ridge_amplitude * np.cos(2.0 * math.pi * x / finger.ridge_period)
     return np.array([level(profile.heights(x - turn * profile.period) - ridges, indentation) for turn in turns])
+
+
+def domed_approach(
+    finger: Any, profile: Any, turns: npt.NDArray[np.float64], load: float, touch: Touch, radius: float
+) -> npt.NDArray[np.float64]:
+    """Return z (m) at each place under a finger of `radius` (m) at `load` (N), its middle that of the nominal contact.
+
+    touch: the scene, its texture the equivalent sinusoid, from which the foundation follows.
+    """
+    b = smooth_half_length(touch, load, radius)
+    target = 2.0 * b * load / stiffness(replace(touch, load=load, contact_length=2.0 * b)).k
+    lowest, highest = profile.extent
+    half = math.sqrt(2.0 * radius * (2.0 * finger.ridge_amplitude + highest - lowest) + b * b)
+    off = np.linspace(-half, half, DOMED_POINTS + 1)
+    x = 0.5 * finger.contact_length + off
+    gap = finger.ridge_amplitude * np.cos(2.0 * math.pi * x / finger.ridge_period) + off**2 / (2.0 * radius)
+    places = (x - turn * profile.period for turn in turns)
+    return np.array([level(profile.heights(place) - gap, target / (2.0 * half)) for place in places])
 
 
 def level(heights: npt.NDArray[np.float64], indentation: float) -> float:

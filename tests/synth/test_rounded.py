@@ -12,7 +12,8 @@ from synth.contact.domes import dome_of, level_at, level_of, surfaces_of
 from synth.contact.exact import Grid
 from synth.contact.geometry import Geometry
 from synth.contact.phase_solver import MeasuringSolver
-from synth.contact.rounded import Fingertip, RoundContact, RoundGrid, lowest_approach
+from synth.contact.round_grid import RoundGrid
+from synth.contact.rounded import Fingertip, RoundContact, lowest_approach
 from synth.contact.stiffness import Stiffness
 from synth.errors import CannotRender
 from synth.response.load_rows import COARSE, Rows
@@ -140,7 +141,7 @@ def test_a_wider_span_changes_nothing() -> None:
     geometry, finger = contact.geometry, contact.finger
     for load in (1e-4, 0.3, 20.0):
         span = 1.7 * contact.geometry_at(load).contact_length
-        wide = RoundGrid.of_finger(geometry.part(0.5 * (geometry.contact_length - span), span), finger.radius)
+        wide = RoundGrid.of_finger(geometry.part(0.5 * (geometry.contact_length - span), span), contact.dome)
         z = wide.solve(THETA, finger.area(load) / span).height
         assert z == pytest.approx(contact.approach(THETA, load)[0], abs=ROUND_OFF * geometry.height_scale)
 
@@ -217,7 +218,7 @@ def test_what_it_tells_of_itself() -> None:
 
 def test_the_dome_of_a_cell_is_the_parabola_and_a_flat_finger_has_none() -> None:
     geometry, radius = Geometry.of_scene(scene_of()), 0.5
-    grid = RoundGrid.of_finger(geometry, radius)
+    grid = RoundGrid.of_finger(geometry, 1 / radius)
     t, half = np.linspace(-1, 1, 9), 0.5 * geometry.contact_length / grid.cells
     for cell in (0, grid.cells // 2, grid.cells - 1):
         place = (2 * cell + 1 + t - grid.cells) * half

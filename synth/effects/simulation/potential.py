@@ -164,9 +164,9 @@ class _Range:
         motion = max(*(float(np.ptp(heights)) for heights in (middle, light, heavy)), SMALLEST_MOTION * scale)
         below += motion
         top, bottom = float(np.max(highest - base)), float(np.min(heavy - base)) - below
-        # all touches below -(a1 + a2) but for what a parabola takes off: there the line below the bottom is exact
+        # all touches below the lowest h but for what a parabola takes off: there the line below the bottom is exact
         if contact.dome == 0.0:
-            bottom = max(bottom, -scale - float(np.max(base)))
+            bottom = max(bottom, contact.geometry_at(load).extent[0] - float(np.max(base)))
         bottom = min(bottom, top - motion)
         top = max(top, min(top + above, float(np.max(light - base)) + above)) + 0.01 * (top - bottom)
         return cls(contact, load, (pressed[1], pressed[2]), harmonics, bottom, top, below, motion, tolerance, {})
