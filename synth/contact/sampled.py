@@ -128,6 +128,12 @@ def sample_profile(tables, cosine, sine, profile, steepness):
     """Write the heights at the points and 1 / |rise| of each piece; return mean and largest height."""
     for j in range(tables.shape[1]):
         profile[j] = tables[0, j] + (cosine * tables[1, j] + sine * tables[2, j])
+    return measure_pieces(profile, steepness)
+
+
+@summing
+def measure_pieces(profile, steepness):
+    """Write 1 / |rise| of each piece between the heights `profile`; return mean and largest height."""
     pieces = len(steepness)
     ahead = profile[1:]
     for j in range(pieces):

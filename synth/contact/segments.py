@@ -34,9 +34,7 @@ FEWEST = 8  # segments in the contact, however short it is
 MOST_STEPS = 60  # never reached in the suite; it bounds the time of a phase
 SETTLED = 1e-15  # of a1 + a2: a Newton step this small ends it
 LEFT = 1e-15  # of a1 + a2: what the second-order term may be where it ends Newton's method; knots passed change it
-CHORD = (
-    1.0 / 6.0
-)  # mean height of the chords of x^2 above it, x in segments; another value shifts z under a round finger
+CHORD = 1.0 / 6.0  # by which the chords of x^2, x in segments, lie above it on average; another value shifts a dome
 EMPTY = 1e-18  # of a1 + a2: indentations below it are none, and z is the highest point
 
 

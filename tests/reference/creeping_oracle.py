@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numba
 import numpy as np
@@ -25,6 +26,9 @@ from tests.reference.moving_oracle import Harmonics
 from tests.reference.stiffness_oracle import Touch, stiffness
 
 Real = npt.NDArray[np.float64]
+
+
+KNOTS = 1 << 16  # of a period of a profile
 
 
 @dataclass(frozen=True)
@@ -90,25 +94,42 @@ def force_of(g, x, z, wave, angle, amplitude):
 
 
 @numba.njit
-def creep(x, shape, press, solid, pace, total, indentation):
-    """Return z and the force on the slopes at every step; from the elastic contact."""
+def surface(waves, table, places, angle):
+    """Return h, of rows of ridges, cosine and sine, or with the texture off a `table` of one period at `places`."""
+    if len(table) == 0:
+        return waves[0] + waves[1] * math.cos(angle) - waves[2] * math.sin(angle)
+    h, turns = waves[0].copy(), angle / (2.0 * math.pi)
+    for j in range(len(h)):
+        place = (places[j] + turns) % 1.0 * len(table)
+        k = int(place)
+        h[j] += table[k % len(table)] * (k + 1 - place) + table[(k + 1) % len(table)] * (place - k)
+    return h
+
+
+@numba.njit
+def creep(x, shape, press, solid, pace, total, indentation, table):
+    """Return z and the force on the slopes at every step; from the elastic contact.
+
+    table: heights (m) of a period of a texture of any kind, at equal distances from x = 0 on; empty: a cosine.
+    """
     a1, a2, wave1, wave2, phase = shape
     kappa, load, mass, damping = press
     times, weights = solid
     step, turn = pace
     count, width, rest = len(x), x[1] - x[0], 1.0 - np.sum(weights)
-    ridges, cosine, sine = -a1 * np.cos(wave1 * x), a2 * np.cos(wave2 * x), a2 * np.sin(wave2 * x)
+    waves = np.stack((-a1 * np.cos(wave1 * x), a2 * np.cos(wave2 * x), a2 * np.sin(wave2 * x)))
+    places = wave2 * x / (2.0 * math.pi)
     fading = 1.0 / (1.0 + step / times)
     springs, free = np.zeros((len(weights), count)), np.zeros(count)
     heights, forces, velocity = np.empty(total), np.empty(total), 0.0
     hard = 1.0 + times[0] / step if len(weights) == 0 else (rest + np.sum(weights * fading)) / rest
     angle = phase + turn * total
-    g = ridges + cosine * math.cos(angle) - sine * math.sin(angle)
+    g = surface(waves, table, places, angle)
     z = balanced(g, np.min(g) - indentation, width, kappa, load, (0.0, 0.0), 0.0, 0.0)
     u = np.maximum(g - z, 0.0)
     for i in range(total):
         angle = phase - turn * (i + 1 - total)
-        h = ridges + cosine * math.cos(angle) - sine * math.sin(angle)
+        h = surface(waves, table, places, angle)
         if len(weights) == 0:
             free = u * fading[0]
         else:
@@ -128,7 +149,10 @@ def creep(x, shape, press, solid, pace, total, indentation):
 
 @dataclass(frozen=True)
 class Creep:
-    """A finger of skin on one touch at constant speed (m/s). places: how many. mass (kg), damping (N s/m)."""
+    """A finger of skin on one touch at constant speed (m/s). places: how many. mass (kg), damping (N s/m).
+
+    profile: of a texture that is no cosine; touch is then that of its equivalent sinusoid, and the forces mean nothing.
+    """
 
     touch: Touch
     speed: float
@@ -136,6 +160,12 @@ class Creep:
     places: int
     mass: float = 0.0
     damping: float = 0.0
+    profile: Any = None
+
+    @property
+    def period(self) -> float:
+        """Period of the texture (m)."""
+        return float(self.touch.texture_period if self.profile is None else self.profile.period)
 
     def last_period(self, steps: int, periods: int) -> tuple[Real, Real]:
         """Return z (m) and the force on the slopes (N) at `steps` equal times of the last of `periods` periods.
@@ -143,20 +173,22 @@ class Creep:
         The last of them is at t = 0 of eq. 2.
         """
         touch = self.touch
-        found, step = stiffness(touch), touch.texture_period / abs(self.speed) / steps
-        waves = (2 * math.pi / touch.ridge_period, 2 * math.pi / touch.texture_period)
-        shape = (touch.ridge_amplitude, touch.texture_amplitude, *waves, touch.phase)
+        found, step = stiffness(touch), self.period / abs(self.speed) / steps
+        waves = (2 * math.pi / touch.ridge_period, 2 * math.pi / self.period)
+        known = self.profile is None
+        shape = (touch.ridge_amplitude, touch.texture_amplitude, *waves, touch.phase if known else 0.0)
+        table = np.empty(0) if known else self.profile.heights(np.arange(KNOTS) / KNOTS * self.period)
         x = np.linspace(0.0, touch.contact_length, self.places)
         press = (found.k / touch.contact_length, touch.load, self.mass / step**2, self.damping / step)
         solid = (np.array(self.solid.times), np.array(self.solid.weights))
         turn = math.copysign(2 * math.pi / steps, self.speed)
-        heights, forces = creep(x, shape, press, solid, (step, turn), steps * periods, found.indentation)
+        heights, forces = creep(x, shape, press, solid, (step, turn), steps * periods, found.indentation, table)
         return heights[-steps:], forces[-steps:]
 
     def steady(self, steps: int, periods: int) -> tuple[Harmonics, Harmonics]:
         """Return z (m) and the force on the slopes (N) of the steady scan, extrapolated from two runs."""
         coarse, fine = (self.last_period(count, periods) for count in (steps, 2 * steps))
-        fundamental, found = abs(self.speed) / self.touch.texture_period, []
+        fundamental, found = abs(self.speed) / self.period, []
         for one, other in zip(coarse, fine, strict=True):
             several = [np.fft.rfft(np.roll(each, 1))[: steps // 2] / len(each) for each in (one, other)]
             found.append(Harmonics(2.0 * several[1] - several[0], fundamental))

@@ -104,5 +104,3 @@ def test_what_is_not_there_yet_is_refused_in_words() -> None:
         HandVoice(scene)
     with pytest.raises(CannotRender, match="kind grating"):
         measure_accuracy(scene)
-    with pytest.raises(CannotRender, match="viscous_skin cannot be rendered yet on a texture of kind grating"):
-        rw.render(scene, effects={"viscous_skin": {}})

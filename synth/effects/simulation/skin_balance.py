@@ -13,15 +13,17 @@ import math
 
 import numpy as np
 
-from synth.contact.sampled import area_above, sample_profile
+from synth.contact.sampled import area_above, measure_pieces
 from synth.effects.simulation.skin import HARDNESS, KEEP
 from synth.effects.simulation.skin_profile import (
+    SURFACE,
     free_indentations,
     modified_area,
     modified_profile,
     remember,
     slope_integral,
 )
+from synth.effects.simulation.skin_surface import write_heights, write_rates
 from synth.effects.simulation.steps import ATTACHED, HEIGHT, REACTION, SLOPE_FORCE, STATIC
 from synth.kernels import inlined, kernel
 from synth.response.phases import HALF_TURN
@@ -32,7 +34,7 @@ SETTLED = (
 )
 MOST_PASSES = 80  # never reached in the suite; it bounds the time of a step
 BELOW = 1e-9  # of 1 + |z|: z begins this far below its lower bound at least: rounding must not put the bound above z
-RADIANS = math.pi / HALF_TURN  # of one step of a phase taken as a signed number
+TURNS = 0.5 / HALF_TURN  # of one step of a phase taken as a signed number
 
 Z, STATIC_Z, VELOCITY, LOAD, PRESSING, NUMBERS = 0, 4, 8, 9, 10, 11
 """Places in the numbers of a state: z and the three before it, static z and the three before it, z' (m/s), load (N),
@@ -75,9 +77,9 @@ def settled_height(nodes, pieces, base, alpha, z0, z, lowest):
 
 
 @kernel
-def elastic_height(tables, cosine, sine, target, z, profile, steepness):
-    """Return z of the elastic contact of the same points; target: w / k; z: where to begin."""
-    mean, _top = sample_profile(tables, cosine, sine, profile, steepness)
+def elastic_height(profile, steepness, target, z):
+    """Return z of the elastic contact of the heights `profile`; target: w / k; z: where to begin; `steepness`: room."""
+    mean, _top = measure_pieces(profile, steepness)
     lowest = mean - target
     lowest -= BELOW * (1.0 + abs(lowest))
     z = max(z, lowest)
@@ -95,20 +97,22 @@ def elastic_height(tables, cosine, sine, target, z, profile, steepness):
 
 
 @kernel
-def slope_when_pressed(tables, before, after, when, nodes, pieces, z):
-    """Return `slope_integral` with the texture at the part `when` of the way between two phases."""
+def slope_when_pressed(tables, before, after, when, rates, nodes, pieces, z):
+    """Return `slope_integral` with the texture at the part `when` of the way between two phases; `rates`: room."""
     turned = np.float64(np.int64(after)) - (1.0 - when) * np.float64(np.int64(after - before))
-    return slope_integral(tables, math.cos(RADIANS * turned), math.sin(RADIANS * turned), nodes, pieces, z)
+    write_rates(tables, TURNS * turned, rates)
+    return slope_integral(rates, nodes, pieces, z)
 
 
 @kernel
 def elastic_heights(tables, phases, target, heights):
     """Write z of the elastic contact at each of `phases` (uint64 fractions of a turn)."""
-    profile, steepness = np.empty(tables.shape[1]), np.empty(tables.shape[1] - 1)
+    count = len(tables[0])
+    profile, steepness = np.empty(count), np.empty(count - 1)
     z = np.inf
     for i in range(len(phases)):
-        angle = RADIANS * np.float64(np.int64(phases[i]))
-        z = elastic_height(tables, math.cos(angle), math.sin(angle), target, z, profile, steepness)
+        write_heights(tables, TURNS * np.float64(np.int64(phases[i])), profile)
+        z = elastic_height(profile, steepness, target, z)
         heights[i] = z
 
 
@@ -122,9 +126,9 @@ def run_steps(tables, contact, load_law, time, head, terms, wanted, phase, numbe
     scale, period, mass, damping = contact
     coefficient, power, lightest = load_law
     (step, when), (with_static, with_force) = time, wanted
-    count = tables.shape[1]
+    count = len(tables[0])
     nodes, pieces = np.empty((4, count)), np.empty((4, count - 1))
-    profile, steepness = np.empty(count), np.empty(count - 1)
+    steepness, rates = np.empty(count - 1), np.empty(count)
     new_part = 0.5 if mass > 0.0 and when == 1.0 else 1.0  # of this step's pressure, in the one that balances
     for i in range(len(phases)):
         load = max(loads[i], lightest)
@@ -132,10 +136,9 @@ def run_steps(tables, contact, load_law, time, head, terms, wanted, phase, numbe
         pressed = load - (1.0 - when) * change
         balanced = load - 0.5 * change if new_part < 1.0 else pressed
         full = scale * head[HARDNESS] * coefficient * pressed**power  # N for a mean of a1 + a2
-        angle = RADIANS * np.float64(np.int64(phases[i]))
-        cosine, sine = math.cos(angle), math.sin(angle)
+        write_heights(tables, TURNS * np.float64(np.int64(phases[i])), nodes[SURFACE])
         free_indentations(elements, head[KEEP], terms, nodes)
-        mean = modified_profile(tables, cosine, sine, nodes, pieces)
+        mean = modified_profile(nodes, pieces)
         z0 = numbers[Z]
         moved = (1.0 - new_part) * numbers[PRESSING] + 2.0 * mass * numbers[VELOCITY] / step
         base = (balanced - moved) / (new_part * full)
@@ -158,9 +161,9 @@ def run_steps(tables, contact, load_law, time, head, terms, wanted, phase, numbe
         if with_static:
             last = numbers[STATIC_Z : STATIC_Z + 4]
             target = load / (scale * coefficient * load**power)
-            shifted(last, elastic_height(tables, cosine, sine, target, extrapolated(last), profile, steepness))
+            shifted(last, elastic_height(nodes[SURFACE], steepness, target, extrapolated(last)))
             out[STATIC, i] = scale * last[0]
         if with_force:
-            slope = slope_when_pressed(tables, phase[0], phases[i], when, nodes, pieces, z)
+            slope = slope_when_pressed(tables, phase[0], phases[i], when, rates, nodes, pieces, z)
             out[SLOPE_FORCE, i] = full * slope * 2.0 * math.pi * scale / period
         phase[0], numbers[LOAD] = phases[i], load

@@ -1,8 +1,8 @@
 """The points of a finger at which viscous skin is followed, and how many of them a tolerance takes.
 
-Model   h of eq. 2 at equally spaced points of the contact's length, less the dome (x - L/2)^2 / (2 R), joined by
-        straight lines. The number of points is the smallest tried whose elastic z, about its mean, comes near that of
-        the contact's own solver over a period of the texture.
+Model   h of eq. 2 (see `skin_surface`) at equally spaced points of the contact's length, less the dome (x - L/2)^2 /
+        (2 R), joined by straight lines. The number of points is the smallest tried whose elastic z, about its mean,
+        comes near that of the contact's own solver over a period of the texture.
 Source  Fagiani & Barbieri (2016), eqs 1-2.
 Limits  the error is that of the elastic contact. That of viscous skin (default scene, 4 ms, 513 points) was as much at
         10 mm/s, twice it at 80 mm/s and 7 times it at 320 mm/s, and to 10 times it for skin that relaxes. A load whose
@@ -18,8 +18,10 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.contact.balance import Contact
-from synth.contact.sampled import angles_of_points, solve_sampled
-from synth.errors import CannotRender
+from synth.contact.sampled import angles_of_points
+from synth.effects.simulation.skin_balance import elastic_heights
+from synth.effects.simulation.skin_surface import Tables, texture_tables
+from synth.response.phases import turns_to_phase
 
 FEWEST_POINTS = 65  # the first number tried; fewer save less than a call of the simulation costs
 MOST_POINTS = 4097  # 8 us a step and more: 0.4 of a core at 48 kHz. More would not keep up with a second voice
@@ -31,11 +33,11 @@ FLOOR = 1e-12  # of a1 + a2: errors of z below it count as none (design, section
 class SkinPoints:
     """Points fixed to the finger.
 
-    tables: float64 [3, points], relative to `height_scale` (a1 + a2, m): height of the finger, and of the texture at
-    phase 0 and a quarter period on. texture_period: m.
+    tables: heights of finger and texture, relative to `height_scale` (a1 + a2, m): see `skin_surface`. texture_period:
+    m.
     """
 
-    tables: Array
+    tables: Tables
     height_scale: float
     texture_period: float
 
@@ -44,34 +46,30 @@ class SkinPoints:
         """Return `points` points of `contact` over its length at `load` (N); one surface must have a height."""
         geometry, pieces = contact.geometry_at(load), points - 1
         scale = geometry.height_scale
-        if geometry.profile is not None:
-            raise CannotRender(
-                f"The effect viscous_skin cannot be rendered yet on a texture of kind {geometry.profile.kind}, only "
-                "on a sinusoid. Leave it out."
-            )
         assert scale > 0.0 and pieces > 0, f"{points} points on surfaces of {scale} m"
         angle1 = angles_of_points(geometry.ridges, pieces) + geometry.ridge_phase
-        angle2 = angles_of_points(geometry.texture_periods, pieces) + geometry.texture_phase
         b1, b2 = geometry.ridge_amplitude / scale, geometry.texture_amplitude / scale
         off_middle = geometry.contact_length * (np.arange(points) / pieces - 0.5)
         finger = -b1 * np.cos(angle1) - 0.5 * contact.dome * off_middle**2 / scale
+        if geometry.profile is not None:
+            return cls(texture_tables(geometry, finger), scale, geometry.texture_period)
+        angle2 = angles_of_points(geometry.texture_periods, pieces) + geometry.texture_phase
         return cls(np.stack([finger, b2 * np.cos(angle2), b2 * np.sin(angle2)]), scale, geometry.texture_period)
 
     @property
     def count(self) -> int:
         """How many there are."""
-        return int(self.tables.shape[1])
+        return int(self.tables[0].shape[0])
 
     @property
     def nbytes(self) -> int:
         """Bytes that they hold."""
-        return int(self.tables.nbytes)
+        return sum(table.nbytes for table in self.tables)
 
     def elastic(self, phases: Array, indentation: float) -> Array:
         """Return z (m) of the elastic contact at each of `phases` (turns) and a mean indentation w / k (m)."""
-        height, touching = np.empty(len(phases)), np.empty(len(phases))
-        targets = np.array([indentation / self.height_scale])
-        solve_sampled(self.tables, phases, targets, height, touching, np.zeros(len(phases), dtype=np.int64))
+        height = np.empty(len(phases))
+        elastic_heights(self.tables, turns_to_phase(phases), indentation / self.height_scale, height)
         return height * self.height_scale
 
 

@@ -44,11 +44,10 @@ def free_indentations(elements, keep, terms, nodes):
 
 
 @summing
-def modified_profile(tables, cosine, sine, nodes, pieces):
-    """Write heights and g at points and cuts; return the mean of g, the cuts left out: at most the mean of g."""
+def modified_profile(nodes, pieces):
+    """Write g at points and cuts; return the mean of g, the cuts left out: at most the mean of g."""
     surface, held, free, points = nodes[SURFACE], nodes[HELD_FREE], nodes[FREE_FREE], nodes[POINTS]
     for j in range(points.shape[0]):
-        surface[j] = tables[0, j] + (cosine * tables[1, j] + sine * tables[2, j])
         points[j] = surface[j] - max(held[j], free[j])
     surface1, held1, free1, points1 = surface[1:], held[1:], free[1:], points[1:]
     cuts, places, first, second = pieces[CUTS], pieces[PLACES], pieces[FIRST], pieces[SECOND]
@@ -84,18 +83,17 @@ def modified_area(nodes, pieces, z):
 
 
 @summing
-def slope_integral(tables, cosine, sine, nodes, pieces, z):
-    """Return the mean over L of max(g - z, 0) times minus the texture's slope by its angle (1 / rad).
+def slope_integral(rates, nodes, pieces, z):
+    """Return the mean over L of max(g - z, 0) times `rates`, minus the texture's slope by its angle (1 / rad).
 
     The slope is that of the texture at the points, a straight line between them: then work at the points is work done.
     """
     points, points1 = nodes[POINTS], nodes[POINTS, 1:]
     cuts, places, first, second = pieces[CUTS], pieces[PLACES], pieces[FIRST], pieces[SECOND]
-    texture, quarter, texture1, quarter1 = tables[1], tables[2], tables[1, 1:], tables[2, 1:]
     total = 0.0
     for j in range(cuts.shape[0]):
         left, middle, right = max(points[j] - z, 0.0), max(cuts[j] - z, 0.0), max(points1[j] - z, 0.0)
-        slope, slope1 = cosine * quarter[j] - sine * texture[j], cosine * quarter1[j] - sine * texture1[j]
+        slope, slope1 = rates[j], rates[j + 1]
         turn = slope + places[j] * (slope1 - slope)
         part = min(1.0, (left + middle) * first[j])
         area = left * ((3.0 - part) * slope + part * turn) + middle * ((3.0 - part) * turn + part * slope)

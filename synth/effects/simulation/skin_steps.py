@@ -23,8 +23,9 @@ import numpy as np
 from synth.arrays import Array
 from synth.contact.balance import Contact
 from synth.effects.simulation.skin import LoadLaw, SkinLaw, StepCoefficients
-from synth.effects.simulation.skin_balance import NUMBERS, RADIANS, elastic_heights, run_steps
+from synth.effects.simulation.skin_balance import NUMBERS, TURNS, elastic_heights, run_steps
 from synth.effects.simulation.skin_points import SkinPoints
+from synth.effects.simulation.skin_surface import heights_at
 from synth.effects.simulation.steps import ROWS, Phases
 
 
@@ -105,10 +106,9 @@ class SkinStepper:
         heights = np.empty(3)
         elastic_heights(self.points.tables, ways, load / (scale * self.load_law.stiffness(load)), heights)
         z, before, after = heights
-        angle = RADIANS * float(ways[0].astype(np.int64))
-        finger, texture, quarter = self.points.tables
         elements = np.zeros((2, 1 + self.law.memories, self.points.count))
-        elements[0, 0] = finger + (math.cos(angle) * texture + math.sin(angle) * quarter) - z
+        heights_at(self.points.tables, TURNS * float(ways[0].astype(np.int64)), elements[0, 0])
+        elements[0, 0] -= z
         numbers = np.array([z] * 8 + [scale * (after - before) / step, load, load])
         return SkinState(self.law.coefficients(step), ways[:1].copy(), numbers, elements)
 

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import pytest
 
+import ridgewave as rw
 from synth import LiveVoice, open_voice, parse_scene
 from synth.effects.simulation.terms import Skin
 from synth.scene.scene import Scene
+from synth.surfaces import profile_of
 from tests.reference.creeping_oracle import Creep, Solid
 from tests.reference.moving_oracle import Harmonics
 from tests.synth.effects.whole_renders import SCENES, check_quantities, errors_of, kept_band, named, scene_of
@@ -28,7 +31,13 @@ def creep_of(scene: Scene, places: int) -> Creep:
         (skin.short_time, skin.middle_time, skin.long_time), (skin.short_weight, skin.middle_weight, skin.long_weight)
     )  # fmt: skip
     moving = (0.0, 0.0) if mass is None else (mass.mass, mass.damping)
-    return Creep(touch_of(scene), scan.speed, solid, places, *moving)
+    if scene.texture.kind == "sinusoid":
+        return Creep(touch_of(scene), scan.speed, solid, places, *moving)
+    profile = profile_of(scene)
+    equal = profile.equivalent()
+    touch = replace(touch_of(parse_scene({})), texture_period=equal.period, texture_amplitude=equal.amplitude)
+    touch = replace(touch, contact_length=scene.finger.contact_length, load=scan.load)
+    return replace(Creep(touch, scan.speed, solid, places, *moving), profile=profile)
 
 
 def oracle(scene: Scene, periods: int, places: int = PLACES) -> tuple[Harmonics, dict[str, float]]:
@@ -52,6 +61,33 @@ def test_a_steady_render_errs_by_no_more_than_the_plan_says(name: str) -> None:
     wanted, own = oracle(scene, 2 if name == "wide" else 3)
     assert own["displacement"] <= 0.02
     check_quantities(scene, (wanted,), own)
+
+
+GRATING = {"kind": "grating", "period": "1.5 mm", "height": "40 um", "duty": 0.4, "ramp": "0.3 mm"}
+WAVES = {"kind": "harmonics", "period": "1.2 mm", "amplitudes": ["12 um", "0 um", "3 um"], "phases": [0.3, 0.0, 1.0]}
+
+
+@pytest.mark.parametrize("texture", [GRATING, WAVES], ids=["grating", "harmonics"])
+def test_textures_of_other_kinds_err_by_no_more_than_the_plan_says(texture: dict[str, Any]) -> None:
+    scene = scene_of("default", {"viscous_skin": {}}, accuracy=LOOSE, texture=texture)
+    wanted, own = oracle(scene, 3)
+    assert own["displacement"] <= 0.02
+    check_quantities(scene, (wanted,), own)
+
+
+def test_a_sinusoid_by_another_name_is_one() -> None:
+    output = {"channels": ["displacement", "acceleration"], "sample_rate": 8000, "duration": 0.05}
+    scene = {"output": output, "effects": {"viscous_skin": {}, "tangential": {}}, "accuracy": LOOSE}
+    wanted = rw.render(scene)
+    texture = {"kind": "harmonics", "period": "0.8 mm", "amplitudes": ["20 um", "0.001 nm"], "phases": [0.0, 0.0]}
+    found = rw.render(scene | {"texture": texture})
+    assert wanted.plan is not None
+    assert found.plan is not None
+    names = ("displacement", "acceleration", "tangential_force")
+    for channel, ours, theirs in zip(names, found.values.T, wanted.values.T, strict=True):
+        told = [plan.estimated_error[channel] for plan in (wanted.plan, found.plan)]
+        assert max(told) <= 2e-2
+        assert np.max(np.abs(ours - theirs)) <= sum(told) * np.ptp(theirs)
 
 
 def test_relaxing_skin_errs_by_no_more_than_the_plan_says() -> None:
