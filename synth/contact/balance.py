@@ -1,6 +1,7 @@
 """One contact, ready to be solved at any phase and load: geometry, stiffness and solver of a scene, in one place.
 
-Model   eq. 1, with z(theta, w) at an indentation w / k; dz/dw = -1.5 (w / k) / (w |C| / L), with k from eqs 4-5.
+Model   eq. 1, with z(theta, w) at an indentation w / k; dz/dw = -m (w / k) / (w |C| / L), with k from eqs 4-5
+        and m = 1.5, or with a k that is given and m = 1.
 Source  Fagiani & Barbieri (2016), eqs 1, 4, 5.
 Limits  a contact whose shape depends on the load answers through the same methods with a solver for each load.
 """
@@ -52,7 +53,7 @@ class Contact:
 
     @property
     def of_one_shape(self) -> bool:
-        """True where solver and shape are those of every load, and w / k is eqs 4-5 of the one contact length."""
+        """True where solver and shape are those of every load, and w / k is that of the one contact length."""
         return True
 
     @property
@@ -118,7 +119,7 @@ class Contact:
 
     def heights(self, phases: Array, loads: Array) -> Array:
         """Return z (m) at each of `phases` (turns) and `loads` (N, above 0), one load a phase."""
-        return self.grid.solve(phases, self.stiffness.indentation(1.0) * loads**1.5).height
+        return self.grid.solve(phases, self.stiffness.indentation(1.0) * loads**self.stiffness.load_exponent).height
 
     def measure(self, phases: Array, heights: Array, load: float) -> tuple[Array, Array]:
         """Return the mean of max(h - z, 0) (m) and the touching part of the length, at each phase (turns) and z (m).
@@ -133,5 +134,5 @@ class Contact:
         """Return dz/dw (m/N) of what was `solved` at each of `phases` and `load`."""
         if load <= 0.0:
             return np.zeros_like(solved.touching)
-        slope = 1.5 * self.indentation(load) / load
+        slope = self.stiffness.load_exponent * self.indentation(load) / load
         return -slope / np.maximum(solved.touching, LEAST_TOUCHING)

@@ -5,8 +5,8 @@ Model   Where the load flattens everything, F(z) = mean(h) - z, so z = mean(h) -
 Source  Fagiani & Barbieri (2016), eqs 1-2; sinc(x) = sin(pi x) / (pi x).
         Where L grows with the load about its middle as w^p, w / k falls as L^-3 (eqs 4-5) and sinc'(T) = (cos(pi T) -
         sinc(T)) / T gives the slopes of both means.
-Limits  textures of one cosine. It holds where z stays below every height for the whole period: a sufficient bound is
-        used, so contacts that are only just full are left to the solver.
+Limits  textures of one cosine, and the stiffness of eqs 4-5. It holds where z stays below every height for the whole
+        period: a sufficient bound is used, so contacts that are only just full are left to the solver.
 """
 
 from __future__ import annotations
@@ -51,7 +51,8 @@ def full_contact(geometry: Geometry, stiffness: Stiffness, load: float, growth: 
     growth: p, where L grows as w^p about its middle while the surfaces stay; `geometry` and `stiffness` are those at
     `load`.
     """
-    if geometry.profile is not None:  # no one sinusoid: the solver takes one step
+    # no one sinusoid, or a mean that tables do not take to grow as w^1.5: the solver takes one step
+    if geometry.profile is not None or stiffness.given is not None:
         return None
     a1, a2 = geometry.ridge_amplitude, geometry.texture_amplitude
     indentation = stiffness.indentation(load)

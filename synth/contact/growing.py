@@ -3,7 +3,7 @@
 Model   L(w) = L0 (w / w0)^p over x0 <= x <= x0 + L, x0 = (L0 - L) / 2, kept within the shortest and the longest length;
         k by eqs 4-5 with L = L(w), so that w / k grows as w^1.5 L^-3. With e0, e1 the indentations at the two ends, q =
         p (0 where L is kept from growing) and |C| the length that touches, dz/dw = (q (e0 + e1) L / 2 - (1.5 - 2 q)
-        L w / k) / (w |C|).
+        L w / k) / (w |C|). A k that is given grows with L, so that w / k grows as w / L: 1 in the place of 1.5 - 2 q.
 Source  Fagiani & Barbieri (2016), eqs 1-5, whose L is given; the power law is that of Hertz for p = 1/3, an unverified
         default. The slope is derived here, from the integral of max(h - z, 0) over x0 to x0 + L, which is L w / k.
 Limits  as exact as the solver at the length of that load: 2e-13 (a1 + a2). The ends stay hard edges. Where L meets the
@@ -112,8 +112,9 @@ class GrowingContact(ManyShapes, Contact):
         growth, nominal = self.growth, self.geometry.contact_length
         grown = nominal * (loads / growth.reference_load) ** growth.exponent
         lengths = np.minimum(np.maximum(grown, growth.shortest), growth.longest)
-        # w / k of eqs 4-5 over a length L falls as L^-3
-        indentations = self.stiffness.indentation(1.0) * loads**1.5 * (nominal / lengths) ** 3
+        law = self.stiffness
+        deep, shallow = loads**law.load_exponent, (nominal / lengths) ** law.length_exponent
+        indentations = law.indentation(1.0) * deep * shallow
         return heights_of_lengths(self.geometry, phases, lengths, indentations)
 
     def closed(self, load: float) -> FullContact | None:
@@ -130,5 +131,7 @@ class GrowingContact(ManyShapes, Contact):
         exponent, geometry = self._exponent(load), self.geometry_at(load)
         ends = [geometry.heights(end, phases) - solved.height for end in (0.0, geometry.contact_length)]
         gained = 0.5 * exponent / load * (np.maximum(ends[0], 0.0) + np.maximum(ends[1], 0.0))
-        slope = (1.5 - 2.0 * exponent) * self.indentation(load) / load - gained
+        law = self.stiffness
+        power = law.load_exponent + (1.0 - law.length_exponent) * exponent
+        slope = power * self.indentation(load) / load - gained
         return np.asarray(-slope / np.maximum(solved.touching, LEAST_TOUCHING))

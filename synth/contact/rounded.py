@@ -4,6 +4,7 @@ Model   F(z) = integral of max(h - (x - xc)^2 / (2 R) - z, 0) dx = w / kappa, xc
         foundation modulus kappa(w) = k(w, L) / L (Pa/m), k by eqs 4-5 over the length L = 2 b that a smooth round
         finger touches on that same foundation: w = (2/3) kappa b^3 / R. Since kappa = C L^2 w^-1/2, b^5 = 3 R w^(3/2)
         / (8 C): L grows as w^0.3, kappa as w^0.1, w / kappa as w^0.9, and dz/dw = -0.9 (w / kappa) / (w |C|).
+        Where the stiffness is given, kappa = k / L0 at every load, b^3 = 3 R w / (2 kappa), and 0.9 is 1.
         The solver spans a length D about xc at whose ends no phase has pressure: half of it is sqrt(2 R (a1 + a2 - z0))
         with a z0 that z never falls below (`lowest_approach`). Its mean over D times kappa D is the reaction.
 Source  Johnson, Contact Mechanics (1985), sec. 4.3 (Winkler foundation, parabola); Fagiani & Barbieri (2016), eqs 1, 2,
@@ -31,7 +32,6 @@ from synth.contact.phase_solver import PhaseSolver
 from synth.contact.stiffness import Stiffness
 from synth.errors import CannotRender
 
-LENGTH_EXPONENT, FOUNDATION_EXPONENT = 0.3, 0.1  # of the load: see Model; the slope needs the second
 LONGEST_SPAN = 0.2  # m: longer than any hand; the work of a phase is proportional to it
 WINDOWS = 24  # numbers of crests, and widths about each, at which `lowest_approach` looks; fewer: a longer span
 SLACK = 1e-9  # of a1 + a2, off z0: more than the rounding of this bound
@@ -80,13 +80,16 @@ def _on_crests(
 class Fingertip:
     """The round finger without its ridges, on its foundation.
 
-    radius: R (m). reference_load: w0 (N). length: L(w0) (m). foundation: kappa(w0) (Pa/m).
+    radius: R (m). reference_load: w0 (N). length: L(w0) (m). foundation: kappa(w0) (Pa/m). length_exponent,
+    foundation_exponent: the powers of the load by which both grow.
     """
 
     radius: float
     reference_load: float
     length: float
     foundation: float
+    length_exponent: float
+    foundation_exponent: float
 
     @classmethod
     def of(cls, stiffness: Stiffness, radius: float | None, reference_load: float) -> Fingertip:
@@ -95,18 +98,19 @@ class Fingertip:
         length = stiffness.contact_length
         foundation = stiffness.stiffness(reference_load) / length
         fitting = foundation * length**3 / (12.0 * reference_load)
-        if radius is None:
-            return cls(fitting, reference_load, length, foundation)
-        ratio = (radius / fitting) ** 0.2  # b^5 is proportional to R, kappa to L^2
-        return cls(radius, reference_load, length * ratio, foundation * ratio**2)
+        # kappa is L^(n - 1) w^(1 - m) times a constant, so b^(n + 2) is R w^m times another: see `Stiffness`
+        m, n = stiffness.load_exponent, stiffness.length_exponent
+        powers = m / (n + 2.0), m * (n - 1.0) / (n + 2.0) + 1.0 - m
+        ratio = 1.0 if radius is None else (radius / fitting) ** (1.0 / (n + 2.0))
+        return cls(radius or fitting, reference_load, length * ratio, foundation * ratio ** (n - 1.0), *powers)
 
     def length_at(self, load: float) -> float:
         """Return L (m), over which it would touch at `load` (N)."""
-        return float(self.length * (load / self.reference_load) ** LENGTH_EXPONENT)
+        return float(self.length * (load / self.reference_load) ** self.length_exponent)
 
     def foundation_at(self, load: float) -> float:
         """Return kappa (Pa/m) at `load` (N)."""
-        return float(self.foundation * (load / self.reference_load) ** FOUNDATION_EXPONENT)
+        return float(self.foundation * (load / self.reference_load) ** self.foundation_exponent)
 
     def area(self, load: float) -> float:
         """Return w / kappa (m^2) at `load` (N): the integral of max(h - d - z, 0)."""
@@ -177,7 +181,7 @@ class RoundContact(ManyShapes, Contact):
         """
         geometry = self.geometry_at(float(np.max(loads)))
         finger = self.finger
-        foundation = finger.foundation * (loads / finger.reference_load) ** FOUNDATION_EXPONENT
+        foundation = finger.foundation * (loads / finger.reference_load) ** finger.foundation_exponent
         return self._solver_over(geometry).solve(phases, loads / foundation / geometry.contact_length).height
 
     def closed(self, load: float) -> None:
@@ -189,7 +193,7 @@ class RoundContact(ManyShapes, Contact):
         geometry = self.geometry_at(load)
         indentation = self.finger.area(load) / geometry.contact_length
         solved = self._solver_over(geometry).solve(phases, indentation, guess)
-        slope = (1.0 - FOUNDATION_EXPONENT) * indentation / load if load > 0.0 else 0.0
+        slope = (1.0 - self.finger.foundation_exponent) * indentation / load if load > 0.0 else 0.0
         return solved.height, np.asarray(-slope / np.maximum(solved.touching, LEAST_TOUCHING))
 
     def _solver_over(self, geometry: Geometry) -> PhaseSolver:

@@ -3,7 +3,9 @@
 Model   E* = ((1 - nu1^2) / E1 + (1 - nu2^2) / E2)^-1;  k = 1.18 E* L^2 / a;  a = sqrt(4 w_l R_eq / (pi E*))
         w_l = w lambda_eq / L^2;  lambda_eq = 2 lambda1 lambda2 / (lambda1 + lambda2)
         1 / R_eq = 4 pi^2 a1 / lambda1^2 + 4 pi^2 a2 / lambda2^2
-        so k falls as w^-1/2 and the mean indentation w / k grows as w^3/2.
+        so k falls as w^-1/2 and the mean indentation w / k grows as w^3/2 L^-3.
+        A stiffness that the scene gives takes the place of all this: w / k is proportional to w, and k to L where the
+        length is another, as on a foundation of elements side by side.
 Source  Fagiani & Barbieri (2016), eqs 4 and 5; 1.18 is the elastic-foundation equivalence for a line contact (eq. 4).
 Limits  Hertzian ridges, quasi-static. Two flat surfaces have no ridge to press: R_eq, and the indentation, are
         infinite. A texture of any profile is taken as the sinusoid of equal Rq and equal rms slope.
@@ -25,13 +27,14 @@ class Stiffness:
     """The coefficients of eqs 4-5 that do not depend on the load.
 
     contact_modulus: E* in pascal. ridge_radius: R_eq in metres (infinite for two flat surfaces).
-    shared_period: lambda_eq in metres. contact_length: L in metres.
+    shared_period: lambda_eq in metres. contact_length: L in metres. given: k in N/m; None: that of eqs 4-5.
     """
 
     contact_modulus: float
     ridge_radius: float
     shared_period: float
     contact_length: float
+    given: float | None = None
 
     @classmethod
     def of_scene(cls, scene: Scene) -> Stiffness:
@@ -40,7 +43,7 @@ class Stiffness:
         compliance = (1.0 - finger.poisson_ratio**2) / finger.youngs_modulus
         if texture.youngs_modulus is not None:
             compliance += (1.0 - texture.poisson_ratio**2) / texture.youngs_modulus
-        return cls.of_contact(Geometry.of_scene(scene), 1.0 / compliance)
+        return replace(cls.of_contact(Geometry.of_scene(scene), 1.0 / compliance), given=finger.stiffness)
 
     @classmethod
     def of_contact(cls, geometry: Geometry, contact_modulus: float) -> Stiffness:
@@ -58,7 +61,18 @@ class Stiffness:
 
     def over(self, length: float) -> Stiffness:
         """Return the law for the same surfaces in contact over another `length` (m)."""
-        return replace(self, contact_length=length)
+        given = None if self.given is None else self.given * length / self.contact_length
+        return replace(self, contact_length=length, given=given)
+
+    @property
+    def load_exponent(self) -> float:
+        """The power of the load by which w / k grows."""
+        return 1.5 if self.given is None else 1.0
+
+    @property
+    def length_exponent(self) -> float:
+        """The power of the contact length by which w / k falls."""
+        return 3.0 if self.given is None else 1.0
 
     def half_width(self, load: float) -> float:
         """Return a, the half-width (m) of the line contact of one ridge, at `load` (N) (eq. 5)."""
@@ -66,19 +80,23 @@ class Stiffness:
         return math.sqrt(4.0 * line_load * self.ridge_radius / (math.pi * self.contact_modulus))
 
     def stiffness(self, load: float) -> float:
-        """Return k (N/m) at `load` (N) (eq. 4); infinite at no load."""
+        """Return k (N/m) at `load` (N) (eq. 4); infinite at no load, unless it is given."""
+        if self.given is not None:
+            return self.given
         half_width = self.half_width(load)
         return FOUNDATION * self.contact_modulus * self.contact_length**2 / half_width if half_width else math.inf
 
     def indentation(self, load: float) -> float:
         """Return w / k (m), the mean of the indentation over the contact length, at `load` (N)."""
+        if self.given is not None:
+            return load / self.given
         return load * self.half_width(load) / (FOUNDATION * self.contact_modulus * self.contact_length**2)
 
     def indentation_slope(self, load: float) -> float:
-        """Return d(w/k)/dw (m/N) at `load` (N): 1.5 / k, since w / k grows as w^3/2."""
-        return 1.5 / self.stiffness(load)
+        """Return d(w/k)/dw (m/N) at `load` (N)."""
+        return self.load_exponent / self.stiffness(load)
 
     def load(self, indentation: float) -> float:
         """Return the load (N) whose mean indentation w / k is `indentation` (m): the inverse of `indentation`."""
         at_one_newton = self.indentation(1.0)
-        return float((indentation / at_one_newton) ** (2.0 / 3.0))
+        return float((indentation / at_one_newton) ** (1.0 / self.load_exponent))

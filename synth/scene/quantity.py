@@ -75,6 +75,7 @@ class Dimension(Enum):
     )
     MASS = _Measure("kg", {"kg": "1", "g": "1e-3", "mg": "1e-6"}, ("kg", "g", "mg"), "5 g")
     DAMPING = _Measure("N s/m", {"N s/m": "1", "mN s/m": "1e-3"}, ("N s/m", "mN s/m"), "3 N s/m")
+    STIFFNESS = _Measure("N/m", {"N/m": "1", "N/mm": "1e3", "kN/m": "1e3"}, ("N/m",), "36000 N/m")
     ANGLE = _Measure("rad", {"rad": "1", "deg": str(Decimal(math.pi / 180.0))}, ("rad",), "90 deg")
     NONE = _Measure("", {}, (), "0.5")
 

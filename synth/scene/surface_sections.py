@@ -41,6 +41,7 @@ LARGEST_ROUGHNESS = 0.636e-3  # m: the amplitude range by eq. 3, rounded down
 RIDGE_ROUGHNESS = Quantity(Dimension.LENGTH, 0.0, LARGEST_ROUGHNESS, usual=0.127e-3)
 ROUGHNESS = Quantity(Dimension.LENGTH, 0.0, LARGEST_ROUGHNESS, usual=0.318e-3)
 MODULUS = Quantity(Dimension.PRESSURE, 1e3, 1e12)  # softer than any skin layer, to about diamond
+STIFFNESS = Quantity(Dimension.STIFFNESS, 1.0, 1e9)  # 1 N presses in by 1 m to 1 nm; the default scene has 3.3e5 N/m
 POISSON_RATIO = Quantity(Dimension.NONE, 0.0, 0.5)  # 0.5 is incompressible, the largest an isotropic solid can have
 
 
@@ -78,6 +79,10 @@ class Finger(Section):
     poisson_ratio: Annotated[float, POISSON_RATIO] = Field(
         default=0.5, description="Poisson's ratio of the skin (nu1 of eq. 4)."
     )
+    stiffness: Annotated[float | None, STIFFNESS] = Field(
+        default=None,
+        description="Stiffness k of the contact, in the place of that of eqs 4-5; the moduli then change nothing.",
+    )
 
     @classmethod
     def conflicts(cls, given: Fields) -> list[Refusal]:
@@ -89,8 +94,8 @@ class Finger(Section):
         return {} if self.roughness is None else {"ridge_amplitude": amplitude_of(self.roughness), "roughness": None}
 
     def document(self) -> dict[str, Any]:
-        """Return the section with the amplitude alone."""
-        return without(super().document(), "roughness")
+        """Return the section with the amplitude alone, and a stiffness where one is given."""
+        return without(super().document(), "roughness", *(("stiffness",) if self.stiffness is None else ()))
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ Limits: what JSON Schema can say beyond this (patternProperties, not, if) is not
 
 import { readQuantity, showQuantity, unitsOf } from "./units.js";
 
-const SI_UNITS = ["m", "m/s", "m/s^2", "N", "Pa", "Hz", "s", "kg", "N s/m", "rad"];
+const SI_UNITS = ["m", "m/s", "m/s^2", "N", "Pa", "Hz", "s", "kg", "N s/m", "N/m", "rad"];
 const QUANTITY_UNITS = { approach: "m", displacement: "m", velocity: "m/s", acceleration: "m/s^2" };
 
 /** A field's name for people: "ridge_period" is "Ridge period". */

@@ -15,6 +15,7 @@ const TABLE = {
   s: [3, ["s", 1], ["ms", 1e-3], ["us", 1e-6], ["min", 60], ["h", 3600]],
   kg: [3, ["kg", 1], ["g", 1e-3], ["mg", 1e-6]],
   "N s/m": [2, ["N s/m", 1], ["mN s/m", 1e-3]],
+  "N/m": [1, ["N/m", 1], ["N/mm", 1e3], ["kN/m", 1e3]],
   rad: [1, ["rad", 1], ["deg", Math.PI / 180]],
 };
 const [UNITS, SHOWN] = [{}, {}];

@@ -65,7 +65,7 @@ def stepper_of(
     sunk = 0.0 if terms.adhesion is None else reach + _sunk(contact, load, loads[1], pull)
     exact = min(max(TABLE_SHARE * tolerance, TIGHTEST_TABLE), LOOSEST_TABLE)
     table = PotentialTable.of(contact, load, *loads, below=sunk, above=reach, tolerance=exact)
-    power = -0.5 if contact.of_one_shape else 0.0
+    power = 1.0 - contact.stiffness.load_exponent if contact.of_one_shape else 0.0
     coefficient = contact.stiffness_at(load) / load**power
     return TableStepper(
         table, coefficient, power, lift_load, terms.mass, terms.damping, pull, reach,
