@@ -7,10 +7,13 @@ import re
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
+from synth import open_voice
 from synth.scene.quantity import Dimension, parse_quantity
 from synth.scene.scene import Scene, object_from_text, parse_scene, parse_scene_text, scene_document
+from synth.scene.texture_registry import KINDS
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "docs" / "examples"
 FILES = sorted(EXAMPLES.glob("*.json"))
@@ -55,6 +58,17 @@ def test_there_are_enough_examples() -> None:
 def test_an_example_is_a_scene_that_reads_back(path: Path) -> None:
     scene = parse_scene_text(path.read_bytes())
     assert parse_scene(scene_document(scene)) == scene
+
+
+@each_file
+def test_an_example_renders(path: Path) -> None:
+    values = open_voice(parse_scene_text(path.read_bytes())).render(24_000)
+    assert np.all(np.isfinite(values))
+    assert np.ptp(values) > 0.0
+
+
+def test_every_kind_of_texture_has_an_example() -> None:
+    assert {parse_scene_text(path.read_bytes()).texture.kind for path in FILES} == set(KINDS)
 
 
 @each_file
