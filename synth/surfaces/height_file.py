@@ -91,13 +91,19 @@ def read_heights(path: Path) -> Array:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)  # an empty file
-            found = np.load(path, allow_pickle=False) if path.suffix == ".npy" else np.loadtxt(path, ndmin=1)
+            if path.suffix == ".npy":
+                found: np.ndarray[Any, Any] = np.lib.format.open_memmap(
+                    path, mode="r"
+                )  # takes no memory for what a header only claims
+            else:
+                found = np.loadtxt(path, ndmin=1, max_rows=MOST_HEIGHTS + 1)
     except (ValueError, EOFError) as error:
         _refuse(path, FORMS, f"It cannot be read so ({str(error)[:120]}).")
     if found.ndim != 1 or found.dtype.kind not in "fiu":
         _refuse(path, FORMS, f"It holds {found.dtype} of {found.ndim} dimensions. Keep the heights alone.")
     if not 2 <= len(found) <= MOST_HEIGHTS:
-        _refuse(path, f"2 to {MOST_HEIGHTS} heights", f"It holds {len(found)}.")
+        held = f"{len(found)}" if len(found) <= MOST_HEIGHTS else "more"
+        _refuse(path, f"2 to {MOST_HEIGHTS} heights", f"It holds {held}.")
     heights = np.asarray(found, np.float64)
     wrong = np.flatnonzero(~(np.abs(heights) <= LARGEST_HEIGHT))
     if len(wrong):

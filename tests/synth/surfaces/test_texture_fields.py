@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import struct
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,7 @@ from synth.scene.section import rule_of
 from synth.scene.source import scene_from
 from synth.scene.texture_registry import KINDS, SHARED, kind_of, kinds_with, special_fields
 from synth.surfaces import finger_of, profile_of
-from synth.surfaces.height_file import MOST_INLINE
+from synth.surfaces.height_file import LARGEST_FILE, MOST_INLINE
 from tests.synth.scene_cases import faults_of
 
 WAVE = [0.0, 20e-6, 0.0, -20e-6]
@@ -38,6 +39,12 @@ NUMBERS = [name for name in special_fields() if name not in SHARED and isinstanc
 
 def texture(kind: str, **fields: Any) -> dict[str, Any]:
     return {"texture": {"kind": kind, **NEEDED.get(kind, {}), **fields}}
+
+
+def npy(kind: str, shape: tuple[int, ...], content: bytes) -> bytes:
+    """Return an .npy file with this header, true or not."""
+    header = repr({"descr": kind, "fortran_order": False, "shape": shape}).ljust(117).encode() + b"\n"
+    return b"\x93NUMPY\x01\x00" + struct.pack("<H", len(header)) + header + content
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -217,7 +224,22 @@ def test_a_long_file_is_written_down_as_its_path(tmp_path: Path) -> None:
         ("a.csv", b"0\nnan\n", "Height 1 is nan"),
         ("a.csv", b"0\n20\n", "write metres"),
         ("a.npy", b"\x93NUMPY\x01\x00 cut", "cannot be read"),
+        ("a.csv", b"20 um\n0 um\n", "cannot be read"),
+        ("a.csv", b"0,1e-6,0\n", "cannot be read"),
+        ("a.csv", b"\xff\xfe\x00\x01\n", "cannot be read"),
+        ("a.txt", b"0\n" * 1_000_001, "It holds more"),
+        ("a.npy", npy("<f8", (3,), bytes(16)), "cannot be read"),
+        ("a.npy", npy("<f8", (10**12,), bytes(64)), "cannot be read"),
+        ("a.npy", npy("|O", (2,), bytes(16)), "cannot be read"),
+        ("a.npy", b"PK\x03\x04", "cannot be read"),
+        ("a.npy", npy("<c16", (2,), bytes(32)), "complex128"),
+        ("a.npy", npy("<f8", (), bytes(8)), "0 dimensions"),
+        ("a.npy", npy("<f8", (1,), bytes(8)), "It holds 1"),
+        ("a.npy", npy("|i1", (1_000_001,), bytes(1_000_001)), "It holds more"),
+        ("a.npy", npy("<i8", (2,), struct.pack("<2q", 0, 1)), "write metres"),
+        ("a.npy", npy("<f8", (2,), struct.pack("<2d", 0.0, math.nan)), "Height 1 is nan"),
         ("missing.csv", None, "Check the path"),
+        ("missing\0.csv", None, "Check the path"),
     ],
 )
 def test_a_file_that_is_no_heights_is_refused(tmp_path: Path, name: str, content: bytes | None, words: str) -> None:
@@ -227,6 +249,40 @@ def test_a_file_that_is_no_heights_is_refused(tmp_path: Path, name: str, content
         scene_from({"texture": {"kind": "profile", "file": str(tmp_path / name)}})
     assert refused.value.faults[0].pointer == "/texture/file"
     assert words in refused.value.faults[0].sentence()
+
+
+@pytest.mark.parametrize(
+    ("heights", "words"),
+    [
+        (np.array([0.0, 0.0, 1e-3, 0.0]), "from height 1 to 2 is 100. Remove the step or the spike"),
+        (np.linspace(0.0, 1e-3, 1000), "does not close. Remove the trend"),
+        (np.array([0.0, 3e-3]), "slopes of 20 at most"),
+    ],
+)
+def test_a_file_is_held_to_what_a_list_is_held_to(tmp_path: Path, heights: Any, words: str) -> None:
+    np.save(tmp_path / "a.npy", heights)
+    with pytest.raises(SceneError) as refused:
+        scene_from({"texture": {"kind": "profile", "file": str(tmp_path / "a.npy"), "spacing": "10 um"}})
+    assert refused.value.faults[0].pointer == "/texture/heights"
+    assert words in refused.value.faults[0].sentence()
+
+
+@pytest.mark.parametrize("ending", [".npy", ".csv"])
+def test_a_huge_file_is_refused_before_it_is_read(tmp_path: Path, ending: str) -> None:
+    path = tmp_path / f"huge{ending}"
+    with path.open("wb") as hole:
+        hole.truncate(LARGEST_FILE + 1)
+    with pytest.raises(SceneError, match=r"texture\.file: got .*; allowed: a file of at most 67108864 bytes"):
+        scene_from({"texture": {"kind": "profile", "file": str(path)}})
+
+
+def test_a_folder_and_an_archive_of_arrays_are_no_heights(tmp_path: Path) -> None:
+    (tmp_path / "folder.npy").mkdir()
+    np.savez(tmp_path / "a.npz", heights=np.zeros(4))
+    (tmp_path / "a.npz").rename(tmp_path / "archive.npy")
+    for name in ("folder.npy", "archive.npy"):
+        with pytest.raises(SceneError, match=r"texture\.file"):
+            scene_from({"texture": {"kind": "profile", "file": str(tmp_path / name)}})
 
 
 def test_a_file_with_too_many_heights_or_pickled_ones_is_refused(tmp_path: Path) -> None:
