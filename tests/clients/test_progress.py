@@ -47,7 +47,7 @@ def test_work_of_unknown_length_says_that_it_goes_on(
     monkeypatch.setattr("clients.progress.WAIT_AFTER", 0.01)
     for wanted, told in ((True, "solving the contact: 0 s\n"), (None, ""), (False, "")):
         with Waiting("solving the contact", wanted):
-            time.sleep(0.1)
+            time.sleep(0.5)
         out, err = capsys.readouterr()
         assert out == "" and err.startswith(told) and bool(err) == bool(told)
 

@@ -8,7 +8,7 @@ import pytest
 from fastapi import FastAPI
 
 from service.app import create_app
-from tests.service.harness import Running, serving, settings_of
+from tests.service.harness import PATIENCE, Running, serving, settings_of
 from tests.service.plain_engine import PlainEngine, warmed_up
 
 
@@ -29,3 +29,15 @@ def running(engine: PlainEngine, tmp_path_factory: pytest.TempPathFactory) -> It
     with serving(engine, file_folder=tmp_path_factory.mktemp("recordings")) as server:
         warmed_up(server, engine)
         yield server
+
+
+@pytest.fixture
+def unhurried(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have a stop and a scrape wait for readers and workers that a busy machine holds up, where no time is tested."""
+    for name in (
+        "running.STOP_ANSWER_SECONDS",
+        "telling.ANSWER_SECONDS",
+        "streaming.STOP_GRACE_SECONDS",
+        "live.shell.STOP_GRACE_SECONDS",
+    ):
+        monkeypatch.setattr(f"service.{name}", PATIENCE)

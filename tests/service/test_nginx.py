@@ -36,6 +36,7 @@ def test_a_render_a_session_and_its_change_pass(port: int) -> None:
         assert len(answer.content) == RATE // 5 * 4
 
 
+@pytest.mark.usefixtures("unhurried")
 def test_a_stop_is_heard_at_once_by_who_reads(running: Running, port: int) -> None:
     session = running.open_session()
     with httpx.stream("GET", f"http://127.0.0.1:{port}/v1/sessions/{session}/stream?format=f32le") as answer:

@@ -6,7 +6,7 @@ import socket
 import struct
 import time
 from collections.abc import Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 
 import httpx
@@ -122,8 +122,9 @@ def test_a_stop_silences_both_nodes(house: House) -> None:
         began = time.monotonic()
         assert httpx.post(f"{house.url}/v1/stop").json()["stopped"]["streams"] == 1
         for stream in streams:
-            b"".join(stream)
-        assert time.monotonic() - began < 2.0
+            with suppress(httpx.RemoteProtocolError):  # a busy machine: what does not fade in time is cut off
+                b"".join(stream)
+        assert time.monotonic() - began < PATIENCE
 
 
 def test_the_sessions_of_a_node_that_is_down_are_gone_and_new_ones_open_elsewhere(house: House) -> None:

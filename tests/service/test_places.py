@@ -10,7 +10,7 @@ import pytest
 from service import places as module
 from service.places import Place, Places
 
-SOON = 0.05
+SOON = 0.3
 
 
 def run(

@@ -61,7 +61,7 @@ class Peer:
 
 
 async def eventually(happened: Callable[[], bool]) -> None:
-    deadline = time.monotonic() + 20.0
+    deadline = time.monotonic() + 60.0
     while not happened():
         assert time.monotonic() < deadline, "it never happened"
         await asyncio.sleep(0.001)
@@ -101,6 +101,7 @@ def test_nothing_loud_is_written_20_ms_after_a_stop() -> None:
     scenario(act)
 
 
+@pytest.mark.alone
 def test_a_stop_during_a_finite_stream_is_silence_to_its_promised_end() -> None:
     async def act(app: FastAPI, client: httpx.AsyncClient, session: str) -> None:
         peer = Peer()
@@ -153,6 +154,7 @@ def test_a_stop_reaches_a_stream_with_the_longest_block() -> None:
     scenario(act, stream_block=0.1, lead=1.0)
 
 
+@pytest.mark.usefixtures("unhurried")
 def test_a_player_that_connects_again_by_itself_gets_nothing(running: Running) -> None:
     session = running.open_session()
     with running.listening(session) as listener:

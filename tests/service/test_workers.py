@@ -30,13 +30,6 @@ WORKERS = "tests.service.serve_plain_workers"
 STREAMS = 12
 
 
-@pytest.fixture
-def patient(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Have a busy machine be no reason for an answer that is missing."""
-    monkeypatch.setattr("service.running.STOP_ANSWER_SECONDS", PATIENCE)
-    monkeypatch.setattr("service.telling.ANSWER_SECONDS", PATIENCE)
-
-
 @contextmanager
 def pair(folder: Path) -> Iterator[tuple[Running, Running]]:
     """Yield two services that think they are workers of one."""
@@ -52,7 +45,7 @@ def deaf(folder: Path, name: str = "deaf") -> socket.socket:
     return made
 
 
-@pytest.mark.usefixtures("patient")
+@pytest.mark.usefixtures("unhurried")
 def test_a_stop_at_one_worker_silences_the_other(tmp_path: Path) -> None:
     with pair(tmp_path) as (first, second):
         session, other = first.open_session(), second.open_session()
@@ -69,7 +62,7 @@ def test_a_stop_at_one_worker_silences_the_other(tmp_path: Path) -> None:
         problem(first.client.get(f"/v1/sessions/{session}"), 404, "not-found")
 
 
-@pytest.mark.usefixtures("patient")
+@pytest.mark.usefixtures("unhurried")
 def test_the_metrics_of_one_are_those_of_both(tmp_path: Path) -> None:
     with pair(tmp_path) as (first, second):
         for running, count in ((first, 2), (second, 3)):
@@ -82,7 +75,7 @@ def test_the_metrics_of_one_are_those_of_both(tmp_path: Path) -> None:
             assert running.client.get("/healthz").json()["workers"] == 2
 
 
-@pytest.mark.usefixtures("patient")
+@pytest.mark.usefixtures("unhurried")
 def test_what_a_worker_counted_outlives_it_and_its_sessions_do_not(tmp_path: Path) -> None:
     with serving(PlainEngine(), tmp_path) as first:
         with serving(PlainEngine(), tmp_path) as second:

@@ -189,6 +189,7 @@ def test_a_slow_reader_is_told_and_closed_and_makes_nobody_late() -> None:
         assert well.texts("problem") == []
 
 
+@pytest.mark.usefixtures("unhurried")
 def test_a_stop_ends_every_stream_with_a_fade(running: Running, engine: PlainEngine) -> None:
     with live(running) as one, live(running) as two, live(running) as waiting:
         one.hello(pacing="realtime")
