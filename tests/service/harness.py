@@ -32,6 +32,7 @@ from synth.response.cache import DEFAULT_BYTES
 ROOT = Path(__file__).resolve().parents[2]
 LOCAL = "http://localhost"
 PATIENCE = 60.0  # seconds before a poll gives up: far beyond what anything here takes on a busy machine
+START = 300.0  # seconds for a service to start where nothing is compiled yet and the machine is busy
 ROOM = {
     "max_sessions": 10_000,
     "streams_per_address": 10_000,
@@ -193,10 +194,10 @@ class Child:
 
     def url(self) -> str:
         """Return where it listens, once it answers there."""
-        until(lambda: self.process.poll() is not None or self._address() is not None, 60.0)
+        until(lambda: self.process.poll() is not None or self._address() is not None, START)
         address = self._address()
         assert address is not None, self.log.read_text()
-        until(lambda: self._answers(address), 60.0)
+        until(lambda: self._answers(address), START)
         return address
 
     def _address(self) -> str | None:

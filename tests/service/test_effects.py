@@ -12,7 +12,7 @@ import soundfile
 
 from synth import open_voice, parse_scene, render
 from synth.encode.formats import quantise, read_metadata
-from tests.service.harness import Running, kept_engine, problem, serving, until
+from tests.service.harness import START, Running, kept_engine, problem, serving, until
 
 RATE = 8000
 QUICK: dict[str, Any] = {
@@ -24,7 +24,7 @@ QUICK: dict[str, Any] = {
 @pytest.fixture(scope="module")
 def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
     with serving(kept_engine(), file_folder=tmp_path_factory.mktemp("recordings")) as server:
-        until(lambda: server.client.get("/readyz").status_code == 200, 120.0)
+        until(lambda: server.client.get("/readyz").status_code == 200, START)
         yield server
 
 

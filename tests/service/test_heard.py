@@ -19,7 +19,7 @@ import soundfile
 from synth import LiveVoice, open_voice, render
 from synth.encode.formats import quantise
 from synth.scene.scene import parse_scene
-from tests.service.harness import PATIENCE, Running, kept_engine, serving, until
+from tests.service.harness import PATIENCE, START, Running, kept_engine, serving, until
 
 RATE = 48000
 
@@ -27,7 +27,7 @@ RATE = 48000
 @pytest.fixture(scope="module")
 def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
     with serving(kept_engine(), file_folder=tmp_path_factory.mktemp("recordings")) as server:
-        until(lambda: server.client.get("/readyz").status_code == 200, 120.0)
+        until(lambda: server.client.get("/readyz").status_code == 200, START)
         yield server
 
 
