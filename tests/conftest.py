@@ -42,7 +42,7 @@ def ridgewave(tmp_path: Path, environment: dict[str, str]) -> RunsRidgewave:
     """
 
     def run(*words: str, **keywords: Any) -> subprocess.CompletedProcess[bytes]:
-        settings: dict[str, Any] = {"cwd": tmp_path, "env": environment, "timeout": 120, "stdin": subprocess.DEVNULL}
+        settings: dict[str, Any] = {"cwd": tmp_path, "env": environment, "timeout": 300, "stdin": subprocess.DEVNULL}
         if "input" in keywords:
             del settings["stdin"]
         if "stdout" not in keywords:

@@ -21,7 +21,7 @@ PAGE = ROOT / "docs" / "benchmarks.md"
 def run(module: str, *words: str) -> str:
     """Return what `python -m MODULE WORDS` prints."""
     command = [sys.executable, "-m", module, *words]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=170, check=False)
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=500, check=False)
     assert done.returncode == 0, done.stderr
     return done.stdout
 

@@ -186,5 +186,5 @@ def test_the_registry_takes_the_pages_new_effect_without_a_change_elsewhere(tmp_
     (block,) = [block for block in code_blocks(PAGE) if block.mark == "the example"]
     (tmp_path / "damper.py").write_text(block.text, "utf-8")
     command = [sys.executable, "-c", NEW_EFFECT, str(tmp_path)]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120, check=False)
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode == 0, done.stderr

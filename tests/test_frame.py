@@ -66,7 +66,6 @@ def test_biome_is_content_with_the_scripts_and_styles_of_the_page(tmp_path: Path
 
 
 @pytest.mark.lint
-@pytest.mark.timeout(600)
 def test_mypy_is_content() -> None:
     run_quietly(sys.executable, "-m", "mypy")
 

@@ -139,7 +139,7 @@ def test_the_shell_blocks_of_a_page_run(
         text = text.replace(WRITTEN_ADDRESS, request.getfixturevalue("service_address"))
     program = ["bash", "-euo", "pipefail", "-c"]
     done = subprocess.run(
-        [*program, text], cwd=folders[page], env=shell, capture_output=True, text=True, timeout=120, check=False
+        [*program, text], cwd=folders[page], env=shell, capture_output=True, text=True, timeout=300, check=False
     )
     assert done.returncode == 0, done.stdout + done.stderr
 
@@ -148,7 +148,7 @@ def test_the_shell_blocks_of_a_page_run(
 def test_a_python_block_runs(page: Path, block: CodeBlock, folders: Folders, shell: dict[str, str]) -> None:
     done = subprocess.run(
         [sys.executable, "-c", block.text],
-        cwd=folders[page], env=shell, capture_output=True, text=True, timeout=120, check=False,
+        cwd=folders[page], env=shell, capture_output=True, text=True, timeout=300, check=False,
     )  # fmt: skip
     assert done.returncode == 0, f"{page.name}:{block.line}\n{done.stdout}{done.stderr}"
 
@@ -191,7 +191,7 @@ def test_the_readmes_stream_is_sound_that_changed(
     (block,) = [block for block in code_blocks(page.read_text("utf-8")) if "stream.wav" in block.text]
     text = block.text.replace(WRITTEN_ADDRESS, service_address)
     folder = folders[page]
-    subprocess.run(["bash", "-euo", "pipefail", "-c", text], cwd=folder, env=shell, check=True, timeout=60)
+    subprocess.run(["bash", "-euo", "pipefail", "-c", text], cwd=folder, env=shell, check=True, timeout=300)
     with wave.open(str(folder / "stream.wav")) as sound:
         frames = sound.readframes(3 * 48000)
         assert len(frames) == 2 * 2 * 48000

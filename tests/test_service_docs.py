@@ -10,8 +10,6 @@ import re
 import subprocess
 from pathlib import Path
 
-import pytest
-
 from service import problems, settings
 from service.app import create_app
 from service.health import Health
@@ -129,7 +127,6 @@ def test_the_page_of_the_service_describes_every_problem_and_setting() -> None:
     assert "<script" not in page and "http" not in page.replace("RFC", "").lower().split("</style>")[0]
 
 
-@pytest.mark.timeout(120)
 def test_the_calls_of_the_page_run_from_top_to_bottom(tmp_path: Path) -> None:
     script = "set -eu -o pipefail\n" + "".join(block.text for block in code_blocks(HTTP) if block.language == "sh")
     with serving(PlainEngine(), file_folder=tmp_path / "recordings") as running:

@@ -204,7 +204,7 @@ def test_without_matplotlib_the_figures_are_refused_before_the_measuring(
     tmp_path: Path, environment: dict[str, str]
 ) -> None:
     command = [sys.executable, "-c", WITHOUT_MATPLOTLIB, "accuracy", SCENE, "-o", "made"]
-    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, timeout=60, check=False)
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, timeout=300, check=False)
     assert done.returncode == 1
     assert done.stderr.decode().startswith("ridgewave: cannot draw the figures")
     assert b"pip install 'ridgewave[plots]'" in done.stderr and done.stderr.count(b"\n") == 1
@@ -216,7 +216,7 @@ def test_without_a_folder_matplotlib_is_never_imported(
     tmp_path: Path, environment: dict[str, str], words: tuple[str, ...]
 ) -> None:
     command = [sys.executable, "-c", WHAT_IS_LOADED, "accuracy", SCENE, *words]
-    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, timeout=60, check=True)
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, timeout=300, check=True)
     assert done.stderr == b"False\n"
 
 

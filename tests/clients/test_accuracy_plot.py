@@ -202,5 +202,5 @@ def test_it_is_drawn_again_from_the_json_alone_to_the_same_bytes(
 ) -> None:
     (tmp_path / "accuracy.json").write_text(json.dumps(document()))
     command = [sys.executable, "-m", "clients.accuracy_plot", str(tmp_path)]
-    subprocess.run(command, env=environment, timeout=120, check=True)
+    subprocess.run(command, env=environment, timeout=300, check=True)
     assert {name: (tmp_path / name).read_bytes() for name in files} == files

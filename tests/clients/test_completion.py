@@ -24,7 +24,7 @@ def completed(line: str, folder: Path, environment: dict[str, str]) -> list[str]
         "COMP_POINT": str(len(line)),
     }
     subprocess.run(
-        [sys.executable, "-m", "clients"], cwd=folder, env={**environment, **asked}, timeout=60, capture_output=True
+        [sys.executable, "-m", "clients"], cwd=folder, env={**environment, **asked}, timeout=300, capture_output=True
     )
     return [word.strip() for word in answer.read_text().split("\n")]
 

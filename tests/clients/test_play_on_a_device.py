@@ -63,7 +63,7 @@ def test_the_device_takes_every_sample_of_the_live_voice(
 ) -> None:
     process = player(["--duration", "0.5"], tmp_path, with_device)
     recording = recorder.read_in_real_time(process, RATE * 4)
-    output, message = process.communicate(timeout=60)
+    output, message = process.communicate(timeout=300)
     assert process.returncode == 0, message
     assert json.loads(output)["underruns"] == 0
     expected = live_sound(RATE // 2)
@@ -77,7 +77,7 @@ def test_ctrl_c_fades_out_and_ends_with_130(
     begun = recorder.read_in_real_time(process, RATE * 4, most=20 * PIPE_BYTES)
     process.send_signal(signal.SIGINT)
     sound = sounding(begun + recorder.read_in_real_time(process, RATE * 4), 1)
-    _, message = process.communicate(timeout=60)
+    _, message = process.communicate(timeout=300)
     assert (process.returncode, message) == (130, "")
     steps = np.abs(np.diff(sound[:, 0]))
     assert np.abs(sound).max() > 0.1

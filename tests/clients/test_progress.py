@@ -61,7 +61,7 @@ def test_short_work_says_nothing(capsys: pytest.CaptureFixture[str]) -> None:
 def test_on_a_terminal_it_is_a_bar(repository: Path) -> None:
     ours, theirs = pty.openpty()
     try:
-        subprocess.run([sys.executable, "-c", BAR], cwd=repository, stderr=theirs, timeout=60, check=True)
+        subprocess.run([sys.executable, "-c", BAR], cwd=repository, stderr=theirs, timeout=300, check=True)
         os.set_blocking(ours, False)
         shown = os.read(ours, 65536).decode()
     finally:

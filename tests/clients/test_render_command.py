@@ -155,7 +155,7 @@ def test_an_interrupted_render_leaves_nothing(
         assert time.monotonic() < deadline, "the render did not begin"
         time.sleep(0.01)
     process.send_signal(number)
-    _, message = process.communicate(timeout=60)
+    _, message = process.communicate(timeout=300)
     assert process.returncode == code
     assert b"no unfinished file" in message
     assert b"Traceback" not in message

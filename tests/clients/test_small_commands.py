@@ -88,7 +88,7 @@ def test_serve_refuses_settings_that_are_wrong(ridgewave: RunsRidgewave, words: 
 
 def test_serve_beyond_loopback_without_a_key_does_not_start(ridgewave: RunsRidgewave) -> None:
     try:
-        done = ridgewave("serve", "--host", "0.0.0.0", "--port", "0", timeout=60)
+        done = ridgewave("serve", "--host", "0.0.0.0", "--port", "0", timeout=300)
     except subprocess.TimeoutExpired:
         pytest.fail("it started")
     assert done.returncode in (1, 2)

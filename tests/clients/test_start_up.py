@@ -41,7 +41,7 @@ print(json.dumps(sorted(sys.modules)))
 def modules_after(repository: Path, *words: str) -> set[str]:
     """Return what a process has imported once it has run `ridgewave WORDS`."""
     command = [sys.executable, "-c", LOADED, *words]
-    done = subprocess.run(command, cwd=repository, capture_output=True, timeout=60, check=True)
+    done = subprocess.run(command, cwd=repository, capture_output=True, timeout=300, check=True)
     return set(json.loads(done.stdout.splitlines()[-1]))
 
 

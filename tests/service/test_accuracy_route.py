@@ -190,7 +190,7 @@ SHORT = {
 @pytest.mark.slow
 def test_the_engine_measures_over_the_wire() -> None:
     with serving() as running:
-        answer = running.client.post("/v1/accuracy", json=SHORT, timeout=170.0)
+        answer = running.client.post("/v1/accuracy", json=SHORT, timeout=500.0)
     assert answer.status_code == 200, answer.text
     made: dict[str, Any] = answer.json()
     assert made["quantity"] == "acceleration"

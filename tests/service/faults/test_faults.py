@@ -44,7 +44,6 @@ Fault = Callable[[], None]
 
 pytestmark = [
     pytest.mark.alone,
-    pytest.mark.timeout(170),
     pytest.mark.skipif(find_spec("service.live") is None, reason="this service has no live protocol"),
 ]
 

@@ -22,7 +22,7 @@ LONGEST = 15.0  # s, for a busy machine to close eight peers; they are closed af
 POLICY = 1008
 QUICK = {("pings", 8), ("fragments", 1)}
 
-pytestmark = [pytest.mark.alone, pytest.mark.timeout(170)]
+pytestmark = pytest.mark.alone
 
 
 @pytest.fixture(scope="module")

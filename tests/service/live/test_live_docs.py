@@ -7,8 +7,6 @@ import re
 from pathlib import Path
 from typing import Any
 
-import pytest
-
 from service.live.actions import CODES
 from service.live.contact import LAYOUT
 from service.live.messages import CLIENT, SERVER
@@ -54,7 +52,6 @@ def hear(client: LiveClient, said: str) -> None:
         assert message["frame"] == client.sound // 4
 
 
-@pytest.mark.timeout(120)
 def test_the_conversation_of_the_page_is_had_with_the_service() -> None:
     with serving() as running, live(running) as client:
         for line in TRANSCRIPT:
