@@ -16,6 +16,8 @@ from urllib.parse import urlsplit
 
 import pytest
 
+from tests.service.harness import PATIENCE
+
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, ConsoleMessage, Page, Request
 
@@ -33,6 +35,7 @@ FLAGS = (
 )
 """As root, without a screen, with sound before the first click, and without calls home."""
 
+WAIT = 1e3 * PATIENCE  # ms for a page or the browser to do what is asked
 LOCAL_SCHEMES = ("data", "blob", "about")
 
 
@@ -51,7 +54,7 @@ def headless(*flags: str, waits_for_a_gesture: bool = False) -> Iterator[Browser
         missing("Chromium is missing: install the Debian package chromium")
     usual = [flag for flag in FLAGS if not (waits_for_a_gesture and flag == SOUNDS)]
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=path, headless=True, args=[*usual, *flags])
+        browser = playwright.chromium.launch(executable_path=path, headless=True, args=[*usual, *flags], timeout=WAIT)
         try:
             yield browser
         finally:
@@ -103,6 +106,7 @@ class Watch:
 def watched(browser: Browser, url: str, **options: Any) -> Iterator[tuple[Page, Watch]]:
     """Yield a page at `url` in a profile of its own, and what watches it; fail in the end if anything went wrong."""
     context = browser.new_context(**options)
+    context.set_default_timeout(WAIT)
     page = context.new_page()
     watch = Watch(page, url)
     try:

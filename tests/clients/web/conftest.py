@@ -10,7 +10,7 @@ import pytest
 from tests.clients.web.browser import headless, watched
 from tests.clients.web.pictures import opened
 from tests.clients.web.places import WEB, serving_pages
-from tests.service.harness import PATIENCE, Running, kept_engine, serving, until
+from tests.service.harness import START, Running, kept_engine, serving, until
 from tests.service.plain_engine import PlainEngine
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ def chromium() -> Iterator[Browser]:
 def service() -> Iterator[Running]:
     """Yield the real service, warm."""
     with serving_pages(kept_engine()) as running:
-        until(lambda: running.service.warm, 60.0)
+        until(lambda: running.service.warm, START)
         yield running
 
 
@@ -46,7 +46,6 @@ def house(chromium: Browser, service: Running) -> Iterator[Page]:
 
 def moved_in(page: Page) -> None:
     """Return once the modules are there."""
-    page.set_default_timeout(1e3 * PATIENCE)
     page.wait_for_function("() => window.house !== undefined")
 
 
@@ -54,7 +53,7 @@ def moved_in(page: Page) -> None:
 def page_service() -> Iterator[Running]:
     """Yield the real service with the page, as `ridgewave serve` has it, warm."""
     with serving(kept_engine(), web=str(WEB)) as running:
-        until(lambda: running.service.warm, 150.0)
+        until(lambda: running.service.warm, START)
         yield running
 
 
@@ -74,7 +73,6 @@ def touch_page(watched_page: tuple[Page, Watch]) -> Page:
 
 def loaded(page: Page) -> None:
     """Return once the page is put together."""
-    page.set_default_timeout(1e3 * PATIENCE)
     page.wait_for_function("() => window.ridgewave !== undefined")
 
 

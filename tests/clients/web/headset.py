@@ -48,7 +48,6 @@ def at_the_table(
     """
     context = browser.new_context(viewport={"width": 640, "height": 420}, **options)
     page = context.new_page()
-    page.set_default_timeout(1e3 * PATIENCE)
     watch = Watch(page, url)
 
     def vendor(route: Any) -> None:

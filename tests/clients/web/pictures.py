@@ -7,7 +7,6 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from tests.clients.web.browser import watched
-from tests.service.harness import PATIENCE
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -29,7 +28,6 @@ PUSH = """async ({name, lines, fullScale, quantity, blocks, block, begin}) => {
 def opened(browser: Browser, url: str, **options: Any) -> Iterator[Page]:
     """Yield the page, once its pictures are there; fail in the end if it logged an error."""
     with watched(browser, url, **{"viewport": {"width": 900, "height": 700}, **options}) as (page, _):
-        page.set_default_timeout(1e3 * PATIENCE)
         page.wait_for_function("() => window.sight !== undefined")
         yield page
 

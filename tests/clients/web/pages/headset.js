@@ -24,7 +24,7 @@ window.tools = {
 
   /** Resolves once something happened; fails after 20 s. */
   async until(happened) {
-    const deadline = performance.now() + 20000;
+    const deadline = performance.now() + 60000;
     while (!happened()) {
       if (performance.now() > deadline) throw new Error(`it never happened: ${happened}`);
       await this.frames();
@@ -57,7 +57,7 @@ window.tools = {
   /** Resolves once the last tenth of a second that left the player was exact zeros; meanwhile `stir` is called. */
   async silence(stir = () => {}) {
     const tap = ridgewave.player.tap();
-    const deadline = performance.now() + 20000;
+    const deadline = performance.now() + 60000;
     let last = [];
     while (performance.now() < deadline) {
       await stir();

@@ -12,7 +12,7 @@ import * as stroker from "/web/hand/stroker.js";
 import * as envelope from "/web/haptics/envelope.js";
 import * as actuators from "/web/haptics/actuators.js";
 
-const PATIENCE = 20000; // ms
+const PATIENCE = 60000; // ms
 
 function pause(milliseconds) {
   return new Promise((resolve) => setTimeout(resolve, milliseconds));
