@@ -41,19 +41,29 @@ TEXTS = [
 ]
 
 
-@pytest.mark.parametrize("path", WRITES)
-@pytest.mark.parametrize("text", TEXTS, ids=[repr(text[:40]) for text in TEXTS])
-def test_what_is_no_scene_is_refused_with_a_fault(app: FastAPI, path: str, text: bytes) -> None:
+def refused(app: FastAPI, path: str, text: bytes) -> None:
     document = problem(ask(app, "POST", path, content=text, headers=JSON), 422, "scene-refused")
     assert document["errors"]
 
 
+@pytest.mark.parametrize("text", TEXTS, ids=[repr(text[:40]) for text in TEXTS])
+def test_what_is_no_scene_is_refused_with_a_fault(app: FastAPI, text: bytes) -> None:
+    refused(app, "/v1/explain", text)
+
+
+@pytest.mark.parametrize("path", WRITES)
+def test_every_route_refuses_what_is_no_json_and_what_is_no_scene(app: FastAPI, path: str) -> None:
+    for text in (b"{", b'{"scan": {"weight": 1}}'):
+        refused(app, path, text)
+
+
+TYPES = ["text/plain", "application/x-www-form-urlencoded", "multipart/form-data; boundary=x", "text/json", ""]
+
+
 @pytest.mark.parametrize("path", [*WRITES, "/v1/sessions/x/play", "/v1/stop"])
-@pytest.mark.parametrize(
-    "kind", ["text/plain", "application/x-www-form-urlencoded", "multipart/form-data; boundary=x", "text/json", ""]
-)
-def test_only_json_is_read(app: FastAPI, engine: PlainEngine, path: str, kind: str) -> None:
-    problem(ask(app, "POST", path, content=b"{}", headers={"Content-Type": kind}), 415, "not-json")
+def test_only_json_is_read(app: FastAPI, engine: PlainEngine, path: str) -> None:
+    for kind in TYPES:
+        problem(ask(app, "POST", path, content=b"{}", headers={"Content-Type": kind}), 415, "not-json")
     assert engine.opened == []
 
 
