@@ -1,7 +1,11 @@
-"""What every test may ask for: where the repository is, and the command line as a process of its own."""
+"""What every test may ask for: where the repository is, and the command line as a process of its own.
+
+A kernel is compiled by one of the processes of a run (-n); the others wait for it, and read it from the disk.
+"""
 
 from __future__ import annotations
 
+import fcntl
 import os
 import subprocess
 import sys
@@ -11,12 +15,32 @@ from typing import Any
 
 import hypothesis
 import pytest
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.dispatcher import Dispatcher
 
 # A slow shared machine must not fail a property, and the same commit must try the same examples everywhere.
 hypothesis.settings.register_profile("ridgewave", deadline=None, derandomize=True)
 hypothesis.settings.load_profile("ridgewave")
 
 ROOT = Path(__file__).resolve().parent.parent
+
+LOCKS = ROOT / ".pytest_cache" / "kernels"
+LOCKS.mkdir(parents=True, exist_ok=True)
+compile_here = Dispatcher.compile
+
+
+def compile_once(kernel: Any, signature: Any) -> Any:
+    """Compile `kernel` as numba does, which looks on the disk first, while no other process compiles it.
+
+    numba's own lock is taken first: a thread that held the file and waited for it would stop one that waits for both.
+    """
+    name = f"{kernel.__module__}.{kernel.__qualname__}"
+    with global_compiler_lock, (LOCKS / name).open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        return compile_here(kernel, signature)
+
+
+Dispatcher.compile = compile_once  # type: ignore[method-assign, assignment]
 
 RunsRidgewave = Callable[..., subprocess.CompletedProcess[bytes]]
 

@@ -132,13 +132,13 @@ def peak_memory(words: list[str], folder: Path, environment: dict[str, str]) -> 
     return int(done.stdout) * 1024
 
 
-def test_ten_minutes_take_no_more_memory_than_a_second(
+def test_two_minutes_take_no_more_memory_than_a_second(
     scene_path: str, tmp_path: Path, environment: dict[str, str]
 ) -> None:
     words = ["render", scene_path, "-o", "out.wav", "--json", "--set", "output.sample_rate=48 kHz", "--duration"]
     short = peak_memory([*words, "1"], tmp_path, environment)
-    long = peak_memory([*words, "600"], tmp_path, environment)
-    assert (tmp_path / "out.wav").stat().st_size > 230e6
+    long = peak_memory([*words, "120"], tmp_path, environment)
+    assert (tmp_path / "out.wav").stat().st_size > 46e6
     assert long - short < 20e6
     assert long < 300e6
 

@@ -13,7 +13,7 @@ from tests.reference.sampled_baseline import sampled_signal
 from tests.reference.stiffness_oracle import Touch, amplitude_of_roughness, contact_in_metres, stiffness
 from tests.reference.synthesis_oracle import ORDERS, direct, highest_harmonic, mean_approach, synthesise
 
-DEFAULT = Touch()
+DEFAULT = Touch(contact_length=2.5e-3)
 SPEED = 0.08
 
 

@@ -100,6 +100,7 @@ def test_a_stop_silences_a_device_without_playing_what_it_holds(tmp_path: Path) 
     assert len(heard) - at < 0.1 * RATE, "more than the device's and the pipe's own buffers was heard"
 
 
+@pytest.mark.alone  # it compares what was heard with what was rendered by then
 def test_what_a_short_stall_made_stale_is_not_played(tmp_path: Path) -> None:
     """The device's own buffer is heard, then silence between soft edges, then the sound as it is rendered now."""
     with on_device(tmp_path) as playing:

@@ -65,7 +65,7 @@ def recorded(**sections: Any) -> Scene:
 def test_displacement_follows_the_oracle_over_position_and_load() -> None:
     """So slowly that what the band cuts off is below the error allowed."""
     points = [[0, 0, 0.2], [0.15, 1.5e-3, 0.4], [0.25, 2.6e-3, 0.5], [0.4, 4.2e-3, 0.3]]
-    scene = scene_of(scan={"trajectory": points}, output=ALL, accuracy={"tolerance": 1e-4})
+    scene = scene_of(finger=FINGER, scan={"trajectory": points}, output=ALL, accuracy={"tolerance": 1e-4})
     voice = open_voice(scene)
     assert voice.plan.response["method"] == "solved frames"
     found = physical(voice, 3200)

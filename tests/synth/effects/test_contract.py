@@ -109,7 +109,7 @@ def test_the_same_scene_gives_the_same_samples(names: tuple[str, ...]) -> None:
 
 @every
 @pytest.mark.parametrize(
-    "scan", [{"load": "1 mN"}, {"load": "50 N"}, {"speed": "2 m/s"}, {"speed": "-1 mm/s"}, {"stroke": {}}], ids=str
+    "scan", [{"load": "1 mN"}, {"load": "50 N"}, {"speed": "2 m/s"}, {"speed": "-5 mm/s"}, {"stroke": {}}], ids=str
 )
 def test_output_is_finite_and_limited(names: tuple[str, ...], scan: dict[str, Any]) -> None:
     scene = parse_scene(scene_with(*names, scan=scan))
