@@ -20,7 +20,7 @@ import pytest
 
 from service.siblings import LONGEST_PATH, Siblings, check_folder
 from synth.errors import CannotRender
-from tests.service.harness import PATIENCE, Child, Running, problem, serving, until
+from tests.service.harness import PATIENCE, START, Child, Running, problem, serving, until
 from tests.service.live.client import live
 from tests.service.plain_engine import PlainEngine
 from tests.service.scraping import scrape
@@ -156,7 +156,7 @@ def test_a_service_of_two_workers_stops_and_counts_as_one(tmp_path: Path) -> Non
         url = child.url()
         (folder,) = short.glob("ridgewave-*")
         assert folder.stat().st_mode & 0o777 == 0o700
-        until(lambda: len(list(folder.glob("*.sock"))) == 2)
+        until(lambda: len(list(folder.glob("*.sock"))) == 2, START)
         followers = _streams(url)
         with httpx.Client(base_url=url, timeout=PATIENCE) as client:
             assert scrape(client).value("streams", kind="http") == STREAMS
@@ -190,7 +190,7 @@ def test_a_stop_at_one_of_two_workers_ends_the_live_streams_of_both(tmp_path: Pa
     try:
         url = child.url()
         (folder,) = short.glob("ridgewave-*")
-        until(lambda: len(list(folder.glob("*.sock"))) == 2)
+        until(lambda: len(list(folder.glob("*.sock"))) == 2, START)
         with ExitStack() as stack:
             clients = []
             for other in _workers(child.process.pid):
@@ -222,12 +222,12 @@ def test_workers_do_not_outlive_the_process_that_started_them(tmp_path: Path, se
     child = Child(WORKERS, tmp_path, RIDGEWAVE_WORKERS="2", TMPDIR=str(short))
     workers: list[int] = []
     try:
-        until(lambda: len(_spawned(child.process.pid)) == 2)
+        until(lambda: len(_spawned(child.process.pid)) == 2, START)
         workers += _spawned(child.process.pid)
         if served:
             child.url()
             (folder,) = short.glob("ridgewave-*")
-            until(lambda: len(list(folder.glob("*.sock"))) == 2)
+            until(lambda: len(list(folder.glob("*.sock"))) == 2, START)
         child.process.kill()
         until(lambda: not any(_runs(worker) for worker in workers))
         assert not list(short.glob("ridgewave-*/*.sock"))
@@ -285,4 +285,4 @@ def _counts_never_fall(url: str, frames: float) -> None:
         assert shown.value("frames_sent_total", kind="http") >= frames
         return shown.value("workers") == 2
 
-    until(replaced)
+    until(replaced, START)
