@@ -160,7 +160,7 @@ def test_a_tabled_baseline_costs_its_phases_in_set_up_and_is_then_as_fast_as_any
         frame = framed.get(f"trapezoid and brentq, {points}, oversampling 1")
         if frame is not None:
             expected = phases * frame.seconds_per_second / 8000
-            assert 0.1 * expected < row.setup_seconds < 10.0 * expected  # other work on the machine takes less
+            assert 0.03 * expected < row.setup_seconds < 30.0 * expected  # other work on the machine takes less
         assert row.seconds_per_second < 0.1
 
 
