@@ -67,6 +67,10 @@ class AsyncClient:
         """As `Client.texture`."""
         return await self.carry(calls.texture(name))
 
+    async def table(self, scene: Any = None) -> bytes:
+        """As `Client.table`."""
+        return await self.carry(calls.table(await self.carry(calls.make_table(scene))))
+
     async def devices(self) -> list[Document]:
         """As `Client.devices`."""
         return await self.carry(calls.devices())

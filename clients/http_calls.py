@@ -28,7 +28,7 @@ from clients.live_wire import checked_key, document_of, text_of
 from clients.pcm import SAMPLE_TYPES, Block, PcmBuffer
 from clients.rendered_sound import read_shape, read_sound
 from synth.encode.sound import Sound
-from synth.errors import AskedWrong, Fault, shown
+from synth.errors import AskedWrong, CannotRender, Fault, shown
 
 DEFAULT_URL = "http://127.0.0.1:8000"
 CONNECT_SECONDS = 5.0  # s; a service that is there answers at once
@@ -61,7 +61,7 @@ class Call(Generic[T]):
         check(response)
         try:
             return self.answer(response)
-        except (ValueError, KeyError, TypeError) as error:
+        except (ValueError, KeyError, TypeError, CannotRender) as error:
             raise ProtocolError(f"{self.method} {self.path}: not an answer of this service") from error
 
 
@@ -121,6 +121,24 @@ def textures() -> Call[list[Document]]:
 def texture(name: str) -> Call[Document]:
     """Return the call that shows one named texture."""
     return Call("GET", f"/v1/textures/{quote(name, safe='')}", _object)
+
+
+def make_table(scene: Any) -> Call[str]:
+    """Return the call that has the table of a scene made, and answers its hash."""
+    return Call("POST", "/v1/tables", lambda response: str(_object(response)["hash"]), document_of(scene))
+
+
+def table(name: str) -> Call[bytes]:
+    """Return the call for the file of the table whose hash is `name`; another content is no good answer."""
+
+    def answer(response: httpx.Response) -> bytes:
+        from synth.response.table_file import table_of_bytes
+
+        if table_of_bytes(response.content).hash != name:
+            raise ValueError("another table")
+        return response.content
+
+    return Call("GET", f"/v1/tables/{quote(name, safe='')}", answer)
 
 
 def devices() -> Call[list[Document]]:

@@ -74,6 +74,10 @@ class Client:
         """Return one named texture."""
         return self.carry(calls.texture(name))
 
+    def table(self, scene: Any = None) -> bytes:
+        """Return the file of the scene's response table, as docs/table.md describes it; its hash has been checked."""
+        return self.carry(calls.table(self.carry(calls.make_table(scene))))
+
     def devices(self) -> list[Document]:
         """Return the audio devices of the service's machine."""
         return self.carry(calls.devices())

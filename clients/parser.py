@@ -170,6 +170,11 @@ def _add_render(commands: Any) -> None:
         help="sample type: WAV has all three (default float), FLAC is pcm24, raw is float, .l16 is pcm16. "
         "Integer files pass the safety limiter",
     )
+    parser.add_argument(
+        "--exact",
+        action="store_true",
+        help="a recording: solved to its tolerance, not as it was heard; takes some seconds",
+    )
     _add_no_clobber(parser)
     _add_progress(parser)
 

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import Any, BinaryIO
 
 from clients.export import Export, export
-from clients.outcome import DONE, print_json, say, warn
+from clients.outcome import DONE, asked_wrong, print_json, say, warn
 from clients.progress import Progress, Waiting
 from clients.scene_argument import read_document, scene_of, unchanged
 from clients.target import Target, read_target, replaces
@@ -28,7 +28,11 @@ def run(arguments: argparse.Namespace) -> int:
     document = read_document(arguments.scene)
     if is_recording(document):
         unchanged(arguments, "a recording")
-        result = render_recording(target, document, arguments.progress)
+        result = render_recording(target, document, arguments.progress, exact=arguments.exact)
+    elif arguments.exact:
+        asked_wrong(
+            "--exact", "true", "a recording of a live session", "Leave it out: files of scenes are solved anyway."
+        )
     else:
         result = render_to(target, scene_of(document, arguments), arguments.progress)
     result["replaced"] = replaced
@@ -55,13 +59,18 @@ def render_to(target: Target, scene: Scene, progress: bool | None) -> dict[str, 
     return _written(target, voice, scene, round(scene.output.duration * voice.sample_rate), started, progress)
 
 
-def render_recording(target: Target, document: Mapping[str, Any], progress: bool | None) -> dict[str, Any]:
-    """Render the recording of a live session into `target`: the samples that were sent; return the result."""
+def render_recording(
+    target: Target, document: Mapping[str, Any], progress: bool | None, *, exact: bool = False
+) -> dict[str, Any]:
+    """Render the recording of a live session into `target` and return the result.
+
+    It gives the samples that were sent, or, exact, those of the same motion to the scene's tolerance.
+    """
     from synth.voice.recording import Recording
 
     started = time.perf_counter()
     with Waiting("solving the contact", progress):
-        replay = Recording(document).open()
+        replay = Recording(document).open(exact=exact)
     return _written(target, replay, replay.scene, replay.frames, started, progress)
 
 

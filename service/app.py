@@ -23,7 +23,7 @@ from service.limits import Limits, RateLimit
 from service.logs import Subjects
 from service.packing import Packing
 from service.problems import Problem
-from service.routes import accuracy, live, operations, page, play, render, scene, sessions, stream, textures
+from service.routes import accuracy, live, operations, page, play, render, scene, sessions, stream, tables, textures
 from service.running import Service, lifespan, service_of
 from service.security import Bouncer, KeyCheck
 from service.settings import Settings
@@ -32,7 +32,7 @@ from synth.errors import Fault, RidgewaveError, shown
 DESCRIPTION = "What a finger feels when it scans a texture: a scene in, the vibration out, as a file or a live stream."
 EXPOSED = ["Ridgewave-Format", "Ridgewave-Full-Scale", "Ridgewave-Quantities", "Ridgewave-Warning", "Server-Timing"]
 LONGEST_NAME = 100  # characters of a parameter's name that a refusal repeats: a peer's text is not sent back whole
-ROUTES = (render, scene, accuracy, textures, sessions, stream, play, live, operations, page)
+ROUTES = (render, scene, accuracy, textures, tables, sessions, stream, play, live, operations, page)
 STATUSES = {400: "bad-request", 404: "not-found", 405: "method-not-allowed", 413: "too-large"}
 
 
@@ -41,7 +41,7 @@ def create_app(settings: Settings, engine: Engine | None = None, siblings: Path 
 
     siblings: the folder through which the workers of one service speak; None where this process is the only one.
     """
-    own = engine or SynthEngine(settings.cache_bytes, settings.table_bytes)
+    own = engine or SynthEngine(settings.cache_bytes)
     service = Service(settings, own, siblings, apart=engine is None)
     app = FastAPI(
         title="ridgewave",

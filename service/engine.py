@@ -8,12 +8,16 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterable, Iterator
-from typing import Any, Protocol
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
 
 from service.sound import Sounding
 from synth.encode.formats import Block
 from synth.motion.update_smoothing import Update
 from synth.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from synth.response.table import ResponseTable
 
 
 class Voice(Sounding, Protocol):
@@ -94,9 +98,6 @@ class HandVoice(LiveVoice, Protocol):
     def recording(self) -> dict[str, Any]:
         """Return what `synth` renders the same samples from; of a voice opened with `record`, from any thread."""
 
-    def close(self) -> None:
-        """Let go of threads; nothing is rendered any more."""
-
 
 class Limiter(Protocol):
     """The safety limiter, for integer output of finite renders."""
@@ -106,6 +107,20 @@ class Limiter(Protocol):
 
     def take_reduction(self) -> float:
         """Return the largest gain reduction, in dB, since this was last asked."""
+
+
+@dataclass(frozen=True)
+class TableFile:
+    """The file of a response table. told: the JSON document of `POST /v1/tables`, but for hash, url and bytes."""
+
+    hash: str
+    content: bytes
+    told: dict[str, Any]
+
+    @property
+    def memory_bytes(self) -> int:
+        """Bytes that it holds, for a cache."""
+        return len(self.content)
 
 
 class CacheCounts(Protocol):
@@ -122,10 +137,6 @@ class CacheCounts(Protocol):
     @property
     def used_bytes(self) -> int:
         """Return the bytes that it holds."""
-
-    @property
-    def table_bytes(self) -> int:
-        """Return the bytes of the tables of hands, in use or kept."""
 
 
 class Engine(Protocol):
@@ -166,6 +177,12 @@ class Engine(Protocol):
         raises CannotRender soon.
         """
 
+    def make_table(self, scene: Scene) -> TableFile:
+        """Return the table of `scene`, and keep it for `find_table`."""
+
+    def find_table(self, name: str) -> TableFile | None:
+        """Return the table whose hash is `name`, None where it is not kept; instant."""
+
     def limiter(self, channels: int, sample_rate: int) -> Limiter:
         """Return a limiter in its first state."""
 
@@ -173,12 +190,11 @@ class Engine(Protocol):
 class SynthEngine:
     """The engine: `synth`, with one cache of contact responses for all of a process."""
 
-    def __init__(self, cache_bytes: int, table_bytes: int | None = None) -> None:
-        """cache_bytes, table_bytes: the bounds of memory, see `ResponseCache`; table_bytes None: the default."""
+    def __init__(self, cache_bytes: int) -> None:
+        """cache_bytes: the bound of memory, see `ResponseCache`."""
         from synth.response.cache import ResponseCache
-        from synth.response.table_budget import DEFAULT_LIMIT
 
-        self._cache = ResponseCache(cache_bytes, DEFAULT_LIMIT if table_bytes is None else table_bytes)
+        self._cache = ResponseCache(cache_bytes)
 
     def cache_counts(self) -> CacheCounts:
         """See `Engine`."""
@@ -204,7 +220,7 @@ class SynthEngine:
         assert isinstance(voice, Voice), "a voice of this engine"
         frames, effects = voice.solved.frames, voice.solved.effects
         if frames is not None and voice.frames_together:
-            return frames.seconds
+            return frames.work * voice.scene.output.duration
         if effects is not None and effects.simulation is not None:
             return effects.simulation.work * voice.scene.output.duration
         return None
@@ -213,17 +229,13 @@ class SynthEngine:
         """See `Engine`."""
         from synth.voice.live_voice import LiveVoice
 
-        voice = LiveVoice(scene, cache=self._cache)
-        voice.rehearse()
-        return voice
+        return LiveVoice(scene, cache=self._cache)
 
     def open_hand(self, scene: Scene, *, record: bool = False) -> HandVoice:
         """See `Engine`."""
         from synth.voice.hand_voice import HandVoice
 
-        voice = HandVoice(scene, cache=self._cache, record=record)
-        voice.rehearse()
-        return voice
+        return HandVoice(scene, cache=self._cache, record=record)
 
     @property
     def live_delay(self) -> float:
@@ -252,8 +264,36 @@ class SynthEngine:
         require_measurable(scene)  # what is refused is refused at once, not by a process of the lowest priority
         return measure_apart(scene, quantity, given_up)
 
+    def make_table(self, scene: Scene) -> TableFile:
+        """See `Engine`."""
+        from synth.plan.scene_table import table_of_scene
+
+        table = table_of_scene(scene, cache=self._cache)
+        return self._cache.get(("table file", table.hash), lambda: file_of_table(table))
+
+    def find_table(self, name: str) -> TableFile | None:
+        """See `Engine`."""
+        found = self._cache.find(("table file", name))
+        assert found is None or isinstance(found, TableFile)
+        return found
+
     def limiter(self, channels: int, sample_rate: int) -> Limiter:
         """See `Engine`."""
         from synth.voice.limiter import Limiter, look_ahead
 
         return Limiter(channels, sample_rate, look_ahead(sample_rate))
+
+
+def file_of_table(table: ResponseTable) -> TableFile:
+    """Return the file of `table`, and what the service tells of it."""
+    from synth.response.table_error import QUANTITIES
+    from synth.response.table_file import table_bytes
+
+    told = {
+        "covered_loads": list(table.covered),
+        "loads": len(table.loads),
+        "levels": len(table.levels.highest),
+        "harmonics": table.harmonics,
+        "error": {name: table.error.largest_told(name) for name in QUANTITIES},
+    }
+    return TableFile(table.hash, table_bytes(table), told)

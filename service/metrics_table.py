@@ -110,10 +110,9 @@ _ROWS = (
     Row("ridgewave_cache_hits_total", "counter", "Contact responses of sessions found in the cache."),
     Row("ridgewave_cache_misses_total", "counter", "Contact responses of sessions that had to be solved."),
     Row(
-        "ridgewave_cache_bytes", "gauge", "Memory of the cached responses; the bound is RIDGEWAVE_CACHE_BYTES a worker."
-    ),
-    Row(
-        "ridgewave_table_bytes", "gauge", "Memory of the tables of hands; the bound is RIDGEWAVE_TABLE_BYTES a worker."
+        "ridgewave_cache_bytes",
+        "gauge",
+        "Memory of the cached responses and tables; the bound is RIDGEWAVE_CACHE_BYTES a worker.",
     ),
     Row(
         "ridgewave_live_bytes",

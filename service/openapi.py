@@ -13,7 +13,6 @@ from service.openapi_components import components
 
 Answers = dict[int | str, dict[str, Any]]
 
-_BINARY = {"schema": {"type": "string", "format": "binary"}}
 _ALWAYS = ("bad-request", "key-required", "host-refused", "origin-refused", "rate-limited", "internal")
 _HEADERS = {
     "Ridgewave-Format": "Format, rate and channels of the samples, as in f32le;rate=48000;channels=1.",
@@ -21,6 +20,7 @@ _HEADERS = {
     "Ridgewave-Quantities": "Quantity of each channel.",
 }
 PROBLEM = {"$ref": "#/components/schemas/Problem"}
+BINARY = {"schema": {"type": "string", "format": "binary"}}
 SCENE = {"$ref": "#/components/schemas/Scene"}
 
 
@@ -34,7 +34,7 @@ def audio(*problem_names: str, flac: bool) -> Answers:
     """Return the answers of a route that sends sound, and the problems it can end in."""
     kinds = ("audio/wav", *(("audio/flac",) if flac else ()), "audio/L16", "application/octet-stream")
     headers = {name: {"description": text, "schema": {"type": "string"}} for name, text in _HEADERS.items()}
-    sound = {"description": "The sound.", "headers": headers, "content": {kind: _BINARY for kind in kinds}}
+    sound = {"description": "The sound.", "headers": headers, "content": {kind: BINARY for kind in kinds}}
     return {200: sound} | problem_answers(*problem_names)
 
 

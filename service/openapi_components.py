@@ -1,4 +1,4 @@
-"""The schemas that OpenAPI names: a scene and its parts, a session, a plan, a problem, and other answers.
+"""The schemas that OpenAPI names: a scene and its parts, a session, a plan, a table, a problem, and other answers.
 
 Model: generators of clients make a class of each component, so every object and every list of names inside a scene is
     a component: `Finger`, `Texture`, `TextureKind`. They are made from `synth.scene.scene.scene_schema`, which stays
@@ -118,6 +118,19 @@ _SESSION = _object(
         "stream": _TEXT | {"description": "Path of the stream."},
     }
 )
+_TABLE = _object(
+    {
+        "hash": _TEXT | {"description": "SHA-256 of header and arrays, 64 hexadecimal digits."},
+        "url": _TEXT | {"description": "Path of the file."},
+        "bytes": _WHOLE | {"description": "Of the file."},
+        "covered_loads": _NUMBERS | {"description": "Lightest and heaviest load, N."},
+        "loads": _WHOLE | {"description": "How many loads it holds; between them it is read by interpolation."},
+        "levels": _WHOLE | {"description": "How many levels, each with fewer harmonics than the one before."},
+        "harmonics": _WHOLE | {"description": "Highest harmonic of the fullest level."},
+        "error": _object(dict.fromkeys(("displacement", "velocity", "acceleration"), _NUMBER))
+        | {"description": "Largest error told of each quantity, relative to its peak-to-peak."},
+    }
+)
 
 
 def components() -> dict[str, Schema]:
@@ -131,6 +144,7 @@ def components() -> dict[str, Schema]:
         "Play": _PLAY,
         "Problem": problems.schema(),
         "Session": _SESSION,
+        "Table": _TABLE,
         "Threshold": _THRESHOLD,
     }
 

@@ -41,7 +41,12 @@ _ROWS = (
     ("key-required", 401, "A key is required", "RIDGEWAVE_API_KEYS is set and the request has no such Bearer token."),
     ("host-refused", 403, "Host not allowed", "The Host header is none of RIDGEWAVE_ALLOWED_HOSTS."),
     ("origin-refused", 403, "Origin not allowed", "A write came from a web page of another origin."),
-    ("not-found", 404, "Not found", "No such route, session, play or texture; an expired or stopped session is gone."),
+    (
+        "not-found",
+        404,
+        "Not found",
+        "No such route, session, play, texture or table; an expired or stopped session is gone.",
+    ),
     ("method-not-allowed", 405, "Method not allowed", "The route exists, not with this method; see Allow."),
     ("not-acceptable", 406, "No such sound format", "Accept names nothing that this sound can be sent as."),
     (

@@ -68,12 +68,12 @@ class Service:
         self.renders = Renders(engine, settings, self.metrics, self.limits, apart=apart)
         waited = partial(self.metrics.waited, "solve")
         self.solve_places = Places(settings.solves_per_client, settings.max_solves, waited)
-        solves = Solves(self.solve_places)
+        self.solves = Solves(self.solve_places)
         self.measurements = Measurements(engine)
         self.claims = Claims()
         self.blocks = BlockThreads(BLOCK_THREADS, partial(self.metrics.waited, "block"))
-        self.sessions = Sessions(engine, settings, solves, self.metrics)
-        self.live = LiveSessions(engine, settings, solves, self.blocks, self.metrics)
+        self.sessions = Sessions(engine, settings, self.solves, self.metrics)
+        self.live = LiveSessions(engine, settings, self.solves, self.blocks, self.metrics)
         self.freezes_heap = False
         """Whether this process serves and does nothing else, so that `warm_up` may take its heap out of the collector's
         sight: a full collection of it stops every stream for 90 ms."""
@@ -147,7 +147,6 @@ class Service:
         self.metrics.watch("ridgewave_cache_hits_total", lambda: cache().hits)
         self.metrics.watch("ridgewave_cache_misses_total", lambda: cache().misses)
         self.metrics.watch("ridgewave_cache_bytes", lambda: cache().used_bytes)
-        self.metrics.watch("ridgewave_table_bytes", lambda: cache().table_bytes)
         self.metrics.watch("ridgewave_live_bytes", lambda: self.live.used_bytes)
         self.metrics.watch("ridgewave_sessions", lambda: len(self.sessions))
         self.metrics.watch("ridgewave_renders_under_way", lambda: self.renders.under_way)
@@ -155,10 +154,10 @@ class Service:
 
 
 def open_live_voices(engine: Engine, document: Mapping[str, Any]) -> None:
-    """Open a live voice of the scene `document`, and one for a hand, and close them: what they run is compiled then."""
+    """Open a live voice of the scene `document`, and one for a hand, so that what they run is compiled."""
     scene = parse_scene(document)
     engine.open_live(scene)
-    engine.open_hand(scene).close()
+    engine.open_hand(scene)
 
 
 def service_of(request: Request) -> Service:

@@ -213,13 +213,7 @@ class Settings:
         268_435_456,
         _whole(0, 1 << 40),
         "0 to 1099511627776 bytes",
-        "Memory for solved contact responses, shared by all renders and sessions of a process.",
-    )
-    table_bytes: int = _setting(
-        1 << 31,
-        _whole(0, 1 << 40),
-        "0 to 1099511627776 bytes",
-        "Memory for the tables of scenes under hands, in a worker; where it is full, one more scene has 16 MiB.",
+        "Memory for solved contact responses and response tables, shared by all renders and sessions of a process.",
     )
     live_bytes: int = _setting(
         1 << 29,

@@ -51,7 +51,7 @@ class ThreadWork:
 
 
 class Solves:
-    """Solving for whoever moves or steers a sound: sessions that open, and changes of their scenes."""
+    """Solving for whoever moves or steers a sound: sessions that open, changes of their scenes, and tables."""
 
     def __init__(self, places: Places) -> None:
         self._places = places

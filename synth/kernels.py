@@ -47,11 +47,15 @@ def kernel(function: Function) -> Function:
     return compiled
 
 
-def signed_kernel(signature: str) -> Callable[[Function], Function]:
-    """Return what compiles a function of `signature` as `kernel` does, when its module is first imported."""
+def signed_kernel(signature: str, *, fused: bool = True) -> Callable[[Function], Function]:
+    """Return what compiles a function of `signature` as `kernel` does, when its module is first imported.
+
+    fused: False compiles as `unfused` does. What runs while something plays has a signature: nothing is compiled then.
+    """
+    rules = {"contract"} if fused else set()
 
     def compiled(function: Function) -> Function:
-        made: Function = njit(signature, nogil=True, cache=True, error_model="numpy", fastmath={"contract"})(function)
+        made: Function = njit(signature, nogil=True, cache=True, error_model="numpy", fastmath=rules)(function)
         return made
 
     return compiled

@@ -54,16 +54,6 @@ def test_a_part_prints_a_line_for_each_figure_with_its_limit() -> None:
     assert lines[0].split("us/phase")[1].split()[:2] in (["5", "within"], ["5", "OVER"])
 
 
-def test_tapping_hands_are_measured_with_room_for_their_tables_and_with_too_little() -> None:
-    figures = json.loads(run("tests.bench", "--quick", "--json", "taps"))["figures"]
-    parts = ("tables built", "after", "tables")
-    rooms = [f"taps, {room}, {part}" for room in ("room", "1/4 of it") for part in parts]
-    assert [one["name"] for one in figures] == ["table, of its readable twin's time", *rooms]
-    assert all(0.0 < one["least"] <= one["value"] and math.isfinite(one["value"]) for one in figures)
-    page = PAGE.read_text("utf-8")
-    assert all(f"\n{name} " in page for name in rooms), "docs/benchmarks.md was printed by another version"
-
-
 def test_a_part_that_does_not_exist_is_refused() -> None:
     done = subprocess.run([sys.executable, "-m", "tests.bench", "nothing"], cwd=ROOT, capture_output=True, check=False)
     assert done.returncode == 2

@@ -22,7 +22,6 @@ def open_stream(engine: Engine, name: str, document: Mapping[str, Any], options:
     voice = engine.open_hand(scene, record=options.record)
     pinned = with_full_scale(scene, tuple(voice.full_scale))
     if pinned != scene:
-        voice.close()
         voice = engine.open_hand(pinned, record=options.record)
     return Stream(name, voice, pinned, options, max_silence)
 

@@ -199,7 +199,6 @@ class LiveSessions:
         finally:
             self._opening -= 1
         if not self._has_room(stream.used_bytes):
-            await self._in_thread(stream.voice.close)
             sentence = f"The memory for live sessions (RIDGEWAVE_LIVE_BYTES) has no {stream.used_bytes} bytes left."
             raise Problem("full", sentence)
         session = self._sessions[name] = LiveSession(stream, peer, self.metrics, self.solves)
@@ -312,7 +311,6 @@ class LiveSessions:
             try:
                 if recorded is not None:
                     recorded.set_result(await self._in_thread(_recording, session.stream))
-                await self._in_thread(session.stream.voice.close)
             except Exception:
                 log.exception("our mistake: a live session that has ended")
             finally:

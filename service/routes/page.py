@@ -13,8 +13,8 @@ import asyncio
 from fastapi import APIRouter, Request
 from starlette.responses import RedirectResponse, Response
 
+from service.known import is_known
 from service.packing import takes_gzip
-from service.page_files import PageFile
 from service.problems import Problem
 from service.running import service_of
 
@@ -64,7 +64,7 @@ async def _answer(request: Request, name: str) -> Response:
         raise Problem("not-found", "The page has no such file." if page else "There is no page (RIDGEWAVE_WEB).")
     policies = POLICIES if found.media_type.startswith(OPENED) else {}
     headers = policies | {"Cache-Control": "no-cache", "ETag": f'W/"{found.tag}"', "Vary": "Accept-Encoding"}
-    if _is_known(request, found):
+    if is_known(request, found.tag):
         return Response(status_code=304, headers=headers)
     packed = found.packed if takes_gzip(request.headers) else None
     if packed is not None:
@@ -72,9 +72,3 @@ async def _answer(request: Request, name: str) -> Response:
     body = found.content if packed is None else packed
     headers["Content-Length"] = str(len(body))
     return Response(b"" if request.method == "HEAD" else body, headers=headers, media_type=found.media_type)
-
-
-def _is_known(request: Request, found: PageFile) -> bool:
-    """Return whether the client has this content already: RFC 9110, 13.1.2, a weak comparison."""
-    tags = ",".join(request.headers.getlist("if-none-match")).split(",")
-    return any(tag.strip().removeprefix("W/") in ("*", f'"{found.tag}"') for tag in tags)

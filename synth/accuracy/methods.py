@@ -261,7 +261,7 @@ def _framed(case: Case, name: str, grid: Callable[..., PhaseSolver] | None, poin
         plain = ChannelPlan("", case.order, case.extent, 0.0, case.extent, None)
         solved = replace(case.solved, contact=contact, channels=(plain,))
         scale = min(1.0, band_limit(case.scene) / (BAND * case.rate))
-        renderer = SolvedFrames(solved, FramePlan(count, (), scale, 0.0))
+        renderer = SolvedFrames(solved, FramePlan(count, 1, (), scale, 0.0), contact.heights)
         return Framed(case, contact, phases, renderer)
 
     return Method(name, family, phases, set_up)

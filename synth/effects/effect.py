@@ -166,18 +166,15 @@ class OutputStage(Protocol):
     def louder(self, times: float) -> OutputStage:
         """Return it with every full scale that is not asked for so many times as large."""
 
-    def start(self, phase: int, *, wait: bool) -> Any:
-        """Return the state of a voice whose texture stands at `phase` (a 64-bit fraction of a turn) at frame 0.
-
-        wait: what a block needs is solved before it is rendered; otherwise the nearest that there is plays.
-        """
+    def start(self, phase: int) -> Any:
+        """Return the state of a voice whose texture stands at `phase` (a 64-bit fraction of a turn) at frame 0."""
 
     def begin_at(self, state: Any, phase: int) -> None:
         """Have the texture stand at `phase` at frame 0 of a state that has not stepped."""
 
-    def readers(self, state: Any) -> tuple[Any, ...]:
-        """Return what in `state` reads rows of load that are solved while a hand moves (`moving.MovingReader`)."""
-        return ()
+    def delay(self, state: Any) -> int:
+        """Return the frames by which what follows a hand is late, beside a simulation's."""
+        return 0
 
     def step(self, state: Any, passage: Passage, block: Block) -> None:
         """Write its channels of `block`, float32 [frames, channels]; it may change those before them.
@@ -190,14 +187,17 @@ class OutputStage(Protocol):
 class Passage:
     """What passes in one block.
 
-    phase, step: where the texture stands at the first frame and how far it moves a frame (64-bit fractions of a turn),
-    where the scan is constant; motion: what the finger does, otherwise; by_hand: it is a hand's.
-    signals: float64 [signals, frames] of a simulation. column: the first channel of the effect.
+    frame: the first, of a scan. phase, step: where the texture stands there and how far it moves a frame (64-bit
+    fractions of a turn), where the scan is constant; motion: what the finger does, otherwise; by_hand: it is a hand's.
+    signals: float64 [signals, frames] of a simulation; late: frames by which these are late behind a hand. column: the
+    first channel of the effect.
     """
 
+    frame: int
     phase: int
     step: int
     motion: Motion | None
     by_hand: bool
     signals: Array | None
+    late: int
     column: int

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array
-from synth.kernels import kernel, two_product
+from synth.kernels import signed_kernel, two_product
 from synth.motion.recorded_motion import RecordedMotion
 from synth.scene.scan_section import TURN_REACH
 from synth.scene.scene import Scene, Stroke
@@ -74,7 +74,7 @@ class Motion:
         for row, values in enumerate((speed, speed_rate, load, load_rate, load_bend)):
             if values is not None:
                 samples[row] = values
-        places = NOWHERE if position is None else np.ascontiguousarray(np.broadcast_to(position, frames), dtype=float)
+        places = NOWHERE if position is None else np.array(np.broadcast_to(position, frames), dtype=float)
         if not (np.isfinite(samples).all() and np.isfinite(places).all()):
             raise ValueError("a motion is made of finite numbers: speed and position in m, load in N")
         samples[LOAD] = np.clip(samples[LOAD], -LARGEST_LOAD if pulls else 0.0, LARGEST_LOAD)
@@ -84,8 +84,8 @@ class Motion:
 class ScanMotion:
     """The motion of a scene's scan at any frame; rate: frames a second, those of the output unless given."""
 
-    def __init__(self, scene: Scene, rate: int | None = None) -> None:
-        self.rate = rate or scene.output.sample_rate
+    def __init__(self, scene: Scene, rate: float | None = None) -> None:
+        self.rate = float(rate or scene.output.sample_rate)
         self.scan = scene.scan
         self._recorded = RecordedMotion.of(scene) if scene.scan.trajectory is not None else None
 
@@ -151,16 +151,16 @@ class ScanMotion:
         return Motion(samples, places)
 
 
-def stroke_motion(stroke: Stroke, first: int, frames: int, rate: int) -> Motion:
+def stroke_motion(stroke: Stroke, first: int, frames: int, rate: float) -> Motion:
     """Return the back-and-forth motion of `frames` frames from frame `first` on: at rest at position 0 at t = 0."""
     samples, position = np.zeros((5, frames)), np.empty(frames)
     samples[LOAD] = stroke.load
-    fill_stroke(stroke.speed, stroke.turn_time, stroke.cruise_time, first, rate, samples, position)
+    fill_stroke(stroke.speed, stroke.turn_time, stroke.cruise_time, first, float(rate), samples, position)
     return Motion(samples, position)
 
 
-@kernel
-def fill_stroke(u: float, turn: float, cruise: float, first: int, rate: int, samples: Array, position: Array) -> None:
+@signed_kernel("void(f8, f8, f8, i8, f8, f8[:,::1], f8[::1])")
+def fill_stroke(u: float, turn: float, cruise: float, first: int, rate: float, samples: Array, position: Array) -> None:
     """Write speed and its rate to `samples`, and `position`, of a stroke of speed `u` (m/s), turns and cruise in s."""
     half, reach = cruise + turn, TURN_REACH * u * turn
     half_rest = (cruise - (half - turn)) if cruise < turn else (turn - (half - cruise))
@@ -169,7 +169,7 @@ def fill_stroke(u: float, turn: float, cruise: float, first: int, rate: int, sam
         t = (first + i) / rate
         turned = math.floor(t / half)
         # after hours the roundings of t and of the turns before it are 1e-11 s: they are taken off again
-        frames, frames_rest = two_product(t, float(rate))
+        frames, frames_rest = two_product(t, rate)
         t_rest = ((first + i - frames) - frames_rest) / rate
         before, before_rest = two_product(turned, half)
         local = (t - before) + (t_rest - before_rest - turned * half_rest)
@@ -185,3 +185,25 @@ def fill_stroke(u: float, turn: float, cruise: float, first: int, rate: int, sam
         back = turned % 2.0 != 0.0
         samples[SPEED, i], samples[SPEED_RATE, i] = (-speed, -bend) if back else (speed, bend)
         position[i] = length - travel if back else travel
+
+
+def completed(motion: Motion, rate: int, before: Array) -> Motion:
+    """Return `motion` with the derivatives that it lacks taken from the frame before.
+
+    before: float64 [4], position (m), speed (m/s), load (N), load rate (N/s) of the last frame, NaN where it is not
+    known; it is brought up to date. A derivative is 0 until the frames that it needs are known.
+    """
+    samples = motion.samples.copy()
+    if len(motion.position):
+        samples[0] = _rate_of(motion.position, before[0], rate)
+        before[0] = motion.position[-1]
+    samples[1] = _rate_of(samples[0], before[1], rate)
+    samples[3] = _rate_of(samples[2], before[2], rate)
+    samples[4] = _rate_of(samples[3], before[3], rate)
+    before[1], before[2], before[3] = samples[0, -1], samples[2, -1], samples[3, -1]
+    return Motion(np.nan_to_num(samples, copy=False), motion.position, True)
+
+
+def _rate_of(values: Array, before: float, rate: int) -> Array:
+    """Return the change from frame to frame, a second; NaN where the frame before is not known."""
+    return np.asarray(np.diff(values, prepend=before) * rate)

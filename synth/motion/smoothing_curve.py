@@ -15,7 +15,7 @@ import math
 import numpy as np
 
 from synth.arrays import Array
-from synth.kernels import unfused
+from synth.kernels import signed_kernel, unfused
 
 START, END, LEVEL, SLOPE, B0, B1, B2, DECAY = range(8)
 """Entries of a curve: first frame, frame from which e is 0, then the coefficients in SI."""
@@ -41,7 +41,7 @@ def values_at(curve: Array, frame: float, rate: float) -> tuple[float, float, fl
     return line + e * fall, curve[SLOPE] + first * fall, second * fall
 
 
-@unfused
+@signed_kernel("void(f8[::1], f8, f8, f8)", fused=False)
 def stand(curve: Array, frame: float, level: float, slope: float) -> None:
     """Have `curve` be the straight line through `level` at `frame`."""
     curve[START], curve[END], curve[LEVEL], curve[SLOPE] = frame, frame, level, slope

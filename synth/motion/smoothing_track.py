@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from synth.arrays import Array
-from synth.kernels import unfused
+from synth.kernels import signed_kernel, unfused
 
 KEPT = 16  # updates whose lateness counts; fewer: a burst of late ones looks like another clock
 PACED = 8  # intervals whose median counts; fewer: a lost update looks like another rate
@@ -103,7 +103,7 @@ def slope_with(track: Array, time: float, position: float) -> float:
     return float(track[SLOPE])
 
 
-@unfused
+@signed_kernel("void(f8[::1], f8)", fused=False)
 def begin_anew(track: Array, slope: float) -> None:
     """Forget the positions: the finger is elsewhere, and moves at `slope` (m/s) for all that is known."""
     track[PLACES], track[SLOPE] = 0.0, slope

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from synth.arrays import Array
-from synth.kernels import unfused
+from synth.kernels import signed_kernel, unfused
 from synth.motion.motion import LARGEST_LOAD, LOAD, LOAD_BEND, LOAD_RATE, NOWHERE, SPEED, SPEED_RATE, Motion
 from synth.motion.smoothing_curve import ENTRIES as CURVE
 from synth.motion.smoothing_curve import STRIDE, fill_curve, glide, join, new_curve, stand, values_at
@@ -134,7 +134,7 @@ class Follower:
         return other
 
 
-@unfused
+@signed_kernel("UniTuple(f8[::1], 6)(f8[::1])", fused=False)
 def parts_of(state: Array) -> tuple[Array, Array, Array, Array, Array, Array]:
     """Return the hand, the curves of place and of load, the powers of each, and the track, all of which are `state`."""
     return (
@@ -148,29 +148,11 @@ def parts_of(state: Array) -> tuple[Array, Array, Array, Array, Array, Array]:
 
 
 @unfused
-def apply_update(
-    state: Array, rate: float, lowest: float, time: float, value: float, by_speed: bool, load: float
-) -> bool:
-    """Lead the curves of place and load to an update; return whether it is a jump. load: NaN keeps the last."""
-    hand, place, load_curve, powers, load_powers, track = parts_of(state)
-    frame = hand[FRAME]
-    pressed, press_rate, _bend = values_at(load_curve, frame - 1.0, rate)
-    silent = hand[MODE] == UNKNOWN or (lowest == 0.0 and pressed == 0.0 and press_rate == 0.0)
-    late = late_by(track, frame / rate, time, silent)
-    if load == load:
-        hand[ASKED] = min(max(load, lowest), LARGEST_LOAD)
-    press(load_curve, load_powers, rate, frame, hand[ASKED])
-    if by_speed:
-        x, v, a = values_at(place, frame - 1.0, rate)
-        if silent:
-            stand(place, frame - 1.0, x, value)
-        else:
-            glide(place, powers, rate, frame - 1.0, x, v, a, value, GLIDE_DECAY)
-        begin_anew(track, value)
-        hand[MODE], hand[UNTIL] = BY_SPEED, np.inf
-        return False
-    jumped: bool = _go_to(hand, place, powers, track, rate, time, value, late, silent)
-    return jumped
+def press(curve: Array, powers: Array, rate: float, frame: float, load: float) -> None:
+    """Lead the load to `load`, from the frame before `frame` on, unless it goes there already."""
+    if load != curve[2]:
+        w, w1, w2 = values_at(curve, frame - 1.0, rate)
+        join(curve, powers, rate, frame - 1.0, w, w1, w2, load, 0.0, LOAD_DECAY)
 
 
 @unfused
@@ -202,15 +184,33 @@ def _go_to(
     return jumped
 
 
-@unfused
-def press(curve: Array, powers: Array, rate: float, frame: float, load: float) -> None:
-    """Lead the load to `load`, from the frame before `frame` on, unless it goes there already."""
-    if load != curve[2]:
-        w, w1, w2 = values_at(curve, frame - 1.0, rate)
-        join(curve, powers, rate, frame - 1.0, w, w1, w2, load, 0.0, LOAD_DECAY)
+@signed_kernel("b1(f8[::1], f8, f8, f8, f8, b1, f8)", fused=False)
+def apply_update(
+    state: Array, rate: float, lowest: float, time: float, value: float, by_speed: bool, load: float
+) -> bool:
+    """Lead the curves of place and load to an update; return whether it is a jump. load: NaN keeps the last."""
+    hand, place, load_curve, powers, load_powers, track = parts_of(state)
+    frame = hand[FRAME]
+    pressed, press_rate, _bend = values_at(load_curve, frame - 1.0, rate)
+    silent = hand[MODE] == UNKNOWN or (lowest == 0.0 and pressed == 0.0 and press_rate == 0.0)
+    late = late_by(track, frame / rate, time, silent)
+    if load == load:
+        hand[ASKED] = min(max(load, lowest), LARGEST_LOAD)
+    press(load_curve, load_powers, rate, frame, hand[ASKED])
+    if by_speed:
+        x, v, a = values_at(place, frame - 1.0, rate)
+        if silent:
+            stand(place, frame - 1.0, x, value)
+        else:
+            glide(place, powers, rate, frame - 1.0, x, v, a, value, GLIDE_DECAY)
+        begin_anew(track, value)
+        hand[MODE], hand[UNTIL] = BY_SPEED, np.inf
+        return False
+    jumped: bool = _go_to(hand, place, powers, track, rate, time, value, late, silent)
+    return jumped
 
 
-@unfused
+@signed_kernel("void(f8[::1], f8, f8)", fused=False)
 def release_hand(state: Array, rate: float, lowest: float) -> None:
     """Lead the load to zero and the speed to rest."""
     hand, place, load_curve, powers, load_powers, _track = parts_of(state)
@@ -220,7 +220,7 @@ def release_hand(state: Array, rate: float, lowest: float) -> None:
     hand[UNTIL] = np.inf
 
 
-@unfused
+@signed_kernel("void(f8[::1], f8, f8, f8[:,::1], f8[::1])", fused=False)
 def fill_motion(state: Array, rate: float, lowest: float, samples: Array, position: Array) -> None:
     """Write the next frames, and glide to a stop where the horizon lies among them."""
     hand, place, load_curve, powers, load_powers, _track = parts_of(state)

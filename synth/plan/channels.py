@@ -28,9 +28,9 @@ from synth.scene.scene import Channel, Scene
 APPROACH = "approach"
 ORDERS = {APPROACH: 0, "displacement": 0, "velocity": 1, "acceleration": 2}
 UNITS = {APPROACH: "m", "displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
-TABLE_SHARE = 0.15  # of the tolerance, for the polynomials of a table that is read in motion
 LEAST_LEFT = 0.25  # of the tolerance, for cutting off harmonics and for the steady reader, whatever the series took
 TAIL_PART = 0.5  # of what the series left: harmonics cut off
+NEARLY = 1.05  # times the tolerance: less than this is not worth a warning, since the error is itself an estimate
 ROUNDING = 6e-8  # of the peak: float32
 PEAK = 0.8  # of full scale: the steady peak when full_scale is left to us
 SMALLEST_MOTION = 1e-9  # m: below it an automatic gain gives silence, not noise
@@ -115,8 +115,7 @@ class Steady:
             nothing = SteadyTable(np.zeros((FEWEST_CELLS, CUBIC + 1)))
             return ChannelPlan(channel.quantity, order, full_scale, 0.0, 0.0, nothing, level)
         if self.moving:
-            error = seen + min(TABLE_SHARE * self.tolerance, self.table_limit) + rounding
-            return ChannelPlan(channel.quantity, order, full_scale, error, extent, None, level)
+            return ChannelPlan(channel.quantity, order, full_scale, rounding, extent, None, level)  # and of its motion
         budget = spendable(self.tolerance)
         left = max(budget - seen, LEAST_LEFT * budget)
         kept = kept_within(series, TAIL_PART * left * extent)

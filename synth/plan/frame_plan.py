@@ -1,11 +1,11 @@
-"""Whether a recording is solved at its frames or from rows of load, and how.
+"""How a file whose speed or load varies is solved: at which steps of time, with which error, in what time.
 
 Stage   2, used by `preparation`; `solved_frames` renders it.
-Model   What folds at n solutions a period is what folds into a steady series of n phases: the recording's loads are
+Model   What folds at n solutions a period is what folds into a steady series of n phases: the loads of the scan are
         probed for how many phases their series take to hold the tolerance, and the fastest speed then gives the
-        solutions a frame, of which a landing takes some at least. That is compared with the rows that the recorded
-        loads would take, and taken where it is cheaper, or where rows would not hold the tolerance.
-Source  design, sections 4 (`"exact"`) and 8; constants of the rows: seen with 18 recordings of 0.1 to 1 N, one machine.
+        solutions a second, of which a landing takes some at least. Where the load stays, the series itself is read,
+        which is cheap; else every solution is one of eq. 1.
+Source  design, sections 4 (`"exact"`) and 8; constants: seen with 18 recordings of 0.1 to 1 N, one machine.
 Limits  predicted costs, not measured ones: the same scene always takes the same way.
 """
 
@@ -17,13 +17,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.contact.balance import Contact
-from synth.motion.motion import LIFT_TIME, ScanMotion
+from synth.motion.motion import ScanMotion
 from synth.plan.frame_solver import MARGIN
 from synth.plan.method_choice import EXACT_CELL
 from synth.response.spectrum import Demand, Spectrum, solve_spectrum
 from synth.scene.scene import Scene
 
-NARROWEST = 0.02  # of the band: narrower bandwidths ring for seconds, and their rows are cheap
 PROBED_LOADS = 5  # of the recording: how many phases a period they take
 FEWEST_PHASES = 16  # a period, where every probed load is in full contact
 FALL = 2.5  # the power of the phases by which the error falls: kinks of order 3/2
@@ -32,67 +31,59 @@ FALL = 2.5  # the power of the phases by which the error falls: kinks of order 3
 SEEN, FOLDED = 4, (2.5e-4, 8e-4, 3e-3)
 FOLDED_SHARE = 0.3  # of the tolerance
 FRAME_SETUP = 60.0  # ns a solution for everything but the solver: motion, transforms
+CURVE_READ = 80.0  # ns a solution where a series is read
 MOST_TOGETHER = 1 << 23  # solutions of the smallest chunk, which is as long as its margins: 800 MB of working memory
-PATIENCE = 300.0  # s of predicted work: beyond it rows are taken, with what they leave of the tolerance
-
-# Of displacement, velocity and acceleration:
-ROWS_HOLD = (1e-5, 3e-4, 3e-2)  # the tightest tolerance that rows were seen to hold wherever patches are born
-ROWS_AN_OCTAVE = (20.0, 75.0, 125.0)  # at a tolerance of 1e-2
-ROWS_GROW = (0.36, 0.2, 0.2)  # the power of 1e-2 / tolerance by which they become more
-LIFTING_ROWS = 80  # from no load to the lightest recorded load
-SHAPED_ROWS = 8  # times as many rows where the shape of the contact follows the load: its ends pass ridges
-ROW_SETUP = 2e6  # ns a row for everything but the solver: errors between rows, tables
+PATIENCE = 300.0  # s of predicted work of a recording: beyond it the response table is read, with its error
 
 
 @dataclass(frozen=True, slots=True)
 class FramePlan:
     """How frames are solved.
 
-    oversampling: solutions a frame. errors: of each order of the demand, relative to its peak-to-peak. scale: of the
-    filter's frequencies, as a part of those of the whole band. seconds: predicted, for the whole recording.
+    count, stride: so many solutions in so many frames. errors: of each order of the demand, relative to its
+    peak-to-peak. scale: of the filter's frequencies, as a part of those of the whole band. work: predicted seconds of
+    a processor for a second of the motion.
     """
 
-    oversampling: int
+    count: int
+    stride: int
     errors: tuple[float, ...]
     scale: float
-    seconds: float
+    work: float
 
 
 def plan_frames(contact: Contact, scene: Scene, demand: Demand, tolerance: float, scale: float) -> FramePlan | None:
-    """Return how the recording of `scene` is solved at its frames, or None where rows are to be taken.
+    """Return how the moving scan of `scene` is solved, or None where that would take too much time or memory.
 
     demand: what a series must hold; tolerance: the whole of which it is a share; scale: the band that is kept, as a
     part of the rate's own.
     """
-    if scale < NARROWEST:
-        return None
     motion = ScanMotion(scene)
     low, high = (max(load, scene.scan.lift_load) for load in motion.recorded_loads())
-    series = [solve_spectrum(contact, float(load), demand) for load in np.geomspace(low, high, PROBED_LOADS)]
+    varies = motion.load_range()[0] != motion.load_range()[1]
+    probed = np.geomspace(low, high, PROBED_LOADS) if high > low else [low]
+    series = [solve_spectrum(contact, float(load), demand) for load in probed]
     phases = max(FEWEST_PHASES, *(_phases_for(one, demand.tolerance) for one in series))
     errors = tuple(
         max(one.errors[place] * (one.phases / phases) ** FALL for one in series) for place in range(len(demand.orders))
     )
-    rate = scene.output.sample_rate
-    oversampling = max(
-        _solutions_for_landing(demand.orders, tolerance),
-        math.ceil(phases * motion.fastest() / (scene.texture.period * rate)),
-    )
-    folded = (FOLDED[order] * (SEEN / oversampling) ** FALL for order in demand.orders)
-    errors = tuple(one + other for one, other in zip(errors, folded, strict=True))
-    if 4.0 * MARGIN / scale * oversampling > MOST_TOGETHER:
+    stride = 1 << math.floor(math.log2(1.0 / scale))
+    rate = scene.output.sample_rate / stride
+    fastest = motion.fastest() / scene.texture.period  # periods a second
+    if not varies:  # the series that is read ends with the harmonics of the demand: nothing folds
+        count = math.ceil((demand.highest * fastest + scene.output.band_limit) / rate)
+        errors = series[0].errors
+    else:
+        count = max(_solutions_for_landing(demand.orders, tolerance), math.ceil(phases * fastest / rate))
+        folded = (FOLDED[order] * (SEEN / count) ** FALL for order in demand.orders)
+        errors = tuple(one + other for one, other in zip(errors, folded, strict=True))
+    if 4.0 * MARGIN / (scale * stride) * count > MOST_TOGETHER:
         return None
-    solutions = oversampling * rate * (motion.duration - motion.start + 2.0 * LIFT_TIME)
-    cell = EXACT_CELL * contact.frame_cells
-    seconds = 1e-9 * solutions * (cell + FRAME_SETUP)
-    rows = LIFTING_ROWS + math.log2(high / low) * _rows_an_octave(demand.orders, tolerance)
-    with_rows = 1e-9 * rows * (phases * EXACT_CELL * contact.cells + ROW_SETUP)
-    if not contact.of_one_shape:
-        with_rows *= SHAPED_ROWS
-    holds = all(tolerance >= ROWS_HOLD[order] for order in demand.orders)
-    if seconds > PATIENCE or (holds and seconds > with_rows):
+    solution = EXACT_CELL * contact.frame_cells if varies else CURVE_READ
+    work = 1e-9 * count * rate * (solution + FRAME_SETUP)
+    if varies and work * (motion.duration - motion.start) > PATIENCE:
         return None
-    return FramePlan(oversampling, errors, scale, seconds)
+    return FramePlan(count, stride, errors, scale, work)
 
 
 def _solutions_for_landing(orders: tuple[int, ...], tolerance: float) -> int:
@@ -105,7 +96,3 @@ def _phases_for(series: Spectrum, tolerance: float) -> float:
     """Return how many phases hold the tolerance: fewer than the series took, since those were doubled until it did."""
     spared = (max(series.errors) / tolerance) ** (1.0 / FALL)
     return float(series.phases * min(max(spared, 0.5), 1.0))
-
-
-def _rows_an_octave(orders: tuple[int, ...], tolerance: float) -> float:
-    return float(max(ROWS_AN_OCTAVE[order] * (1e-2 / tolerance) ** ROWS_GROW[order] for order in orders))

@@ -11,12 +11,10 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from synth.effects.effect import Price
-from synth.plan.channels import UNITS, ChannelPlan
+from synth.plan.channels import UNITS
 from synth.plan.effects_preparation import QUANTITIES
-from synth.plan.frame_plan import FramePlan
 from synth.plan.preparation import N_MAX, Preparation
 from synth.plan.warnings import plan_doubts
-from synth.response.load_rows import Rows
 from synth.response.steady import SteadyHarmonics
 from synth.scene.effect_registry import effect_names, unit_of
 from synth.scene.output_section import BAND
@@ -24,9 +22,6 @@ from synth.scene.scene import scene_document
 
 if TYPE_CHECKING:
     from synth.plan.simulation_plan import SimulationPlan
-
-FRAME_ERROR = 1e-7  # of solved frames: the filter's, and the rounding to float32
-NEARLY = 1.05  # times the tolerance: less than this is not worth a warning, since the error is itself an estimate
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,65 +97,26 @@ class Plan:
         }  # fmt: skip
 
 
-def plan_of(solved: Preparation, rows: Rows | None = None, *, framed: bool = False) -> Plan:
-    """Return the plan of what was prepared, without a cost.
-
-    rows: those of a voice whose load varies. framed: the voice solves its frames, as `solved.frames` says.
-    """
-    frames = solved.frames if framed else None
+def plan_of(solved: Preparation) -> Plan:
+    """Return the plan of what was prepared, without a cost."""
     errors: dict[str, float] = {}
-    for added in () if solved.effects is None else solved.effects.channels:
-        errors[added.quantity] = max(errors.get(added.quantity, 0.0), added.error)
-    for channel in solved.channels:
-        error = channel.error + _row_error(solved, channel, rows)
-        if frames is not None:
-            error = frames.errors[solved.demand().orders.index(channel.order)] + FRAME_ERROR
-        errors[channel.quantity] = max(errors.get(channel.quantity, 0.0), error)
-    response = _response(solved)
-    if rows is not None:
-        response["rows"] = len(rows.edges)
-    if frames is not None:
-        response |= {"method": "solved frames", "solutions_a_frame": frames.oversampling}
+    for channel in solved.all_channels:
+        errors[channel.quantity] = max(errors.get(channel.quantity, 0.0), channel.error)
     return Plan(
         scene=scene_document(solved.scene),
-        simulated=_simulated(solved, frames),
-        left_out=_left_out(solved, frames),
-        response=response,
+        simulated=_simulated(solved),
+        left_out=_left_out(solved),
+        response=_response(solved),
         estimated_error=errors,
         cost=None,
-        warnings=(*solved.warnings, *_row_warnings(solved, rows), *plan_doubts(solved)),
+        warnings=(*solved.warnings, *plan_doubts(solved)),
     )
 
 
-def _row_error(solved: Preparation, channel: ChannelPlan, rows: Rows | None) -> float:
-    """Return what rows of load add to a channel's error, relative to the peak-to-peak of the quantity at that load."""
-    if rows is None or solved.spectrum is None or channel.order not in rows.demand.orders:
-        return 0.0
-    place = rows.demand.orders.index(channel.order)
-    return max(0.0, rows.errors[place] + rows.row_error[place] - solved.spectrum.errors[place])
-
-
-def _row_warnings(solved: Preparation, rows: Rows | None) -> tuple[str, ...]:
-    if rows is None:
-        return ()
-    late = {channel.quantity: channel.error + _row_error(solved, channel, rows) for channel in solved.channels}
-    found = []
-    for channel in solved.channels:
-        error = late[channel.quantity]
-        if error > NEARLY * solved.tolerance and channel.order in rows.demand.orders:
-            low, high = rows.worst_loads(channel.order)
-            found.append(
-                f"Where the load varies the {channel.quantity} may err by {error:.2g} of its peak-to-peak, not the "
-                f"{solved.tolerance:.2g} asked for: rows of load reach no further. That is at loads between "
-                f"{low:.4g} N and {high:.4g} N; elsewhere it errs less, and least at the load of the scan."
-            )
-    return tuple(dict.fromkeys(found))
-
-
-def _simulated(solved: Preparation, frames: FramePlan | None) -> tuple[Simulated, ...]:
+def _simulated(solved: Preparation) -> tuple[Simulated, ...]:
     if solved.spectrum is None:
         return ()
-    response = () if solved.simulated else _response_parts(solved, frames)
+    response = () if solved.simulated else _response_parts(solved)
     return (*response, *_simulation_part(solved), *_effect_parts(solved))
 
 
@@ -211,33 +167,43 @@ def _effect_parts(solved: Preparation) -> tuple[Simulated, ...]:
     )
 
 
-def _response_parts(solved: Preparation, frames: FramePlan | None) -> tuple[Simulated, ...]:
+def _response_parts(solved: Preparation) -> tuple[Simulated, ...]:
     assert solved.spectrum is not None
-    if frames is not None:
-        reason = (
-            f"The load varies, and z is solved {frames.oversampling} times a frame: for this recording that is cheaper "
-            f"than rows of load, or holds {solved.tolerance:.3g} where they would not."
-        )
-        return (Simulated("solved frames", reason),)
+    return (Simulated("contact response", _how_solved(solved)), *_moving_parts(solved))
+
+
+def _how_solved(solved: Preparation) -> str:
+    """Return how the response at the scan's own speed and load is found, as a sentence."""
+    assert solved.spectrum is not None
     if solved.spectrum.closed:
-        reason = "The load flattens the whole contact, so z is one sinusoid in closed form."
-    else:
-        reason = (
-            f"z is solved at {solved.spectrum.phases} phases of the texture period ({solved.spectrum.solver}) and kept "
-            f"as {solved.highest} harmonics, so that each output quantity keeps {solved.tolerance:.3g} of "
-            "its peak-to-peak."
-        )
-    parts = [Simulated("contact response", reason)]
-    if solved.load_varies:
-        low, high = solved.loads
-        varies = f"The load varies between {low:.4g} N and {high:.4g} N."
-        parts.append(Simulated("rows of load", "A hand presses as it likes." if solved.by_hand else varies))
-    if solved.moving:
-        parts.append(Simulated("levels", "The speed varies, so the band limit follows the instantaneous frequency."))
-    return tuple(parts)
+        return "The load flattens the whole contact, so z is one sinusoid in closed form."
+    return (
+        f"z is solved at {solved.spectrum.phases} phases of the texture period ({solved.spectrum.solver}) and kept "
+        f"as {solved.highest} harmonics, so that each output quantity keeps {solved.tolerance:.3g} of its peak-to-peak."
+    )
 
 
-def _left_out(solved: Preparation, frames: FramePlan | None) -> tuple[LeftOut, ...]:
+def _moving_parts(solved: Preparation) -> tuple[Simulated, ...]:
+    """Return what follows a motion, where speed or load vary."""
+    low, high = solved.loads
+    varies = "A hand moves and presses as it likes" if solved.by_hand else "The speed varies"
+    if solved.load_varies and not solved.by_hand:
+        varies = f"The load varies between {low:.4g} N and {high:.4g} N"
+    if solved.frames is not None:
+        frames = solved.frames
+        every = "a frame" if frames.stride == 1 else f"in {frames.stride} frames"
+        return (Simulated("solved frames", f"{varies}, and z is solved {frames.count} times {every}."),)
+    if solved.table is None:
+        return ()
+    table = solved.table
+    reason = (
+        f"{varies}, so z is read from a table of {len(table.loads)} loads and {len(table.levels.highest)} levels, up "
+        f"to {table.harmonics} harmonics and {table.covered[1]:.4g} N; a heavier load is read as that."
+    )
+    return (Simulated("response table", reason),)
+
+
+def _left_out(solved: Preparation) -> tuple[LeftOut, ...]:
     spared = () if solved.effects is None else solved.effects.spared
     effects = tuple(LeftOut(one.name, one.reason, one.change) for one in spared)
     effects += tuple(
@@ -247,17 +213,13 @@ def _left_out(solved: Preparation, frames: FramePlan | None) -> tuple[LeftOut, .
     )
     if solved.spectrum is None:
         return (LeftOut("contact response", solved.silence, None), *effects)
-    effects = (*_above_the_band(solved), *effects)
-    if solved.simulated:
-        return effects
-    if frames is not None:
-        return (LeftOut("rows of load", "Every frame is solved by itself.", None), *effects)
-    parts = []
-    if not solved.load_varies:
-        parts.append(LeftOut("rows of load", f"The load stays at {solved.loads[0]:.4g} N.", None))
-    if not solved.moving:
-        parts.append(LeftOut("levels", "The speed does not vary: one band limit serves.", None))
-    return (*parts, *effects)
+    return (*_above_the_band(solved), *_not_moving(solved), *effects)
+
+
+def _not_moving(solved: Preparation) -> tuple[LeftOut, ...]:
+    if solved.moving or solved.simulated:
+        return ()
+    return (LeftOut("response table", "Neither speed nor load varies: one series serves.", None),)
 
 
 def _above_the_band(solved: Preparation) -> tuple[LeftOut, ...]:
@@ -276,7 +238,7 @@ def _response(solved: Preparation) -> dict[str, Any]:
         "tolerance": solved.tolerance,
         "fundamental_hz": abs(solved.turns),
         "harmonics": solved.highest if spectrum is not None else 0,
-        "n_max": solved.reach if solved.moving else N_MAX,
+        "n_max": _most_harmonics(solved),
         "band_limit_hz": solved.scene.output.band_limit,
         "phases_solved": 0 if spectrum is None else spectrum.phases,
         "channels": [
@@ -289,7 +251,30 @@ def _response(solved: Preparation) -> dict[str, Any]:
             }
             for channel in solved.channels
         ] + _added_channels(solved),
-    } | _simulation(solved)  # fmt: skip
+    } | _simulation(solved) | _table(solved)  # fmt: skip
+
+
+def _most_harmonics(solved: Preparation) -> int:
+    if solved.table is not None:
+        return solved.table.harmonics
+    return solved.reach if solved.moving else N_MAX
+
+
+def _table(solved: Preparation) -> dict[str, Any]:
+    """Return what the response table of a moving voice holds, if it has one."""
+    table = solved.table
+    if table is None:
+        return {}
+    return {
+        "table": {
+            "hash": table.hash,
+            "bytes": table.nbytes,
+            "loads": len(table.loads),
+            "levels": len(table.levels.highest),
+            "covered_loads": list(table.covered),
+            "error_loads": list(solved.told_loads),
+        }
+    }
 
 
 def _added_channels(solved: Preparation) -> list[dict[str, Any]]:
@@ -327,9 +312,11 @@ def _method(solved: Preparation) -> str:
         return "silence"
     if solved.simulated:
         return "simulation"
+    if solved.table is not None:
+        return "response table"
+    if solved.frames is not None:
+        return "solved frames"
     if solved.spectrum.closed:
         return "closed form"
-    if solved.load_varies:
-        return "rows of load"
     readers = [channel.reader for channel in solved.channels]
     return "harmonics" if all(isinstance(reader, SteadyHarmonics) for reader in readers) else "phase table"

@@ -3,10 +3,11 @@
 Stage   2, the part that calculates; `plan` tells it to people.
 Model   Harmonics below 0.40 of the rate (and below the bandwidth) at the scan's speed are kept. The tolerance is
         shared: ALIAS_SHARE for the series; what that leaves, for the harmonics cut off and the reader (`channels`); the
-        rest is the rounding to float32. In motion TAIL_SHARE (of `tables`) and TABLE_SHARE take their places.
+        rest is the rounding to float32. A scan that moves is solved along its motion (`frame_plan`), or, by hand and
+        where blocks have deadlines, read from the response table.
 Source  design, section 4.
-Limits  no more than N_MAX harmonics; a moving scan keeps those up to MOVING_REACH times its fastest speed's
-        (ROWS_REACH where the load varies), which `reach` tells.
+Limits  no more than N_MAX harmonics; a moving scan at a constant load keeps those up to MOVING_REACH times its fastest
+        speed's, which `reach` tells.
 """
 
 from __future__ import annotations
@@ -23,27 +24,30 @@ from synth.contact.stiffness import Stiffness
 from synth.effects.effect import AddedChannel
 from synth.motion.motion import LARGEST_LOAD, ScanMotion
 from synth.perception.threshold import imperceptible_tolerance
-from synth.plan.channels import APPROACH, ORDERS, TABLE_SHARE, ChannelPlan, Steady, silent_channel, spendable
+from synth.plan.channels import APPROACH, NEARLY, ORDERS, UNITS, ChannelPlan, Steady, silent_channel, spendable
 from synth.plan.effects_preparation import PreparedEffects, effects_of, left_out, shape_for, simulated_channel
 from synth.plan.frame_plan import FramePlan, plan_frames
 from synth.plan.frame_solver import WITH_MEAN
 from synth.plan.method_choice import cheapest_spectrum, fine_enough
 from synth.plan.motion_peak import differs_from_cruise, peaks_along
+from synth.plan.scene_table import kept_table, read_error
 from synth.plan.start_up import begun
 from synth.response.cache import ResponseCache
 from synth.response.mean_approach import Mean, mean_curve
 from synth.response.spectrum import Demand, Spectrum, curves, points_for, solve_spectrum
+from synth.response.table import ResponseTable
 from synth.scene.output_section import BAND, FULL_BAND
 from synth.scene.scene import Scene
 
 N_MAX = 4096  # harmonics (design, section 4); more cost time in proportion and are far above what skin feels
 MOVING_REACH = 8  # a moving scan keeps the harmonics of this many times its fastest speed's: at u / 8 nothing is lost
-ROWS_REACH = 4  # the same where the load varies: each row holds them
 FEWEST_MOVING = 64  # harmonics that a moving scan keeps at least, however fast: it is slow where it turns
 ALIAS_SHARE = 0.7  # of the tolerance, for the series
 FEW, ALIAS_SHARE_OF_FEW = 8, 0.95  # so few harmonics are summed, which is exact: they leave all to the series
 TIGHTEST, LOOSEST = 1e-7, 3e-2  # between which "imperceptible" is translated: the range of accuracy.tolerance
 SLOWEST_FOLD = 3.0  # Hz: below it no threshold is known
+HAND_LOADS = (0.05, 1.8)  # N of usual hands (Fagiani & Barbieri, 2016, section 2)
+FELT = 0.1  # of the peak-to-peak: a hand tells amplitudes apart by 0.1 to 0.25, so less is not worth a warning
 EXACT = 1e-6  # the tolerance of "exact": what folds below 0.40 of the rate (design, section 4)
 
 
@@ -56,10 +60,10 @@ class Preparation:
     sounds, or "".
     moving: the scan changes speed or load by itself. loads: smallest and largest load of the scan (N). reach: harmonics
     that a moving voice keeps at most. by_hand: a hand moves, and `scene` holds its nominal scan. frames: how a
-    recording is solved at its frames, None where it is read from tables. table_limit: what tables may err by.
+    moving scan is solved, None where a table is read. table_limit: what tables may err by.
     effects: what the scene's effects became, None where it has none. mean: of z over a period (m), over the cube root
     of the load, where frames are solved, the scan's own motion decides the full scale, or the approach is asked for.
-    paced: see `prepare`.
+    paced, exact: see `prepare`. table: what a moving voice reads, None where none does.
     """
 
     scene: Scene
@@ -80,6 +84,8 @@ class Preparation:
     effects: PreparedEffects | None = None
     mean: Mean | None = None
     paced: bool = False
+    exact: bool = False
+    table: ResponseTable | None = None
 
     @property
     def all_channels(self) -> tuple[ChannelPlan | AddedChannel, ...]:
@@ -94,12 +100,18 @@ class Preparation:
 
     @property
     def load_varies(self) -> bool:
-        """True where rows of load are needed."""
+        """True where the scan, or a hand, changes its load."""
         return self.loads[0] != self.loads[1]
 
     @property
+    def told_loads(self) -> tuple[float, float]:
+        """The loads (N) over which the error of a table is told: those of the scan, or of usual hands."""
+        low, high = ScanMotion(self.scene).recorded_loads()
+        return (min(low, HAND_LOADS[0]), max(high, HAND_LOADS[1])) if self.by_hand else (low, high)
+
+    @property
     def memory_bytes(self) -> int:
-        """Bytes that the preparation holds."""
+        """Bytes that the preparation holds, but for its table, which others share."""
         held = 0 if self.spectrum is None else self.spectrum.harmonics.nbytes + self.spectrum.slopes.nbytes
         held += sum(channel.reader.nbytes for channel in self.channels if channel.reader is not None)
         held += 0 if self.effects is None else self.effects.memory_bytes
@@ -109,11 +121,6 @@ class Preparation:
         """Return what every series of this scene must hold."""
         orders = orders_of(self.scene, moving=True)
         return Demand(max(self.highest, 1), orders, ALIAS_SHARE * spendable(self.tolerance))
-
-    @property
-    def table_tolerance(self) -> float:
-        """The share of the tolerance that the polynomials may use."""
-        return min(TABLE_SHARE * spendable(self.tolerance), self.table_limit)
 
 
 def orders_of(scene: Scene, *, moving: bool) -> tuple[int, ...]:
@@ -130,21 +137,28 @@ def harmonics_below(frequency: float, limit: float, most: int = N_MAX) -> int:
 
 
 def prepare(
-    scene: Scene, cache: ResponseCache | None = None, *, by_hand: bool = False, paced: bool = False
+    scene: Scene,
+    cache: ResponseCache | None = None,
+    *,
+    by_hand: bool = False,
+    paced: bool = False,
+    exact: bool = False,
 ) -> Preparation:
     """Return `scene` solved; what was solved before comes from `cache`.
 
     by_hand: for any speed and load, round those of a constant scan that is not silent. paced: its blocks have
     deadlines, so that a simulation takes no more steps than can be played live beside others; otherwise it takes those
-    that the tolerance asks for.
+    that the tolerance asks for. exact: what moves reads a table that is made to the tolerance, however long that takes.
     """
     begun()
     kept = cache or ResponseCache()
     output = (scene.output.channel_list, scene.output.sample_rate, scene.output.bandwidth)
     asked = (scene.finger, scene.texture, scene.scan, scene.effects, output, scene.accuracy)
-    paced = paced and bool(scene.effects)
-    key: Hashable = ("preparation", by_hand, paced, asked)
-    return replace(kept.get(key, lambda: _prepared(scene, kept, by_hand=by_hand, paced=paced)), scene=scene)
+    paced = paced and (bool(scene.effects) or scene.scan.stroke is not None or scene.scan.trajectory is not None)
+    key: Hashable = ("preparation", by_hand, paced, exact, asked)
+    return replace(
+        kept.get(key, lambda: _prepared(scene, kept, by_hand=by_hand, paced=paced, exact=exact)), scene=scene
+    )
 
 
 def band_limit(scene: Scene) -> float:
@@ -152,7 +166,7 @@ def band_limit(scene: Scene) -> float:
     return scene.output.band_limit
 
 
-def _prepared(scene: Scene, cache: ResponseCache, *, by_hand: bool, paced: bool) -> Preparation:
+def _prepared(scene: Scene, cache: ResponseCache, *, by_hand: bool, paced: bool, exact: bool) -> Preparation:
     geometry, stiffness = Geometry.of_scene(scene), Stiffness.of_scene(scene)
     turns = scene.scan.speed / scene.texture.period
     motion = ScanMotion(scene)
@@ -163,7 +177,7 @@ def _prepared(scene: Scene, cache: ResponseCache, *, by_hand: bool, paced: bool)
     reach = highest
     if moving:
         highest = max(highest, 1)
-        reach = min(N_MAX, max((ROWS_REACH if varies else MOVING_REACH) * highest, FEWEST_MOVING))
+        reach = min(N_MAX, max(MOVING_REACH * highest, FEWEST_MOVING))
     orders = orders_of(scene, moving=moving)
     silence = _silence(scene, geometry, highest)
     contact, spectrum, frames, tolerance, of_tables = None, None, None, _number(scene), math.inf
@@ -181,10 +195,10 @@ def _prepared(scene: Scene, cache: ResponseCache, *, by_hand: bool, paced: bool)
         if varies or scene.effects:
             contact = fine_enough(contact, _judged(scene, loads), demand)
         spectrum = _solved(contact, scene, demand, reach, cache) if moving else _cheapest(contact, scene, demand, cache)
-        if varies and not by_hand:
+        if moving and not by_hand and not paced:
             scale = min(1.0, band_limit(scene) / (BAND * scene.output.sample_rate))
             frames = plan_frames(contact, scene, demand, tolerance, scale)
-        if (not by_hand and differs_from_cruise(scene)) or (moving and _asks_approach(scene)):
+        if not by_hand and moving and (differs_from_cruise(scene) or _asks_approach(scene)):
             mean = mean_curve(contact, loads, _pressed(scene), tolerance)
     found = Preparation(
         scene=scene,
@@ -204,9 +218,36 @@ def _prepared(scene: Scene, cache: ResponseCache, *, by_hand: bool, paced: bool)
         table_limit=of_tables,
         mean=mean,
         paced=paced,
+        exact=exact,
     )
     solved = _with_channels(found)
-    return _with_effects(solved, shapes, cache) if scene.effects else solved
+    return _with_motion(_with_effects(solved, shapes, cache) if scene.effects else solved, cache)
+
+
+def _with_motion(solved: Preparation, cache: ResponseCache) -> Preparation:
+    """Return a moving scan with the table that its voice reads, unless its frames are solved, and its errors."""
+    if not solved.moving or solved.spectrum is None or solved.contact is None or solved.simulated:
+        return solved
+    if solved.frames is not None:
+        errors = dict(zip(solved.demand().orders, solved.frames.errors, strict=True))
+        limit, table, where = NEARLY * solved.tolerance, None, ""
+    else:
+        rate = solved.scene.output.sample_rate
+        tolerance = solved.tolerance if solved.exact else None
+        table = kept_table(solved.contact, solved.scene, cache, tolerance=tolerance)
+        low, high = solved.told_loads
+        told = {ORDERS[name]: name for name in UNITS if name != APPROACH}
+        errors = {n: read_error(table, name, rate, (low, high), solved.highest) for n, name in told.items()}
+        limit = NEARLY * solved.tolerance if solved.exact else max(FELT, solved.tolerance)
+        where = f" at loads from {low:.4g} to {high:.4g} N"
+    channels = tuple(replace(one, error=one.error + errors[one.order]) for one in solved.channels)
+    warnings = dict.fromkeys(
+        f"The {one.quantity} of the moving scan may err by {one.error:.2g} of its peak-to-peak{where}, not by the "
+        f"{solved.tolerance:.2g} asked for."
+        for one in channels
+        if one.error > limit
+    )
+    return replace(solved, table=table, channels=channels, warnings=(*solved.warnings, *warnings))
 
 
 def _with_effects(solved: Preparation, shapes: PreparedEffects | None, cache: ResponseCache) -> Preparation:

@@ -1,58 +1,124 @@
 """The response table of a scene: its contact, in the shape that its effects ask for, as one table.
 
-Stage   PLAN: the part that only those ask for who take the table elsewhere.
+Stage   PLAN.
 Model   What decides a table is the finger, the texture, the effects that shape the contact, the lift load and the band.
-        Speed, load, rate, quantity and duration do not: scenes that differ in these have the same table.
-Limits  effects with a memory (inertia, viscous skin, adhesion) and outputs that they add are not part of a table.
+        Speed, quantity and duration do not, nor a load within TableBounds: scenes that differ in these share a table.
+Limits  effects with a memory (inertia, viscous skin, adhesion) are simulated beside the table; a force that an effect
+        adds has a table of its own.
 """
 
 from __future__ import annotations
 
 import json
+import math
+from dataclasses import replace
 
 from synth.contact.balance import Contact
 from synth.contact.geometry import Geometry
+from synth.contact.load_response import Response
 from synth.contact.stiffness import Stiffness
-from synth.errors import CannotRender
+from synth.errors import Fault, SceneError
+from synth.motion.motion import ScanMotion
 from synth.plan.effects_preparation import shape_for
+from synth.response.cache import ResponseCache
+from synth.response.reading_filter import ORDERS, reading_filter
 from synth.response.spectrum import Demand
 from synth.response.table import ResponseTable
+from synth.response.table_error import QUANTITIES
 from synth.response.table_making import BOUNDS, TableBounds, make_table
+from synth.scene.output_section import FULL_BAND
 from synth.scene.scene import Scene, scene_document
 
-USUAL_BAND = 1000.0  # Hz: of a scene that names none; what skin feels ends there
-RATE_SHARE = 0.35  # of the sample rate: the band of a scene that asks for all of it (levels end at 0.49)
+RATE_SHARE = 0.35  # of the sample rate: the band of a table at most (levels end at 0.49)
+USUAL_BAND = 1000.0  # Hz: tables of wider bands hold more harmonics, in proportion, in fewer rows
+MOST_HARMONICS = 256  # of a table; more would leave too few rows of load
+EXACT_BYTES = 128 << 20  # of a table that is made to a tolerance; the default scene's takes 4 s and 7 MB
+EXACT_PHASES, EXACT_PLACES = 16, 10.0  # a harmonic of such a table; with fewer what folds, or images, add 1e-3
+ROWS_SHARE = 0.4  # of the tolerance: between rows; what folds, and the images of the places, take the rest
 SHAPES_JUDGED = Demand(8, (0,), 1e-2)  # by which "auto" decides whether a shape is called for
 
 
-def table_of_scene(scene: Scene, bounds: TableBounds = BOUNDS) -> ResponseTable:
-    """Return the table of `scene`; raises CannotRender where neither surface has a height."""
+def table_of_scene(
+    scene: Scene, bounds: TableBounds | None = None, cache: ResponseCache | None = None
+) -> ResponseTable:
+    """Return the table of `scene`; the same scene gives the same hash, whatever the cache holds.
+
+    cache: where the table is taken from if a voice reads it, and kept for the next. Raises SceneError where neither
+    surface has a height, CannotRender for a shape that cannot be solved.
+    """
     geometry = Geometry.of_scene(scene)
     if geometry.height_scale == 0.0:
-        raise CannotRender("Neither the finger nor the texture has a height: there is nothing to make a table of.")
-    contact = Contact.of(geometry, Stiffness.of_scene(scene))
+        hint = "Give the texture or the finger a height."
+        raise SceneError([Fault("/finger/ridge_amplitude", "0.0", "above 0 m where texture.amplitude is 0 m", hint)])
+    contact, chosen = Contact.of(geometry, Stiffness.of_scene(scene)), bounds or bounds_for(scene)
     if scene.effects:
-        loads = (0.0, bounds.heaviest)
+        loads = (0.0, chosen.heaviest)
         contact, _shapes = shape_for(contact, scene, SHAPES_JUDGED, loads, scene.scan.speed / scene.texture.period)
+    kept = _kept(contact, scene, ResponseCache() if cache is None else cache, chosen)
+    return replace(kept, scene=_told_text(scene))  # it may have been made for another scene of the same contact
+
+
+def kept_table(
+    response: Response, scene: Scene, cache: ResponseCache, *, work: float = 1.0, tolerance: float | None = None
+) -> ResponseTable:
+    """Return the table of `response`, a contact or a force of `scene`, from `cache` where it was made before.
+
+    work: times as much as a contact's table may cost. tolerance: to which it is made, within EXACT_BYTES, where time
+    does not matter; None: as well as a voice can wait for.
+    """
+    bounds = bounds_for(scene)
+    bounds = replace(bounds, work=work * bounds.work)
+    if tolerance is not None:
+        targets = (ROWS_SHARE * tolerance,) * 3
+        bounds = replace(
+            bounds, work=math.inf, nbytes=EXACT_BYTES, targets=targets, phases=EXACT_PHASES, places=EXACT_PLACES
+        )
+    return _kept(response, scene, cache, bounds)
+
+
+def _kept(response: Response, scene: Scene, cache: ResponseCache, bounds: TableBounds) -> ResponseTable:
+    key = ("response table", response.key, scene.texture.period, band_of(scene), scene.scan.lift_load, bounds)
+    return cache.get(key, lambda: _made(response, scene, bounds))
+
+
+def bounds_for(scene: Scene) -> TableBounds:
+    """Return what the table of `scene` may cost: rows reach the loads of its own scan, a wide band has more places."""
+    heaviest = max(BOUNDS.heaviest, ScanMotion(scene).recorded_loads()[1])
+    wider = 1 << max(0, math.ceil(math.log2(band_of(scene) / USUAL_BAND)))
+    return replace(BOUNDS, heaviest=heaviest, harmonics=min(MOST_HARMONICS, wider * BOUNDS.harmonics))
+
+
+def read_error(table: ResponseTable, quantity: str, rate: int, loads: tuple[float, float], highest: int) -> float:
+    """Return what reading `quantity` at `rate` (Hz) may err by, relative to its peak-to-peak, at `loads` (N).
+
+    highest: harmonics in the band.
+    """
+    told = QUANTITIES[ORDERS[quantity]]
+    return table.error.over(loads, told, highest) + reading_filter(quantity, rate, table.band).error
+
+
+def _made(response: Response, scene: Scene, bounds: TableBounds) -> ResponseTable:
     return make_table(
-        contact,
+        response,
         period=scene.texture.period,
         band=band_of(scene),
         lift_load=scene.scan.lift_load,
         bounds=bounds,
-        scene=json.dumps(told_scene(scene), sort_keys=True),
+        scene=_told_text(scene),
     )
 
 
 def band_of(scene: Scene) -> float:
     """Return the frequency (Hz) up to which a table of `scene` sounds in full."""
-    asked, most = scene.output.bandwidth, RATE_SHARE * scene.output.sample_rate
-    if isinstance(asked, str):
-        return most
-    return min(USUAL_BAND if asked is None else float(asked), most)
+    most = RATE_SHARE * scene.output.sample_rate
+    return most if scene.output.bandwidth == FULL_BAND else min(scene.output.bandwidth_hz, most)
 
 
 def told_scene(scene: Scene) -> dict[str, object]:
     """Return the parts of the scene's document that decide its table."""
     document = scene_document(scene)
     return {name: document[name] for name in ("finger", "texture", "effects") if name in document}
+
+
+def _told_text(scene: Scene) -> str:
+    return json.dumps(told_scene(scene), sort_keys=True)

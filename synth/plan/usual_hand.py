@@ -11,8 +11,7 @@ Model   A hand is prepared for round a nominal scan, which also sets an automati
 Source  HAND_LOADS: the loads at which roughness is usefully perceived (Fagiani & Barbieri, 2016, section 2).
         HAND_SPEEDS: unverified default. HAND_SPEED, HAND_LOAD, HAND_AMPLITUDE: the defaults of a scene (design,
         section 4).
-Limits  rows of load hold 4 times the harmonics that the nominal speed lets through: a hand slower than a quarter of it
-        sounds duller than the texture is.
+Limits  a hand so slow that more harmonics than the table's lie in the band sounds duller than the texture is.
 """
 
 from __future__ import annotations
@@ -24,16 +23,14 @@ import numpy as np
 from synth.contact.balance import Contact
 from synth.contact.geometry import Geometry
 from synth.contact.stiffness import Stiffness
-from synth.errors import CannotRender
 from synth.plan.channels import PEAK
 from synth.plan.effect_choice import outputs_of, with_added_scales
-from synth.plan.preparation import Preparation, band_limit, harmonics_below, prepare
+from synth.plan.preparation import HAND_LOADS, Preparation, band_limit, harmonics_below, prepare
 from synth.response.cache import ResponseCache
 from synth.response.spectrum import Complex, Demand, curves, points_for, solve_spectrum
 from synth.scene.scene import Channel, Scene
 
 HAND_SPEED, HAND_LOAD = 0.08, 0.3  # m/s and N of a usual hand
-HAND_LOADS = (0.05, 1.8)  # N of usual hands
 HAND_SPEEDS = (0.01, 0.16)  # m/s of usual hands, or to the scene's own; faster is limited, slower upper ends are louder
 PROBED_LOADS, PROBED_LANDINGS, PROBED_SPEEDS = (
     12,
@@ -57,18 +54,14 @@ class UsualPeaks:
     memory_bytes: int = 200
 
 
-def prepare_hand(scene: Scene, full_scale: tuple[float | None, ...], cache: ResponseCache | None = None) -> Preparation:
+def prepare_hand(
+    scene: Scene, full_scale: tuple[float | None, ...], cache: ResponseCache | None = None, *, exact: bool = False
+) -> Preparation:
     """Return `scene` solved for a hand: any speed, any load.
 
     full_scale: of each channel; None: chosen so that the nominal scan peaks at 0.8.
-    Raises CannotRender for a texture that is not a sinusoid: its rows of load would take minutes.
     """
-    if Geometry.of_scene(scene).profile is not None:
-        raise CannotRender(
-            f"A hand cannot yet scan a texture of kind {scene.texture.kind} live, only a sinusoid. Render it as a "
-            "file, or open an HTTP stream, whose scan moves by itself."
-        )
-    return prepare(with_full_scale(nominal_scene(scene), full_scale), cache, by_hand=True)
+    return prepare(with_full_scale(nominal_scene(scene), full_scale), cache, by_hand=True, exact=exact)
 
 
 def with_stream_scale(solved: Preparation, cache: ResponseCache | None = None) -> Preparation:
@@ -82,12 +75,7 @@ def with_stream_scale(solved: Preparation, cache: ResponseCache | None = None) -
 
 
 def with_hand_scale(solved: Preparation, cache: ResponseCache | None = None) -> Preparation:
-    """Return `solved` with automatic full scales that hold for the usual loads and speeds of a hand.
-
-    Raises CannotRender as `prepare_hand`.
-    """
-    if solved.contact is not None and solved.contact.geometry.profile is not None:
-        prepare_hand(solved.scene, ())  # refuses it in words
+    """Return `solved` with automatic full scales that hold for the usual loads and speeds of a hand."""
     kept = with_stream_scale(solved, cache)
     return _with_room(kept, asked_scales(solved.scene), cache or ResponseCache())
 

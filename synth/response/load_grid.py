@@ -9,6 +9,7 @@ Limits  kinks of order 3/2 in the load, where a patch is born, lower the order o
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +17,8 @@ import numpy as np
 from synth.arrays import Array
 from synth.contact.load_response import Response
 
-OCTAVES = 10  # of load below the heaviest that have rows of their own: 5 N to 5 mN; fewer err more at light loads
+OCTAVES = 10  # of load below the heaviest that have rows of their own at least; fewer err more at light loads
+LIGHTEST = 0.005  # N: octaves reach down to it at least, however heavy the heaviest
 NO_LOAD = 1e-6  # of the lightest octave: where dz/dw of the row at 0 N is taken, which has a limit there
 DIGITS = 40  # halvings of the range of loads that find where full contact begins
 
@@ -61,7 +63,8 @@ def heaviest_row(response: Response, heaviest: float) -> tuple[float, bool]:
 
 def first_loads(heaviest: float) -> Array:
     """Return the rows (N) that every table begins with: none, and octaves up to `heaviest`."""
-    return np.concatenate([[0.0], heaviest * 2.0 ** np.arange(-OCTAVES, 1.0)])
+    octaves = max(OCTAVES, math.ceil(math.log2(heaviest / LIGHTEST)))
+    return np.concatenate([[0.0], heaviest * 2.0 ** np.arange(-octaves, 1.0)])
 
 
 def cubic_weights(s: Array | float) -> tuple[Array | float, ...]:

@@ -35,15 +35,15 @@ class MipLevels:
     places: tuple[int, ...]
 
     @classmethod
-    def up_to(cls, harmonics: int) -> MipLevels:
-        """Return the levels of a table of so many harmonics, at least 1."""
+    def up_to(cls, harmonics: int, density: float = PLACES_A_HARMONIC) -> MipLevels:
+        """Return the levels of a table of so many harmonics, at least 1; density: places a harmonic."""
         ladder = [1]
         while ladder[-1] < harmonics:
             ladder.append(min(harmonics, max(ladder[-1] + 1, int(STEP * (ladder[-1] + 1)))))
         if len(ladder) > 2 and ladder[-1] < WIDTH * (ladder[-3] + 1):
             del ladder[-2]
         highest = tuple(ladder[::-1])
-        return cls(highest, tuple(max(FEWEST_PLACES, math.ceil(PLACES_A_HARMONIC * n)) for n in highest))
+        return cls(highest, tuple(max(FEWEST_PLACES, math.ceil(density * n)) for n in highest))
 
     @property
     def fades(self) -> Array:

@@ -13,7 +13,7 @@ from fractions import Fraction
 import numpy as np
 
 from synth.arrays import Array
-from synth.kernels import inlined, kernel, two_product
+from synth.kernels import inlined, signed_kernel, two_product
 
 TURN = 2.0**64
 HALF_TURN = 2.0**63
@@ -21,7 +21,7 @@ HALF_TURN = 2.0**63
 SPEED, SPEED_RATE = 0, 1  # rows of `motion`
 
 
-@kernel
+@inlined
 def rest_of_step(step, rate, period):
     """Return what the rounding of step = 1 / (rate period) left out: times 24 hours of frames it is 1e-9 turn."""
     whole, low = two_product(rate, period)
@@ -38,20 +38,21 @@ def fraction_of_turn(turns, small):
     return np.uint64((np.int64(whole) << np.int64(1)) + np.int64(fine))
 
 
-@kernel
-def phases_of(motion, position, start, phase, step, step_rest, bend, period):
-    """Return the phase of each frame from `start` on, and the phase after the last: uint64 fractions of a turn.
+@signed_kernel("Tuple((u8[::1], u8))(f8[:,::1], f8[::1], u8, f8, f8)")
+def phases_of(motion, position, phase, rate, period):
+    """Return the phase of each frame, and the phase after the last: uint64 fractions of a turn.
 
-    step, bend: turns a frame for 1 m/s, and for 1 m/s^2; step_rest: what is lost in the rounding of `step`. position:
-    metres at each frame, or empty; where it is given the phase is the position over `period`, whatever `phase` was.
+    motion: as `motion.Motion.samples`. position: metres at each frame, or empty; where it is given the phase is the
+    position over `period` (m), whatever `phase` was. rate: frames a second.
     """
-    # Slices that begin at frame `start` let the loops run from 0: an index that may be negative cannot be vectorised.
     frames = motion.shape[1]
     known = len(position) == frames
-    summed = frames - 1 if known else start  # where positions are known, only the last step is needed
+    summed = frames - 1 if known else 0  # where positions are known, only the last step is needed
     speed, speed_rate = motion[SPEED, summed:], motion[SPEED_RATE, summed:]
     phases = np.empty(frames, dtype=np.uint64)
     steps = phases[summed:]
+    step = 1.0 / (rate * period)  # turns a frame for 1 m/s
+    step_rest, bend = rest_of_step(step, rate, period), 0.5 * step / rate
     step1 = np.float64(np.float32(step))  # halves of 24 and 29 bits: their products are exact
     step2 = step - step1
     for i in range(len(steps)):
@@ -61,14 +62,13 @@ def phases_of(motion, position, start, phase, step, step_rest, bend, period):
         steps[i] = fraction_of_turn(speed1 * step1, small)
     if known:
         last = phases[frames - 1]
-        here, places = phases[start:], position[start:]
-        for i in range(len(here)):
-            turns = places[i] / period
-            here[i] = np.uint64(np.int64(np.rint((turns - np.rint(turns)) * HALF_TURN)) << np.int64(1))
+        for i in range(frames):
+            turns = position[i] / period
+            phases[i] = np.uint64(np.int64(np.rint((turns - np.rint(turns)) * HALF_TURN)) << np.int64(1))
         return phases, phases[frames - 1] + last
-    for i in range(len(steps)):
-        moved = steps[i]
-        steps[i] = phase
+    for i in range(frames):
+        moved = phases[i]
+        phases[i] = phase
         phase += moved
     return phases, phase
 
@@ -83,3 +83,9 @@ def turns_to_phase(turns: Array) -> np.ndarray:
     """Return turns as uint64 fractions of a turn."""
     rest = turns - np.rint(turns)
     return (np.rint(rest * HALF_TURN).astype(np.int64).view(np.uint64)) << np.uint64(1)
+
+
+def turned_by(phase: int | np.uint64, step: int, frames: np.ndarray) -> np.ndarray:
+    """Return the phases at `frames` (whole numbers) from `phase` on, `step` a frame, all 64-bit fractions of a turn."""
+    with np.errstate(over="ignore"):
+        return np.uint64(phase) + np.uint64(step) * frames.astype(np.int64).view(np.uint64)

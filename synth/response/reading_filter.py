@@ -75,17 +75,32 @@ def usual_weights(order: int) -> tuple[tuple[float, ...], ...]:
 
 
 def reading_filter(quantity: str, rate: int, band: float) -> ReadingFilter:
-    """Return the filter of `quantity` (one of ORDERS) at `rate` (Hz) for what sounds up to WIDTH times `band` (Hz)."""
+    """Return the filter of `quantity` (one of ORDERS) at `rate` (Hz) for what sounds up to WIDTH times `band` (Hz).
+
+    All quantities at one rate and band have filters of the same length, so channels stay together.
+    """
     order, stride, taps = ORDERS[quantity], stride_for(rate, band), TAPS
     highest = min(WIDTH * band * stride / rate, 0.49)
     weights = np.array(usual_weights(order))[:: LONGEST_STRIDE // stride]
-    while rate < SAMPLES_A_PERIOD * band and taps <= MOST_TAPS:
-        weights = np.array([designed(order, j / stride, taps, highest) for j in range(stride)])
-        if filter_error(weights, order, highest) <= ENOUGH:
-            break
-        taps += 2
+    if rate < SAMPLES_A_PERIOD * band:
+        taps = _taps_for(stride, highest)
+        weights = _all_weights(order, stride, taps, highest)
     error = filter_error(weights, order, highest)
     return ReadingFilter(stride, weights * (rate / stride) ** order, float(order == 0), error)
+
+
+@cache
+def _taps_for(stride: int, highest: float) -> int:
+    """Return the samples of z with which every derivative errs by ENOUGH at most, MOST_TAPS where none suffice."""
+    for taps in range(TAPS, MOST_TAPS, 2):
+        errors = [filter_error(_all_weights(order, stride, taps, highest), order, highest) for order in range(3)]
+        if max(errors) <= ENOUGH:
+            return taps
+    return MOST_TAPS
+
+
+def _all_weights(order: int, stride: int, taps: int, highest: float) -> Array:
+    return np.array([designed(order, j / stride, taps, highest) for j in range(stride)])
 
 
 def responses(taps: int, order: int, part: float, highest: float) -> tuple[Complex, Complex]:

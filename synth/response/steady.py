@@ -16,7 +16,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from synth.arrays import Array
-from synth.kernels import inlined, kernel
+from synth.kernels import inlined, signed_kernel
 from synth.response.evaluation import PLACE, SMALLEST
 from synth.response.spectrum import Complex
 
@@ -93,7 +93,7 @@ def bits_of(cells):
     return bits
 
 
-@kernel
+@signed_kernel("void(f8[:,::1], u8, u8, f8, f4[:,::1], i8)")
 def read_cubic(table, phase, step, gain, out, channel):
     """Write gain * table at the phases phase + i step (uint64 fractions of a turn) to out[:, channel].
 
@@ -109,7 +109,7 @@ def read_cubic(table, phase, step, gain, out, channel):
         phase += step
 
 
-@kernel
+@signed_kernel("void(f8[:,::1], u8, u8, f8, f4[:,::1], i8)")
 def read_linear(table, phase, step, gain, out, channel):
     """Write what `read_cubic` does from a table of straight lines, float64 [cells, 2]."""
     bits = bits_of(table.shape[0])
@@ -140,7 +140,7 @@ def cosine_and_sine(phase):
     return -cosine if behind else cosine, -sine if below else sine
 
 
-@kernel
+@signed_kernel("void(c16[::1], u8, u8, f8, f4[:,::1], i8)")
 def read_harmonics(series, phase, step, gain, out, channel):
     """Write gain * the sum of `series` (complex128 [highest + 1]) as `read_cubic` does its table."""
     highest = len(series) - 1

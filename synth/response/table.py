@@ -73,6 +73,11 @@ class ResponseTable:
         """Bytes that the table holds: those of its file, and the padding."""
         return self.pool.nbytes + self.means.nbytes + self.loads.nbytes + self.error.largest.nbytes
 
+    @property
+    def memory_bytes(self) -> int:
+        """The same, for a cache."""
+        return self.nbytes
+
     @cached_property
     def layout(self) -> np.ndarray[Any, np.dtype[np.int64]]:
         """Where each level begins in `pool`, and its places, int64 [levels, 2]."""

@@ -61,6 +61,12 @@ class TableError:
         left_out = sum(2.0 ** (k * (order + 1.0 - FALL)) for k in range(octaves))
         return float(told + left_out * float(self.beyond[order, interval]))
 
+    def over(self, loads: tuple[float, float], quantity: str, harmonics: int) -> float:
+        """Return the largest error of `quantity` between two `loads` (N); other arguments as in `at`."""
+        low, high = loads
+        inside = [float(load) for load in self.loads if low < load < high]
+        return max(self.at(load, quantity, harmonics) for load in (low, *inside, high))
+
     def largest_told(self, quantity: str, harmonics: int = 32, lightest: float = 0.02) -> float:
         """Return the largest error told of `quantity` with so many harmonics, over the loads from `lightest` (N) on."""
         loads = self.loads[:-1]

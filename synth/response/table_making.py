@@ -19,7 +19,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.contact.load_response import Response
 from synth.response.load_grid import SolvedRows, first_loads, halfway, heaviest_row, solved_rows
-from synth.response.mip_levels import MipLevels
+from synth.response.mip_levels import PLACES_A_HARMONIC, MipLevels
 from synth.response.place_spline import PADDING, padded, spline_coefficients
 from synth.response.spectrum import Complex
 from synth.response.table import ResponseTable, rounded
@@ -44,20 +44,28 @@ PHASES_A_HARMONIC = 4  # solved; with 2 the highest harmonics would be those tha
 MOST_BYTES = 4_000_000  # of coefficients: a table, all levels
 MOST_WORK = 2.4e7  # cells of phases solved: 0.3 s at 12 ns a cell
 OTHER_BYTES = 128  # of a row: its load and means, and the errors of the interval above it
-TARGETS = np.array([5e-4, 1.5e-3, 5e-3])  # of displacement, velocity, acceleration: half of what is promised
+TARGETS = (5e-4, 1.5e-3, 5e-3)  # of displacement, velocity, acceleration: half of what is promised
 TARGET_HARMONICS = 32  # up to which the targets hold; beyond them that of displacement alone
 HALVED = 2.5  # by so much the error of an interval falls when it is halved, at least where a kink runs through
-GENERATIONS = 12  # halvings of one interval at most: a width of 1e-4 of an octave
+SCARCE = 4  # times the intervals to be halved: with fewer rows left than that, only the worst are halved
+NARROWEST = 1e-4  # of its load: narrower intervals are not halved, whatever their error
 
 
 @dataclass(frozen=True, slots=True)
 class TableBounds:
-    """What a table may cost: harmonics of its fullest level, rows to `heaviest` (N), bytes, and cells of work."""
+    """What a table may cost: harmonics of its fullest level, rows to `heaviest` (N), bytes, and cells of work.
+
+    targets: errors of displacement, velocity and acceleration below which no interval of load is halved. phases,
+    places: a harmonic: those solved, and those held.
+    """
 
     harmonics: int = HARMONICS
     heaviest: float = HEAVIEST
     nbytes: int = MOST_BYTES
     work: float = MOST_WORK
+    targets: tuple[float, float, float] = TARGETS
+    phases: int = PHASES_A_HARMONIC
+    places: float = PLACES_A_HARMONIC
 
     def rows(self, levels: MipLevels, work_of_row: float) -> int:
         """Return how many rows the bounds allow, at least the first ones and their middles."""
@@ -75,7 +83,7 @@ def make_table(
 
     scene: JSON that the table tells with it.
     """
-    levels = MipLevels.up_to(bounds.harmonics)
+    levels = MipLevels.up_to(bounds.harmonics, bounds.places)
     heaviest, full = heaviest_row(response, bounds.heaviest)
     making = TableMaking(response, bounds, heaviest)
     making.halve(bounds.rows(levels, making.phases * response.work_at(min(USUAL_LOAD, heaviest))))
@@ -113,7 +121,8 @@ class TableMaking:
 
     def __init__(self, response: Response, bounds: TableBounds, heaviest: float) -> None:
         self.response, self.highest = response, bounds.harmonics
-        self.phases = 1 << (PHASES_A_HARMONIC * bounds.harmonics - 1).bit_length()
+        self.targets = np.array(bounds.targets)
+        self.phases = 1 << (bounds.phases * bounds.harmonics - 1).bit_length()
         self.counts = told_harmonics(bounds.harmonics)
         self.usual = self._extents(solved_rows(response, np.array([min(USUAL_LOAD, heaviest)]), self.phases).heights)
         self.rows = solved_rows(response, first_loads(heaviest), self.phases)
@@ -129,15 +138,15 @@ class TableMaking:
 
     def halve(self, most_rows: int) -> None:
         """Halve intervals until each is expected to keep its target, or there are `most_rows` rows."""
-        for _ in range(GENERATIONS):
-            worst = self._worst()
-            count = min(most_rows - len(self.rows.loads), int(np.count_nonzero(worst > 1.0)))
-            if count <= 0:
+        while True:
+            worst, room = self._worst(), most_rows - len(self.rows.loads)
+            worst[np.diff(self.rows.loads) < NARROWEST * self.rows.loads[1:]] = 0.0
+            chosen = np.flatnonzero(np.isinf(worst) if np.isinf(worst).any() else worst > 1.0)
+            if not len(chosen) or room <= 0:
                 return
-            # the worst of them, but for those that are far better than they: what they leave may need the rows more
-            chosen = np.sort(np.argsort(-worst, kind="stable")[:count])
-            first = np.isinf(worst[chosen]).any()
-            chosen = chosen[np.isinf(worst[chosen])] if first else chosen[worst[chosen] > 0.2 * worst.max()]
+            if SCARCE * len(chosen) > room:  # the worst of them: what they leave may need the rows more than the others
+                chosen = np.sort(chosen[np.argsort(-worst[chosen], kind="stable")][:room])
+                chosen = chosen[worst[chosen] > 0.2 * worst.max()] if np.isfinite(worst.max()) else chosen
             self._halve(chosen)
 
     def error(self, levels: MipLevels) -> TableError:
@@ -152,8 +161,8 @@ class TableMaking:
     def _worst(self) -> Array:
         """Return of each interval the largest error that is expected of its halves, over the target."""
         within = np.array(self.counts) <= TARGET_HARMONICS
-        shares = np.where(within, 1.0 / TARGETS[:, np.newaxis], 0.0)
-        shares[0] = 1.0 / TARGETS[0]
+        shares = np.where(within, 1.0 / self.targets[:, np.newaxis], 0.0)
+        shares[0] = 1.0 / self.targets[0]
         over = [share * self.missed[k, j] for (k, j), share in np.ndenumerate(shares) if share > 0.0]
         return np.asarray(np.max(np.array(over), axis=0) / HALVED)
 

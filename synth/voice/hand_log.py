@@ -6,10 +6,6 @@ Model   An event is a list: frame, name, values.
             [frame, "lift"]                                        the finger was taken off
             [frame, "scene", scene]                                a change of scene, begun as soon as it could be
             [frame, "release"]                                     the fade that ends it
-            [frame, "refine"]                                      a cross-fade to newer rows of load, as a new part
-            [frame, "rows", part, reader, "all" or "more", loads]  the rows of load that a part of the sound used
-        Rows are part of it because they become ready in their own time. Parts count the voices that a hand moved, in
-        the order in which they began.
 Limits  LARGEST_BYTES of memory; then it is full, and holds the beginning.
 """
 
@@ -19,15 +15,11 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
-
-from synth.arrays import Array
 from synth.motion.update_smoothing import Update
 
-FORMAT, VERSION = "ridgewave-recording", 2
+FORMAT, VERSION = "ridgewave-recording", 3
 LARGEST_BYTES = 128 << 20  # 470,000 updates: 100 a second for 1.3 h; a longer session holds memory that others need
 EVENT_BYTES = 280  # of an update; of any other event without what it holds besides
-LOAD_BYTES = 32  # of one load (N) in a list
 BYTES_PER_CHARACTER = 10  # of a scene, by its text: a number takes 32 bytes and some four characters
 
 Event = list[Any]
@@ -47,7 +39,6 @@ class HandLog:
         self.ended_at: int | None = None
         self.cut_frames = 0
         """The last frames, where they were faded after they had been rendered."""
-        self._rows: dict[tuple[int, int], Array] = {}
 
     def contact(self, frame: int, update: Update) -> None:
         """Note an update."""
@@ -68,20 +59,6 @@ class HandLog:
     def scene(self, frame: int, document: dict[str, Any]) -> None:
         """Note a change to the scene of `document`."""
         self._note([frame, "scene", document], BYTES_PER_CHARACTER * len(json.dumps(document)))
-
-    def refine(self, frame: int) -> None:
-        """Note a cross-fade to newer rows of load, those of the next part."""
-        self._note([frame, "refine"])
-
-    def rows(self, frame: int, part: int, reader: int, loads: Array) -> None:
-        """Note the rows of load (N) that a reader of a part uses from now on."""
-        before = self._rows.get((part, reader))
-        self._rows[part, reader] = loads
-        more = None if before is None else np.setdiff1d(loads, before)
-        if more is None or len(more) + len(before if before is not None else ()) != len(loads):
-            self._note([frame, "rows", part, reader, "all", loads.tolist()], LOAD_BYTES * len(loads))
-        else:
-            self._note([frame, "rows", part, reader, "more", more.tolist()], LOAD_BYTES * len(more))
 
     def end(self, frame: int) -> None:
         """Take no more events, from `frame` on."""

@@ -8,38 +8,27 @@ Model   Updates become position and load at audio rate in `following`. The first
         A finger that lands ramps in. `lift` takes the finger off until the next update. What decides the samples goes
         into a `HandLog`: `recording` plays them again.
 Source  design, sections 4 (motion, recording) and 7.
-Limits  an update is heard `motion_delay` after the frame at which it was applied. Rows of load that a thread has solved
-        meanwhile are taken over between blocks, in a cross-fade where they change what sounds. One hand.
+Limits  an update is heard `motion_delay` after the frame at which it was applied. One hand.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-from synth.arrays import Array
 from synth.motion.motion import LOAD, Motion
 from synth.motion.update_smoothing import Follower, Update
 from synth.plan.preparation import Preparation, prepare
-from synth.plan.usual_hand import HAND_LOADS, nominal_scene, with_full_scale, with_hand_scale
+from synth.plan.usual_hand import nominal_scene, with_full_scale, with_hand_scale
 from synth.response.cache import ResponseCache
 from synth.scene.effects_section import lowest_load
 from synth.scene.scene import Scene, scene_document
-from synth.voice.hand_block import HandBlocks
 from synth.voice.hand_log import FORMAT, VERSION, HandLog
 from synth.voice.limiter import LOOK_AHEAD, Block, faded
-from synth.voice.live_voice import CHANGE_TIME, REHEARSED_BLOCK, Change, LiveVoice
-from synth.voice.moving import MovingReader
+from synth.voice.live_voice import Change, LiveVoice
 from synth.voice.voice import Voice
 
-HEARD_TIME = 0.1  # s after an update in which a hand that keeps its load may rest; longer: a network that stalls looks
-# like hands at rest, each at another load, and fine rows for them all fill the memory. Updates at 30 Hz come in 0.033 s
 LANDING_TIME = 0.02  # s in which a finger that lands sounds up: its load sets in within a millisecond, which knocks
-
-RowsOfPart = Callable[[int, int], Array]
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,21 +41,14 @@ class HandChange(Change):
 class HandVoice(LiveVoice):
     """An endless voice for one hand.
 
-    scene, cache: as `LiveVoice`. record: keep a log. rows: for a recording that is played again: the rows of load (N)
-    with which a reader of a part begins; no thread solves others then.
+    scene, cache, exact: as `LiveVoice`. record: keep a log.
     """
 
     def __init__(
-        self,
-        scene: Scene,
-        *,
-        cache: ResponseCache | None = None,
-        record: bool = False,
-        rows: RowsOfPart | None = None,
+        self, scene: Scene, *, cache: ResponseCache | None = None, record: bool = False, exact: bool = False
     ) -> None:
-        super().__init__(scene, cache=cache)
+        super().__init__(scene, cache=cache, exact=exact)
         self.log = HandLog() if record else None
-        self._rows = rows
         self._spare: Voice | None = self._voice_for_hand(self.scene)
         self._follower: Follower | None = None
         self._leaving: Follower | None = None
@@ -74,11 +56,8 @@ class HandVoice(LiveVoice):
         self._load = nominal_scene(scene).scan.load
         self._lifted = False
         self._motion: Motion | None = None
-        self._parts: dict[Voice, int] = {}
-        self._readers: tuple[MovingReader, ...] = ()
-        self._begun = self._look_from = self._touched_at = 0
+        self._by_hand: set[Voice] = set()
         self._last_load: float | None = None  # N, at the last frame that a hand led
-        self._blocks = HandBlocks(self._limiter) if self.channels == 1 else None
 
     def _scaled(self, solved: Preparation) -> Preparation:
         return with_hand_scale(solved, self._cache)
@@ -86,8 +65,12 @@ class HandVoice(LiveVoice):
     @property
     def motion_delay(self) -> float:
         """Seconds from the frame at which an update is applied to its full effect in the sound, at most."""
-        late = (self._spare or self._voice).late
-        return LOOK_AHEAD + Follower(self.sample_rate).delay + late / self.sample_rate
+        return LOOK_AHEAD + Follower(self.sample_rate).delay + self.late / self.sample_rate
+
+    @property
+    def late(self) -> int:
+        """Frames by which what follows a hand is late."""
+        return (self._spare or self._voice).late
 
     @property
     def lowest_load(self) -> float:
@@ -137,7 +120,6 @@ class HandVoice(LiveVoice):
         """Apply `update` from the next frame on."""
         if self.log is not None:
             self.log.contact(self.frame, update)
-        self._touched_at = self.frame
         if update.load is None:
             update = update._replace(load=self._load)
         else:
@@ -147,7 +129,7 @@ class HandVoice(LiveVoice):
             self._jump = update
             return
         if self._last_load == 0.0 and self._load > 0.0:
-            self._gain, self._rise = 0.0, LANDING_TIME
+            self._gain, self._rise, self._held = 0.0, LANDING_TIME, self._voice.late
         moved = self._follower.copy()
         if moved.apply(update):
             self._jump = update
@@ -164,6 +146,7 @@ class HandVoice(LiveVoice):
 
     def release(self) -> None:
         """Fade out, beginning with the next block."""
+        self._held = 0
         if self.log is not None and not self._released:
             self.log.release(self.frame)
         super().release()
@@ -189,103 +172,11 @@ class HandVoice(LiveVoice):
             self.log.scene(self.frame, scene_document(change.scene))
         super().apply(change)
 
-    def render(self, frames: int) -> Block:
-        """Return the next `frames` frames, float32 [frames, channels], within -1..1."""
-        if self.frame >= self._look_from and self._rows is None:
-            self._look()
-        reader = self._alone()
-        return super().render(frames) if reader is None else self._led(reader, frames)
-
-    def _play_through(self) -> None:
-        """Play the scan, a touch, a press, a slide, a jump, a change, a lift, a landing and the end."""
-        load, period = self._load or HAND_LOADS[0], self.scene.texture.period
-        across = 1 + round(CHANGE_TIME / REHEARSED_BLOCK)
-        touches: tuple[tuple[float | None, float | None, float, int], ...] = (
-            (0.0, None, load, across),
-            (0.5 * period, None, 0.9 * load, 2),
-            (None, 0.01, load, 2),
-            (1000.0 * period, None, load, across),
-        )
-        self._play_blocks(1)
-        for number, (position, speed, pressed, blocks) in enumerate(touches):
-            self.touch(Update(number, REHEARSED_BLOCK * number, position, speed, pressed))
-            self._play_blocks(blocks)
-        self.apply(self.prepare(self.scene))
-        self._play_blocks(across)
-        if self._voice.cheap_twin:
-            self.refine()
-            self._play_blocks(across)
-        self.lift()
-        self._play_blocks(across)
-        self.touch(Update(len(touches), REHEARSED_BLOCK * len(touches), None, 0.01, load))
-        self._play_blocks(across)
-        self.release()
-        self._play_blocks(2)
-
-    def _alone(self) -> MovingReader | None:
-        """Return what reads a hand that sounds alone, at full gain and without effects; None where it does not."""
-        if self._follower is None or self._coming is not None or self._waiting is not None or self._jump is not None:
-            return None
-        return self._voice.hand_reader if self._gain == 1.0 and not self._released else None
-
-    def _led(self, reader: MovingReader, frames: int) -> Block:
-        """Do as `LiveVoice.render` where nothing changes but what the hand does: most blocks of a stream are this."""
-        assert self._follower is not None
-        if self._blocks is None:
-            block = np.empty((frames, self.channels), np.float32)
-            reader.read_hand(self._followed(frames), block)
-            self._limit(block)
-        else:
-            block, self._last_load = self._blocks.render(self._follower, reader, frames, self._limiter)
-            self._reduction = self._limiter.take_reduction()
-        self.frame += frames
-        return block
-
-    def use_rows(self, part: int, reader: int, loads: Array) -> None:
-        """Have a part use these rows of load (N), as the log of a recording says."""
-        for voice, number in self._parts.items():
-            if number == part:
-                voice.hand_readers[reader].use_rows(loads)
-
-    def close(self) -> None:
-        """End the threads that solve rows of load for this hand alone; waits for none of them."""
-        for voice in self._parts:
-            voice.close(wait=False)
-
     def _voice_for_hand(self, scene: Scene) -> Voice:
         """Return a voice of `scene` for a hand, with the stream's full scale; slow."""
         still = nominal_scene(scene).model_copy(update={"texture": scene.texture})
         solved = prepare(with_full_scale(still, self.full_scale), self._cache, paced=True)
-        voice = Voice(solved, live=True, cache=self._cache, follow=False)
-        for reader in voice.hand_readers if self._rows is None else ():
-            reader.shared.settle()
-        return voice
-
-    def refine(self) -> None:
-        """Cross-fade to the newest rows of load from the next frame on."""
-        if self.log is not None:
-            self.log.refine(self.frame)
-        self._cross_to_hand(self._voice.twin())
-
-    def _look(self) -> None:
-        """Take over the rows of load that are ready: at once where nothing is heard of it, else in a cross-fade."""
-        if self._coming is not None or self._last_load is None or not self._parts:
-            return
-        self._look_from = self.frame + max((reader.look_frames for reader in self._readers), default=0)
-        heard = self.frame - self._touched_at <= HEARD_TIME * self.sample_rate
-        for reader in self._readers:
-            reader.may_rest = heard
-        news = [(place, one) for place, one in enumerate(self._readers) if one.has_news()]
-        if not news:
-            return
-        load, part = self._last_load, self._parts[self._voice]
-        if self._voice.cheap_twin and any(reader.news_matter(load) for _, reader in news):
-            self.refine()
-            return
-        for place, reader in news:
-            reader.take_over_rows()
-            if self.log is not None:
-                self.log.rows(self.frame, part, place, reader.edges)
+        return Voice(solved, live=True, exact=self._exact, cache=self._cache)
 
     def _begin_change(self) -> None:
         change = self._waiting
@@ -319,18 +210,7 @@ class HandVoice(LiveVoice):
         self._cross_to_hand(voice)
 
     def _cross_to_hand(self, voice: Voice) -> None:
-        part = self._begun
-        self._begun += 1
-        self._parts[voice] = part
-        for place, reader in enumerate(voice.hand_readers):
-            reader.takes_over = False
-            if self._rows is not None:
-                reader.use_rows(self._rows(part, place))
-            else:
-                reader.follow()
-                reader.renew()
-                if self.log is not None:
-                    self.log.rows(self.frame, part, place, reader.edges)
+        self._by_hand.add(voice)
         self._cross_to(voice)
 
     def _next(self, frames: int) -> Block:
@@ -338,7 +218,7 @@ class HandVoice(LiveVoice):
         return super()._next(frames)
 
     def _rendered(self, voice: Voice, frames: int) -> Block:
-        if voice not in self._parts:
+        if voice not in self._by_hand:
             return voice.render(frames)
         if self._leaving is not None and voice is self._voice:
             return voice.render(frames, self._leaving.motion(frames))
@@ -352,11 +232,6 @@ class HandVoice(LiveVoice):
         return motion
 
     def _crossing_done(self, voice: Voice) -> None:
-        self._drop(self._voice)
+        self._by_hand.discard(self._voice)
         self._leaving = None
-        self._readers = voice.hand_readers
         super()._crossing_done(voice)
-
-    def _drop(self, voice: Voice) -> None:
-        self._parts.pop(voice, None)
-        voice.close(wait=False)

@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from synth.kernels import unfused
+from synth.kernels import signed_kernel, unfused
 
 Block = np.ndarray[Any, np.dtype[np.float32]]
 Integers = np.ndarray[Any, np.dtype[np.int64]]
@@ -47,41 +47,6 @@ LOWEST = 6  # least SECOND_SUM since it was asked for
 TURNED_DOWN = 7  # frames given out at a gain below 1
 NOT_FINITE = 8  # frames taken that had a sample which is not finite
 NUMBERS = 9
-
-
-@unfused
-def hold_within(
-    block: Block, out: Block, pending: Block, numbers: Integers, first: Integers, second: Integers, queue: Integers,
-    recovery: int,
-) -> None:  # fmt: skip
-    """Take `block` and fill `out`, which may be `block`, with as many frames, `ahead` frames late, none beyond -1..1.
-
-    block, out: [frames, channels]. pending: [ahead, channels], the frames that are to come out next. numbers:
-    [NUMBERS]. first, second: the windows, of ahead + 2 places together. queue: [2, ahead + 1], the gains needed, each
-    higher than the one before, and the frames that need them. recovery: in units of 1 / RECOVERY_ONE.
-    """
-    whole = len(first) * len(second) * ONE
-    if numbers[SECOND_SUM] == whole and numbers[QUEUED] == 0 and _fits(block):
-        _pass_on(block, out, pending, numbers)
-        return
-    ahead = len(pending)
-    for i in range(len(block)):
-        _queue(_needed(block, i, numbers), queue, numbers)
-        _move(numbers, first, second, queue, recovery)
-        level = numbers[SECOND_SUM] / whole
-        slot = numbers[FRAME] % max(1, ahead)
-        for channel in range(block.shape[1]):
-            taken = block[i, channel] if np.isfinite(block[i, channel]) else SILENCE
-            given = taken
-            if ahead > 0:
-                given = pending[slot, channel]
-                pending[slot, channel] = taken
-            if level < 1.0:
-                given = np.float32(max(-1.0, min(1.0, given * level)))
-            out[i, channel] = given if abs(given) >= SMALLEST_NORMAL else SILENCE
-        numbers[TURNED_DOWN] += level < 1.0
-        numbers[LOWEST] = min(numbers[LOWEST], numbers[SECOND_SUM])
-        numbers[FRAME] += 1
 
 
 @unfused
@@ -155,3 +120,38 @@ def _move(numbers: Integers, first: Integers, second: Integers, queue: Integers,
     first[one] = gain
     numbers[SECOND_SUM] += numbers[FIRST_SUM] - second[other]
     second[other] = numbers[FIRST_SUM]
+
+
+@signed_kernel("void(f4[:,::1], f4[:,::1], f4[:,::1], i8[::1], i8[::1], i8[::1], i8[:,::1], i8)", fused=False)
+def hold_within(
+    block: Block, out: Block, pending: Block, numbers: Integers, first: Integers, second: Integers, queue: Integers,
+    recovery: int,
+) -> None:  # fmt: skip
+    """Take `block` and fill `out`, which may be `block`, with as many frames, `ahead` frames late, none beyond -1..1.
+
+    block, out: [frames, channels]. pending: [ahead, channels], the frames that are to come out next. numbers:
+    [NUMBERS]. first, second: the windows, of ahead + 2 places together. queue: [2, ahead + 1], the gains needed, each
+    higher than the one before, and the frames that need them. recovery: in units of 1 / RECOVERY_ONE.
+    """
+    whole = len(first) * len(second) * ONE
+    if numbers[SECOND_SUM] == whole and numbers[QUEUED] == 0 and _fits(block):
+        _pass_on(block, out, pending, numbers)
+        return
+    ahead = len(pending)
+    for i in range(len(block)):
+        _queue(_needed(block, i, numbers), queue, numbers)
+        _move(numbers, first, second, queue, recovery)
+        level = numbers[SECOND_SUM] / whole
+        slot = numbers[FRAME] % max(1, ahead)
+        for channel in range(block.shape[1]):
+            taken = block[i, channel] if np.isfinite(block[i, channel]) else SILENCE
+            given = taken
+            if ahead > 0:
+                given = pending[slot, channel]
+                pending[slot, channel] = taken
+            if level < 1.0:
+                given = np.float32(max(-1.0, min(1.0, given * level)))
+            out[i, channel] = given if abs(given) >= SMALLEST_NORMAL else SILENCE
+        numbers[TURNED_DOWN] += level < 1.0
+        numbers[LOWEST] = min(numbers[LOWEST], numbers[SECOND_SUM])
+        numbers[FRAME] += 1

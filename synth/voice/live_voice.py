@@ -26,11 +26,9 @@ from synth.plan.usual_hand import with_full_scale, with_stream_scale
 from synth.response.cache import ResponseCache
 from synth.scene.scene import Scene
 from synth.voice.limiter import Block, Limiter, look_ahead
-from synth.voice.rehearsal import REHEARSALS, kind_of, stand_in
 from synth.voice.voice import Voice
 
 RAMP_TIME = 0.01  # s of fade in and out: short enough for the 20 ms of a stop, long enough not to click
-REHEARSED_BLOCK = 0.01  # s
 CHANGE_TIME = 0.05  # s from one scene to the next; shorter steps become audible on slow waveforms
 
 
@@ -38,7 +36,7 @@ CHANGE_TIME = 0.05  # s from one scene to the next; shorter steps become audible
 class Change:
     """A scene that is ready to be taken over.
 
-    scene: as it was asked for. solved: with the stream's full scale. voice: of it, its rows solved and not yet begun.
+    scene: as it was asked for. solved: with the stream's full scale. voice: of it, not yet begun.
     """
 
     scene: Scene
@@ -49,25 +47,26 @@ class Change:
 class LiveVoice:
     """An endless voice for one listener.
 
-    scene: the first scene; CannotRender and SceneError as `prepare`. cache: responses shared with other voices.
+    scene: the first scene; CannotRender and SceneError as `prepare`. cache: responses shared with other
+    voices. exact: what moves reads tables that are made to the tolerance, which takes seconds.
     """
 
-    def __init__(self, scene: Scene, *, cache: ResponseCache | None = None) -> None:
-        self._cache = cache or ResponseCache()
+    def __init__(self, scene: Scene, *, cache: ResponseCache | None = None, exact: bool = False) -> None:
+        self._cache, self._exact = cache or ResponseCache(), exact
         self._first = scene
         self.scene = scene
-        self._voice = Voice(self._scaled(prepare(scene, self._cache, paced=True)), paced=True)
+        self._voice = Voice(self._scaled(prepare(scene, self._cache, paced=True, exact=exact)), paced=True)
         self._ahead = look_ahead(self._voice.sample_rate)
         self._channels = self._voice.channels
         self._limiter = Limiter(self._voice.channels, self._voice.sample_rate, self._ahead)
         self._silent = 0
-        self._rehearses = False
         self._primed = False
         self._coming: Voice | None = None
         self._crossed = 0
         self._waiting: Change | None = None
         self._gain = 0.0
         self._rise = RAMP_TIME
+        self._held = 0  # frames for which the gain waits before it moves
         self._reduction = 0.0
         self._released = False
         self.frame = 0
@@ -117,46 +116,13 @@ class LiveVoice:
         """True when the voice was released and has faded out, the limiter's look-ahead included."""
         return self._released and self._silent >= max(1, self._ahead)
 
-    def rehearse(self) -> None:
-        """Have a voice of this kind play unheard, unless one has (`live_rehearsal`), now and before each change.
-
-        For a stream beside others; slow, for the thread that opens it.
-        """
-        self._rehearses = True
-        self._rehearse(self.scene, self.plan)
-
-    def _rehearse(self, scene: Scene, plan: Plan) -> None:
-        def play() -> None:
-            voice = type(self)(stand_in(scene), cache=self._cache)
-            try:
-                voice._play_through()
-            finally:
-                voice.close()
-
-        REHEARSALS.once((type(self), kind_of(scene, plan)), play)
-
-    def _play_through(self) -> None:
-        """Play whatever this voice can come to play."""
-        self._play_blocks(1)
-        self.apply(self.prepare(self.scene))
-        self._play_blocks(1 + round(CHANGE_TIME / REHEARSED_BLOCK))
-        self.release()
-        self._play_blocks(2)
-
-    def _play_blocks(self, count: int) -> None:
-        for _ in range(count):
-            self.render(round(REHEARSED_BLOCK * self.sample_rate))
-
     def prepare(self, scene: Scene) -> Change:
         """Return `scene` ready to be taken over; SceneError where it changes what is fixed for a stream."""
         faults = fixed_faults(self._first, scene)
         if faults:
             raise SceneError(faults)
-        solved = prepare(with_full_scale(scene, self.full_scale), self._cache, paced=True)
-        change = Change(scene, solved, Voice(solved, paced=True))
-        if self._rehearses:
-            self._rehearse(scene, change.voice.plan)
-        return change
+        solved = prepare(with_full_scale(scene, self.full_scale), self._cache, paced=True, exact=self._exact)
+        return Change(scene, solved, Voice(solved, paced=True))
 
     def apply(self, change: Change) -> None:
         """Take `change` over from the next block on."""
@@ -165,9 +131,6 @@ class LiveVoice:
     def release(self) -> None:
         """Fade out, beginning with the next block."""
         self._released = True
-
-    def close(self) -> None:
-        """Let go of what outlives a voice: nothing, unless a hand moves it."""
 
     def _scaled(self, solved: Preparation) -> Preparation:
         """Return `solved` with the full scales that the voice keeps."""
@@ -249,7 +212,8 @@ class LiveVoice:
             return
         seconds = RAMP_TIME if self._released else self._rise
         step = 1.0 / max(1, round(seconds * self.sample_rate))
-        away = np.arange(1, len(block) + 1) * (step if goal else -step)
+        away = np.maximum(np.arange(1, len(block) + 1) - self._held, 0) * (step if goal else -step)
+        self._held = max(0, self._held - len(block))
         gains = np.clip(self._gain + away, 0.0, 1.0)
         block *= (0.5 - 0.5 * np.cos(math.pi * gains))[:, np.newaxis].astype(np.float32)
         self._gain = float(gains[-1]) if len(gains) else self._gain

@@ -1,11 +1,12 @@
 """Recordings of live sessions: a document that holds what decided every sample, and the samples again.
 
 Stage   3 (VOICE), after `live_hand`.
-Model   A recording is {"format": "ridgewave-recording", "version": 2, "scene", "full_scale", "frames", "faded",
+Model   A recording is {"format": "ridgewave-recording", "version": 3, "scene", "full_scale", "frames", "faded",
         "events"}: the scene of the beginning, what 1.0 stood for, how many frames were sent, how many of the last were
         faded after they had been rendered, and the events of `hand_log`. Played again, each event is applied before
         the frame that it names. A recording of version 1 was made when a scene without a bandwidth had the full band:
-        its scenes are read so (`scene_before_bands`), and give the same samples.
+        its scenes are read so (`scene_before_bands`). Versions 1 and 2 told which loads were solved when; that is left
+        out, so their samples come as near as the table does.
 Source  design, section 4 (recording).
 Limits  the samples are the same on a machine that computes as the first did: same versions, same kind of processor.
         A log that became full is played to there.
@@ -14,12 +15,11 @@ Limits  the samples are the same on a machine that computes as the first did: sa
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
-from synth.arrays import Array
 from synth.errors import Fault, SceneError, shown
 from synth.motion.update_smoothing import Update
 from synth.plan.usual_hand import with_full_scale
@@ -31,7 +31,12 @@ from synth.voice.hand_voice import HandVoice
 from synth.voice.limiter import Block, end_gains, under
 
 LONGEST_BLOCK = 1 << 14  # frames rendered together
-VERSIONS = (1, VERSION)  # that are read
+VERSIONS = (1, 2, VERSION)  # that are read
+OLD_EVENTS = ("rows", "refine")  # of versions 1 and 2: which loads were solved; a table needs none of it
+OTHER_ENGINE = (
+    "This recording was made before response tables: the motion and the scene are those of the session, its samples "
+    "differ by what the loads between the rows of that time erred by.",
+)
 AS_DOWNLOADED = "Keep the recording as it was downloaded."
 
 
@@ -45,11 +50,16 @@ class Recording:
         first = 0
         for place, event in enumerate(events):
             first = _checked(event, place, first)
-        self.events = tuple(_in_full_band(event) for event in events) if document["version"] == 1 else tuple(events)
+        self.version = int(document["version"])
+        kept = tuple(event for event in events if event[1] not in OLD_EVENTS)
+        self.events = tuple(map(_in_full_band, kept)) if self.version == 1 else kept
 
-    def open(self, cache: ResponseCache | None = None) -> Replay:
-        """Return what plays it again, at frame 0; solves the first scene."""
-        return Replay(self, cache)
+    def open(self, cache: ResponseCache | None = None, *, exact: bool = False) -> Replay:
+        """Return what plays it again, at frame 0; solves the first scene.
+
+        exact: with tables that are made to the scene's tolerance in place of those that were heard.
+        """
+        return Replay(self, cache, exact=exact)
 
 
 class Replay:
@@ -58,13 +68,12 @@ class Replay:
     scene: with which it began. frames: how many there are. The other attributes are those of a voice.
     """
 
-    def __init__(self, recording: Recording, cache: ResponseCache | None = None) -> None:
+    def __init__(self, recording: Recording, cache: ResponseCache | None = None, *, exact: bool = False) -> None:
         self.scene, self.frames = recording.scene, recording.frames
         self._events, self._next = recording.events, 0
         self._fade_from, self._fade = self.frames - recording.faded, end_gains(recording.faded)
-        first = _first_rows(recording.events)
-        self._rows = dict.fromkeys(first, np.empty(0))
-        self._voice = HandVoice(recording.scene, cache=cache, rows=lambda part, reader: first[part, reader])
+        self._voice = HandVoice(recording.scene, cache=cache, exact=exact)
+        self._doubts = OTHER_ENGINE if recording.version < VERSION else ()
         self.sample_rate, self.channels = self._voice.sample_rate, self._voice.channels
         self.quantities, self.full_scale = self._voice.quantities, self._voice.full_scale
         if len(self.full_scale) != len(recording.full_scale):
@@ -77,9 +86,19 @@ class Replay:
         return self._voice.frame
 
     @property
+    def late(self) -> int:
+        """Frames by which what follows the hand is late, beside the limiter."""
+        return self._voice.late
+
+    @property
+    def estimated_error(self) -> dict[str, float]:
+        """The error of each quantity, relative to its peak-to-peak, of the scene that sounds."""
+        return self._voice.plan.estimated_error
+
+    @property
     def warnings(self) -> tuple[str, ...]:
         """What a user should know about the scene that sounds."""
-        return self._voice.warnings
+        return (*self._doubts, *self._voice.warnings)
 
     def render(self, frames: int) -> Block:
         """Return the next `frames` frames, float32 [frames, channels], as they were sent."""
@@ -87,7 +106,7 @@ class Replay:
         done = 0
         while done < frames:
             while self._next < len(self._events) and self._events[self._next][0] <= self.frame:
-                _apply(self._events[self._next], self._voice, self._rows)
+                _apply(self._events[self._next], self._voice)
                 self._next += 1
             ahead = self._events[self._next][0] - self.frame if self._next < len(self._events) else frames
             count = min(frames - done, ahead, LONGEST_BLOCK)
@@ -104,7 +123,7 @@ class Replay:
         return block
 
 
-def _apply(event: Event, voice: HandVoice, rows: dict[tuple[int, int], Array]) -> None:
+def _apply(event: Event, voice: HandVoice) -> None:
     """Do to the voice what an event says."""
     name = event[1]
     if name == "contact":
@@ -113,22 +132,15 @@ def _apply(event: Event, voice: HandVoice, rows: dict[tuple[int, int], Array]) -
         voice.lift()
     elif name == "release":
         voice.release()
-    elif name == "refine":
-        voice.refine()
     elif name == "scene":
         voice.apply(voice.prepare(with_full_scale(parse_scene(event[2]), voice.full_scale)))
-    else:
-        part, reader, kind, loads = event[2:6]
-        known = np.array(loads, dtype=float)
-        rows[part, reader] = known if kind == "all" else np.union1d(rows[part, reader], known)
-        voice.use_rows(part, reader, rows[part, reader])
 
 
 def _read_head(document: Mapping[str, Any]) -> tuple[Scene, tuple[float, ...], int]:
     """Return the scene, with its full scale, that full scale, and the number of frames."""
     version = document.get("version")
     if document.get("format") != FORMAT or isinstance(version, bool) or version not in VERSIONS:
-        told, allowed = f"{document.get('format')} {shown(version)}", f"{FORMAT} {' or '.join(map(str, VERSIONS))}"
+        told, allowed = f"{document.get('format')} {shown(version)}", f"{FORMAT} 1 to {VERSION}"
         raise _refusal("/version", told, allowed, "Download the recording from a live session.")
     frames, events, scales = document.get("frames"), document.get("events"), document.get("full_scale")
     if not _is_whole(frames):
@@ -189,33 +201,15 @@ def _is_contact(values: list[Any]) -> bool:
     return numbers and (values[2] is None) != (values[3] is None)
 
 
-def _are_rows(values: list[Any]) -> bool:
-    if len(values) != 4 or not (_is_whole(values[0]) and _is_whole(values[1])):
-        return False
-    loads = values[3]
-    wanted = 2 if values[2] == "all" else 0
-    rising = isinstance(loads, list) and all(map(_is_number, loads)) and sorted(set(loads)) == loads
-    return values[2] in ("all", "more") and rising and len(loads) >= wanted
-
-
 VALUES: dict[str, Callable[[list[Any]], bool]] = {
     "contact": _is_contact,
     "lift": lambda values: not values,
     "scene": lambda values: len(values) == 1 and isinstance(values[0], dict),
     "release": lambda values: not values,
-    "refine": lambda values: not values,
-    "rows": _are_rows,
+    "refine": lambda values: True,
+    "rows": lambda values: True,
 }
 """What may stand behind the name of each kind of event."""
-
-
-def _first_rows(events: Iterable[Event]) -> dict[tuple[int, int], Array]:
-    """Return the rows with which each reader of each part began."""
-    found: dict[tuple[int, int], Array] = {}
-    for event in events:
-        if event[1] == "rows" and (event[2], event[3]) not in found:
-            found[event[2], event[3]] = np.array(event[5], dtype=float)
-    return found
 
 
 def _refusal(pointer: str, value: str, allowed: str, hint: str) -> SceneError:

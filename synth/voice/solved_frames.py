@@ -1,4 +1,4 @@
-"""Recordings whose load varies, rendered from the response solved at every frame.
+"""Files whose speed or load varies, rendered from the response solved along their scan.
 
 Stage   3 (VOICE), beside `moving`; `frame_plan` and `frame_solver` are its parts of stage 2.
 Model   chunks of `frame_solver`, divided by the full scale of each channel.
@@ -12,27 +12,31 @@ from __future__ import annotations
 import numpy as np
 
 from synth.plan.frame_plan import FramePlan
-from synth.plan.frame_solver import WITH_MEAN, FrameSolver
+from synth.plan.frame_solver import WITH_MEAN, FrameSolver, Heights
 from synth.plan.preparation import Preparation
 from synth.response.evaluation import SMALLEST
 from synth.response.mean_approach import mean_curve
+from synth.response.series_curve import SeriesCurve
 from synth.voice.limiter import Block
 
 
 class SolvedFrames:
     """Renders frames of one preparation by solving them; any frame, in any order.
 
-    plan: how. Nothing but the last chunk is kept, so a voice may seek. chunk: frames that are solved together.
+    plan: how. heights: z (m) at places (turns) and loads (N); by default that of the scene, at a constant load its
+    series. Nothing but the last chunk is kept, so a voice may seek. chunk: frames that are solved together.
     """
 
-    def __init__(self, solved: Preparation, plan: FramePlan) -> None:
+    def __init__(self, solved: Preparation, plan: FramePlan, heights: Heights | None = None) -> None:
         assert solved.contact is not None and solved.spectrum is not None
         self.solved, self.plan = solved, plan
         rate, mean = solved.scene.output.sample_rate, solved.mean
         if mean is None:
             mean = mean_curve(solved.contact, solved.loads, solved.scene.scan.load, solved.tolerance)
+        if heights is None:
+            heights = solved.contact.heights if solved.load_varies else SeriesCurve(solved.spectrum.harmonics).heights
         self._solver = FrameSolver(
-            solved.contact, solved.scene, mean, rate, oversampling=plan.oversampling, scale=plan.scale
+            heights, solved.scene, mean, rate, count=plan.count, stride=plan.stride, scale=plan.scale
         )
         self.chunk = self._solver.chunk
         self._kept: tuple[int, Block] = (-1, np.empty((0, 0), np.float32))

@@ -2,9 +2,10 @@
 
 Stage   3 (VOICE).
 Model   At constant speed and load the phase is frame times a 64-bit step, so frame N computed directly is frame N
-        streamed. With motion the phase is carried from block to block, or follows the position where that is known.
+        streamed. A scan that moves is solved along its motion, or, where blocks have deadlines, read from the response
+        table; so is a hand.
 Source  design, sections 1, 4 and 8.
-Limits  float32 at the block: 6e-8 of full scale. Blocks are not limited to full scale; `output.Limiter` does that.
+Limits  float32 at the block: 6e-8 of full scale. Blocks are not limited to full scale; `limiter.Limiter` does that.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from synth.motion.motion import Motion, ScanMotion
+from synth.motion.motion import Motion, ScanMotion, completed
 from synth.plan.plan import Plan, plan_of
 from synth.plan.preparation import Preparation, prepare
 from synth.plan.usual_hand import prepare_hand, with_hand_scale
@@ -26,9 +27,8 @@ from synth.response.phases import phase_step, turns_to_phase
 from synth.scene.scene import Scene
 from synth.scene.source import SceneLike, scene_from
 from synth.voice.limiter import Block, fade_envelope
-from synth.voice.moving import MovingReader, completed
-from synth.voice.moving_tables import MovingTables, tables_for
 from synth.voice.solved_frames import SolvedFrames
+from synth.voice.table_reading import HandReader, ScanReader, readers_of
 
 if TYPE_CHECKING:
     from synth.voice.voice_effects import VoiceEffects
@@ -41,11 +41,9 @@ class Voice:
 
     solved: what `prepare` returned. channels: channels of a block. frame: the next frame. phase: where the texture
     stands at frame 0, a 64-bit fraction of a turn.
-    live: for a hand that does not wait. The rows of load round the scan's own are solved here, the usual range in a
-    thread; until they are ready the nearest rows play. Otherwise a block waits for the rows that it needs. A scene that
-    is silent by itself has the full scale 1, or, live, that of a usual hand on it. paced: its blocks have deadlines, so
-    that a recording is read from tables, never solved at its frames. cache: responses shared with others. follow: have
-    rows solved for a live hand from the beginning; otherwise its readers are told when (`hand_readers`).
+    live: for a hand that does not wait: what follows a hand is made ready now, and automatic full scales hold for one.
+    paced: its blocks have deadlines. exact: a hand reads a table that is made to the tolerance. cache: responses and
+    tables shared with others.
     """
 
     def __init__(
@@ -55,39 +53,37 @@ class Voice:
         phase: int = 0,
         live: bool = False,
         paced: bool = False,
+        exact: bool = False,
         cache: ResponseCache | None = None,
-        follow: bool = True,
     ) -> None:
+        self._exact = exact
         self._cache = cache or ResponseCache()
-        self._follows = follow
         self.solved = solved = with_hand_scale(solved, self._cache) if live else solved
         self.scene = solved.scene
         self.frame = 0
         self.channels = len(solved.all_channels)
-        self._live = live
-        self._phase = phase
+        self._phase, self._live = phase, live
         self._moves = solved.moving and solved.spectrum is not None
         self._motion = ScanMotion(solved.scene)
         self._step = phase_step(solved.scene.scan.speed, solved.scene.texture.period, self.sample_rate)
-        self._reader: MovingReader | None = None
-        self._by_hand = False
-        self._before = np.full(4, math.nan)
-        self._readers = []
-        self._frames: SolvedFrames | None = None
+        self._still = solved.scene.texture.amplitude == 0.0
+        self._steady = []
+        self._scan: SolvedFrames | ScanReader | None = None
+        if solved.spectrum is None or solved.simulated:
+            pass  # silence, or the simulation takes the place of the response
+        elif not solved.moving:
+            self._steady = [(c.reader, 1.0 / c.full_scale, c.level) for c in solved.channels if c.reader is not None]
+        elif solved.frames is not None:
+            self._scan = SolvedFrames(solved, solved.frames)
+        else:
+            self._scan = ScanReader(readers_of(solved), solved.scene)
         self._effects: VoiceEffects | None = None
         if solved.effects is not None and solved.spectrum is not None:
-            self._effects = _effects_of(solved, phase, wait=True, paced=live or paced)
-        if solved.simulated:
-            pass  # the simulation takes the place of the response
-        elif solved.spectrum is not None and not solved.moving:
-            self._readers = [(c.reader, 1.0 / c.full_scale, c.level) for c in solved.channels if c.reader is not None]
-        elif solved.spectrum is not None and solved.frames is not None and not (live or paced):
-            self._frames = SolvedFrames(solved, solved.frames)
-        elif solved.spectrum is not None:
-            self._reader = MovingReader(solved, phase, MovingTables(solved, wait=True))
-            self._reader.cover(*self._motion.recorded_loads())
-        self._still = solved.scene.texture.amplitude == 0.0
-        self._hand_reader: MovingReader | None = None
+            self._effects = _effects_of(solved, phase, paced=live or paced)
+        self._by_hand = False
+        self._before = np.full(4, math.nan)
+        self._for_hand: Preparation | None = None
+        self._hand: HandReader | None = None
         self._hand_effects: VoiceEffects | None = None
         if live and not self._still:
             self._ready_for_hand()
@@ -119,34 +115,39 @@ class Voice:
 
     @property
     def plan(self) -> Plan:
-        """The plan that this voice runs, with the error of the rows of load solved so far."""
-        if self._reader is None:
-            solved = self.solved if self._effects is None else self._effects.solved
-            return plan_of(replace(solved, scene=self.scene), framed=self._frames is not None)
-        return plan_of(replace(self._reader.solved, scene=self.scene), self._reader.rows)
+        """The plan that this voice runs: that of a hand once one moves it."""
+        solved = self._for_hand if self._by_hand and self._for_hand is not None else self.solved
+        return plan_of(replace(solved, scene=self.scene))
 
     @property
     def frames_together(self) -> int:
-        """Frames that are solved together, 0 where they are read from tables."""
-        return 0 if self._frames is None else self._frames.chunk
+        """Frames that are solved together, 0 where no frame is solved."""
+        return self._scan.chunk if isinstance(self._scan, SolvedFrames) else 0
 
     @property
     def phase(self) -> int:
         """Where the texture stands at the next frame, a 64-bit fraction of a turn."""
-        if self._reader is not None:
-            return int(self._reader.phase[0])
-        if self._by_hand and self._effects is not None:
-            return int(self._effects.place[0])
-        if self._frames is not None or self._moves:
+        if self._by_hand and self._hand is not None:
+            return int(self._hand.phase)
+        if self._by_hand and self._hand_effects is not None:
+            return int(self._hand_effects.place[0])
+        if self._moves:
             return int(turns_to_phase(self._motion.at(self.frame, 1).position / self.scene.texture.period)[0])
         return (self._phase + self._step * self.frame) % 2**64
 
     @property
     def memory_bytes(self) -> int:
-        """Bytes of what was prepared, and of the tables and rows of a moving voice."""
-        moving = self._frames or self._reader
-        held = 0 if self._effects is None else self._effects.memory_bytes
-        return self.solved.memory_bytes + held + (0 if moving is None else moving.memory_bytes)
+        """Bytes of what was prepared, tables included, and of what the voice alone keeps."""
+        parts = [self.solved] if self._for_hand is None else [self.solved, self._for_hand]
+        held = sum(part.memory_bytes + (0 if part.table is None else part.table.nbytes) for part in parts)
+        held += self._scan.memory_bytes if isinstance(self._scan, SolvedFrames) else 0
+        return held + sum(one.memory_bytes for one in (self._effects, self._hand_effects) if one is not None)
+
+    @property
+    def late(self) -> int:
+        """Frames by which what follows a hand is late."""
+        reading = 0 if self._hand is None else self._hand.delay
+        return max(reading, 0 if self._hand_effects is None else self._hand_effects.late)
 
     def render(self, frames: int, motion: Motion | None = None) -> Block:
         """Return the next `frames` frames, float32 [frames, channels], value / full_scale.
@@ -157,139 +158,94 @@ class Voice:
         if motion is not None and motion.samples.shape[1] != frames:
             raise ValueError(f"a motion of {motion.frames} frames cannot fill a block of {frames}")
         out = np.empty((frames, self.channels), np.float32)
-        if frames and motion is not None and self._by_hand and motion.complete:
+        if frames and self._still:
+            out[:] = 0.0
+        elif frames and motion is not None:
             self._follow(motion, out)
+        elif frames and self._by_hand:
+            self._follow(Motion(self._motion.at(self.frame, frames).samples), out)
         elif frames:
-            self._fill(out, motion)
+            self._go_on(out)
         self.frame += frames
         return out
 
-    def _fill(self, out: Block, motion: Motion | None) -> None:
-        if self._still:
-            out[:] = 0.0
-        elif motion is not None:
-            self._hand(out, motion)
-        elif self._by_hand:
-            self._follow(Motion(self._motion.at(self.frame, len(out)).samples), out)
-        elif self.solved.spectrum is None:
-            out[:] = 0.0
-        else:
-            self._scan(out)
-
-    def _scan(self, out: Block) -> None:
+    def _go_on(self, out: Block) -> None:
         """Render the scene's own scan."""
-        phase, own = self.phase, None
-        if self._moves and (self._reader is not None or self._effects is not None):
-            own = self._motion.at(self.frame, len(out))
-        for number, (reader, gain, level) in enumerate(self._readers):
+        if self.solved.spectrum is None:
+            out[:] = 0.0
+            return
+        phase = self.phase
+        for number, (reader, gain, level) in enumerate(self._steady):
             reader.read(phase, self._step, gain, out, number)
             if level:
                 out[:, number] += np.float32(gain * level)
-        if self._frames is not None:
-            self._frames.read(self.frame, out[:, : len(self.solved.channels)])
-        elif self._reader is not None:
-            assert own is not None
-            self._reader.read(own, out)
+        if self._scan is not None:
+            self._scan.read(self.frame, out[:, : len(self.solved.channels)])
         if self._effects is not None:
+            own = self._motion.at(self.frame, len(out)) if self._moves else None
             self._effects.along(self.frame, phase, self._step, own, out)
 
-    def _hand(self, out: Block, motion: Motion) -> None:
-        if not self._by_hand:
-            phase = self.phase
-            if self._hand_reader is None and self._hand_effects is None:
-                self._ready_for_hand()
-            self._reader, self._effects, self._by_hand = self._hand_reader, self._hand_effects, True
-            if self._reader is not None:
-                self._reader.phase[0] = phase
-            if self._effects is not None:
-                self._effects.place[0] = phase
-        if not motion.complete:
-            motion = completed(motion, self.sample_rate, self._before)
-        self._follow(motion, out)
-
     def _follow(self, motion: Motion, out: Block) -> None:
-        """Render a complete motion; what a live voice costs a block is this."""
-        if self._reader is not None:
-            self._reader.read_hand(motion, out)
-        if self._effects is not None:
-            self._effects.after(motion, out)
+        """Render the motion of a hand."""
+        if not self._by_hand:
+            self._take_in_hand()
+        if not motion.complete:
+            speed_unknown = len(motion.position) > 0 and math.isnan(self._before[0])
+            motion = completed(motion, self.sample_rate, self._before)
+            if speed_unknown:  # the hand is felt from the second place on: how fast it comes is known there
+                out[0] = 0.0
+                motion, out = Motion(motion.samples[:, 1:], motion.position[1:]), out[1:]
+        if not len(out):
+            return
+        if self._hand is not None:
+            self._hand.read(motion, out)
+        if self._hand_effects is not None:
+            self._hand_effects.after(motion, out, 0 if self._hand is None else self._hand.delay)
+
+    def _take_in_hand(self) -> None:
+        phase = self.phase
+        if self._for_hand is None:
+            self._ready_for_hand()
+        self._by_hand = True
+        self._stand_at(phase)
+
+    def _stand_at(self, phase: int) -> None:
+        """Have the texture stand at `phase` where a hand takes over."""
+        if self._hand is not None:
+            self._hand.phase = np.uint64(phase)
+        if self._hand_effects is not None:
+            self._hand_effects.begin_at(phase)
 
     def _ready_for_hand(self) -> None:
-        """Make what follows a hand: the response in rows of load, unless a simulation takes its place; the effects."""
-        hand = prepare_hand(self.scene, self.full_scale, self._cache)
-        if not hand.simulated:
-            self._hand_reader = MovingReader(hand, 0, tables_for(hand, self._cache, wait=not self._live))
+        """Make what follows a hand: the reader of the table, unless a simulation takes its place; the effects."""
+        hand = self._for_hand = prepare_hand(self.scene, self.full_scale, self._cache, exact=self._exact)
+        if hand.table is not None:
+            own = slice(len(hand.channels))
+            self._hand = HandReader(readers_of(hand)[own], hand.scene.texture.period, self.sample_rate)
         if hand.effects is not None:
-            self._hand_effects = _effects_of(hand, 0, wait=not self._live, paced=self._live)
-        for reader in self.hand_readers if self._follows else ():
-            reader.follow()
-
-    @property
-    def hand_readers(self) -> tuple[MovingReader, ...]:
-        """What reads rows of load for a hand."""
-        own = () if self._hand_reader is None else (self._hand_reader,)
-        return own if self._hand_effects is None else (*own, *self._hand_effects.readers)
-
-    @property
-    def late(self) -> int:
-        """Frames by which what follows a hand is late."""
-        return 0 if self._hand_effects is None else self._hand_effects.late
-
-    @property
-    def usual_loads_ready(self) -> bool:
-        """True when the usual range of loads is solved, coarsely."""
-        followed = None if self._hand_reader is None else self._hand_reader.followed
-        return followed is None or followed.solver.usual_range_ready
-
-    @property
-    def rows_ready(self) -> bool:
-        """True when the loads round the hands are solved to the tolerance too, and no thread works for them."""
-        followed = None if self._hand_reader is None else self._hand_reader.followed
-        return followed is None or followed.solver.resting
-
-    def close(self, *, wait: bool = True) -> None:
-        """End the threads that solve rows, unless other voices need them; this one can still render what is solved.
-
-        wait: until they have ended.
-        """
-        for reader in self.hand_readers:
-            reader.close(wait=wait)
-
-    @property
-    def hand_reader(self) -> MovingReader | None:
-        """What reads the blocks of a hand that has begun to move it, where that is all there is to a block."""
-        alone = self._by_hand and self._effects is None and not self._still
-        return self._reader if alone and not any(channel.is_approach for channel in self.solved.channels) else None
-
-    @property
-    def cheap_twin(self) -> bool:
-        """True where `twin` takes microseconds: a hand without effects."""
-        return self._hand_effects is None and self._hand_reader is not None
+            self._hand_effects = _effects_of(hand, 0, paced=self._live)
 
     def twin(self) -> Voice:
-        """Return a voice that a hand may lead on from here: the same scene, gain and rows, live, nothing rendered yet.
+        """Return a voice that a hand may lead on from here: the same scene, gain and table, nothing rendered yet.
 
         With effects it begins anew and takes milliseconds.
         """
-        if not self.cheap_twin:
-            made = Voice(self.solved, live=self._live, cache=self._cache, follow=False)
-            for mine, theirs in zip(self.hand_readers, made.hand_readers, strict=True):
-                theirs.use_rows(mine.edges)
-            return made
         made = copy(self)
-        made.frame, made._before = 0, self._before.copy()
-        assert self._hand_reader is not None
-        made._hand_reader = made._reader = self._hand_reader.twin()
+        made.frame, made._before = 0, np.full(4, math.nan)
+        if self._hand is not None:
+            made._hand = self._hand.twin()
+        if self._hand_effects is not None:
+            assert self._for_hand is not None
+            made._hand_effects = _effects_of(self._for_hand, 0, paced=self._live)
         return made
 
     def begin_at(self, phase: int) -> None:
         """Have the texture stand at `phase` (a 64-bit fraction of a turn) at frame 0; the voice has not begun."""
         assert self.frame == 0, "the voice has begun"
         self._phase = phase
-        if self._reader is not None:
-            self._reader.phase[0] = phase
         if self._effects is not None:
             self._effects.begin_at(phase)
+        self._stand_at(phase)
 
     def seek(self, frame: int) -> None:
         """Go to `frame` of the scene's own scan; ValueError after a hand has moved it."""
@@ -298,18 +254,18 @@ class Voice:
         self.frame = frame
 
 
-def _effects_of(solved: Preparation, phase: int, *, wait: bool, paced: bool) -> VoiceEffects:
+def _effects_of(solved: Preparation, phase: int, *, paced: bool) -> VoiceEffects:
     """Return the effects of a voice; only a scene that has some loads them."""
     from synth.voice.voice_effects import VoiceEffects
 
-    return VoiceEffects(solved, phase, wait=wait, paced=paced)
+    return VoiceEffects(solved, phase, paced=paced)
 
 
 def open_voice(scene: SceneLike, *, cache: ResponseCache | None = None, live: bool = False) -> Voice:
     """Return a voice for `scene`, its response solved (milliseconds to seconds; the time is spent without the GIL).
 
     scene: a Scene, a mapping, the path of a JSON file, or a name of the catalogue. cache: responses solved before.
-    live: for a hand that does not wait, see `Voice`; close such a voice when it is done.
+    live: for a hand that does not wait, see `Voice`.
     Raises SceneError where the scene is at fault, CannotRender where it cannot be carried out.
 
     Example: block = synth.open_voice("grating-1mm-31um").render(480)  # float32 [480, 1], in units of full_scale

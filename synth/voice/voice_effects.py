@@ -20,6 +20,7 @@ from synth.motion.motion import LOAD, Motion
 from synth.plan.preparation import Preparation
 from synth.response.evaluation import SMALLEST
 from synth.voice.limiter import Block
+from synth.voice.table_reading import delayed
 
 PACED_SETTLING = 0.05  # s: what a stream simulates before its first frame, within a block's time
 
@@ -27,12 +28,12 @@ PACED_SETTLING = 0.05  # s: what a stream simulates before its first frame, with
 class VoiceEffects:
     """The effects of one preparation, at work.
 
-    phase: where the texture stands at frame 0, a 64-bit fraction of a turn. wait: see `OutputStage.start`. paced: its
-    blocks have deadlines, so that no more than PACED_SETTLING is simulated before the first. `place` is where the
-    texture stands at the next frame of a hand.
+    phase: where the texture stands at frame 0, a 64-bit fraction of a turn. paced: its blocks have deadlines, so that
+    no more than PACED_SETTLING is simulated before the first. `place` is where the texture stands at the next frame of
+    a hand.
     """
 
-    def __init__(self, solved: Preparation, phase: int, *, wait: bool, paced: bool) -> None:
+    def __init__(self, solved: Preparation, phase: int, *, paced: bool) -> None:
         assert solved.effects is not None
         self.solved, self._effects = solved, solved.effects
         self.place = np.array([phase], dtype=np.uint64)
@@ -42,7 +43,8 @@ class VoiceEffects:
             settling = min(self._simulation.settling, PACED_SETTLING)
             self._simulation = replace(self._simulation, settling=settling)
         self._running = self._run_from(phase)
-        self._stages = [(stage, stage.start(phase, wait=wait)) for stage in self._effects.stages]
+        self._past: Array | None = None
+        self._stages = [(stage, stage.start(phase)) for stage in self._effects.stages]
 
     def _run_from(self, phase: int) -> Running | None:
         if self._plan is None or self._simulation is None:
@@ -65,14 +67,10 @@ class VoiceEffects:
             stage.begin_at(state, phase)
 
     @property
-    def readers(self) -> tuple[Any, ...]:
-        """What reads rows of load that are solved while a hand moves."""
-        return tuple(reader for stage, state in self._stages for reader in stage.readers(state))
-
-    @property
     def late(self) -> int:
         """Frames by which what follows a hand is late."""
-        return 0 if self._running is None else self._running.margin
+        simulated = 0 if self._running is None else self._running.margin
+        return max([simulated, *(stage.delay(state) for stage, state in self._stages)])
 
     @property
     def memory_bytes(self) -> int:
@@ -90,7 +88,7 @@ class VoiceEffects:
             if motion is not None and not self._running.simulation.held:
                 rows *= motion.samples[LOAD] > 0.0
             self._fill(rows, out, self._touch(motion))
-        self._step(rows, out, phase=phase, step=step, motion=motion, by_hand=False)
+        self._step(rows, out, frame=frame, phase=phase, step=step, motion=motion, by_hand=False)
 
     def _touch(self, motion: Motion | None) -> Array | float:
         """Return the lift gate along the scan's own motion."""
@@ -98,16 +96,25 @@ class VoiceEffects:
         s = np.clip((scan.load if motion is None else motion.samples[LOAD]) / scan.lift_load, 0.0, 1.0)
         return np.asarray(s**3 * (10.0 + s * (6.0 * s - 15.0)))
 
-    def after(self, motion: Motion, out: Block) -> None:
-        """Put the effects into a block that follows a hand."""
+    def after(self, motion: Motion, out: Block, read: int) -> None:
+        """Put the effects into a block that follows a hand. read: frames by which what is in `out` is late already."""
         scene = self.solved.scene
         phases, place = phases_after(motion, int(self.place[0]), scene.output.sample_rate, scene.texture.period)
         rows = None
         if self._running is not None:
             rows = self._running.after(motion, phases)
+            if self._plan is not None and self._plan.added:
+                self._hold_back(out, self._running.margin - read)
             self._fill(rows, out)
-        self._step(rows, out, phase=int(self.place[0]), step=0, motion=motion, by_hand=True)
+        self._step(rows, out, frame=0, phase=int(self.place[0]), step=0, motion=motion, by_hand=True)
         self.place[0] = place
+
+    def _hold_back(self, out: Block, frames: int) -> None:
+        """Have the response, to which a simulation is added, as late as that is: `frames` more."""
+        response = out[:, : len(self.solved.channels)].T
+        if self._past is None:
+            self._past = np.repeat(response[:, :1], frames, axis=1)
+        response[:] = delayed(response, self._past)
 
     def _fill(self, rows: Array, out: Block, touch: Array | float = 1.0) -> None:
         """Write the channels of z; touch: the lift gate at the frames."""
@@ -125,8 +132,9 @@ class VoiceEffects:
     def _step(self, rows: Array | None, out: Block, **told: Any) -> None:
         column = len(self.solved.channels)
         row = 0 if self._plan is None else len(self._plan.orders) + len(self._whole)
+        late = self._running.margin if self._running is not None and told["by_hand"] else 0
         for stage, state in self._stages:
             signals = None if rows is None else rows[row : row + len(stage.signals)]
-            stage.step(state, Passage(signals=signals, column=column, **told), out)
+            stage.step(state, Passage(signals=signals, late=late, column=column, **told), out)
             column += len(stage.channels)
             row += len(stage.signals)

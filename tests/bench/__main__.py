@@ -3,13 +3,12 @@
     python -m tests.bench [--long] [--json] [PART ...]
     python -m tests.bench live [--seconds 60] [--streams 200] [--workers 2]
     python -m tests.bench page
-    python -m tests.bench taps
     python -m tests.bench table
     python -m tests.bench floods
 
 Parts: solver, voice, limiter, response, methods, effects (each on one core), service, processes; --long adds an
-hour's render. `live`, `page`, `taps`, `table` and `floods` run only where they are named: one loads a service with
-streams for minutes, one wants a browser, one solves many scenes first, one is of tables, one floods a service.
+hour's render. `live`, `page`, `table` and `floods` run only where they are named: one loads a service with streams
+for minutes, one wants a browser, one is of tables, one floods a service.
 Nothing here passes or fails: a figure over its limit says OVER. docs/benchmarks.md tells what each line means.
 """
 
@@ -35,7 +34,6 @@ from tests.bench import (
     bench_service,
     bench_solver,
     bench_table,
-    bench_taps,
     bench_voice,
 )
 from tests.bench.timing import Figure, machine, one_core
@@ -55,7 +53,6 @@ PARTS: dict[str, Measure] = {
 BY_NAME: dict[str, Measure] = {  # only where named
     "live": bench_live.figures,
     "page": bench_page.figures,
-    "taps": bench_taps.figures,
     "table": bench_table.figures,
     "floods": bench_floods.figures,
 }

@@ -29,7 +29,7 @@ from synth.encode.formats import read_metadata
 from synth.errors import AskedWrong
 from synth.scene.scene import parse_scene
 from tests.service.harness import Running, serving, settings_of
-from tests.service.plain_engine import FULL_SCALE, PlainEngine, sine
+from tests.service.plain_engine import FULL_SCALE, TABLE, PlainEngine, sine
 
 SHORT = {"output": {"duration": 0.1}}
 FRAMES = 4800
@@ -107,6 +107,7 @@ def test_every_other_call_is_there(client: Client) -> None:
     assert client.accuracy({}, quantity="acceleration")["methods"]
     names = [entry["name"] for entry in client.textures()]
     assert client.texture(names[0])["name"] == names[0]
+    assert client.table({}) == TABLE.read_bytes()
     assert isinstance(client.devices(), list)
 
 
@@ -272,6 +273,7 @@ def test_the_async_client_gives_the_same(client: Client) -> None:
             assert (await other.accuracy({}, "acceleration"))["methods"]
             with pytest.raises(RefusedError):
                 await other.render({"nonsense": 1})
+            assert await other.table() == TABLE.read_bytes()
             return sound.frames, await other.explain(SHORT), names
 
     frames, plan, names = asyncio.run(asked())

@@ -28,7 +28,6 @@ def session(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, np.ndarray]
         blocks.append(voice.render(80))
     voice.release()
     blocks.append(voice.render(200))
-    voice.close()
     path = tmp_path_factory.mktemp("recording") / "stroke.json"
     path.write_text(json.dumps(voice.recording()))
     return path, np.concatenate(blocks)
@@ -75,3 +74,18 @@ def test_a_recording_that_was_cut_short_is_refused_with_its_place(tmp_path: Path
     done = ridgewave("render", str(path), "-o", str(tmp_path / "out.wav"))
     assert done.returncode == 2
     assert b"frames: got None" in done.stderr and b"Traceback" not in done.stderr
+
+
+def test_an_exact_render_comes_near_and_of_a_scene_it_is_refused(
+    session: tuple[Path, np.ndarray], tmp_path: Path, ridgewave: RunsRidgewave
+) -> None:
+    path, heard = session
+    out = tmp_path / "out.wav"
+    done = ridgewave("render", str(path), "-o", str(out), "--exact", "--json")
+    assert done.returncode == 0, done.stderr
+    samples = soundfile.read(out, dtype="float32", always_2d=True)[0]
+    assert 0.0 < np.max(np.abs(samples - heard)) <= 1e-2 * np.ptp(heard)
+    scene = tmp_path / "scene.json"
+    scene.write_text("{}")
+    done = ridgewave("render", str(scene), "-o", str(out), "--exact")
+    assert done.returncode == 2 and b"--exact" in done.stderr and b"recording" in done.stderr

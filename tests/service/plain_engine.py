@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from service.engine import FiniteVoice
+from service.engine import FiniteVoice, TableFile, file_of_table
 from synth.encode.formats import Block
 from synth.errors import CannotRender
+from synth.response.table_file import read_table
 from synth.scene.scene import Scene, scene_document
 from tests.accuracy_case import report
-from tests.service.harness import until
+from tests.service.harness import ROOT, until
 
 if TYPE_CHECKING:
     from tests.service.harness import Running
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 LEVEL = 0.8
 FULL_SCALE = 12.5
 RAMP_SECONDS = 0.01
+TABLE = ROOT / "tests" / "conformance" / "table.safetensors"
 
 
 def pitch(scene: Scene) -> float:
@@ -91,7 +93,6 @@ class NoCache:
     hits: int = 0
     misses: int = 0
     used_bytes: int = 0
-    table_bytes: int = 0
 
 
 class NoLimiter:
@@ -115,6 +116,7 @@ class PlainEngine:
     planned: float | None = None
     opened: list[str] = field(default_factory=list)
     hands: list[PlainHand] = field(default_factory=list)
+    tables: dict[str, TableFile] = field(default_factory=dict)
     live_delay = 0.0
 
     def cache_counts(self) -> NoCache:
@@ -166,6 +168,14 @@ class PlainEngine:
             self.opened.append("given up")
             raise CannotRender("The measuring was given up.")
         return report(scene, quantity or scene.output.channel_list[0].quantity).document()
+
+    def make_table(self, scene: Scene) -> TableFile:
+        self._about_to("table")
+        made = file_of_table(read_table(TABLE))
+        return self.tables.setdefault(made.hash, made)
+
+    def find_table(self, name: str) -> TableFile | None:
+        return self.tables.get(name)
 
     def limiter(self, channels: int, sample_rate: int) -> NoLimiter:
         return NoLimiter()

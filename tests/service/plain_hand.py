@@ -81,14 +81,13 @@ class PlainHand:
         self.frame = 0
         self.reduction_db = 0.0
         self.applied = Applied()
-        self.closed = False
         self.fails: Exception | None = None
         self.gate: threading.Event | None = None
         self.waits = False
         self._record = record
         self.ended_recording = False
         self._load = 0.3
-        self._first = scene
+        self.first = scene
 
     @property
     def finished(self) -> bool:
@@ -120,7 +119,6 @@ class PlainHand:
         self.applied.scenes.append((self.frame, change))
 
     def render(self, frames: int) -> Block:
-        assert not self.closed, "rendered after it was closed"
         if self.fails is not None:
             raise self.fails
         if self.gate is not None:
@@ -163,7 +161,4 @@ class PlainHand:
     def recording(self) -> dict[str, Any]:
         assert self._record, "it was not asked to record"
         updates = [[frame, update.seq] for frame, update in self.applied.updates]
-        return {"scene": scene_document(self._first), "updates": updates}
-
-    def close(self) -> None:
-        self.closed = True
+        return {"scene": scene_document(self.first), "updates": updates}

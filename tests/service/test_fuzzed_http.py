@@ -56,6 +56,7 @@ REAL = (
     "POST /v1/explain",
     "POST /v1/picture",
     "POST /v1/sessions",
+    "POST /v1/tables",
     "PATCH /v1/sessions/{session_id}",
 )
 """The calls that the smaller run asks of the real engine: those that solve a scene, but not for a minute."""
@@ -144,10 +145,12 @@ def check(answer: httpx.Response) -> None:
 
 
 def exist(app: FastAPI, case: Case) -> None:
-    """Have the path of `case` name what there is: a session, with a play that can be ended, or a texture."""
+    """Have the path of `case` name what there is: a session, with a play that can be ended, a texture, or a table."""
     names = case.path_parameters or {}
     if "name" in names:
         names["name"] = catalogue()[0].name
+    if "hash" in names:
+        names["hash"] = ask(app, "POST", "/v1/tables", content=b"{}", headers=JSON).json()["hash"]
     if "session_id" in names:
         names["session_id"] = session_of(app)
         recording: Any = {"device": f"file:take-{next(NAMES)}.wav"}

@@ -24,6 +24,7 @@ CALLS = {
     "sessions": ("open_session", "get_session", "change_session", "delete_session", "stream_session"),
     "play": ("play_session", "end_play", "list_devices"),
     "textures": ("list_textures", "get_texture"),
+    "tables": ("make_table", "get_table"),
     "live": ("get_live_schema", "get_recording"),
     "operations": ("stop_all", "get_health", "get_readiness", "get_metrics", "get_docs"),
 }

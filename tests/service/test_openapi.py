@@ -62,7 +62,7 @@ def test_every_reference_leads_somewhere(document: dict[str, Any]) -> None:
 
 def test_bodies_are_scenes(document: dict[str, Any]) -> None:
     calls = operations(document)
-    for name in ("POST /v1/render", "POST /v1/explain", "POST /v1/accuracy", "POST /v1/sessions"):
+    for name in ("POST /v1/render", "POST /v1/explain", "POST /v1/accuracy", "POST /v1/sessions", "POST /v1/tables"):
         schema = calls[name]["requestBody"]["content"]["application/json"]["schema"]
         assert schema == {"$ref": "#/components/schemas/Scene"}
     assert "texture" in document["components"]["schemas"]["Scene"]["properties"]

@@ -20,13 +20,23 @@ WRITES = [
     ("POST", "/v1/render"),
     ("POST", "/v1/explain"),
     ("POST", "/v1/sessions"),
+    ("POST", "/v1/tables"),
     ("POST", "/v1/stop"),
     ("PATCH", "/v1/sessions/{id}"),
     ("DELETE", "/v1/sessions/{id}"),
     ("POST", "/v1/sessions/{id}/play"),
     ("DELETE", "/v1/sessions/{id}/play"),
 ]
-READS = ["/v1/textures", "/v1/devices", "/v1/sessions/{id}", "/v1/sessions/{id}/stream", "/healthz", "/docs", "/"]
+READS = [
+    "/v1/textures",
+    "/v1/tables/none",
+    "/v1/devices",
+    "/v1/sessions/{id}",
+    "/v1/sessions/{id}/stream",
+    "/healthz",
+    "/docs",
+    "/",
+]
 
 
 @pytest.fixture

@@ -42,7 +42,6 @@ BAD = [
     ("file_folder", "a\0b"),
     ("web", "/a/folder/that/is/not/there"),
     ("cache_bytes", "1e6"),
-    ("table_bytes", "-1"),
     ("live_bytes", "1000"),
     ("shutdown_timeout", "0"),
     ("streams_per_key", "0"),

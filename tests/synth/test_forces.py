@@ -14,12 +14,12 @@ from synth.contact.forces import ForceOfContact, FrictionForce, SlopeForce
 from synth.contact.geometry import Geometry
 from synth.contact.load_response import PressedContact, Response
 from synth.contact.stiffness import Stiffness
-from synth.response.load_rows import COARSE, Rows
 from synth.response.phase_cells import CUBIC, fitted_table
 from synth.response.spectrum import FLOOR, Demand, curves, points_for, solve_spectrum
 from tests.reference.pressure_oracle import Surfaces, balanced, power_mean, slope_mean
 from tests.synth.domed_contact import DomedContact
 from tests.synth.engine_cases import Real, contact_of, random_document, scene_of, spread
+from tests.synth.shaped_cases import check_table
 
 PRESSURE = 2e4  # Pa
 LIGHT = 1e-3  # N
@@ -235,41 +235,19 @@ def test_a_domed_contact_has_series_too() -> None:
         assert np.max(np.abs(curves(series.harmonics - truth, 0, points_for(20)))) <= 1e-3 * np.ptp(wanted)
 
 
-@pytest.mark.parametrize("exponent", [0.0, 0.8])  # 0: the slope force
-def test_rows_hold_their_tolerance_between_loads(exponent: float) -> None:
+@pytest.mark.parametrize("exponent", [0.0, 0.6, 1.4])  # 0: the slope force
+def test_a_table_of_a_force_keeps_the_error_that_it_tells(exponent: float) -> None:
     force = friction_of(DEFAULT, exponent) if exponent else SlopeForce(DEFAULT)
-    highest, tolerance = 12, 3e-3
-    rows = Rows(force, Demand(highest, (0,), tolerance), highest, 2.5e-4)
-    rows.cover(0.1, 1.0, 1 / 128)
-    assert rows.errors[0] <= tolerance
-    for load in np.exp(np.random.default_rng(3).uniform(np.log(0.1), 0.0, 10)):
-        place = rows.interval_of(float(load))
-        low, high = rows.edges[place], rows.edges[place + 1]
-        s = (load - low) / (high - low)
-        a, b, c, d = rows.cubic(low, high, highest)
-        values = force.approach(period(1 << 11), float(load))[0]
-        wanted = curves(np.fft.rfft(values)[: highest + 1] / len(values), 0, points_for(highest))
-        read = curves(a + s * (b + s * (c + s * d)), 0, points_for(highest))
-        assert np.max(np.abs(read - wanted)) <= 1.5 * tolerance * np.ptp(wanted)
+    check_table(
+        force, lambda theta, load: float(force.approach(np.array([theta]), load)[0][0]), 0.3 if exponent else 5e-3
+    )
 
 
-@pytest.mark.parametrize("exponent", [0.0, 0.6, 1.0, 1.4])  # 0: the slope force
-def test_rows_begin_with_nothing_at_no_load(exponent: float) -> None:
+@pytest.mark.parametrize("exponent", [0.0, 0.6, 1.0, 1.4])
+def test_there_is_no_force_at_no_load(exponent: float) -> None:
     force = friction_of(DEFAULT, exponent) if exponent else SlopeForce(DEFAULT)
-    rows = Rows(force, Demand(12, (0,), 1e-2), 12, 2.5e-4)
-    rows.cover(0.0, 1e-3, COARSE)
-    assert rows.edges[0] == 0.0
-    assert not rows.spectrum(0.0).harmonics.any()
     values, rates = force.approach(period(8), 0.0)
     assert not values.any() and not rates.any()
-    for load in (2e-6, 1e-4, 8e-4):
-        place = rows.interval_of(load)
-        low, high = rows.edges[place], rows.edges[place + 1]
-        s = (load - low) / (high - low)
-        a, b, c, d = rows.cubic(low, high, 12)
-        mean = (a + s * (b + s * (c + s * d)))[0].real
-        wanted = force.approach(period(1 << 12), load)[0]
-        assert abs(mean - wanted.mean()) <= 0.03 * force.approach(period(1 << 10), high)[0].max()
 
 
 @pytest.mark.parametrize("load", [1e-3, 0.3, 5.0])

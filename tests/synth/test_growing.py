@@ -17,13 +17,12 @@ from synth.contact.growing import GrowingContact, Growth
 from synth.contact.kept_solvers import MOST_BYTES, MOST_KEPT, KeptSolvers
 from synth.contact.rounded import RoundContact
 from synth.contact.stiffness import Stiffness
-from synth.response.load_rows import COARSE, Rows
 from synth.response.spectrum import Demand, solve_spectrum
 from synth.scene.scene import Scene
 from tests.reference.shaped_contact_oracle import growing_contact, grown_length
 from tests.reference.stiffness_oracle import contact_in_metres
 from tests.synth.engine_cases import contact_of, random_document, scene_of, spread, touch_of
-from tests.synth.shaped_cases import ORDERS, THETA, between, check_rows, check_series, differences
+from tests.synth.shaped_cases import ORDERS, THETA, check_series, check_table, differences
 
 ROUND_OFF = 2e-13  # of a1 + a2: what the module states
 EXPONENTS = (0.15, 0.25, 1 / 3, 0.5, 1.0)
@@ -170,16 +169,9 @@ def test_a_series_keeps_its_error(load: float) -> None:
     check_series(growing(scene), load, lambda theta: growing_contact(touch_of(scene), theta, load, 1 / 3))
 
 
-def test_between_the_rows_the_tolerance_holds() -> None:
+def test_a_table_keeps_the_error_that_it_tells() -> None:
     scene = scene_of()
-    check_rows(growing(scene), 2e-3, lambda theta, load: growing_contact(touch_of(scene), theta, load, 1 / 3))
-
-
-def test_rows_reach_down_to_no_load() -> None:
-    rows = Rows(growing(scene_of()), Demand(12, (0,), 1e-2), 12, 2.5e-4)
-    rows.cover(0.0, 1e-3, COARSE)
-    assert rows.edges[0] == 0.0
-    assert np.all(np.isfinite(between(rows, 3e-4, THETA)))
+    check_table(growing(scene), lambda theta, load: growing_contact(touch_of(scene), theta, load, 1 / 3).approach)
 
 
 def test_threads_that_ask_for_other_loads_do_not_disturb_each_other() -> None:

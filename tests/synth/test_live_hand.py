@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Iterator
+import threading
 from typing import Any
 
 import numpy as np
@@ -11,21 +10,17 @@ import pytest
 from scipy.signal import firwin
 
 from synth.motion.update_smoothing import Update
-from synth.plan.usual_hand import HAND_LOADS, with_full_scale
-from synth.response import table_budget
+from synth.plan.usual_hand import with_full_scale
 from synth.response.cache import ResponseCache
 from synth.scene.scene import parse_scene
-from synth.voice import moving_tables
 from synth.voice.hand_voice import HandVoice
 from synth.voice.limiter import LOOK_AHEAD, Block
 from synth.voice.live_voice import CHANGE_TIME
-from synth.voice.moving import MovingReader
-from synth.voice.row_solver import Followed
 from synth.voice.voice import open_voice
 
 RATE, BLOCK = 8000, 80
 ABOVE = firwin(101, 2500, fs=RATE, pass_zero=False)
-CLICK = {"displacement": 0.03, "acceleration": 0.2}  # of full scale; the model's own, of such a landing: 0.21 at most
+CLICK = {"displacement": 0.03, "acceleration": 0.3}  # of full scale; a landing of 0.3 N within a millisecond: 0.27
 QUANTITIES = ("displacement", "acceleration")
 
 
@@ -40,22 +35,8 @@ def cache() -> ResponseCache:
 
 
 @pytest.fixture
-def voices(cache: ResponseCache) -> Iterator[Any]:
-    opened: list[HandVoice] = []
-
-    def open_one(scene: Any, **options: Any) -> HandVoice:
-        opened.append(HandVoice(scene, cache=cache, **options))
-        return opened[-1]
-
-    yield open_one
-    for voice in opened:
-        voice.close()
-
-
-def reader_of(voice: HandVoice) -> MovingReader:
-    """Return what reads the rows of a voice that nobody has touched."""
-    assert voice._spare is not None
-    return voice._spare.hand_readers[0]
+def voices(cache: ResponseCache) -> Any:
+    return lambda scene, **options: HandVoice(scene, cache=cache, **options)
 
 
 def stroked(voice: HandVoice, blocks: int, first: int = 0, speed: float = 0.08, load: float | None = 0.3) -> Block:
@@ -92,7 +73,9 @@ def test_without_a_hand_it_is_the_live_voice_of_the_scan(voices: Any, cache: Res
 def test_a_hand_that_moves_as_the_scan_does_sounds_as_loud_as_the_scan(voices: Any, quantity: str) -> None:
     scanned = voices(scene_of(quantity)).render(8000)[4000:]
     touched = stroked(voices(scene_of(quantity)), 100)[4000:]
-    assert np.sqrt(np.mean(touched**2)) == pytest.approx(np.sqrt(np.mean(scanned**2)), rel=0.02)
+    assert np.sqrt(np.mean(touched**2)) == pytest.approx(
+        np.sqrt(np.mean(scanned**2)), rel=0.04
+    )  # a hand sounds a part of 1 to 1.4 times the band
 
 
 @pytest.mark.parametrize("quantity", QUANTITIES)
@@ -172,87 +155,32 @@ def test_a_flat_texture_is_exact_silence_under_a_hand(voices: Any) -> None:
 
 
 @pytest.mark.parametrize("effects", [{}, {"tangential": {"pressure_exponent": 0.8}}], ids=["no effect", "tangential"])
-def test_hands_on_the_same_texture_share_its_tables(voices: Any, effects: dict[str, Any]) -> None:
+def test_hands_on_the_same_texture_share_its_tables(effects: dict[str, Any]) -> None:
     output = {"quantity": "displacement", "sample_rate": RATE, "bandwidth": 1000}
-    small = {"contact_length": "2 mm"}
-    scales: tuple[dict[str, str], ...] = ({}, {"full_scale": "1 mm"})
-    scenes = [scene_of(finger=small, effects=effects, output=output | scale) for scale in scales]
-    pair = [voices(scene)._spare.hand_readers for scene in scenes]
-    assert len(pair[0]) == (3 if effects else 1)
-    for one, other in zip(*pair, strict=True):
-        assert one.shared is other.shared
-    assert len({id(reader.shared) for reader in pair[0]}) == len(pair[0])
+    small, own = {"contact_length": "2 mm"}, ResponseCache()
+    one = HandVoice(scene_of(finger=small, effects=effects, output=output), cache=own)
+    held = own.used_bytes
+    loud = HandVoice(scene_of(finger=small, effects=effects, output=output | {"full_scale": "1 mm"}), cache=own)
+    stroked(one, 30)
+    stroked(loud, 30, speed=0.2, load=1.5)
+    assert own.used_bytes - held < 100_000
 
 
-def test_a_closed_voice_leaves_no_thread_behind() -> None:
-    import threading
-
-    voice = HandVoice(scene_of())
-    stroked(voice, 5)
-    workers = [thread for thread in threading.enumerate() if thread.name == "ridgewave-rows"]
-    voice.close()
-    for thread in workers:
-        thread.join(60)
-    assert workers and not any(thread.is_alive() for thread in workers)
-
-
-def test_rows_become_fine_for_a_hand_that_tells_of_its_rest_and_not_for_one_that_is_not_heard_of(
-    voices: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    asked: list[float] = []
-    monkeypatch.setattr(Followed, "now_at", lambda _, load: asked.append(load))
-    voice = voices(scene_of())
-    stroked(voice, 10, load=0.35)
-    still(voice, 100)
-    assert asked == []
-    stroked(voice, 100, first=110, load=0.35)
-    assert asked and asked[0] == pytest.approx(0.35, rel=1e-3)
+def test_24_hands_on_8_scenes_take_64_megabytes_at_most() -> None:
+    cache, before = ResponseCache(), threading.active_count()
+    hands = [
+        HandVoice(scene_of(quantity, texture={"period": (5 + number % 8) * 1e-4}), cache=cache)
+        for number, quantity in enumerate(["displacement", "velocity", "acceleration"] * 8)
+    ]
+    for number, hand in enumerate(hands):
+        stroked(hand, 3, speed=0.01 * number, load=0.1 * number)
+    assert cache.used_bytes <= 64e6
+    assert threading.active_count() == before
 
 
-def test_a_response_that_is_slow_to_solve_opens_before_all_its_loads_are_there_and_a_thread_does_the_rest(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(moving_tables, "SETTLE_TIME", 0.0)
-    voice = HandVoice(scene_of(), cache=ResponseCache())
-    try:
-        shared = reader_of(voice).shared
-        first = shared.edges
-        assert first[0] <= 0.3 <= first[-1] and first[-1] < HAND_LOADS[1]
-        stroked(voice, 20, load=0.3)
-        deadline = time.monotonic() + 60.0
-        while not (shared.edges[0] < HAND_LOADS[0] and shared.edges[-1] >= HAND_LOADS[1]):
-            assert time.monotonic() < deadline
-            time.sleep(0.01)
-    finally:
-        voice.close()
-
-
-def test_tables_that_are_built_beforehand_leave_room_for_those_of_the_scans_own_load(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """A full pool begins anew: building on would leave the tables of the loads that came last."""
-    monkeypatch.setattr(table_budget, "POOL_BYTES", 1_000_000)
-    voice = HandVoice(scene_of("acceleration"), cache=ResponseCache())
-    try:
-        shared = reader_of(voice).shared
-        (store,) = shared.stores.values()
-        assert 500_000 < store.memory_bytes <= 750_000
-        _, tables = store.view(shared.edges_at_first)
-        at = int(np.searchsorted(shared.edges_at_first, 0.3, side="right"))
-        assert (tables[:, at] >= 0).all(), "the interval that begins at the scan's load"
-    finally:
-        voice.close()
-
-
-@pytest.mark.parametrize("size", [1, 50_000])
-def test_a_pool_smaller_than_what_plays_gives_the_same_samples(monkeypatch: pytest.MonkeyPatch, size: int) -> None:
-    def played() -> Block:
-        voice = HandVoice(scene_of("acceleration"), cache=ResponseCache())
-        try:
-            return np.concatenate([stroked(voice, 10, load=0.3), stroked(voice, 30, first=10, speed=0.3, load=0.5)])
-        finally:
-            voice.close()
-
-    whole = played()
-    monkeypatch.setattr(table_budget, "POOL_BYTES", size)
-    np.testing.assert_array_equal(played(), whole)
+def test_a_press_is_heard_as_exactly_at_first_as_later(voices: Any) -> None:
+    """Nothing has to be made ready: a voice that played long sounds as one that is new, once their motions are one."""
+    fresh, old = voices(scene_of("acceleration")), voices(scene_of("acceleration"))
+    stroked(old, 100, load=0.9)
+    first, later = (stroked(voice, 60, first=100, load=0.7)[3000:] for voice in (fresh, old))
+    assert np.ptp(first) == pytest.approx(np.ptp(later), rel=1e-2)

@@ -32,10 +32,10 @@ def names(parts: Any) -> list[str]:
     return [part.name for part in parts]
 
 
-def test_a_constant_scan_needs_neither_rows_nor_levels() -> None:
+def test_a_constant_scan_needs_no_table() -> None:
     made = plan()
     assert names(made.simulated) == ["contact response"]
-    assert names(made.left_out) == ["rows of load", "levels", *EFFECTS]
+    assert names(made.left_out) == ["response table", *EFFECTS]
     assert made.response["method"] == "phase table"
     assert made.response["fundamental_hz"] == pytest.approx(100.0)
     assert made.response["harmonics"] == 191
@@ -45,21 +45,20 @@ def test_a_constant_scan_needs_neither_rows_nor_levels() -> None:
 
 def test_what_lies_above_the_default_band_is_said_to_be_left_out() -> None:
     made = plan_of(prepare(parse_scene({})))
-    assert names(made.left_out) == ["rows of load", "levels", BAND, *EFFECTS]
-    assert '1000 Hz; "full"' in made.left_out[2].reason
+    assert names(made.left_out) == [BAND, "response table", *EFFECTS]
+    assert '1000 Hz; "full"' in made.left_out[0].reason
     assert (made.response["harmonics"], made.response["band_limit_hz"]) == (9, 1000.0)
     narrow = plan_of(prepare(parse_scene({"output": {"sample_rate": 2000}})))
     assert BAND not in names(narrow.left_out) and narrow.response["band_limit_hz"] == 800.0
 
 
-def test_a_stroke_needs_levels_and_a_varying_load_needs_rows() -> None:
-    stroke = plan(scan={"stroke": {}}, output=FEW)
-    assert names(stroke.simulated) == ["contact response", "levels"]
-    assert names(stroke.left_out) == ["rows of load", BAND, *EFFECTS]
-    recorded = plan(scan={"trajectory": POINTS}, output=FEW)
-    assert names(recorded.simulated) == ["contact response", "rows of load", "levels"]
-    assert names(recorded.left_out) == [BAND, *EFFECTS]
-    assert recorded.response["method"] == "rows of load"
+@pytest.mark.parametrize("scan", [{"stroke": {}}, {"trajectory": POINTS}])
+def test_a_scan_that_moves_is_solved_for_a_file_and_read_from_a_table_for_a_stream(scan: dict[str, Any]) -> None:
+    for paced, name in ((False, "solved frames"), (True, "response table")):
+        made = plan_of(prepare(scene_of(scan=scan, output=FEW), paced=paced))
+        assert names(made.simulated) == ["contact response", name]
+        assert names(made.left_out) == [BAND, *EFFECTS]
+        assert made.response["method"] == name
 
 
 def test_full_contact_is_said_to_be_closed_form() -> None:
@@ -82,11 +81,16 @@ def test_each_quantity_has_its_error_and_it_is_below_the_tolerance() -> None:
     assert all(0.0 < error <= 1e-3 for error in made.estimated_error.values())
 
 
-def test_a_varying_load_tells_the_error_between_its_rows() -> None:
-    scene = scene_of(scan={"trajectory": POINTS}, output=FEW)
-    voice = Voice(prepare(scene), paced=True)
-    assert voice._reader is not None and voice._reader.rows is not None
-    assert voice.plan.estimated_error["displacement"] >= voice._reader.rows.errors[0] > 0.0
+def test_a_stream_that_moves_tells_what_its_table_errs_by_at_its_loads() -> None:
+    solved = Voice(prepare(scene_of(scan={"trajectory": POINTS}, output=FEW), paced=True), paced=True).solved
+    assert solved.table is not None
+    made = plan_of(solved)
+    (name,) = made.estimated_error
+    loads = [load for _time, _place, load in POINTS]
+    told = solved.table.error.over((min(loads), max(loads)), name, solved.highest)
+    assert told < made.estimated_error[name] < told + 1e-3
+    assert made.response["table"]["bytes"] <= 4_000_000
+    assert made.response["table"]["hash"] == solved.table.hash
 
 
 def test_channels_tell_their_full_scale_and_extent() -> None:

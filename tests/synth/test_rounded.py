@@ -16,12 +16,10 @@ from synth.contact.round_grid import RoundGrid
 from synth.contact.rounded import Fingertip, RoundContact, lowest_approach
 from synth.contact.stiffness import Stiffness
 from synth.errors import CannotRender
-from synth.response.load_rows import COARSE, Rows
-from synth.response.spectrum import Demand
 from synth.scene.scene import Scene
 from tests.reference.shaped_contact_oracle import fitting_radius, round_contact, smooth_half_length
 from tests.synth.engine_cases import Real, random_document, scene_of, spread, touch_of
-from tests.synth.shaped_cases import THETA, between, check_rows, check_series, differences
+from tests.synth.shaped_cases import THETA, check_series, check_table, differences
 
 ROUND_OFF, OF_DEPTH = 2e-13, 3e-15  # of a1 + a2, and of |z|: what the module states
 
@@ -174,18 +172,11 @@ def test_a_series_keeps_its_error(load: float) -> None:
     check_series(contact, load, lambda theta: round_contact(touch_of(scene), theta, load, contact.finger.radius))
 
 
-def test_between_the_rows_the_tolerance_holds() -> None:
+def test_a_table_keeps_the_error_that_it_tells() -> None:
     scene = scene_of()
     contact = rounding(scene)
     radius = contact.finger.radius
-    check_rows(contact, 2e-3, lambda theta, load: round_contact(touch_of(scene), theta, load, radius))
-
-
-def test_rows_reach_down_to_no_load() -> None:
-    rows = Rows(rounding(scene_of()), Demand(12, (0,), 1e-2), 12, 2.5e-4)
-    rows.cover(0.0, 1e-3, COARSE)
-    assert rows.edges[0] == 0.0
-    assert np.all(np.isfinite(between(rows, 3e-4, THETA)))
+    check_table(contact, lambda theta, load: round_contact(touch_of(scene), theta, load, radius).approach, 1e-2)
 
 
 def test_a_finger_too_flat_is_refused_before_anything_is_laid_out(monkeypatch: pytest.MonkeyPatch) -> None:

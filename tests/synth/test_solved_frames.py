@@ -34,7 +34,8 @@ def steady(speed: float, oversampling: int, **sections: Any) -> tuple[SolvedFram
     )
     solved = prepare(scene)
     channels = tuple(replace(channel, full_scale=1.0) for channel in solved.channels)
-    return SolvedFrames(replace(solved, channels=channels), FramePlan(oversampling, (0.0,) * 3, 1.0, 0.0)), scene
+    plan = FramePlan(oversampling, 1, (0.0,) * 3, 1.0, 0.0)
+    return SolvedFrames(replace(solved, channels=channels), plan, contact_of(scene).heights), scene
 
 
 def test_a_steady_scan_is_its_series_through_the_filter() -> None:
@@ -58,7 +59,7 @@ def test_the_filter_keeps_below_040_and_loses_above_049() -> None:
 
 
 def recorded(**sections: Any) -> Scene:
-    """Return a recording whose tolerance in acceleration rows would not hold."""
+    """Return a recording."""
     return scene_of(finger=FINGER, scan={"trajectory": POINTS}, **({"output": ALL} | sections))
 
 
@@ -125,17 +126,17 @@ def test_a_finger_that_has_left_is_exact_silence() -> None:
     assert np.isfinite(block).all() and size.min() >= 1.17e-38
 
 
-def test_a_stream_reads_rows_where_a_file_is_solved_at_its_frames() -> None:
+def test_a_stream_reads_a_table_where_a_file_is_solved_at_its_frames() -> None:
     """A stream has deadlines."""
     scene = recorded(output={"sample_rate": RATE, "bandwidth": 600})
     assert open_voice(scene).plan.response["method"] == "solved frames"
-    assert LiveVoice(scene).plan.response["method"] == "rows of load"
+    assert LiveVoice(scene).plan.response["method"] == "response table"
 
 
 def test_the_plan_says_how_and_how_near() -> None:
     plan = open_voice(recorded()).plan
-    assert [part.name for part in plan.simulated] == ["solved frames"]
-    assert plan.response["solutions_a_frame"] > 1
+    assert [part.name for part in plan.simulated] == ["contact response", "solved frames"]
+    assert plan.response["method"] == "solved frames"
     assert all(0.0 < error <= 1e-3 for error in plan.estimated_error.values())
     assert not plan.warnings
 
@@ -164,3 +165,12 @@ def test_many_solutions_a_frame_are_made_in_small_chunks() -> None:
     assert whole.chunk == 4096
     whole.read(0, long)
     assert np.max(np.abs(out - long)) <= 1e-5 * np.max(np.abs(long), initial=0.0)
+
+
+def test_a_narrow_band_takes_solutions_in_proportion_and_sounds_as_a_wide_one_cut_alike() -> None:
+    output = {"channels": ALL["channels"], "sample_rate": 8 * RATE, "bandwidth": 600}
+    narrow = open_voice(recorded(output=output))
+    assert narrow.solved.frames is not None and narrow.solved.frames.stride > 8
+    scaled = open_voice(recorded(output=output | {"sample_rate": RATE}))
+    found, wanted = physical(narrow, 8 * 2400)[::8], physical(scaled, 2400)
+    assert np.max(np.abs(found - wanted) / np.ptp(wanted, axis=0)) <= 2e-3

@@ -100,7 +100,6 @@ def test_in_full_contact_a_rough_surface_keeps_the_slope_of_its_hurst_exponent()
 def test_what_is_not_there_yet_is_refused_in_words() -> None:
     scene = rw.parse_scene({"texture": random_texture("grating", np.random.default_rng(0))})
     assert np.any(LiveVoice(scene).render(4800))
-    with pytest.raises(CannotRender, match="A hand cannot yet scan a texture of kind grating"):
-        HandVoice(scene)
+    assert np.any(HandVoice(scene).render(4800))
     with pytest.raises(CannotRender, match="kind grating"):
         measure_accuracy(scene)

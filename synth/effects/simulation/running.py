@@ -28,10 +28,10 @@ from synth.effects.simulation.periodic import Steady
 from synth.effects.simulation.skin_steps import SkinStepper
 from synth.effects.simulation.steps import ATTACHED, HEIGHT, REACTION, ROWS, SLOPE_FORCE, STATIC, Phases
 from synth.effects.simulation.table_steps import TOUCH_LOAD, TableStepper
-from synth.kernels import kernel
+from synth.kernels import signed_kernel
 from synth.motion.motion import LIFT_TIME, LOAD, LOAD_RATE, SPEED, Motion, ScanMotion
 from synth.response.evaluation import gate
-from synth.response.phases import phase_step, phases_of, rest_of_step, turns_to_phase
+from synth.response.phases import phase_step, phases_of, turns_to_phase
 from synth.scene.scene import Scene
 
 RESPONSE, STATIC_RESPONSE, CHANGE, SLOPE, PRESS, WHOLE = range(6)
@@ -249,15 +249,17 @@ def _last_of(phases: Phases, samples: Array) -> tuple[int, float, float, float]:
 
 def phases_after(motion: Motion, phase: int, rate: int, period: float) -> tuple[Phases, int]:
     """Return where the texture stands at the frames of a hand's `motion`, and after them; phase: at its first frame."""
-    step = 1.0 / (rate * period)
-    rest = rest_of_step(step, float(rate), period)
     phases, after = phases_of(
-        motion.samples, motion.position, 0, np.uint64(phase), step, rest, 0.5 * step / rate, period
+        np.ascontiguousarray(motion.samples),
+        np.ascontiguousarray(motion.position),
+        np.uint64(phase),
+        float(rate),
+        period,
     )
     return phases, int(after)
 
 
-@kernel
+@signed_kernel("void(u8[::1], f8[:,::1], u8, f8[::1], i8, f8, f8, u8[::1], f8[::1])")
 def fill_between(phases, samples, phase, before, steps, turn, frame, fine_phases, fine_loads):
     """Write phases and loads at `steps` equal times of each frame, the last of them the frame's own.
 
@@ -281,14 +283,14 @@ def fill_between(phases, samples, phase, before, steps, turn, frame, fine_phases
         phase, speed, load, rate = phases[i], samples[0, i], now, now_rate
 
 
-@kernel
+@signed_kernel("void(f8[::1], f8, f8[::1])")
 def fade_with_load(loads, lift, gates):
     """Write the lift gate at each load."""
     for i in range(len(loads)):
         gates[i] = gate(loads[i], lift)[0]
 
 
-@kernel
+@signed_kernel("void(f8[::1], f8[::1], f8, f8[::1])")
 def fade_held(attached, touching, step, gates):
     """Write a gate that goes to 1 while the finger is attached and to 0 while it is not, at `step` a step.
 

@@ -103,7 +103,6 @@ def test_an_end_that_comes_while_a_block_is_rendered_is_in_the_recording(block: 
     driver.machine.end("stopped")
     driver.sent += driver.machine.block_done(b"", block, driver.now)  # type: ignore[arg-type]
     driver.write()
-    voice.close()
     replay = Recording(voice.recording()).open()
     assert replay.frames == 9600 + 480 and voice.recording()["faded"] == 480
     sent = b"".join(driver.blocks())

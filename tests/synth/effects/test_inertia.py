@@ -111,8 +111,7 @@ def test_a_hand_is_late_by_what_the_plan_says_and_else_the_trajectory() -> None:
     voice = open_voice(parse_scene(sections))
     motion = Motion.of(count, speed=speed[:count], speed_rate=0.6 * np.cos(20.0 * t[:count]), load=0.3)
     live = voice.render(count, motion).astype(float)[:, 0] * voice.full_scale[0]
-    assert voice._effects is not None
-    late = voice._effects.late
+    late = voice.late
     assert 1 <= late <= 0.01 * rate
     apart = live[late + 400 :] - recorded[400 : count - late]
     assert np.max(np.abs(apart - np.mean(apart))) <= 2e-3 * np.ptp(recorded)

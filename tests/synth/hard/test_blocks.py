@@ -80,18 +80,15 @@ def test_a_block_of_a_million_frames_of_a_hand_is_a_thousand_blocks(name: str) -
 def test_a_block_of_no_frames_changes_nothing(derivatives: dict[str, float], live: bool) -> None:
     """Before a hand has moved the voice and after, with and without a motion, a block of no frames is left out."""
     voice = open_voice(scene_of(output={**ALL, "bandwidth": 300.0}), live=live)
-    try:
-        assert voice.render(0).shape == (0, 3)
-        assert voice.render(0, Motion.of(0, speed=0.1, load=0.3, **derivatives)).shape == (0, 3)
-        assert voice.phase == 0
-        voice.render(100, Motion.of(100, speed=0.1, load=0.3, **derivatives))
-        moved = voice.phase
-        assert moved != 0
-        for place in ({}, {"position": 1.0}):
-            assert voice.render(0, Motion.of(0, speed=0.1, load=0.3, **derivatives, **place)).shape == (0, 3)
-            assert voice.phase == moved
-        assert voice.render(0).shape == (0, 3)
+    assert voice.render(0).shape == (0, 3)
+    assert voice.render(0, Motion.of(0, speed=0.1, load=0.3, **derivatives)).shape == (0, 3)
+    assert voice.phase == 0
+    voice.render(100, Motion.of(100, speed=0.1, load=0.3, **derivatives))
+    moved = voice.phase
+    assert moved != 0
+    for place in ({}, {"position": 1.0}):
+        assert voice.render(0, Motion.of(0, speed=0.1, load=0.3, **derivatives, **place)).shape == (0, 3)
         assert voice.phase == moved
-        assert voice.frame == 100
-    finally:
-        voice.close()
+    assert voice.render(0).shape == (0, 3)
+    assert voice.phase == moved
+    assert voice.frame == 100

@@ -88,7 +88,6 @@ def test_no_automatic_gain_makes_noise_of_what_is_left(part: float, quantity: st
     assert not live.render(4800).any()
     streamed = open_voice(scene, live=True)
     assert not streamed.render(4800).any()
-    streamed.close()
 
 
 def test_a_steady_scene_is_not_told_about_loads_that_vary() -> None:

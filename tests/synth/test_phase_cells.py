@@ -7,18 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from synth.response.phase_cells import (
-    CUBIC,
-    QUINTIC,
-    TAIL_SHARE,
-    fill_surface,
-    fitted_table,
-    kept_harmonics,
-    limited_slopes,
-    load_cubic,
-    polynomials,
-    surface,
-)
+from synth.response.phase_cells import CUBIC, QUINTIC, fitted_table, polynomials
+from synth.response.series_curve import SeriesCurve
 from tests.synth.engine_cases import Real
 
 
@@ -90,67 +80,9 @@ def test_a_looser_tolerance_takes_a_smaller_table() -> None:
     assert all(size & (size - 1) == 0 for size in sizes)
 
 
-@pytest.mark.parametrize("orders", [(0,), (1,), (2,), (0, 1, 2)])
-@pytest.mark.parametrize("tolerance", [1e-1, 1e-2, 1e-3])
-def test_the_harmonics_dropped_are_within_their_share(orders: tuple[int, ...], tolerance: float) -> None:
-    series = random_series(300, 4)
-    kept = kept_harmonics(series, orders, tolerance)
-    theta = np.arange(4096) / 4096
-    rest = series.copy()
-    rest[: kept + 1] = 0.0
-    for order in orders:
-        error = float(np.max(np.abs(signal(rest, theta, order))))
-        assert error <= TAIL_SHARE * tolerance * float(np.ptp(signal(series, theta, order)))
-    if orders == (0,):
-        assert kept < 300
-    assert 1 <= kept <= 300
-
-
-def test_nothing_is_dropped_from_a_series_that_does_not_fall() -> None:
-    assert kept_harmonics(random_series(50, 5, fall=0.0), (0,), 1e-3) == 50
-
-
-def test_one_harmonic_is_kept_of_a_sinusoid_and_of_nothing() -> None:
-    assert kept_harmonics(np.array([3.0, 1e-6j, 0.0, 0.0, 0.0]), (0, 1, 2), 1e-3) == 1
-    assert kept_harmonics(np.zeros(5, dtype=complex), (0, 2), 1e-3) == 1
-
-
-def test_the_cubic_over_the_load_passes_through_both_rows_with_their_slopes() -> None:
-    low, high = random_series(6, 6), random_series(6, 7)
-    low_slopes, high_slopes = 2.0 * random_series(6, 8), 2.0 * random_series(6, 9)
-    width = 0.05
-    a, b, c, d = load_cubic(low, low_slopes, high, high_slopes, width)
-    assert np.allclose(a, low, rtol=0, atol=1e-15)
-    assert np.allclose(a + b + c + d, high, rtol=0, atol=1e-14)
-    assert np.allclose(b / width, limited_slopes(low, high, low_slopes, width), rtol=1e-13)
-    assert np.allclose((b + 2 * c + 3 * d) / width, limited_slopes(low, high, high_slopes, width), rtol=1e-10)
-
-
-def test_slopes_are_held_only_where_they_would_throw_the_cubic_beyond_its_rows() -> None:
-    low, high = np.array([1.0, 1e-3j]), np.array([1.1, 2e-3])
-    gentle, wild = np.array([1.0, 0.1j]), np.array([1.0, 5.0j])
-    assert np.array_equal(limited_slopes(low, high, gentle, 0.05), gentle)
-    held = limited_slopes(low, high, wild, 0.05)
-    assert held[0] == wild[0]
-    assert held[1] == pytest.approx(3 * 2e-3 / 0.05 * 1j)
-
-
-def test_a_surface_is_the_table_of_the_series_at_every_load() -> None:
-    series = tuple(random_series(6, seed) for seed in (10, 11, 12, 13))
-    table = surface(series, QUINTIC, 32)
-    assert table.shape == (32, 6, 4)
-    for s in (0.0, 0.3, 1.0):
-        at_load = table @ np.array([1.0, s, s**2, s**3])
-        wanted = polynomials(series[0] + s * series[1] + s**2 * series[2] + s**3 * series[3], QUINTIC, 32)
-        assert np.max(np.abs(at_load - wanted)) <= 1e-12 * float(np.max(np.abs(wanted)))
-
-
-@pytest.mark.parametrize("degree", [CUBIC, QUINTIC])
-@pytest.mark.parametrize(("highest", "cells"), [(1, 16), (9, 16), (38, 256), (101, 64), (380, 2048)])
-def test_the_compiled_surface_is_its_readable_twin_bit_for_bit(degree: int, highest: int, cells: int) -> None:
-    series = tuple(random_series(highest, seed) for seed in (20, 21, 22, 23))
-    twin = np.stack([polynomials(one, degree, cells) for one in series], axis=2)
-    assert np.array_equal(surface(series, degree, cells), twin)
-    single = np.full((cells, degree + 1, 4), np.nan, np.float32)
-    fill_surface(series, degree, single)
-    assert np.array_equal(single, twin.astype(np.float32))
+def test_a_series_is_read_as_a_curve_with_its_mean_at_any_place() -> None:
+    series = random_series(40, 5)
+    theta = np.random.default_rng(6).uniform(-3.0, 3.0, 500)
+    wanted = series[0].real + signal(series, theta)
+    apart = SeriesCurve(series).heights(theta, np.ones(500)) - wanted
+    assert np.max(np.abs(apart)) <= 1e-7 * np.ptp(wanted)

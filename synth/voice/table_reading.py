@@ -1,0 +1,110 @@
+"""A response table read along a motion: of a hand, or of the scan itself.
+
+Stage   3 (VOICE).
+Model   The place of the texture is carried from block to block, or follows the position where that is known; each
+        channel is a `TableReader`. What a hand does is not known beforehand, so its frames come `delay` late. A scan's
+        own motion is known: it is read ahead.
+Source  design, sections 1 and 8; docs/table.md.
+Limits  the error of the table, and of the reader's filter.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from synth.motion.motion import LOAD, SPEED, Motion, ScanMotion
+from synth.plan.preparation import Preparation
+from synth.response.phases import phase_step, phases_of, turned_by
+from synth.response.reading import TableReader
+from synth.response.reading_filter import LONGEST_STRIDE
+from synth.scene.scene import Scene
+from synth.voice.limiter import Block
+
+
+def readers_of(solved: Preparation) -> tuple[TableReader, ...]:
+    """Return what reads each channel of a prepared scene from its table."""
+    assert solved.table is not None
+    rate = solved.scene.output.sample_rate
+    return tuple(TableReader.of(solved.table, one.quantity, rate, 1.0 / one.full_scale) for one in solved.channels)
+
+
+class HandReader:
+    """Reads the channels of a block along the motion of a hand.
+
+    readers: one a channel, of one rate and band. period: of the texture (m). phase: where the texture stands at the
+    next frame, a 64-bit fraction of a turn. Before its first frame the hand came evenly, at the speed and load there.
+    """
+
+    def __init__(self, readers: tuple[TableReader, ...], period: float, rate: int) -> None:
+        self._readers, self._period, self._rate = readers, period, rate
+        self._states = [reader.start() for reader in readers]
+        self._begun = False
+        self.phase = np.uint64(0)
+
+    @property
+    def delay(self) -> int:
+        """Frames by which a block is behind its motion."""
+        return self._readers[0].delay
+
+    def twin(self) -> HandReader:
+        """Return another reader of the same tables that has read nothing."""
+        return HandReader(self._readers, self._period, self._rate)
+
+    def read(self, motion: Motion, out: Block) -> None:
+        """Write the block of `motion` to `out` (float32 [frames, channels]), and move on."""
+        samples, place = np.ascontiguousarray(motion.samples), np.ascontiguousarray(motion.position)
+        phases, self.phase = phases_of(samples, place, self.phase, float(self._rate), self._period)
+        if not self._begun:
+            self._come_to(motion, phases[0])
+        for number, reader in enumerate(self._readers):
+            reader.read(self._states[number], phases, samples, out[:, number])
+
+    def _come_to(self, motion: Motion, phase: np.uint64) -> None:
+        """Read what comes before the first frame, unheard: all that its filters look back at."""
+        self._begun = True
+        frames = 2 * self.delay
+        speed = motion.samples.item(SPEED, 0)
+        step = phase_step(speed, self._period, self._rate)
+        before = turned_by(phase, step, np.arange(-frames, 0))
+        samples = np.zeros((5, frames))
+        samples[SPEED], samples[LOAD] = speed, motion.samples[LOAD, 0]
+        unheard = np.empty(frames, np.float32)
+        for reader, state in zip(self._readers, self._states, strict=True):
+            reader.read(state, before, samples, unheard)
+
+
+class ScanReader:
+    """Reads the channels of a scene's own scan, any frame, in any order; going on where the last call ended is cheap.
+
+    readers: as for `HandReader`.
+    """
+
+    def __init__(self, readers: tuple[TableReader, ...], scene: Scene) -> None:
+        self._readers, self._scene = readers, scene
+        self._motion = ScanMotion(scene)
+        self._lead = 2 * max(reader.delay for reader in readers)
+        self._delay = readers[0].delay
+        self._next: int | None = None
+        self._reader = self._anew()
+
+    def _anew(self) -> HandReader:
+        return HandReader(self._readers, self._scene.texture.period, self._scene.output.sample_rate)
+
+    def read(self, first: int, out: Block) -> None:
+        """Write the frames from `first` on to `out`, float32 [frames, channels]."""
+        if first != self._next:
+            self._reader = self._anew()
+            begin = (first - self._lead) // LONGEST_STRIDE * LONGEST_STRIDE  # z is taken at the same frames, always
+            ahead = np.empty((first + self._delay - begin, out.shape[1]), np.float32)
+            self._reader.read(self._motion.at(begin, len(ahead)), ahead)
+        self._reader.read(self._motion.at(first + self._delay, len(out)), out)
+        self._next = first + len(out)
+
+
+def delayed(values: Any, past: Any) -> Any:
+    """Return `values` [..., frames] late by as many frames as `past` [..., delay] holds; it is brought up to date."""
+    both = np.concatenate([past, values], axis=-1)
+    past[:] = both[..., both.shape[-1] - past.shape[-1] :]
+    return both[..., : values.shape[-1]]

@@ -1,0 +1,183 @@
+"""Response tables over HTTP: made of a scene, found by their hash, the same for everybody and for ever."""
+
+from __future__ import annotations
+
+import gc
+import threading
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+from fastapi import FastAPI
+
+from clients import Client, ProtocolError
+from service import places
+from service.app import create_app
+from service.engine import SynthEngine
+from synth.response.cache import DEFAULT_BYTES
+from synth.response.table_file import table_of_bytes
+from tests.conftest import RunsRidgewave
+from tests.service.harness import ask, kept_engine, problem, serving, settings_of, until
+from tests.service.plain_engine import TABLE, PlainEngine
+
+SCENE = {"texture": {"period": "2 mm", "amplitude": "40 um"}}
+
+
+@pytest.fixture(scope="module")
+def real() -> FastAPI:
+    return create_app(settings_of(), kept_engine())
+
+
+def made(app: FastAPI, scene: Any = SCENE) -> dict[str, Any]:
+    """Return what is told of the table of `scene`."""
+    answer = ask(app, "POST", "/v1/tables", json=scene)
+    assert answer.status_code == 201, answer.text
+    document: dict[str, Any] = answer.json()
+    assert answer.headers["location"] == document["url"] == f"/v1/tables/{document['hash']}"
+    assert answer.headers["cache-control"] == "no-store"
+    return document
+
+
+def test_a_table_is_the_file_of_the_command_line(real: FastAPI, ridgewave: RunsRidgewave, tmp_path: Path) -> None:
+    path = tmp_path / "one.safetensors"
+    ridgewave("table", "grating-800um-40um", "-o", str(path))
+    told = made(real, {"texture": {"kind": "grating-800um-40um"}})
+    assert ask(real, "GET", told["url"]).content == path.read_bytes()
+
+
+def test_what_is_told_is_what_the_file_holds(real: FastAPI) -> None:
+    told = made(real)
+    content = ask(real, "GET", told["url"]).content
+    table = table_of_bytes(content)
+    assert (told["hash"], told["bytes"]) == (table.hash, len(content))
+    assert told["covered_loads"] == list(table.covered)
+    assert (told["loads"], told["harmonics"]) == (len(table.loads), table.harmonics)
+    assert told["levels"] == len(table.levels.highest)
+    assert told["error"]["velocity"] == table.error.largest_told("velocity")
+
+
+def test_a_hash_does_not_depend_on_what_was_made_before() -> None:
+    """Scenes of one contact share a table in the cache; what a file tells of its scene is its own."""
+    used, fresh = (create_app(settings_of(), SynthEngine(DEFAULT_BYTES)) for _ in range(2))
+    heard: dict[str, Any] = SCENE | {"effects": {"inertia": {}}}
+    assert ask(used, "POST", "/v1/sessions", json=heard).status_code == 201
+    first = made(used)
+    misses = used.state.service.engine.cache_counts().misses
+    again = made(used, SCENE | {"scan": {"speed": "0.2 m/s", "load": "1 N"}})
+    assert used.state.service.engine.cache_counts().misses == misses, "speed and load decide no table"
+    assert first == again == made(fresh)
+    assert made(used, heard)["hash"] == made(fresh, heard)["hash"] != first["hash"]
+
+
+def test_a_file_may_be_kept_for_ever(app: FastAPI) -> None:
+    told = made(app)
+    answer = ask(app, "GET", told["url"])
+    assert answer.content == TABLE.read_bytes()
+    assert answer.headers["content-type"] == "application/octet-stream"
+    assert answer.headers["etag"] == f'"{told["hash"]}"'
+    assert answer.headers["cache-control"] == "public, max-age=31536000, immutable"
+    head = ask(app, "HEAD", told["url"])
+    assert head.status_code == 200 and head.content == b""
+    assert head.headers["content-length"] == str(told["bytes"])
+    for tag, status in ((answer.headers["etag"], 304), (f"W/{answer.headers['etag']}", 304), ('"other"', 200)):
+        known = ask(app, "GET", told["url"], headers={"If-None-Match": tag})
+        assert known.status_code == status and known.headers["etag"] == answer.headers["etag"]
+        assert bool(known.content) is (status == 200)
+
+
+@pytest.mark.parametrize("name", ["none", "0" * 64, "0" * 63, "A" * 64, "%2e%2e", "%00", "x" * 2000])
+def test_a_hash_that_leads_nowhere_says_how_to_make_the_table(app: FastAPI, name: str) -> None:
+    made(app)
+    (fault,) = problem(ask(app, "GET", f"/v1/tables/{name}"), 404, "not-found")["errors"]
+    assert "POST its scene to /v1/tables" in fault["hint"] and len(fault["value"]) < 100
+
+
+def test_a_table_that_the_cache_has_no_room_for_is_made_again() -> None:
+    app = create_app(settings_of(), SynthEngine(0))
+    told = made(app)
+
+    def gone() -> bool:
+        gc.collect()  # the cache finds what somebody still holds, as the thread that made it does for a moment
+        return ask(app, "GET", told["url"]).status_code == 404
+
+    until(gone)
+    assert made(app) == told
+
+
+@pytest.mark.parametrize(
+    ("scene", "pointer"),
+    [
+        ({"texture": {"amplitude": 0}, "finger": {"ridge_amplitude": 0}}, "/finger/ridge_amplitude"),
+        ({"scan": {"load": -1.0}}, "/scan/load"),
+        ([], ""),
+    ],
+)
+def test_a_scene_without_a_table_is_refused(real: FastAPI, scene: Any, pointer: str) -> None:
+    document = problem(ask(real, "POST", "/v1/tables", json=scene), 422, "scene-refused")
+    assert document["errors"][0]["pointer"] == pointer
+
+
+def test_what_cannot_be_solved_is_told() -> None:
+    app = create_app(settings_of(), PlainEngine(refuse="not this one"))
+    assert problem(ask(app, "POST", "/v1/tables", json={}), 503, "cannot-render")["detail"] == "not this one"
+
+
+def test_a_table_belongs_to_no_key(engine: PlainEngine) -> None:
+    app = create_app(settings_of(api_keys="mine,yours"), engine)
+    mine, yours = ({"Authorization": f"Bearer {key}"} for key in ("mine", "yours"))
+    url = ask(app, "POST", "/v1/tables", json={}, headers=mine).json()["url"]
+    assert ask(app, "GET", url, headers=yours).content == TABLE.read_bytes()
+    problem(ask(app, "GET", url), 401, "key-required")
+
+
+def test_the_service_answers_while_tables_wait_for_a_place_of_their_client(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(places, "SHORT_PLACES", 2)  # one for each client
+    engine = PlainEngine(gate=threading.Event())
+    with serving(engine, solves_per_client=1) as running:
+        entered: list[str] = []
+        enter = running.service.solve_places.enter
+
+        def watched(client: str) -> Any:
+            entered.append(client)
+            return enter(client)
+
+        monkeypatch.setattr(running.service.solve_places, "enter", watched)
+        callers = [
+            threading.Thread(target=running.client.post, args=("/v1/tables",), kwargs={"json": {}}) for _ in "1234"
+        ]
+        for caller in callers:
+            caller.start()
+        try:
+            until(lambda: len(entered) == 4)
+            assert running.client.get("/healthz").status_code == 200
+            assert engine.opened.count("table") <= 2, "one that is long, and one in the place that it left"
+        finally:
+            assert engine.gate is not None
+            engine.gate.set()
+            for caller in callers:
+                caller.join()
+    assert entered == ["address loopback"] * 4
+    assert engine.opened.count("table") == 4
+
+
+def test_a_service_that_shuts_down_makes_none(app: FastAPI, engine: PlainEngine) -> None:
+    app.state.service.closing = True
+    problem(ask(app, "POST", "/v1/tables", json={}), 503, "closing")
+    assert engine.opened == []
+
+
+@pytest.mark.parametrize("change", [lambda content: content[:-1], lambda content: content[:-1] + b"\xff", bytes.upper])
+def test_the_client_takes_no_other_content_for_a_table(app: FastAPI, change: Any) -> None:
+    told = made(app)
+
+    def answer(request: httpx.Request) -> httpx.Response:
+        return httpx.Response(201, json=told) if request.method == "POST" else httpx.Response(200, content=changed)
+
+    changed = change(TABLE.read_bytes())
+    with Client("http://localhost", transport=httpx.MockTransport(answer)) as client:
+        with pytest.raises(ProtocolError):
+            client.table({})
+        changed, told = TABLE.read_bytes(), told | {"hash": "0" * 64}
+        with pytest.raises(ProtocolError):
+            client.table({})
