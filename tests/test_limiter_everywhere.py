@@ -294,6 +294,7 @@ def test_every_call_that_sounds_is_walked_here() -> None:
     sounding = {
         (method, path)
         for path, methods in paths.items()
+        if not path.startswith("/v1/tables/")  # bytes that are no sound: a response table
         for method, call in methods.items()
         for answer in call["responses"].values()
         if any(kind.startswith("audio/") or kind == "application/octet-stream" for kind in answer.get("content", {}))
