@@ -8,7 +8,7 @@ Source  Fagiani & Barbieri (2016), eqs 1-5, whose L is given; the power law is t
         default. The slope is derived here, from the integral of max(h - z, 0) over x0 to x0 + L, which is L w / k.
 Limits  as exact as the solver at the length of that load: 2e-13 (a1 + a2). The ends stay hard edges. Where L meets the
         shortest or longest length dz/dw has a step, and wherever an end passes a ridge z bends with the load: rows of
-        load (`rows`) that err by 2e-3 in displacement on the default scene lie 1/1024 of an octave apart at the worst
+        load that err by 2e-3 in displacement on the default scene lie 1/1024 of an octave apart at the worst
         place (1/256: 6e-3, 1/64: 9e-2, 1/16: 0.3; at constant length 1/64 is enough).
 """
 

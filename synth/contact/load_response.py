@@ -1,6 +1,6 @@
 """What may be read as a response over phase and load: the approach z of a contact, or a force that it makes.
 
-Model   a response is a periodic function of the phase at each load; `spectrum` takes its series, `rows` interpolate
+Model   a response is a periodic function of the phase at each load; `spectrum` takes its series, tables interpolate
         them over the load. The implementations are `balance.Contact` (m) and the forces of `forces` (N).
 """
 

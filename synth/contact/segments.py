@@ -117,15 +117,6 @@ class SegmentGrid:
         measure_segments(self.pieces, phases, heights / self.height_scale, depth, touching)
         return depth * self.height_scale, touching
 
-    def solve_all(self, place_turns: Array, indentations: Array) -> Array:
-        """Return z (m) at each of `place_turns` (turns) and each of `indentations` (m, at least 0): [places, loads]."""
-        order = np.argsort(-indentations)
-        heights = np.empty((len(place_turns), len(indentations)))
-        found = np.empty_like(heights)
-        solve_places(self.pieces, place_turns, indentations[order] / self.height_scale, found)
-        heights[:, order] = found * self.height_scale
-        return heights
-
     @property
     def pieces(self) -> tuple[Array, Array, Array, Array]:
         """What the kernels read of it."""
@@ -371,21 +362,3 @@ def measure_segments(pieces, phases, heights, depth, touching):
         inner = bound_blocks(pieces, knot, before, count, cosine, sine, work)
         ends = ends_of(pieces, run, before, count, cosine, sine)
         depth[i], touching[i], _bend = area_over(pieces, work, inner, run, count, cosine, sine, ends, heights[i])
-
-
-@kernel
-def solve_places(pieces, phases, targets, heights):
-    """Write z / (a1 + a2) at each of `phases` and `targets`, which fall: z rises from one to the next."""
-    work = np.empty((3, pieces[2].shape[1] + 1))
-    for i in range(len(phases)):
-        knot, before, count, cosine, sine = begin_place(pieces[3], phases[i])
-        run = knots_over(pieces, knot, before, count)
-        inner = bound_blocks(pieces, knot, before, count, cosine, sine, work)
-        ends = ends_of(pieces, run, before, count, cosine, sine)
-        begin = math.nan
-        for j in range(len(targets)):
-            if targets[j] < EMPTY:
-                heights[i, j] = highest_point(pieces, run, count, cosine, sine, ends)
-                continue
-            begin, _part, _steps = settle(pieces, work, inner, run, count, cosine, sine, ends, targets[j], begin)
-            heights[i, j] = begin

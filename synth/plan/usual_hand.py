@@ -37,7 +37,7 @@ PROBED_LOADS, PROBED_LANDINGS, PROBED_SPEEDS = (
     5,
     9,
 )  # whose peaks are known; more: opening takes longer (4 ms a load)
-MOVING_BAND = 0.49 / 0.40  # of the band: where levels that follow a speed end (`contact.levels`)
+MOVING_BAND = 0.49 / 0.40  # of the band: levels fade from it to 1.4 times it (`mip_levels`): as loud as all up to here
 MOST_HARMONICS = 1024  # of those peaks: slow hands on coarse textures are not the loudest
 PROBE_TOLERANCE = 3e-2  # of their series
 OF_APPROACH = 3  # where a peak of the approach stands, behind those of the three orders

@@ -1,6 +1,6 @@
 """The log of a live voice that a hand moves: what decided its samples, each with its frame; the heart of a recording.
 
-Stage   3 (VOICE), beside `live_hand`, which writes it; `recording` reads it.
+Stage   3 (VOICE), beside `hand_voice`, which writes it; `recording` reads it.
 Model   An event is a list: frame, name, values.
             [frame, "contact", seq, time, position, speed, load]   an update, from this frame on; null: not given
             [frame, "lift"]                                        the finger was taken off

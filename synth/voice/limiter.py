@@ -3,7 +3,7 @@
 Model   Fade: a raised cosine over `output.fade` at the start and at the end of a finite render.
         Limiter: samples within full scale pass unchanged. Before one that would pass full scale, the gain of all
         channels comes down over LOOK_AHEAD to what holds it at full scale, and comes back over RELEASE_TIME
-        (`output_limiting`). It is last before every live, device and integer output, and nothing switches it off.
+        (`limiter_kernel`). It is last before every live, device and integer output, and nothing switches it off.
 Source  design, sections 4 and 8. The times are unverified defaults.
 Limits  the limiter is bit-exact again LOOK_AHEAD and 4.7 RELEASE_TIME (0.24 s) after the last sample beyond full scale,
         at the latest. A steady tone that needs turning down is: 100 Hz at twice full scale comes out with distortion.

@@ -1,6 +1,6 @@
 """Recordings of live sessions: a document that holds what decided every sample, and the samples again.
 
-Stage   3 (VOICE), after `live_hand`.
+Stage   3 (VOICE), after `hand_voice`.
 Model   A recording is {"format": "ridgewave-recording", "version": 3, "scene", "full_scale", "frames", "faded",
         "events"}: the scene of the beginning, what 1.0 stood for, how many frames were sent, how many of the last were
         faded after they had been rendered, and the events of `hand_log`. Played again, each event is applied before

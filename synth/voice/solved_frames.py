@@ -1,6 +1,6 @@
 """Files whose speed or load varies, rendered from the response solved along their scan.
 
-Stage   3 (VOICE), beside `moving`; `frame_plan` and `frame_solver` are its parts of stage 2.
+Stage   3 (VOICE), beside `table_reading`; `frame_plan` and `frame_solver` are its parts of stage 2.
 Model   chunks of `frame_solver`, divided by the full scale of each channel.
 Source  design, section 4.
 Limits  those of `frame_solver`. What folds is held by the phases a period that steady series of the recorded loads
