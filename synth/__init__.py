@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from synth.encode.sound import Sound, render
     from synth.motion.motion import Motion
     from synth.plan.plan import Plan
-    from synth.response.cache import ResponseCache
+    from synth.response.response_cache import ResponseCache
     from synth.scene.scene import Scene, parse_scene
     from synth.voice.live_voice import LiveVoice
     from synth.voice.voice import Voice, open_voice
@@ -28,7 +28,7 @@ _HOMES = {
     "LiveVoice": "synth.voice.live_voice",
     "Motion": "synth.motion.motion",
     "Plan": "synth.plan.plan",
-    "ResponseCache": "synth.response.cache",
+    "ResponseCache": "synth.response.response_cache",
     "Scene": "synth.scene.scene",
     "Sound": "synth.encode.sound",
     "Voice": "synth.voice.voice",

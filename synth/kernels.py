@@ -1,10 +1,11 @@
 """How the compiled loops are compiled: one place for the options of numba.
 
-Model   `kernel` compiles a function without the GIL and keeps the machine code on disk; `inlined` is for the small
-        functions inside the loops. Products and sums may be fused (one rounding fewer); nothing else is reordered but
-        in `summing`, so the same scene gives the same samples on the same machine. `unfused` is for what counts on
-        every rounding. numba keeps a kernel until its own file changes; a kernel also holds what it calls in other
-        files, so what is older than the newest of these is forgotten here.
+Model   `kernel` compiles a function without the GIL and keeps the machine code on disk. `inner`, `inlined`, `summing`
+        and `unfused` are for the functions that kernels call: without wrappers, they compile several times faster.
+        Products and sums may be fused (one rounding fewer); nothing else is reordered but in `summing`, so the same
+        scene gives the same samples on the same machine. `unfused` is for what counts on every rounding. numba keeps a
+        kernel until its own file changes; a kernel also holds what it calls in other files, so what is older than the
+        newest of these is forgotten here.
 Limits  only kernels kept beside their source are forgotten so: with NUMBA_CACHE_DIR set, empty it after a change. numba
         infers the types: these functions carry none, and mypy does not look into them.
 """
@@ -41,9 +42,15 @@ def forget_stale_kernels(root: Path, names: tuple[str, ...]) -> None:
 forget_stale_kernels(HERE, FOLDERS)
 
 
+ALL: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}  # a wrapper for C: no one asks
+KEPT: dict[str, Any] = {**ALL, "cache": True}
+INNER: dict[str, Any] = {**ALL, "no_cpython_wrapper": True}  # nor for Python: half of a small function's compilation
+FUSED = {"contract"}
+
+
 def kernel(function: Function) -> Function:
     """Return `function` compiled, GIL-free and kept on disk."""
-    compiled: Function = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})(function)
+    compiled: Function = njit(**KEPT, fastmath=FUSED)(function)
     return compiled
 
 
@@ -52,34 +59,35 @@ def signed_kernel(signature: str, *, fused: bool = True) -> Callable[[Function],
 
     fused: False compiles as `unfused` does. What runs while something plays has a signature: nothing is compiled then.
     """
-    rules = {"contract"} if fused else set()
 
     def compiled(function: Function) -> Function:
-        made: Function = njit(signature, nogil=True, cache=True, error_model="numpy", fastmath=rules)(function)
+        made: Function = njit(signature, **KEPT, fastmath=FUSED if fused else set())(function)
         return made
 
     return compiled
 
 
-def summing(function: Function) -> Function:
-    """Return `function` compiled as `kernel` does, with sums in whatever order is fastest: for loops that only add."""
-    compiled: Function = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})(
-        function
-    )
+def inner(function: Function) -> Function:
+    """Return `function` compiled as a part of the kernels that call it; Python cannot call it."""
+    compiled: Function = njit(**INNER, fastmath=FUSED)(function)
     return compiled
 
 
 def inlined(function: Function) -> Function:
-    """Return `function` compiled into whatever kernel calls it."""
-    compiled: Function = njit(inline="always", nogil=True, cache=True, error_model="numpy", fastmath={"contract"})(
-        function
-    )
+    """Return `function` compiled into whatever kernel calls it, at every place; Python cannot call it."""
+    compiled: Function = njit(**INNER, forceinline=True, fastmath=FUSED)(function)
+    return compiled
+
+
+def summing(function: Function) -> Function:
+    """Return `function` compiled as `inner` does, with sums in whatever order is fastest: for loops that only add."""
+    compiled: Function = njit(**INNER, fastmath={*FUSED, "reassoc", "nsz"})(function)
     return compiled
 
 
 def unfused(function: Function) -> Function:
-    """Return `function` compiled with every product and every sum rounded by itself."""
-    compiled: Function = njit(nogil=True, cache=True, error_model="numpy")(function)
+    """Return `function` compiled as `inner` does, with every product and every sum rounded by itself."""
+    compiled: Function = njit(**INNER)(function)
     return compiled
 
 

@@ -17,8 +17,8 @@ from typing import Any
 
 from synth.plan.plan import Cost, Plan
 from synth.plan.preparation import prepare
-from synth.plan.start_up import compile_seconds, kernel_seconds, process_seconds
-from synth.response.cache import ResponseCache
+from synth.plan.process_start import compile_seconds, kernel_seconds, process_seconds
+from synth.response.response_cache import ResponseCache
 from synth.scene.scene import Scene
 from synth.scene.source import SceneLike, scene_from
 from synth.voice.voice import Voice

@@ -1,13 +1,15 @@
 """The ways to compute a steady scan, behind one interface: what a report of accuracy sets side by side.
 
-Stage   beside the plan, which takes the same solvers and readers where they are the cheapest (`choice`). What one would
-        write from the paper is in `baseline_methods`.
-Model   A method, set up for a case, gives the channel's values over a period, and runs a number of frames as it would
-        in use. Direct methods solve every frame, oversampled (`solved_frames`): what folds into their period is what
-        folds into a series of as many phases as they solve in a period, the nearest whole number. Tables and sums of
-        harmonics solve phases once, with the exact solver, and read them (`contact.steady`).
+Stage   beside the plan, of whose methods these are the sizes; what one would write from the paper is in `baseline`.
+Model   A method, set up for a case, gives the channel's values over a period, and runs frames as it would in use.
+        Frames that are solved (exact, sampled): what folds into their period is what folds into a series of as many
+        phases as they solve in a period, the nearest whole number.
+        Harmonics: a period is solved at some phases, and its series read, as the plan of a constant scan does.
+        Table: the response table, made to errors of a size, and read along the scan as a live voice does.
+        The exact solver is that of the texture: in closed form of two cosines, else segments, refined until they err by
+        REFINED of the scene's tolerance. The sampled solver is a polyline of so many segments, whatever the texture.
 Source  design, section 5; Fagiani & Barbieri (2016), eq. 1, for all of them.
-Limits  steady scans.
+Limits  steady scans. Of a table, what sounds above the band is not counted: its levels fade out to 1.4 times it.
 """
 
 from __future__ import annotations
@@ -15,42 +17,52 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import Protocol
+from fractions import Fraction
+from time import perf_counter
 
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.balance import Contact
-from synth.contact.full_contact import full_contact
-from synth.contact.phase_solver import PhaseSolver
-from synth.contact.sampled import SampledGrid
+from synth.contact.load_balance import Contact
+from synth.contact.profile_solver import SegmentGrid
+from synth.motion.motion import LOAD, SPEED, Motion
 from synth.plan.channels import ChannelPlan
 from synth.plan.frame_plan import FramePlan
-from synth.plan.preparation import Preparation, band_limit, prepare
-from synth.response.evaluation import gate
-from synth.response.phase_cells import CUBIC, LINEAR, polynomials
+from synth.plan.preparation import Preparation, prepare
+from synth.plan.scene_table import bounds_for, table_of_scene
+from synth.response.lift_gate import gate
 from synth.response.phases import phase_step
-from synth.response.spectrum import Complex, curves, harmonics_of
-from synth.response.steady import SteadyHarmonics, SteadyReader, SteadyTable
+from synth.response.reading import TableReader
+from synth.response.series_curve import SeriesCurve
+from synth.response.spectrum import Complex, Demand, curves, fine_enough, harmonics_of
 from synth.scene.output_section import BAND
 from synth.scene.scene import Scene
+from synth.surfaces import profile_of
 from synth.voice.solved_frames import SolvedFrames
+from synth.voice.table_reading import HandReader
 
-SAMPLED_POINTS = (8, 16, 32, 64, 128, 256, 512)  # a ridge
 OVERSAMPLINGS = (1, 2, 4, 8, 16, 32)
-TABLE_PHASES = tuple(2**power for power in range(3, 17))
-HARMONIC_COUNTS = tuple(2**power for power in range(10))
-PHASES_A_HARMONIC = 16  # solved for a sum of harmonics: what folds is then far below what is cut off
+SAMPLED_SIZES = 7  # numbers of segments, each twice the last
+SERIES_PHASES = tuple(2**power for power in range(3, 17))
+TABLE_SIZES = (0.25, 1.0, 4.0)  # times as well as a live voice's table; 16 times the best takes half a minute
+TABLE_SECONDS = 0.5  # that a table of a live voice takes, about
+REFINED = 0.1  # of the tolerance: more would show in the errors of what is read from the solver
 TIMED_FRAMES = 1 << 14  # of a reader
+PROBES = 8  # phases of which the time of one is taken
+MOST_PLACES = 1 << 16  # of a period at which frames of a voice stand
 
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """One channel of a steady scan, as every method finds it. extent: peak-to-peak of the quantity (SI)."""
+    """One channel of a steady scan, as every method finds it.
+
+    contact: as finely divided as the exact solver needs. order: of the time derivative. extent: peak-to-peak (SI).
+    """
 
     scene: Scene
     solved: Preparation
     contact: Contact
+    quantity: str
     order: int
     extent: float
 
@@ -60,6 +72,11 @@ class Case:
         return self.scene.output.sample_rate
 
     @property
+    def load(self) -> float:
+        """N, of the scan."""
+        return self.scene.scan.load
+
+    @property
     def period_frames(self) -> float:
         """Frames in a period of the texture."""
         return self.rate / abs(self.solved.turns)
@@ -67,133 +84,57 @@ class Case:
     @property
     def lifted(self) -> float:
         """What the gate of a lifting finger leaves."""
-        scan = self.scene.scan
-        return float(gate(scan.load, scan.lift_load)[0]) if scan.load < scan.lift_load else 1.0
+        lift = self.scene.scan.lift_load
+        return float(gate(self.load, lift)[0]) if self.load < lift else 1.0
 
     def series(self, heights: Array, highest: int | None = None) -> Complex:
         """Return the series (SI) of the channel from z (m) at equal steps of a period, cut at `highest` or the band."""
         wanted = self.solved.highest if highest is None else min(highest, self.solved.highest)
-        found = harmonics_of(heights, wanted)
-        n = np.arange(len(found))
-        found *= self.lifted * (2j * math.pi * n * self.solved.turns) ** self.order
+        return self.derived(harmonics_of(heights, wanted))
+
+    def derived(self, series: Complex) -> Complex:
+        """Return the series (SI) of the channel from that of z (m), its mean left out."""
+        n = np.arange(len(series))
+        found = series * self.lifted * (2j * math.pi * n * self.solved.turns) ** self.order
         found[0] = 0.0
         return found
 
     def heights(self, phases: int, contact: Contact | None = None) -> Array:
         """Return z (m) at `phases` equal steps of a period."""
-        return (contact or self.contact).approach(np.arange(phases) / phases, self.scene.scan.load)[0]
+        return (contact or self.contact).approach(np.arange(phases) / phases, self.load)[0]
 
-    def solved_by(self, grid: PhaseSolver) -> Contact:
-        """Return the contact of this case with another solver."""
-        return Contact.of(self.contact.geometry, self.contact.stiffness, grid)
-
-
-class Ready(Protocol):
-    """A method that is set up."""
-
-    @property
-    def frames(self) -> int:
-        """Frames that `run` computes."""
-
-    @property
-    def nbytes(self) -> int:
-        """Bytes that it holds."""
-
-    @property
-    def setup(self) -> float | None:
-        """Seconds of set-up where they were found otherwise than by setting up; None where they are to be timed."""
-
-    def period(self, points: int) -> Array:
-        """Return the channel (SI) at the phases (i + 1/2) / points of a period."""
-
-    def run(self) -> None:
-        """Compute `frames` frames."""
+    def seconds_a_phase(self, contact: Contact | None = None) -> float:
+        """Return about how long a solution takes."""
+        self.heights(PROBES, contact)
+        began = perf_counter()
+        self.heights(PROBES, contact)
+        return (perf_counter() - began) / PROBES
 
 
 @dataclass(frozen=True, slots=True)
-class Rung:
-    """A size of a method: the ladder that it belongs to, its points, and the ladder with fewer solutions, or ""."""
+class Ready:
+    """A method that is set up.
 
-    ladder: str
-    points: int
-    below: str
+    frames: that `run` computes. nbytes: that it holds. period: gives the channel (SI) at the phases (i + 1/2) / points
+    of a period for about as many points as it is asked for. setup: seconds of set-up where they were found otherwise
+    than by setting up.
+    """
+
+    frames: int
+    nbytes: int
+    run: Callable[[], object]
+    period: Callable[[int], Array]
+    setup: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Method:
-    """A way to compute a case.
-
-    phases: solutions that setting up and `period` take, for a guess of the time. seconds: that guess, where it is made
-    otherwise. rung: its place among methods that only differ in their number of points.
-    """
+    """A way to compute a case. seconds: about what setting it up, running it and finding its error take."""
 
     name: str
     family: str
-    phases: float
     set_up: Callable[[], Ready]
-    seconds: float | None = None
-    rung: Rung | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Read:
-    """A reader in use."""
-
-    reader: SteadyReader
-    case: Case
-    frames: int = TIMED_FRAMES
-    setup: float | None = None
-
-    @property
-    def nbytes(self) -> int:
-        """See `Ready`."""
-        return self.reader.nbytes
-
-    def period(self, points: int) -> Array:
-        """See `Ready`: what the float32 samples are, near full scale."""
-        out = np.empty((points, 1), np.float32)
-        step = 2**64 // points
-        self.reader.read(step // 2, step, 1.0 / self.case.extent, out, 0)
-        return out[:, 0].astype(float) * self.case.extent
-
-    def run(self) -> None:
-        """See `Ready`."""
-        out = np.empty((self.frames, 1), np.float32)
-        step = phase_step(self.case.scene.scan.speed, self.case.scene.texture.period, self.case.rate)
-        self.reader.read(0, step, 1.0 / self.case.extent, out, 0)
-
-
-@dataclass(frozen=True, slots=True)
-class Framed:
-    """Frames that are solved."""
-
-    case: Case
-    contact: Contact
-    phases: int
-    renderer: SolvedFrames
-
-    setup = None
-
-    @property
-    def frames(self) -> int:
-        """See `Ready`."""
-        return self.renderer.chunk
-
-    @property
-    def nbytes(self) -> int:
-        """See `Ready`."""
-        return self.contact.grid.nbytes + self.renderer.memory_bytes
-
-    def period(self, points: int) -> Array:
-        """See `Ready`."""
-        series = self.case.series(self.case.heights(self.phases, self.contact))
-        shifted = series * np.exp(1j * math.pi * np.arange(len(series)) / points)
-        return (curves(shifted, 0, points) / self.case.extent).astype(np.float32).astype(float) * self.case.extent
-
-    def run(self) -> None:
-        """See `Ready`."""
-        self.renderer.forget()
-        self.renderer.read(0, np.empty((self.frames, 1), np.float32))
+    seconds: float = 0.0
 
 
 def case_of(scene: Scene, channel: int) -> Case:
@@ -201,94 +142,153 @@ def case_of(scene: Scene, channel: int) -> Case:
     solved = prepare(scene)
     assert solved.contact is not None
     plan = solved.channels[channel]
-    return Case(scene, solved, solved.contact, plan.order, plan.extent)
+    demand = Demand(solved.highest, (plan.order,), REFINED * solved.tolerance)
+    contact = fine_enough(solved.contact, (scene.scan.load,), scene.scan.load, demand)
+    return Case(scene, solved, contact, plan.quantity, plan.order, plan.extent)
 
 
 def methods_of(case: Case) -> Iterator[Method]:
     """Yield every method of ridgewave's own for `case`, from the slowest family to the fastest."""
-    geometry = case.contact.geometry
-    for points in SAMPLED_POINTS:
-        count = _sampled_oversampling(points)
-        name = f"sampled solver, {points} points a ridge, oversampling {count}"
-        yield _framed(case, name, SampledGrid.of_geometry, points, count)
+    yield from _sampled(case)
+    exact = case.contact.grid
+    name = f"segments solver, {exact.segments} a period" if isinstance(exact, SegmentGrid) else exact.name
     for count in OVERSAMPLINGS:
-        yield _framed(case, f"exact solver, oversampling {count}", None, 0, count)
-    for degree, kind in ((LINEAR, "linear"), (CUBIC, "cubic")):
-        for phases in TABLE_PHASES:
-            yield _table(case, f"response table, {phases} phases, {kind}", phases, degree)
-    highest = case.solved.highest
-    for count in sorted({*(count for count in HARMONIC_COUNTS if count < highest), min(highest, 512)}):
-        yield _harmonics(case, count)
-    if full_contact(geometry, case.contact.stiffness, case.scene.scan.load) is not None:
+        yield _framed(case, f"{name}, oversampling {count}", "exact", case.contact, count)
+    for size in TABLE_SIZES:
+        yield _table(case, size)
+    a_phase = case.seconds_a_phase()
+    for phases in SERIES_PHASES:
+        yield _series(case, phases, a_phase)
+    if case.contact.closed(case.load) is not None:
         yield _closed(case)
 
 
 def chosen_method(case: Case, channel: int) -> Method:
     """Return what the plan of the case takes."""
-    spectrum, plan = case.solved.spectrum, case.solved.channels[channel]
-    assert spectrum is not None and plan.reader is not None
+    spectrum, reader = case.solved.spectrum, case.solved.channels[channel].reader
+    assert spectrum is not None and reader is not None
     if spectrum.closed:
         return _closed(case)
-    by = "" if spectrum.solver == case.contact.grid.name else f", {spectrum.solver}"
-    if isinstance(plan.reader, SteadyTable):
-        cells, width = plan.reader.coefficients.shape
-        kind = "cubic" if width == CUBIC + 1 else "linear"
-        name, family = f"response table, {spectrum.phases} phases, {kind}, {cells} cells{by}", "table"
-    else:
-        assert isinstance(plan.reader, SteadyHarmonics)
-        count = len(plan.reader.series) - 1
-        name, family = f"sum of harmonics, {count} harmonics, {spectrum.phases} phases{by}", "harmonics"
 
     def set_up() -> Ready:
         made = prepare(case.scene).channels[channel].reader
         assert made is not None
-        return Read(made, case)
+        return read_by(case, made)
 
-    return Method(name, family, spectrum.phases, set_up)
-
-
-def _sampled_oversampling(points: int) -> int:
-    """Return solutions a frame for so many points: what folds falls as their power 2.5, the error as the square."""
-    return OVERSAMPLINGS[min(len(OVERSAMPLINGS) - 1, round(0.8 * math.log2(points / SAMPLED_POINTS[0])))]
+    return Method(f"sum of harmonics, {spectrum.phases} phases", "harmonics", set_up)
 
 
-def _framed(case: Case, name: str, grid: Callable[..., PhaseSolver] | None, points: int, count: int) -> Method:
+def of_series(case: Case, series: Complex, points: int) -> Array:
+    """Return a series (SI) at the phases (i + 1/2) / points, as float32 samples near full scale are."""
+    shifted = series * np.exp(1j * math.pi * np.arange(len(series)) / points)
+    return (curves(shifted, 0, points) / case.extent).astype(np.float32).astype(float) * case.extent
+
+
+def read_by(case: Case, curve: SeriesCurve) -> Ready:
+    """Return the reader of a constant scan, ready."""
+    gain = 1.0 / case.extent
+
+    def period(points: int) -> Array:
+        out, step = np.empty((points, 1), np.float32), 2**64 // points
+        curve.read(step // 2, step, gain, out, 0)
+        return out[:, 0].astype(float) * case.extent
+
+    out = np.empty((TIMED_FRAMES, 1), np.float32)
+    step = phase_step(case.scene.scan.speed, case.scene.texture.period, case.rate)
+    return Ready(TIMED_FRAMES, curve.nbytes, lambda: curve.read(0, step, gain, out, 0), period)
+
+
+def _framed(case: Case, name: str, family: str, contact: Contact, count: int) -> Method:
     phases = max(8, round(case.period_frames * count))
-    family = "exact" if grid is None else "sampled"
+    plain = ChannelPlan("", case.order, case.extent, 0.0, case.extent, None)
+    scale = min(1.0, case.scene.output.band_limit / (BAND * case.rate))
 
     def set_up() -> Ready:
-        contact = case.contact if grid is None else case.solved_by(grid(case.contact.geometry, points))
-        plain = ChannelPlan("", case.order, case.extent, 0.0, case.extent, None)
         solved = replace(case.solved, contact=contact, channels=(plain,))
-        scale = min(1.0, band_limit(case.scene) / (BAND * case.rate))
         renderer = SolvedFrames(solved, FramePlan(count, 1, (), scale, 0.0), contact.heights)
-        return Framed(case, contact, phases, renderer)
+        out = np.empty((renderer.chunk, 1), np.float32)
 
-    return Method(name, family, phases, set_up)
+        def run() -> None:
+            renderer.forget()
+            renderer.read(0, out)
+
+        def period(points: int) -> Array:
+            return of_series(case, case.series(case.heights(phases, contact)), points)
+
+        return Ready(renderer.chunk, contact.grid.nbytes + renderer.memory_bytes, run, period)
+
+    chunk = 2 * 4096 * count / scale
+    return Method(name, family, set_up, case.seconds_a_phase(contact) * (phases + chunk))
 
 
-def _table(case: Case, name: str, phases: int, degree: int) -> Method:
+def _sampled(case: Case) -> Iterator[Method]:
+    """Yield the solver on a polyline: what folds falls as the power 2.5 of the solutions, its error as the square."""
+    geometry = case.contact.geometry
+    if geometry.profile is None:
+        geometry = replace(geometry, profile=profile_of(case.scene), texture_phase=0.0)
+    least = SegmentGrid.of_geometry(replace(geometry, segments=1)).segments
+    for power in range(SAMPLED_SIZES):
+        segments, count = least << power, OVERSAMPLINGS[min(round(0.8 * power), len(OVERSAMPLINGS) - 1)]
+        contact = case.contact.on(replace(geometry, segments=segments))
+        name = f"sampled solver, {segments} segments, {count} a frame"
+        yield _framed(case, name, "sampled", contact, count)
+
+
+def _series(case: Case, phases: int, a_phase: float) -> Method:
     def set_up() -> Ready:
-        series = case.series(case.heights(phases), phases // 2)
-        return Read(SteadyTable(polynomials(series, degree, phases)), case)
+        return read_by(case, SeriesCurve(case.series(case.heights(phases), phases // 2)))
 
-    return Method(name, "table", phases, set_up)
-
-
-def _harmonics(case: Case, count: int) -> Method:
-    phases = 1 << max(5, (PHASES_A_HARMONIC * count - 1).bit_length())
-
-    def set_up() -> Ready:
-        return Read(SteadyHarmonics(case.series(case.heights(phases), count)), case)
-
-    return Method(f"sum of harmonics, {count} harmonic{'s' if count > 1 else ''}", "harmonics", phases, set_up)
+    return Method(f"sum of harmonics, {phases} phases", "harmonics", set_up, phases * a_phase)
 
 
 def _closed(case: Case) -> Method:
     def set_up() -> Ready:
-        found = full_contact(case.contact.geometry, case.contact.stiffness, case.scene.scan.load)
+        found = case.contact.closed(case.load)
         assert found is not None
-        turned = 2j * math.pi * case.solved.turns
-        return Read(SteadyHarmonics(np.array([0.0, case.lifted * found.first * turned**case.order])), case)
+        return read_by(case, SeriesCurve(case.derived(np.array([0.0, found.first]))))
 
-    return Method("closed form", "closed", 0.0, set_up)
+    return Method("closed form", "closed", set_up)
+
+
+def _table(case: Case, size: float) -> Method:
+    """Return the response table, `size` times as well as that of a live voice."""
+    bounds = bounds_for(case.scene)
+    z, velocity, acceleration = bounds.targets
+    targets = z / size, velocity / size, acceleration / size
+    if size > 1.0:
+        bounds = replace(bounds, nbytes=round(size * bounds.nbytes), work=size * bounds.work)
+    name = f"response table, to a {1.0 / targets[0]:.0f}th"
+
+    def set_up() -> Ready:
+        table = table_of_scene(case.scene, replace(bounds, targets=targets))
+        return _live(case, TableReader.of(table, case.quantity, case.rate, 1.0 / case.extent))
+
+    return Method(name, "table", set_up, TABLE_SECONDS * max(size, 1.0))
+
+
+def _live(case: Case, reader: TableReader) -> Ready:
+    """Return the reading of a table along the scan, block by block, as a live voice reads it."""
+    turns = case.solved.turns / case.rate
+    whole = Fraction(turns).limit_denominator(MOST_PLACES)  # periods in so many frames, to 1e-10 of them
+    places, lap = whole.denominator, whole.numerator
+    texture = case.scene.texture.period
+
+    def motion(speed: float, frames: int) -> Motion:
+        samples = np.zeros((5, frames))
+        samples[SPEED], samples[LOAD] = speed, case.load
+        return Motion(samples, np.empty(0))
+
+    def period(points: int) -> Array:
+        hand = HandReader((reader,), texture, case.rate)
+        hand.phase = 2**63 // places
+        out = np.empty((places, 1), np.float32)
+        hand.read(motion(lap / places * case.rate * texture, places), out)
+        values = np.empty(places)
+        values[(np.arange(places) - hand.delay) * lap % places] = out[:, 0]
+        lines = np.fft.rfft(values) * case.extent
+        lines[0] = lines[case.solved.highest + 1 :] = 0.0
+        return np.fft.irfft(lines, places)
+
+    hand = HandReader((reader,), texture, case.rate)
+    steady, out = motion(case.scene.scan.speed, TIMED_FRAMES), np.empty((TIMED_FRAMES, 1), np.float32)
+    return Ready(TIMED_FRAMES, reader.table.nbytes, lambda: hand.read(steady, out), period)

@@ -1,50 +1,50 @@
 """ACCURACY: what accuracy costs in time, method by method, measured on one scene and this machine.
 
 Stage   after STAGE 3, over a scene.
-Model   Every method (`methods`, `baseline_methods`) gives one period of the channel, and is compared with a reference:
-        the exact solver at REFERENCE times as many phases as any table has, or as many as the bound on work allows.
-        Errors are relative to the quantity's peak-to-peak, limited to its harmonics; an error as a displacement is its
-        spectrum divided by (2 pi f)^k; a harmonic above half the rate is felt where it folds to. Timings are medians of
-        REPEATS runs after one that is not counted, so compiling is left out; the report tells it beside (`start_up`).
+Model   Every method (`methods`, `baseline`) gives one period of the channel, and is compared with a reference: the
+        series of the texture's own solver, solved and refined to REFERENCE_TOLERANCE, or as far as the bound on work
+        allows. Errors are relative to the quantity's peak-to-peak, limited to its harmonics; an error as a displacement
+        is its spectrum divided by (2 pi f)^k; a harmonic above half the rate is felt where it folds to. Timings are
+        medians of REPEATS runs after one that is not counted, so compiling is left out; the report tells it beside
+        (`start_up`).
 Source  design, section 5; thresholds: `threshold`.
 Limits  a stroke, or a recording, is measured as a steady scan at its largest speed and load. Methods that would take
-        longer than PATIENCE to measure, or, after BUDGET of measuring, than HASTE, are left out and named, and so are
-        sizes of the baseline that would show nothing new (`ladders`).
+        longer than PATIENCE to measure are left out and named; after BUDGET of the quicker ones, those that would take
+        longer than HASTE.
 """
 
 from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from time import perf_counter
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
-from synth.accuracy.baseline_methods import baseline_methods
+from synth.accuracy.baseline import baseline_methods
 from synth.accuracy.costing import explain
-from synth.accuracy.ladders import Ladders
-from synth.accuracy.methods import TABLE_PHASES, Case, Method, case_of, chosen_method, methods_of
+from synth.accuracy.methods import Case, Method, case_of, chosen_method, methods_of
 from synth.arrays import Array
-from synth.contact.geometry import Geometry
 from synth.errors import AskedWrong, CannotRender, Fault, shown
 from synth.perception.threshold import threshold_displacement
 from synth.plan.channels import UNITS
 from synth.plan.preparation import prepare
-from synth.response.spectrum import MOST_WORK, curves
+from synth.response.spectrum import Complex, Demand, curves, solve_spectrum
 from synth.scene.scene import Scene, scene_document
 from synth.scene.source import SceneLike, scene_from
 
 REPEATS = 5
-PATIENCE, HASTE = 6.0, 0.5  # s that measuring one method may take, and after BUDGET
-BUDGET = 60.0  # s of measuring
-REFERENCE = 8  # times the phases of the largest table: the error of the reference is then 200 times smaller
+PATIENCE, HASTE = 6.0, 0.5  # s that a method may take to be set up, run and judged once, and after BUDGET
+BUDGET = 45.0  # s of measuring
+ENOUGH = 0.5  # s of a timing, after which it is not repeated
+REFERENCE_TOLERANCE = 1e-8  # below the rounding of float32; looser ones would show in the errors of the best methods
 SEEN_PHASES = 1 << 17  # of a period, at least, at which errors are looked for
-PROBES = 8  # phases solved to guess how long a method takes
 
 Progress = Callable[[str, int, int], None]
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,10 +82,10 @@ class LeftOut:
 class AccuracyReport:
     """The cost-against-error table of one channel of a scene.
 
-    peak_to_peak: of the quantity, in `unit`. reference_error: of what errors are measured against, relative to it.
+    peak_to_peak: of the quantity, in `unit`. reference_error: a bound of that of what errors are measured against.
     threshold: name of the detection curve. chosen: the method that the plan takes; it is among `methods`. repeats: how
-    many times each timing was taken. process_seconds: what this process took once before it could compute: start,
-    imports, kernels. compile_seconds: the part of that which only a first use takes.
+    many times each timing was taken at most. process_seconds: what this process took once before it could compute:
+    start, imports, kernels. compile_seconds: the part of that which only a first use takes.
     """
 
     scene: dict[str, Any]
@@ -113,11 +113,21 @@ class AccuracyReport:
 
 @dataclass(frozen=True, slots=True)
 class Reference:
-    """The truth: values (SI) at the phases (i + 1/2) / points of a period, and how far off it may be."""
+    """The truth: the series of the channel (SI), and a bound of its error relative to the peak-to-peak."""
 
-    curve: Array
-    strongest: float
+    series: Complex
     error: float
+
+    @classmethod
+    def of(cls, case: Case) -> Reference:
+        """Solve it."""
+        demand = Demand(case.solved.highest, (case.order,), REFERENCE_TOLERANCE)
+        found = solve_spectrum(case.contact, case.load, demand)
+        return cls(case.derived(found.harmonics), found.errors[0])
+
+    def curve(self, points: int) -> Array:
+        """Return its values at the phases (i + 1/2) / points of a period."""
+        return curves(self.series * np.exp(1j * math.pi * np.arange(len(self.series)) / points), 0, points)
 
 
 def measure_accuracy(
@@ -136,11 +146,10 @@ def measure_accuracy(
     cost = explain(scene).cost
     assert cost is not None
     case = case_of(_steady(scene), channel)
-    reference = _reference_of(case)
-    chosen = chosen_method(case, channel)
+    reference, chosen = Reference.of(case), chosen_method(case, channel)
     others = (method for method in methods_of(case) if method.name != chosen.name)
     listed = [*baseline_methods(case), *others, chosen]
-    rows, left_out = _measured_all(case, listed, chosen, reference, progress)
+    rows, left_out = _measured_all(case, listed, reference, progress)
     planned = scene.output.channel_list[channel]
     duration = scene.output.duration
     return AccuracyReport(
@@ -157,39 +166,42 @@ def measure_accuracy(
         process_seconds=cost.process_seconds,
         compile_seconds=cost.compile_seconds,
         methods=_with_front(rows, duration),
-        left_out=tuple(left_out),
+        left_out=(*left_out, *_not_there(case)),
     )
 
 
 def _measured_all(
-    case: Case, listed: Sequence[Method], chosen: Method, reference: Reference, progress: Progress | None
+    case: Case, listed: Sequence[Method], reference: Reference, progress: Progress | None
 ) -> tuple[list[Measured], list[LeftOut]]:
-    """Return what each method of `listed` errs by and costs, and why others were left out."""
-    rows: list[Measured] = []
-    left_out: list[LeftOut] = []
-    ladders = Ladders(case.solved.tolerance)
+    """Return what each method of `listed` errs by and costs, and what was left out; the quickest are measured first."""
+    rows: dict[str, Measured] = {}
+    left_out: dict[str, LeftOut] = {}
     began = perf_counter()
-    for done, method in enumerate(listed):
+    for done, method in enumerate(sorted(listed, key=lambda one: one.seconds)):
         if progress is not None:
             progress(method.name, done, len(listed))
-        rung = method.rung
-        if rung is not None and ladders.skips(rung.ladder, rung.points, rung.below):
-            continue
         patience = PATIENCE if perf_counter() - began < BUDGET else HASTE
-        found = _measured(case, method, reference, math.inf if method is chosen else patience)
-        if isinstance(found, Measured):
-            rows.append(found)
+        if method.seconds <= patience:
+            rows[method.name] = _measured(case, method, reference)
         else:
-            left_out.append(found)
-        if rung is None:
-            continue
-        if isinstance(found, LeftOut):
-            ladders.end(rung.ladder, found.reason)
-        elif reason := ladders.take(rung.ladder, rung.points, found.max_error):
-            left_out.append(LeftOut(f"{rung.ladder}, more points", method.family, reason))
+            reason = f"It would take {method.seconds:.3g} s to measure."
+            left_out[method.name] = LeftOut(method.name, method.family, reason)
     if progress is not None:
-        progress(chosen.name, len(listed), len(listed))
-    return rows, left_out
+        progress(listed[-1].name, len(listed), len(listed))
+    names = [method.name for method in listed]
+    return [rows[name] for name in names if name in rows], [left_out[name] for name in names if name in left_out]
+
+
+def _not_there(case: Case) -> Iterator[LeftOut]:
+    """Yield the methods that this scene does not have, with the reason in words."""
+    sinusoid = case.contact.geometry.profile is None
+    if not sinusoid:
+        reason = "Two cosines alone have antiderivatives in closed form: segments, refined, take its place."
+        yield LeftOut("exact solver in closed form", "exact", reason)
+    if case.contact.closed(case.load) is None:
+        pressed = "The load does not flatten the whole contact at every phase."
+        reason = pressed if sinusoid else "Full contact is one sinusoid only where the texture is."
+        yield LeftOut("closed form", "closed", reason)
 
 
 def require_measurable(scene: Scene) -> None:
@@ -197,11 +209,6 @@ def require_measurable(scene: Scene) -> None:
     if scene.effects:
         hint = "The report compares ways to compute the contact response: leave the effects out."
         raise AskedWrong([Fault("/effects", ", ".join(scene.effects), "{}", hint)])
-    if Geometry.of_scene(scene).profile is not None:
-        raise CannotRender(
-            f"The report's methods are written for a sinusoid, and the texture is of kind {scene.texture.kind}. "
-            "Its plan (explain) tells its error and its cost."
-        )
     if scene.scan.speed == 0.0:
         raise CannotRender("The finger stands still (scan.speed is 0 m/s): there is nothing to measure.")
 
@@ -228,55 +235,21 @@ def _steady(scene: Scene) -> Scene:
     return scene
 
 
-def _reference_of(case: Case) -> Reference:
-    most = 1 << int(math.log2(MOST_WORK / case.contact.grid.cells))
-    phases = max(min(REFERENCE * TABLE_PHASES[-1], most), 1 << (4 * case.solved.highest).bit_length())
-    heights = case.heights(phases)
-    series, half = case.series(heights), case.series(heights[::2])
-    points = _points(case)
-    turned = np.exp(1j * math.pi * np.arange(len(series)) / points)
-    curve = curves(series * turned, 0, points)
-    change = float(np.max(np.abs(curves((series - half) * turned, 0, points))))
-    return Reference(curve, 2.0 * float(np.max(np.abs(series))), change / case.extent / 2.0**2.5)
-
-
-def _points(case: Case) -> int:
-    return max(SEEN_PHASES, 1 << (8 * case.solved.highest).bit_length())
-
-
-def _measured(case: Case, method: Method, reference: Reference, patience: float) -> Measured | LeftOut:
-    longest = method.seconds
-    if longest is None or longest <= patience:
-        ready = method.set_up()
-        longest = _expected_seconds(method, case, ready) if longest is None else longest
-    if longest > patience:
-        return LeftOut(method.name, method.family, f"It would take {longest:.3g} s to measure.")
-    setups, runs = [], []
-    for _ in range(REPEATS):
-        if ready.setup is not None:
-            setups.append(ready.setup)
-            continue
-        began = perf_counter()
-        ready = method.set_up()
-        setups.append(perf_counter() - began)
-    error = ready.period(len(reference.curve)) - reference.curve
-    ready.run()
-    for _ in range(REPEATS):
-        began = perf_counter()
-        ready.run()
-        runs.append(perf_counter() - began)
-    a_second = statistics.median(runs) * case.rate / ready.frames
-    largest = float(np.max(np.abs(error)))
+def _measured(case: Case, method: Method, reference: Reference) -> Measured:
+    ready, setup = _timed(method.set_up)
+    values = ready.period(max(SEEN_PHASES, 1 << (8 * case.solved.highest).bit_length()))
+    error = values - reference.curve(len(values))
+    a_second = _timed(ready.run)[1] * case.rate / ready.frames
     displacement, worst, margin = _spectral_errors(case, error, reference)
     return Measured(
         method=method.name,
         family=method.family,
-        max_error=largest / case.extent,
+        max_error=float(np.max(np.abs(error))) / case.extent,
         rms_error=float(np.sqrt(np.mean(error**2))) / case.extent,
         error_m=displacement,
         worst_harmonic_db=worst,
         threshold_margin_db=margin,
-        setup_seconds=statistics.median(setups),
+        setup_seconds=setup if ready.setup is None else ready.setup,
         seconds_per_second=a_second,
         times_real_time=1.0 / a_second,
         memory_bytes=ready.nbytes,
@@ -284,17 +257,15 @@ def _measured(case: Case, method: Method, reference: Reference, patience: float)
     )
 
 
-def _expected_seconds(method: Method, case: Case, ready: Any) -> float:
-    """Return about how long a method takes to measure, from a few of its phases."""
-    contact = getattr(ready, "contact", case.contact)
-    probes = np.arange(PROBES) / PROBES
-    contact.approach(probes, case.scene.scan.load)
-    began = perf_counter()
-    contact.approach(probes, case.scene.scan.load)
-    a_phase = (perf_counter() - began) / PROBES
-    frames = ready.frames * max(1.0, method.phases / case.period_frames) if method.family in ("exact", "sampled") else 0
-    setups = method.phases * (REPEATS + 1) if method.family in ("table", "harmonics") else method.phases
-    return float(a_phase * (setups + (REPEATS + 1) * frames))
+def _timed(work: Callable[[], T]) -> tuple[T, float]:
+    """Return what `work` returns, and the median of its times (s) after a first run."""
+    times: list[float] = []
+    made = work()
+    while len(times) < REPEATS and sum(times) < ENOUGH:
+        began = perf_counter()
+        made = work()
+        times.append(perf_counter() - began)
+    return made, statistics.median(times)
 
 
 def _spectral_errors(case: Case, error: Array, reference: Reference) -> tuple[float, float, float]:
@@ -307,7 +278,8 @@ def _spectral_errors(case: Case, error: Array, reference: Reference) -> tuple[fl
     displaced = np.concatenate([[0.0], lines[1:] / per_turn])
     largest = float(np.max(np.abs(np.fft.irfft(displaced, len(error)) * len(error))))
     in_band = sizes[: case.solved.highest]
-    worst = _decibels(float(np.max(in_band)) / reference.strongest)
+    strongest = 2.0 * float(np.max(np.abs(reference.series)))
+    worst = _decibels(float(np.max(in_band)) / strongest)
     folded = np.abs(n * fundamental - np.rint(n * fundamental / case.rate) * case.rate)
     folded = np.maximum(folded, 1.0)
     felt = threshold_displacement(folded, case.scene.accuracy.threshold) * (2.0 * math.pi * folded) ** case.order

@@ -6,7 +6,7 @@ groups     eqs 6-7   dimensionless groups, both directions
 full_contact  full contact and no contact in closed form
 patches    the part of one grid cell that touches
 exact      the approach z at any phase and load, to round-off
+solvers    what every solver offers, and which one a contact takes
 pressure   integrals of the pressure at any phase and z, over the touching intervals that `intervals` finds
 forces     the horizontal forces of slopes and friction, as functions of phase and load
-load_response what a function of phase and load offers, z or a force
 """

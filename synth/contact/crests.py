@@ -14,16 +14,16 @@ import math
 
 import numpy as np
 
-from synth.contact.domes import level_of, surfaces_of
+from synth.contact.finger_curvature import level_of, surfaces_of
 from synth.contact.patches import profile
-from synth.kernels import kernel
+from synth.kernels import inner
 
 FLAT = 1e-7  # half cells from the end of a cell to the top of its parabola, below which the end is the crest
 SAME_PLACE = 1e-5  # half cells between two crests, below which they are one, seen from both sides of a cell's end
 REACH = 1e-6  # of a1 + a2: the top crest is pressed in by less than this at w / k = 1e-18, up to 1e5 ridges
 
 
-@kernel
+@inner
 def crest_of_cell(cell, first, last):
     """Return position, height, slope and curvature of the highest point of a cell, and whether it is a crest of h.
 
@@ -50,7 +50,7 @@ def crest_of_cell(cell, first, last):
     return t, top, 0.0, curvature, True
 
 
-@kernel
+@inner
 def crest_sum(crests, count, depth, half):
     """Return F and the touching part of L when the top crest is pressed in by `depth`.
 
@@ -70,11 +70,11 @@ def crest_sum(crests, count, depth, half):
     return area * half, length * half
 
 
-@kernel
+@inner
 def crest_approach(tables, k1, k2, work, target):
     """Return z / (a1 + a2) and the touching part of L for F = `target` (at least 0, below 1e-18), by the crests alone.
 
-    tables, k1, k2, work: the cells as `exact.fill_cells` left them.
+    tables, k1, k2, work: the cells as `exact_solver.fill_cells` left them.
     """
     rows = surfaces_of(tables)
     cells = rows.shape[1]

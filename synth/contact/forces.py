@@ -28,11 +28,10 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.contact.full_contact import FullContact
-from synth.contact.laid_out import field_of
-from synth.contact.load_response import PressedContact
-from synth.contact.phase_solver import PhaseSolver
+from synth.contact.load_balance import Contact
 from synth.contact.pressure import PressureField
-from synth.contact.segment_pressure import SegmentField
+from synth.contact.profile_pressure import SegmentField
+from synth.contact.solvers import PhaseSolver, field_of
 
 SLOPE_WORK = 3  # cells of the solver that a cell of z and of S costs; fewer would let rows take longer than their bound
 FRICTION_WORK = 10  # the same of z and N_g
@@ -46,22 +45,7 @@ FEWEST_MEAN, MOST_MEAN = 512, 1 << 16  # phases of a mean over a period; fewer m
 class ForceOfContact:
     """What both forces share: all but the value. contact: whose pressure it is."""
 
-    contact: PressedContact
-
-    @property
-    def of_one_shape(self) -> bool:
-        """False: nothing but the contact's own solver takes a force."""
-        return False
-
-    @property
-    def nbytes(self) -> int:
-        """Bytes that it holds: the contact's."""
-        return self.contact.nbytes
-
-    @property
-    def nothing_at_no_load(self) -> bool:
-        """True: without load there is no pressure."""
-        return True
+    contact: Contact
 
     def refined(self) -> Self | None:
         """Return the force on a finer discretisation of its contact; None where there is none."""
@@ -207,3 +191,7 @@ def _over_load(value: Callable[[float], Array], load: float) -> Array:
     """Return the derivative of `value` over the load (1/N) at `load` (N), by central differences."""
     step = LOAD_STEP * load
     return (value(load + step) - value(load - step)) / (2.0 * step)
+
+
+Response = Contact | SlopeForce | FrictionForce
+"""What `spectrum` takes a series of, and `table_making` a table: z (m) or a force (N), periodic in the phase."""

@@ -29,7 +29,8 @@ class Geometry:
 
     profile: the heights of a texture that is not one cosine, else None. texture_amplitude is then half its extent, and
     texture_phase only shifts it: it is 0 where the contact begins at the end of the finger's nominal length.
-    segments: of a period of the polyline that stands for the profile (`segments`); None: as many as it begins with.
+    segments: of a period of the polyline that stands for the profile (`profile_solver`); None: as many as it begins
+    with.
     """
 
     ridge_amplitude: float

@@ -17,8 +17,8 @@ import math
 
 import numpy as np
 
-from synth.contact.domes import Level, level_at
-from synth.kernels import inlined, kernel
+from synth.contact.finger_curvature import Level, level_at
+from synth.kernels import inlined, inner
 
 Cell = tuple[float, float, float, float, float, float, Level]  # u1, v1, k1^2, u2, v2, k2^2, level
 
@@ -51,7 +51,7 @@ def profile(cell: Cell, t: float) -> tuple[float, float, float, float]:
     return h1 + h2 - height, slope, -k1 * h1 - k2 * h2 - bend, area
 
 
-@inlined
+@inner
 def crossing(cell: Cell, rising: bool, low: float, high: float, t: float) -> tuple[float, float, float]:
     """Return the edge between `low` and `high`, the integral of y from 0 to it, and 1 / |slope| there.
 
@@ -78,6 +78,13 @@ def crossing(cell: Cell, rising: bool, low: float, high: float, t: float) -> tup
     return t + step, area, 1.0 / max(abs(slope), 1e-12)
 
 
+@inner
+def integral(cell: Cell, left: float, right: float) -> float:
+    """Return the integral of y from `left` to `right`."""
+    area: float = profile(cell, right)[3] - profile(cell, left)[3]
+    return area
+
+
 @inlined
 def parabola_root(
     y: float, slope: float, curvature: float, middle: float, low: float, high: float, rising: bool
@@ -89,7 +96,7 @@ def parabola_root(
     return t if low < t < high else 0.5 * (low + high)
 
 
-@inlined
+@inner
 def turning_point(cell: Cell, low: float, high: float, t: float) -> tuple[float, float]:
     """Return where y turns between `low` and `high`, and y there; an end of the piece where it does not turn inside."""
     y = 0.0
@@ -103,7 +110,7 @@ def turning_point(cell: Cell, low: float, high: float, t: float) -> tuple[float,
     return t, y
 
 
-@inlined
+@inner
 def polished(cell: Cell, low: float, high: float, t: float) -> float:
     """Return the edge near `t`, to round-off, between `low` and `high`."""
     for _ in range(3):
@@ -113,7 +120,7 @@ def polished(cell: Cell, low: float, high: float, t: float) -> float:
     return t
 
 
-@inlined
+@inner
 def narrow_area(cell: Cell, left: float, right: float) -> float:
     """Return the integral of y over a narrow range by Simpson's rule."""
     ends = profile(cell, left)[0] + profile(cell, right)[0]
@@ -121,7 +128,7 @@ def narrow_area(cell: Cell, left: float, right: float) -> float:
     return area
 
 
-@kernel
+@inner
 def curved_piece(
     cell: Cell,
     low: float,
@@ -136,48 +143,42 @@ def curved_piece(
     """Return area, length and edge sum of the touching part of a piece that is monotone or curved to one side only.
 
     y, slope, curvature: at its middle; y_low, y_high: y at its ends. The edge sum is the sum of 1 / |slope| over its
-    edges.
+    edges. The area is the integral of y up to every edge where y falls, less that up to every edge where it rises.
     """
-    if y_low > 0.0 and y_high > 0.0:
-        start = profile(cell, low)[3]
-        area = profile(cell, high)[3] - start
-        if curvature <= 0.0:
-            return area, high - low, 0.0
-        turn, bottom = turning_point(cell, low, high, middle - slope / curvature)
-        if bottom >= 0.0:
-            return area, high - low, 0.0
-        guess = parabola_root(y, slope, curvature, middle, low, turn, False)
-        left, left_area, left_edge = crossing(cell, False, low, turn, guess)
-        guess = parabola_root(y, slope, curvature, middle, turn, high, True)
-        right, right_area, right_edge = crossing(cell, True, turn, high, guess)
-        return area - (right_area - left_area), high - low - (right - left), left_edge + right_edge
-    if y_low <= 0.0 and y_high <= 0.0:
-        if curvature >= 0.0:
-            return 0.0, 0.0, 0.0
-        turn, top = turning_point(cell, low, high, middle - slope / curvature)
-        if top <= 0.0:
-            return 0.0, 0.0, 0.0
-        guess = parabola_root(y, slope, curvature, middle, low, turn, True)
-        left, left_area, left_edge = crossing(cell, True, low, turn, guess)
-        guess = parabola_root(y, slope, curvature, middle, turn, high, False)
-        right, right_area, right_edge = crossing(cell, False, turn, high, guess)
-        if right - left < NARROW:
-            left, right = polished(cell, low, turn, left), polished(cell, turn, high, right)
-            return narrow_area(cell, left, right), right - left, left_edge + right_edge
-        return right_area - left_area, right - left, left_edge + right_edge
-    rising = y_high > 0.0
-    guess = parabola_root(y, slope, curvature, middle, low, high, rising)
-    edge, edge_area, edge_sum = crossing(cell, rising, low, high, guess)
-    if (high - edge if rising else edge - low) < NARROW:
-        edge = polished(cell, low, high, edge)
-        left, right = (edge, high) if rising else (low, edge)
+    starts, ends = y_low > 0.0, y_high > 0.0
+    left, right, turn, edges = low, high, high, 1
+    if starts == ends:
+        whole = high - low if starts else 0.0
+        turn, extreme, edges = low, y_low, 2
+        if (curvature > 0.0) == starts and curvature != 0.0:
+            turn, extreme = turning_point(cell, low, high, middle - slope / curvature)
+        if (extreme >= 0.0) if starts else (extreme <= 0.0):
+            return integral(cell, low, high) if starts else 0.0, whole, 0.0
+    area, length, edge_sum = 0.0, 0.0, 0.0
+    for side in range(edges):
+        begin, end = (low, turn) if side == 0 else (turn, high)
+        rising = starts == (side == 1)
+        guess = parabola_root(y, slope, curvature, middle, begin, end, rising)
+        edge, edge_area, steepness = crossing(cell, rising, begin, end, guess)
+        edge_sum += steepness
+        area += -edge_area if rising else edge_area
+        length += -edge if rising else edge
+        if rising:
+            left = edge
+        else:
+            right = edge
+    if not (starts and ends) and right - left < NARROW:
+        left = left if starts else polished(cell, low, turn, left)
+        right = right if ends else polished(cell, turn if edges == 2 else low, high, right)
         return narrow_area(cell, left, right), right - left, edge_sum
-    if rising:
-        return profile(cell, high)[3] - edge_area, high - edge, edge_sum
-    return edge_area - profile(cell, low)[3], edge - low, edge_sum
+    if ends:
+        area, length = area + profile(cell, high)[3], length + high
+    if starts:
+        area, length = area - profile(cell, low)[3], length - low
+    return area, length, edge_sum
 
 
-@kernel
+@inner
 def touching_part(cell: Cell, bound2: float, bound3: float, stack: np.ndarray) -> tuple[float, float, float]:
     """Return area, length and edge sum (see `curved_piece`) of the part of a cell where h > z.
 
@@ -205,7 +206,7 @@ def touching_part(cell: Cell, bound2: float, bound3: float, stack: np.ndarray) -
             length += 2.0 * half if y > 0.0 else 0.0
             continue
         if y - reach >= 0.0:
-            area += profile(cell, high)[3] - profile(cell, low)[3]
+            area += integral(cell, low, high)
             length += high - low
             continue
         one_sided = abs(curvature) >= bound3 * half

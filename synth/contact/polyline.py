@@ -1,4 +1,4 @@
-"""A periodic profile as a polyline: equal segments, whose knots the solver of `segments` reads.
+"""A periodic profile as a polyline: equal segments, whose knots the solver of `profile_solver` reads.
 
 Model   The polyline is the projection of the profile onto all polylines of its knots, in least squares: between hats
         phi_j, the heights H_j solve sum_k <phi_j, phi_k> H_k = <phi_j, h>. So areas over a segment and its neighbours
@@ -12,6 +12,7 @@ Limits  a profile that is linear between knots is reproduced to round-off. What 
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 
@@ -26,6 +27,7 @@ NODES, WEIGHTS = (0.5 - 0.5 * math.sqrt(0.6), 0.5, 0.5 + 0.5 * math.sqrt(0.6)), 
 PARTS = 4  # of a segment between corners, each with its own nodes
 
 
+@lru_cache(maxsize=4)  # a contact that grows is laid out anew at each load, on the same polyline
 def knots_of(profile: Profile, segments: int) -> tuple[Array, float]:
     """Return the heights (m) at `segments` knots, equally spaced over a period, and the place (m) of the first.
 
@@ -52,7 +54,9 @@ def knots_of(profile: Profile, segments: int) -> tuple[Array, float]:
     products = left + np.roll(right, 1)
     turns = np.arange(segments // 2 + 1) / segments
     gram = (2.0 + np.cos(2.0 * math.pi * turns)) / 3.0
-    return np.fft.irfft(np.fft.rfft(products) / gram, segments), first
+    heights = np.fft.irfft(np.fft.rfft(products) / gram, segments)
+    heights.flags.writeable = False
+    return heights, first
 
 
 def first_segments(profile: Profile, ridge_period: float, scale: float, points_a_ridge: int) -> int:

@@ -3,14 +3,14 @@
 Model   y = h - z. Over the length L: S = mean of max(y, 0) h_t'(x) with h_t(x) = a2 cos(2 pi (x - p) / lambda2 + phi);
         T = mean of h_t' where y > 0, so that dS/dz = -T; N_g = mean of max(y, 0)^g, with dN_g/dz = -g N_(g-1). N_1
         is the mean indentation, N_0 the touching part of the length. A dome of 1 / R takes (x - L/2)^2 / (2 R) off h.
-        Cells are those of `exact`; `intervals` finds what touches of each. S, T, N_0 and N_1 are closed forms over a
-        cell that touches all over, and Gauss-Legendre over an interval. For N_g an interval is halved until each
+        Cells are those of `exact_solver`; `intervals` finds what touches of each. S, T, N_0 and N_1 are closed forms
+        over a cell that touches all over, and Gauss-Legendre over an interval. For N_g an interval is halved until each
         piece holds at most one root of y, at its end, and no other root, real or complex, comes near: then Gauss-Jacobi
         takes the power of that root into its weight, y^(g-1) once a node serving N_g and N_(g-1) both.
 Source  Fagiani & Barbieri (2016), eqs 1-2. Golub & Welsch (1969) for the nodes. The rest is derived here.
 Limits  S and N_1 err by 1e-13 of (a1 + a2) times the touching length at most; for g of 0.5 to 1.5 N_g errs by 1e-12 of
         itself and N_(g-1) by 1e-10, beside what rounding z to 1e-16 makes of them (150 random scenes, against rules of
-        twice the nodes; tests/synth/test_pressure.py holds them to an oracle).
+        twice the nodes; tests/synth/contact/test_pressure.py holds them to an oracle).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ import numpy as np
 from scipy.special import roots_jacobi, roots_legendre
 
 from synth.arrays import Array
-from synth.contact.exact import Grid, bounds_of_cell
+from synth.contact.exact_solver import Grid, bounds_of_cell
 from synth.contact.geometry import Geometry
 from synth.contact.intervals import (
     LEFT,

@@ -1,6 +1,6 @@
 """The cells of a round finger on a sinusoid: those of the exact solver, and what the parabola takes off each.
 
-Model   d(x) = (x - xc)^2 / (2 R) off h, in every cell a parabola: see `domes`.
+Model   d(x) = (x - xc)^2 / (2 R) off h, in every cell a parabola: see `finger_curvature`.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.exact import Grid
+from synth.contact.exact_solver import Grid
 from synth.contact.geometry import Geometry
 
 
@@ -19,7 +19,7 @@ from synth.contact.geometry import Geometry
 class RoundGrid(Grid):
     """The cells of `Grid` with a parabola.
 
-    dome: float64 [3, cells], the coefficients of 1, t and t^2 over a1 + a2: see `domes`.
+    dome: float64 [3, cells], the coefficients of 1, t and t^2 over a1 + a2: see `finger_curvature`.
     """
 
     dome: Array

@@ -92,10 +92,6 @@ class Stiffness:
             return load / self.given
         return load * self.half_width(load) / (FOUNDATION * self.contact_modulus * self.contact_length**2)
 
-    def indentation_slope(self, load: float) -> float:
-        """Return d(w/k)/dw (m/N) at `load` (N)."""
-        return self.load_exponent / self.stiffness(load)
-
     def load(self, indentation: float) -> float:
         """Return the load (N) whose mean indentation w / k is `indentation` (m): the inverse of `indentation`."""
         at_one_newton = self.indentation(1.0)

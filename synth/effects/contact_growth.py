@@ -20,7 +20,7 @@ from synth.scene.scene import Scene
 from synth.scene.section import Section
 
 if TYPE_CHECKING:
-    from synth.contact.balance import Contact
+    from synth.contact.load_balance import Contact
 
 LENGTH = Quantity(Dimension.LENGTH, 1e-5, 0.1)
 
@@ -71,7 +71,7 @@ class ContactGrowth(ShapeEffect):
 
     def shaped(self, contact: Contact, settings: GrowthSettings) -> Contact:
         """See `ShapeEffect`."""
-        from synth.contact.growing import GrowingContact, Growth
+        from synth.contact.growing_contact import GrowingContact, Growth
 
         growth = Growth(settings.exponent, settings.reference_load, settings.shortest, settings.longest)
         return GrowingContact.of(contact.geometry, contact.stiffness, growth=growth)

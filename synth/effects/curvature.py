@@ -21,7 +21,7 @@ from synth.scene.scene import Scene
 from synth.scene.section import Section
 
 if TYPE_CHECKING:
-    from synth.contact.balance import Contact
+    from synth.contact.load_balance import Contact
 
 
 class CurvatureSettings(Section):
@@ -59,7 +59,7 @@ class Curvature(ShapeEffect):
 
     def shaped(self, contact: Contact, settings: CurvatureSettings) -> Contact:
         """See `ShapeEffect`."""
-        from synth.contact.rounded import RoundContact
+        from synth.contact.curved_contact import RoundContact
 
         reference_load = settings.reference_load
         return RoundContact.of(

@@ -21,21 +21,20 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Protocol
-
-import numpy as np
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 from synth.effects.simulation.terms import Terms
 from synth.scene.scene import Scene
 from synth.scene.section import Section
 
 if TYPE_CHECKING:
-    from synth.arrays import Array
-    from synth.contact.balance import Contact
+    from synth.arrays import Array, Block
+    from synth.contact.load_balance import Contact
     from synth.effects.simulation.running import Signal
     from synth.motion.motion import Motion
+    from synth.response.response_cache import ResponseCache
 
-Block = np.ndarray[Any, np.dtype[np.float32]]
+Solved = TypeVar("Solved")
 
 
 class Kind(IntEnum):
@@ -109,8 +108,11 @@ class BalanceEffect(Effect):
         """Return the terms with those of the effect."""
 
 
-class OutputEffect(Effect):
-    """Adds channels, or changes those that are there. It has no "auto": there is nothing that it would change."""
+class OutputEffect(Effect, Generic[Solved]):
+    """Adds channels, or changes those that are there. It has no "auto": there is nothing that it would change.
+
+    Solved: the prepared scene that its stage is made of, which later stages define.
+    """
 
     kind = Kind.OUTPUT
 
@@ -131,8 +133,8 @@ class OutputEffect(Effect):
         """Return the settings with the full scale of each channel that it adds."""
 
     @abstractmethod
-    def prepare(self, solved: Any, settings: Any, cache: Any) -> OutputStage:
-        """Return what its voices share. solved: the scene, a `preparation.Preparation`; cache: of responses."""
+    def prepare(self, solved: Solved, settings: Any, cache: ResponseCache) -> OutputStage:
+        """Return what its voices share; cache: of responses."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,6 +26,8 @@ from synth.scene.scene import Scene
 from synth.scene.section import Section
 
 if TYPE_CHECKING:
+    from synth.plan.preparation import Preparation
+    from synth.response.response_cache import ResponseCache
     from synth.voice.tangential_force import TangentialStage
 
 QUANTITY = "tangential_force"
@@ -52,7 +54,7 @@ class TangentialSettings(Section):
     )
 
 
-class Tangential(OutputEffect):
+class Tangential(OutputEffect["Preparation"]):
     """The effect; see the module."""
 
     name = "tangential"
@@ -89,7 +91,7 @@ class Tangential(OutputEffect):
         """See `OutputEffect`."""
         return settings.model_copy(update={"full_scale": full_scale[0]})
 
-    def prepare(self, solved: Any, settings: TangentialSettings, cache: Any) -> TangentialStage:
+    def prepare(self, solved: Preparation, settings: TangentialSettings, cache: ResponseCache) -> TangentialStage:
         """See `OutputEffect`."""
         from synth.voice.tangential_force import Friction, TangentialStage
 

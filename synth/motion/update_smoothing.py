@@ -13,16 +13,16 @@ Limits  what the hand does between two updates is not known: a sudden stop is ov
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
 from synth.arrays import Array
 from synth.kernels import signed_kernel, unfused
 from synth.motion.motion import LARGEST_LOAD, LOAD, LOAD_BEND, LOAD_RATE, NOWHERE, SPEED, SPEED_RATE, Motion
-from synth.motion.smoothing_curve import ENTRIES as CURVE
-from synth.motion.smoothing_curve import STRIDE, fill_curve, glide, join, new_curve, stand, values_at
-from synth.motion.smoothing_track import INTERVAL, begin_anew, late_by, new_track, slope_with
+from synth.motion.update import Update
+from synth.motion.update_curve import ENTRIES as CURVE
+from synth.motion.update_curve import STRIDE, fill_curve, glide, join, new_curve, stand, values_at
+from synth.motion.update_timing import INTERVAL, begin_anew, late_by, new_track, slope_with
 
 DELAY = 0.01  # s that place and speed are late, a block of the service; less: turns and stops are overshot, and mice
 # sound rough (without it twice the error); more: a stroke is felt after it is seen
@@ -46,19 +46,6 @@ POWERS = OF_LOAD + CURVE
 POWERS_OF_LOAD = POWERS + STRIDE
 TRACK = POWERS_OF_LOAD + STRIDE
 """Where, behind the entries of a hand, the curves of place and load, the powers of each, and the track begin."""
-
-
-class Update(NamedTuple):
-    """One contact update.
-
-    time: s of the client's clock. position: m, or speed: m/s: exactly one. load: N; None keeps the last.
-    """
-
-    seq: int
-    time: float
-    position: float | None
-    speed: float | None
-    load: float | None
 
 
 class Follower:

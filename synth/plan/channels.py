@@ -1,10 +1,10 @@
-"""The channels of a scene: full scale, table and error of each quantity at the scan's own speed and load.
+"""The channels of a scene: full scale, reader and error of each quantity at the scan's own speed and load.
 
-Stage   2, the part of `preparation` that makes a series into what is heard; `choice` says how it is read.
+Stage   2, the part of `preparation` that makes a series into what is heard.
 Model   quantity = sum over n of (2 pi i n u / lambda2)^k Z_n exp(2 pi i n theta), times the lift gate; full_scale,
         where it is left to us, makes the peak 0.8: that of the steady scan, or along a motion (`motion_peak`). The
-        error adds what was measured of the series, of the harmonics cut off and of the reader, and the rounding to
-        float32.
+        error adds what was measured of the series and the rounding to float32. The reader (`series_curve`) errs by
+        less.
 Source  design, section 4.
 Limits  below 1 nm of motion an automatic full scale gives silence: it would only amplify rounding.
 """
@@ -18,18 +18,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.plan.frame_solver import WITH_MEAN
-from synth.plan.method_choice import cheapest_reader
-from synth.response.evaluation import gate
-from synth.response.phase_cells import CUBIC, FEWEST_CELLS, dropped_tail, kept_within
+from synth.response.lift_gate import gate
+from synth.response.series_curve import SeriesCurve
 from synth.response.spectrum import Complex, Spectrum, curves, error_floor, points_for
-from synth.response.steady import SteadyReader, SteadyTable
 from synth.scene.scene import Channel, Scene
 
 APPROACH = "approach"
 ORDERS = {APPROACH: 0, "displacement": 0, "velocity": 1, "acceleration": 2}
 UNITS = {APPROACH: "m", "displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
-LEAST_LEFT = 0.25  # of the tolerance, for cutting off harmonics and for the steady reader, whatever the series took
-TAIL_PART = 0.5  # of what the series left: harmonics cut off
 NEARLY = 1.05  # times the tolerance: less than this is not worth a warning, since the error is itself an estimate
 ROUNDING = 6e-8  # of the peak: float32
 PEAK = 0.8  # of full scale: the steady peak when full_scale is left to us
@@ -52,7 +48,7 @@ class ChannelPlan:
     full_scale: float
     error: float
     extent: float
-    reader: SteadyReader | None
+    reader: SeriesCurve | None
     level: float = 0.0
 
     @property
@@ -65,25 +61,25 @@ class ChannelPlan:
 class Steady:
     """The scan's own speed and load: what a channel is planned from.
 
-    spectrum: the series at the scan's load. highest: harmonics in the band. turns: texture periods a second, signed.
-    orders: derivatives whose errors the spectrum holds. moving: the scan changes by itself, so no steady reader is
-    made. table_limit: what a reader may err by at most.
+    spectrum: the series at the scan's load. highest: harmonics in the band. orders: derivatives whose errors the
+    spectrum holds. moving: the scan changes by itself, so its channels have no reader of a steady scan.
     """
 
     scene: Scene
     spectrum: Spectrum
     highest: int
-    turns: float
-    tolerance: float
     orders: tuple[int, ...]
     moving: bool
-    table_limit: float
 
     def series(self, order: int) -> Complex:
         """Return the series of a quantity in SI units, the lift gate included."""
         kept = self.spectrum.harmonics[: self.highest + 1] * self._gate
         kept[0] = 0.0
-        return kept * (2j * math.pi * np.arange(len(kept)) * self.turns) ** order if order else kept
+        return kept * (2j * math.pi * np.arange(len(kept)) * self._turns) ** order if order else kept
+
+    @property
+    def _turns(self) -> float:
+        return self.scene.scan.speed / self.scene.texture.period
 
     @property
     def _gate(self) -> float:
@@ -91,7 +87,7 @@ class Steady:
         return float(gate(scan.load, scan.lift_load)[0]) if 0.0 <= scan.load < scan.lift_load else 1.0
 
     def planned(self, channel: Channel, peaks: Mapping[int, float], *, still: bool = False) -> ChannelPlan:
-        """Return one channel, its table built and its error added up.
+        """Return one channel, its reader made and its error added up.
 
         peaks: of each order along the scan's own motion, where that is not steady.
         still: the scan moves by too little for an automatic full scale; it is then that of a finger that follows the
@@ -102,38 +98,28 @@ class Steady:
         extent, peak = extent_and_peak(series)
         peak = peaks.get(order, peak)
         if still:
-            peak = self.scene.texture.amplitude * (2.0 * math.pi * abs(self.turns)) ** order
+            peak = self.scene.texture.amplitude * (2.0 * math.pi * abs(self._turns)) ** order
         level = float(self.spectrum.harmonics[0].real) * self._gate if channel.quantity == APPROACH else 0.0
         if level and order not in peaks:
             peak += abs(level)
         elif level:
             peak = peaks[WITH_MEAN]
         full_scale = channel.full_scale or (peak / PEAK if peak > STILL else 1.0)
-        rounding = ROUNDING * max(1.0, abs(level) / extent if extent > 0.0 else 1.0)
-        seen = self.spectrum.errors[self.orders.index(order)] if order in self.orders else 0.0
-        if not extent > 0.0:
-            nothing = SteadyTable(np.zeros((FEWEST_CELLS, CUBIC + 1)))
-            return ChannelPlan(channel.quantity, order, full_scale, 0.0, 0.0, nothing, level)
-        if self.moving:
-            return ChannelPlan(channel.quantity, order, full_scale, rounding, extent, None, level)  # and of its motion
-        budget = spendable(self.tolerance)
-        left = max(budget - seen, LEAST_LEFT * budget)
-        kept = kept_within(series, TAIL_PART * left * extent)
-        dropped = dropped_tail(series, kept) / extent
-        allowed = min(left - dropped, self.table_limit)
-        reading = cheapest_reader(series[: kept + 1], allowed, self.scene.output.sample_rate)
-        error = seen + dropped + reading.error + rounding
-        return ChannelPlan(channel.quantity, order, full_scale, error, extent, reading.reader, level)
+        error = ROUNDING * max(1.0, abs(level) / extent) if extent > 0.0 else 0.0
+        if extent > 0.0 and not self.moving and order in self.orders:
+            error += self.spectrum.errors[self.orders.index(order)]
+        reader = None if self.moving else SeriesCurve(series)
+        return ChannelPlan(channel.quantity, order, full_scale, error, extent, reader, level)
 
-    def warning(self, channel: ChannelPlan) -> str:
+    def warning(self, channel: ChannelPlan, tolerance: float) -> str:
         """Return what to tell where a channel misses the tolerance by more than round-off, or ""."""
         height = self.scene.finger.ridge_amplitude + self.scene.texture.amplitude
-        floor = error_floor(height, max(self.highest, 1), channel.order) * abs(self.turns) ** channel.order
-        if (channel.error - self.tolerance) * channel.extent <= floor:
+        floor = error_floor(height, max(self.highest, 1), channel.order) * abs(self._turns) ** channel.order
+        if (channel.error - tolerance) * channel.extent <= floor:
             return ""
         return (
             f"The {channel.quantity} reaches an error of {channel.error:.2g} of its peak-to-peak, not the "
-            f"{self.tolerance:.2g} asked for."
+            f"{tolerance:.2g} asked for."
         )
 
     def silence(self, peaks: Mapping[int, float]) -> str:
@@ -148,7 +134,7 @@ class Steady:
 
 
 def spendable(tolerance: float) -> float:
-    """Return what of the tolerance the series and its table may use: the rounding to float32 comes on top."""
+    """Return what of the tolerance the series may use: the rounding to float32 comes on top."""
     return max(tolerance - ROUNDING, 0.3 * tolerance)
 
 

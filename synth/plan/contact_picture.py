@@ -21,14 +21,14 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.balance import Contact
 from synth.contact.geometry import Geometry
+from synth.contact.load_balance import Contact
 from synth.contact.stiffness import Stiffness
 from synth.effects.effect import Kind, ShapeEffect
 from synth.errors import AskedWrong, Fault
 from synth.plan.effect_choice import asked, effect_called
 from synth.plan.preparation import prepare
-from synth.response.cache import ResponseCache
+from synth.response.response_cache import ResponseCache
 from synth.scene.effects_section import FrozenMapping
 from synth.scene.scene import Scene
 

@@ -10,12 +10,14 @@ Limits  an estimate, within a factor of two of what a whole render changes by.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from synth.arrays import Array
-from synth.contact.balance import Contact
+from synth.contact.load_balance import Contact
 from synth.effects.effect import BalanceEffect, Effect, Kind, OutputEffect, ShapeEffect
 from synth.effects.simulation.terms import Terms
 from synth.response.spectrum import Demand, curves, points_for, solve_spectrum
@@ -25,21 +27,71 @@ from synth.scene.scene import Scene
 
 PUT_IN = 0.4  # of the tolerance: between a tenth, below which nobody would miss it, and all of it
 JUDGED_TO = 0.05  # of the tolerance: error of the series by which a shape is judged
+MEAN_PHASES = 64  # of a period over which the contact is averaged: more would move its stiffness by less than 1 %
+QUANTITIES: Mapping[int, str] = {0: "displacement", 1: "velocity", 2: "acceleration"}
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """What is to be simulated: the scene, its contact, and what is wanted of it.
+
+    orders: time derivatives of z, rising. tolerance: as a number. loads: smallest and largest (N). moving: its speed or
+    load changes. live: its blocks have deadlines. forces: the horizontal forces are wanted too.
+    """
+
+    scene: Scene
+    contact: Contact
+    orders: tuple[int, ...]
+    tolerance: float
+    loads: tuple[float, float]
+    moving: bool
+    by_hand: bool
+    live: bool
+    forces: bool
+
+    @property
+    def nominal(self) -> Scene:
+        """The steady scan at the scene's own speed and load."""
+        scan = self.scene.scan.model_copy(update={"stroke": None, "trajectory": None, "load": self.load})
+        return self.scene.model_copy(update={"scan": scan})
+
+    @property
+    def load(self) -> float:
+        """The scan's load (N), a pull too; or the lift load where it presses less."""
+        load = self.scene.scan.load
+        return load if load < 0.0 else max(load, self.scene.scan.lift_load)
+
+    @property
+    def pressed(self) -> float:
+        """The load (N) at which the contact is pressed."""
+        return max(self.load, self.scene.scan.lift_load)
+
+    @property
+    def turns(self) -> float:
+        """Texture periods a second, signed."""
+        return self.scene.scan.speed / self.scene.texture.period
+
+    @property
+    def stiffness(self) -> float:
+        """What a small motion meets at the load (N/m)."""
+        return stiffness_round(self.contact, self.pressed)
+
+
+def stiffness_round(contact: Contact, load: float) -> float:
+    """Return the mean of -dF/dz (N/m) over a period at `load` (N): what a small motion meets."""
+    phases = np.arange(MEAN_PHASES) / MEAN_PHASES
+    height, _slope = contact.approach(phases, load)
+    _depth, touching = contact.measure(phases, height, load)
+    return float(contact.stiffness_at(load) * np.mean(touching))
 
 
 @dataclass(frozen=True, slots=True)
 class Called:
-    """An effect that is simulated. change: what it was judged to change, relative, where that was left to us."""
+    """An effect that is simulated. reason: why "auto" put it in, as a sentence; "" where the scene asks for it."""
 
     effect: Effect
     settings: Any
-    change: float | None = None
-    words: str = ""
-
-    @property
-    def reason(self) -> str:
-        """Why "auto" put it in, as a sentence; "" where the scene asks for it."""
-        return self.words
+    reason: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,28 +101,6 @@ class Spared:
     name: str
     reason: str
     change: float
-
-
-@dataclass(frozen=True, slots=True)
-class Change:
-    """What an effect does to each quantity: relative to its peak-to-peak, in the order of `quantities`."""
-
-    quantities: tuple[str, ...]
-    relative: tuple[float, ...]
-    frequency_hz: float
-
-    @property
-    def largest(self) -> float:
-        """The largest of them."""
-        return max(self.relative)
-
-    def words(self, tolerance: float) -> str:
-        """Return the change and the tolerance in words and numbers."""
-        quantity = self.quantities[self.relative.index(self.largest)]
-        return (
-            f"moves the {quantity} by {self.largest:.2g} of its peak-to-peak at {self.frequency_hz:.4g} Hz, "
-            f"tolerance {tolerance:.2g}"
-        )
 
 
 def asked(scene: Scene, kind: Kind) -> Iterator[tuple[Effect, Any, bool]]:
@@ -100,20 +130,25 @@ def in_order(effects: list[Effect]) -> list[Effect]:
     return ordered
 
 
-def judged(effect: Effect, settings: Any, change: Change, tolerance: float) -> Called | Spared:
-    """Return `effect` as called for or spared, by what it changes."""
-    if change.largest > PUT_IN * tolerance:
-        return Called(effect, settings, change.largest, f"It {change.words(tolerance)}.")
-    return Spared(effect.name, f"It {change.words(tolerance)}.", change.largest)
+def judged(
+    effect: Effect, settings: Any, orders: tuple[int, ...], change: tuple[float, ...], turns: float, tolerance: float
+) -> Called | Spared:
+    """Return `effect` as called for or spared, by what it changes of each order, relative to its peak-to-peak."""
+    largest = max(change)
+    words = (
+        f"It moves the {QUANTITIES[orders[change.index(largest)]]} by {largest:.2g} of its peak-to-peak at "
+        f"{abs(turns):.4g} Hz, tolerance {tolerance:.2g}."
+    )
+    return Called(effect, settings, words) if largest > PUT_IN * tolerance else Spared(effect.name, words, largest)
 
 
 def shape_of(
-    contact: Contact, scene: Scene, demand: Demand, loads: tuple[float, ...], quantities: tuple[str, ...], turns: float
+    contact: Contact, scene: Scene, demand: Demand, loads: tuple[float, ...], turns: float
 ) -> tuple[Contact, list[Called], list[Spared]]:
     """Return the contact with the shapes that `scene` calls for, those effects, and those left out.
 
-    demand: what a series of this scene must hold. loads: N, at which a change is judged. quantities: of the demand's
-    orders. turns: texture periods a second.
+    demand: what a series of this scene must hold. loads: N, at which a change is judged. turns: texture periods a
+    second.
     """
     called: list[Called] = []
     spared: list[Spared] = []
@@ -123,7 +158,7 @@ def shape_of(
         verdict: Called | Spared = Called(effect, settings)
         if auto:
             relative = _shape_change(contact, shaped, demand, loads)
-            verdict = judged(effect, settings, Change(quantities, relative, abs(turns)), demand.tolerance)
+            verdict = judged(effect, settings, demand.orders, relative, turns, demand.tolerance)
         if isinstance(verdict, Called):
             contact = shaped
             called.append(verdict)
@@ -145,7 +180,7 @@ def terms_of(scene: Scene) -> tuple[Terms, list[Called], list[tuple[BalanceEffec
     return terms, called, open_ones
 
 
-def outputs_of(scene: Scene) -> list[tuple[OutputEffect, Any]]:
+def outputs_of(scene: Scene) -> list[tuple[OutputEffect[Any], Any]]:
     """Return the effects on the output that `scene` calls for, with their settings."""
     found = []
     for effect, settings, _auto in asked(scene, Kind.OUTPUT):

@@ -7,26 +7,32 @@ Model   see `effect`. Effects on the balance that are left to us are judged one 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from synth.contact.balance import Contact
+from synth.contact.load_balance import Contact
 from synth.effects.effect import AddedChannel, Kind, OutputStage
-from synth.plan.channels import ORDERS, PEAK, STILL, ChannelPlan
-from synth.plan.effect_choice import Called, Change, Spared, asked, judged, outputs_of, shape_of, terms_of
-from synth.response.cache import ResponseCache
+from synth.plan.channels import PEAK, STILL, ChannelPlan
+from synth.plan.effect_choice import (
+    QUANTITIES,
+    Called,
+    Case,
+    Spared,
+    asked,
+    judged,
+    outputs_of,
+    shape_of,
+    terms_of,
+)
 from synth.response.spectrum import Demand
 from synth.scene.scene import Scene
 
 if TYPE_CHECKING:
-    from synth.plan.simulation_pilot import Case
     from synth.plan.simulation_plan import SimulationPlan
 
 NEARLY = 1.05  # times the tolerance: less than this is not worth a warning, since the error is itself an estimate
-QUANTITIES: Mapping[int, str] = {0: "displacement", 1: "velocity", 2: "acceleration"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +84,7 @@ class PreparedEffects:
     @property
     def memory_bytes(self) -> int:
         """Bytes that they hold."""
-        held = 0 if self.simulation is None else self.simulation.memory_bytes
+        held = 0 if self.simulation is None else self.simulation.simulation.nbytes
         return held + sum(stage.memory_bytes for stage in self.stages)
 
 
@@ -88,24 +94,18 @@ def shape_for(
     """Return the contact in the shape that `scene` calls for, and the effects that shape it."""
     low, high = (max(load, scene.scan.lift_load) for load in loads)
     judged_at = tuple(sorted({low, max(scene.scan.load, scene.scan.lift_load), high}))
-    quantities = tuple(QUANTITIES[order] for order in demand.orders)
-    shaped, called, spared = shape_of(contact, scene, demand, judged_at, quantities, turns)
+    shaped, called, spared = shape_of(contact, scene, demand, judged_at, turns)
     return shaped, PreparedEffects(tuple(called), tuple(spared))
 
 
-def effects_of(solved: Any, shapes: PreparedEffects, cache: ResponseCache) -> PreparedEffects:
-    """Return all effects of what is solved so far, a `preparation.Preparation` with the contact in its shape."""
-    scene: Scene = solved.scene
+def effects_of(case: Case, shapes: PreparedEffects) -> PreparedEffects:
+    """Return the effects of `case`, whose contact is in its shape; their stages are still to be made."""
     called, spared, plan = list(shapes.called), list(shapes.spared), None
-    if any(True for _ in asked(scene, Kind.BALANCE)):
-        plan, more, without = _simulated(solved, bool(outputs_of(scene)))
+    if any(True for _ in asked(case.scene, Kind.BALANCE)):
+        plan, more, without = _simulated(case)
         called, spared = called + more, spared + without
-    found = PreparedEffects(tuple(called), tuple(spared), plan)
-    stages = []
-    for effect, settings in outputs_of(scene):
-        stages.append(effect.prepare(replace(solved, effects=found), settings, cache))
-        called.append(Called(effect, settings))
-    return PreparedEffects(tuple(called), tuple(spared), plan, tuple(stages))
+    called += [Called(effect, settings) for effect, settings in outputs_of(case.scene)]
+    return PreparedEffects(tuple(called), tuple(spared), plan)
 
 
 def left_out(scene: Scene, silence: str) -> PreparedEffects:
@@ -131,15 +131,13 @@ def simulated_channel(base: ChannelPlan, full_scale: float | None, plan: Simulat
     scale = full_scale or (peak / PEAK if peak > STILL else 1.0)
     if full_scale is None and along and base.is_approach:
         scale = base.full_scale
-    error = plan.errors[place] + (base.error if plan.added else 0.0)
-    return ChannelPlan(base.quantity, base.order, scale, error, extent, base.reader if plan.added else None, base.level)
+    return ChannelPlan(base.quantity, base.order, scale, plan.errors[place], extent, None, base.level)
 
 
-def _simulated(solved: Any, forces: bool) -> tuple[SimulationPlan | None, list[Called], list[Spared]]:
+def _simulated(case: Case) -> tuple[SimulationPlan | None, list[Called], list[Spared]]:
     """Return the simulation of the effects on the balance, those that are called for, and those left out."""
     from synth.plan.simulation_plan import plan_simulation
 
-    case = _case(solved, forces)
     terms, called, open_ones = terms_of(case.scene)
     spared: list[Spared] = []
     plan = None if terms.quasi_static else plan_simulation(case, terms)
@@ -147,27 +145,10 @@ def _simulated(solved: Any, forces: bool) -> tuple[SimulationPlan | None, list[C
         candidate = effect.balanced(terms, settings)
         tried = plan_simulation(case, candidate)
         relative = tried.change if plan is None else tried.change_from(plan)
-        quantities = tuple(QUANTITIES[order] for order in case.orders)
-        verdict = judged(effect, settings, Change(quantities, relative, abs(case.turns)), case.tolerance)
+        verdict = judged(effect, settings, case.orders, relative, case.turns, case.tolerance)
         if isinstance(verdict, Called):
             terms, plan = candidate, tried
             called.append(verdict)
         else:
             spared.append(verdict)
     return plan, sorted(called, key=lambda one: one.effect.name), spared
-
-
-def _case(solved: Any, forces: bool) -> Case:
-    from synth.plan.simulation_pilot import Case
-
-    return Case(
-        scene=solved.scene,
-        contact=solved.contact,
-        orders=tuple(sorted({ORDERS[channel.quantity] for channel in solved.scene.output.channel_list})),
-        tolerance=solved.tolerance,
-        loads=solved.loads,
-        moving=solved.moving,
-        by_hand=solved.by_hand,
-        live=solved.paced or solved.by_hand,
-        forces=forces,
-    )

@@ -16,10 +16,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from synth.contact.balance import Contact
-from synth.motion.motion import ScanMotion
+from synth.contact.load_balance import Contact
+from synth.motion.scan_motion import ScanMotion
 from synth.plan.frame_solver import MARGIN
-from synth.plan.method_choice import EXACT_CELL
 from synth.response.spectrum import Demand, Spectrum, solve_spectrum
 from synth.scene.scene import Scene
 
@@ -30,6 +29,7 @@ FALL = 2.5  # the power of the phases by which the error falls: kinks of order 3
 # contact, at 8 to 48 kHz, relative to the peak-to-peak. A landing passes contacts that no recorded load has.
 SEEN, FOLDED = 4, (2.5e-4, 8e-4, 3e-3)
 FOLDED_SHARE = 0.3  # of the tolerance
+EXACT_CELL = 8.0  # ns that the solver takes a phase and cell, on one core with AVX-512; elsewhere PATIENCE is longer
 FRAME_SETUP = 60.0  # ns a solution for everything but the solver: motion, transforms
 CURVE_READ = 80.0  # ns a solution where a series is read
 MOST_TOGETHER = 1 << 23  # solutions of the smallest chunk, which is as long as its margins: 800 MB of working memory

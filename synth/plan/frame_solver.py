@@ -6,7 +6,7 @@ Model   y = g(w) (z(p / lambda2, w) - mean of z over a period at w) is solved at
         rate are one product in the frequency domain: (2 pi i f)^k / 2 erfc((f - CUT rate) / (WIDTH rate)), chunk by
         chunk, with margins on both sides that are longer than the filter rings. The mean over a period is a spline
         over w^(1/3), in which it is smooth.
-Source  design, section 4; eq. 1 (Fagiani & Barbieri, 2016) is solved by `contact.exact`.
+Source  design, section 4; eq. 1 (Fagiani & Barbieri, 2016) is solved by `contact.exact_solver`.
 Limits  up to 0.40 of the rate the filter is 1 to 1e-9, above 0.49 below 1e-9 (in parts of the bandwidth where that is
         narrower). A solution costs a few microseconds.
 """
@@ -19,7 +19,8 @@ from collections.abc import Callable
 import numpy as np
 
 from synth.arrays import Array
-from synth.motion.motion import LOAD, ScanMotion
+from synth.motion.motion import LOAD
+from synth.motion.scan_motion import ScanMotion
 from synth.response.mean_approach import Mean
 from synth.scene.scene import Scene
 

@@ -20,11 +20,11 @@ import math
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.balance import Contact
-from synth.motion.motion import LIFT_TIME, LOAD, LOAD_BEND, LOAD_RATE, SPEED, SPEED_RATE, ScanMotion
-from synth.plan.frame_plan import FRAME_SETUP
+from synth.contact.load_balance import Contact
+from synth.motion.motion import LOAD, LOAD_BEND, LOAD_RATE, SPEED, SPEED_RATE
+from synth.motion.scan_motion import LIFT_TIME, ScanMotion
+from synth.plan.frame_plan import EXACT_CELL, FRAME_SETUP
 from synth.plan.frame_solver import FrameSolver
-from synth.plan.method_choice import EXACT_CELL
 from synth.response.mean_approach import Mean
 from synth.response.spectrum import Demand, curves, points_for, solve_spectrum
 from synth.scene.output_section import BAND

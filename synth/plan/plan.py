@@ -12,10 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 from synth.effects.effect import Price
 from synth.plan.channels import UNITS
-from synth.plan.effects_preparation import QUANTITIES
+from synth.plan.effect_choice import QUANTITIES
 from synth.plan.preparation import N_MAX, Preparation
 from synth.plan.warnings import plan_doubts
-from synth.response.steady import SteadyHarmonics
 from synth.scene.effect_registry import effect_names, unit_of
 from synth.scene.output_section import BAND
 from synth.scene.scene import scene_document
@@ -125,12 +124,10 @@ def _simulation_part(solved: Preparation) -> tuple[Simulated, ...]:
     if plan is None:
         return ()
     part = max(plan.change)
-    place = (
-        f"added to the response, since it changes it by {part:.2g} of its peak-to-peak only"
-        if plan.added
-        else f"in the place of the response, since it changes it by {part:.2g} of its peak-to-peak"
+    steps = (
+        f"z is simulated {plan.simulation.steps} steps a frame, in the place of the response, since that changes it by "
+        f"{part:.2g} of its peak-to-peak."
     )
-    steps = f"z is simulated {plan.simulation.steps} steps a frame, {place}."
     if plan.work > 1.0:
         steps += f" A second of sound takes {plan.work:.2g} s of a processor."
     return (Simulated("simulation", f"{steps} {_beginning(solved, plan)}"),)
@@ -298,7 +295,6 @@ def _simulation(solved: Preparation) -> dict[str, Any]:
     rate = solved.scene.output.sample_rate
     return {
         "simulation": {
-            "takes_the_place_of_the_response": not plan.added,
             "steps_a_frame": plan.simulation.steps,
             "processor_seconds_a_second": plan.work,
             "delay_behind_a_hand_seconds": plan.simulation.filters.margin / rate,
@@ -318,5 +314,4 @@ def _method(solved: Preparation) -> str:
         return "solved frames"
     if solved.spectrum.closed:
         return "closed form"
-    readers = [channel.reader for channel in solved.channels]
-    return "harmonics" if all(isinstance(reader, SteadyHarmonics) for reader in readers) else "phase table"
+    return "harmonics"

@@ -13,15 +13,15 @@ import json
 import math
 from dataclasses import replace
 
-from synth.contact.balance import Contact
+from synth.contact.forces import Response
 from synth.contact.geometry import Geometry
-from synth.contact.load_response import Response
+from synth.contact.load_balance import Contact
 from synth.contact.stiffness import Stiffness
 from synth.errors import Fault, SceneError
-from synth.motion.motion import ScanMotion
+from synth.motion.scan_motion import ScanMotion
 from synth.plan.effects_preparation import shape_for
-from synth.response.cache import ResponseCache
 from synth.response.reading_filter import ORDERS, reading_filter
+from synth.response.response_cache import ResponseCache
 from synth.response.spectrum import Demand
 from synth.response.table import ResponseTable
 from synth.response.table_error import QUANTITIES

@@ -1,8 +1,11 @@
-"""A scene's case for a simulation, and its pilot: a run at the scan's own speed and load, with and without the effects.
+"""How a case is simulated: what moves it on, its filters, and its pilot, a run at the scan's own speed and load.
 
-Stage   2, used by `simulation_plan` and `simulation_error`.
-Model   whole texture periods of the steady scan; a stroke or a recording is also run along its own motion. Frames come
-        out of the steps through the filters that a voice takes: what is kept and what is removed is said here.
+Stage   2, used by `simulation_plan`.
+Model   A spring, with or without adhesion, has a pressure that only depends on where things stand: all of it fits into
+        a table of its energy. A viscous skin has a memory at every place, and is followed there.
+        The pilot is whole texture periods of the steady scan; a stroke or a recording is also run along its own motion.
+        Frames come out of the steps through the filters that a voice takes: what is kept and what is removed is said
+        here.
 Source  design, section 4: below 0.40 of the rate kept and above 0.45 removed; 0.35 and 0.49 where the speed changes.
 """
 
@@ -14,19 +17,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.balance import Contact
+from synth.contact.load_balance import Contact
 from synth.effects.simulation.decimation import Decimator
-from synth.effects.simulation.periodic import LONGEST, Found, steady_of_table
-from synth.effects.simulation.running import RESPONSE, STATIC_RESPONSE, Running, Signal, Simulation
-from synth.effects.simulation.skin_settling import steady_of_skin
-from synth.effects.simulation.skin_steps import SkinStepper
-from synth.effects.simulation.steppers import stiffness_round
+from synth.effects.simulation.periodic import LONGEST, Found, steady_of
+from synth.effects.simulation.running import RESPONSE, Running, Signal, Simulation
+from synth.effects.simulation.steps import Stepper, Stiffness
 from synth.effects.simulation.terms import Terms
-from synth.motion.motion import LIFT_TIME, ScanMotion
-from synth.plan.effect_choice import relative_change
-from synth.scene.scene import Scene
+from synth.motion.scan_motion import LIFT_TIME, ScanMotion
+from synth.plan.effect_choice import MEAN_PHASES, Case, relative_change
+from synth.response.mean_approach import mean_curve
 
-SMALL = 0.1  # of the peak-to-peak: a smaller change is added to the response, a larger one takes its place
 PILOT, LONGEST_PILOT = 0.05, 20.0  # s: of whole periods at least, and where a period takes longer than that
 LONGEST_OWN = 10.0  # s of a recording that are tried, to see what the effects change along it
 OWN = 1.0  # s of a stroke or a recording along which steps are judged too
@@ -35,149 +35,168 @@ STEADY_BAND, MOVING_BAND = (0.40, 0.45), (0.35, 0.49)  # of the rate: kept and r
 # and are later behind a hand: 2.6 ms at 1 kHz
 WIDENING, WIDENING_AFTER_HAND = 1.5, 2.0
 LEAST_ATTENUATION, MOST_ATTENUATION = 70.0, 140.0  # dB
-
-
-@dataclass(frozen=True, slots=True)
-class Case:
-    """What is to be simulated: the scene, its contact, and what is wanted of it.
-
-    orders: time derivatives of z, rising. tolerance: as a number. loads: smallest and largest (N). moving: its speed or
-    load changes. live: its blocks have deadlines. forces: the horizontal forces are wanted too.
-    """
-
-    scene: Scene
-    contact: Contact
-    orders: tuple[int, ...]
-    tolerance: float
-    loads: tuple[float, float]
-    moving: bool
-    by_hand: bool
-    live: bool
-    forces: bool
-
-    @property
-    def nominal(self) -> Scene:
-        """The steady scan at the scene's own speed and load."""
-        scan = self.scene.scan.model_copy(update={"stroke": None, "trajectory": None, "load": self.load})
-        return self.scene.model_copy(update={"scan": scan})
-
-    @property
-    def load(self) -> float:
-        """The scan's load (N), a pull too; or the lift load where it presses less."""
-        load = self.scene.scan.load
-        return load if load < 0.0 else max(load, self.scene.scan.lift_load)
-
-    @property
-    def pressed(self) -> float:
-        """The load (N) at which the contact is pressed."""
-        return max(self.load, self.scene.scan.lift_load)
-
-    @property
-    def turns(self) -> float:
-        """Texture periods a second, signed."""
-        return self.scene.scan.speed / self.scene.texture.period
+FEWEST_STEPS = 96e3  # steps a second at least: contacts change within tens of microseconds
+SETTLING = 0.5  # s that is simulated before a frame from which a run begins in the middle of its motion
+HEAVIEST_HAND = 5.0  # N: a hand is prepared for at least; heavier, the contact is linear, which it is once all touches
+TABLE_SHARE = 0.2  # of the tolerance: the error of the table
+LOOSEST_TABLE, TIGHTEST_TABLE = 1e-3, 1e-5  # of z: derivatives ask for more than displacement; tighter takes seconds
 
 
 @dataclass(frozen=True, slots=True)
 class Pilot:
-    """A run at the scan's speed and load: float64 [orders, frames] of z and of the elastic z; the offset of
-    displacement (m). own, own_static: the same along the first part of a stroke or a recording, no frames otherwise.
-    alone: nothing may be added to the response, as it has none for loads below 0, and what follows a
-    hand is later than it."""
+    """A run at the scan's speed and load: float64 [orders, frames] of z; the offset of displacement (m). own: the same
+    along the first part of a stroke or a recording, no frames otherwise.
+    """
 
     moved: Array
-    static: Array
     offset: float
     own: Array
-    own_static: Array
-    alone: bool
-
-    @property
-    def change(self) -> tuple[float, ...]:
-        """What the effects change of each order, relative to the elastic peak-to-peak."""
-        pairs = zip(self.static, self.moved, strict=True)
-        return tuple(relative_change(before, after) for before, after in pairs)
-
-    @property
-    def added(self) -> bool:
-        """True where the change is small enough to be added to the response."""
-        return max(self.change) <= SMALL and not self.alone
 
     def differs_from(self, other: Pilot) -> tuple[float, ...]:
         """Return the largest difference of each order from another pilot, relative to the peak-to-peak."""
-        steady = _relative(self.moved, self.moved - other.moved, self.static - other.static if self.added else 0.0)
+        steady = map(relative_change, self.moved, other.moved)
         if not self.own.size:
-            return steady
-        own = _relative(self.own, self.own - other.own, self.own_static - other.own_static if self.added else 0.0)
-        return tuple(max(pair) for pair in zip(steady, own, strict=True))
+            return tuple(steady)
+        return tuple(map(max, steady, map(relative_change, self.own, other.own)))
 
 
-def _relative(moved: Array, gaps: Array, taken_off: Array | float) -> tuple[float, ...]:
-    """Return the largest of each of `gaps`, less what is taken off, relative to the peak-to-peak of each of `moved`."""
-    extents, largest = np.ptp(moved, axis=1), np.max(np.abs(gaps - taken_off), axis=1)
-    return tuple(float(gap / extent) if extent > 0.0 else 0.0 for gap, extent in zip(largest, extents, strict=True))
+@dataclass(frozen=True, slots=True)
+class Tried:
+    """A simulation in the state in which it begins, how well that is known, and its pilot."""
+
+    simulation: Simulation
+    found: Found | None
+    pilot: Pilot
+
+    @classmethod
+    def of(cls, case: Case, simulation: Simulation) -> Tried:
+        """Return the simulation in its periodic state, searched for from the one that it has, if any.
+
+        Where nothing moves a start is that state. None, too, where a period is too long to be run several times.
+        """
+        found = None
+        if case.turns != 0.0 and simulation.rate <= LONGEST * abs(case.turns):
+            crossings = case.scene.texture.period / case.scene.finger.ridge_period
+            asked = (case.turns, case.nominal.scan.load, simulation.rate, crossings, case.tolerance)
+            found = steady_of(simulation.stepper, *asked, simulation.steady)
+        simulation = replace(simulation, steady=None if found is None else found.steady)
+        return cls(simulation, found, run_pilot(simulation, case))
+
+    @property
+    def settled(self) -> bool:
+        """False where the motion does not repeat: in other steps it would begin elsewhere, which says nothing."""
+        return self.found is None or self.found.repeats
+
+
+def signals_of(orders: tuple[int, ...]) -> tuple[Signal, ...]:
+    """Return z about its mean, of every order."""
+    return tuple(Signal(RESPONSE, order) for order in orders)
 
 
 def run_pilot(simulation: Simulation, case: Case) -> Pilot:
     """Return a run of whole periods; only a run of one that is too long may hold a part of it."""
     rate = case.scene.output.sample_rate
     period = 1.0 / abs(case.turns) if case.turns else PILOT
-    seconds = min(period * max(1.0, math.ceil(PILOT / period)), max(LONGEST_PILOT, PILOT))
-    frames = max(64, round(seconds * rate))
-    rows = Running(simulation, _both(case)).along(0, frames)
-    moved, static = rows[: len(case.orders)], rows[len(case.orders) :]
+    whole = rate * min(period * max(1.0, math.ceil(PILOT / period)), LONGEST_PILOT)
+    moved = Running(simulation, signals_of(case.orders)).along(0, max(64, math.ceil(whole) + 1))
     offset = 0.0
     if case.orders[0] == 0:
-        offset = float(np.mean(moved[0] - static[0]))
+        times = np.append(np.arange(math.ceil(whole)), whole)
+        risen = np.interp(times, np.arange(moved.shape[1]), moved[0] - moved[0, 0])
+        offset = float(moved[0, 0] + np.trapezoid(risen, times) / whole)
         moved[0] -= offset
-    own = np.empty((2 * len(case.orders), 0))
-    scan, output = case.scene.scan, case.scene.output
+    own = np.empty((len(case.orders), 0))
+    scan = case.scene.scan
     if not case.by_hand and (scan.stroke is not None or scan.trajectory is not None):
-        frames = max(1, round(min(output.duration, OWN) * rate))
-        own = Running(replace(simulation, scene=case.scene), _both(case)).along(0, frames)
-    alone = case.by_hand or min(case.loads) < 0.0
-    return Pilot(moved, static, offset, own[: len(case.orders)], own[len(case.orders) :], alone)
+        own = run_own(replace(simulation, offset=offset), case, OWN)
+    return Pilot(moved, offset, own)
 
 
-def begun(case: Case, simulation: Simulation) -> tuple[Simulation, Found | None]:
-    """Return the simulation with the periodic state in which it begins, and how well that is known.
-
-    The search begins at the one that it has, if any. Where nothing moves a start is that state. None, too, where a
-    period is too long to be run several times.
-    """
-    turns, load = case.turns, case.nominal.scan.load
-    if turns == 0.0 or simulation.rate > LONGEST * abs(turns):
-        return replace(simulation, steady=None), None
-    stiffness, stepper = stiffness_round(case.contact, case.pressed), simulation.stepper
-    if isinstance(stepper, SkinStepper):
-        geometry = case.contact.geometry
-        crossings = geometry.texture_period / geometry.ridge_period
-        asked = (turns, load, simulation.rate, stiffness, crossings, case.tolerance)
-        found = steady_of_skin(stepper, *asked, near=simulation.steady)
-    else:
-        found = steady_of_table(stepper, turns, load, simulation.rate, stiffness)
-    return replace(simulation, steady=found.steady), found
-
-
-def own_change(case: Case, simulation: Simulation, pilot: Pilot) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return what the effects change of each order, and its peak (SI): at the scan's speed and load, or, where they
-    change more there, along a recording, whose peak it always is.
-    """
-    if case.scene.scan.trajectory is None or case.by_hand:
-        return pilot.change, tuple(np.max(np.abs(pilot.moved), axis=1).tolist())
+def run_own(simulation: Simulation, case: Case, longest: float) -> Array:
+    """Return the scan's own motion, `longest` seconds of it at most: float64 [orders, frames]."""
     output = case.scene.output
-    frames = round(min(output.duration, ScanMotion(case.scene).duration + LIFT_TIME, LONGEST_OWN) * output.sample_rate)
-    own = replace(simulation, scene=case.scene, offset=pilot.offset)
-    rows = Running(own, _both(case)).along(0, max(frames, 1))
-    moved, static = rows[: len(case.orders)], rows[len(case.orders) :]
-    pairs = zip(static, moved, pilot.change, strict=True)
-    change = tuple(max(relative_change(before, after), steady) for before, after, steady in pairs)
-    return change, tuple(np.max(np.abs(moved), axis=1).tolist())
+    seconds = min(output.duration, longest)
+    if case.scene.scan.trajectory is not None:
+        seconds = min(seconds, ScanMotion(case.scene).duration + LIFT_TIME)
+    run = Running(replace(simulation, scene=case.scene), signals_of(case.orders))
+    return run.along(0, max(1, round(seconds * output.sample_rate)))
 
 
-def _both(case: Case) -> tuple[Signal, ...]:
-    """Return the signals of every order with and without the effects."""
-    return tuple(Signal(kind, order) for kind in (RESPONSE, STATIC_RESPONSE) for order in case.orders)
+def change_and_peaks(case: Case, tried: Tried) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return what the effects change of each order, relative to the elastic peak-to-peak, and its peak (SI): at the
+    scan's speed and load, or, where they change more there, along a recording, whose peak it always is.
+    """
+    simulation, moved = tried.simulation, tried.pilot.moved
+    elastic = replace(simulation, stepper=simulation.stepper.elastic, steady=None, settling=0.0)
+    still = run_pilot(elastic, case)
+    change = [relative_change(*pair) for pair in zip(still.moved, moved, strict=True)]
+    if case.scene.scan.trajectory is not None and not case.by_hand:
+        moved = run_own(replace(simulation, offset=tried.pilot.offset), case, LONGEST_OWN)
+        still_own = run_own(replace(elastic, offset=still.offset), case, LONGEST_OWN)
+        pairs = zip(change, still_own, moved, strict=True)
+        change = [max(steady, relative_change(before, after)) for steady, before, after in pairs]
+    return tuple(change), tuple(np.max(np.abs(moved), axis=1).tolist())
+
+
+def first_simulation(case: Case, terms: Terms, points: int) -> Simulation:
+    """Return the simulation of `case` with `terms` in as few steps as may do, and skin at so many points."""
+    steps = max(2, math.ceil(FEWEST_STEPS / case.scene.output.sample_rate))
+    low, high = case.loads
+    between = (case.pressed, case.pressed) if low == high else (max(low, 0.0), max(high, case.pressed))
+    return Simulation(
+        stepper=stepper_of(case, terms, points),
+        scene=case.nominal,
+        steps=steps,
+        filters=filters_of(case, terms, steps),
+        reference=mean_curve(case.contact, between, case.pressed, case.tolerance),
+        offset=0.0,
+        held=terms.adhesion is not None,
+        settling=SETTLING,
+    )
+
+
+def stepper_of(case: Case, terms: Terms, points: int) -> Stepper:
+    """Return what simulates `case` with `terms`, skin at so many points."""
+    contact, load = case.contact, case.pressed
+    stiffness = Stiffness.of(contact, load, case.scene.scan.lift_load)
+    if terms.skin is not None:  # what a scene has no use for is not loaded
+        from synth.effects.simulation.skin_points import SkinPoints
+        from synth.effects.simulation.skin_steps import SkinStepper
+
+        found = SkinPoints.of_contact(contact, load, points)
+        return SkinStepper(found, terms.skin, stiffness, terms.mass, terms.damping, case.forces)
+    from synth.effects.simulation.potential import PotentialTable
+    from synth.effects.simulation.table_steps import TableStepper
+
+    lightest, heaviest = _loads(case)
+    length = contact.geometry_at(load).contact_length
+    reach = 0.0 if terms.adhesion is None else terms.adhesion.reach
+    # a ridge is as long across the scan as the contact is along it (eq. 4)
+    pull = 0.0 if terms.adhesion is None else terms.adhesion.stress * contact.geometry.contact_length * length
+    sunk = 0.0 if terms.adhesion is None else reach + _sunk(contact, load, heaviest, pull)
+    exact = min(max(TABLE_SHARE * case.tolerance, TIGHTEST_TABLE), LOOSEST_TABLE)
+    table = PotentialTable.of(contact, load, lightest, heaviest, below=sunk, above=reach, tolerance=exact)
+    period = contact.geometry.texture_period
+    return TableStepper(table, stiffness, terms.mass, terms.damping, pull, reach, period, case.forces)
+
+
+def _loads(case: Case) -> tuple[float, float]:
+    """Return between which loads (N) the stepper's contact must be right."""
+    low, high = case.loads
+    if case.by_hand:
+        return case.scene.scan.lift_load, max(4.0 * case.pressed, HEAVIEST_HAND)
+    return max(min(low, case.pressed), case.scene.scan.lift_load), max(high, case.pressed)
+
+
+def _sunk(contact: Contact, load: float, heaviest: float, pull: float) -> float:
+    """Return how much deeper (m) the contact of `load` (N) sinks at most where all of `pull` (N) adds to `heaviest`.
+
+    Its first part sinks it far more than the mean indentation says: only a part of the length touches.
+    """
+    phases, stiffness = np.arange(MEAN_PHASES) / MEAN_PHASES, contact.stiffness_at(heaviest)
+    solver = contact.solver(load)
+    pressed, pulled = (solver.solve(phases, force / stiffness).height for force in (heaviest, heaviest + pull))
+    return float(np.max(pressed - pulled))
 
 
 def band_of(case: Case) -> tuple[float, float]:
@@ -197,5 +216,5 @@ def filters_of(case: Case, terms: Terms, steps: int) -> Decimator:
     """Return what makes frames of `steps` steps; a mass that the band shows has made up what its steps lose."""
     orders = tuple(sorted({0, *case.orders}))
     rate, band = case.scene.output.sample_rate, band_of(case)
-    heavy = terms.mass * (math.pi * band[0] * rate) ** 2 > stiffness_round(case.contact, case.pressed)
+    heavy = terms.mass * (math.pi * band[0] * rate) ** 2 > case.stiffness
     return Decimator.of(orders, rate, steps, band, attenuation_of(case), of_mass=heavy)

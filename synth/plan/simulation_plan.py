@@ -1,61 +1,65 @@
 """How a scene is simulated step by step, and what that changes: planned by a pilot run at its own speed and load.
 
-Stage   2, used by `preparation`; `simulation.running` runs it.
-Model   A pilot of whole texture periods at the scan's speed and load is run with n and with 2 n steps a frame; n
-        doubles until they agree within SETTLED of the tolerance. Its steps also hold the elastic contact's z, read from
-        the same table: the difference of the two is what the effects change. Up to SMALL of the peak-to-peak it is
-        added to the response, so that a small effect leaves the response as exact as it is; beyond, the simulation
-        takes the place of the response. A recording is also tried along its own motion.
-Limits  `errors` adds what halving the steps changed (second order: a third more than the difference), and what the
-        table's error makes of the quantity through the linear motion round the load; of a viscous skin, what half as
-        many points changed. Where more steps would take more than BUSY of a second's sound live, or BUSY_FILE in a
-        file, or the pilot more than PATIENCE, doubling ends, and `errors` tells what is left.
+Stage   2, used by `preparation`; `simulation.running` runs it, in the place of the response.
+Model   Skin is first followed at few points, then at twice as many, until half as many change little. Then a pilot is
+        run with n and with 2 n steps a frame; n doubles until they agree within SETTLED of the tolerance. A pilot of
+        the same contact without mass, memory and adhesion tells what the effects change.
+        `errors` adds what twice the steps change (second order: a third more than the difference); of skin, what half
+        the points change; of a table, what its error makes of the quantity through the linear motion round the load;
+        what has not settled where the scan begins; and what the filter lets through.
+Limits  estimates, held against independent solutions by tests/synth/effects. Where more would take longer than BUSY of
+        a second's sound live, or BUSY_FILE in a file, or the pilot than PATIENCE, doubling ends, and `errors` tells
+        what is left.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from synth.arrays import Array
-from synth.effects.simulation.periodic import Found
-from synth.effects.simulation.running import CHANGE, RESPONSE, Signal, Simulation
-from synth.effects.simulation.skin_steps import SkinStepper
-from synth.effects.simulation.steppers import POINTS_SHARE, Asked, asking, step_time, stepper_of, stiffness_round
-from synth.effects.simulation.table_steps import TableStepper
+from synth.effects.simulation.running import Signal, Simulation
 from synth.effects.simulation.terms import Terms
 from synth.errors import CannotRender
-from synth.plan.effect_choice import relative_change
-from synth.plan.simulation_error import elastic_gap, of_points, point_errors, start_errors, table_errors
-from synth.plan.simulation_pilot import SMALL, Case, Pilot, attenuation_of, begun, filters_of, own_change, run_pilot
-from synth.response.mean_approach import mean_curve
+from synth.plan.effect_choice import Case, relative_change
+from synth.plan.simulation_pilot import (
+    FEWEST_STEPS,
+    Pilot,
+    Tried,
+    attenuation_of,
+    band_of,
+    change_and_peaks,
+    filters_of,
+    first_simulation,
+    run_pilot,
+    signals_of,
+    stepper_of,
+)
+from synth.response.spectrum import curves, points_for
 
-FEWEST_STEPS = 96e3  # steps a second at least: contacts change within tens of microseconds
-BUSY = 0.14  # s of work a second of sound that steps may take live, as predicted: more would not run beside others
-BUSY_FILE = 8.0  # the same of a file: more would make a file of a minute a matter of hours
-SHARED = 1.5  # times as long as predicted: a processor whose caches others share was seen to take 1 to 2 times
+BUSY, BUSY_FILE = 0.14, 8.0  # s of work a second of sound, as predicted: more would not run beside others; takes hours
 PATIENCE, PATIENCE_FILE = 0.6, 2.0  # s of work that the next finer pilot may take, as predicted, live and of a file
-MOST_FILE_POINTS = 16385  # of skin in a file: 30 us a step
-SETTLED = 0.4  # of the tolerance: what halving the steps may change of a quantity
-HEAVIEST_HAND = 5.0  # N: a hand is prepared for at least; heavier, the contact is linear, which it is once all touches
+SHARED = 1.5  # times as long as predicted: a processor whose caches others share was seen to take 1 to 2 times
+FEWEST_POINTS, MOST_POINTS = 65, 16385  # of skin: fewer save less than a call costs; 30 us a step
+SETTLED = 0.4  # of the tolerance: what twice the steps may change of a quantity
+POINTS_SHARE = 0.5  # of the tolerance: the error of the skin's points
+LEFT_BY_POINTS = 0.55  # of what half the points change: order 1.5, by kinks where the surface comes down on the skin
+STIFFER = 2.0  # times its mean that a contact's stiffness is where the table's error counts most (seen: up to 2)
+PHASES = 1024  # at which the table is compared with the exact contact
 
 
 @dataclass(frozen=True, slots=True)
 class SimulationPlan:
     """How a scene is simulated.
 
-    simulation: ready to run. added: its change is added to the response; otherwise it is in the place of it. change,
-    errors, extents, peaks: of each order asked for: what the effects change, relative; the error, relative to the
-    peak-to-peak; peak-to-peak and peak (SI) at the scan's speed and load, the peak of a recording along it. pilot: the
-    run that showed it; nominal, finer: what it ran, and the same in steps of half the length. repeats: the motion
-    repeats with the texture.
+    simulation: ready to run. change, errors, extents, peaks: of each order asked for: what the effects change,
+    relative; the error, relative to the peak-to-peak; peak-to-peak and peak (SI) at the scan's speed and load, the peak
+    of a recording along it. pilot: the run that showed it; nominal, finer: what it ran, and the same in steps of half
+    the length. repeats: the motion repeats with the texture.
     """
 
     simulation: Simulation
-    added: bool
     orders: tuple[int, ...]
     change: tuple[float, ...]
     errors: tuple[float, ...]
@@ -69,7 +73,7 @@ class SimulationPlan:
     @property
     def signals(self) -> tuple[Signal, ...]:
         """What a voice asks of the simulation: a signal for each order."""
-        return tuple(Signal(CHANGE if self.added else RESPONSE, order) for order in self.orders)
+        return signals_of(self.orders)
 
     @property
     def let_go(self) -> bool:
@@ -78,18 +82,12 @@ class SimulationPlan:
 
     def change_from(self, other: SimulationPlan) -> tuple[float, ...]:
         """Return by how much each order differs from another simulation of the same scan, relative to that one."""
-        pairs = zip(other.pilot.moved, self.pilot.moved, strict=True)
-        return tuple(relative_change(before, after) for before, after in pairs)
+        return tuple(relative_change(*pair) for pair in zip(other.pilot.moved, self.pilot.moved, strict=True))
 
     @property
     def work(self) -> float:
         """Processor seconds that a second of sound takes, as predicted."""
         return SHARED * _work(self.simulation)
-
-    @property
-    def memory_bytes(self) -> int:
-        """Bytes that it holds."""
-        return self.simulation.nbytes
 
 
 def plan_simulation(case: Case, terms: Terms) -> SimulationPlan:
@@ -100,137 +98,108 @@ def plan_simulation(case: Case, terms: Terms) -> SimulationPlan:
             "viscous_skin, adhesion) go together at a load that does not change: the simulation reads a contact of one "
             "shape. Leave one of them out, or keep the load constant."
         )
-    asked, lift_load = Asked(static=True, forces=case.forces), case.scene.scan.lift_load
-    steps = max(2, math.ceil(FEWEST_STEPS / case.scene.output.sample_rate))
-    room = _busy(case) / (steps * case.scene.output.sample_rate)
-    stepper = stepper_of(case.contact, terms, case.pressed, _loads(case), lift_load, case.tolerance, asked, room)
-    first = Simulation(
-        stepper=stepper,
-        scene=case.nominal,
-        steps=steps,
-        filters=filters_of(case, terms, steps),
-        reference=_reference(case, stepper),
-        offset=0.0,
-        held=terms.adhesion is not None,
-        settling=terms.settling(stiffness_round(case.contact, case.pressed)),
-    )
-    simulation, found = begun(case, first)
-    coarse = run_pilot(simulation, case)
-    of_contact: tuple[float, ...] | None = None
-    if isinstance(stepper, SkinStepper):
-        simulation, found, coarse, of_contact = _with_points(case, simulation, found, coarse)
+    counts = _points(case, terms)
+    tried = Tried.of(case, first_simulation(case, terms, counts[0]))
+    of_points = (0.0,) * len(case.orders)
+    for count in counts[1:]:
+        before = tried
+        tried = Tried.of(case, replace(tried.simulation, stepper=stepper_of(case, terms, count)))
+        of_points = tuple(LEFT_BY_POINTS * one for one in tried.pilot.differs_from(before.pilot))
+        enough = not tried.settled or max(of_points) <= POINTS_SHARE * case.tolerance
+        if enough or 2.0 * _pilot_work(tried) > (PATIENCE if case.live else PATIENCE_FILE):
+            break
     while True:
-        finer = replace(simulation, steps=2 * simulation.steps, filters=filters_of(case, terms, 2 * simulation.steps))
-        finer, found_finer = begun(case, finer)
-        fine = run_pilot(finer, case)
-        unsettled = fine.differs_from(coarse)
-        fastest = 2.0 * _work(simulation) > _busy(case) or 4.0 * _pilot_work(simulation, fine) > _patience(case)
-        unlike = found is not None and not found.repeats  # shorter steps would begin elsewhere, and say nothing
-        if fastest or unlike or max(unsettled) <= SETTLED * case.tolerance:
-            return _planned(case, terms, (simulation, finer), coarse, unsettled, found, of_contact)
-        simulation, coarse, found = finer, fine, found_finer
+        filters = filters_of(case, terms, 2 * tried.simulation.steps)
+        finer = Tried.of(case, replace(tried.simulation, steps=2 * tried.simulation.steps, filters=filters))
+        of_steps = finer.pilot.differs_from(tried.pilot)
+        if not tried.settled or max(of_steps) <= SETTLED * case.tolerance or _dear(case, finer):
+            return _planned(case, terms, tried, finer.simulation, of_steps, of_points)
+        tried = finer
+
+
+def _points(case: Case, terms: Terms) -> list[int]:
+    """Return the numbers of points to try, each half of the next; the last is what steps leave time for."""
+    if terms.skin is None:
+        return [0]
+    steps = max(2.0 * case.scene.output.sample_rate, FEWEST_STEPS)
+    room = (BUSY if case.live else BUSY_FILE) / steps / terms.skin.point_time
+    counts = [min(max(FEWEST_POINTS, int(room)), MOST_POINTS)]
+    while counts[0] > 2 * FEWEST_POINTS or len(counts) == 1:
+        counts.insert(0, (counts[0] + 1) // 2)
+    return counts
 
 
 def _planned(
     case: Case,
     terms: Terms,
-    tried: tuple[Simulation, Simulation],
-    pilot: Pilot,
-    unsettled: tuple[float, ...],
-    found: Found | None,
-    of_contact: tuple[float, ...] | None,
+    tried: Tried,
+    finer: Simulation,
+    of_steps: tuple[float, ...],
+    of_points: tuple[float, ...],
 ) -> SimulationPlan:
-    """Return the plan: the stepper without what only the pilot wanted, and the errors added up.
-
-    of_contact: errors of the skin's points, None for a table.
-    """
-    simulation = tried[0]
-    change, peaks = own_change(case, simulation, pilot)
-    added = pilot.added and max(change) <= SMALL
-    if of_contact is None:
-        of_contact = table_errors(case, terms, simulation, pilot, added=added)
+    """Return the plan, its errors added up."""
+    simulation, pilot = tried.simulation, tried.pilot
+    change, peaks = change_and_peaks(case, tried)
     filtered = 10.0 ** (-attenuation_of(case) / 20.0)
-    share = max(change) if added else 1.0  # what the filter's error is of
-    of_start = start_errors(case, terms, simulation, pilot, found)
-    errors = tuple(
-        4.0 / 3.0 * one + other + start + share * filtered
-        for one, other, start in zip(unsettled, of_contact, of_start, strict=True)
-    )
-    stepper = asking(simulation.stepper, Asked(static=added, forces=case.forces))
+    parts = zip(of_steps, of_points, _gap_errors(case, terms, tried), _start_errors(case, tried), strict=True)
     return SimulationPlan(
-        simulation=replace(simulation, scene=case.scene, stepper=stepper, offset=pilot.offset),
-        added=added,
+        simulation=replace(simulation, scene=case.scene, offset=pilot.offset),
         orders=case.orders,
         change=change,
-        errors=errors,
-        extents=tuple(float(extent) for extent in np.ptp(pilot.moved, axis=1)),
+        errors=tuple(4.0 / 3.0 * steps + sum(others) + filtered for steps, *others in parts),
+        extents=tuple(np.ptp(pilot.moved, axis=1).tolist()),
         peaks=peaks,
         pilot=pilot,
-        nominal=tried[0],
-        finer=tried[1],
-        repeats=found is None or found.repeats,
+        nominal=simulation,
+        finer=finer,
+        repeats=tried.settled,
     )
 
 
-def _reference(case: Case, stepper: TableStepper | SkinStepper) -> Callable[[Array], Array]:
-    """Return z (m) that displacement is about; points of skin stand about another mean than the contact itself."""
-    mean = mean_curve(case.contact, _mean_loads(case), case.pressed, case.tolerance)
-    if isinstance(stepper, TableStepper):
-        return mean
-    raised = float(np.mean(elastic_gap(case, stepper)))
-    return lambda roots: mean(roots) + raised
+def _gap_errors(case: Case, terms: Terms, tried: Tried) -> tuple[float, ...]:
+    """Return what the error of the stepper's own contact makes of each order, relative to its peak-to-peak.
 
-
-def _loads(case: Case) -> tuple[float, float]:
-    """Return between which loads (N) the stepper's contact must be right."""
-    low, high = case.loads
-    if case.by_hand:
-        return case.scene.scan.lift_load, max(4.0 * case.pressed, HEAVIEST_HAND)
-    return max(min(low, case.pressed), case.scene.scan.lift_load), max(high, case.pressed)
-
-
-def _with_points(
-    case: Case, simulation: Simulation, found: Found | None, pilot: Pilot
-) -> tuple[Simulation, Found | None, Pilot, tuple[float, ...]]:
-    """Return a simulation of skin with as many points as the tolerance takes, its pilot, and what the points leave.
-
-    Live there are as many as steps leave time for, of a file twice as many until half as many change little.
+    How much of a finger's error at rest comes through at each harmonic is the linear motion's: K / (K - m w^2 + i c w).
     """
-    assert isinstance(simulation.stepper, SkinStepper)
-    halved = run_pilot(begun(case, of_points(case, simulation, (simulation.stepper.points.count + 1) // 2))[0], case)
-    while True:
-        left = point_errors(halved, pilot)
-        finer = 2 * simulation.stepper.points.count - 1
-        unlike = found is not None and not found.repeats  # other points would begin elsewhere, and say nothing
-        fine_enough = case.live or unlike or max(left) <= POINTS_SHARE * case.tolerance or finer > MOST_FILE_POINTS
-        dearer = 2.0 * _work(simulation) > _busy(case) or 2.0 * _pilot_work(simulation, pilot) > _patience(case)
-        if fine_enough or dearer:
-            return simulation, found, pilot, left
-        halved = pilot
-        denser = of_points(case, simulation, finer)
-        simulation, found = begun(case, replace(denser, reference=_reference(case, denser.stepper)))
-        assert isinstance(simulation.stepper, SkinStepper)
-        pilot = run_pilot(simulation, case)
+    gap = np.fft.rfft(tried.simulation.stepper.gap(case.contact, case.load, PHASES)) / PHASES
+    limit = PHASES // 2 - 1
+    if case.turns:
+        limit = int(min(limit, band_of(case)[0] * case.scene.output.sample_rate / abs(case.turns)))
+    frequency = 2.0 * math.pi * abs(case.turns) * np.arange(len(gap))
+    gap /= 1.0 + (1j * terms.damping * frequency - terms.mass * frequency**2) / case.stiffness
+    gap[limit + 1 :] = 0.0
+    errors = []
+    for order, extent in zip(case.orders, np.ptp(tried.pilot.moved, axis=1), strict=True):
+        curve = curves(gap, order, points_for(len(gap) - 1)) * abs(case.turns) ** order
+        errors.append(STIFFER * float(np.max(np.abs(curve))) / extent if extent > 0.0 else 0.0)
+    return tuple(errors)
+
+
+def _start_errors(case: Case, tried: Tried) -> tuple[float, ...]:
+    """Return by how much a constant scan may differ from what it settles to, or comes to later, of each order."""
+    simulation, found = tried.simulation, tried.found
+    if found is not None:
+        others, factor = [replace(simulation, steady=other) for other in found.others], found.factor
+    else:
+        memory = simulation.stepper.memory
+        others = [replace(simulation, settling=2.0 * simulation.settling)]
+        factor = 1.0 / -math.expm1(-simulation.settling / memory) if memory > 0.0 else 1.0
+    differences = [run_pilot(other, case).differs_from(tried.pilot) for other in others]
+    return tuple(factor * max(each) for each in zip(*differences, strict=True))
 
 
 def _work(simulation: Simulation) -> float:
     """Return how long (s) the steps of a second of sound take, as predicted."""
-    return float(simulation.rate * step_time(simulation.stepper))
+    return simulation.rate * simulation.stepper.step_time
 
 
-def _pilot_work(simulation: Simulation, pilot: Pilot) -> float:
+def _pilot_work(tried: Tried) -> float:
     """Return how long (s) the steps of a pilot take, as predicted."""
-    return float(pilot.moved.shape[1] * simulation.steps * step_time(simulation.stepper))
+    frames = tried.pilot.moved.shape[1]
+    return float(_work(tried.simulation) * frames / tried.simulation.scene.output.sample_rate)
 
 
-def _busy(case: Case) -> float:
-    return BUSY if case.live else BUSY_FILE
-
-
-def _patience(case: Case) -> float:
-    return PATIENCE if case.live else PATIENCE_FILE
-
-
-def _mean_loads(case: Case) -> tuple[float, float]:
-    low, high = case.loads
-    return (case.pressed, case.pressed) if low == high else (max(low, 0.0), max(high, case.pressed))
+def _dear(case: Case, finer: Tried) -> bool:
+    """Return whether the steps of `finer` take too long, or the pilot of half of them."""
+    busy, patience = (BUSY, PATIENCE) if case.live else (BUSY_FILE, PATIENCE_FILE)
+    return _work(finer.simulation) > busy or 2.0 * _pilot_work(finer) > patience

@@ -20,13 +20,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from synth.contact.balance import Contact
 from synth.contact.geometry import Geometry
+from synth.contact.load_balance import Contact
 from synth.contact.stiffness import Stiffness
 from synth.plan.channels import PEAK
 from synth.plan.effect_choice import outputs_of, with_added_scales
-from synth.plan.preparation import HAND_LOADS, Preparation, band_limit, harmonics_below, prepare
-from synth.response.cache import ResponseCache
+from synth.plan.preparation import HAND_LOADS, Preparation, harmonics_below, prepare
+from synth.response.response_cache import ResponseCache
 from synth.response.spectrum import Complex, Demand, curves, points_for, solve_spectrum
 from synth.scene.scene import Channel, Scene
 
@@ -122,7 +122,7 @@ def usual_peaks(scene: Scene, contact: Contact | None, cache: ResponseCache) -> 
     usual = np.geomspace(min(HAND_LOADS[0], own), max(HAND_LOADS[1], own), PROBED_LOADS)
     loads = [own, *landing.tolist(), *usual.tolist()]
     speeds = np.array([speed, *np.geomspace(HAND_SPEEDS[0], max(HAND_SPEEDS[1], speed), PROBED_SPEEDS)])
-    period, limit = scene.texture.period, MOVING_BAND * band_limit(scene)
+    period, limit = scene.texture.period, MOVING_BAND * scene.output.band_limit
     counts = [harmonics_below(float(one) / period, limit, MOST_HARMONICS) for one in speeds]
     demand = Demand(max(min(filter(None, counts), default=1), 1), (0, 1, 2), PROBE_TOLERANCE)
     key = ("usual peaks", solver.key, tuple(loads), tuple(speeds.tolist()), limit)
@@ -168,7 +168,7 @@ def with_full_scale(scene: Scene, full_scale: tuple[float | None, ...]) -> Scene
 def nominal_scene(scene: Scene) -> Scene:
     """Return `scene` with the constant scan of a usual hand on it: its own speed and load, unless they are silent."""
     scan, texture = scene.scan, scene.texture
-    limit = band_limit(scene)
+    limit = scene.output.band_limit
     speed = abs(scan.speed)
     if speed == 0.0 or speed / texture.period >= limit:
         speed = min(HAND_SPEED, HAND_BAND * limit * texture.period)

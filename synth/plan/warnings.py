@@ -19,7 +19,7 @@ import math
 import numpy as np
 
 from synth.perception.threshold import LARGEST_LINE, Array, threshold_displacement
-from synth.plan.channels import PEAK, ChannelPlan, Steady
+from synth.plan.channels import PEAK, ChannelPlan
 from synth.plan.preparation import Preparation
 from synth.response.spectrum import curves, points_for
 from synth.scene.doubtful_values import doubts
@@ -46,7 +46,7 @@ def _unfelt(solved: Preparation) -> tuple[str, ...]:
     if solved.simulated:
         levels = np.min([_simulated_levels(solved, channel, frequencies, felt) for channel in solved.channels], axis=0)
     else:
-        levels = 2.0 * np.abs(_steady(solved).series(0)[1:]) / felt
+        levels = 2.0 * np.abs(solved.steady.series(0)[1:]) / felt
     levels = np.where(frequencies < LOWEST, 0.0, levels)
     strongest = int(np.argmax(levels))
     power = float(np.max(levels) if solved.simulated else np.sum(levels**2))
@@ -84,7 +84,7 @@ def _unmakeable(solved: Preparation) -> tuple[str, ...]:
     peak = 0.5 * channel.extent if asked[0] else max(0.5 * channel.extent, PEAK * channel.full_scale)
     rms = 0.0
     if not solved.simulated and not solved.load_varies:
-        curve = curves(_steady(solved).series(2), 0, 2 * points_for(solved.highest))
+        curve = curves(solved.steady.series(2), 0, 2 * points_for(solved.highest))
         peak, rms = float(np.max(np.abs(curve))), float(np.std(curve))
     if peak <= IMPULSE and rms <= STEADY:
         return ()
@@ -93,11 +93,4 @@ def _unmakeable(solved: Preparation) -> tuple[str, ...]:
         f"No actuator known here makes this: the acceleration {size}; the strongest makes {IMPULSE:.0f} m/s^2 in an "
         f"impulse and {STEADY:.0f} m/s^2 rms steadily. output.bandwidth leaves out what no actuator plays; a slower "
         "scan asks for less.",
-    )
-
-
-def _steady(solved: Preparation) -> Steady:
-    assert solved.spectrum is not None
-    return Steady(
-        solved.scene, solved.spectrum, solved.highest, solved.turns, solved.tolerance, (0,), solved.moving, math.inf
     )

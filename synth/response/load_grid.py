@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.load_response import Response
+from synth.contact.forces import Response
 
 OCTAVES = 10  # of load below the heaviest that have rows of their own at least; fewer err more at light loads
 LIGHTEST = 0.005  # N: octaves reach down to it at least, however heavy the heaviest
@@ -65,12 +65,6 @@ def first_loads(heaviest: float) -> Array:
     """Return the rows (N) that every table begins with: none, and octaves up to `heaviest`."""
     octaves = max(OCTAVES, math.ceil(math.log2(heaviest / LIGHTEST)))
     return np.concatenate([[0.0], heaviest * 2.0 ** np.arange(-octaves, 1.0)])
-
-
-def cubic_weights(s: Array | float) -> tuple[Array | float, ...]:
-    """Return the weights of value and slope (times the width) of the lower row, then of the upper, at 0 <= s <= 1."""
-    rest = 1.0 - s
-    return (1.0 + 2.0 * s) * rest * rest, s * rest * rest, s * s * (3.0 - 2.0 * s), -s * s * rest
 
 
 def halfway(low: SolvedRows, high: SolvedRows) -> Array:

@@ -12,7 +12,7 @@ from functools import partial
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.balance import Contact
+from synth.contact.load_balance import Contact
 from synth.response.spectrum import woven
 
 Mean = Callable[[Array], Array]

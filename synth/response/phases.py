@@ -13,7 +13,7 @@ from fractions import Fraction
 import numpy as np
 
 from synth.arrays import Array
-from synth.kernels import inlined, signed_kernel, two_product
+from synth.kernels import inlined, two_product
 
 TURN = 2.0**64
 HALF_TURN = 2.0**63
@@ -38,19 +38,9 @@ def fraction_of_turn(turns, small):
     return np.uint64((np.int64(whole) << np.int64(1)) + np.int64(fine))
 
 
-@signed_kernel("Tuple((u8[::1], u8))(f8[:,::1], f8[::1], u8, f8, f8)")
-def phases_of(motion, position, phase, rate, period):
-    """Return the phase of each frame, and the phase after the last: uint64 fractions of a turn.
-
-    motion: as `motion.Motion.samples`. position: metres at each frame, or empty; where it is given the phase is the
-    position over `period` (m), whatever `phase` was. rate: frames a second.
-    """
-    frames = motion.shape[1]
-    known = len(position) == frames
-    summed = frames - 1 if known else 0  # where positions are known, only the last step is needed
-    speed, speed_rate = motion[SPEED, summed:], motion[SPEED_RATE, summed:]
-    phases = np.empty(frames, dtype=np.uint64)
-    steps = phases[summed:]
+@inlined
+def fill_steps(speed, speed_rate, rate, period, steps):
+    """Write the turns from each frame to the next, as uint64 fractions of a turn."""
     step = 1.0 / (rate * period)  # turns a frame for 1 m/s
     step_rest, bend = rest_of_step(step, rate, period), 0.5 * step / rate
     step1 = np.float64(np.float32(step))  # halves of 24 and 29 bits: their products are exact
@@ -60,17 +50,35 @@ def phases_of(motion, position, phase, rate, period):
         speed2 = speed[i] - speed1
         small = speed1 * step2 + speed2 * step1 + (speed2 * step2 + speed[i] * step_rest + speed_rate[i] * bend)
         steps[i] = fraction_of_turn(speed1 * step1, small)
-    if known:
-        last = phases[frames - 1]
-        for i in range(frames):
-            turns = position[i] / period
-            phases[i] = np.uint64(np.int64(np.rint((turns - np.rint(turns)) * HALF_TURN)) << np.int64(1))
-        return phases, phases[frames - 1] + last
-    for i in range(frames):
-        moved = phases[i]
-        phases[i] = phase
-        phase += moved
-    return phases, phase
+
+
+@inlined
+def fill_phases(motion, position, phase, rate, period, first, stride, phases):
+    """Write the phase of the frames first, first + stride, ... to `phases`; return that after the last frame of all."""
+    frames = motion.shape[1]
+    if len(position) == frames:
+        for k in range(len(phases)):
+            phases[k] = phase_at(position[first + k * stride] / period)
+        last = np.empty(1, dtype=np.uint64)
+        fill_steps(motion[SPEED, frames - 1 :], motion[SPEED_RATE, frames - 1 :], rate, period, last)
+        return phase_at(position[frames - 1] / period) + last[0]
+    steps = np.empty(frames, dtype=np.uint64)
+    fill_steps(motion[SPEED], motion[SPEED_RATE], rate, period, steps)
+    done = 0
+    for k in range(len(phases)):
+        for i in range(done, first + k * stride):
+            phase += steps[i]
+        done = first + k * stride
+        phases[k] = phase
+    for i in range(done, frames):
+        phase += steps[i]
+    return phase
+
+
+@inlined
+def phase_at(turns):
+    """Return turns as a uint64 fraction of a turn."""
+    return np.uint64(np.int64(np.rint((turns - np.rint(turns)) * HALF_TURN)) << np.int64(1))
 
 
 def phase_step(speed: float, period: float, rate: int) -> int:

@@ -11,7 +11,6 @@ Limits  the table's error, and the filter's.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -19,8 +18,6 @@ from synth.arrays import Array
 from synth.response import reading_loop as loop
 from synth.response.reading_filter import ReadingFilter, reading_filter
 from synth.response.table import Floats, ResponseTable
-
-Phases = np.ndarray[Any, np.dtype[np.uint64]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,10 +43,10 @@ class TableReader:
         chosen = reading_filter(quantity, rate, table.band)
         fades = table.levels.fades
         levels = np.stack([*fades, *table.layout.T.astype(float), 1.0 / (fades[1] - fades[0])], axis=1)
-        rows = np.concatenate([table.loads[np.newaxis], table.means, table.loads[np.newaxis]]).astype(float)
-        rows[3, :-1] = 1.0 / np.diff(rows[0])
+        rows = np.concatenate([table.loads[np.newaxis], table.means]).astype(float)
         weights = np.ascontiguousarray(chosen.weights.T)
-        rules = np.zeros(9)
+        rules = np.zeros(11)
+        rules[loop.RATE], rules[loop.PERIOD] = rate, table.period
         rules[loop.SCALE] = 1.0 / (table.period * table.band)
         rules[loop.LIFT], rules[loop.GAIN], rules[loop.HOLD] = table.lift_load, gain, chosen.hold
         rules[loop.WITH_MEAN], rules[loop.FULL] = quantity == "approach", table.full
@@ -71,10 +68,13 @@ class TableReader:
         """Return the state of a reader that has read nothing."""
         return np.zeros(loop.HISTORY + self.filter.taps)
 
-    def read(self, state: Array, phases: Phases, motion: Array, out: Floats) -> None:
-        """Write the next frames of the quantity to `out`, float32 [frames], and take `state` on.
+    def read(self, state: Array, motion: Array, position: Array, phase: int, out: Floats, column: int) -> int:
+        """Write the next frames of the quantity to a column of `out`, and take `state` on; return the next phase.
 
-        phases: place of the texture in turns, as uint64 fractions of one [frames]. motion: float64 [5, frames], whose
-        rows 0 and 2 are speed (m/s) and load (N), as in `motion.Motion`.
+        motion: float64 [5, frames], as in `motion.Motion`. position: of the texture (m) at each frame, or empty; then
+        the texture goes on from `phase`, a 64-bit fraction of a turn, at the speed of the motion. out: float32 [frames,
+        columns].
         """
-        loop.read_block(self.table.pool, self.levels, self.rows, self.weights, self.rules, phases, motion, state, out)
+        numbers = self.table.pool, self.levels, self.rows, self.weights, self.rules
+        after: int = loop.read_block(*numbers, motion, position, phase, state, out, column)
+        return after

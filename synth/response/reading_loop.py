@@ -13,23 +13,22 @@ from __future__ import annotations
 import numpy as np
 
 from synth.kernels import inlined, signed_kernel
-from synth.response.evaluation import PLACE, SMALLEST, gate, smooth_step
+from synth.response.lift_gate import PLACE, SMALLEST, gate, smooth_step
+from synth.response.phases import fill_phases
 from synth.response.place_spline import PADDING
 from synth.response.spline_vectors import spline_value
 
 LARGEST = 3.4e38  # what a float32 holds
 
-COUNT, STARTED, INTERVAL, LEVEL, HISTORY = 0, 1, 2, 3, 4  # entries of `state`; from HISTORY on, the last samples of z
-SCALE, LIFT, GAIN, HOLD, WITH_MEAN, FULL, LAW, LAW_SLOPE, MOST = range(9)  # entries of `rules`
+COUNT, STARTED, HISTORY = 0, 1, 2  # entries of `state`; from HISTORY on, the last samples of z
+SCALE, LIFT, GAIN, HOLD, WITH_MEAN, FULL, LAW, LAW_SLOPE, MOST, RATE, PERIOD = range(11)  # entries of `rules`
 FADE, SILENT, BEGIN, PLACES, STEEPNESS = range(5)  # columns of `levels`
 SPEED, LOAD = 0, 2  # rows of `motion`
 
 
 @inlined
-def interval_of(loads, load, start):
-    """Return the interval of the rising `loads` that holds `load`, looking at `start` first."""
-    if loads[start] <= load < loads[start + 1]:
-        return start
+def interval_of(loads, load):
+    """Return the interval of the rising `loads` that holds `load`."""
     low, high = 0, len(loads) - 1
     while high - low > 1:
         middle = (low + high) // 2
@@ -40,128 +39,150 @@ def interval_of(loads, load, start):
     return low
 
 
-@signed_kernel("void(f4[::1], f8[:,::1], f8[:,::1], f8[::1], u8[::1], f8[:,::1], f8[::1], i8, f8[::1])")
-def sample(pool, levels, rows, rules, phases, motion, state, stride, values):
-    """Write z (m) at every `stride`-th frame from the first that is due, to `values`, as many as it holds.
+@inlined
+def level_of(levels, turns):
+    """Return the first level that sounds at `turns`; as many as there are where none does."""
+    level = 0
+    while level < len(levels) and turns >= levels[level, SILENT]:
+        level += 1
+    return level
+
+
+@inlined
+def load_weights(above, width):
+    """Return the weights of value and slope at the load below, and at the one above, of a cubic Hermite piece."""
+    s = above / width
+    rest = 1.0 - s
+    return (1.0 + 2.0 * s) * rest * rest, s * rest * rest * width, s * s * (3.0 - 2.0 * s), -s * s * rest * width
+
+
+@inlined
+def swing_of(pool, levels, level, interval, turn, a, b, c, d):
+    """Return the swing (m) of one level at `turn` turns of the texture; a, b, c, d: weights, as in `spline_value`."""
+    places = levels[level, PLACES]
+    x = turn * places
+    cell, half = np.int64(x), np.int64(places) + PADDING
+    at = np.int64(levels[level, BEGIN]) + 2 * half * interval + cell
+    return spline_value(pool, at, half, x - np.float64(cell), a, b, c, d)
+
+
+@inlined
+def sample(pool, levels, rows, rules, phases, motion, first, stride, values):
+    """Write the swing of z (m) at every stride-th frame from `first` on to `values`, as many as it holds.
 
     levels: float64 [levels, 5]: fade begin and end, begin in `pool`, places, 1 / length of the fade.
-    rows: float64 [4, rows]: loads, mean of z, its slope, 1 / width of the interval above.
-    phases: uint64 fractions of a turn [frames]. motion: float64 [5, frames], as in `motion.Motion`.
+    rows: float64 [3, rows]: loads, mean of z, its slope.
+    phases: of these frames, uint64 fractions of a turn. motion: float64 [5, frames], as in `motion.Motion`.
     """
-    first = (stride - np.int64(state[COUNT])) % stride
-    interval, level = np.int64(state[INTERVAL]), np.int64(state[LEVEL])
     loads = rows[0]
     last = loads[len(loads) - 1]
+    interval, level = 0, 0
+    low, high, slow, fast, fade = 1.0, 0.0, 1.0, 0.0, 0.0  # where interval and level hold: nowhere yet
     for k in range(len(values)):
         i = first + k * stride
         load = min(max(motion[LOAD, i], 0.0), rules[MOST])
         held = min(load, last)
+        if not low <= held < high:
+            interval = interval_of(loads, held)
+            low, high = loads[interval], loads[interval + 1]
         turns = abs(motion[SPEED, i]) * rules[SCALE]
-        interval = interval_of(loads, held, interval)
-        width = loads[interval + 1] - loads[interval]
-        s = (held - loads[interval]) * rows[3, interval]
-        rest = 1.0 - s
-        a, c = (1.0 + 2.0 * s) * rest * rest, s * s * (3.0 - 2.0 * s)
-        b, d = s * rest * rest * width, -s * s * rest * width
-        while level < len(levels) and turns >= levels[level, SILENT]:
-            level += 1
-        while level > 0 and turns < levels[level - 1, SILENT]:
-            level -= 1
-        value, share, now = 0.0, 1.0, level
-        turn = np.float64(np.int64(phases[i] >> np.uint64(11))) * PLACE
-        while now < len(levels) and share > 0.0:
-            places = levels[now, PLACES]
-            x = turn * places
-            cell = np.int64(x)
-            half = np.int64(places) + PADDING
-            at = np.int64(levels[now, BEGIN]) + 2 * half * interval + cell
-            gone = 0.0
-            if now == level and turns > levels[now, FADE]:
-                gone = smooth_step((turns - levels[now, FADE]) * levels[now, STEEPNESS])
-            value += share * (1.0 - gone) * spline_value(pool, at, half, x - np.float64(cell), a, b, c, d)
-            share *= gone
-            now += 1
-        if rules[WITH_MEAN] > 0.0:
-            if load > last and rules[FULL] > 0.0:
-                value += rules[LAW] + rules[LAW_SLOPE] * load * np.sqrt(load)
-            else:
-                value += a * rows[1, interval] + b * rows[2, interval]
-                value += c * rows[1, interval + 1] + d * rows[2, interval + 1]
-        if load < rules[LIFT]:
-            value *= gate(load, rules[LIFT])[0]
+        if not slow <= turns < fast:
+            level = level_of(levels, turns)
+            slow = levels[level - 1, SILENT] if level > 0 else 0.0
+            fast, fade = np.inf, np.inf
+            if level < len(levels):
+                fast, fade = levels[level, SILENT], levels[level, FADE]
+        a, b, c, d = load_weights(held - low, high - low)
+        turn = np.float64(np.int64(phases[k] >> np.uint64(11))) * PLACE
+        value = 0.0
+        if level < len(levels):
+            value = swing_of(pool, levels, level, interval, turn, a, b, c, d)
+        if turns > fade:
+            gone = smooth_step((turns - fade) * levels[level, STEEPNESS])
+            value *= 1.0 - gone
+            if level + 1 < len(levels):
+                value += gone * swing_of(pool, levels, level + 1, interval, turn, a, b, c, d)
         values[k] = value
-    state[INTERVAL], state[LEVEL] = interval, level
-
-
-TOGETHER = 4  # frames that are filtered together: of a stride that is a multiple of it, with the usual number of taps
-USUAL = 7  # differences that the usual filter weighs
 
 
 @inlined
-def told(value):
-    """Return `value` where a float32 holds it as a normal number, else 0."""
-    return value if SMALLEST <= abs(value) <= LARGEST else 0.0
+def add_mean(rows, rules, motion, first, stride, values):
+    """Add the mean of z (m) at the load of each frame; arguments as in `sample`."""
+    loads = rows[0]
+    last = loads[len(loads) - 1]
+    for k in range(len(values)):
+        load = min(max(motion[LOAD, first + k * stride], 0.0), rules[MOST])
+        if load > last and rules[FULL] > 0.0:
+            values[k] += rules[LAW] + rules[LAW_SLOPE] * load * np.sqrt(load)
+        else:
+            held = min(load, last)
+            interval = interval_of(loads, held)
+            a, b, c, d = load_weights(held - loads[interval], loads[interval + 1] - loads[interval])
+            values[k] += a * rows[1, interval] + b * rows[2, interval]
+            values[k] += c * rows[1, interval + 1] + d * rows[2, interval + 1]
 
 
-@signed_kernel("void(f8[::1], f8[:,::1], f8, f8, i8, f4[:])")
-def filter_samples(z, weights, hold, gain, count, out):
-    """Write the output of each frame from z, whose first samples are those before the block.
+@inlined
+def close_gate(lift, motion, first, stride, values):
+    """Take z to nothing where the load falls below `lift` (N); arguments as in `sample`."""
+    for k in range(len(values)):
+        load = max(motion[LOAD, first + k * stride], 0.0)
+        if load < lift:
+            values[k] *= gate(load, lift)[0]
 
-    weights: float64 [taps - 1, stride]. count: frames since the last sample of those before the block.
+
+@inlined
+def filter_samples(z, weights, hold, gain, skipped, out):
+    """Write the output of each frame to `out` from z, a sample a step; `skipped` frames of the first step are past.
+
+    weights: float64 [taps - 1, stride], a column for each frame of a step; all frames of a column are made together.
     """
     width, stride = weights.shape
-    middle = (width + 1) // 2 - 1
-    # of frame 0, in steps since the oldest sample; a block begins within the step of the last sample before it, or with
-    # a new sample
-    begin, j = (0, count) if count > 0 else (1, 0)
-    done = 0
-    if width == USUAL and stride % TOGETHER == 0:
-        four = np.empty(TOGETHER)
-        while done < len(out):
-            b0, b1, b2 = z[begin + 1] - z[begin], z[begin + 2] - z[begin + 1], z[begin + 3] - z[begin + 2]
-            b3, b4, b5 = z[begin + 4] - z[begin + 3], z[begin + 5] - z[begin + 4], z[begin + 6] - z[begin + 5]
-            b6 = z[begin + 7] - z[begin + 6]
-            held = hold * z[begin + middle]
-            lane = j % TOGETHER
-            group = j - lane
-            w = weights[:, group : group + TOGETHER]
-            for i in range(TOGETHER):
-                near = w[2, i] * b2 + w[3, i] * b3 + w[4, i] * b4
-                far = w[0, i] * b0 + w[1, i] * b1 + w[5, i] * b5 + w[6, i] * b6
-                four[i] = gain * (near + far + held)
-            taken = min(TOGETHER - lane, len(out) - done)
-            for i in range(taken):
-                out[done + i] = told(four[lane + i])
-            done += taken
-            j += taken
-            if j == stride:
-                begin, j = begin + 1, 0
-        return
-    while done < len(out):
-        total = 0.0
+    middle, frames = (width + 1) // 2 - 1, len(out)
+    steps = (skipped + frames + stride - 1) // stride
+    changes, column = np.empty(steps + width - 1), np.empty(steps)
+    for i in range(len(changes)):
+        changes[i] = z[i + 1] - z[i]
+    for j in range(stride):
+        for step in range(steps):
+            column[step] = hold * z[step + middle]
         for m in range(width):
-            total += weights[m, j] * (z[begin + m + 1] - z[begin + m])
-        out[done] = told(gain * (total + hold * z[begin + middle]))
-        done += 1
-        j += 1
-        if j == stride:
-            begin, j = begin + 1, 0
+            weight = weights[m, j]
+            for step in range(steps):
+                column[step] += weight * changes[step + m]
+        for step in range(steps):
+            value = gain * column[step]
+            column[step] = value if SMALLEST <= abs(value) <= LARGEST else 0.0
+        first = j - skipped
+        for step in range(1 if first < 0 else 0, steps if (steps - 1) * stride + first < frames else steps - 1):
+            out[step * stride + first] = column[step]
 
 
-@signed_kernel("void(f4[::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[::1], u8[::1], f8[:,::1], f8[::1], f4[:])")
-def read_block(pool, levels, rows, weights, rules, phases, motion, state, out):
-    """Write the next frames to `out` and take `state` on; arguments as in `sample` and `filter_samples`."""
-    width, stride = weights.shape
-    taps, frames = width + 1, len(phases)
+@signed_kernel("u8(f4[::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[::1], f8[:,::1], f8[::1], u8, f8[::1], f4[:,:], i8)")
+def read_block(pool, levels, rows, weights, rules, motion, position, phase, state, out, column):
+    """Write the next frames to a column of `out`, take `state` on, and return the phase after the last frame.
+
+    pool, levels, rows, rules: as in `sample`. weights: as in `filter_samples`. position, phase: as in
+    `phases.fill_phases`.
+    """
+    taps, stride, frames = weights.shape[0] + 1, weights.shape[1], len(out)
     count = np.int64(state[COUNT])
     first = (stride - count) % stride
     due = max(0, (frames - first + stride - 1) // stride)
-    z = np.empty(taps + due)
-    sample(pool, levels, rows, rules, phases, motion, state, stride, z[taps:])
+    phases, z = np.empty(due, dtype=np.uint64), np.empty(taps + due)
+    after = fill_phases(motion, position, phase, rules[RATE], rules[PERIOD], first, stride, phases)
+    fresh = z[taps:]
+    sample(pool, levels, rows, rules, phases, motion, first, stride, fresh)
+    if rules[WITH_MEAN] > 0.0:
+        add_mean(rows, rules, motion, first, stride, fresh)
+    close_gate(rules[LIFT], motion, first, stride, fresh)
     for i in range(taps):
         z[i] = state[HISTORY + i] if state[STARTED] > 0.0 else z[taps]
-    filter_samples(z, weights, rules[HOLD], rules[GAIN], count, out)
+    # a block begins within the step of the last sample before it, or with a new sample
+    begin, skipped = (0, count) if count > 0 else (1, 0)
+    filter_samples(z[begin:], weights, rules[HOLD], rules[GAIN], skipped, out[:, column])
     for i in range(taps):
         state[HISTORY + i] = z[due + i]
     state[STARTED] = 1.0
     state[COUNT] = (count + frames) % stride
+    return after

@@ -1,38 +1,102 @@
-"""A series over a period as a curve that is read at any place: polynomials of fifth degree in equal cells.
+"""A series over a period as a curve: read at audio rate along a steady scan, and at any place.
 
 Stage   RESPONSE.
-Model   In each cell the polynomial shares value, slope and curvature with the series at both ends (`phase_cells`).
-Limits  with CELLS_A_HARMONIC cells the last harmonic errs by 2e-6 of itself, those below it by the sixth power less.
+Model   A period is cut into equal cells, a power of two of them. In each cell the series is replaced by the polynomial
+        of degree 7 that shares its value and three derivatives at both ends. The phase theta is a 64-bit fraction of a
+        turn: its high bits name the cell, the rest the place in it.
+Source  Hermite interpolation; the derivatives are exact, from the series. Design, sections 1 and 8.
+Limits  with CELLS_A_HARMONIC cells a period of the last harmonic it errs by 1.4e-8 of that harmonic, of those below by
+        the eighth power less: under the rounding of float32. Phase: one rounding of 2^-65 turn a frame at most, 5e-10
+        turn in 24 h at 192 kHz.
 """
 
 from __future__ import annotations
 
+import math
+from typing import Any
+
 import numpy as np
 
 from synth.arrays import Array
-from synth.response.phase_cells import QUINTIC, polynomials
+from synth.kernels import signed_kernel
+from synth.response.lift_gate import PLACE, SMALLEST
 from synth.response.spectrum import Complex
 
-CELLS_A_HARMONIC = 8
+CELLS_A_HARMONIC = 8  # at least; half as many err by 4e-6 of the last harmonic, twice as many take twice the memory
+FEWEST_CELLS = 16
+SHARED = 4  # value and derivatives that a cell shares with the series at each end; its 8 coefficients fill a cache line
 
 
 class SeriesCurve:
-    """The sum of a series, its mean included, at any place. harmonics: complex128 [highest + 1], as of `Spectrum`."""
+    """The sum of a series at any place of a period.
+
+    harmonics: complex128 [highest + 1], one-sided, as of `Spectrum`. mean: its harmonic 0. cells: float64 [cells, 8],
+    the coefficients of the rest in powers of the place in a cell.
+    """
 
     def __init__(self, harmonics: Complex) -> None:
-        cells = 1 << (CELLS_A_HARMONIC * len(harmonics) - 1).bit_length()
-        self._mean, self._cells = float(harmonics[0].real), polynomials(harmonics, QUINTIC, cells)
+        kept = np.trim_zeros(harmonics[1:], "b")
+        self.count = len(kept)
+        self.mean = float(harmonics[0].real)
+        self.cells = polynomials(kept, max(FEWEST_CELLS, 1 << (CELLS_A_HARMONIC * self.count - 1).bit_length()))
+
+    @property
+    def name(self) -> str:
+        """What a plan or a report calls it."""
+        return f"series of {self.count} harmonic{'' if self.count == 1 else 's'}"
 
     @property
     def nbytes(self) -> int:
         """Bytes that it holds."""
-        return int(self._cells.nbytes)
+        return int(self.cells.nbytes)
+
+    def read(self, phase: int, step: int, gain: float, out: Any, channel: int) -> None:
+        """Write gain times the curve, less its mean, at the phases phase + i step (64-bit fractions of a turn) to
+        out[:, channel], float32.
+        """
+        bits = np.uint64(len(self.cells).bit_length() - 1)
+        read_cells(self.cells, bits, np.uint64(phase), np.uint64(step), gain, out, channel)
 
     def heights(self, places: Array, loads: Array) -> Array:
-        """Return the value at each of `places` (turns); the loads are those of the series."""
-        x = (places - np.floor(places)) * len(self._cells)
-        cell = np.minimum(x.astype(np.intp), len(self._cells) - 1)
+        """Return the curve at each of `places` (turns); the loads are those of the series."""
+        x = (places - np.floor(places)) * len(self.cells)
+        cell = np.minimum(x.astype(np.intp), len(self.cells) - 1)
         found, t = np.zeros(len(x)), x - cell
-        for degree in range(QUINTIC, -1, -1):
-            found = found * t + self._cells[cell, degree]
-        return self._mean + found
+        for power in range(2 * SHARED - 1, -1, -1):
+            found = found * t + self.cells[cell, power]
+        return self.mean + found
+
+
+def polynomials(harmonics: Complex, cells: int) -> Array:
+    """Return the coefficients [cells, 8] of the sum of `harmonics` 1, 2, ... in powers of the place t in a cell.
+
+    The lower four are the derivatives at t = 0 over their factorials; the upper four make up what those leave of the
+    derivatives at t = 1.
+    """
+    powers, orders = np.arange(2 * SHARED), np.arange(SHARED)
+    points = max(cells, 2 << len(harmonics).bit_length())
+    spectra = np.zeros((SHARED, points // 2 + 1), np.complex128)
+    turns = 2j * np.pi / cells * np.arange(1, len(harmonics) + 1)
+    spectra[:, 1 : len(harmonics) + 1] = harmonics * turns ** orders[:, np.newaxis]
+    begin = (np.fft.irfft(spectra, points) * points)[:, :: points // cells]
+    table = np.empty((2 * SHARED, cells))
+    table[:SHARED] = begin / np.array([[math.factorial(order)] for order in orders])
+    at_end = np.array([[math.perm(power, order) for power in powers] for order in orders], dtype=float)
+    left = np.roll(begin, -1, axis=1) - at_end[:, :SHARED] @ table[:SHARED]
+    table[SHARED:] = np.linalg.solve(at_end[:, SHARED:], left)
+    return np.ascontiguousarray(table.T)
+
+
+@signed_kernel("void(f8[:,::1], u8, u8, u8, f8, f4[:,::1], i8)")
+def read_cells(cells, bits, phase, step, gain, out, channel):
+    """Write gain times the polynomials of `cells` [2^bits, 8] at the phases phase + i step to out[:, channel]."""
+    shift = np.uint64(64) - bits
+    for i in range(out.shape[0]):
+        j = np.int64(phase >> shift)
+        t = np.float64(np.int64((phase << bits) >> np.uint64(11))) * PLACE
+        value = cells[j, 7]
+        for power in range(6, -1, -1):
+            value = value * t + cells[j, power]
+        value *= gain
+        out[i, channel] = value if abs(value) >= SMALLEST else 0.0
+        phase += step

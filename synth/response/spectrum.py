@@ -3,7 +3,6 @@
 Model   z(theta) = sum over n of Z_n exp(2 pi i n theta); the k-th time derivative at a speed u has the coefficients
         (2 pi i n u / lambda2)^k Z_n. The series is taken from M exact solutions at equal steps of phase. M doubles,
         reusing what is solved, until the change of every quantity asked for is within the tolerance.
-        The slope of the series with the load comes from dz/dw (`balance`).
 Source  Fagiani & Barbieri (2016), eqs 1, 4, 5. Kinks of order 3/2 make Z_n fall as n^-2.5, so each doubling of M
         lowers the error about 5.6 times.
 Limits  `errors` bounds the error from what the last two doublings changed: of 32,871 bounds over 700 scenes, up to
@@ -21,7 +20,8 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.load_response import Response
+from synth.contact.forces import Response
+from synth.contact.load_balance import Contact
 
 Complex = np.ndarray[Any, np.dtype[np.complex128]]
 
@@ -39,6 +39,8 @@ FOLDED_SHARE = 8  # the harmonics of the lowest 1/8 of the grid at least show ho
 PROBES = 16  # phases off every grid at which a converged series is checked once more
 DISCRETE_SHARE = 0.3  # of the tolerance, for the discretisation of a response that has one
 FINER_WORK = 8  # times the work of the first refinement: it may be refined three times more
+JUDGED_PHASES = 2048  # at most: at which a discretisation is judged, 4 a harmonic where there are fewer
+JUDGED_WORK = 1 << 26  # phases times cells: a fraction of a second
 PROBED_TOGETHER = 4  # of them are equally spaced, so that one transform reads the series there
 SETTLED = 0.7  # a doubling leaves a third of the error off the grid; where it leaves more, a line hides in the grid
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
@@ -59,17 +61,14 @@ class Demand:
 
 @dataclass(frozen=True, slots=True)
 class Spectrum:
-    """z over a period at one load: coefficients of harmonics 0 to `highest`, in metres, and their slope with the load.
+    """z over a period at one load: coefficients of harmonics 0 to `highest`, in metres (of a force: in N).
 
-    harmonics, slopes: complex128 [highest + 1], one-sided (z = Z_0 + 2 Re sum Z_n e^{2 pi i n theta}); slopes in m/N.
-    Of a response that is a force: in N, and N/N.
+    harmonics: complex128 [highest + 1], one-sided (z = Z_0 + 2 Re sum Z_n e^{2 pi i n theta}).
     errors: largest error of each order of the demand relative to its peak-to-peak. phases: solutions it took.
     closed: z is one sinusoid in closed form. solver: what solved it, by name.
     """
 
-    load: float
     harmonics: Complex
-    slopes: Complex
     errors: tuple[float, ...]
     phases: int
     closed: bool
@@ -78,7 +77,7 @@ class Spectrum:
     @property
     def memory_bytes(self) -> int:
         """Bytes that the series holds."""
-        return self.harmonics.nbytes + self.slopes.nbytes
+        return self.harmonics.nbytes
 
 
 def curves(harmonics: Complex, order: int, points: int) -> Array:
@@ -97,34 +96,25 @@ def points_for(highest: int) -> int:
     return max(64, 1 << (4 * highest).bit_length())
 
 
-def solve_spectrum(
-    response: Response, load: float, demand: Demand, keep: int = 0, start: int = 0, most_work: int = MOST_WORK
-) -> Spectrum:
+def solve_spectrum(response: Response, load: float, demand: Demand, keep: int = 0) -> Spectrum:
     """Return the series of `response` at `load` (N) that keeps `demand`, or the best that the bounds on work allow,
     with its error.
 
     keep: harmonics of the series returned, at least those of the demand; those beyond it are as good as they come.
-    start: a power of two, phases to begin with where a neighbouring load has shown how many it takes; 0 begins afresh.
-    most_work: the bound on phases times cells of the grid (the other bound is MOST_PHASES).
     """
     keep = max(keep, demand.highest)
     closed = response.closed(load)
     if closed is not None:
         harmonics = np.zeros(keep + 1, dtype=np.complex128)
-        slopes = np.zeros_like(harmonics)
         harmonics[:2] = closed.mean, closed.first
-        slopes[:2] = closed.slope, closed.first_slope
-        return Spectrum(load, harmonics, slopes, (1e-15,) * len(demand.orders), 0, True, "closed form")
+        return Spectrum(harmonics, (1e-15,) * len(demand.orders), 0, True, "closed form")
     finer = response.refined()
     if finer is not None:
-        return _refined(response, finer, load, demand, keep, start, most_work)
-    most = min(MOST_PHASES, max(256, most_work // response.work_at(load)))
-    return _grown(response, load, demand, keep, min(start, most), most)
+        return _refined(response, finer, load, demand, keep)
+    return _grown(response, load, demand, keep, min(MOST_PHASES, max(256, MOST_WORK // response.work_at(load))))
 
 
-def _refined(
-    coarse: Response, finer: Response, load: float, demand: Demand, keep: int, start: int, most_work: int
-) -> Spectrum:
+def _refined(coarse: Response, finer: Response, load: float, demand: Demand, keep: int) -> Spectrum:
     """Return the series of a response whose solver has a discretisation, refined until what that changes is within
     DISCRETE_SHARE of the tolerance.
 
@@ -132,16 +122,15 @@ def _refined(
     left wherever the error at least halves with the segments, which no continuous profile prevents.
     """
     rest = Demand(demand.highest, demand.orders, (1.0 - DISCRETE_SHARE) * demand.tolerance)
-    most = min(MOST_PHASES, max(256, most_work // (FINER_WORK * finer.work_at(load))))
-    found = _grown(coarse, load, rest, keep, min(start, most), most)
+    most = min(MOST_PHASES, max(256, MOST_WORK // (FINER_WORK * finer.work_at(load))))
+    found = _grown(coarse, load, rest, keep, most)
     phases = np.arange(found.phases) / found.phases
     while True:
-        height, slope = finer.approach(phases, load)
-        series = harmonics_of(height, keep)
+        series = harmonics_of(finer.approach(phases, load)[0], keep)
         changed, good = changes(found.harmonics, series, demand, finer.scale_at(load))
         errors = tuple(one + change for one, change in zip(found.errors, changed, strict=True))
-        finest = finer.work_at(load) * found.phases * FINER_WORK > most_work
-        found = Spectrum(load, series, harmonics_of(slope, keep), errors, found.phases, False, finer.solver(load).name)
+        finest = finer.work_at(load) * found.phases * FINER_WORK > MOST_WORK
+        found = Spectrum(series, errors, found.phases, False, finer.solver(load).name)
         following = None if good or finest else finer.refined()
         if following is None:
             return found
@@ -149,32 +138,62 @@ def _refined(
         finer = following
 
 
-def changes(before: Complex, after: Complex, demand: Demand, scale: float) -> tuple[tuple[float, ...], bool]:
-    """Return the largest change of each order relative to its peak-to-peak, and whether all are within their share."""
+def changes(
+    before: Complex, after: Complex, demand: Demand, scale: float, usual: Complex | None = None
+) -> tuple[tuple[float, ...], bool]:
+    """Return the largest change of each order relative to its peak-to-peak, and whether all are within their share.
+
+    usual: a series whose peak-to-peak counts where it is larger.
+    """
     points, kept = points_for(demand.highest), demand.highest + 1
     found, good = [], True
     for order in demand.orders:
         change = float(np.max(np.abs(curves((after - before)[:kept], order, points))))
         extent = float(np.ptp(curves(after[:kept], order, points)))
+        if usual is not None:
+            extent = max(extent, float(np.ptp(curves(usual[:kept], order, points))))
         allowed = DISCRETE_SHARE * demand.tolerance * extent + error_floor(scale, demand.highest, order)
         good = good and change <= allowed
         found.append(change / extent if extent > 0.0 else 0.0)
     return tuple(found), good
 
 
-def _grown(response: Response, load: float, demand: Demand, keep: int, start: int, most: int) -> Spectrum:
-    phases, scale = start or FEWEST_PHASES, response.scale_at(load)
-    height, slope = response.approach(np.arange(phases) / phases, load)
+def fine_enough(contact: Contact, loads: tuple[float, ...], usual: float, demand: Demand) -> Contact:
+    """Return `contact` on a discretisation that keeps its share of `demand` at each of `loads` (N), or the best that a
+    bound on work allows; `contact` itself where its solver has none.
+
+    usual: load (N) whose peak-to-peak counts where it is larger: at a load under which the motion cancels, errors of
+    it could not be kept. What is read at places and loads of its own (frames, simulations) takes this one; a series
+    refines further by itself where it must.
+    """
+    finer = contact.refined()
+    phases = min(points_for(demand.highest), JUDGED_PHASES)
+    theta = np.arange(phases) / phases
+    seen = Demand(min(demand.highest, phases // 4), demand.orders, demand.tolerance)
+    while finer is not None:
+        good = True
+        moved = harmonics_of(finer.approach(theta, usual)[0], seen.highest)
+        for load in loads:
+            before, after = (harmonics_of(one.approach(theta, load)[0], seen.highest) for one in (contact, finer))
+            good = good and changes(before, after, seen, finer.scale_at(load), moved)[1]
+        contact = finer
+        spent = len(loads) * phases * contact.work_at(max(loads)) > JUDGED_WORK
+        finer = None if good or spent else contact.refined()
+    return contact
+
+
+def _grown(response: Response, load: float, demand: Demand, keep: int, most: int) -> Spectrum:
+    phases, scale = FEWEST_PHASES, response.scale_at(load)
+    height = response.approach(np.arange(phases) / phases, load)[0]
     while True:
         between = (np.arange(phases) + 0.5) / phases
-        more_height, more_slope = response.approach(between, load, _midway(height))
-        unseen = _largest_gap(height, more_height)
-        height, slope = woven(height, more_height), woven(slope, more_slope)
+        more = response.approach(between, load, _midway(height))[0]
+        unseen = _largest_gap(height, more)
+        height = woven(height, more)
         phases *= 2
         errors, good = _errors(height, demand, scale)
-        if (good and (start or _probed(response, load, height, unseen, scale))) or 2 * phases > most:
-            series = harmonics_of(height, keep), harmonics_of(slope, keep)
-            return Spectrum(load, *series, errors, phases, False, response.solver(load).name)
+        if (good and _probed(response, load, height, unseen, scale)) or 2 * phases > most:
+            return Spectrum(harmonics_of(height, keep), errors, phases, False, response.solver(load).name)
 
 
 def harmonics_of(samples: Array, highest: int) -> Complex:

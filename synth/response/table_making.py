@@ -4,20 +4,21 @@ Stage   RESPONSE, from a contact to its table.
 Model   Every interval of load is solved in its middle. What the cubic between its ends missed there is its error, and
         the middle becomes a row. The intervals whose halves are expected to miss their target are halved next, the
         worst first, until none is left or the bound on rows or on work is reached. The order is fixed, and no clock is
-        read: the same contact has the same table.
+        read: the same contact has the same table. The segments of a profile, and the phases, are refined first where
+        the first rows ask for it; what half the segments change there is part of the error.
 Source  design, sections 1 and 8.
-Limits  MOST_ROWS rows and MOST_WORK cells: 4 MB, and some 0.3 s. What that leaves is in the table's error.
+Limits  MOST_BYTES and MOST_WORK cells: 4 MB and some 0.3 s, 0.6 s for a profile. What that leaves is in the error.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.load_response import Response
+from synth.contact.forces import Response
 from synth.response.load_grid import SolvedRows, first_loads, halfway, heaviest_row, solved_rows
 from synth.response.mip_levels import PLACES_A_HARMONIC, MipLevels
 from synth.response.place_spline import PADDING, padded, spline_coefficients
@@ -38,6 +39,7 @@ from synth.response.table_error import (
 
 Indices = np.ndarray[Any, np.dtype[np.intp]]
 
+LIGHTEST_JUDGED = 0.01  # N: below it a discretisation is told, not bought: a finger only passes there
 HARMONICS = 64  # of the fullest level: below 1 kHz of a 0.8 mm texture at 12.5 mm/s and faster
 HEAVIEST = 5.0  # N: rows reach so far, or to full contact; a finger that presses harder is read as at 5 N
 PHASES_A_HARMONIC = 4  # solved; with 2 the highest harmonics would be those that fold
@@ -48,6 +50,12 @@ TARGETS = (5e-4, 1.5e-3, 5e-3)  # of displacement, velocity, acceleration: half 
 TARGET_HARMONICS = 32  # up to which the targets hold; beyond them that of displacement alone
 HALVED = 2.5  # by so much the error of an interval falls when it is halved, at least where a kink runs through
 SCARCE = 4  # times the intervals to be halved: with fewer rows left than that, only the worst are halved
+REFINED = 3  # times a discretisation is halved at most: each time its error falls by four to eight, its work doubles
+SHARE = 0.5  # of the targets: what a discretisation may err by, and what may fold
+MOST_PHASES_A_HARMONIC = 16  # the phases are doubled up to so many where more folds: rough profiles have many harmonics
+PROFILE_WORK = 2.0  # times as much work for a profile as for two cosines: 0.6 s
+MANY_KINKS = 1.5  # times what a cubic missed in its middle: a profile makes kinks all over an interval, two cosines few
+FEWEST_ROWS = 100  # that the bound on work must leave for: fewer would err by more than the discretisation does
 NARROWEST = 1e-4  # of its load: narrower intervals are not halved, whatever their error
 
 
@@ -85,8 +93,12 @@ def make_table(
     """
     levels = MipLevels.up_to(bounds.harmonics, bounds.places)
     heaviest, full = heaviest_row(response, bounds.heaviest)
-    making = TableMaking(response, bounds, heaviest)
-    making.halve(bounds.rows(levels, making.phases * response.work_at(min(USUAL_LOAD, heaviest))))
+    if response.refined() is None:
+        making = TableMaking(response, bounds, heaviest)
+    else:
+        bounds = replace(bounds, work=PROFILE_WORK * bounds.work)
+        making = refined_making(response, bounds, heaviest)
+    making.halve(bounds.rows(levels, making.work_of_row))
     rows = making.rows
     values, slopes = making.series(rows.heights), making.series(rows.slopes)
     pool = [
@@ -106,6 +118,28 @@ def make_table(
         mean_law=mean_law(response, heaviest) if full else (0.0, 0.0),
         scene=scene,
     )
+
+
+def refined_making(response: Response, bounds: TableBounds, heaviest: float) -> TableMaking:
+    """Return the first rows of a profile's `response` up to `heaviest` (N), of a discretisation and of as many phases
+    as keep their shares of the targets, where the bound on work leaves room for them.
+    """
+    making = TableMaking(response, bounds, heaviest)
+    for _ in range(REFINED):
+        finer = making.response.refined()
+        if finer is None:
+            break
+        coarse, making = making, TableMaking(finer, bounds, heaviest)
+        making.compare(coarse)
+        if making.keeps(making.discrete) or not making.has_room(bounds):
+            break
+    while not making.keeps(making.folded) and making.phases < MOST_PHASES_A_HARMONIC * bounds.harmonics:
+        if not making.has_room(bounds):
+            break
+        discrete, bounds = making.discrete, replace(bounds, phases=2 * bounds.phases)
+        making = TableMaking(making.response, bounds, heaviest)
+        making.discrete = discrete
+    return making
 
 
 def mean_law(response: Response, heaviest: float) -> tuple[float, float]:
@@ -128,6 +162,9 @@ class TableMaking:
         self.rows = solved_rows(response, first_loads(heaviest), self.phases)
         self.extents, self.folds = self._measured(self.rows)
         self.missed = np.full((3, len(self.counts), len(self.rows.loads) - 1), np.inf)
+        self.work_of_row = self.phases * response.work_at(min(USUAL_LOAD, heaviest))
+        self.first = self.rows.loads
+        self.discrete = np.zeros_like(self.extents)
 
     def series(self, values: Array) -> Complex:
         """Return harmonics 0 to the highest of `values` [rows, phases], one-sided as in `spectrum`."""
@@ -135,6 +172,30 @@ class TableMaking:
 
     def _transformed(self, values: Array) -> Complex:
         return np.asarray(np.fft.rfft(values, axis=1)[:, : 2 * self.highest + 1] / values.shape[1])
+
+    def compare(self, coarse: TableMaking) -> None:
+        """Take what the discretisation of `coarse`, in segments twice as long, changes of the first rows."""
+        self.discrete = self._relative(self.rows.heights - coarse.rows.heights, self.extents)
+
+    @property
+    def folded(self) -> Array:
+        """What folds from harmonics that so few phases do not show: relative errors [3, counts, rows]."""
+        return self.folds * folding(self.counts, self.phases)[:, np.newaxis]
+
+    def keeps(self, errors: Array) -> bool:
+        """Return whether the `errors` of the first rows keep their share of the targets."""
+        within = np.array(self.counts) <= TARGET_HARMONICS
+        worst = errors[:, within][:, :, self.first >= LIGHTEST_JUDGED].max(axis=(1, 2))
+        return bool(np.all(worst <= SHARE * self.targets))
+
+    def has_room(self, bounds: TableBounds) -> bool:
+        """Return whether enough rows of twice as much work would be within the bounds."""
+        return 2 * FEWEST_ROWS * self.work_of_row <= bounds.work
+
+    def _relative(self, gaps: Array, extents: Array) -> Array:
+        """Return the largest size of a change of z [rows, phases] in each quantity, relative to `extents`."""
+        found = swings(self.series(gaps), self.counts, False)
+        return relative(found, extents, self.counts, self.response.scale_at(USUAL_LOAD))
 
     def halve(self, most_rows: int) -> None:
         """Halve intervals until each is expected to keep its target, or there are `most_rows` rows."""
@@ -151,9 +212,11 @@ class TableMaking:
 
     def error(self, levels: MipLevels) -> TableError:
         """Return the error of every interval: what its parent missed, what folds at either end, and images."""
-        folded = np.maximum(self.folds[:, :, :-1], self.folds[:, :, 1:])
-        folded *= folding(self.counts, self.phases)[:, np.newaxis]
-        largest = LEAST + widest(self.missed) + folded + images(levels, self.counts)[:, :, np.newaxis]
+        folded = np.maximum(self.folded[:, :, :-1], self.folded[:, :, 1:])
+        unseen = MANY_KINKS if self.response.refined() is not None else 1.0
+        largest = LEAST + unseen * widest(self.missed) + folded + images(levels, self.counts)[:, :, np.newaxis]
+        octave = np.clip(np.searchsorted(self.first, self.rows.loads[:-1], side="right") - 1, 0, len(self.first) - 2)
+        largest += np.maximum(self.discrete[:, :, octave], self.discrete[:, :, octave + 1])
         beyond = octave_beyond(self._transformed(self.rows.heights), self.extents[:, -1])
         beyond = np.maximum(beyond[:, :-1], beyond[:, 1:])
         return TableError(rounded(self.rows.loads).astype(float), self.counts, rounded(largest), rounded(beyond))
@@ -172,8 +235,7 @@ class TableMaking:
         guess = halfway(low, high)
         middles = solved_rows(self.response, 0.5 * (low.loads + high.loads), self.phases, guess)
         extents, folds = self._measured(middles)
-        gaps = swings(self.series(guess - middles.heights), self.counts, False)
-        missed = relative(gaps, extents, self.counts, self.response.scale_at(USUAL_LOAD))
+        missed = self._relative(guess - middles.heights, extents)
         both = np.repeat(self.missed, 1 + np.isin(np.arange(self.missed.shape[2]), chosen), axis=2)
         at = chosen + np.arange(len(chosen))
         both[:, :, at] = both[:, :, at + 1] = missed

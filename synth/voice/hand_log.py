@@ -13,9 +13,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from synth.motion.update_smoothing import Update
+if TYPE_CHECKING:
+    from synth.motion.update import Update
 
 FORMAT, VERSION = "ridgewave-recording", 3
 LARGEST_BYTES = 128 << 20  # 470,000 updates: 100 a second for 1.3 h; a longer session holds memory that others need

@@ -16,15 +16,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from synth.arrays import Block
 from synth.motion.motion import LOAD, Motion
-from synth.motion.update_smoothing import Follower, Update
+from synth.motion.update import Update
+from synth.motion.update_smoothing import Follower
 from synth.plan.preparation import Preparation, prepare
 from synth.plan.usual_hand import nominal_scene, with_full_scale, with_hand_scale
-from synth.response.cache import ResponseCache
+from synth.response.response_cache import ResponseCache
 from synth.scene.effects_section import lowest_load
 from synth.scene.scene import Scene, scene_document
+from synth.voice.fades import faded
 from synth.voice.hand_log import FORMAT, VERSION, HandLog
-from synth.voice.limiter import LOOK_AHEAD, Block, faded
+from synth.voice.limiter import LOOK_AHEAD
 from synth.voice.live_voice import Change, LiveVoice
 from synth.voice.voice import Voice
 

@@ -1,7 +1,6 @@
-"""What leaves a voice: fades of a finite render, and the safety limiter.
+"""The safety limiter: what leaves a voice stays within full scale.
 
-Model   Fade: a raised cosine over `output.fade` at the start and at the end of a finite render.
-        Limiter: samples within full scale pass unchanged. Before one that would pass full scale, the gain of all
+Model   Samples within full scale pass unchanged. Before one that would pass full scale, the gain of all
         channels comes down over LOOK_AHEAD to what holds it at full scale, and comes back over RELEASE_TIME
         (`limiter_kernel`). It is last before every live, device and integer output, and nothing switches it off.
 Source  design, sections 4 and 8. The times are unverified defaults.
@@ -14,10 +13,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 from itertools import chain
-from typing import Any
 
 import numpy as np
 
+from synth.arrays import Block
 from synth.voice.limiter_kernel import (
     FIRST_SUM,
     GAIN,
@@ -32,9 +31,6 @@ from synth.voice.limiter_kernel import (
     Integers,
     hold_within,
 )
-
-Block = np.ndarray[Any, np.dtype[np.float32]]
-Gains = np.ndarray[Any, np.dtype[np.float64]]
 
 LOOK_AHEAD = 1.5e-3  # s; shorter, the gain falls so steeply that it is heard as a click; longer, changes come later
 RELEASE_TIME = 0.05  # s; shorter is rougher, longer ducks what follows a peak
@@ -127,35 +123,3 @@ class Limiter:
 def look_ahead(sample_rate: int) -> int:
     """Return the frames that a limiter looks ahead at this rate."""
     return round(LOOK_AHEAD * sample_rate)
-
-
-def reduction_warning(decibels: float) -> tuple[str, ...]:
-    """Return what a listener should know of the largest gain reduction, a sentence, or nothing where there was none."""
-    if decibels <= 0.0:
-        return ()
-    return (f"The safety limiter turned the sound down by up to {decibels:.1f} dB: give a larger full_scale.",)
-
-
-def faded(block: Block, fade_frames: int) -> Block:
-    """Return the first `fade_frames` of `block`, or all of a shorter one, under a half cosine that ends at zero."""
-    frames = min(len(block), fade_frames)
-    return under(block[:frames], end_gains(frames))
-
-
-def end_gains(frames: int) -> Gains:
-    """Return the gains [frames] of a half cosine from 1 to 0, which it reaches."""
-    return 0.5 + 0.5 * np.cos(math.pi * np.arange(1, frames + 1) / frames)
-
-
-def under(block: Block, gains: Gains) -> Block:
-    """Return `block`, each frame times its gain."""
-    return np.asarray(block * gains[:, np.newaxis], dtype=np.float32)
-
-
-def fade_envelope(first: int, frames: int, total: int, fade_frames: int) -> Gains:
-    """Return the gain [frames] of a finite render of `total` frames from frame `first` on, fades of `fade_frames`
-    frames.
-    """
-    n = np.arange(first, first + frames)
-    near = np.minimum(n + 0.5, total - n - 0.5) / fade_frames
-    return np.asarray(0.5 - 0.5 * np.cos(math.pi * np.clip(near, 0.0, 1.0)))

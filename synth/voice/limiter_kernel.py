@@ -23,9 +23,9 @@ from typing import Any
 
 import numpy as np
 
+from synth.arrays import Block
 from synth.kernels import signed_kernel, unfused
 
-Block = np.ndarray[Any, np.dtype[np.float32]]
 Integers = np.ndarray[Any, np.dtype[np.int64]]
 
 ONE = 1 << 40  # a gain of 1; coarser, rounding would be heard in float32, finer, sums of sums would pass 2^63
@@ -53,33 +53,27 @@ NUMBERS = 9
 def _fits(block: Block) -> bool:
     """Return whether every sample is a number within full scale."""
     beyond = 0
-    for sample in block.ravel():
-        beyond += not abs(sample) <= np.float32(1.0)
+    for i in range(block.shape[0]):
+        for channel in range(block.shape[1]):
+            beyond += not abs(block[i, channel]) <= np.float32(1.0)
     return beyond == 0
 
 
 @unfused
 def _pass_on(block: Block, out: Block, pending: Block, numbers: Integers) -> None:
     """Delay by len(pending) frames, and do nothing else."""
-    taken, given, held = block.ravel(), out.ravel(), pending.ravel()
-    place = numbers[FRAME] % max(1, len(pending)) * block.shape[1]
+    ahead = len(pending)
+    slot = numbers[FRAME] % max(1, ahead)
     numbers[FRAME] += len(block)
-    if len(held) == 0:
-        for i in range(len(taken)):
-            given[i] = taken[i] if abs(taken[i]) >= SMALLEST_NORMAL else SILENCE
-    done = 0
-    while done < len(taken) and len(held) > 0:
-        count = min(len(taken) - done, len(held) - place)
-        _exchange(taken[done : done + count], given[done : done + count], held[place : place + count])
-        done, place = done + count, 0
-
-
-@unfused
-def _exchange(taken: Block, given: Block, held: Block) -> None:
-    """Give what is held, and hold what is taken; `given` may be `taken`."""
-    for i in range(len(taken)):
-        old, held[i] = held[i], taken[i]
-        given[i] = old if abs(old) >= SMALLEST_NORMAL else SILENCE
+    for i in range(block.shape[0]):
+        for channel in range(block.shape[1]):
+            sample = block[i, channel]
+            if ahead > 0:
+                sample, pending[slot, channel] = pending[slot, channel], sample
+            out[i, channel] = sample if abs(sample) >= SMALLEST_NORMAL else SILENCE
+        slot += 1
+        if slot >= ahead:
+            slot = 0
 
 
 @unfused

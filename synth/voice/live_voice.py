@@ -18,14 +18,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from synth.arrays import Block
 from synth.errors import Fault, SceneError
 from synth.plan.effect_choice import added_quantities
 from synth.plan.plan import Plan
 from synth.plan.preparation import Preparation, prepare
 from synth.plan.usual_hand import with_full_scale, with_stream_scale
-from synth.response.cache import ResponseCache
+from synth.response.response_cache import ResponseCache
 from synth.scene.scene import Scene
-from synth.voice.limiter import Block, Limiter, look_ahead
+from synth.voice.limiter import Limiter, look_ahead
 from synth.voice.voice import Voice
 
 RAMP_TIME = 0.01  # s of fade in and out: short enough for the 20 ms of a stop, long enough not to click

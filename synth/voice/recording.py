@@ -20,15 +20,16 @@ from typing import Any
 
 import numpy as np
 
+from synth.arrays import Block
 from synth.errors import Fault, SceneError, shown
-from synth.motion.update_smoothing import Update
+from synth.motion.update import Update
 from synth.plan.usual_hand import with_full_scale
-from synth.response.cache import ResponseCache
+from synth.response.response_cache import ResponseCache
 from synth.scene.merge import scene_before_bands
 from synth.scene.scene import Scene, parse_scene
+from synth.voice.fades import end_gains, under
 from synth.voice.hand_log import FORMAT, VERSION, Event
 from synth.voice.hand_voice import HandVoice
-from synth.voice.limiter import Block, end_gains, under
 
 LONGEST_BLOCK = 1 << 14  # frames rendered together
 VERSIONS = (1, 2, VERSION)  # that are read

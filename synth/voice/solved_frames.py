@@ -11,13 +11,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from synth.arrays import Block
 from synth.plan.frame_plan import FramePlan
 from synth.plan.frame_solver import WITH_MEAN, FrameSolver, Heights
 from synth.plan.preparation import Preparation
-from synth.response.evaluation import SMALLEST
+from synth.response.lift_gate import SMALLEST
 from synth.response.mean_approach import mean_curve
 from synth.response.series_curve import SeriesCurve
-from synth.voice.limiter import Block
 
 
 class SolvedFrames:

@@ -14,13 +14,14 @@ from typing import Any
 
 import numpy as np
 
-from synth.motion.motion import LOAD, SPEED, Motion, ScanMotion
+from synth.arrays import Block
+from synth.motion.motion import LOAD, NOWHERE, SPEED, Motion
+from synth.motion.scan_motion import ScanMotion
 from synth.plan.preparation import Preparation
-from synth.response.phases import phase_step, phases_of, turned_by
+from synth.response.phases import phase_step, turns_to_phase
 from synth.response.reading import TableReader
 from synth.response.reading_filter import LONGEST_STRIDE
 from synth.scene.scene import Scene
-from synth.voice.limiter import Block
 
 
 def readers_of(solved: Preparation) -> tuple[TableReader, ...]:
@@ -41,7 +42,7 @@ class HandReader:
         self._readers, self._period, self._rate = readers, period, rate
         self._states = [reader.start() for reader in readers]
         self._begun = False
-        self.phase = np.uint64(0)
+        self.phase = 0
 
     @property
     def delay(self) -> int:
@@ -55,24 +56,26 @@ class HandReader:
     def read(self, motion: Motion, out: Block) -> None:
         """Write the block of `motion` to `out` (float32 [frames, channels]), and move on."""
         samples, place = np.ascontiguousarray(motion.samples), np.ascontiguousarray(motion.position)
-        phases, self.phase = phases_of(samples, place, self.phase, float(self._rate), self._period)
         if not self._begun:
-            self._come_to(motion, phases[0])
+            self._come_to(motion)
+        after = self.phase
         for number, reader in enumerate(self._readers):
-            reader.read(self._states[number], phases, samples, out[:, number])
+            after = reader.read(self._states[number], samples, place, self.phase, out, number)
+        self.phase = after
 
-    def _come_to(self, motion: Motion, phase: np.uint64) -> None:
+    def _come_to(self, motion: Motion) -> None:
         """Read what comes before the first frame, unheard: all that its filters look back at."""
         self._begun = True
+        phase = int(turns_to_phase(motion.position[:1] / self._period)[0]) if len(motion.position) else self.phase
         frames = 2 * self.delay
         speed = motion.samples.item(SPEED, 0)
         step = phase_step(speed, self._period, self._rate)
-        before = turned_by(phase, step, np.arange(-frames, 0))
+        before = (phase - step * frames) % 2**64
         samples = np.zeros((5, frames))
         samples[SPEED], samples[LOAD] = speed, motion.samples[LOAD, 0]
-        unheard = np.empty(frames, np.float32)
+        unheard = np.empty((frames, 1), np.float32)
         for reader, state in zip(self._readers, self._states, strict=True):
-            reader.read(state, before, samples, unheard)
+            reader.read(state, samples, NOWHERE, before, unheard, 0)
 
 
 class ScanReader:

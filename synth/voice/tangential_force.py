@@ -15,28 +15,25 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from synth.arrays import Array
-from synth.contact.forces import FrictionForce, SlopeForce
-from synth.contact.load_response import Response
-from synth.effects.effect import AddedChannel, Block, Passage
+from synth.arrays import Array, Block
+from synth.contact.forces import FrictionForce, Response, SlopeForce
+from synth.effects.effect import AddedChannel, Passage
 from synth.effects.simulation.running import PRESS, SLOPE, Running, Signal
 from synth.motion.motion import LOAD, SPEED
 from synth.plan.channels import PEAK, ROUNDING, STILL, extent_and_peak, spendable
-from synth.plan.method_choice import cheapest_reader
-from synth.plan.preparation import ALIAS_SHARE, Preparation
+from synth.plan.preparation import SERIES_SHARE, Preparation
 from synth.plan.scene_table import kept_table, read_error
-from synth.response.cache import ResponseCache
-from synth.response.evaluation import SMALLEST, gate
+from synth.response.lift_gate import SMALLEST, gate
 from synth.response.reading import TableReader
+from synth.response.response_cache import ResponseCache
+from synth.response.series_curve import SeriesCurve
 from synth.response.spectrum import Complex, Demand, Spectrum, curves, points_for, solve_spectrum
-from synth.response.steady import SteadyReader
 from synth.response.table import ResponseTable
 from synth.voice.table_reading import HandReader, ScanReader, delayed
 
 QUANTITY = "tangential_force"
 READ_AS = "displacement"  # how a table reads a force: about its mean, without a derivative
 FORCE_WORK = 4.0  # times that of a contact: friction that is not Coulomb's takes ten times as long a phase
-READER_SHARE = 0.15  # of the tolerance: what reading a steady series may err by
 MEAN_LOADS = 65  # at which the mean of friction that is not Coulomb's is taken, over the cube root of the load
 HEAVIEST_MEAN = 64.0  # N: beyond it the mean friction of a hand goes on as the last cubic does
 SIMULATED = (Signal(SLOPE, 0), Signal(PRESS, 0))
@@ -68,7 +65,7 @@ class Force:
     def of(cls, solved: Preparation, force: Response, cache: ResponseCache) -> Force:
         """Return `force` of a prepared scene."""
         highest, load = max(solved.highest, 1), solved.scene.scan.load
-        demand = Demand(highest, (0,), ALIAS_SHARE * spendable(solved.tolerance))
+        demand = Demand(highest, (0,), SERIES_SHARE * spendable(solved.tolerance))
         key = ("force", force.key, load, demand)
         spectrum: Spectrum = cache.get(key, lambda: solve_spectrum(force, load, demand))
         series, error = spectrum.harmonics[: highest + 1].copy(), spectrum.errors[0]
@@ -105,7 +102,7 @@ class TangentialStage:
     solved: Preparation
     forces: tuple[Force, ...]
     mean: Callable[[Array], Array]
-    steady: tuple[SteadyReader, float] | None
+    steady: tuple[SeriesCurve, float] | None
     channel: AddedChannel
 
     @classmethod
@@ -135,10 +132,8 @@ class TangentialStage:
         error = left_over / extent if extent > 0.0 else 0.0
         steady, method = None, "response table of the force"
         if not solved.moving:
-            allowed = READER_SHARE * spendable(solved.tolerance)
-            reading = cheapest_reader(lifted * series, allowed, solved.scene.output.sample_rate)
-            steady, method = (reading.reader, lifted * level), reading.reader.name
-            error += reading.error
+            reader = SeriesCurve(lifted * series)
+            steady, method = (reader, lifted * level), reader.name
         channel = AddedChannel(QUANTITY, scale, lifted * extent, error + ROUNDING, method)
         return cls(law, solved, tuple(forces), mean, steady, channel)
 
@@ -174,13 +169,13 @@ class TangentialStage:
         if not self.solved.by_hand:
             return ForceState(ScanReader(readers, scene))
         hand = HandReader(readers, scene.texture.period, rate)
-        hand.phase = np.uint64(phase)
+        hand.phase = phase
         return ForceState(hand)
 
     def begin_at(self, state: ForceState, phase: int) -> None:
         """See `OutputStage`."""
         if isinstance(state.reader, HandReader):
-            state.reader.phase = np.uint64(phase)
+            state.reader.phase = phase
 
     def delay(self, state: ForceState) -> int:
         """See `OutputStage`."""

@@ -18,19 +18,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from synth.motion.motion import Motion, ScanMotion, completed
+from synth.arrays import Block
+from synth.motion.motion import Motion, completed
+from synth.motion.scan_motion import ScanMotion
 from synth.plan.plan import Plan, plan_of
 from synth.plan.preparation import Preparation, prepare
 from synth.plan.usual_hand import prepare_hand, with_hand_scale
-from synth.response.cache import ResponseCache
 from synth.response.phases import phase_step, turns_to_phase
+from synth.response.response_cache import ResponseCache
 from synth.scene.scene import Scene
 from synth.scene.source import SceneLike, scene_from
-from synth.voice.limiter import Block, fade_envelope
+from synth.voice.fades import fade_envelope
 from synth.voice.solved_frames import SolvedFrames
-from synth.voice.table_reading import HandReader, ScanReader, readers_of
 
 if TYPE_CHECKING:
+    from synth.voice.table_reading import HandReader, ScanReader
     from synth.voice.voice_effects import VoiceEffects
 
 BLOCK = 1 << 14  # frames a block of `blocks`: large enough that Python costs nothing, small enough for flat memory
@@ -76,7 +78,7 @@ class Voice:
         elif solved.frames is not None:
             self._scan = SolvedFrames(solved, solved.frames)
         else:
-            self._scan = ScanReader(readers_of(solved), solved.scene)
+            self._scan = _scan_reader(solved)
         self._effects: VoiceEffects | None = None
         if solved.effects is not None and solved.spectrum is not None:
             self._effects = _effects_of(solved, phase, paced=live or paced)
@@ -128,7 +130,7 @@ class Voice:
     def phase(self) -> int:
         """Where the texture stands at the next frame, a 64-bit fraction of a turn."""
         if self._by_hand and self._hand is not None:
-            return int(self._hand.phase)
+            return self._hand.phase
         if self._by_hand and self._hand_effects is not None:
             return int(self._hand_effects.place[0])
         if self._moves:
@@ -200,7 +202,7 @@ class Voice:
         if self._hand is not None:
             self._hand.read(motion, out)
         if self._hand_effects is not None:
-            self._hand_effects.after(motion, out, 0 if self._hand is None else self._hand.delay)
+            self._hand_effects.after(motion, out)
 
     def _take_in_hand(self) -> None:
         phase = self.phase
@@ -212,7 +214,7 @@ class Voice:
     def _stand_at(self, phase: int) -> None:
         """Have the texture stand at `phase` where a hand takes over."""
         if self._hand is not None:
-            self._hand.phase = np.uint64(phase)
+            self._hand.phase = phase
         if self._hand_effects is not None:
             self._hand_effects.begin_at(phase)
 
@@ -220,8 +222,7 @@ class Voice:
         """Make what follows a hand: the reader of the table, unless a simulation takes its place; the effects."""
         hand = self._for_hand = prepare_hand(self.scene, self.full_scale, self._cache, exact=self._exact)
         if hand.table is not None:
-            own = slice(len(hand.channels))
-            self._hand = HandReader(readers_of(hand)[own], hand.scene.texture.period, self.sample_rate)
+            self._hand = _hand_reader(hand)
         if hand.effects is not None:
             self._hand_effects = _effects_of(hand, 0, paced=self._live)
 
@@ -252,6 +253,20 @@ class Voice:
         if self._by_hand:
             raise ValueError("a voice that a hand has moved cannot seek: its phase depends on the motion so far")
         self.frame = frame
+
+
+def _scan_reader(solved: Preparation) -> ScanReader:
+    """Return what reads the scan of a prepared scene from its table; only a voice that reads tables loads it."""
+    from synth.voice.table_reading import ScanReader, readers_of
+
+    return ScanReader(readers_of(solved), solved.scene)
+
+
+def _hand_reader(solved: Preparation) -> HandReader:
+    """Return what reads the table of a prepared scene along a hand."""
+    from synth.voice.table_reading import HandReader, readers_of
+
+    return HandReader(readers_of(solved), solved.scene.texture.period, solved.scene.output.sample_rate)
 
 
 def _effects_of(solved: Preparation, phase: int, *, paced: bool) -> VoiceEffects:

@@ -1,8 +1,8 @@
 """The effects of a voice: the simulation that runs along with it, and the stages that add channels.
 
 Stage   3 (VOICE), loaded by `voice` for a scene that has any.
-Model   Where a simulation takes the place of the response it fills the channels of z; where its change is small, it is
-        added to them. The stages then write their own channels, in order.
+Model   A simulation takes the place of the response and fills the channels of z. The stages then write their own
+        channels, in order.
 Limits  frames that follow a hand are late by the margin of the simulation's filters; `late` tells it.
 """
 
@@ -13,14 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from synth.arrays import Array
+from synth.arrays import Array, Block
 from synth.effects.effect import Passage
 from synth.effects.simulation.running import WHOLE, Running, Signal, phases_after
 from synth.motion.motion import LOAD, Motion
 from synth.plan.preparation import Preparation
-from synth.response.evaluation import SMALLEST
-from synth.voice.limiter import Block
-from synth.voice.table_reading import delayed
+from synth.response.lift_gate import SMALLEST
 
 PACED_SETTLING = 0.05  # s: what a stream simulates before its first frame, within a block's time
 
@@ -43,7 +41,6 @@ class VoiceEffects:
             settling = min(self._simulation.settling, PACED_SETTLING)
             self._simulation = replace(self._simulation, settling=settling)
         self._running = self._run_from(phase)
-        self._past: Array | None = None
         self._stages = [(stage, stage.start(phase)) for stage in self._effects.stages]
 
     def _run_from(self, phase: int) -> Running | None:
@@ -57,7 +54,7 @@ class VoiceEffects:
         """The signal of z itself, where a channel is the approach and the simulation takes the response's place."""
         assert self._plan is not None
         asked = any(channel.is_approach for channel in self.solved.channels)
-        return (Signal(WHOLE, 0),) if asked and not self._plan.added else ()
+        return (Signal(WHOLE, 0),) if asked else ()
 
     def begin_at(self, phase: int) -> None:
         """Have the texture stand at `phase` at frame 0; nothing was rendered yet."""
@@ -87,46 +84,26 @@ class VoiceEffects:
             rows = self._running.along(frame, len(out))
             if motion is not None and not self._running.simulation.held:
                 rows *= motion.samples[LOAD] > 0.0
-            self._fill(rows, out, self._touch(motion))
+            self._fill(rows, out)
         self._step(rows, out, frame=frame, phase=phase, step=step, motion=motion, by_hand=False)
 
-    def _touch(self, motion: Motion | None) -> Array | float:
-        """Return the lift gate along the scan's own motion."""
-        scan = self.solved.scene.scan
-        s = np.clip((scan.load if motion is None else motion.samples[LOAD]) / scan.lift_load, 0.0, 1.0)
-        return np.asarray(s**3 * (10.0 + s * (6.0 * s - 15.0)))
-
-    def after(self, motion: Motion, out: Block, read: int) -> None:
-        """Put the effects into a block that follows a hand. read: frames by which what is in `out` is late already."""
+    def after(self, motion: Motion, out: Block) -> None:
+        """Put the effects into a block that follows a hand."""
         scene = self.solved.scene
         phases, place = phases_after(motion, int(self.place[0]), scene.output.sample_rate, scene.texture.period)
         rows = None
         if self._running is not None:
             rows = self._running.after(motion, phases)
-            if self._plan is not None and self._plan.added:
-                self._hold_back(out, self._running.margin - read)
             self._fill(rows, out)
         self._step(rows, out, frame=0, phase=int(self.place[0]), step=0, motion=motion, by_hand=True)
         self.place[0] = place
 
-    def _hold_back(self, out: Block, frames: int) -> None:
-        """Have the response, to which a simulation is added, as late as that is: `frames` more."""
-        response = out[:, : len(self.solved.channels)].T
-        if self._past is None:
-            self._past = np.repeat(response[:, :1], frames, axis=1)
-        response[:] = delayed(response, self._past)
-
-    def _fill(self, rows: Array, out: Block, touch: Array | float = 1.0) -> None:
-        """Write the channels of z; touch: the lift gate at the frames."""
+    def _fill(self, rows: Array, out: Block) -> None:
+        """Write the channels of z."""
         assert self._plan is not None
         for column, channel in enumerate(self.solved.channels):
-            whole = channel.is_approach and not self._plan.added
-            values = rows[len(self._plan.orders) if whole else self._plan.orders.index(channel.order)]
-            values = values / channel.full_scale
-            if self._plan.added:
-                values += out[:, column]
-            if self._plan.added and channel.is_approach:
-                values += self._plan.simulation.offset * touch / channel.full_scale
+            row = len(self._plan.orders) if channel.is_approach else self._plan.orders.index(channel.order)
+            values = rows[row] / channel.full_scale
             out[:, column] = np.where(np.abs(values) >= SMALLEST, values, 0.0)
 
     def _step(self, rows: Array | None, out: Block, **told: Any) -> None:

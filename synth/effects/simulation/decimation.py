@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.arrays import Array
-from synth.kernels import kernel, summing
+from synth.kernels import signed_kernel, summing
 
 LONGEST = 1024  # frames on one side of a frame: narrower bands have a wider transition
 SPARE = 3.0  # dB beyond what is asked for: Kaiser's fit is up to 2 dB short
@@ -127,7 +127,7 @@ def weighted(values, taps, base):
     return total
 
 
-@kernel
+@signed_kernel("void(f8[::1], f8[::1], i8, b1, f8[::1])")
 def filter_frames(values, taps, steps, keep, out):
     """Write each frame of `out`: the weighted steps round it; keep: the value itself is added."""
     middle = len(taps) // 2

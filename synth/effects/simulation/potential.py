@@ -24,8 +24,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.balance import Contact
-from synth.effects.simulation.potential_reading import Layout, pool_of, read_heights
+from synth.contact.load_balance import Contact
+from synth.effects.simulation.potential_reading import BOUNDS, ORIGINS, STRIDE, Layout, pool_of, read_heights
 from synth.response.phases import turns_to_phase
 
 MOST_BYTES = 64 << 20  # of one table; beyond it `error` says what is left
@@ -77,12 +77,12 @@ class PotentialTable:
     @property
     def rows(self) -> int:
         """Phases of a period at which the contact was measured."""
-        return self.layout.stride - 3
+        return int(self.layout[STRIDE]) - 3
 
     @property
     def edges(self) -> Array:
         """Ends of the cells of d (m), ascending."""
-        return self.pool[self.layout.bounds + 1 : self.layout.origins - 1]
+        return self.pool[self.layout[BOUNDS] + 1 : self.layout[ORIGINS] - 1]
 
     @classmethod
     def of(

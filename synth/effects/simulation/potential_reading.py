@@ -11,56 +11,45 @@ Limits  exact for the pool, layout, to round-off.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 
 from synth.arrays import Array
-from synth.kernels import kernel
+from synth.kernels import inlined, inner, signed_kernel
+
+Layout = np.ndarray[Any, np.dtype[np.int64]]
 
 PLACE = 2.0**-53  # the 53 bits of the phase below the row, as a fraction of the step between rows
 
 
-class Layout(NamedTuple):
-    """Where things stand in the pool of a table; cells run from -infinity (a line) to +infinity (nothing).
-
-    At 0 stand the coefficients of I, [cells, stride, 4], stride = rows + 3. Then begin: energies [cells, stride], E at
-    the origin of each cell; curves [2, stride], b and the highest point of h; bounds [cells + 1] of the cells (m);
-    origins (m) and scales (1/m) of t, [cells]. last: the last cell. bits: log2 of the rows.
-    """
-
-    stride: int
-    bits: int
-    energies: int
-    curves: int
-    bounds: int
-    origins: int
-    scales: int
-    last: int
+STRIDE, BITS, ENERGIES, CURVES, BOUNDS, ORIGINS, SCALES, LAST = range(8)
+"""Of the layout of a pool, whose cells run from -infinity (a line) to +infinity (nothing). At 0 stand the coefficients
+of I, [cells, stride, 4], stride = rows + 3. Then begin: energies [cells, stride], E at the origin of each cell; curves
+[2, stride], b and the highest point of h; bounds [cells + 1] of the cells (m); origins (m) and scales (1/m) of t,
+[cells]. last: the last cell. bits: log2 of the rows."""
 
 
 def pool_of(pieces: Array, energies: Array, curves: Array, bounds: Array) -> tuple[Array, Layout]:
-    """Return the pool of a table and its layout; see `Layout`."""
+    """Return the pool of a table and its layout."""
     cells, stride = energies.shape
     origins = np.concatenate([bounds[1:2], bounds[1:-1]])
     widths = np.diff(bounds[1:-1])
     parts = [pieces, energies, curves, bounds, origins, 1.0 / np.concatenate([widths[:1], widths, widths[-1:]])]
-    starts = [int(start) for start in np.cumsum([part.size for part in parts])]
-    energies_at, curves_at, bounds_at, origins_at, scales_at, _end = starts
-    bits = (stride - 4).bit_length()
-    layout = Layout(stride, bits, energies_at, curves_at, bounds_at, origins_at, scales_at, cells - 1)
+    starts = np.cumsum([part.size for part in parts])[:-1]
+    layout = np.array([stride, (stride - 4).bit_length(), *starts, cells - 1], dtype=np.int64)
     return np.concatenate([part.ravel() for part in parts]), layout
 
 
-@kernel
+@inner
 def row_of(layout, phase):
     """Return the row at or before `phase`, and the place after it in steps of a row."""
-    bits = np.uint64(layout.bits)
+    bits = np.uint64(layout[BITS])
     row = np.int64(phase >> (np.uint64(64) - bits))
     return row, np.float64(np.int64((phase << bits) >> np.uint64(11))) * PLACE
 
 
-@kernel
+@inner
 def weights_of(t):
     """Return the weights of four rows."""
     s = 1.0 - t
@@ -69,7 +58,7 @@ def weights_of(t):
     return first, second, 1.0 - first - second - last, last
 
 
-@kernel
+@inner
 def slopes_of(t, rows):
     """Return the derivatives of the weights of four rows, a turn."""
     s = 1.0 - t
@@ -77,30 +66,30 @@ def slopes_of(t, rows):
     return first, second, -first - second - last, last
 
 
-@kernel
+@inner
 def line_at(pool, at, weights):
     """Return what four rows of one number give."""
     first, second, third, last = weights
     return first * pool[at] + second * pool[at + 1] + third * pool[at + 2] + last * pool[at + 3]
 
 
-@kernel
+@inner
 def base_at(pool, layout, row, weights):
     """Return b (m), or with slopes its derivative (m a turn)."""
-    return line_at(pool, layout.curves + row, weights)
+    return line_at(pool, layout[CURVES] + row, weights)
 
 
-@kernel
+@inner
 def highest_at(pool, layout, row, weights):
     """Return the highest point of h (m)."""
-    return line_at(pool, layout.curves + layout.stride + row, weights)
+    return line_at(pool, layout[CURVES] + layout[STRIDE] + row, weights)
 
 
-@kernel
+@inner
 def blended(pool, layout, cell, row, weights):
     """Return the four coefficients of I in a cell."""
     first, second, third, last = weights
-    at = 4 * (cell * layout.stride + row)
+    at = 4 * (cell * layout[STRIDE] + row)
     return (
         first * pool[at] + second * pool[at + 4] + third * pool[at + 8] + last * pool[at + 12],
         first * pool[at + 1] + second * pool[at + 5] + third * pool[at + 9] + last * pool[at + 13],
@@ -109,7 +98,7 @@ def blended(pool, layout, cell, row, weights):
     )
 
 
-@kernel
+@inner
 def found_cell(pool, at, last, d):
     """Return the cell in which `d` (m) lies; bounds begin at pool[at]."""
     low, high = 0, last
@@ -122,34 +111,34 @@ def found_cell(pool, at, last, d):
     return low
 
 
-@kernel
+@inner
 def cell_of(pool, layout, d, cell):
     """Return the cell in which `d` (m) lies; `cell` is a first guess."""
-    at = layout.bounds + cell
+    at = layout[BOUNDS] + cell
     inside = pool[at] <= d < pool[at + 1]
-    return cell if inside else found_cell(pool, layout.bounds, layout.last, d)
+    return cell if inside else found_cell(pool, layout[BOUNDS], layout[LAST], d)
 
 
-@kernel
+@inner
 def piece_at(pool, layout, row, weights, cell, d):
     """Return I about `d` (m) in a cell: j0 to j3, in powers of (distance from d) times the scale of the cell."""
     i0, i1, i2, i3 = blended(pool, layout, cell, row, weights)
-    t = (d - pool[layout.origins + cell]) * pool[layout.scales + cell]
+    t = (d - pool[layout[ORIGINS] + cell]) * pool[layout[SCALES] + cell]
     return i0 + t * (i1 + t * (i2 + t * i3)), i1 + t * (2.0 * i2 + 3.0 * t * i3), i2 + 3.0 * t * i3, i3
 
 
-@kernel
+@inner
 def path_across(pool, layout, row, weights, cell, d, s):
     """Return the mean of I from `d` to d + s, its derivative over s, and the cell reached; any number of cells."""
     up = 1 if s > 0.0 else 0
     step = 1 if s > 0.0 else -1
     begin, total = 0.0, 0.0
     while True:
-        edge = pool[layout.bounds + cell + up] - d
+        edge = pool[layout[BOUNDS] + cell + up] - d
         inside = s <= edge if s > 0.0 else s >= edge
         end = s if inside else edge
         j0, j1, j2, j3 = piece_at(pool, layout, row, weights, cell, d + begin)
-        u = (end - begin) * pool[layout.scales + cell]
+        u = (end - begin) * pool[layout[SCALES] + cell]
         total += (end - begin) * (j0 + u * (0.5 * j1 + u * (j2 / 3.0 + u * (0.25 * j3))))
         if inside:
             mean = total / s
@@ -158,36 +147,69 @@ def path_across(pool, layout, row, weights, cell, d, s):
         cell += step
 
 
-@kernel
+@inlined
+def path_from(pool, layout, row, weights, d, cell):
+    """Return I about `d` (m), where paths begin: cell, d, j0 to j3, scale, and the ends of the cell from d (m)."""
+    cell = cell_of(pool, layout, d, cell)
+    j0, j1, j2, j3 = piece_at(pool, layout, row, weights, cell, d)
+    low, high = pool[layout[BOUNDS] + cell] - d, pool[layout[BOUNDS] + cell + 1] - d
+    return cell, d, j0, j1, j2, j3, pool[layout[SCALES] + cell], low, high
+
+
+@inner
+def beyond(pool, layout, row, weights, cell, d, rest, s):
+    """Return what `along` does, where the path leaves the cell in which it begins."""
+    if rest:
+        cell = cell_of(pool, layout, d + s, cell)
+        j0, j1, _j2, _j3 = piece_at(pool, layout, row, weights, cell, d + s)
+        return j0, j1 * pool[layout[SCALES] + cell], np.inf
+    mean, slope, _cell = path_across(pool, layout, row, weights, cell, d, s)
+    return mean, slope, np.inf
+
+
+@inlined
+def along(pool, layout, row, weights, path, rest, s):
+    """Return the mean of I over `s` (m) from where `path` begins, its derivative, and half its second derivative.
+
+    rest: I at its end instead.
+    """
+    cell, d, j0, j1, j2, j3, scale, low, high = path
+    if not low <= s <= high:
+        return beyond(pool, layout, row, weights, cell, d, rest, s)
+    u, parts = s * scale, (1.0, 1.0, 1.0) if rest else (1.0 / 2.0, 1.0 / 3.0, 1.0 / 4.0)
+    j1, j2, j3 = parts[0] * j1, parts[1] * j2, parts[2] * j3
+    slope, bend = scale * (j1 + u * (2.0 * j2 + 3.0 * u * j3)), scale * scale * (j2 + 3.0 * u * j3)
+    return j0 + u * (j1 + u * (j2 + u * j3)), slope, bend
+
+
+@inner
 def energy_slope(pool, layout, row, weights, slopes, base_slope, cell, d):
-    """Return I (m), l and dE/dtheta (m^2 a turn) at a fixed z, and dI/dtheta there."""
-    scale = pool[layout.scales + cell]
-    t = (d - pool[layout.origins + cell]) * scale
+    """Return I (m), l and dE/dtheta (m^2 a turn) at a fixed z."""
+    scale = pool[layout[SCALES] + cell]
+    t = (d - pool[layout[ORIGINS] + cell]) * scale
     i0, i1, i2, i3 = blended(pool, layout, cell, row, weights)
     depth = i0 + t * (i1 + t * (i2 + t * i3))
     touching = -scale * (i1 + t * (2.0 * i2 + 3.0 * t * i3))
     i0, i1, i2, i3 = blended(pool, layout, cell, row, slopes)
-    drift = i0 + t * (i1 + t * (i2 + t * i3))
-    energy = line_at(pool, layout.energies + cell * layout.stride + row, slopes)
+    energy = line_at(pool, layout[ENERGIES] + cell * layout[STRIDE] + row, slopes)
     energy -= t * (i0 + t * (0.5 * i1 + t * (i2 / 3.0 + t * (0.25 * i3)))) / scale
-    return depth, touching, energy + depth * base_slope, drift + touching * base_slope
+    return depth, touching, energy + depth * base_slope
 
 
-@kernel
+@signed_kernel("f8[:,::1](f8[::1], i8[::1], u8[::1], f8[::1])")
 def read_heights(pool, layout, phases, heights):
-    """Return [5, places]: I (m), l, dE/dtheta at a fixed z (m^2 a turn), dI/dtheta at a fixed z, E (m^2)."""
-    found = np.empty((5, len(phases)))
+    """Return [4, places]: I (m), l, dE/dtheta at a fixed z (m^2 a turn), E (m^2)."""
+    found = np.empty((4, len(phases)))
     cell = 0
     for i in range(len(phases)):
         row, t = row_of(layout, phases[i])
-        weights, slopes = weights_of(t), slopes_of(t, float(layout.stride - 3))
+        weights, slopes = weights_of(t), slopes_of(t, float(layout[STRIDE] - 3))
         d = heights[i] - base_at(pool, layout, row, weights)
         cell = cell_of(pool, layout, d, cell)
         base_slope = base_at(pool, layout, row, slopes)
-        depth, touching, energy, drift = energy_slope(pool, layout, row, weights, slopes, base_slope, cell, d)
-        found[0, i], found[1, i], found[2, i], found[3, i] = depth, touching, energy, drift
+        found[0, i], found[1, i], found[2, i] = energy_slope(pool, layout, row, weights, slopes, base_slope, cell, d)
         j0, j1, j2, j3 = blended(pool, layout, cell, row, weights)
-        u = (d - pool[layout.origins + cell]) * pool[layout.scales + cell]
-        area = u * (j0 + u * (0.5 * j1 + u * (j2 / 3.0 + u * (0.25 * j3)))) / pool[layout.scales + cell]
-        found[4, i] = line_at(pool, layout.energies + cell * layout.stride + row, weights) - area
+        u = (d - pool[layout[ORIGINS] + cell]) * pool[layout[SCALES] + cell]
+        area = u * (j0 + u * (0.5 * j1 + u * (j2 / 3.0 + u * (0.25 * j3)))) / pool[layout[SCALES] + cell]
+        found[3, i] = line_at(pool, layout[ENERGIES] + cell * layout[STRIDE] + row, weights) - area
     return found

@@ -25,18 +25,17 @@ import numpy as np
 from synth.arrays import Array
 from synth.effects.simulation.decimation import Decimator
 from synth.effects.simulation.periodic import Steady
-from synth.effects.simulation.skin_steps import SkinStepper
-from synth.effects.simulation.steps import ATTACHED, HEIGHT, REACTION, ROWS, SLOPE_FORCE, STATIC, Phases
-from synth.effects.simulation.table_steps import TOUCH_LOAD, TableStepper
+from synth.effects.simulation.steps import ATTACHED, HEIGHT, REACTION, ROWS, SLOPE_FORCE, TOUCH_LOAD, Phases, Stepper
 from synth.kernels import signed_kernel
-from synth.motion.motion import LIFT_TIME, LOAD, LOAD_RATE, SPEED, Motion, ScanMotion
-from synth.response.evaluation import gate
-from synth.response.phases import phase_step, phases_of, turns_to_phase
+from synth.motion.motion import LOAD, LOAD_RATE, SPEED, Motion
+from synth.motion.scan_motion import LIFT_TIME, ScanMotion
+from synth.response.lift_gate import gate
+from synth.response.phases import fill_phases, phase_step, turns_to_phase
 from synth.scene.scene import Scene
 
-RESPONSE, STATIC_RESPONSE, CHANGE, SLOPE, PRESS, WHOLE = range(6)
-"""What a signal is of: z about its mean, that of the elastic contact, their difference (m), the force of the slopes,
-the sum of the pressure where it presses (N), and z itself (m)."""
+RESPONSE, SLOPE, PRESS, WHOLE = range(4)
+"""What a signal is of: z about its mean (m), the force of the slopes, the sum of the pressure where it presses (N), and
+z itself (m)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +57,7 @@ class Simulation:
     periodic state of a constant scan, where it is known.
     """
 
-    stepper: TableStepper | SkinStepper
+    stepper: Stepper
     scene: Scene
     steps: int
     filters: Decimator
@@ -87,10 +86,6 @@ class Simulation:
         """Return a signal from the rows of some steps, not yet faded."""
         if kind == RESPONSE:
             return np.asarray(rows[HEIGHT] - self.reference(np.cbrt(loads)) - self.offset)
-        if kind == STATIC_RESPONSE:
-            return np.asarray(rows[STATIC] - self.reference(np.cbrt(loads)))
-        if kind == CHANGE:
-            return np.asarray(rows[HEIGHT] - rows[STATIC] - self.offset)
         return np.asarray(rows[HEIGHT if kind == WHOLE else SLOPE_FORCE if kind == SLOPE else REACTION])
 
 
@@ -249,7 +244,7 @@ def _last_of(phases: Phases, samples: Array) -> tuple[int, float, float, float]:
 
 def phases_after(motion: Motion, phase: int, rate: int, period: float) -> tuple[Phases, int]:
     """Return where the texture stands at the frames of a hand's `motion`, and after them; phase: at its first frame."""
-    phases, after = phases_of(
+    phases, after = placed(
         np.ascontiguousarray(motion.samples),
         np.ascontiguousarray(motion.position),
         np.uint64(phase),
@@ -257,6 +252,17 @@ def phases_after(motion: Motion, phase: int, rate: int, period: float) -> tuple[
         period,
     )
     return phases, int(after)
+
+
+@signed_kernel("Tuple((u8[::1], u8))(f8[:,::1], f8[::1], u8, f8, f8)")
+def placed(motion, position, phase, rate, period):
+    """Return the phase of each frame and the phase after the last: `response.phases`, compiled.
+
+    motion: as `motion.Motion.samples`. position: metres at each frame, or empty; where it is given the phase is the
+    position over `period` (m), whatever `phase` was. rate: frames a second.
+    """
+    phases = np.empty(motion.shape[1], dtype=np.uint64)
+    return phases, fill_phases(motion, position, phase, rate, period, 0, 1, phases)
 
 
 @signed_kernel("void(u8[::1], f8[:,::1], u8, f8[::1], i8, f8, f8, u8[::1], f8[::1])")

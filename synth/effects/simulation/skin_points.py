@@ -1,12 +1,14 @@
-"""The points of a finger at which viscous skin is followed, and how many of them a tolerance takes.
+"""The points of a finger at which viscous skin is followed, and the surfaces there at any phase.
 
-Model   h of eq. 2 (see `skin_surface`) at equally spaced points of the contact's length, less the dome (x - L/2)^2 /
-        (2 R), joined by straight lines. The number of points is the smallest tried whose elastic z, about its mean,
-        comes near that of the contact's own solver over a period of the texture.
-Source  Fagiani & Barbieri (2016), eqs 1-2.
-Limits  the error is that of the elastic contact. That of viscous skin (default scene, 4 ms, 513 points) was as much at
-        10 mm/s, twice it at 80 mm/s and 7 times it at 320 mm/s, and to 10 times it for skin that relaxes. A load whose
-        contact is shorter than the distance of points is badly met.
+Model   h of eq. 2 at equally spaced points of the contact's length, less the dome (x - L/2)^2 / (2 R), joined by
+        straight lines. Two cosines turn: finger + cos(angle) texture + sin(angle) quarter. Any other texture is read
+        off a table of one period that moves past the points, by straight lines. The table is the projection of the
+        profile onto straight lines between points (`polyline`), taken at every offset of the points: sinc^2(n d) 3 / (2
+        + cos(2 pi n d)) of its n-th harmonic, d the distance of points in periods. So areas over a few pieces are kept,
+        wherever the points stand, and a corner that passes them makes no ripple.
+Source  Fagiani & Barbieri (2016), eqs 1-2; de Boor (2001) for the projection.
+Limits  the table has at least FINER knots a distance of points: its straight lines err by 1/200 of what the distance of
+        points does. A load whose contact is shorter than the distance of points is badly met.
 """
 
 from __future__ import annotations
@@ -17,27 +19,26 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.balance import Contact
-from synth.contact.sampled import angles_of_points
-from synth.effects.simulation.skin_balance import elastic_heights
-from synth.effects.simulation.skin_surface import Tables, texture_tables
-from synth.response.phases import turns_to_phase
+from synth.contact.exact_solver import angles_of_centres
+from synth.contact.geometry import Geometry
+from synth.contact.load_balance import Contact
+from synth.kernels import inner
 
-FEWEST_POINTS = 65  # the first number tried; fewer save less than a call of the simulation costs
-MOST_POINTS = 4097  # 8 us a step and more: 0.4 of a core at 48 kHz. More would not keep up with a second voice
-PROBES = 256  # phases over a period; half as many missed 5 % of the largest error
-FLOOR = 1e-12  # of a1 + a2: errors of z below it count as none (design, section 8)
+FINER = 8  # knots a distance of points; fewer show their straight lines in the acceleration
+FEWEST_KNOTS = 4096  # a period
 
 
 @dataclass(frozen=True, slots=True)
 class SkinPoints:
-    """Points fixed to the finger.
+    """Points fixed to the finger; heights relative to `height_scale` (a1 + a2, m).
 
-    tables: heights of finger and texture, relative to `height_scale` (a1 + a2, m): see `skin_surface`. texture_period:
-    m.
+    rows: float64 [3, points]: finger, texture at phase 0 and a quarter period on; or, where the texture is a table:
+    finger, places (knots, 0 to N), nothing. table: float64 [2 N + 2], two periods long; [0] of two cosines.
+    texture_period: m.
     """
 
-    tables: Tables
+    rows: Array
+    table: Array
     height_scale: float
     texture_period: float
 
@@ -52,46 +53,68 @@ class SkinPoints:
         off_middle = geometry.contact_length * (np.arange(points) / pieces - 0.5)
         finger = -b1 * np.cos(angle1) - 0.5 * contact.dome * off_middle**2 / scale
         if geometry.profile is not None:
-            return cls(texture_tables(geometry, finger), scale, geometry.texture_period)
+            places, table = _moving_table(geometry, points)
+            return cls(np.stack([finger, places, np.zeros(points)]), table, scale, geometry.texture_period)
         angle2 = angles_of_points(geometry.texture_periods, pieces) + geometry.texture_phase
-        return cls(np.stack([finger, b2 * np.cos(angle2), b2 * np.sin(angle2)]), scale, geometry.texture_period)
+        rows = np.stack([finger, b2 * np.cos(angle2), b2 * np.sin(angle2)])
+        return cls(rows, np.empty(0), scale, geometry.texture_period)
 
     @property
     def count(self) -> int:
         """How many there are."""
-        return int(self.tables[0].shape[0])
+        return int(self.rows.shape[1])
 
     @property
     def nbytes(self) -> int:
         """Bytes that they hold."""
-        return sum(table.nbytes for table in self.tables)
-
-    def elastic(self, phases: Array, indentation: float) -> Array:
-        """Return z (m) of the elastic contact at each of `phases` (turns) and a mean indentation w / k (m)."""
-        height = np.empty(len(phases))
-        elastic_heights(self.tables, turns_to_phase(phases), indentation / self.height_scale, height)
-        return height * self.height_scale
+        return self.rows.nbytes + self.table.nbytes
 
 
-def elastic_error(contact: Contact, load: float, points: int) -> float:
-    """Return the largest error of the elastic z about its mean, of its peak-to-peak, with `points` points."""
-    phases = np.arange(PROBES) / PROBES
-    wanted, _slope = contact.approach(phases, load)
-    found = SkinPoints.of_contact(contact, load, points).elastic(phases, contact.indentation(load))
-    error = (found - np.mean(found)) - (wanted - np.mean(wanted))
-    largest = max(float(np.max(np.abs(error))) - FLOOR * contact.geometry_at(load).height_scale, 0.0)
-    return largest / float(np.ptp(wanted)) if largest > 0.0 else 0.0
+def _moving_table(geometry: Geometry, points: int) -> tuple[Array, Array]:
+    """Return the places of `points` points over the length, and the table of a texture that is a profile."""
+    profile = geometry.profile
+    assert profile is not None, "two cosines need no table"
+    apart = geometry.contact_length / (points - 1) / profile.period
+    knots = max(FEWEST_KNOTS, math.ceil(FINER / apart))
+    lines = np.fft.rfft(geometry.texture(np.arange(knots) / knots * profile.period) / geometry.height_scale)
+    passed = np.arange(len(lines)) * apart
+    lines *= 3.0 * np.sinc(passed) ** 2 / (2.0 + np.cos(2.0 * math.pi * passed))
+    table = np.fft.irfft(lines, knots)
+    places = np.asarray(np.arange(points) * apart % 1.0 * knots, np.float64)
+    return places, np.concatenate([table, table, table[:2]])
 
 
-def points_for(contact: Contact, load: float, tolerance: float, most: int = MOST_POINTS) -> tuple[int, float]:
-    """Return the number of points that `tolerance` takes at `load` (N), at most `most`, and the error they leave.
+@inner
+def write_heights(rows, table, turns, heights):
+    """Write h at every point; turns: the phase, from -1/2 to 1/2."""
+    if len(table) == 0:
+        cosine, sine = math.cos(2.0 * math.pi * turns), math.sin(2.0 * math.pi * turns)
+        for j in range(len(heights)):
+            heights[j] = rows[0, j] + (cosine * rows[1, j] + sine * rows[2, j])
+        return
+    shift = (math.ceil(turns) - turns) * (len(table) // 2 - 1)
+    for j in range(len(heights)):
+        place = rows[1, j] + shift
+        k = int(place)
+        heights[j] = rows[0, j] + (table[k] + (place - k) * (table[k + 1] - table[k]))
 
-    tolerance, and the error: of the peak-to-peak of z.
-    """
-    size = 2.0 * math.log2(FEWEST_POINTS - 1)
-    while True:
-        points = min(round(2.0 ** (0.5 * size)) + 1, most)
-        error = elastic_error(contact, load, points)
-        if error <= tolerance or points == most:
-            return points, error
-        size += 1.0
+
+@inner
+def write_rates(rows, table, turns, rates):
+    """Write the derivative of h over the phase as an angle (1/rad) at every point."""
+    if len(table) == 0:
+        cosine, sine = math.cos(2.0 * math.pi * turns), math.sin(2.0 * math.pi * turns)
+        for j in range(len(rates)):
+            rates[j] = cosine * rows[2, j] - sine * rows[1, j]
+        return
+    knots = len(table) // 2 - 1
+    shift, steep = (math.ceil(turns) - turns) * knots, knots / (2.0 * math.pi)
+    for j in range(len(rates)):
+        k = int(rows[1, j] + shift)
+        rates[j] = (table[k] - table[k + 1]) * steep
+
+
+def angles_of_points(periods: float, pieces: int) -> Array:
+    """Return the angle (rad) at the ends of `pieces` equal parts of `periods` periods: float64 [pieces + 1]."""
+    ends = angles_of_centres(periods, pieces) + math.pi * periods / pieces
+    return np.concatenate([[0.0], ends])

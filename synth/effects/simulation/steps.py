@@ -1,47 +1,124 @@
-"""What simulates a contact step by step offers: state that is started once, and runs over any number of steps.
+"""What a simulation of a contact offers, whatever moves it on: a state that is started once, and runs over any steps.
 
 Model   A step leads from one place and load to the next, at equal times `step` (s) apart. What a stepper needs of the
         step before stands in its state, so that runs of any lengths give the same numbers.
-Limits  phases are 64-bit fractions of a turn (`contact.phases`): their differences are right across whole turns as long
-        as a step is shorter than half of one.
+Limits  phases are 64-bit fractions of a turn (`response.phases`): their differences are right across whole turns as
+        long as a step is shorter than half of one.
 """
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Any, Self
 
 import numpy as np
 
 from synth.arrays import Array
+from synth.contact.load_balance import Contact
 
 Phases = np.ndarray[Any, np.dtype[np.uint64]]
 
-HEIGHT, STATIC, SLOPE_FORCE, REACTION, ATTACHED = range(5)
-"""Rows of what a run writes: z (m), z of the elastic contact without mass, memory or adhesion at the same place and
-load (m), the horizontal force of the pressure on the slopes of the texture (N), the sum of the pressure where it
-presses (N), and 1 while the finger touches or is held, 0 when it has let go."""
-ROWS = 5
+HEIGHT, SLOPE_FORCE, REACTION, ATTACHED = range(4)
+"""Rows of what a run writes: z (m), the horizontal force of the pressure on the slopes of the texture (N), the sum of
+the pressure where it presses (N), and 1 while the finger touches or is held, 0 when it has let go."""
+ROWS = 4
+TOUCH_LOAD = 1e-6  # N, far below what is felt: less does not bring back a finger that has let go
 
 
-class Stepper(Protocol):
-    """Simulates one contact; frozen coefficients, so that one stepper serves many states."""
+@dataclass(frozen=True, slots=True)
+class Stiffness:
+    """k = coefficient max(w, lightest)^power in N/m: power -0.5 for eqs 4-5; lightest: N."""
+
+    coefficient: float
+    power: float
+    lightest: float
+
+    @classmethod
+    def of(cls, contact: Contact, load: float, lightest: float) -> Stiffness:
+        """Return the stiffness of `contact`; that of one `load` (N) where its shape follows the load."""
+        load = max(load, lightest)
+        power = 1.0 - contact.stiffness.load_exponent if contact.of_one_shape else 0.0
+        return cls(contact.stiffness_at(load) / load**power, power, lightest)
+
+    def at(self, load: float) -> float:
+        """Return k (N/m) at `load` (N)."""
+        return float(self.coefficient * max(load, self.lightest) ** self.power)
+
+
+class Stepper(ABC):
+    """Simulates one contact; frozen coefficients, so that one stepper serves many states. mass: kg."""
+
+    __slots__ = ()
+    mass: float
 
     @property
+    def memory(self) -> float:
+        """The longest time (s) in which a start is forgotten, but for a mass's; 0 where nothing is remembered."""
+        return 0.0
+
+    @property
+    @abstractmethod
     def nbytes(self) -> int:
         """Bytes that it holds."""
 
     @property
+    @abstractmethod
     def state_bytes(self) -> int:
         """Bytes of one state."""
 
+    @property
+    @abstractmethod
+    def step_time(self) -> float:
+        """Seconds that a step is predicted to take."""
+
+    @property
+    @abstractmethod
+    def elastic(self) -> Self:
+        """The same contact without mass, memory or adhesion."""
+
+    @abstractmethod
     def start(self, phase: int, load: float, turns: float, step: float) -> Any:
         """Return the state of a finger that follows the elastic contact at `phase` and `load` (N).
 
         turns: texture periods a second (signed), for the velocity with which it follows. step: s.
         """
 
+    @abstractmethod
     def resumed(self, state: Any, step: float) -> Any:
         """Return a copy of `state` that goes on in steps of `step` s."""
 
+    @abstractmethod
     def run(self, state: Any, phases: Phases, loads: Array, out: Array) -> None:
         """Go on to each of `phases` and `loads` (N) in turn, and write ROWS rows of `out`, float64 [ROWS, steps]."""
+
+    @abstractmethod
+    def place(self, state: Any) -> Array:
+        """Return z (m) and its velocity (m/s)."""
+
+    @abstractmethod
+    def moved(self, state: Any, move: Array) -> Any:
+        """Return the state with z and its velocity moved; what is remembered stays where it is."""
+
+    def forgetting(self, longest: float) -> Self:
+        """Return the same contact, none of its time constants longer than `longest` (s)."""
+        return self
+
+    def taken_over(self, state: Any) -> Any:
+        """Return the state of the same contact at other points, at its own."""
+        return state
+
+    def gap(self, contact: Contact, load: float, phases: int) -> Array:
+        """Return by how much (m) a finger at rest lies above the equilibrium of `contact` at `load` (N), over a period.
+
+        Nothing, where that is told in another way.
+        """
+        return np.zeros(phases)
+
+    def correction(self, before: Any, after: Any, seconds: float) -> Array:
+        """Return by how much (m) what is remembered is still to move; the states are `seconds`, a period, apart."""
+        return np.empty(0)
+
+    def corrected(self, state: Any, correction: Array) -> Any:
+        """Return the state with what is remembered moved."""
+        return state

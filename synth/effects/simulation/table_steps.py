@@ -1,62 +1,81 @@
-"""A finger with mass, damping or adhesion over a texture, step by step on a table of the energy of its contact.
+"""A finger with mass or adhesion over a texture, step by step on a table of the energy of its contact.
 
 Stage   table of the energy -> STEPS -> z and forces at every frame
-Model   m z'' + c z' = R(z, theta) - w, R = k I(z) - (P / d0) [I(z - d0) - I(z)]: at a gap g a place attracts with the
-        part 1 - g / d0 of its largest pull, at none with all of it; P is the pull if all touched. k = k(w) of eqs 4-5.
-        Loss of contact and bounce are I = 0. The force on the slopes of the texture is (1 / lambda2) dU/dtheta.
+Model   m z'' + c z' = R(z, theta) - w, R = -dU/dz = k1 I(z) - k2 I(z - d0), k1 = k + P / d0, k2 = P / d0: at a gap g a
+        place attracts with the part 1 - g / d0 of its largest pull, at none with all of it; P is the pull if all
+        touched. k = k(w) of eqs 4-5. Loss of contact and bounce are I = 0. The force on the slopes of the texture is
+        (1 / lambda2) dU/dtheta. With mass, over a step h at the phase and load of its middle, s = z1 - z0:
+        m (v1 - v0) / h + c s / h = -[U(z1) - U(z0)] / s - w,  s = h (v0 + v1) / 2.
+        Multiplied by s: m v^2 / 2 + U + w z changes by -c s^2 / h exactly, so nothing but the surface and the load
+        drives it. Without, z goes downhill in U + w z to the first place where R = w. Both are a root g(s) = 0.
         With P = 0 loads below `lightest` count as `lightest`. With P > 0 a finger that no equilibrium holds, or that
         has left the range of adhesion at no load, has let go until there is load again.
-Source  `table_balance` and `potential`. The force on slopes is the derivative of the energy of Fagiani & Barbieri
-        (2016), eq. 1, over the place of the texture; m, c and the adhesive law are extensions of it.
-Limits  second order in the step where it resolves the resonance, 2 pi f step below 0.5; beyond, a step still gives no
-        energy of its own: on a surface that stands still it changed by 2e-8 of itself at most in 10 s, from 8 to 192
-        kHz and from 1e-6 to 1 kg. A mass without damping may be driven without bound by a surface that moves. What
-        the table leaves out is `PotentialTable.error`.
+Source  Gonzalez (1996), J. Nonlinear Sci. 6; McLachlan, Quispel & Robidoux (1999), Phil. Trans. R. Soc. A 357; for
+        collisions Chatziioannou & van Walstijn (2015), J. Sound Vib. 340; Bilbao, Torin & Chatziioannou (2015), Acta
+        Acust. united Ac. 101. Adhesive law: Maugis (1992), J. Colloid Interface Sci. 150, with a force that falls
+        linearly with the gap. The force on slopes is the derivative of the energy of Fagiani & Barbieri (2016), eq. 1.
+Limits  solved to round-off. With adhesion a step may have several solutions: the one nearest the place where the
+        velocity leads, in the direction in which the forces push. Second order in the step where it resolves the
+        resonance, 2 pi f step below 0.5; beyond, a step still gives no energy of its own: on a surface that stands
+        still it changed by 2e-8 of itself at most in 10 s, from 8 to 192 kHz and from 1e-6 to 1 kg. A mass without
+        damping may be driven without bound by a surface that moves. What the table leaves out: `PotentialTable.error`.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from synth.arrays import Array
+from synth.contact.load_balance import Contact
 from synth.effects.simulation.potential import PotentialTable
 from synth.effects.simulation.potential_reading import (
+    BOUNDS,
+    LAST,
+    STRIDE,
+    along,
     base_at,
     cell_of,
     energy_slope,
     highest_at,
+    path_from,
     row_of,
     slopes_of,
     weights_of,
 )
-from synth.effects.simulation.steps import ATTACHED, HEIGHT, REACTION, SLOPE_FORCE, STATIC, Phases
-from synth.effects.simulation.table_balance import (
-    BAND,
-    EPSILON,
-    downhill_move,
-    elastic_place,
-    energy_move,
-    no_path,
-    path_from,
-    rounding_of,
+from synth.effects.simulation.steps import (
+    ATTACHED,
+    HEIGHT,
+    REACTION,
+    ROWS,
+    SLOPE_FORCE,
+    TOUCH_LOAD,
+    Phases,
+    Stepper,
+    Stiffness,
 )
-from synth.kernels import inlined, kernel
+from synth.kernels import inlined, inner, signed_kernel
+from synth.response.phases import turns_to_phase
 
-Z, SPEED, LOAD, HELD, STATIC_PLACE, STEP = range(6)  # of TableState.numbers
+EPSILON = 2.0**-52
+BAND = 64.0  # roundings of forces and of z within which a finger rests; with few a damped one swings on at 1e-19 m
+MOST_ITERATIONS = 100  # bisection ends before
+MARCH = 1.6  # growth of the strides toward a solution; above 2 they would pass over neighbouring ones
+FURTHEST, OVER = 16.0, 1.05  # of the first one: times what passes over nothing, and where the slope leads
+TABLE_STEP = 150e-9  # s of a step, as predicted (`tests.bench effects`)
+Z, SPEED, LOAD, HELD, STEP = range(5)  # of TableState.numbers
 COEFFICIENT, POWER, LIGHTEST, MASS, DAMPING, PULL, RANGE, PERIOD = range(8)  # of the coefficients of a stepper
-TOUCH_LOAD = 1e-6  # N, far below what is felt: less does not bring back a finger that has let go
 
 
 @dataclass(slots=True)
 class TableState:
     """Where a finger stands.
 
-    numbers: z (m), velocity (m/s), load (N), 1 while it touches or is held, d of the elastic contact (m), step (s).
-    phase: [1]. cells: where the table was read last, a first guess.
+    numbers: z (m), velocity (m/s), load (N), 1 while it touches or is held, step (s). phase: [1]. cells: where the
+    table was read last, a first guess.
     """
 
     numbers: Array
@@ -74,25 +93,20 @@ class TableState:
 
 
 @dataclass(frozen=True, slots=True)
-class TableStepper:
-    """Simulates one contact with mass, damping or adhesion.
+class TableStepper(Stepper):
+    """Simulates one contact with mass or adhesion.
 
-    stiffness_coefficient, stiffness_power: k = coefficient max(w, lightest)^power (N/m): power -0.5 for eqs 4-5, 0 for
-    a contact prepared at one load. lightest: N. mass: kg. damping: N s/m. pull: P (N), 0 without adhesion; reach: d0
-    (m). texture_period: m. with_static, with_forces: whether the rows STATIC, and SLOPE_FORCE and REACTION, are
-    written.
+    mass: kg. damping: N s/m, of a mass. pull: P (N), 0 without adhesion; reach: d0 (m). texture_period: m.
+    with_forces: whether the rows SLOPE_FORCE and REACTION are written.
     """
 
     table: PotentialTable
-    stiffness_coefficient: float
-    stiffness_power: float
-    lightest: float
+    stiffness: Stiffness
     mass: float
     damping: float
     pull: float
     reach: float
     texture_period: float
-    with_static: bool = True
     with_forces: bool = True
 
     @property
@@ -103,13 +117,29 @@ class TableStepper:
     @property
     def state_bytes(self) -> int:
         """Bytes of one state."""
-        return 8 * (6 + 1 + 3)
+        return 8 * (5 + 1 + 2)
 
     @property
     def coefficients(self) -> Array:
         """What the compiled loop reads."""
-        law = (self.stiffness_coefficient, self.stiffness_power, self.lightest)
-        return np.array([*law, self.mass, self.damping, self.pull, self.reach, self.texture_period])
+        law = self.stiffness
+        contact = (self.mass, self.damping, self.pull, self.reach, self.texture_period)
+        return np.array([law.coefficient, law.power, law.lightest, *contact])
+
+    @property
+    def step_time(self) -> float:
+        """See `Stepper`."""
+        return TABLE_STEP
+
+    @property
+    def at_rest(self) -> TableStepper:
+        """The same contact without mass."""
+        return replace(self, mass=0.0, damping=0.0, with_forces=False)
+
+    @property
+    def elastic(self) -> TableStepper:
+        """See `Stepper`."""
+        return replace(self.at_rest, pull=0.0)
 
     def start(self, phase: int, load: float, turns: float, step: float) -> TableState:
         """Return the state of a finger in equilibrium at `phase` and `load` (N).
@@ -117,9 +147,16 @@ class TableStepper:
         With mass it has the velocity of the equilibrium at `turns` texture periods a second (signed). With adhesion
         a finger that pulls is held where it can be; at no load at all it has let go. step: s.
         """
-        state = TableState(np.zeros(6), np.array([phase], dtype=np.uint64), np.zeros(3, dtype=np.int64))
-        state.numbers[LOAD], state.numbers[STEP] = load, step
-        settle(self.table.pool, self.table.layout, self.coefficients, state.numbers, state.phase, state.cells, turns)
+        half = round(math.ldexp(0.5 * turns * step, 64))
+        ways = np.array([(phase + move) % 2**64 for move in (-half, half, 0)], dtype=np.uint64)
+        state = TableState(np.zeros(5), ways[:1].copy(), np.zeros(2, dtype=np.int64))
+        loads, rows = np.full(3, load), np.empty((ROWS, 3))
+        state.numbers[[LOAD, HELD, STEP]] = load, 1.0, step
+        self.elastic.run(state, ways[:1], loads[:1], rows[:, :1].copy())
+        state.numbers[HELD] = 1.0 if load != 0.0 or self.pull == 0.0 else 0.0
+        self.at_rest.run(state, ways, loads, rows)
+        if self.mass > 0.0 and state.numbers[HELD] > 0.0:
+            state.numbers[SPEED] = (rows[HEIGHT, 1] - rows[HEIGHT, 0]) / step
         return state
 
     def resumed(self, state: TableState, step: float) -> TableState:
@@ -130,12 +167,117 @@ class TableStepper:
 
     def run(self, state: TableState, phases: Phases, loads: Array, out: Array) -> None:
         """Go on to each of `phases` and `loads` (N) in turn, and write the rows of `out` (`steps`)."""
-        table, wanted = (self.table.pool, self.table.layout), (self.with_static, self.with_forces)
         standing = (state.numbers, state.phase, state.cells)
-        run_steps(*table, self.coefficients, *standing, phases, loads, out, wanted)
+        table = (self.table.pool, self.table.layout)
+        run_steps(*table, self.coefficients, *standing, phases, loads, out, self.with_forces)
+
+    def gap(self, contact: Contact, load: float, phases: int) -> Array:
+        """See `Stepper`: what is left of the forces on it, over their slope."""
+        turns, rows, pressed = np.arange(phases) / phases, np.empty((ROWS, phases)), max(load, self.stiffness.lightest)
+        self.at_rest.run(self.start(0, load, 0.0, 1.0), turns_to_phase(turns), np.full(phases, load), rows)
+        stiffness, pulling = contact.stiffness_at(pressed), self.pull / self.reach if self.pull > 0.0 else 0.0
+        depth, touching = contact.measure(turns, rows[HEIGHT], pressed)
+        far, wide = contact.measure(turns, rows[HEIGHT] - self.reach, pressed)
+        excess = (stiffness + pulling) * depth - pulling * far - load
+        slope = (stiffness + pulling) * touching - pulling * wide
+        held = (rows[ATTACHED] > 0.0) & (slope > 0.0)
+        return np.where(held, -excess / np.where(held, slope, 1.0), 0.0)
+
+    def place(self, state: TableState) -> Array:
+        """See `Stepper`."""
+        return state.numbers[[Z, SPEED]]
+
+    def moved(self, state: TableState, move: Array) -> TableState:
+        """See `Stepper`."""
+        state = state.copied()
+        state.numbers[[Z, SPEED]] += move
+        return state
 
 
-@kernel
+@inlined
+def excess_at(pool, layout, row, weights, first, second, law, drive, s):
+    """Return g, dg/ds, half d2g/ds2 and the size of what a step solves: inertia (s - ahead) + drag s - R + load."""
+    k1, k2 = law
+    inertia, drag, ahead, load, rest = drive
+    mean1, slope1, bend1 = along(pool, layout, row, weights, first, rest, s)
+    mean2, slope2, bend2 = along(pool, layout, row, weights, second, rest, s) if k2 > 0.0 else (0.0, 0.0, 0.0)
+    resisting = inertia * (s - ahead) + drag * s
+    total = resisting - k1 * mean1 + k2 * mean2 + load
+    size = abs(resisting) + k1 * abs(mean1) + k2 * abs(mean2) + abs(load)
+    return total, inertia + drag - k1 * slope1 + k2 * slope2, k1 * abs(bend1) + k2 * abs(bend2), size
+
+
+@inner
+def bracket_of(pool, layout, row, weights, first, second, law, drive):
+    """Return two moves (m) between which g changes sign, the nearest to `ahead` where the forces push, the further 2nd.
+
+    Both are infinite where a finger at rest finds nothing that holds it.
+    """
+    steepest = drive[0] + drive[1] + law[0]  # g is no steeper
+    top = pool[layout[BOUNDS] + layout[LAST]] - (second[1] if law[1] > 0.0 else first[1])
+    near, far, sign, stride = drive[2], drive[2], 0.0, 0.0
+    while True:
+        total, slope, _bend, _size = excess_at(pool, layout, row, weights, first, second, law, drive, far)
+        if sign == 0.0:
+            sign, stride = (-1.0 if total > 0.0 else 1.0), abs(total) / steepest
+            if slope > 0.0:
+                stride = min(FURTHEST * stride, OVER * abs(total) / slope)
+        elif far == near or total * sign >= 0.0:
+            return near, far
+        elif drive[4] and far > top and sign > 0.0:
+            return np.inf, np.inf
+        else:
+            stride *= MARCH
+        near, far = far, far + sign * stride
+
+
+@inlined
+def move_of(pool, layout, row, weights, first, second, law, drive, band):
+    """Return s - ahead (m) of one step, infinite where nothing holds the finger.
+
+    drive: 2 m / h^2 and c / h (N/m), h v0 (m), the load (N), and whether z goes to rest, without these.
+    """
+    ahead, rest = drive[2], drive[4]
+    least = drive[0] + drive[1] - 0.5 * law[1]  # dg/ds is at least this: above zero there is one solution
+    low, high = -np.inf, np.inf
+    s = ahead
+    if rest or least < 0.0:
+        near, s = bracket_of(pool, layout, row, weights, first, second, law, drive)
+        if s == np.inf:
+            return s
+        low, high, least = min(near, s), max(near, s), 0.0
+    move = s - ahead
+    for _ in range(MOST_ITERATIONS):
+        total, slope, bend, size = excess_at(pool, layout, row, weights, first, second, law, drive, s)
+        if abs(total) <= band and (s == 0.0 or abs(total) <= 4.0 * EPSILON * size):
+            return move
+        if total > 0.0:
+            high = min(high, s)
+        else:
+            low = max(low, s)
+        step = -total / max(slope, least) if slope > 0.0 or least > 0.0 else np.inf
+        if not low < s + step < high and (low > -np.inf and high < np.inf):
+            step = 0.5 * (low + high) - s
+            move += step
+            s = ahead + move
+            if high - low <= EPSILON * (abs(low) + abs(high)):
+                return move
+            continue
+        move += step
+        s = ahead + move
+        inside = first[7] <= s <= first[8] and second[7] <= s <= second[8]
+        if abs(step) <= EPSILON * abs(s) or (inside and bend * step * step <= EPSILON * size):
+            return move
+    return move
+
+
+@inner
+def known(layout):
+    """Return the layout as a tuple, which no write to an array may change: it is read anew less often."""
+    return layout[0], layout[1], layout[2], layout[3], layout[4], layout[5], layout[6], layout[7]
+
+
+@inner
 def stiffness_of(law, load):
     """Return k (N/m) at `load` (N)."""
     load, power = max(load, law[LIGHTEST]), law[POWER]
@@ -145,143 +287,85 @@ def stiffness_of(law, load):
 
 
 @inlined
-def paths_from(pool, layout, row, weights, law, d, cells):
-    """Return the paths of both places at which I counts."""
-    first = path_from(pool, layout, row, weights, d, cells[0])
-    second = path_from(pool, layout, row, weights, d - law[RANGE], cells[1]) if law[PULL] > 0.0 else no_path(cells[1])
-    cells[0], cells[1] = first[0], second[0]
-    return first, second
-
-
-@inlined
-def step_along(pool, layout, law, numbers, cells, phase, stiffness, load):
-    """Write z, by energy, after a step whose middle stands at `phase` and `load`, and the velocity there."""
+def advanced(pool, layout, law, pull, numbers, cells, phase, load, rest):
+    """Write z and its velocity after a step at `phase` and `load` (N): by momentum, or at rest; return whether held."""
     row, t = row_of(layout, phase)
     weights = weights_of(t)
-    z, h, mass = numbers[Z], numbers[STEP], law[MASS]
-    base = base_at(pool, layout, row, weights)
-    first, second = paths_from(pool, layout, row, weights, law, z - base, cells)
-    pulling = law[PULL] / law[RANGE] if law[PULL] > 0.0 else 0.0
-    pair = (stiffness + pulling, pulling)
-    band = rounding_of(first, second, pair, load, z)
-    ahead = h * numbers[SPEED] if mass > 0.0 else 0.0
+    z, h = numbers[Z], numbers[STEP]
+    d = z - base_at(pool, layout, row, weights)
+    pulling = pull / law[RANGE] if pull > 0.0 else 0.0
+    pair = (stiffness_of(law, load) + pulling, pulling)
+    first = path_from(pool, layout, row, weights, d, cells[0])
+    second = (cells[1], 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, -np.inf, np.inf)  # a path along which there is nothing
+    if pull > 0.0:
+        second = path_from(pool, layout, row, weights, d - law[RANGE], cells[1])
+    cells[0], cells[1] = first[0], second[0]
+    forces = pair[0] * abs(first[2]) + pair[1] * abs(second[2]) + abs(load)
+    slopes = pair[0] * abs(first[3]) * first[6] + pair[1] * abs(second[3]) * second[6]
+    band = BAND * EPSILON * (forces + abs(z) * slopes)  # some roundings of forces and of z: less is balance
+    ahead = 0.0 if rest else h * numbers[SPEED]
     if abs(ahead) <= BAND * EPSILON * abs(z) and abs(load - pair[0] * first[2] + pair[1] * second[2]) <= band:
         numbers[SPEED] = 0.0
-        return
-    drive = (2.0 * mass / (h * h), law[DAMPING] / h, ahead, load)
-    move = energy_move(pool, layout, row, weights, first, second, pair, drive, band)
+        return True
+    inertia, drag = (0.0, 0.0) if rest else (2.0 * law[MASS] / (h * h), law[DAMPING] / h)
+    drive = (inertia, drag, ahead, load, rest)
+    move = move_of(pool, layout, row, weights, first, second, pair, drive, band)
+    if move == np.inf:
+        return False
     numbers[Z] = z + (ahead + move)
-    numbers[SPEED] = numbers[SPEED] + 2.0 * move / h if mass > 0.0 else move / h
+    numbers[SPEED] = 0.0 if rest else numbers[SPEED] + 2.0 * move / h
+    return True
 
 
-@kernel
-def step_to_rest(pool, layout, law, numbers, cells, phase, stiffness, load):
-    """Write z of the equilibrium that z leads to at `phase` and `load`; return whether there is one."""
-    row, t = row_of(layout, phase)
-    weights = weights_of(t)
-    base = base_at(pool, layout, row, weights)
-    first, second = paths_from(pool, layout, row, weights, law, numbers[Z] - base, cells)
-    pulling = law[PULL] / law[RANGE] if law[PULL] > 0.0 else 0.0
-    pair = (stiffness + pulling, pulling)
-    band = rounding_of(first, second, pair, load, numbers[Z])
-    move, held = downhill_move(pool, layout, row, weights, first, second, pair, load, band)
-    numbers[Z] += move
-    return held
-
-
-@kernel
+@inner
 def out_of_range(pool, layout, law, phase):
     """Return the lowest z (m) at which nothing touches or attracts at `phase`."""
     row, t = row_of(layout, phase)
     return highest_at(pool, layout, row, weights_of(t)) + law[RANGE]
 
 
-@kernel
-def write_static(pool, layout, numbers, cells, phase, indentation, out, i):
-    """Write z of the elastic contact at w / k = `indentation` (m)."""
+@inner
+def forces_of(pool, layout, law, z, cells, phase, load):
+    """Return k I (N) and dU/dtheta (N m a turn) at `phase` and z (m)."""
     row, t = row_of(layout, phase)
-    weights = weights_of(t)
-    base = base_at(pool, layout, row, weights)
-    place, cells[2] = elastic_place(pool, layout, row, weights, numbers[STATIC_PLACE], cells[2], indentation, base)
-    numbers[STATIC_PLACE] = place
-    out[STATIC, i] = base + place
-
-
-@kernel
-def forces_of(pool, layout, law, z, cells, phase, stiffness):
-    """Return k I (N), dU/dtheta (N m a turn), dR/dtheta (N a turn) and -dR/dz (N/m), at `phase` and z (m)."""
-    row, t = row_of(layout, phase)
-    weights, slopes = weights_of(t), slopes_of(t, float(layout.stride - 3))
+    weights, slopes, stiffness = weights_of(t), slopes_of(t, float(layout[STRIDE] - 3)), stiffness_of(law, load)
     d = z - base_at(pool, layout, row, weights)
     base_slope = base_at(pool, layout, row, slopes)
     cell = cell_of(pool, layout, d, cells[0])
-    depth, touching, energy, drift = energy_slope(pool, layout, row, weights, slopes, base_slope, cell, d)
-    pressed, work, change, slope = stiffness * depth, stiffness * energy, stiffness * drift, stiffness * touching
-    if law[PULL] > 0.0:
-        pulling = law[PULL] / law[RANGE]
-        cell = cell_of(pool, layout, d - law[RANGE], cells[1])
-        _d, wide, far, moved = energy_slope(pool, layout, row, weights, slopes, base_slope, cell, d - law[RANGE])
-        work += pulling * (energy - far)
-        change += pulling * (drift - moved)
-        slope += pulling * (touching - wide)
-    return pressed, work, change, slope
+    depth, _touching, energy = energy_slope(pool, layout, row, weights, slopes, base_slope, cell, d)
+    if law[PULL] == 0.0:
+        return stiffness * depth, stiffness * energy
+    cell = cell_of(pool, layout, d - law[RANGE], cells[1])
+    _d, _wide, far = energy_slope(pool, layout, row, weights, slopes, base_slope, cell, d - law[RANGE])
+    return stiffness * depth, stiffness * energy + law[PULL] / law[RANGE] * (energy - far)
 
 
-@kernel
-def settle(pool, layout, law, numbers, phase, cells, turns):
-    """Write the equilibrium at the phase and the load of the state, and its velocity at `turns` a second."""
-    load, pull = numbers[LOAD], law[PULL]
-    stiffness = stiffness_of(law, load)
-    row, t = row_of(layout, phase[0])
-    weights = weights_of(t)
-    base = base_at(pool, layout, row, weights)
-    target = max(load, law[LIGHTEST]) / stiffness
-    place, cells[2] = elastic_place(pool, layout, row, weights, pool[layout.bounds + 1], 0, target, base)
-    numbers[STATIC_PLACE], numbers[Z], numbers[HELD] = place, base + place, 1.0
-    if pull > 0.0:
-        held = load != 0.0 and step_to_rest(pool, layout, law, numbers, cells, phase[0], stiffness, load)
-        numbers[HELD] = 1.0 if held else 0.0
-        if not held:
-            numbers[Z] = out_of_range(pool, layout, law, phase[0])
-            return
-    if law[MASS] > 0.0 and turns != 0.0:
-        _pressed, _work, change, slope = forces_of(pool, layout, law, numbers[Z], cells, phase[0], stiffness)
-        numbers[SPEED] = turns * change / slope
-
-
-@kernel
-def run_steps(pool, layout, law, numbers, state_phase, cells, phases, loads, out, wanted):
+@signed_kernel(
+    "void(f8[::1], i8[::1], f8[::1], f8[::1], u8[::1], i8[::1], u8[::1], f8[::1], f8[:,::1], b1)"
+)  # fmt: skip
+def run_steps(pool, layout, law, numbers, state_phase, cells, phases, loads, out, with_forces):
     """Go on to each phase and load, and write the rows wanted."""
-    with_static, with_forces = wanted
-    dynamic, pull, lightest = law[MASS] > 0.0 or law[DAMPING] > 0.0, law[PULL], law[LIGHTEST]
+    layout_ = known(layout)
+    rest, pull, lightest = law[MASS] == 0.0, law[PULL], law[LIGHTEST]
     phase, load = state_phase[0], numbers[LOAD]
     for i in range(len(phases)):
-        after, load_after = phases[i], loads[i]
-        if pull > 0.0 and numbers[HELD] == 0.0 and load_after >= TOUCH_LOAD:
+        before, load_before, phase, load = phase, load, phases[i], loads[i]
+        if pull > 0.0 and numbers[HELD] == 0.0 and load >= TOUCH_LOAD:
             numbers[HELD] = 1.0
-        stiffness = stiffness_of(law, load_after)
         if numbers[HELD] > 0.0:
-            held = True
-            if dynamic:
-                middle, pressing = phase + np.uint64(np.int64(after - phase) >> 1), 0.5 * (load + load_after)
-                if pull == 0.0:
-                    pressing = 0.5 * (max(load, lightest) + max(load_after, lightest))
-                k = stiffness if load == load_after else stiffness_of(law, pressing)
-                step_along(pool, layout, law, numbers, cells, middle, k, pressing)
-                held = pull == 0.0 or load_after > 0.0 or numbers[Z] <= out_of_range(pool, layout, law, after)
-            else:
-                pressing = load_after if pull > 0.0 else max(load_after, lightest)
-                held = step_to_rest(pool, layout, law, numbers, cells, after, stiffness, pressing)
+            place = phase if rest else before + np.uint64(np.int64(phase - before) >> 1)
+            lowest = -np.inf if pull > 0.0 else lightest
+            pressing = max(load, lowest) if rest else 0.5 * (max(load_before, lowest) + max(load, lowest))
+            held = advanced(pool, layout_, law, pull, numbers, cells, place, pressing, rest)
+            if not rest and pull > 0.0 and load <= 0.0:
+                held = numbers[Z] <= out_of_range(pool, layout_, law, phase)
             numbers[HELD] = 1.0 if held else 0.0
         if numbers[HELD] == 0.0:
-            numbers[Z], numbers[SPEED] = out_of_range(pool, layout, law, after), 0.0
-        phase, load = after, load_after
+            numbers[Z], numbers[SPEED] = out_of_range(pool, layout_, law, phase), 0.0
         out[HEIGHT, i], out[ATTACHED, i] = numbers[Z], numbers[HELD]
-        if with_static:
-            write_static(pool, layout, numbers, cells, phase, max(load, lightest) / stiffness, out, i)
         if with_forces:
             out[SLOPE_FORCE, i], out[REACTION, i] = 0.0, 0.0
             if numbers[HELD] > 0.0:
-                pressed, work, _change, _slope = forces_of(pool, layout, law, numbers[Z], cells, phase, stiffness)
+                pressed, work = forces_of(pool, layout_, law, numbers[Z], cells, phase, load)
                 out[SLOPE_FORCE, i], out[REACTION, i] = work / law[PERIOD], pressed
     state_phase[0], numbers[LOAD] = phase, load

@@ -3,18 +3,30 @@
 Model   m z'' + c z' = sum of the pressure - w. Without effects m = c = 0 and the pressure of a place is that of a
         spring, (k / L) max(d, 0), at an approach d = h - z. An effect replaces one term; those that do not concern each
         other can be put together.
-Source  Fagiani & Barbieri (2016), eq. 1, for the spring; the others are those of the effects.
+        Skin is a foundation of elements; e is the indentation of one, p its pressure, kappa its relaxed modulus.
+        One time tau: p = kappa (e + tau e'). With p held over a step h and E = exp(-h / tau), e becomes E e + (1 - E) p
+        / kappa. With weights: p = kappa / g0 (g0 e + sum of gi qi), qi' = e' - qi / taui, g0 + sum of gi = 1. With e a
+        straight line over the step, qi becomes Ei qi + ri (e1 - e0), ri = (1 - Ei) taui / h. Both read p = kappa A
+        (e1 - efree) with efree = keep e0 - sum of lose_i qi, to which an element without pressure recovers.
+Source  Fagiani & Barbieri (2016), eq. 1, for the spring; Kelvin-Voigt and Prony series: textbook forms, unverified.
+Limits  steps of skin are exact for what they hold, stable for any h, and of second order in h / tau; the pressure of a
+        step of one time is that of its middle (of its end, where h is far beyond tau), with weights that at the end.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-FORGOTTEN = 7.0  # time constants after which a start is below 1e-3 of itself
-LONGEST_SETTLING = 0.5  # s that is simulated before a frame from which a run begins in the middle of its motion
+if TYPE_CHECKING:
+    from synth.arrays import Array
+
+SKIN_POINT, SKIN_MEMORY = 2.0e-9, 0.6e-9  # s of a step: of a point, of what it remembers (`tests.bench effects`)
+KEEP, HARDNESS = 0, 1  # places in the head of `SkinStep.head`
+LOSE, DECAY, FOLLOW = 0, 1, 2  # rows of `SkinStep.terms`
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,15 +38,56 @@ class Adhesion:
 
 
 @dataclass(frozen=True, slots=True)
+class SkinStep:
+    """One step of an element of skin; step: s.
+
+    head: float64 [2], keep and A. terms: float64 [3, n], lose, E and r of each q. when: the part of the step after
+    which an element that is pressed in evenly has the pressure p of the step: there p meets the load.
+    """
+
+    step: float
+    head: Array
+    terms: Array
+    when: float
+
+
+@dataclass(frozen=True, slots=True)
 class Skin:
     """A viscoelastic foundation.
 
-    times: s, of Kelvin and Voigt's solid the retardation time, of Maxwell's the relaxation times. weights: of the
-    Maxwell elements, as parts of the stiffness at once, empty for Kelvin and Voigt's solid.
+    times: s, of Kelvin and Voigt's solid the retardation time (0: elastic), of Maxwell's the relaxation times. weights:
+    of the Maxwell elements, as parts of the stiffness at once, empty for Kelvin and Voigt's solid.
     """
 
     times: tuple[float, ...]
     weights: tuple[float, ...] = ()
+
+    @property
+    def memories(self) -> int:
+        """Numbers that an element remembers beside its indentation: one for each weight."""
+        return len(self.weights)
+
+    @property
+    def point_time(self) -> float:
+        """Seconds that a step of one of its points is predicted to take."""
+        return SKIN_POINT + SKIN_MEMORY * self.memories
+
+    @property
+    def relaxed_part(self) -> float:
+        """Relaxed modulus over the modulus at once (g0)."""
+        return 1.0 - math.fsum(self.weights)
+
+    def coefficients(self, step: float) -> SkinStep:
+        """Return the coefficients of steps of `step` seconds."""
+        if not self.weights:
+            steps = step / self.times[0] if self.times[0] > 0.0 else math.inf
+            head = np.array([math.exp(-steps), -1.0 / math.expm1(-steps)])
+            return SkinStep(step, head, np.empty((3, 0)), when_pressed(steps))
+        weights, lasting = np.array(self.weights), step / np.array(self.times)
+        decay, follow = np.exp(-lasting), -np.expm1(-lasting) / lasting
+        stiffness = self.relaxed_part + float(weights @ follow)  # at the end of a step, of the one at once
+        head = np.array([float(weights @ follow) / stiffness, stiffness / self.relaxed_part])
+        return SkinStep(step, head, np.stack([weights * decay / stiffness, decay, follow]), when=1.0)
 
     @property
     def slowest(self) -> float:
@@ -44,18 +97,24 @@ class Skin:
         """
         if not self.weights:
             return max(self.times)
-        rest = 1.0 - sum(self.weights)
-        rates = np.array([1.0])
-        terms = [np.array([1.0, 1.0 / time]) for time in self.times]
-        for one in terms:
-            rates = np.polymul(rates, one)
-        total = rest * rates
+        rates = [np.array([1.0, 1.0 / time]) for time in self.times]
+        total = self.relaxed_part * np.poly([-1.0 / time for time in self.times])
         for place, weight in enumerate(self.weights):
             others = np.array([weight, 0.0])
-            for other, one in enumerate(terms):
-                others = others if other == place else np.polymul(others, one)
+            for rate in rates[:place] + rates[place + 1 :]:
+                others = np.polymul(others, rate)
             total = np.polyadd(total, others)
         return float(1.0 / np.min(np.abs(np.roots(total).real)))
+
+
+def when_pressed(steps: float) -> float:
+    """Return 1 / (1 - E) - 1 / x with x = h / tau: 1/2 for short steps, 1 for long ones or without a dashpot.
+
+    p / kappa = (e0 + e1) / 2 + (1 / (1 - E) - 1/2) (e1 - e0) is e + tau e' there, if e moves evenly.
+    """
+    if steps < 0.03:  # the difference would lose digits; the next term of the series is below 1e-13
+        return 0.5 + steps / 12.0 - steps**3 / 720.0
+    return -1.0 / math.expm1(-steps) - 1.0 / steps
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,19 +130,3 @@ class Terms:
     def quasi_static(self) -> bool:
         """True where the balance is that of eq. 1 alone."""
         return self == Terms()
-
-    def settling(self, stiffness: float) -> float:
-        """Return how long (s) a run forgets its start, LONGEST_SETTLING at most; stiffness: see `slowest`."""
-        return min(FORGOTTEN * self.slowest(stiffness), LONGEST_SETTLING)
-
-    def slowest(self, stiffness: float) -> float:
-        """Return the longest time (s) in which a start is forgotten; stiffness: dF/dz (N/m) round the load."""
-        slowest = 0.0 if self.skin is None else self.skin.slowest
-        if self.mass > 0.0 and self.damping > 0.0:
-            rate = 0.5 * self.damping / self.mass
-            stiff = rate**2 - stiffness / self.mass
-            slow = rate - math.sqrt(stiff) if stiff > 0.0 else rate
-            slowest = max(slowest, 1.0 / slow if slow > 0.0 else 0.0)
-        elif self.damping > 0.0:
-            slowest = max(slowest, self.damping / stiffness)
-        return slowest

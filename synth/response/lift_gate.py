@@ -6,7 +6,7 @@ Source  design, section 4.
 
 from __future__ import annotations
 
-from synth.kernels import inlined
+from synth.kernels import inlined, kernel
 
 SMALLEST = 1.2e-38  # the smallest normal float32; what is below leaves as zero, so that no denormal slows a peer
 PLACE = 2.0**-53  # the 53 bits of the phase below the cell, as a fraction of the cell
@@ -19,7 +19,7 @@ def smooth_step(s):
     return s * s * (3.0 - 2.0 * s)
 
 
-@inlined
+@kernel
 def gate(load, lift):
     """Return the gate g at `load` and its first and second derivative over the load."""
     s = min(max(load / lift, 0.0), 1.0)

@@ -6,8 +6,9 @@ Model   F(z) = mean over [0, L] of max(h - z, 0) = w / k, with h of eq. 2. F is 
         The contact length is cut into cells of at most 1/16 of the shortest period. A cell whose bounds on h lie above
         z touches over its whole width, one whose bounds lie below not at all; the rest is measured by `patches`.
 Source  Fagiani & Barbieri (2016), eq. 1. Newton here is Michelot's projection on the simplex (1986).
-Limits  |error of z| below 2e-13 (a1 + a2) (measured by tests/synth/test_exact.py); below w / k = 1e-18 (a1 + a2) the
-        crest asymptote, in which every touching crest is its parabola: at 1e-10 it would be off by up to 5e-10.
+Limits  |error of z| below 2e-13 (a1 + a2) (measured by tests/synth/contact/test_exact_solver.py); below w / k = 1e-18
+        (a1 + a2) the crest asymptote, in which every touching crest is its parabola: at 1e-10 it would be off by up to
+        5e-10.
 """
 
 from __future__ import annotations
@@ -20,10 +21,10 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.contact.crests import crest_approach
-from synth.contact.domes import dome_of, level_of, surfaces_of
+from synth.contact.finger_curvature import dome_of, level_of, surfaces_of
 from synth.contact.geometry import Geometry
 from synth.contact.patches import touching_part
-from synth.kernels import inlined, kernel
+from synth.kernels import inlined, inner, kernel
 
 CELLS_PER_PERIOD = 16  # the series of `patches` are exact to round-off up to pi / 16; fewer cells would lose digits
 SMALLEST_INDENTATION = 1e-18  # of a1 + a2: below it crests are pressed in by 1e-11 at most, and are their parabolas
@@ -50,7 +51,7 @@ class Grid:
 
     @property
     def pieces(self) -> Any:
-        """What the kernels read of it: see `domes`."""
+        """What the kernels read of it: see `finger_curvature`."""
         return self.tables
 
     @property
@@ -176,7 +177,7 @@ def measure_phases(tables, k1, k2, phases, heights, depth, touching):
         depth[i], touching[i], _bend = contact_sum(work, tables, k1, k2, heights[i], scratch)
 
 
-@kernel
+@inner
 def fill_cells(tables, k1, k2, cosine, sine, work):
     """Write height bounds, mean height, and the texture's height and slope of every cell; return the mean of h over L.
 
@@ -218,7 +219,7 @@ def bounds_of_cell(u1, v1, k1, u2, v2, k2):
     return bound2, min(bound3, k1 * (slope + bound2) + apart * (abs(v2) + k2 * abs(u2)))
 
 
-@kernel
+@inner
 def contact_sum(work, tables, k1, k2, z, scratch):
     """Return F(z), the touching part of L, and F''(z), all relative to L and a1 + a2."""
     rows = surfaces_of(tables)
@@ -246,7 +247,7 @@ def contact_sum(work, tables, k1, k2, z, scratch):
     return full / cells + area * half, touching / cells + length * half, edges * half
 
 
-@kernel
+@inner
 def newton(work, tables, k1, k2, target, z, lowest, scratch):
     """Return z, the touching part of L there, and the number of iterations; F(`lowest`) >= target."""
     highest = 2.0

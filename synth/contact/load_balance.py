@@ -10,16 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 from dataclasses import dataclass
-from typing import cast
 
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.exact import Approaches
+from synth.contact.exact_solver import Approaches
 from synth.contact.full_contact import FullContact, full_contact
 from synth.contact.geometry import Geometry
-from synth.contact.laid_out import refined, solver_of
-from synth.contact.phase_solver import MeasuringSolver, PhaseSolver
+from synth.contact.solvers import PhaseSolver, refined, solver_of
 from synth.contact.stiffness import Stiffness
 
 LEAST_TOUCHING = 1e-12  # of the length: keeps dz/dw finite where nothing touches
@@ -27,7 +25,7 @@ LEAST_TOUCHING = 1e-12  # of the length: keeps dz/dw finite where nothing touche
 
 @dataclass(frozen=True, slots=True)
 class Contact:
-    """Geometry and stiffness of one scene, and the solver that takes them: that of `laid_out` unless given."""
+    """Geometry and stiffness of one scene, and the solver that takes them: that of `solvers` unless given."""
 
     geometry: Geometry
     stiffness: Stiffness
@@ -41,9 +39,10 @@ class Contact:
     def refined(self) -> Contact | None:
         """Return the contact on a finer discretisation; None where its solver has none."""
         geometry = refined(self.geometry, self.grid)
-        return None if geometry is None else self._on(geometry)
+        return None if geometry is None else self.on(geometry)
 
-    def _on(self, geometry: Geometry) -> Contact:
+    def on(self, geometry: Geometry) -> Contact:
+        """Return this contact on other surfaces."""
         return Contact.of(geometry, self.stiffness)
 
     @property
@@ -65,11 +64,6 @@ class Contact:
     def nbytes(self) -> int:
         """Bytes that the contact holds."""
         return self.grid.nbytes
-
-    @property
-    def nothing_at_no_load(self) -> bool:
-        """False: z is then the envelope of the crests."""
-        return False
 
     @property
     def dome(self) -> float:
@@ -126,9 +120,7 @@ class Contact:
 
         load: N, at which the shape of the contact is taken. The reaction is `stiffness_at(load)` times that mean.
         """
-        solver = self.solver(load)
-        assert hasattr(solver, "measure"), f"{solver.name} finds z alone"  # isinstance of a protocol takes 50 us
-        return cast(MeasuringSolver, solver).measure(phases, heights)
+        return self.solver(load).measure(phases, heights)
 
     def _slope(self, phases: Array, solved: Approaches, load: float) -> Array:
         """Return dz/dw (m/N) of what was `solved` at each of `phases` and `load`."""

@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.exact import Approaches, angles_of_centres
+from synth.contact.exact_solver import Approaches, angles_of_centres
 from synth.contact.geometry import Geometry
 from synth.contact.polyline import first_segments, knots_of
 from synth.kernels import kernel, summing
@@ -55,8 +55,6 @@ class SegmentGrid:
     blocks: Array
     numbers: Array
     height_scale: float
-
-    family = "sampled"
 
     @classmethod
     def of_geometry(cls, geometry: Geometry, dome: float = 0.0) -> SegmentGrid:

@@ -9,9 +9,9 @@ Model   F(z) = integral of max(h - (x - xc)^2 / (2 R) - z, 0) dx = w / kappa, xc
         with a z0 that z never falls below (`lowest_approach`). Its mean over D times kappa D is the reaction.
 Source  Johnson, Contact Mechanics (1985), sec. 4.3 (Winkler foundation, parabola); Fagiani & Barbieri (2016), eqs 1, 2,
         4, 5; the rest is derived here.
-Limits  on a sinusoid 2e-13 (a1 + a2), as `exact`, plus 3e-15 |z| (measured); on other kinds as `segments`. Measured at
-        a z below z0 (a finger thrown onto the surface harder than its load) the pressure beyond D is left out. At no
-        load kappa, and the stiffness, are 0.
+Limits  on a sinusoid 2e-13 (a1 + a2), as `exact_solver`, plus 3e-15 |z| (measured); on other kinds as `profile_solver`.
+        Measured at a z below z0 (a finger thrown onto the surface harder than its load) the pressure beyond D is left
+        out. At no load kappa, and the stiffness, are 0.
 """
 
 from __future__ import annotations
@@ -24,11 +24,9 @@ from functools import partial
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.balance import LEAST_TOUCHING, Contact
 from synth.contact.geometry import Geometry
-from synth.contact.kept_solvers import KeptSolvers, ManyShapes
-from synth.contact.laid_out import solver_of
-from synth.contact.phase_solver import PhaseSolver
+from synth.contact.load_balance import LEAST_TOUCHING, Contact
+from synth.contact.solvers import KeptSolvers, ManyShapes, PhaseSolver, solver_of
 from synth.contact.stiffness import Stiffness
 from synth.errors import CannotRender
 
@@ -144,7 +142,8 @@ class RoundContact(ManyShapes, Contact):
             grid = solver_of(_spanned(geometry, finger, 0.0), 1.0 / finger.radius)
         return cls(geometry, stiffness, grid, finger)
 
-    def _on(self, geometry: Geometry) -> RoundContact:
+    def on(self, geometry: Geometry) -> RoundContact:
+        """Return this contact on other surfaces."""
         grid = solver_of(_spanned(geometry, self.finger, 0.0), self.dome)
         return RoundContact(geometry, self.stiffness, grid, self.finger)
 

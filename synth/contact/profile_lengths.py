@@ -1,8 +1,8 @@
 """The approach z of a texture of any profile over many lengths at once, for a contact that grows with the load.
 
 Model   One polyline over the longest contact serves all: a shorter one, about the same middle, begins elsewhere, which
-        turns its finger and its texture. See `segments`.
-Limits  as `segments`; flat fingers only.
+        turns its finger and its texture. See `profile_solver`.
+Limits  as `profile_solver`; flat fingers only.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.contact.geometry import Geometry
-from synth.contact.segments import SegmentGrid, balance
+from synth.contact.profile_solver import SegmentGrid, balance
 from synth.kernels import kernel
 
 

@@ -62,7 +62,9 @@ def late_by(track: Array, now: float, time: float, silent: bool) -> float:
         _pace(track, passed)
     lateness = track[LATENESS:PACES]
     lateness[known % KEPT] = now - time
-    least = lateness[: min(known + 1, KEPT)].min()
+    least = lateness[0]
+    for i in range(1, min(known + 1, KEPT)):
+        least = min(least, lateness[i])
     gap, step = least - track[CLOCK], min(max(passed, 0.0), PAUSE)
     if known == 0 or silent or not abs(gap) < OTHER_CLOCK:
         track[CLOCK] = least
@@ -82,8 +84,20 @@ def _pace(track: Array, passed: float) -> None:
         return
     paces, known = track[PACES:TIMES], int(track[INTERVALS])
     paces[known % PACED] = passed
-    ordered = np.sort(paces[: min(known + 1, PACED)])
-    track[INTERVALS], track[INTERVAL] = known + 1, ordered[len(ordered) // 2]
+    track[INTERVALS], track[INTERVAL] = known + 1, _median(paces, min(known + 1, PACED))
+
+
+@unfused
+def _median(values: Array, count: int) -> float:
+    """Return the median of the first `count` values, the upper one of two; each is compared with all: there are few."""
+    for i in range(count):
+        smaller, equal = 0, 0
+        for j in range(count):
+            smaller += values[j] < values[i]
+            equal += values[j] == values[i]
+        if smaller <= count // 2 < smaller + equal:
+            return float(values[i])
+    return float(values[0])
 
 
 @unfused

@@ -1,10 +1,10 @@
 """The parabola of a round finger inside a cell; where the finger is flat, nothing, and no work of the machine.
 
 Model   a round finger takes d(x) = (x - xc)^2 / (2 R) off h. In a cell, over which t runs from -1 to 1, that is d0 +
-        d1 t + d2 t^2 in units of a1 + a2. The kernels take `tables`: the array of `exact.Grid` for a flat finger; for
-        a round one the pair of that array and the rows d0, d1, d2 of every cell. A cell then ends in its level, the
-        coefficients of z + d(t), where it ends in z for a flat finger. Types are known when a kernel is compiled, so
-        one source gives a kernel for each.
+        d1 t + d2 t^2 in units of a1 + a2. The kernels take `tables`: the array of `exact_solver.Grid` for a flat
+        finger; for a round one the pair of that array and the rows d0, d1, d2 of every cell. A cell then ends in its
+        level, the coefficients of z + d(t), where it ends in z for a flat finger. Types are known when a kernel is
+        compiled, so one source gives a kernel for each.
 Source  numba's `overload`, which puts what fits the types in place of the call.
 Limits  nothing is rounded but the coefficients: to round-off of d, which is far below that of h near the middle.
 """

@@ -20,14 +20,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.balance import LEAST_TOUCHING, Contact
-from synth.contact.exact import Approaches
+from synth.contact.exact_lengths import LAYING_OUT
+from synth.contact.exact_solver import Approaches
 from synth.contact.full_contact import FullContact, full_contact
 from synth.contact.geometry import Geometry
-from synth.contact.kept_solvers import KeptSolvers, ManyShapes
-from synth.contact.laid_out import heights_of_lengths, solver_of
-from synth.contact.lengths import LAYING_OUT
-from synth.contact.phase_solver import PhaseSolver
+from synth.contact.load_balance import LEAST_TOUCHING, Contact
+from synth.contact.solvers import KeptSolvers, ManyShapes, PhaseSolver, heights_of_lengths, solver_of
 from synth.contact.stiffness import Stiffness
 
 SHORTEST, LONGEST = 10e-6, 0.1  # m: the range of a scene's contact length, beyond which no other part expects one
@@ -72,7 +70,8 @@ class GrowingContact(ManyShapes, Contact):
         """Return the contact; geometry, stiffness, grid (laid out unless given): those of the nominal length."""
         return cls(geometry, stiffness, grid or solver_of(geometry), growth or Growth())
 
-    def _on(self, geometry: Geometry) -> GrowingContact:
+    def on(self, geometry: Geometry) -> GrowingContact:
+        """Return this contact on other surfaces."""
         return GrowingContact.of(geometry, self.stiffness, growth=self.growth)
 
     @property

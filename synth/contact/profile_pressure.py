@@ -1,11 +1,11 @@
 """Integrals of the pressure field of a texture of any profile, at any phase and z, over its polyline.
 
-Model   y = h - z is a straight line over each segment of `segments`, and the slope of the texture is that of its
+Model   y = h - z is a straight line over each segment of `profile_solver`, and the slope of the texture is that of its
         segment. So S = mean of max(y, 0) h_t', T = mean of h_t' where y > 0, N_g = mean of max(y, 0)^g and N_(g-1) are
         sums of elementary integrals: from y = p to q, that of y^g is (q^(g+1) - p^(g+1)) / ((g + 1) (q - p)) of the
         length; where p and q are nearly one, its series about their middle.
 Source  Fagiani & Barbieri (2016), eqs 1-2; S and N_g as in `pressure`.
-Limits  exact for the polyline to 1e-12 of itself; against the profile see `segments`.
+Limits  exact for the polyline to 1e-12 of itself; against the profile see `profile_solver`.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.contact.geometry import Geometry
 from synth.contact.pressure import PowerSums, SlopeSums
-from synth.contact.segments import SegmentGrid, begin_place, knots_over
+from synth.contact.profile_solver import SegmentGrid, begin_place, knots_over
 from synth.kernels import kernel, summing
 
 LEVEL = 1e-3  # of y: where a segment rises by less, a power is taken about its middle, to 1e-13 of itself

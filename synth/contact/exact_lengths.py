@@ -1,7 +1,8 @@
 """z at many places whose contacts are of many lengths: each laid out and solved by itself, in one compiled loop.
 
-Model   the cells of `exact.Grid` over x0 <= x <= x0 + L, x0 = (L0 - L) / 2, ridges and texture staying where they are.
-Source  `exact`, whose kernel solves each place.
+Model   the cells of `exact_solver.Grid` over x0 <= x <= x0 + L, x0 = (L0 - L) / 2, ridges and texture staying where
+        they are.
+Source  `exact_solver`, whose kernel solves each place.
 Limits  angles are those of x from the end of the nominal length, to 1e-16 of themselves: 1e-11 of a turn after 1e5
         periods. Laying out costs some five times what solving does.
 """
@@ -13,7 +14,7 @@ import math
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.exact import CELLS_PER_PERIOD, solve_phases
+from synth.contact.exact_solver import CELLS_PER_PERIOD, solve_phases
 from synth.contact.geometry import Geometry
 from synth.kernels import kernel
 

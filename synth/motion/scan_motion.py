@@ -1,0 +1,98 @@
+"""The motion of a scene's own scan, at any frame.
+
+Model   Constant: p = u t. Stroke: see `stroke_motion`. Trajectory: the curves of `recorded_motion`, which stay between
+        the recorded points; before the first and after the last point the position goes on in a straight line and the
+        finger lifts within LIFT_TIME.
+Source  design, section 4.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.motion.motion import LOAD, LOAD_BEND, LOAD_RATE, SPEED, SPEED_RATE, Motion
+from synth.motion.recorded_motion import RecordedMotion
+from synth.scene.scene import Scene
+
+LIFT_TIME = 0.02  # s in which the finger comes down before a trajectory and leaves after it; shorter would click
+
+
+class ScanMotion:
+    """The motion of a scene's scan at any frame; rate: frames a second, those of the output unless given."""
+
+    def __init__(self, scene: Scene, rate: float | None = None) -> None:
+        self.rate = float(rate or scene.output.sample_rate)
+        self.scan = scene.scan
+        self._recorded = RecordedMotion.of(scene) if scene.scan.trajectory is not None else None
+        self._stroke = _stroke_motion() if scene.scan.stroke is not None else None
+
+    def at(self, first: int, frames: int) -> Motion:
+        """Return the motion of `frames` frames from frame `first` on; frame n is at t = n / rate."""
+        if self._stroke is not None:
+            return self._stroke(self.scan.stroke, first, frames, self.rate)
+        t = np.arange(first, first + frames) / self.rate
+        if self._recorded is not None:
+            return self._along(self._recorded, t)
+        constant = np.zeros((5, frames))
+        constant[SPEED], constant[LOAD] = self.scan.speed, self.scan.load
+        return Motion(constant, self.scan.speed * t)
+
+    def load_range(self) -> tuple[float, float]:
+        """Return the smallest and largest load (N) of the scan."""
+        low, high = self.recorded_loads()
+        return (low, high) if low == high and self.start <= 0.0 else (min(0.0, low), high)
+
+    def recorded_loads(self) -> tuple[float, float]:
+        """Return the smallest and largest load (N) between the ends of the scan: without the finger's lift."""
+        if self._recorded is not None:
+            return self._recorded.loads
+        load = self.scan.stroke.load if self.scan.stroke is not None else self.scan.load
+        return load, load
+
+    def fastest(self) -> float:
+        """Return the largest speed (m/s) of the scan, without its direction."""
+        return abs(self.scan.speed) if self._recorded is None else self._recorded.fastest()
+
+    def warnings(self) -> tuple[str, ...]:
+        """Return what of a recording is rendered otherwise than it was recorded."""
+        return () if self._recorded is None else self._recorded.warnings
+
+    @property
+    def start(self) -> float:
+        """Time (s) at which the recording begins, 0 for a scan that is none."""
+        return 0.0 if self._recorded is None else self._recorded.start
+
+    @property
+    def duration(self) -> float:
+        """Seconds of the recording, infinite for a scan that never ends."""
+        return np.inf if self._recorded is None else self._recorded.end
+
+    def _along(self, recorded: RecordedMotion, t: Array) -> Motion:
+        """Return a recorded motion at the times `t` (s)."""
+        samples = np.zeros((5, len(t)))
+        on = recorded.place.within(t)
+        samples[SPEED], samples[SPEED_RATE] = recorded.place.slope(on), recorded.place.bend(on)
+        places = recorded.place.value(on) + samples[SPEED] * (t - on)
+        on = recorded.load.within(t)
+        value = np.clip(recorded.load.value(on), *recorded.loads)  # which only rounding leaves
+        slope, bend = recorded.load.slope(on), recorded.load.bend(on)
+        beyond = t - on
+        s = 1.0 - np.minimum(np.abs(beyond) / LIFT_TIME, 1.0)
+        ds = -np.sign(beyond) / LIFT_TIME * (s > 0.0) * (s < 1.0)
+        window = s**3 * (10.0 + s * (6.0 * s - 15.0))
+        first = 30.0 * (s * (1.0 - s)) ** 2 * ds
+        second = 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s) * ds**2
+        samples[LOAD] = value * window
+        samples[LOAD_RATE] = slope * window + value * first
+        samples[LOAD_BEND] = bend * window + 2.0 * slope * first + value * second
+        return Motion(samples, places)
+
+
+def _stroke_motion() -> Callable[..., Motion]:
+    """Return what makes the motion of a stroke; only a scan that is one loads it."""
+    from synth.motion.stroke_motion import stroke_motion
+
+    return stroke_motion
