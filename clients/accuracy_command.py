@@ -23,7 +23,7 @@ from clients.tables import print_table
 from clients.target import replaces
 from synth.accuracy.report import measure_accuracy
 from synth.errors import CannotRender
-from synth.plan.start_up import begun
+from synth.plan.process_start import begun
 
 DOCUMENT = "accuracy.json"
 FILES = (DOCUMENT, "accuracy.svg", "accuracy.png")

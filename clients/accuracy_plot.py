@@ -45,7 +45,7 @@ from clients.accuracy_words import write_names, write_title_and_notes
 
 SIZE = (6.0, 5.1)  # inches: printed 12 cm wide, the smallest words are 6 points high
 DOTS_PER_INCH = 300
-HOLLOW = ("linear", "tabled")  # kinds that share their colour with another
+HOLLOW = ("tabled",)  # kinds that share their colour with another
 
 
 def main(folder: Path) -> None:

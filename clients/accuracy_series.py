@@ -3,7 +3,7 @@
 Stage: the JSON of `ridgewave accuracy` -> series of methods, costs, levels of error. Nothing else is needed, so a kept
     document can be shown again.
 Model: the cost of a method is set-up / duration + time for a second of sound, in seconds a second. Methods that differ
-    only in the numbers of their name are one series; of the baseline, only in the first number.
+    only in the numbers of their name are one series.
 """
 
 from __future__ import annotations
@@ -44,8 +44,7 @@ def series_of(document: Document) -> list[Series]:
     """Return the methods of `document` as series, families in their order; unknown families come last."""
     groups: dict[tuple[str, str], list[Row]] = {}
     for row in document["methods"]:
-        numbers = 1 if row["family"] == "baseline" else 0
-        groups.setdefault((row["family"], re.sub(r"\d+", "#", row["method"], count=numbers)), []).append(row)
+        groups.setdefault((row["family"], re.sub(r"\d+", "#", row["method"])), []).append(row)
     order = [*FAMILIES, *(row["family"] for row in document["methods"])]
     return [
         Series(family, _kind(pattern), tuple(sorted(rows, key=lambda row: number_of(row["method"]))))
@@ -54,7 +53,7 @@ def series_of(document: Document) -> list[Series]:
 
 
 def name_of(series: Series) -> str:
-    """Return what a series is called, such as "response table, cubic"."""
+    """Return what a series is called, such as "trapezoid and brentq, tabled"."""
     name = FAMILIES.get(series.family, series.family)
     return f"{name}, {series.kind}" if series.kind else name
 

@@ -21,7 +21,7 @@ from service.sinks import Sink, open_sink
 from synth.encode.sound_metadata import Metadata
 from synth.errors import CannotRender
 from synth.scene.scene import scene_document
-from synth.voice.limiter import reduction_warning
+from synth.voice.fades import reduction_warning
 from synth.voice.live_voice import LiveVoice
 
 if TYPE_CHECKING:

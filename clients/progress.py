@@ -109,7 +109,7 @@ class Waiting:
 
 def _doing(label: str) -> str:
     """Return what takes the time: compiling, while that is so."""
-    start_up = sys.modules.get("synth.plan.start_up")  # known once there is anything to wait for
+    start_up = sys.modules.get("synth.plan.process_start")  # known once there is anything to wait for
     if start_up is not None and start_up.compiling():
         return f"{label} (compiling, once on this machine)"
     return label

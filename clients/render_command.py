@@ -6,7 +6,7 @@ import argparse
 import sys
 import time
 from collections.abc import Mapping
-from typing import Any, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 from clients.export import Export, export
 from clients.outcome import DONE, asked_wrong, print_json, say, warn
@@ -18,7 +18,9 @@ from synth.encode.formats import Metadata, open_writer
 from synth.encode.sound_metadata import UNITS
 from synth.scene.scene import scene_document
 from synth.voice.hand_log import is_recording
-from synth.voice.limiter import Limiter, look_ahead, reduction_warning
+
+if TYPE_CHECKING:
+    from synth.voice.limiter import Limiter
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -80,7 +82,7 @@ def _written(
     """Write `frames` of `voice` and return the result; started: when its preparation began."""
     ready = time.perf_counter()
     rate = voice.sample_rate
-    limiter = None if target.sound_format.is_float else Limiter(voice.channels, rate, look_ahead(rate))
+    limiter = None if target.sound_format.is_float else _limiter(voice.channels, rate)
     metadata = Metadata(voice.full_scale, voice.quantities, scene_document(scene))
     place: Any = _standard_output() if target.path is None else target.path
     with (
@@ -91,11 +93,20 @@ def _written(
     return _result(target, voice, written, ready - started, time.perf_counter() - ready)
 
 
+def _limiter(channels: int, rate: int) -> Limiter:
+    """Return the safety limiter; only a file of integers loads it."""
+    from synth.voice.limiter import Limiter, look_ahead
+
+    return Limiter(channels, rate, look_ahead(rate))
+
+
 def _standard_output() -> BinaryIO:
     return sys.stdout.buffer
 
 
 def _result(target: Target, voice: Any, written: Export, setup: float, rendering: float) -> dict[str, Any]:
+    from synth.voice.fades import reduction_warning
+
     seconds = written.frames / voice.sample_rate
     channels = [
         {"quantity": quantity, "unit": UNITS[quantity], "full_scale": full_scale, "peak": peak}

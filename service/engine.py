@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from service.sound import Sounding
 from synth.encode.formats import Block
-from synth.motion.update_smoothing import Update
+from synth.motion.update import Update
 from synth.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -160,6 +160,9 @@ class Engine(Protocol):
     def open_hand(self, scene: Scene, *, record: bool = False) -> HandVoice:
         """Return a live voice at frame 0 that takes updates of a hand; record: it can give a recording."""
 
+    def load_live(self) -> None:
+        """Load what live voices run, which compiles it at a first start."""
+
     @property
     def live_delay(self) -> float:
         """Return by how many seconds a live voice sounds behind its changes."""
@@ -192,7 +195,7 @@ class SynthEngine:
 
     def __init__(self, cache_bytes: int) -> None:
         """cache_bytes: the bound of memory, see `ResponseCache`."""
-        from synth.response.cache import ResponseCache
+        from synth.response.response_cache import ResponseCache
 
         self._cache = ResponseCache(cache_bytes)
 
@@ -236,6 +239,11 @@ class SynthEngine:
         from synth.voice.hand_voice import HandVoice
 
         return HandVoice(scene, cache=self._cache, record=record)
+
+    def load_live(self) -> None:
+        """See `Engine`."""
+        import synth.voice.hand_voice
+        import synth.voice.table_reading  # noqa: F401
 
     @property
     def live_delay(self) -> float:

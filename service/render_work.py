@@ -32,7 +32,7 @@ from synth.encode.formats import Block, SoundFormat, encode_all, media_type, ope
 from synth.encode.riff import padding, wav_header
 from synth.errors import CannotRender
 from synth.scene.scene import Scene, channel_count, parse_scene_text
-from synth.voice.limiter import reduction_warning
+from synth.voice.fades import reduction_warning
 
 WHOLE_SAMPLES = 1 << 20  # 4 MB of float32, 22 s of mono at 48 kHz: small enough to hold twice
 PIECE_SAMPLES = 1 << 16  # 256 kB a write, about a millisecond of work

@@ -15,6 +15,7 @@ import threading
 import time
 from collections import Counter
 from collections.abc import AsyncIterator, Callable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import asynccontextmanager, contextmanager
 from functools import partial
 from pathlib import Path
@@ -118,9 +119,12 @@ class Service:
         """Render a little, so that the kernels are compiled before somebody waits for them; for a thread."""
         began = time.perf_counter()
         try:
+            with ThreadPoolExecutor(1) as beside:  # a process of its own compiles the solver, this one the live voices
+                renders = beside.submit(self.renders.warm_up)
+                self.engine.load_live()
+                renders.result()
             self.engine.open_voice(parse_scene({})).render(480)
             open_live_voices(self.engine, {})
-            self.renders.warm_up()
         except Exception:
             log.exception("our mistake: the default scene does not render; the service stays not ready")
             return

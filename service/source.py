@@ -14,7 +14,7 @@ from service.engine import LiveVoice
 from service.quickness import Quickness
 from synth.encode.formats import Block
 from synth.scene.scene import Scene
-from synth.voice.limiter import faded
+from synth.voice.fades import faded
 
 FADE_SECONDS = 0.01  # an end is silent 20 ms after it was asked for; much shorter would be felt as a click of its own
 

@@ -19,7 +19,7 @@ from service.settings import Settings
 from service.source import Source
 from synth.encode.formats import Block, Metadata, SoundFormat, stream_block, stream_header
 from synth.encode.riff import padding, wav_header
-from synth.voice.limiter import faded
+from synth.voice.fades import faded
 
 GRACE_SECONDS = 0.5  # for a reader to take the block that waits when its session ends
 STOP_GRACE_SECONDS = 0.01  # the same for a stop, which promises silence within 20 ms

@@ -22,7 +22,7 @@ from service.live.messages import (
 )
 from service.problems import Problem
 from synth.errors import shown
-from synth.motion.update_smoothing import Update
+from synth.motion.update import Update
 
 LAYOUT = struct.Struct("<BBHIddf")
 VERSION = 1

@@ -24,9 +24,9 @@ from service.metrics import Metrics
 from service.quickness import Quickness
 from service.source import FADE_SECONDS
 from synth.encode.samples import SoundFormat, block_bytes
-from synth.motion.update_smoothing import Update
+from synth.motion.update import Update
 from synth.scene.scene import Scene
-from synth.voice.limiter import faded
+from synth.voice.fades import faded
 
 BLOCK_SECONDS = 0.01  # of a block where hello says nothing: 100 a second, each little work
 CHANGE_SECONDS = (

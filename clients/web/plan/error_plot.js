@@ -2,7 +2,7 @@
 
 Model: across, the time for a second of sound, set-up spread over the scene's duration; up, the largest error of a
 period relative to the peak-to-peak; both in decades, so nearer to the lower left is better. A line joins methods that
-differ in size only; open points are tables read in straight lines. The broad line is the front: nothing measured is
+differ in size only; open points are the baseline, tabled for a period. The broad line is the front: nothing measured is
 both nearer and cheaper. The ring is what the plan takes.
 Limits: an error of zero stands on the lower edge. Labels without a free place are left out, since the table has all. */
 
@@ -40,8 +40,7 @@ export function costOf(document, row) {
 export function seriesOf(document) {
   const groups = new Map();
   for (const row of document.methods) {
-    const numbers = row.family === "baseline" ? /\d+/ : /\d+/g;
-    const pattern = row.method.replace(numbers, "#").replaceAll(/harmonics?/g, "harmonics");
+    const pattern = row.method.replaceAll(/\d+/g, "#");
     const key = `${row.family}|${pattern}`;
     if (!groups.has(key)) groups.set(key, { family: row.family, pattern, rows: [] });
     groups.get(key).rows.push(row);
@@ -55,7 +54,7 @@ export function seriesOf(document) {
       .map((part) => part.trim())
       .filter((part) => !/[#\d]/.test(part));
     one.name = [FAMILIES[one.family] ?? one.family, ...kind].join(", ");
-    one.open = kind.includes("linear") || kind.includes("tabled");
+    one.open = kind.includes("tabled");
     one.rows.sort((first, second) => numberOf(first.method) - numberOf(second.method));
   }
   return series;
