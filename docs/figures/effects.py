@@ -21,8 +21,8 @@ from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from docs.figures.look import BLUE, FAINT, GREEN, INK, LOOK, RED, Real, new_figure, saved
 from synth import Voice, open_voice, parse_scene
-from synth.effects.simulation.steppers import stiffness_round
 from synth.effects.simulation.steps import HEIGHT, ROWS
+from synth.plan.effect_choice import stiffness_round
 
 Settings = Mapping[str, Any]
 HERE = Path(__file__).resolve().parent

@@ -17,8 +17,9 @@ import numpy as np
 
 from docs.figures.look import Real
 from synth.motion.motion import LOAD, SPEED, SPEED_RATE
-from synth.motion.smoothing_track import INTERVAL, late_by, new_track, slope_with
-from synth.motion.update_smoothing import DELAY, QUICKEST, SLOWEST, TIGHTNESS, Follower, Update
+from synth.motion.update import Update
+from synth.motion.update_smoothing import DELAY, QUICKEST, SLOWEST, TIGHTNESS, Follower
+from synth.motion.update_timing import INTERVAL, late_by, new_track, slope_with
 
 RATE, BLOCK = 48000, 480  # frames a second; 10 ms, the service's own
 PERIOD = 0.8e-3  # m: texture of the default scene
