@@ -12,7 +12,7 @@ from synth.accuracy.report import AccuracyReport, LeftOut, Measured
 from synth.plan.channels import UNITS
 from synth.scene.scene import Scene, parse_scene, scene_document
 
-CHOSEN = "response table, 512 phases, cubic, 64 cells"
+CHOSEN = "sum of harmonics, 512 phases"
 DURATION = 2.0
 
 
@@ -54,26 +54,23 @@ def fake_measure(
 
 
 def _rows() -> Iterator[Measured]:
-    for size in (25, 50, 100, 200, 400, 800, 1600, 3200, 6400):
-        yield _row(
-            "baseline", f"trapezoid and brentq, {size} points a ridge, oversampling 1", 0.02 * (25 / size) ** 1.9, 0.0,
-            0.09 * size,
-        )  # fmt: skip
-    for size in (400, 1600):
-        name = f"trapezoid and brentq, {size} points a ridge, tabled, 1024 phases"
-        yield _row("baseline", name, 0.02 * (25 / size) ** 1.9, 1e-3 * size, 3e-4)
-    for size in (8, 16, 32, 64, 128, 256, 512):
-        yield _row("sampled", f"sampled solver, {size} points a ridge", 0.1 * (8 / size) ** 2, 0.0, 0.02 * size)
+    for power, count in enumerate((1, 1, 2, 2, 4, 4, 8, 8)):
+        name = f"trapezoid and brentq, {25 * 2**power} points a ridge"
+        error = 0.02 * 2.0 ** (-1.9 * power)
+        yield _row("baseline", f"{name}, oversampling {count}", error, 0.0, 2.2 * 2**power * count)
+        yield _row("baseline", f"{name}, tabled, {512 * count} phases", error, 0.1 * 2**power * count, 3e-4)
+    for power, count in enumerate((1, 2, 4, 4, 8, 16, 32)):
+        name = f"sampled solver, {52 << power} segments, {count} a frame"
+        yield _row("sampled", name, 0.1 * 2.0 ** (-2.0 * power), 0.0, 0.16 * 2**power)
     for size in (1, 2, 4, 8, 16, 32):
         yield _row("exact", f"exact solver, oversampling {size}", 0.06 * size**-2.5, 0.001, 0.09 * size)
-    for kind, order, seconds in (("linear", 1.6, 2e-4), ("cubic", 2.5, 3e-4)):
-        for size in (2**power for power in range(3, 17)):
-            name = f"response table, {size} phases, {kind}"
-            yield _row("table", name, 0.3 * (8 / size) ** order, 1e-4 + 2e-6 * size, seconds)
-    yield _row("table", CHOSEN, 6e-6, 3e-3, 6e-5)
-    for size in (2**power for power in range(10)):
-        error = 0.0 if size == 512 else 0.3 * size**-2.5
-        yield _row("harmonics", f"sum of harmonics, {size} harmonics", error, 8e-3, 1.4e-4 + 1e-4 * size)
+    for size in (500, 2000, 8000):
+        yield _row("table", f"response table, to a {size}th", 0.2 / size, 1e-4 * size, 4e-4)
+    for size in (2**power for power in range(3, 17)):
+        if size != 512:
+            error = 0.0 if size == 65536 else 0.5 * (8 / size) ** 2.5
+            yield _row("harmonics", f"sum of harmonics, {size} phases", error, 2e-6 * size, 1e-4)
+    yield _row("harmonics", CHOSEN, 6e-6, 3e-3, 1e-4)
     yield _row("closed", "closed form", 0.0, 1e-5, 0.9)
 
 

@@ -27,7 +27,7 @@ def run(module: str, *words: str) -> str:
 
 
 UNITS = {"us/phase", "1/1000", "x assumed", "x equal", "x sin", "ns/frame", "ms", "s", "kB"}
-SHORT = ("solver", "voice", "limiter", "response", "methods", "service")  # the others compile, or solve what takes long
+SHORT = ("solver", "voice", "limiter", "response", "service")  # the others compile, or solve what takes long
 
 
 @pytest.mark.slow

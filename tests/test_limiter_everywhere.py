@@ -24,10 +24,11 @@ from clients.command_line import main
 from service.app import create_app
 from service.settings import read_settings, setting_fields
 from synth import open_voice, parse_scene
+from synth.arrays import Block
 from synth.encode.formats import ENDINGS, SoundFormat
 from synth.encode.samples import quantise
 from synth.scene.scene import scene_schema
-from synth.voice.limiter import Block, Limiter, look_ahead
+from synth.voice.limiter import Limiter, look_ahead
 from tests.service.alsa_recorder import DEVICE, AlsaRecorder, Listening, require_portaudio
 from tests.service.harness import Child, Running, kept_engine, problem, serving, until
 from tests.service.live.client import live

@@ -6,7 +6,7 @@
     python -m tests.bench table
     python -m tests.bench floods
 
-Parts: solver, voice, limiter, response, methods, effects (each on one core), service, processes; --long adds an
+Parts: solver, voice, limiter, response, effects (each on one core), service, processes; --long adds an
 hour's render. `live`, `page`, `table` and `floods` run only where they are named: one loads a service with streams
 for minutes, one wants a browser, one is of tables, one floods a service.
 Nothing here passes or fails: a figure over its limit says OVER. docs/benchmarks.md tells what each line means.
@@ -27,7 +27,6 @@ from tests.bench import (
     bench_floods,
     bench_limiter,
     bench_live,
-    bench_methods,
     bench_page,
     bench_processes,
     bench_response,
@@ -45,7 +44,6 @@ PARTS: dict[str, Measure] = {
     "voice": bench_voice.figures,
     "limiter": bench_limiter.figures,
     "response": bench_response.figures,
-    "methods": bench_methods.figures,
     "effects": bench_effects.figures,
     "service": bench_service.figures,
     "processes": bench_processes.figures,
@@ -56,7 +54,7 @@ BY_NAME: dict[str, Measure] = {  # only where named
     "table": bench_table.figures,
     "floods": bench_floods.figures,
 }
-ON_ONE_CORE = ("solver", "voice", "limiter", "response", "methods", "effects", "table")
+ON_ONE_CORE = ("solver", "voice", "limiter", "response", "effects", "table")
 HEADER = f"{'figure':35} {'median':>9} {'least':>9} {'unit':8} {'limit':>6} {'':6}  how"
 
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 from itertools import combinations
 from time import thread_time
@@ -21,7 +20,6 @@ import numpy as np
 from synth import Voice, open_voice, parse_scene
 from synth.effects.simulation.running import Simulation
 from synth.effects.simulation.skin_steps import SkinStepper
-from synth.effects.simulation.steppers import SKIN_MEMORY, SKIN_POINT, TABLE_STEP, Asked, asking
 from synth.effects.simulation.steps import ROWS
 from synth.errors import SceneError
 from synth.plan.preparation import prepare
@@ -147,7 +145,7 @@ def against_equal(name: str, document: dict[str, Any], what: str, repeats: int) 
 
 
 def steps(repeats: int) -> list[Figure]:
-    """Return what a step of a simulation takes over what `synth.effects.simulation.steppers` assumes."""
+    """Return what a step of a simulation takes over what the plan assumes."""
     relaxing = parse_scene(
         {"effects": {"viscous_skin": {"model": "three_time_constants"}}, "output": {"bandwidth": "full"}}
     )
@@ -160,23 +158,27 @@ def steps(repeats: int) -> list[Figure]:
 
 
 def simulation_of(scene: Scene) -> Simulation:
-    """Return the simulation of a scene, asked for z alone."""
+    """Return the simulation of a scene."""
     effects = prepare(scene, paced=True).effects
     assert effects is not None and effects.simulation is not None
-    simulation = effects.simulation.simulation
-    return replace(simulation, stepper=asking(simulation.stepper, Asked(static=False, forces=False)))
+    return effects.simulation.simulation
 
 
 def step_line(name: str, scene: Scene, repeats: int) -> Figure:
     """Return the line of a step that reads a table, or of a point of skin in a step."""
     simulation = simulation_of(scene)
-    stepper, count, assumed = simulation.stepper, STEPS, TABLE_STEP
-    if isinstance(stepper, SkinStepper):
-        count, assumed = STEPS * stepper.points.count, SKIN_POINT + SKIN_MEMORY * stepper.law.memories
-    took = worked(stepping(simulation), repeats)
-    found = 1e9 * statistics.median(took) / count
-    how = f"{found:.3g} ns against {1e9 * assumed:.3g}, median of {repeats} x {STEPS} steps"
-    return figure(f"simulation: {name}", took, "x assumed", None, how, scale=1.0 / (count * assumed))
+    stepper, took = simulation.stepper, worked(stepping(simulation), repeats)
+    count = STEPS * (stepper.points.count if isinstance(stepper, SkinStepper) else 1)
+    assumed = STEPS * stepper.step_time
+    how = f"{1e9 * statistics.median(took) / count:.3g} ns against {1e9 * assumed / count:.3g}"
+    return figure(
+        f"simulation: {name}",
+        took,
+        "x assumed",
+        None,
+        f"{how}, median of {repeats} x {STEPS} steps",
+        scale=1.0 / assumed,
+    )
 
 
 def stepping(simulation: Simulation) -> Callable[[], None]:

@@ -6,7 +6,8 @@ from functools import partial
 
 import numpy as np
 
-from synth.voice.limiter import Block, Limiter, look_ahead
+from synth.arrays import Block
+from synth.voice.limiter import Limiter, look_ahead
 from tests.bench.timing import Figure, figure, repeated
 
 FRAMES = 480  # a block: 10 ms at 48 kHz

@@ -6,9 +6,9 @@ import statistics
 
 import numpy as np
 
-from synth.contact.balance import Contact
-from synth.contact.baseline import BrentqGrid
+from synth.accuracy.baseline import Trapezoid
 from synth.contact.geometry import Geometry
+from synth.contact.load_balance import Contact
 from synth.contact.stiffness import Stiffness
 from synth.scene.scene import parse_scene
 from tests.bench.timing import Figure, figure, repeated
@@ -36,12 +36,12 @@ def figures(quick: bool) -> list[Figure]:
 
 def baseline(contact: Contact, load: float, points: float, exact: float, repeats: int) -> Figure:
     """Return the `exact` us a phase in thousandths of the baseline's time, and how far off the baseline is."""
-    sampled = Contact.of(contact.geometry, contact.stiffness, BrentqGrid.of_geometry(contact.geometry, points))
+    rule = Trapezoid(contact, load, points)
     phases = (np.arange(BASELINE_PHASES) + 0.5) / BASELINE_PHASES
     height, _slope = contact.approach(phases, load)
     extent = np.ptp(contact.approach(np.arange(512) / 512, load)[0])
-    error = float(np.max(np.abs(sampled.approach(phases, load)[0] - height)) / extent)
-    took = repeated(lambda: sampled.approach(phases, load), repeats)
+    error = float(np.max(np.abs(rule.solved(phases) - height)) / extent)
+    took = repeated(lambda: rule.solved(phases), repeats)
     a_phase = 1e6 * statistics.median(took) / BASELINE_PHASES
     how = f"brentq at {points:g} points a ridge, off by {error:.1e}, took {a_phase:.4g} us a phase, median of {repeats}"
     parts = [exact / (1e6 * one / BASELINE_PHASES) for one in took]

@@ -12,10 +12,9 @@ from time import process_time
 
 import numpy as np
 
-from synth.contact.balance import Contact
 from synth.contact.geometry import Geometry
+from synth.contact.load_balance import Contact
 from synth.contact.stiffness import Stiffness
-from synth.response.phases import turns_to_phase
 from synth.response.reading import TableReader
 from synth.response.table import ResponseTable
 from synth.response.table_making import make_table
@@ -68,15 +67,15 @@ def reading(
 ) -> list[Figure]:
     """Return the lines of reading blocks of one motion."""
     reader = TableReader.of(table, quantity, RATE)
-    state, out = reader.start(), np.empty(BLOCK, np.float32)
+    state, out = reader.start(), np.empty((BLOCK, 1), np.float32)
     motion = np.zeros((5, BLOCK))
     motion[0], motion[2] = speed, load
-    phases = turns_to_phase(np.cumsum(speed) / RATE / table.period)
+    places = np.cumsum(speed) / RATE
     angles, sines = np.random.default_rng(1).uniform(0.0, 6.3, BLOCK), np.empty(BLOCK)
     blocks = 20
 
     def read() -> None:
-        reader.read(state, phases, motion, out)
+        reader.read(state, motion, places, 0, out, 0)
 
     def sine() -> None:
         np.sin(angles, out=sines)

@@ -91,9 +91,9 @@ def test_every_family_has_a_colour_and_a_marker_of_its_own_and_its_name(figure: 
     assert len({style.marker for style in STYLES.values()}) == len(STYLES)
     shown = words(figure)
     assert all(name in shown for name in FAMILIES.values())
-    linear, cubic = (lines(figure, f"response table, {kind}")[0] for kind in ("linear", "cubic"))
-    assert linear.get_linestyle() != cubic.get_linestyle()
-    assert linear.get_markerfacecolor() != cubic.get_markerfacecolor()
+    framed, tabled = (lines(figure, f"trapezoid and brentq{kind}")[0] for kind in ("", ", tabled"))
+    assert framed.get_linestyle() != tabled.get_linestyle()
+    assert framed.get_markerfacecolor() != tabled.get_markerfacecolor()
 
 
 def test_the_front_is_a_staircase_through_the_methods_on_it(figure: Figure) -> None:
@@ -115,7 +115,7 @@ def test_a_choice_that_comes_first_takes_no_name_from_the_others() -> None:
     made = document()
     made["methods"].sort(key=lambda row: row["method"] != CHOSEN)
     with matplotlib.rc_context(LOOK):
-        assert "\nresponse table, cubic\n" in words(draw(made))
+        assert "\nsum of harmonics\n" in words(draw(made))
 
 
 def test_the_levels_stand_where_they_belong(figure: Figure) -> None:

@@ -12,7 +12,6 @@ from pathlib import Path
 import numpy as np
 
 from synth.plan.scene_table import table_of_scene
-from synth.response.phases import turns_to_phase
 from synth.response.reading import TableReader
 from synth.response.table_file import table_bytes
 from synth.response.table_making import TableBounds
@@ -37,10 +36,10 @@ def main() -> None:
     samples = {}
     for quantity in QUANTITIES:
         reader = TableReader.of(table, quantity, RATE)
-        out = np.empty(FRAMES, np.float32)
-        reader.read(reader.start(), turns_to_phase(places / table.period), motion, out)
+        out = np.empty((FRAMES, 1), np.float32)
+        reader.read(reader.start(), motion, places, 0, out, 0)
         full_scale = float(np.max(np.abs(out))) / PEAK
-        samples[quantity] = {"full_scale": full_scale, "samples": [float(f"{one:.9g}") for one in out]}
+        samples[quantity] = {"full_scale": full_scale, "samples": [float(f"{one:.9g}") for one in out[:, 0]]}
     document = {
         "table": "table.safetensors",
         "rate": RATE,

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from synth.response.phases import turns_to_phase
 from synth.response.reading import TableReader
 from synth.response.table_file import read_table
 from tests.conformance.numpy_reader import read
@@ -33,9 +32,9 @@ def test_the_engine_makes_the_samples_from_the_file(quantity: str) -> None:
     expected, table = HAND["expected"][quantity], read_table(TABLE)
     motion = np.zeros((5, len(PLACES)))
     motion[0], motion[2] = SPEEDS, LOADS
-    reader, out = TableReader.of(table, quantity, HAND["rate"]), np.empty(len(PLACES), np.float32)
-    reader.read(reader.start(), turns_to_phase(PLACES / table.period), motion, out)
-    assert np.max(np.abs(out - np.array(expected["samples"]))) <= CLOSE * expected["full_scale"]
+    reader, out = TableReader.of(table, quantity, HAND["rate"]), np.empty((len(PLACES), 1), np.float32)
+    reader.read(reader.start(), motion, PLACES, 0, out, 0)
+    assert np.max(np.abs(out[:, 0] - np.array(expected["samples"]))) <= CLOSE * expected["full_scale"]
 
 
 def test_the_motion_lifts_presses_flat_turns_and_passes_the_levels() -> None:

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from synth import LiveVoice, Motion, open_voice, parse_scene
+from synth.arrays import Block
 from synth.scene.scene import Scene
-from synth.voice.limiter import Block
 
 RATE = 48000
 BLOCK = 480

@@ -4,7 +4,7 @@ Model   integral_0^tau max(h - Z, 0) dX = W of eq. 7 on equally spaced points, s
 Source  Fagiani & Barbieri 2016, eqs 1 to 7.
 Limits  Against the peak-to-peak of z on the default scene: 25 points a ridge are 1 to 3 % off, 100 are 0.1 to 0.2 %,
         6000 are 1e-6. Solved at the output frames alone it also aliases. It shares nothing with the engine's
-        own, `synth.contact.baseline`, which the benchmarks and the accuracy report time.
+        own, `synth.accuracy.baseline`, which the benchmarks and the accuracy report time.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ TURN = 1 << 64
 
 
 def steady(table: Real, phase: int, step: int, frames: int) -> Real:
-    """Values of ``table`` [cells, 4] at phase + i step, i = 0 .. frames - 1."""
+    """Values of ``table`` [cells, coefficients] at phase + i step, i = 0 .. frames - 1."""
     cells = len(table)
     values = np.empty(frames)
     for frame in range(frames):

@@ -27,7 +27,7 @@ from service.engine import Engine, SynthEngine
 from service.running import Service
 from service.server import LIVE_OPTIONS, listen, shown_address
 from service.settings import Settings, read_settings, setting_fields, variable
-from synth.response.cache import DEFAULT_BYTES
+from synth.response.response_cache import DEFAULT_BYTES
 
 ROOT = Path(__file__).resolve().parents[2]
 LOCAL = "http://localhost"

@@ -146,6 +146,9 @@ class PlainEngine:
         self.hands.append(hand)
         return hand
 
+    def load_live(self) -> None:
+        pass
+
     def explain(self, scene: Scene) -> dict[str, Any]:
         self._about_to("explain")
         nothing: dict[str, Any] = {"response": {}, "estimated_error": {}, "cost": None, "warnings": []}

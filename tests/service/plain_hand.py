@@ -14,9 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from synth.encode.formats import Block
-from synth.motion.update_smoothing import Update
+from synth.motion.update import Update
 from synth.scene.scene import Scene, scene_document
-from synth.voice.limiter import faded
+from synth.voice.fades import faded
 from tests.service.plain_engine import FULL_SCALE, pitch
 
 LEVEL_AT_FIRST = 0.5  # before the first update: a scene that moves by itself

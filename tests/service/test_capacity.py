@@ -25,7 +25,7 @@ from service.render_process import LOWEST_PRIORITY, Copies
 from service.render_work import Order, Price, work
 from service.running import Service
 from synth import Voice, parse_scene
-from synth.voice.limiter import Block
+from synth.arrays import Block
 from tests.service.harness import Child, Running, ask, problem, serving, settings_of, until
 from tests.service.live.client import live
 from tests.service.plain_engine import PlainEngine
@@ -183,14 +183,14 @@ def test_nothing_waits_behind_two_renders_of_an_hour(tmp_path: Path, formats: tu
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks at the processes of Linux")
 def test_renders_end_with_a_service_that_is_killed_and_a_refusal_keeps_its_words(tmp_path: Path) -> None:
-    child = Child("service", tmp_path, RIDGEWAVE_RENDER_SECONDS_PER_CLIENT="10", RIDGEWAVE_MAX_DURATION="86400")
+    child = Child("service", tmp_path, RIDGEWAVE_RENDER_SECONDS_PER_CLIENT="30", RIDGEWAVE_MAX_DURATION="86400")
     try:
         url = child.url()
         refused = httpx.post(f"{url}/v1/render", json={"output": {"duration": "1 kg"}})
         assert problem(refused, 422, "scene-refused")["errors"][0]["pointer"] == "/output/duration"
         dear = {"output": {"duration": 86_400, "sample_rate": 192_000, "channels": ["displacement", "velocity"]}}
         told = problem(httpx.post(f"{url}/v1/render", json=dear, timeout=60.0), 413, "too-costly")
-        assert "10 s" in told["errors"][0]["allowed"] and "Write " in told["errors"][0]["hint"]
+        assert "30 s" in told["errors"][0]["allowed"] and "Write " in told["errors"][0]["hint"]
         peer = Peer(url, "flac", {"output": {"duration": 3600, "sample_rate": 192_000}})  # cheap but for its encoding
         until(lambda: busy(child.process.pid, 0.2) > 0.0)
         processes = below(child.process.pid)

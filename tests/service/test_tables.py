@@ -15,7 +15,7 @@ from clients import Client, ProtocolError
 from service import places
 from service.app import create_app
 from service.engine import SynthEngine
-from synth.response.cache import DEFAULT_BYTES
+from synth.response.response_cache import DEFAULT_BYTES
 from synth.response.table_file import table_of_bytes
 from tests.conftest import RunsRidgewave
 from tests.service.harness import ask, kept_engine, problem, serving, settings_of, until

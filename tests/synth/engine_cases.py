@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from synth.contact.balance import Contact
 from synth.contact.geometry import Geometry
+from synth.contact.load_balance import Contact
 from synth.contact.stiffness import Stiffness
 from synth.scene.scene import Scene, parse_scene
 from synth.voice.voice import Voice

@@ -1,10 +1,12 @@
-"""Compiled kernels that are older than what they were made from are not used."""
+"""Compiled kernels: those older than what they were made from are not used, and Python calls those that it can call."""
 
 from __future__ import annotations
 
+import ast
 import os
 from pathlib import Path
 
+import synth
 from synth.kernels import forget_stale_kernels
 
 
@@ -37,3 +39,39 @@ def test_sources_without_kernels_are_no_fault(tmp_path: Path) -> None:
 def test_sources_from_the_future_say_nothing(tmp_path: Path) -> None:
     made(tmp_path, {"contact/one.py": 1e11, "contact/__pycache__/one.nbi": 1000})
     assert left(tmp_path) == {"one.nbi"}
+
+
+INNER = {"inner", "inlined", "summing", "unfused"}
+COMPILED = INNER | {"kernel", "signed_kernel", "overload"}
+
+
+def decorators(function: ast.FunctionDef) -> set[str]:
+    """Return the names that decorate a function."""
+    called = (one.func if isinstance(one, ast.Call) else one for one in function.decorator_list)
+    return {one.id for one in called if isinstance(one, ast.Name)}
+
+
+def functions_of(tree: ast.Module) -> list[ast.FunctionDef]:
+    return [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
+
+
+def test_python_calls_no_inner_function() -> None:
+    """An inner function has no wrapper for Python: a call from there ends the process."""
+    trees = {path: ast.parse(path.read_text("utf-8")) for path in Path(synth.__path__[0]).rglob("*.py")}
+    inner = {
+        f"synth.{'.'.join(path.relative_to(synth.__path__[0]).with_suffix('').parts)}": {
+            function.name for function in functions_of(tree) if decorators(function) & INNER
+        }
+        for path, tree in trees.items()
+    }
+    assert "newton" in inner["synth.contact.exact_solver"]
+    for path, tree in trees.items():
+        known = set(inner[f"synth.{'.'.join(path.relative_to(synth.__path__[0]).with_suffix('').parts)}"])
+        for node in ast.walk(tree):
+            if isinstance(node, ast.ImportFrom) and node.module in inner:
+                known |= {one.name for one in node.names} & inner[node.module]
+        for function in functions_of(tree):
+            if not decorators(function) & COMPILED:
+                names = {node.func.id for node in ast.walk(function)
+                         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)}  # fmt: skip
+                assert not names & known, f"{path.name}: {function.name} calls {names & known}"

@@ -28,7 +28,7 @@ PLAN: dict[str, Any] = {
         {"name": "adhesion", "reason": "The scene does not call for it.", "effect_on_output": None},
         {"name": "contact_growth", "reason": "It moves too little.", "effect_on_output": 5.5e-5},
     ],
-    "response": {"method": "cubic table", "solver": "exact solver", "fundamental_hz": 100.0, "harmonics": 191},
+    "response": {"method": "harmonics", "solver": "exact solver", "fundamental_hz": 100.0, "harmonics": 191},
     "estimated_error": {"acceleration": 5.4e-4},
     "cost": {"setup_seconds": 0.012, "ns_per_frame": 65.0, "times_real_time": 320.0, "memory_bytes": 98000},
     "warnings": ["It is <b>loud</b>."],

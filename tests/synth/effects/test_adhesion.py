@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from synth import open_voice, parse_scene
-from synth.motion.motion import LIFT_TIME
+from synth.motion.scan_motion import LIFT_TIME
 from synth.scene.scene import Scene
 from tests.reference.adhesion_oracle import Held, Path
 from tests.reference.moving_oracle import Harmonics

@@ -9,9 +9,9 @@ import pytest
 
 import ridgewave as rw
 from synth import open_voice, parse_scene
+from synth.contact.curved_contact import RoundContact
 from synth.contact.geometry import Geometry
-from synth.contact.rounded import RoundContact
-from synth.contact.segment_pressure import SegmentField
+from synth.contact.profile_pressure import SegmentField
 from synth.contact.stiffness import Stiffness
 from synth.surfaces import profile_of
 from synth.surfaces.profile import Profile
@@ -21,7 +21,7 @@ from tests.reference.stiffness_oracle import Touch
 from tests.synth.effects.shaped_renders import PHASES, Approach, check_moving, check_steady
 from tests.synth.effects.whole_renders import named, scene_of
 from tests.synth.engine_cases import physical, touch_of
-from tests.synth.texture_cases import random_texture
+from tests.synth.surfaces.texture_cases import random_texture
 
 
 @functools.cache

@@ -8,7 +8,7 @@ import numpy as np
 
 from synth.effects.effect import BalanceEffect, Price
 from synth.effects.simulation.terms import Terms
-from synth.plan.effect_choice import PUT_IN, Called, Change, Spared, in_order, judged, relative_change
+from synth.plan.effect_choice import PUT_IN, Called, Spared, in_order, judged, relative_change
 from synth.scene.section import Section
 
 
@@ -36,11 +36,11 @@ def test_effects_follow_their_names_but_for_what_must_come_before() -> None:
 
 
 def test_a_change_is_told_in_words_and_numbers() -> None:
-    change = Change(("displacement", "acceleration"), (2e-5, 3e-4), 100.0)
-    spared = judged(effect("a"), None, change, 1e-3)
+    change = (0, 2), (2e-5, 3e-4), -100.0
+    spared = judged(effect("a"), None, *change, 1e-3)
     assert isinstance(spared, Spared)
     assert spared.reason == "It moves the acceleration by 0.0003 of its peak-to-peak at 100 Hz, tolerance 0.001."
-    assert isinstance(judged(effect("a"), None, change, 0.9 * 3e-4 / PUT_IN), Called)
+    assert isinstance(judged(effect("a"), None, *change, 0.9 * 3e-4 / PUT_IN), Called)
 
 
 def test_a_change_is_relative_to_what_moves_without_it() -> None:

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from synth import LiveVoice, Motion, open_voice
+from synth.arrays import Block
 from synth.errors import SceneError
-from synth.response.cache import ResponseCache
+from synth.response.response_cache import ResponseCache
 from synth.scene.scene import Scene, parse_scene
-from synth.voice.limiter import Block
 
 RATE = 8000
 CACHE = ResponseCache()

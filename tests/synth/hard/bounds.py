@@ -24,9 +24,9 @@ from typing import Any
 
 import numpy as np
 
+from synth.arrays import Block
 from synth.plan.preparation import N_MAX, harmonics_below
 from synth.scene.scene import Scene
-from synth.voice.limiter import Block
 from synth.voice.voice import Voice
 from tests.reference.stiffness_oracle import stiffness
 from tests.synth.engine_cases import QUANTITIES, Real, touch_of

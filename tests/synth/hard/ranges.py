@@ -12,7 +12,7 @@ from synth.scene.rules import Quantity, QuantityOrName, Rule
 from synth.scene.scene import Scene
 from synth.scene.section import Section, inner_section, rule_of
 from synth.scene.texture_registry import SHARED, special_fields
-from tests.synth.scene_cases import nested
+from tests.synth.scene.scene_cases import nested
 
 COMBINED = ("not both", "room for turns", "at most 1.6 length / speed", "at most half the duration")
 """What the refusals say of fields that are each in range, but not together."""

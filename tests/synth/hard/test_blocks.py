@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from synth.arrays import Block
 from synth.motion.motion import Motion
-from synth.voice.limiter import Block
 from synth.voice.voice import open_voice
 from tests.synth.engine_cases import scene_of
 from tests.synth.hard.bounds import ALL, check_fit, finite

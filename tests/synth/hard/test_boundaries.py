@@ -13,7 +13,7 @@ from synth.scene.scan_section import POINT_RULES
 from synth.scene.scene import FieldLine, parse_scene, scene_fields, scene_schema
 from tests.synth.hard.bounds import merged
 from tests.synth.hard.ranges import FIELDS, Field
-from tests.synth.scene_cases import at, faults_of
+from tests.synth.scene.scene_cases import at, faults_of
 from tests.test_scene_docs import PAGE, rows
 
 LINES: dict[str, FieldLine] = {line.path: line for line in scene_fields()}

@@ -12,7 +12,7 @@ from synth.scene.scan_section import FEWEST_POINTS, MOST_POINTS
 from synth.scene.scene import parse_scene
 from synth.voice.voice import open_voice
 from tests.synth.engine_cases import QUANTITIES, scene_of
-from tests.synth.scene_cases import RISING, faults_of
+from tests.synth.scene.scene_cases import RISING, faults_of
 from tests.test_scene_docs import PAGE
 
 WORDS = " ".join(PAGE.split())

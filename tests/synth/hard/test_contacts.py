@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from synth.contact.exact import Grid, solve
+from synth.contact.exact_solver import Grid, solve
 from synth.contact.geometry import Geometry
 from synth.contact.stiffness import Stiffness
 from synth.scene.scene import Scene

@@ -10,13 +10,13 @@ import pytest
 
 from synth.errors import SceneError
 from synth.motion.motion import Motion
-from synth.response.cache import ResponseCache
+from synth.response.response_cache import ResponseCache
 from synth.scene.scene import parse_scene
 from synth.voice.voice import open_voice
 from tests.synth.engine_cases import scene_of
 from tests.synth.hard.bounds import ALL, check_fit, finite, merged
 from tests.synth.hard.ranges import FIELDS, Field
-from tests.synth.scene_cases import RISING, faults_of
+from tests.synth.scene.scene_cases import RISING, faults_of
 
 SMALLEST = (5e-324, 1e-310, sys.float_info.min * (1 - 2**-52), -5e-324, -1e-310)
 NORMAL = (sys.float_info.min, 1e-300, 1e-200)

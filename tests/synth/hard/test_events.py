@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from synth.contact.exact import Grid, solve
+from synth.contact.exact_solver import Grid, solve
 from synth.contact.geometry import Geometry
 from tests.reference.contact_oracle import solve_contact
 from tests.reference.contact_oracle_mpmath import solve_exactly

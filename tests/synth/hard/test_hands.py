@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from synth.arrays import Block
 from synth.motion.motion import Motion
 from synth.plan.preparation import N_MAX
 from synth.response.reading_filter import reading_filter
 from synth.scene.scene import Scene
-from synth.voice.limiter import Block
 from synth.voice.voice import open_voice
 from tests.reference.synthesis_oracle import direct
 from tests.synth.engine_cases import Real, scene_of, touch_of

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from synth.contact.exact import MOST_ITERATIONS, SMALLEST_INDENTATION, Grid, solve
+from synth.contact.exact_solver import MOST_ITERATIONS, SMALLEST_INDENTATION, Grid, solve
 from synth.contact.geometry import Geometry
 from tests.reference.contact_oracle import solve_contact
 from tests.synth.engine_cases import spread

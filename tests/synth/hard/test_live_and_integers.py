@@ -8,9 +8,10 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from synth.arrays import Block
 from synth.encode.samples import SoundFormat, block_bytes, quantise
 from synth.scene.scene import Scene
-from synth.voice.limiter import Block, Limiter
+from synth.voice.limiter import Limiter
 from synth.voice.live_voice import LiveVoice
 from synth.voice.voice import open_voice
 from tests.synth.engine_cases import QUANTITIES, scene_of

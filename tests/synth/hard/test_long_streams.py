@@ -9,7 +9,8 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from synth.motion.motion import Motion, ScanMotion
+from synth.motion.motion import Motion
+from synth.motion.scan_motion import ScanMotion
 from synth.scene.scene import Scene, Stroke
 from synth.voice.voice import open_voice
 from tests.reference.synthesis_oracle import SteadySpectrum, synthesise

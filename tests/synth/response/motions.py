@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import Any
 
 import numpy as np
 
-from synth.response.phases import turns_to_phase
 from synth.response.reading import TableReader
 from synth.response.table import ResponseTable
 from tests.synth.engine_cases import Real, scene_of
@@ -15,7 +13,7 @@ from tests.synth.response.table_study import table_of
 
 RATE = 48000
 QUANTITIES = ("displacement", "velocity", "acceleration", "approach")
-Moves = tuple[Any, Real]  # phases, motion
+Moves = tuple[Real, Real]  # places (m), motion
 
 
 @cache
@@ -25,11 +23,11 @@ def table() -> ResponseTable:
 
 
 def moves(speed: Real | float, load: Real | float, frames: int, start: float = 0.0) -> Moves:
-    """Return the phases and the motion of a speed (m/s) and a load (N), numbers or [frames], on the default texture."""
+    """Return the places and the motion of a speed (m/s) and a load (N), numbers or [frames], on the default texture."""
     motion = np.zeros((5, frames))
     motion[0], motion[2] = speed, load
     places = start + np.concatenate([[0.0], np.cumsum(0.5 * (motion[0, 1:] + motion[0, :-1]))]) / RATE
-    return turns_to_phase(places / table().period), motion
+    return places, motion
 
 
 def wild(frames: int) -> Moves:
@@ -43,6 +41,7 @@ def wild(frames: int) -> Moves:
 def read(quantity: str, moved: Moves, rate: int = RATE, table_of_it: ResponseTable | None = None) -> Real:
     """Return the quantity of a whole motion in one block, behind by the reader's delay."""
     reader = TableReader.of(table_of_it or table(), quantity, rate)
-    out = np.empty(len(moved[0]), np.float32)
-    reader.read(reader.start(), *moved, out)
-    return out.astype(float)
+    places, motion = moved
+    out = np.empty((len(places), 1), np.float32)
+    reader.read(reader.start(), motion, places, 0, out, 0)
+    return out[:, 0].astype(float)

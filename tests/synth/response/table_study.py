@@ -1,8 +1,9 @@
 """How far tables are off, over random scenes, at random loads and places: the study behind docs/table.md.
 
-    python -m tests.synth.response.table_study SCENES
+    python -m tests.synth.response.table_study SCENES [full]
 
-The truth is the exact solver at 16 phases a harmonic, cut at the level's highest harmonic. Errors are relative to the
+The truth is the exact solver at 16 phases a harmonic, cut at the level's highest harmonic. full: tables of the whole
+band that 48 kHz hold. Errors are relative to the
 peak-to-peak at that load or at 0.3 N, whichever is larger, as a table tells them.
 """
 
@@ -14,16 +15,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from synth.response.load_grid import cubic_weights
+from synth.plan.scene_table import bounds_for
 from synth.response.table import ResponseTable
 from synth.response.table_error import QUANTITIES, USUAL_LOAD
-from synth.response.table_making import make_table
+from synth.response.table_making import BOUNDS, TableBounds, make_table
 from synth.scene.scene import Scene, parse_scene
 from tests.synth.engine_cases import Real, contact_of, random_document, spread
 
 LOADS = 12  # of a scene
-PHASES = 1024
+PHASES_A_HARMONIC = 16  # of the truth
 WIDE = 3  # periods of a spline's coefficients whose images are counted
+FINER = 3  # times the segments of a profile are halved for its truth
 WITHIN = 32  # harmonics up to which velocity and acceleration are held to their limits
 
 
@@ -44,8 +46,16 @@ def random_scene(seed: int) -> Scene:
     return parse_scene(random_document(np.random.default_rng(seed), 48000))
 
 
-def table_of(scene: Scene) -> ResponseTable:
-    return make_table(contact_of(scene), period=scene.texture.period, band=1e3, lift_load=scene.scan.lift_load)
+def table_of(scene: Scene, bounds: TableBounds = BOUNDS) -> ResponseTable:
+    return make_table(
+        contact_of(scene), period=scene.texture.period, band=1e3, lift_load=scene.scan.lift_load, bounds=bounds
+    )
+
+
+def cubic_weights(s: float) -> tuple[float, ...]:
+    """Return the weights of value and slope (times the width) of the lower row, then of the upper, at 0 <= s <= 1."""
+    rest = 1.0 - s
+    return (1.0 + 2.0 * s) * rest * rest, s * rest * rest, s * s * (3.0 - 2.0 * s), -s * s * rest
 
 
 def read_series(table: ResponseTable, level: int, load: float) -> npt_complex:
@@ -73,22 +83,29 @@ def curve(series: npt_complex, order: int, points: int) -> Real:
     return np.asarray(np.fft.irfft(spectrum, points) * points)
 
 
-def measured(seed: int, loads: int = LOADS) -> Found:
+def measured(seed: int, loads: int = LOADS, bounds: TableBounds = BOUNDS) -> Found:
     """Return how far the table of one random scene is off at random loads."""
-    scene = random_scene(seed)
+    return measured_scene(random_scene(seed), seed, loads, bounds)
+
+
+def measured_scene(scene: Scene, seed: int, loads: int = LOADS, bounds: TableBounds = BOUNDS) -> Found:
+    """Return how far the table of `scene` is off at random loads; a profile's truth has an eighth of the segments."""
+    phases = PHASES_A_HARMONIC * bounds.harmonics
     random = np.random.default_rng(10_000 + seed)
     began = time.perf_counter()
-    table = table_of(scene)
+    table = table_of(scene, bounds)
     took = time.perf_counter() - began
     contact = contact_of(scene)
-    offset = random.random() / PHASES
-    turns = np.arange(PHASES) / PHASES + offset
+    for _ in range(FINER):
+        contact = contact.refined() or contact
+    offset = random.random() / phases
+    turns = np.arange(phases) / phases + offset
     chosen = np.array([spread(random, 0.02, 5.0) for _ in range(loads)])
     levels = table.levels.highest
     errors, told = np.zeros((3, len(levels), loads)), np.zeros((3, len(levels), loads))
 
     def exact(load: float) -> npt_complex:
-        found = np.fft.rfft(contact.approach(turns, load)[0]) / PHASES
+        found = np.fft.rfft(contact.approach(turns, load)[0]) / phases
         return np.asarray(found * np.exp(-2j * np.pi * np.arange(len(found)) * offset))
 
     usual = exact(USUAL_LOAD)
@@ -131,4 +148,5 @@ def report(found: list[Found]) -> str:
 
 
 if __name__ == "__main__":
-    print(report([measured(seed) for seed in range(int(sys.argv[1]))]))
+    chosen = bounds_for(parse_scene({"output": {"bandwidth": "full"}})) if "full" in sys.argv else BOUNDS
+    print(report([measured(seed, bounds=chosen) for seed in range(int(sys.argv[1]))]))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from synth.response.phases import turns_to_phase
 from synth.response.reading import TableReader
 from synth.response.reading_filter import reading_filter
 from tests.reference import slow_table_reading as slow
@@ -14,25 +15,31 @@ from tests.synth.response.motions import QUANTITIES, RATE, moves, read, table, w
 
 @pytest.mark.parametrize("quantity", QUANTITIES)
 def test_the_loop_reads_what_its_twin_reads(quantity: str) -> None:
-    phases, motion = wild(1500)
+    places, motion = wild(1500)
     reader = TableReader.of(table(), quantity, RATE)
     twin = slow.read(
-        table().header, table().tensors, quantity, phases, motion, reader.filter.weights, reader.filter.hold
+        table().header,
+        table().tensors,
+        quantity,
+        turns_to_phase(places / table().period),
+        motion,
+        reader.filter.weights,
+        reader.filter.hold,
     )
-    assert np.max(np.abs(read(quantity, (phases, motion)) - twin)) <= 1e-7 * np.max(np.abs(twin))
+    assert np.max(np.abs(read(quantity, (places, motion)) - twin)) <= 1e-7 * np.max(np.abs(twin))
 
 
 @pytest.mark.parametrize("rate", [8000, 44100, 48000, 192000])
 @pytest.mark.parametrize("quantity", QUANTITIES)
 def test_random_blocks_equal_one_block(quantity: str, rate: int) -> None:
-    phases, motion = wild(3000)
-    whole = read(quantity, (phases, motion), rate)
+    places, motion = wild(3000)
+    whole = read(quantity, (places, motion), rate)
     reader = TableReader.of(table(), quantity, rate)
     random = np.random.default_rng(5)
     state, parts, begin = reader.start(), np.empty((3000, 2), np.float32), 0
     while begin < 3000:
         end = min(begin + int(random.integers(1, 90)), 3000)
-        reader.read(state, phases[begin:end], np.ascontiguousarray(motion[:, begin:end]), parts[begin:end, 1])
+        reader.read(state, np.ascontiguousarray(motion[:, begin:end]), places[begin:end], 0, parts[begin:end], 1)
         begin = end
     np.testing.assert_array_equal(parts[:, 1], whole)
 
@@ -67,9 +74,9 @@ def test_what_is_too_fast_for_the_band_is_silent(speed: float) -> None:
 
 
 def test_a_motion_that_is_no_number_is_silent_and_passes() -> None:
-    phases, motion = moves(0.08, 0.3, 2000)
+    places, motion = moves(0.08, 0.3, 2000)
     motion[2, 500:600] = np.nan
-    found = read("acceleration", (phases, motion))
+    found = read("acceleration", (places, motion))
     assert np.all(np.isfinite(found))
     assert np.array_equal(found[700:], read("acceleration", moves(0.08, 0.3, 2000))[700:])
 
@@ -80,7 +87,7 @@ def test_a_changing_load_counts_with_all_of_its_terms() -> None:
     t = np.arange(frames) / RATE
     load = 0.3 + 0.1 * np.sin(2 * np.pi * 25.0 * t)
     speed = np.full(frames, 0.32)
-    phases, motion = moves(speed, load, frames)
+    places, motion = moves(speed, load, frames)
     contact, series = contact_of(scene), np.arange(256) / 256
     harmonics = np.array([np.fft.rfft(contact.approach(series, float(one))[0]) / 256 for one in load])
     highest = 2  # at 0.32 m/s the fundamental is at 400 Hz
@@ -88,7 +95,7 @@ def test_a_changing_load_counts_with_all_of_its_terms() -> None:
     z = 2.0 * np.real(np.sum(harmonics[:, 1 : highest + 1] * np.exp(1j * turns), axis=1))
     delay = TableReader.of(table(), "acceleration", RATE).delay
     exact = (z[2:] - 2.0 * z[1:-1] + z[:-2]) * RATE**2  # off by (2 pi 800 / 48000)^2 / 12: 9e-4
-    found = read("acceleration", (phases, motion))[delay + 1 :]
+    found = read("acceleration", (places, motion))[delay + 1 :]
     middle = slice(200, 2200)
     assert np.max(np.abs(found[middle] - exact[middle])) <= 3e-3 * np.ptp(exact[middle])
 
@@ -96,9 +103,9 @@ def test_a_changing_load_counts_with_all_of_its_terms() -> None:
 def test_beyond_full_contact_the_approach_is_the_closed_form() -> None:
     contact = contact_of(scene_of())
     for load in (6.0, 100.0, 1000.0):
-        phases, motion = moves(0.0, load, 40, start=3.1e-4)
+        places, motion = moves(0.0, load, 40, start=3.1e-4)
         exact = contact.approach(np.array([3.1e-4 / table().period]), load)[0][0]
-        assert read("approach", (phases, motion))[-1] == pytest.approx(exact, rel=2e-6)
+        assert read("approach", (places, motion))[-1] == pytest.approx(exact, rel=2e-6)
 
 
 @pytest.mark.parametrize("rate", [8000, 44100, 48000, 96000, 192000])

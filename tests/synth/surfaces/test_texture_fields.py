@@ -19,7 +19,7 @@ from synth.scene.source import scene_from
 from synth.scene.texture_registry import KINDS, SHARED, kind_of, kinds_with, special_fields
 from synth.surfaces import finger_of, profile_of
 from synth.surfaces.height_file import LARGEST_FILE, MOST_INLINE
-from tests.synth.scene_cases import faults_of
+from tests.synth.scene.scene_cases import faults_of
 
 WAVE = [0.0, 20e-6, 0.0, -20e-6]
 NEEDED: dict[str, dict[str, Any]] = {"profile": {"heights": WAVE, "spacing": "0.1 mm"}}

@@ -1,0 +1,184 @@
+"""The exact solver against an oracle that shares no code with it."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from synth.contact.exact_solver import Approaches, Grid, solve
+from synth.contact.geometry import Geometry
+from tests.reference.contact_oracle import pieces_of, solve_contact
+from tests.reference.contact_oracle_mpmath import solve_exactly
+from tests.synth.engine_cases import Real, spread
+
+PHI = math.sqrt(2.0)
+PROMISED = 2e-12  # of a1 + a2: what the project promises
+ROUND_OFF = 2e-13  # of a1 + a2: what the module states
+
+
+def unit(tau: float, period: float, amplitude: float, ridge: float = 1.0, phi: float = PHI) -> Geometry:
+    """Return the geometry of dimensionless groups, a1 = `ridge` and lambda1 = 1 m."""
+    return Geometry(ridge, 1.0, amplitude, period, phi, tau)
+
+
+def solved(geometry: Geometry, theta: Any, pressed: float, guess: Real | None = None) -> Approaches:
+    return solve(Grid.of_geometry(geometry), np.atleast_1d(np.asarray(theta, dtype=float)), pressed, guess)
+
+
+def errors(geometry: Geometry, theta: Any, pressed: float) -> tuple[float, float]:
+    """Return the largest error of z over a1 + a2, and of the contact length over L."""
+    theta = np.atleast_1d(np.asarray(theta, dtype=float))
+    found = solved(geometry, theta, pressed)
+    wanted = solve_contact(
+        geometry.contact_length, geometry.texture_period, geometry.texture_amplitude,
+        geometry.contact_length * np.longdouble(pressed), theta, geometry.texture_phase, ridge=geometry.ridge_amplitude,
+    )  # fmt: skip
+    z = np.max(np.abs(found.height - wanted.approach)) / geometry.height_scale
+    return float(z), float(np.max(np.abs(found.touching - wanted.contact_length / geometry.contact_length)))
+
+
+def test_200_random_scenes_agree_with_the_oracle() -> None:
+    random = np.random.default_rng(20)
+    worst, longest = 0.0, 0.0
+    for _ in range(200):
+        geometry = unit(
+            spread(random, 0.3, 60), spread(random, 0.02, 50), spread(random, 0.01, 20), phi=random.uniform(0, 6.28)
+        )
+        z, length = errors(geometry, random.uniform(0, 1), spread(random, 1e-6, 3))
+        worst, longest = max(worst, z), max(longest, length)
+    assert worst <= PROMISED
+    assert worst <= ROUND_OFF
+    assert longest <= 1e-8  # where a patch is just born its width is the root of its height
+
+
+def test_neighbouring_phases_from_the_phases_before_agree_with_the_oracle() -> None:
+    random = np.random.default_rng(21)
+    for _ in range(12):
+        geometry = unit(spread(random, 0.3, 30), spread(random, 0.1, 20), spread(random, 0.01, 20))
+        theta = random.uniform(0, 1) + np.arange(24) / spread(random, 24, 2000)
+        assert errors(geometry, theta, spread(random, 1e-6, 3))[0] <= ROUND_OFF
+
+
+def test_cold_and_warm_starts_find_the_same_root() -> None:
+    random = np.random.default_rng(22)
+    for _ in range(40):
+        geometry = unit(spread(random, 0.3, 60), spread(random, 0.02, 50), spread(random, 0.01, 20))
+        theta, pressed = np.sort(random.uniform(0, 1, 32)), spread(random, 1e-9, 3)
+        warm = solved(geometry, theta, pressed).height
+        cold = np.array([solved(geometry, one, pressed).height[0] for one in theta])
+        guessed = solved(geometry, theta, pressed, warm + random.normal(0, 0.1, 32) * geometry.height_scale).height
+        assert np.max(np.abs(warm - cold)) <= ROUND_OFF * geometry.height_scale
+        assert np.max(np.abs(guessed - cold)) <= ROUND_OFF * geometry.height_scale
+
+
+def test_iterations_are_few_from_a_cold_start_and_fewer_along_a_period() -> None:
+    random = np.random.default_rng(23)
+    most = 0
+    for _ in range(200):
+        geometry = unit(spread(random, 0.3, 60), spread(random, 0.02, 50), spread(random, 0.01, 20))
+        theta = random.uniform(0, 1, 8)
+        most = max(most, int(solved(geometry, theta, spread(random, 1e-10, 100)).iterations.max()))
+    assert most < 60
+    period = solved(unit(20, 1.6, 0.5), np.arange(512) / 512, 0.02)
+    assert float(period.iterations[8:].mean()) <= 3.0
+
+
+def test_a_patch_a_ten_thousandth_of_a_ridge_wide_is_found() -> None:
+    tau, period, amplitude, theta = 6.0, 1.37, 0.5, 0.2
+    positions = pieces_of(tau, period, amplitude, theta, PHI).astype(float)
+    heights = amplitude * np.cos(2 * np.pi * (positions / period - theta) + PHI) - np.cos(2 * np.pi * positions)
+    crests = heights[1:-1][(heights[1:-1] > heights[:-2]) & (heights[1:-1] > heights[2:])]
+    target, load = float(np.sort(crests)[-3]) - 6e-8, 1e-3
+    for _ in range(40):
+        contact = solve_contact(tau, period, amplitude, load, theta, PHI)
+        load += float((contact.approach - target) * contact.contact_length)
+    before = solve_exactly(tau, period, amplitude, 0.9999 * load, theta, PHI)
+    after = solve_exactly(tau, period, amplitude, load, theta, PHI)
+    assert after.patches == before.patches + 1
+    found = solved(unit(tau, period, amplitude), theta, load / tau)
+    assert abs(found.height[0] - float(after.approach)) <= ROUND_OFF * 1.5
+    assert abs(found.touching[0] * tau - float(after.contact_length)) < 1e-6  # the patch is 1e-4 wide
+
+
+@pytest.mark.parametrize("period", [0.31, 1.0, 3.7, 40.0])
+@pytest.mark.parametrize("pressed", [1e-8, 1e-3, 0.4])
+def test_patches_are_found_wherever_they_hide(period: float, pressed: float) -> None:
+    theta = np.random.default_rng(24).uniform(0, 1, 24)
+    assert errors(unit(9.3, period, 2.5), theta, pressed)[0] <= ROUND_OFF
+
+
+@pytest.mark.parametrize("tau", [0.02, 0.11, 0.29, 0.75])
+@pytest.mark.parametrize("pressed", [1e-6, 1e-2, 1.0])
+def test_a_contact_shorter_than_a_ridge(tau: float, pressed: float) -> None:
+    for period in (0.04, 0.9, 12.0):
+        assert errors(unit(tau, period, 0.7), np.arange(7) / 7, pressed)[0] <= ROUND_OFF
+
+
+@pytest.mark.parametrize("amplitude", [0.3, 1.0, 1.0001, 4.0])
+@pytest.mark.parametrize("pressed", [1e-6, 1e-2, 0.5])
+def test_a_texture_of_the_period_of_the_ridges(amplitude: float, pressed: float) -> None:
+    theta = np.concatenate([np.arange(9) / 9, PHI / (2 * np.pi) + np.array([0.0, 1e-9, 1e-4])])
+    assert errors(unit(7, 1.0, amplitude), theta, pressed)[0] <= ROUND_OFF
+
+
+@pytest.mark.parametrize("period", [0.03, 0.8, 30.0])
+@pytest.mark.parametrize("pressed", [1e-7, 1e-2, 0.7, 3.0])
+def test_a_smooth_finger(period: float, pressed: float) -> None:
+    assert errors(unit(6.0, period, 1.0, ridge=0.0), np.arange(11) / 11, pressed)[0] <= ROUND_OFF
+
+
+def test_a_smooth_texture_does_not_move() -> None:
+    found = solved(unit(6.3, 1.7, 0.0), np.arange(16) / 16, 0.02).height
+    assert np.ptp(found) <= 1e-15
+    assert errors(unit(6.3, 1.7, 0.0), 0.3, 0.02)[0] <= ROUND_OFF
+
+
+@pytest.mark.parametrize("amplitude", [1e-3, 1e-6, 1e-9, 1e-12])
+def test_a_tiny_texture(amplitude: float) -> None:
+    for pressed in (1e-6, 1e-2, 0.3):
+        assert errors(unit(12.3, 1.6, amplitude), np.arange(8) / 8, pressed)[0] <= ROUND_OFF
+
+
+def test_thousands_of_texture_periods() -> None:
+    for pressed in (1e-4, 0.1):
+        assert errors(unit(20.0, 0.00471, 0.5), np.array([0.0, 0.37, 0.83]), pressed)[0] <= ROUND_OFF
+        assert errors(unit(20.0, 0.00471, 30.0), np.array([0.11, 0.5]), pressed)[0] <= ROUND_OFF
+
+
+@pytest.mark.parametrize("tau", [0.3, 7.0, 20.3])
+def test_full_contact_touches_everywhere(tau: float) -> None:
+    geometry = unit(tau, 1.7, 0.5)
+    found = solved(geometry, np.arange(12) / 12, 4.0)
+    assert np.max(np.abs(found.touching - 1.0)) <= 1e-12
+    assert errors(geometry, np.arange(12) / 12, 4.0)[0] <= ROUND_OFF
+
+
+def test_whole_turns_change_nothing() -> None:
+    geometry = unit(12.0, 1.5, 0.7)
+    turned = [solved(geometry, 0.3125 + whole, 0.05).height[0] for whole in (0.0, 1.0, -3.0, 2.0**30)]
+    assert len(set(turned)) == 1
+
+
+def test_lengths_scale_and_metres_are_metres() -> None:
+    small = Geometry(40e-6, 0.5e-3, 20e-6, 0.8e-3, PHI, 10e-3)
+    large = Geometry(1.0, 1.0, 0.5, 1.6, PHI, 20.0)
+    theta = np.arange(16) / 16
+    ratio = solved(small, theta, 2e-6).height / solved(large, theta, 2e-6 / 40e-6).height
+    assert ratio == pytest.approx(40e-6, rel=1e-11)
+
+
+def test_a_ridge_phase_shifts_the_finger_under_the_contact() -> None:
+    """A contact that begins at x0 of another is the same one with both phases moved on."""
+    begin = 0.37
+    long = Geometry(1.0, 1.0, 0.6, 1.31, PHI, 20.0)
+    turned = Geometry(1.0, 1.0, 0.6, 1.31, PHI + 2.0 * np.pi * begin / 1.31, 5.0, 2.0 * np.pi * begin)
+    phases, heights = np.linspace(0.0, 1.0, 7), np.linspace(-0.5, 1.2, 7)
+    depth, touching = Grid.of_geometry(turned).measure(phases, heights)
+    x = begin + 5.0 * (np.arange(1 << 18) + 0.5) / (1 << 18)
+    for theta, z, mean, part in zip(phases, heights, depth, touching, strict=True):
+        h = long.texture_amplitude * np.cos(2 * np.pi * (x / 1.31 - theta) + PHI) - np.cos(2 * np.pi * x)
+        assert abs(np.mean(np.maximum(h - z, 0.0)) - mean) < 1e-9
+        assert abs(np.mean(h > z) - part) < 1e-4

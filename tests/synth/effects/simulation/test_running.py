@@ -1,0 +1,165 @@
+"""A simulation along a motion: splits, starts, hands, gates; with a stepper whose z is known exactly."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from synth import Motion, parse_scene
+from synth.arrays import Array
+from synth.effects.simulation.decimation import Decimator
+from synth.effects.simulation.running import (
+    PRESS,
+    RESPONSE,
+    WHOLE,
+    Running,
+    Signal,
+    Simulation,
+    fade_held,
+    fill_between,
+    phases_after,
+)
+from synth.effects.simulation.steps import ATTACHED, HEIGHT, REACTION, SLOPE_FORCE, Phases
+from synth.motion.scan_motion import LIFT_TIME
+from synth.scene.scene import Scene
+from tests.reference.slow_running import between, held_gates
+
+RATE, STEPS = 8000, 4
+SIGNALS = tuple(Signal(RESPONSE, order) for order in (0, 1, 2))
+
+
+@dataclass(frozen=True)
+class Known:
+    """z = 1 um cos(2 pi theta) + 1 um/N w, and what it adds up: nothing is remembered but the number of steps."""
+
+    attached: float = 1.0
+    nbytes: int = 0
+    state_bytes: int = 8
+
+    def start(self, phase: int, load: float, turns: float, step: float) -> dict[str, int]:
+        return {"steps": 0}
+
+    def run(self, state: dict[str, int], phases: Phases, loads: Array, out: Array) -> None:
+        state["steps"] += len(phases)
+        out[HEIGHT] = 1e-6 * np.cos(2.0 * np.pi * phases.astype(float) / 2.0**64) + 1e-6 * loads
+        out[SLOPE_FORCE], out[REACTION], out[ATTACHED] = 0.0, loads, self.attached
+
+
+def simulation(scene: Scene, held: bool = False, attached: float = 1.0) -> Simulation:
+    stepper: Any = Known(attached)
+    filters = Decimator.of((0, 1, 2), RATE, STEPS, (0.35, 0.49), 100.0)
+    return Simulation(stepper, scene, STEPS, filters, np.zeros_like, 0.0, held, 0.01)
+
+
+def scene_of(**sections: Any) -> Scene:
+    return parse_scene({"output": {"sample_rate": RATE, "bandwidth": "full"}, **sections})
+
+
+def test_a_constant_scan_is_followed_at_its_frames_with_its_derivatives() -> None:
+    scene = scene_of(texture={"period": "1 mm"}, scan={"speed": "0.1 m/s", "load": 0.5})
+    rows = Running(simulation(scene), SIGNALS, phase=1 << 61).along(0, 400)
+    angle = 2.0 * np.pi * (100.0 * np.arange(400) / RATE + 0.125)
+    pulse = 2.0 * np.pi * 100.0
+    assert np.max(np.abs(rows[0] - 1e-6 * np.cos(angle) - 0.5e-6)) < 1e-11
+    assert np.max(np.abs(rows[1] + 1e-6 * pulse * np.sin(angle))) < 1e-5 * 1e-6 * pulse
+    assert np.max(np.abs(rows[2] + 1e-6 * pulse**2 * np.cos(angle))) < 1e-5 * 1e-6 * pulse**2
+
+
+POINTS = [[0, 0, 0.1], [0.02, 0.001, 0.3], [0.04, 0.003, 0.2], [0.06, 0.004, 0.1]]
+
+
+@pytest.mark.parametrize("scan", [{}, {"stroke": {}}, {"trajectory": POINTS}])
+def test_splits_do_not_matter_and_a_seek_begins_anew(scan: dict[str, Any]) -> None:
+    scene = scene_of(scan=scan)
+    whole = Running(simulation(scene), SIGNALS).along(0, 300)
+    parts = Running(simulation(scene), SIGNALS)
+    assert np.array_equal(
+        np.concatenate([parts.along(0, 1), parts.along(1, 120), parts.along(121, 179)], axis=1), whole
+    )
+    assert np.array_equal(parts.along(100, 50), whole[:, 100:150])
+
+
+def test_steps_run_ahead_by_the_margin_and_back_by_the_settling() -> None:
+    run = Running(simulation(scene_of()), SIGNALS)
+    run.along(0, 10)
+    settling = 80  # frames: 0.01 s
+    assert run._state["steps"] == (settling + 2 * run.margin + 9) * STEPS + 1
+
+
+def test_a_hand_is_late_by_the_margin_and_otherwise_the_same_motion() -> None:
+    scene = scene_of(texture={"period": "1 mm"}, scan={"speed": "0.1 m/s", "load": 0.5})
+    run = Running(simulation(scene), SIGNALS)
+    frames = 400
+    t = np.arange(frames) / RATE
+    motion = Motion.of(
+        frames, speed=0.1 + 0.02 * np.sin(50 * t), speed_rate=np.cos(50 * t), load=0.5 + 0.1 * np.sin(30 * t),
+        load_rate=3.0 * np.cos(30 * t), load_bend=-90.0 * np.sin(30 * t),
+    )  # fmt: skip
+    phases, _after = phases_after(motion, 0, RATE, 1e-3)
+    rows = run.after(motion, phases)
+    late = run.margin
+    turns = (
+        np.cumsum(np.concatenate([[0.0], (0.1 + 0.02 * np.sin(50 * t) + 0.5 * np.cos(50 * t) / RATE)[:-1]]))
+        / 1e-3
+        / RATE
+    )
+    wanted = 1e-6 * np.cos(2.0 * np.pi * turns) + 1e-6 * motion.samples[2]
+    settled = 2 * late
+    assert np.max(np.abs(rows[0, settled + late :] - wanted[settled : frames - late])) < 1e-10
+
+
+def test_the_gate_follows_the_load_and_is_exact_nothing_at_none() -> None:
+    points = [[0, 0, 0.0], [0.05, 0.004, 0.2], [0.1, 0.008, 0.2], [0.15, 0.012, 0.0]]
+    scene = scene_of(scan={"trajectory": points})
+    rows = Running(simulation(scene), SIGNALS).along(0, 2400)
+    end = round((0.15 + LIFT_TIME) * RATE) + simulation(scene).filters.margin + 1
+    assert np.any(rows[0, :1000])
+    assert not np.any(rows[:, end:])
+
+
+def test_what_holds_the_finger_keeps_it_heard_at_a_pull_and_fades_when_it_lets_go() -> None:
+    scene = parse_scene(
+        {
+            "output": {"sample_rate": RATE, "bandwidth": "full"},
+            "scan": {"load": -0.01},
+            "effects": {"adhesion": {}},
+            "texture": {"period": "1 mm"},
+        }
+    )
+    held = Running(simulation(scene, held=True), SIGNALS).along(0, 100)
+    assert np.ptp(held[0]) > 1.9e-6
+    let_go = Running(simulation(scene, held=True, attached=0.0), SIGNALS).along(0, 100)
+    assert not np.any(let_go)
+
+
+def test_z_itself_and_a_force_are_signals_of_their_own() -> None:
+    scene = scene_of(scan={"load": 0.5})
+    rows = Running(replace(simulation(scene), offset=1e-7), (Signal(WHOLE, 0), Signal(PRESS, 0))).along(0, 100)
+    about = Running(replace(simulation(scene), offset=1e-7), (Signal(RESPONSE, 0),)).along(0, 100)
+    assert np.max(np.abs(rows[0] - (about[0] + 1e-7))) < 1e-12
+    assert np.max(np.abs(rows[1] - 0.5)) < 1e-12
+
+
+def test_the_compiled_loops_are_their_slow_twins() -> None:
+    random = np.random.default_rng(5)
+    frames, steps = 9, 5
+    phases = np.cumsum(random.integers(-(1 << 61), 1 << 61, frames)).astype(np.int64).view(np.uint64)
+    samples = random.normal(size=(5, frames))
+    before = (int(phases[0]) + 12345) % 2**64, 0.3, 0.1, -0.7
+    fine = np.empty(frames * steps, np.uint64), np.empty(frames * steps)
+    turn = 1.0 / (1e-3 * RATE)
+    fill_between(phases, samples, np.uint64(before[0]), np.array(before[1:]), steps, turn, 1.0 / RATE, *fine)
+    turns, loads = between(
+        [int(one) for one in phases], samples[0], samples[2], samples[3], before, steps, 1e-3, RATE
+    )  # fmt: skip
+    moved = (fine[0] - np.uint64(before[0])).astype(np.int64) / 2.0**64
+    away = np.abs(moved - np.array(turns))
+    assert np.max(np.minimum(away % 1.0, 1.0 - away % 1.0)) < 1e-12
+    assert np.max(np.abs(fine[1] - loads)) < 1e-13
+    attached = (random.uniform(size=40) > 0.4).astype(float)
+    touching, gates = np.array([0.3]), np.empty(40)
+    fade_held(attached, touching, 0.07, gates)
+    assert np.max(np.abs(gates - held_gates(attached.tolist(), 0.3, 0.07))) < 1e-13

@@ -1,0 +1,150 @@
+"""Motions: strokes and trajectories are their own derivatives' integrals, and pass where they should."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from synth.motion.motion import LOAD, LOAD_BEND, LOAD_RATE, SPEED, SPEED_RATE, Motion
+from synth.motion.scan_motion import LIFT_TIME, ScanMotion
+from synth.scene.scene import Scene
+from tests.synth.engine_cases import Real, scene_of
+
+RATE = 48000
+POINTS = [[0.05, 0.0, 0.3], [0.1, 0.003, 0.35], [0.16, 0.008, 0.2], [0.22, 0.007, 0.4], [0.3, 0.0, 0.25]]
+
+
+def trajectory() -> Scene:
+    return scene_of(scan={"trajectory": POINTS})
+
+
+def stroke(**fields: object) -> Scene:
+    return scene_of(scan={"stroke": {"length": "10 mm", "speed": "80 mm/s", "turn_time": "50 ms", **fields}})
+
+
+def slope(values: Real) -> Real:
+    """Return the derivative of samples by five-point differences, float64 [frames - 4]."""
+    return (values[:-4] - 8 * values[1:-3] + 8 * values[3:-1] - values[4:]) * RATE / 12
+
+
+@pytest.mark.parametrize("scene", [stroke(), trajectory()], ids=["stroke", "trajectory"])
+def test_rates_are_the_derivatives_of_what_they_follow(scene: Scene) -> None:
+    motion = ScanMotion(scene).at(0, RATE // 2)
+    samples, inner = motion.samples, slice(2, -2)
+    assert np.max(np.abs(slope(motion.position) - samples[SPEED, inner])) <= 1e-6
+    smooth = np.max(np.abs(samples[SPEED_RATE]))
+    assert np.max(np.abs(slope(samples[SPEED]) - samples[SPEED_RATE, inner])) <= 2e-3 * smooth
+    assert np.max(np.abs(slope(samples[LOAD]) - samples[LOAD_RATE, inner])) <= 1e-3 * max(
+        float(np.max(np.abs(samples[LOAD_RATE]))), 1e-9
+    )
+    bend = float(np.max(np.abs(samples[LOAD_BEND])))
+    assert np.max(np.abs(slope(samples[LOAD_RATE]) - samples[LOAD_BEND, inner])) <= 0.02 * max(bend, 1e-9)
+
+
+@pytest.mark.parametrize("scene", [stroke(), trajectory()], ids=["stroke", "trajectory"])
+def test_a_motion_has_two_continuous_derivatives(scene: Scene) -> None:
+    samples = ScanMotion(scene).at(0, RATE // 2).samples
+    finer = ScanMotion(scene)
+    finer.rate = 8 * RATE
+    dense = finer.at(0, 8 * RATE // 2).samples
+    for row in (SPEED, SPEED_RATE, LOAD, LOAD_RATE, LOAD_BEND):
+        extent = float(np.ptp(samples[row]))
+        coarse_step = float(np.max(np.abs(np.diff(samples[row]))))
+        fine_step = float(np.max(np.abs(np.diff(dense[row]))))
+        assert fine_step <= 0.2 * coarse_step + 1e-9 * extent  # a step would not shrink
+
+
+def test_a_stroke_goes_to_its_length_and_back_along_the_same_way() -> None:
+    scene = stroke()
+    assert scene.scan.stroke is not None
+    frames = round(scene.scan.stroke.period * RATE)
+    motion = ScanMotion(scene).at(0, 2 * frames)
+    position, speed = motion.position, motion.samples[SPEED]
+    assert position[0] == pytest.approx(0.0, abs=1e-12)
+    assert speed[0] == pytest.approx(0.0, abs=1e-9)
+    assert position.max() == pytest.approx(10e-3, rel=1e-6)
+    assert position.min() >= -1e-12
+    assert np.max(np.abs(speed)) == pytest.approx(0.08, rel=1e-9)
+    half = frames // 2
+    assert np.max(np.abs(position[: half + 1] - position[frames - half : frames + 1][::-1])) <= 2e-6
+    assert np.all(motion.samples[LOAD] == 0.3)
+
+
+def test_a_stroke_repeats_with_its_period() -> None:
+    scene = stroke(turn_time=0.0625, length=0.08 * 0.0625)  # a period of a whole number of frames
+    assert scene.scan.stroke is not None
+    period = scene.scan.stroke.period * RATE
+    assert period == round(period)
+    first = ScanMotion(scene).at(0, round(period))
+    later = ScanMotion(scene).at(1000 * round(period), round(period))
+    assert np.max(np.abs(first.position - later.position)) <= 1e-11
+    assert np.max(np.abs(first.samples - later.samples)) <= 1e-8
+
+
+def test_a_trajectory_passes_through_its_points() -> None:
+    scan = ScanMotion(trajectory())
+    for t, position, load in POINTS:
+        motion = scan.at(round(t * RATE), 1)
+        assert motion.position[0] == pytest.approx(position, abs=1e-12)
+        assert motion.samples[LOAD, 0] == pytest.approx(load, rel=1e-9)
+
+
+def test_a_trajectory_lifts_before_its_first_and_after_its_last_point() -> None:
+    scan = ScanMotion(trajectory())
+    before = scan.at(0, RATE // 2).samples[LOAD]
+    assert np.all(before[: round((0.05 - LIFT_TIME) * RATE)] == 0.0)
+    assert np.all(before[round((0.3 + LIFT_TIME) * RATE) + 1 :] == 0.0)
+    assert np.all(before >= 0.0)
+    later = scan.at(10 * RATE, 64).samples
+    assert np.all(later[LOAD:] == 0.0)
+
+
+def test_loads_of_a_trajectory_are_told() -> None:
+    low, high = ScanMotion(trajectory()).recorded_loads()
+    assert 0.15 < low <= 0.2 and 0.4 <= high < 0.45
+    assert ScanMotion(trajectory()).load_range()[0] == 0.0
+    flat = scene_of(
+        scan={"trajectory": [[0, 0, 0.3], [0.1, 1e-3, 0.3], [0.2, 2e-3, 0.3], [3, 3e-3, 0.3]]}, output={"duration": 2}
+    )
+    assert ScanMotion(flat).load_range() == (0.3, 0.3)
+    assert ScanMotion(stroke(load=0.7)).load_range() == (0.7, 0.7)
+
+
+def test_the_same_frame_is_the_same_motion_wherever_a_block_begins() -> None:
+    for scene in (stroke(), trajectory(), scene_of(scan={"speed": -0.031, "load": 0.2})):
+        scan = ScanMotion(scene)
+        whole, part = scan.at(0, 9000), scan.at(4321, 77)
+        assert np.array_equal(whole.samples[:, 4321:4398], part.samples)
+        assert np.array_equal(whole.position[4321:4398], part.position)
+
+
+def test_a_constant_scan_does_not_change() -> None:
+    motion = ScanMotion(scene_of(scan={"speed": -0.031, "load": 0.2})).at(100, 50)
+    assert np.all(motion.samples[SPEED] == -0.031) and np.all(motion.samples[LOAD] == 0.2)
+    assert not motion.samples[[SPEED_RATE, LOAD_RATE, LOAD_BEND]].any()
+    assert motion.position == pytest.approx(-0.031 * np.arange(100, 150) / RATE)
+
+
+def test_a_motion_of_numbers_fills_every_frame() -> None:
+    motion = Motion.of(5, speed=0.1, load=[0.1, 0.2, 0.3, 0.4, 0.5], speed_rate=0.0, load_rate=1.0, load_bend=0.0)
+    assert motion.frames == 5 and motion.complete
+    assert motion.samples[SPEED].tolist() == [0.1] * 5
+    assert motion.samples[LOAD].tolist() == [0.1, 0.2, 0.3, 0.4, 0.5]
+    assert not Motion.of(5, speed=0.1, load=0.3).complete
+
+
+def test_a_negative_load_is_no_load() -> None:
+    assert Motion.of(3, speed=0.1, load=[-1.0, 0.0, 0.1]).samples[LOAD].tolist() == [0.0, 0.0, 0.1]
+
+
+@pytest.mark.parametrize("wrong", [{"speed": math.nan}, {"position": math.inf}, {"speed": 0.1, "load_rate": math.nan}])
+def test_a_motion_that_is_not_finite_is_refused(wrong: dict[str, float]) -> None:
+    with pytest.raises(ValueError, match="finite"):
+        Motion.of(4, load=0.3, **wrong)
+
+
+def test_a_motion_without_speed_or_position_is_refused() -> None:
+    with pytest.raises(ValueError, match="speed="):
+        Motion.of(4, load=0.3)

@@ -1,0 +1,110 @@
+"""Recorded scans: what is rendered stays between the recorded points, is as smooth as it must be, and says what it
+changed."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from synth.motion.motion import LOAD, LOAD_BEND, SPEED, SPEED_RATE
+from synth.motion.recorded_motion import Curve, RecordedMotion
+from synth.motion.scan_motion import ScanMotion
+from synth.plan.preparation import prepare
+from synth.scene.point_spacing import AROUND, LEAST_GAP, merged_places, spaced_times
+from synth.scene.scene import Scene
+from tests.synth.engine_cases import scene_of
+from tests.synth.voice.recorded_cases import Points, random_recording, steady
+
+RECORDINGS = 500
+STEP = [[0, 0, 0.3], [0.1, 0.008, 0.3], [0.101, 0.00808, 3.0], [0.2, 0.016, 3.0]]
+
+
+def recording(points: Points) -> Scene:
+    return scene_of(scan={"trajectory": points})
+
+
+def outside(curve: Curve, times: np.ndarray, values: np.ndarray) -> float:
+    """Return by how much a curve leaves the range of two neighbouring points anywhere, relative to all of them."""
+    within = np.linspace(0.0, 1.0, 33)
+    found = curve.value(times[:-1, None] + np.diff(times)[:, None] * within)
+    low, high = np.minimum(values[:-1], values[1:]), np.maximum(values[:-1], values[1:])
+    beyond = np.maximum(low[:, None] - found, found - high[:, None]).max()
+    return float(beyond) / max(1e-6, float(np.abs(values).max()))
+
+
+def test_place_and_load_stay_between_neighbouring_points() -> None:
+    changed = 0
+    for seed in range(RECORDINGS):
+        points = np.array(random_recording(seed))
+        found = RecordedMotion.of(recording(points.tolist()))
+        times, places = merged_places(points[:, 0], points[:, 1])
+        spaced = spaced_times(points[:, 0])
+        assert outside(found.place, times, places) <= 1e-12, seed
+        assert outside(found.load, spaced, points[:, 2]) <= 1e-12, seed
+        assert np.allclose(found.load.value(spaced), points[:, 2], rtol=0.0, atol=1e-12), seed
+        untouched = len(times) == len(points) and np.array_equal(spaced, points[:, 0])
+        assert bool(found.warnings) != untouched, seed
+        if untouched:
+            assert np.allclose(found.place.value(points[:, 0]), points[:, 1], rtol=0.0, atol=1e-12), seed
+        assert np.max(np.abs(spaced - points[:, 0])) <= 0.5 * AROUND, seed
+        assert np.all(np.diff(spaced) > 0.0), seed
+        changed += not untouched
+    assert 0.1 * RECORDINGS < changed < 0.9 * RECORDINGS  # both kinds are among them
+
+
+@pytest.mark.parametrize("rise", [1e-3, 2e-6])
+def test_a_step_of_the_load_is_passed_without_overshoot(rise: float) -> None:
+    """Splines had reached 54 N within 1 ms, and 1000 N within 2 us."""
+    points = [*STEP[:2], [0.1 + rise, 0.008 + 0.08 * rise, 3.0], STEP[3]]
+    motion = ScanMotion(recording(points), 1_000_000).at(0, 200_000)
+    loads = motion.samples[LOAD]
+    assert loads.min() >= 0.3 - 1e-12 and loads.max() <= 3.0 + 1e-12
+    assert np.max(np.abs(motion.samples[SPEED])) <= 0.0801
+    assert np.max(np.abs(motion.samples[LOAD_BEND])) <= 10.0 * 2.7 / LEAST_GAP**2
+
+
+def test_a_report_that_comes_twice_makes_no_leap() -> None:
+    """One point more, 10 us later and 50 um further on, made 5 m/s of a stroke of 80 mm/s."""
+    points = steady(0.01, 21)
+    points.insert(10, [points[9][0] + 1e-5, points[9][1] + 50e-6, 0.3])
+    scene = recording(points)
+    motion = ScanMotion(scene).at(0, 9600)
+    assert np.max(np.abs(motion.samples[SPEED])) <= 0.09 and scene.scan.speed <= 0.09
+    assert np.max(np.abs(motion.position - 0.08 * np.arange(9600) / 48000)) <= 30e-6
+    assert any("too close in time" in text for text in prepare(scene).warnings)
+
+
+@pytest.mark.parametrize("interval", [1e-4, 1e-3, 8e-3, 0.033, 0.1])
+def test_even_times_are_never_changed(interval: float) -> None:
+    points = np.array(steady(interval, 60))
+    points[:, 1] += 1e-4 * np.sin(1e3 * points[:, 0])
+    assert np.array_equal(spaced_times(points[:, 0]), points[:, 0])
+    assert len(merged_places(points[:, 0], points[:, 1])[0]) == 60
+    assert not RecordedMotion.of(recording(points.tolist())).warnings
+
+
+def test_a_straight_line_is_one() -> None:
+    scene = recording([[0, 0, 0.3], [0.01, 0.001, 0.3], [0.05, 0.005, 0.3], [0.3, 0.03, 0.3]])
+    motion = ScanMotion(scene).at(0, 14400)
+    assert np.max(np.abs(motion.samples[SPEED] - 0.1)) <= 1e-12
+    assert np.max(np.abs(motion.samples[SPEED_RATE])) <= 1e-9
+
+
+def test_the_second_derivative_goes_on_and_the_third_is_bounded() -> None:
+    for seed in range(40):
+        points = np.array(random_recording(seed))
+        found = RecordedMotion.of(recording(points.tolist()))
+        for curve in (found.place, found.load):
+            knots = curve.value.x[1:-1]
+            side = 1e-9 * np.minimum(np.diff(curve.value.x)[:-1], np.diff(curve.value.x)[1:])
+            places = curve.value.x[:-1] + np.diff(curve.value.x) * np.linspace(0.0, 1.0, 33)[:, None]
+            for part in (curve.value, curve.slope, curve.bend):
+                scale = max(1e-3, float(np.max(np.abs(part(places)))))
+                assert np.max(np.abs(part(knots + side) - part(knots - side))) <= 1e-6 * scale, seed
+
+
+def test_the_load_comes_down_and_lifts_within_its_recorded_range() -> None:
+    scene = recording([[0.05, 0, 3.0], [0.1, 0.004, 0.3], [0.15, 0.008, 0.5], [0.2, 0.012, 4.0]])
+    loads = ScanMotion(scene).at(0, 12000).samples[LOAD]
+    assert loads.max() <= 4.0 and loads[: round(0.05 * 48000)].max() <= 3.0
+    assert loads[0] == 0.0 and loads[-1] == 0.0

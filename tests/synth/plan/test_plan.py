@@ -1,0 +1,153 @@
+"""The plan: what is simulated and why, what is left out and why, what it costs; and its document."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+
+from synth.accuracy.costing import explain
+from synth.plan.plan import plan_of
+from synth.plan.preparation import prepare
+from synth.scene.effect_registry import effect_names
+from synth.scene.scene import parse_scene, scene_document
+from synth.voice.voice import Voice, open_voice
+from tests.synth.engine_cases import QUANTITIES, scene_of
+
+POINTS = [[0, 0, 0.3], [0.1, 6e-3, 0.4], [0.2, 1e-2, 0.25], [0.3, 8e-3, 0.3]]
+BAND = "components above the band"
+FEW = {"quantity": "displacement", "sample_rate": 8000, "bandwidth": 300}
+
+
+EFFECTS = list(effect_names())
+
+
+def plan(**sections: Any) -> Any:
+    return plan_of(prepare(scene_of(**sections)))
+
+
+def names(parts: Any) -> list[str]:
+    return [part.name for part in parts]
+
+
+def test_a_constant_scan_needs_no_table() -> None:
+    made = plan()
+    assert names(made.simulated) == ["contact response"]
+    assert names(made.left_out) == ["response table", *EFFECTS]
+    assert made.response["method"] == "harmonics"
+    assert made.response["channels"][0]["reader"] == "series of 191 harmonics"
+    assert made.response["fundamental_hz"] == pytest.approx(100.0)
+    assert made.response["harmonics"] == 191
+    assert made.response["band_limit_hz"] == 19200.0
+    assert f"{made.response['phases_solved']} phases" in made.simulated[0].reason
+
+
+def test_what_lies_above_the_default_band_is_said_to_be_left_out() -> None:
+    made = plan_of(prepare(parse_scene({})))
+    assert names(made.left_out) == [BAND, "response table", *EFFECTS]
+    assert '1000 Hz; "full"' in made.left_out[0].reason
+    assert (made.response["harmonics"], made.response["band_limit_hz"]) == (9, 1000.0)
+    narrow = plan_of(prepare(parse_scene({"output": {"sample_rate": 2000}})))
+    assert BAND not in names(narrow.left_out) and narrow.response["band_limit_hz"] == 800.0
+
+
+@pytest.mark.parametrize("scan", [{"stroke": {}}, {"trajectory": POINTS}])
+def test_a_scan_that_moves_is_solved_for_a_file_and_read_from_a_table_for_a_stream(scan: dict[str, Any]) -> None:
+    for paced, name in ((False, "solved frames"), (True, "response table")):
+        made = plan_of(prepare(scene_of(scan=scan, output=FEW), paced=paced))
+        assert names(made.simulated) == ["contact response", name]
+        assert names(made.left_out) == [BAND, *EFFECTS]
+        assert made.response["method"] == name
+
+
+def test_full_contact_is_said_to_be_closed_form() -> None:
+    made = plan(scan={"load": 60})
+    assert made.response["method"] == "closed form"
+    assert "closed form" in made.simulated[0].reason
+
+
+@pytest.mark.parametrize("sections", [{"texture": {"amplitude": 0}}, {"scan": {"load": 0}}])
+def test_silence_is_said_to_be_silence(sections: dict[str, Any]) -> None:
+    made = plan(**sections)
+    assert made.response["method"] == "silence"
+    assert not made.simulated and names(made.left_out) == ["contact response", *EFFECTS]
+    assert made.left_out[0].reason in made.warnings
+
+
+def test_each_quantity_has_its_error_and_it_is_below_the_tolerance() -> None:
+    made = plan(output={"channels": list(QUANTITIES)})
+    assert set(made.estimated_error) == set(QUANTITIES)
+    assert all(0.0 < error <= 1e-3 for error in made.estimated_error.values())
+
+
+def test_a_stream_that_moves_tells_what_its_table_errs_by_at_its_loads() -> None:
+    solved = Voice(prepare(scene_of(scan={"trajectory": POINTS}, output=FEW), paced=True), paced=True).solved
+    assert solved.table is not None
+    made = plan_of(solved)
+    (name,) = made.estimated_error
+    loads = [load for _time, _place, load in POINTS]
+    told = solved.table.error.over((min(loads), max(loads)), name, solved.highest)
+    assert told < made.estimated_error[name] < told + 1e-3
+    assert made.response["table"]["bytes"] <= 4_000_000
+    assert made.response["table"]["hash"] == solved.table.hash
+
+
+def test_channels_tell_their_full_scale_and_extent() -> None:
+    made = plan(output={"channels": ["displacement", {"quantity": "velocity", "full_scale": 0.5}]})
+    first, second = made.response["channels"]
+    assert (first["quantity"], first["unit"], second["unit"]) == ("displacement", "m", "m/s")
+    assert second["full_scale"] == 0.5
+    signal = open_voice(scene_of(output={"quantity": "displacement"})).render(9600).astype(float)
+    assert first["peak_to_peak"] == pytest.approx(np.ptp(signal) * first["full_scale"], rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    "document", [{}, {"scan": {"stroke": {}}, "output": FEW}, {"texture": {"amplitude": 0}}, {"scan": {"speed": 0}}]
+)
+def test_an_explanation_is_a_json_document_with_everything(document: dict[str, Any]) -> None:
+    scene = parse_scene(document)
+    made = explain(scene).document()
+    assert set(made) == {"scene", "simulated", "left_out", "response", "estimated_error", "cost", "warnings"}
+    assert made["scene"] == scene_document(scene)
+    assert json.loads(json.dumps(made, allow_nan=False)) == made
+    cost = made["cost"]
+    assert cost["setup_seconds"] > 0 and cost["ns_per_frame"] > 0 and cost["memory_bytes"] > 0
+    rate = scene.output.sample_rate
+    assert cost["times_real_time"] == pytest.approx(1e9 / (cost["ns_per_frame"] * rate), rel=1e-9)
+
+
+def test_a_plan_without_a_cost_says_none() -> None:
+    assert plan().document()["cost"] is None
+
+
+def test_explaining_changes_nothing_in_what_is_rendered() -> None:
+    scene = scene_of()
+    before = open_voice(scene).render(1000)
+    explain(scene)
+    assert np.array_equal(open_voice(scene).render(1000), before)
+
+
+def test_imperceptible_says_which_tolerance_it_became_and_what_that_saved() -> None:
+    made = explain(scene_of(accuracy={"tolerance": "imperceptible"})).document()
+    told = made["response"]["imperceptible"]
+    assert told["threshold"] == "fingertip" and told["against"] == 1e-6
+    assert 1e-6 < told["tolerance"] == made["response"]["tolerance"] < 3e-2
+    tight = plan(accuracy={"tolerance": 1e-6}).response
+    assert told["saved"]["phases_solved"] == tight["phases_solved"] - made["response"]["phases_solved"] > 0
+    assert told["saved"]["setup_seconds"] > 0
+    assert told["sentence"] in made["simulated"][0]["reason"]
+    assert f"saves {told['saved']['phases_solved']} solved phases" in told["sentence"]
+
+
+def test_what_is_told_of_imperceptible_where_the_load_varies_is_its_tolerance() -> None:
+    accuracy = {"tolerance": "imperceptible"}
+    told = explain(scene_of(scan={"trajectory": POINTS}, output=FEW, accuracy=accuracy)).response["imperceptible"]
+    assert told["saved"] is None and 1e-6 < told["tolerance"] <= 3e-2
+
+
+def test_full_contact_is_read_as_a_series_of_one_harmonic() -> None:
+    full = plan(scan={"load": 60.0}).response
+    assert (full["method"], full["solver"]) == ("closed form", "closed form")
+    assert full["channels"][0]["reader"] == "series of 1 harmonic"

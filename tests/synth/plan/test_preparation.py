@@ -1,0 +1,162 @@
+"""Preparation: how many harmonics, which tolerance, which full scale, what is kept, and when nothing sounds."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from synth.perception.threshold import THRESHOLDS, imperceptible_tolerance, threshold_displacement
+from synth.plan.preparation import EXACT, N_MAX, harmonics_below, prepare
+from synth.response.phases import phase_step
+from synth.response.response_cache import ResponseCache
+from synth.scene.output_section import THRESHOLD_NAME
+from synth.voice.voice import open_voice
+from tests.reference.synthesis_oracle import highest_harmonic, synthesise
+from tests.synth.engine_cases import QUANTITIES, physical, scene_of, touch_of
+
+
+@given(st.floats(1e-6, 1e5), st.floats(1.0, 1e5))
+def test_harmonics_are_those_below_the_limit(frequency: float, limit: float) -> None:
+    count = harmonics_below(frequency, limit)
+    assert count <= N_MAX
+    assert count == 0 or count * frequency < limit * (1 + 1e-9)
+    assert count == N_MAX or (count + 1) * frequency >= limit * (1 - 1e-9)
+
+
+def test_a_harmonic_on_the_limit_is_not_below_it() -> None:
+    assert harmonics_below(100.0, 19200.0) == 191 == highest_harmonic(0.08, 0.8e-3, 19200.0)
+    assert harmonics_below(0.0, 1.0) == N_MAX
+    assert harmonics_below(100.0, 100.0) == 0
+
+
+@given(st.floats(-10, 10), st.floats(1e-6, 1.0), st.integers(1000, 192000))
+def test_a_step_of_phase_is_exact_to_half_a_unit(speed: float, period: float, rate: int) -> None:
+    step = phase_step(speed, period, rate)
+    assert 0 <= step < 2**64
+    off = (Fraction(step, 2**64) - Fraction(speed) / (Fraction(period) * rate)) % 1
+    assert min(off, 1 - off) <= Fraction(1, 2**65)
+
+
+@pytest.mark.parametrize(
+    ("sections", "harmonics"),
+    [
+        ({}, 191),
+        ({"scan": {"speed": -0.08}}, 191),
+        ({"output": {"sample_rate": 8000}}, 31),
+        ({"output": {"bandwidth": 1000}}, 9),
+        ({"scan": {"speed": 1e-4}}, N_MAX),
+        ({"scan": {"speed": 0}}, N_MAX),
+    ],
+)
+def test_harmonics_of_a_scene(sections: dict[str, Any], harmonics: int) -> None:
+    assert prepare(scene_of(**sections)).highest == harmonics
+
+
+def test_full_scales_are_08_of_the_peak_of_the_oracle() -> None:
+    scene = scene_of(output={"channels": list(QUANTITIES), "sample_rate": 8000})
+    wanted = synthesise(touch_of(scene), 0.08, 3200.0, relative_error=1e-5)
+    for channel in prepare(scene).channels:
+        assert channel.full_scale == pytest.approx(wanted.peak(channel.quantity) / 0.8, rel=0.01)
+        assert channel.extent == pytest.approx(wanted.peak_to_peak(channel.quantity), rel=0.01)
+
+
+def test_the_tolerance_is_a_number() -> None:
+    assert prepare(scene_of(accuracy={"tolerance": 0.02})).tolerance == 0.02
+    assert prepare(scene_of(accuracy={"tolerance": "exact"}, output={"sample_rate": 8000})).tolerance == EXACT == 1e-6
+
+
+@pytest.mark.parametrize("quantity", QUANTITIES)
+@pytest.mark.parametrize("threshold", THRESHOLDS)
+def test_imperceptible_errors_stay_6_db_below_the_threshold_at_every_frequency(quantity: str, threshold: str) -> None:
+    output = {"quantity": quantity, "sample_rate": 8000}
+    scene = scene_of(accuracy={"tolerance": "imperceptible", "threshold": threshold}, output=output)
+    solved = prepare(scene)
+    assert 1e-7 < solved.tolerance <= 3e-2
+    fine = physical(open_voice(scene_of(accuracy={"tolerance": "exact"}, output=output)), 8000)[:, 0]
+    error = physical(open_voice(scene), 8000)[:, 0] - fine
+    lines = np.abs(np.fft.rfft(error))[1:] * 2 / 8000
+    frequencies = np.arange(1.0, lines.size + 1)
+    felt = threshold_displacement(frequencies, threshold) * (2 * np.pi * frequencies) ** QUANTITIES.index(quantity)
+    assert np.max(lines / felt) <= 10 ** (-6 / 20)
+
+
+def test_another_threshold_is_another_tolerance() -> None:
+    tolerances = [
+        prepare(scene_of(accuracy={"tolerance": "imperceptible", "threshold": name})).tolerance for name in THRESHOLDS
+    ]
+    assert len(set(tolerances)) == len(THRESHOLDS)
+
+
+def test_a_threshold_beyond_the_tightest_tolerance_is_warned_of() -> None:
+    scene = scene_of(
+        accuracy={"tolerance": "imperceptible", "threshold": "pen"},
+        texture={"amplitude": "1 mm"},
+        scan={"speed": 0.01, "load": 0.05},
+        output={"sample_rate": 1000, "bandwidth": 20},
+    )
+    solved = prepare(scene)
+    assert (solved.tolerance > 1e-7) == (not solved.warnings)
+
+
+ANCHORS = {
+    "fingertip": [(300.0, 0.126), (3.0, 25.1), (100.0, 0.782), (1000.0, 0.93)],
+    "probe": [(20.0, 25.1), (100.0, 2.28), (300.0, 0.255), (1000.0, 1.89)],
+    "pen": [(10.0, 26.0), (40.0, 1.3), (100.0, 0.184), (320.0, 0.06)],
+}
+
+
+@pytest.mark.parametrize("name", THRESHOLDS)
+def test_a_threshold_goes_through_its_published_points(name: str) -> None:
+    for frequency, micrometres in ANCHORS[name]:
+        assert threshold_displacement(np.array([frequency]), name)[0] == pytest.approx(micrometres * 1e-6, rel=0.03)
+
+
+def test_the_scene_knows_every_threshold() -> None:
+    assert set(THRESHOLD_NAME.names) == set(THRESHOLDS) == set(ANCHORS)
+
+
+def test_a_tolerance_that_is_not_felt_follows_the_lowest_threshold() -> None:
+    frequencies = np.geomspace(1, 1000, 4000)
+    assert imperceptible_tolerance(frequencies, 0, 0.0) == np.inf
+    assert imperceptible_tolerance(frequencies, 0, 1e-6) == pytest.approx(0.5 * np.pi / 4 * 0.126, rel=0.01)
+
+
+def test_what_was_prepared_comes_from_the_cache() -> None:
+    cache = ResponseCache()
+    first = prepare(scene_of(), cache)
+    misses = cache.misses
+    again = prepare(scene_of(), cache)
+    assert cache.misses == misses
+    assert again.spectrum is first.spectrum
+    longer = prepare(scene_of(output={"duration": 7.0, "fade": 1.0}), cache)
+    assert cache.misses == misses and longer.scene.output.duration == 7.0
+    prepare(scene_of(scan={"load": 0.31}), cache)
+    assert cache.misses > misses
+
+
+def test_a_change_of_full_scale_solves_nothing_anew() -> None:
+    cache = ResponseCache()
+    first = prepare(scene_of(), cache)
+    other = prepare(scene_of(output={"full_scale": 3.0}), cache)
+    assert other.spectrum is not None and other.spectrum is first.spectrum
+    assert other.channels[0].full_scale == 3.0
+
+
+def test_a_tolerance_that_was_not_reached_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("synth.response.spectrum.MOST_PHASES", 1 << 10)
+    solved = prepare(scene_of(accuracy={"tolerance": 1e-5}, output={"quantity": "acceleration"}))
+    assert solved.channels[0].error > 1e-5
+    assert any("acceleration reaches an error" in warning for warning in solved.warnings)
+    assert not prepare(scene_of(accuracy={"tolerance": 3e-2}, output={"quantity": "displacement"})).warnings
+
+
+def test_preparing_twice_gives_the_same_numbers() -> None:
+    first, second = prepare(scene_of()), prepare(scene_of())
+    assert first.spectrum is not None and second.spectrum is not None
+    assert np.array_equal(first.spectrum.harmonics, second.spectrum.harmonics)
+    assert [channel.full_scale for channel in first.channels] == [channel.full_scale for channel in second.channels]

@@ -1,0 +1,114 @@
+"""The cache of responses: bounds, least recently used, one builder at a time."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass
+
+import pytest
+
+from synth.response.response_cache import ResponseCache
+
+
+@dataclass
+class Thing:
+    memory_bytes: int
+    name: str = ""
+
+
+def test_what_was_built_is_kept() -> None:
+    cache = ResponseCache(1000)
+    first = cache.get("a", lambda: Thing(10))
+    assert cache.get("a", lambda: Thing(20)) is first
+    assert (cache.hits, cache.misses, cache.used_bytes) == (1, 1, 10)
+
+
+def test_the_least_recently_used_goes_first() -> None:
+    cache = ResponseCache(30)
+    for name in "abc":
+        cache.get(name, lambda name=name: Thing(10, name))  # type: ignore[misc]
+    assert cache.get("a", lambda: Thing(1)).name == "a"
+    cache.get("d", lambda: Thing(10, "d"))
+    assert cache.used_bytes == 30
+    assert cache.get("a", lambda: Thing(1)).name == "a"
+    assert cache.get("c", lambda: Thing(1)).name == "c"
+    assert cache.get("b", lambda: Thing(1, "b again")).name == "b again"
+
+
+def test_what_is_dropped_while_somebody_uses_it_is_found_again_until_they_let_go() -> None:
+    cache = ResponseCache(20)
+    used = cache.get("used", lambda: Thing(20, "used"))
+    cache.get("next", lambda: Thing(20, "next"))
+    assert cache.get("used", lambda: Thing(20, "twice")) is used
+    assert (cache.hits, cache.used_bytes) == (1, 20)
+    del used
+    assert cache.get("used", lambda: Thing(20, "again")).name == "again"
+
+
+def test_the_bound_holds_whatever_comes() -> None:
+    cache = ResponseCache(100)
+    for size in (40, 70, 20, 90, 5, 60, 45):
+        cache.get(size, lambda size=size: Thing(size))  # type: ignore[misc]
+        assert cache.used_bytes <= 100
+
+
+def test_what_does_not_grow_is_counted_once_however_many_are_kept() -> None:
+    counted = 0
+
+    class Counting:
+        @property
+        def memory_bytes(self) -> int:
+            nonlocal counted
+            counted += 1
+            return 10
+
+    cache = ResponseCache(500)
+    for number in range(1000):
+        cache.get(number, Counting)
+    assert cache.used_bytes == 500
+    assert counted == 1000
+
+
+def test_what_is_larger_than_the_bound_is_handed_out_but_not_kept() -> None:
+    cache = ResponseCache(100)
+    small = cache.get("small", lambda: Thing(60))
+    assert cache.get("large", lambda: Thing(101, "first")).name == "first"
+    assert cache.get("large", lambda: Thing(101, "second")).name == "second"
+    assert cache.get("small", lambda: Thing(1)) is small
+
+
+def test_a_failed_build_is_told_and_tried_again() -> None:
+    cache = ResponseCache(100)
+
+    def fails() -> Thing:
+        raise RuntimeError("not this time")
+
+    for _ in range(2):
+        with pytest.raises(RuntimeError, match="not this time"):
+            cache.get("a", fails)
+    assert cache.get("a", lambda: Thing(7)).memory_bytes == 7
+
+
+def test_two_threads_that_ask_at_once_build_once() -> None:
+    cache, started, go_on = ResponseCache(100), threading.Event(), threading.Event()
+    builds: list[str] = []
+    got: list[Thing] = []
+
+    def build() -> Thing:
+        builds.append(threading.current_thread().name)
+        started.set()
+        assert go_on.wait(30)
+        return Thing(5)
+
+    threads = [threading.Thread(target=lambda: got.append(cache.get("a", build))) for _ in range(4)]
+    threads[0].start()
+    assert started.wait(30)
+    for thread in threads[1:]:
+        thread.start()
+    other = cache.get("b", lambda: Thing(6))  # another key does not wait for the one that is being built
+    go_on.set()
+    for thread in threads:
+        thread.join(30)
+    assert len(builds) == 1
+    assert len({id(thing) for thing in got}) == 1 and len(got) == 4
+    assert other.memory_bytes == 6

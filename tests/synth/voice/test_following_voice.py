@@ -1,0 +1,110 @@
+"""A followed hand through a live voice: what the finger does makes no step larger than a steady stroke's own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from synth.motion.motion import Motion
+from synth.motion.update import Update
+from synth.motion.update_smoothing import Follower
+from synth.voice.voice import Voice, open_voice
+from tests.synth.engine_cases import Real, scene_of
+
+RATE, BLOCK = 48000, 480
+SPEED, LOAD = 0.08, 0.3
+
+Contact = tuple[float, float]
+"""Position (m) and load (N) of an update."""
+
+
+LOADS = (1e-3, 3e-3, 1e-2, 3e-2, 0.1, LOAD, 1.5 * LOAD)  # N: from where a lift begins to fade
+
+
+@pytest.fixture(scope="module")
+def voice() -> Voice:
+    return open_voice(scene_of(output={"quantity": "acceleration", "sample_rate": RATE, "bandwidth": 1000}), live=True)
+
+
+def stroke(voice: Voice, load: float, speed: float = 1.25 * SPEED) -> Real:
+    """Return the acceleration (m/s^2) of a steady stroke, by default of the speed that a reversal reaches."""
+    place = 0.998 * speed * np.arange(20 * BLOCK) / RATE
+    rates = {"speed_rate": 0.0, "load_rate": 0.0, "load_bend": 0.0}
+    motion = Motion.of(20 * BLOCK, position=place, speed=0.998 * speed, load=load, **rates)
+    return np.asarray(voice.render(20 * BLOCK, motion)[:, 0].astype(float) * voice.full_scale[0])
+
+
+@pytest.fixture(scope="module")
+def kept(voice: Voice) -> dict[float, Real]:
+    """Return load (N) -> largest step and largest value (m/s^2) of a steady stroke."""
+    strokes = {load: stroke(voice, load) for load in LOADS}
+    return {load: np.array([largest_step(found), np.abs(found).max()]) for load, found in strokes.items()}
+
+
+def heard(voice: Voice, contacts: list[Contact], follower: Follower | None = None) -> Real:
+    """Return the acceleration (m/s^2) of a hand that gives `contacts`, one a block of 10 ms."""
+    follower = follower or Follower(RATE)
+    parts = []
+    for n, (position, load) in enumerate(contacts):
+        assert not follower.apply(Update(n, 0.01 * n, position, None, load))
+        parts.append(voice.render(BLOCK, follower.motion(BLOCK)))
+    return np.concatenate(parts)[:, 0].astype(float) * voice.full_scale[0]
+
+
+def steady(count: int, first: int = 0) -> list[Contact]:
+    return [(SPEED * 0.01 * n, LOAD) for n in range(first, first + count)]
+
+
+def largest_step(samples: Real) -> float:
+    return float(np.abs(np.diff(samples)).max())
+
+
+def stopping(n: int) -> float:
+    """Return where a hand is, n updates after it began to slow down; it takes 60 ms."""
+    s = min(n / 6.0, 1.0)
+    return SPEED * 0.06 * (s - s**3 + 0.5 * s**4)
+
+
+WHAT: dict[str, Callable[[int], Contact]] = {
+    "stops": lambda n: (stopping(n), LOAD),
+    "stops at once": lambda n: (0.0, LOAD),
+    "reverses": lambda n: (2.0 * stopping(n) - SPEED * 0.01 * n, LOAD),
+    "lifts": lambda n: (SPEED * 0.01 * n, LOAD * max(0.0, 1.0 - n / 5.0)),
+    "lifts at once": lambda n: (SPEED * 0.01 * n, 0.0),
+    "lifts and touches": lambda n: (SPEED * 0.01 * n, 0.0 if n < 20 else LOAD),
+    "presses": lambda n: (SPEED * 0.01 * n, LOAD * 1.5),
+}
+
+
+TOUCHING = {"lifts and touches": 2.0}
+"""A load that comes at once comes within 2 ms: it is heard, though no louder than the texture under a light finger."""
+
+
+@pytest.mark.parametrize("name", WHAT)
+def test_what_a_finger_does_makes_no_step_above_a_steady_strokes(
+    voice: Voice, kept: dict[float, Real], name: str
+) -> None:
+    stroke(voice, LOAD)
+    before = steady(40)
+    then = [(before[-1][0] + place, load) for place, load in map(WHAT[name], range(1, 60))]
+    samples = heard(voice, before + then)
+    loads = {load for _place, load in then} | {LOAD}
+    steps, peaks = np.max([kept[load] for load in LOADS if min(loads) <= load <= max(loads)], axis=0)
+    assert largest_step(samples[40 * BLOCK :]) <= TOUCHING.get(name, 1.0) * steps
+    assert np.abs(samples[40 * BLOCK :]).max() <= 1.1 * peaks  # where it is slow, more than the band is in the band
+    if name in ("stops", "stops at once", "lifts", "lifts at once"):
+        assert not samples[-BLOCK:].any()
+
+
+def test_a_jump_is_told_and_its_cross_fade_makes_no_step(voice: Voice, kept: dict[float, Real]) -> None:
+    follower = Follower(RATE)
+    before = heard(voice, steady(60), follower)[-1:]
+    old = follower.copy()
+    assert follower.apply(Update(60, 0.6, 0.2003, None, LOAD))
+    gone, come = (
+        voice.render(BLOCK, one.motion(BLOCK))[:, 0].astype(float) * voice.full_scale[0] for one in (old, follower)
+    )
+    part = 0.5 - 0.5 * np.cos(np.pi * np.arange(1, BLOCK + 1) / BLOCK)
+    assert largest_step(np.concatenate([before, gone + part * (come - gone)])) <= kept[LOAD][0]

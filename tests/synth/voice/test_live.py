@@ -1,0 +1,254 @@
+"""A live voice: ramps in, crosses from scene to scene without a step, keeps what is fixed, fades out."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from synth.arrays import Block
+from synth.errors import SceneError
+from synth.response.response_cache import ResponseCache
+from synth.scene.scene import Scene
+from synth.voice.live_voice import CHANGE_TIME, LiveVoice
+from synth.voice.voice import open_voice
+from tests.synth.engine_cases import QUANTITIES, scene_of
+
+RATE = 48000
+CACHE = ResponseCache()
+
+CHANGES: dict[str, dict[str, Any]] = {
+    "speed": {"scan": {"speed": 0.053}},
+    "direction": {"scan": {"speed": -0.08}},
+    "load": {"scan": {"load": 0.7}},
+    "texture": {"texture": {"period": 1.1e-3, "amplitude": 15e-6}},
+    "stop": {"scan": {"speed": 0.0}},
+    "lift": {"scan": {"load": 0.0}},
+    "stroke": {"scan": {"stroke": {"length": "10 mm", "turn_time": "50 ms"}}},
+}
+
+
+def scene(quantity: str = "displacement", full_scale: float | None = None, **sections: Any) -> Scene:
+    return scene_of(output={"quantity": quantity, "full_scale": full_scale}, **sections)
+
+
+def largest_step(block: Block) -> float:
+    return float(np.max(np.abs(np.diff(block[:, 0].astype(float)))))
+
+
+def running(quantity: str = "displacement") -> LiveVoice:
+    """Return a voice that has ramped in."""
+    voice = LiveVoice(scene(quantity), cache=CACHE)
+    voice.render(RATE // 20)
+    return voice
+
+
+@pytest.mark.parametrize("quantity", QUANTITIES)
+@pytest.mark.parametrize("name", CHANGES)
+def test_a_change_makes_no_step_larger_than_the_steady_ones(quantity: str, name: str) -> None:
+    voice = running(quantity)
+    before = voice.render(RATE // 10)
+    voice.apply(voice.prepare(scene(quantity, **CHANGES[name])))
+    crossing = np.concatenate([before[-1:], voice.render(RATE // 10)])
+    after = voice.render(RATE) if name == "stroke" else voice.render(RATE // 10)
+    steady = max(largest_step(before), largest_step(after))
+    assert largest_step(crossing) <= 1.02 * steady
+    assert voice.reduction_db == 0.0
+
+
+def test_after_the_crossing_the_new_scene_sounds_from_where_the_texture_stood() -> None:
+    voice = running()
+    voice.apply(voice.prepare(scene(scan={"speed": 0.053, "load": 0.5})))
+    after = voice.render(RATE)[RATE // 2 :, 0]
+    wanted = open_voice(scene("displacement", voice.full_scale[0], scan={"speed": 0.053, "load": 0.5}))
+    period = round(RATE / (0.053 / 0.8e-3))
+    one = wanted.render(3 * period)[:, 0]
+    match = min(float(np.max(np.abs(one[k : k + period] - after[:period]))) for k in range(period + 1))
+    assert match <= 0.02 * float(np.ptp(one))
+    assert voice.scene.scan.speed == 0.053
+
+
+def test_the_phase_is_continuous_across_a_change_of_speed() -> None:
+    voice = running()
+    frames = voice.frame
+    voice.apply(voice.prepare(scene(scan={"speed": 0.04})))
+    voice.render(1)
+    old, new = voice._voice, voice._coming
+    assert new is not None
+    assert new._phase == (old.phase - old._step * (old.frame - (old.frame - new.frame))) % 2**64
+    assert frames == RATE // 20
+
+
+def test_a_change_during_a_change_waits_and_the_newest_wins() -> None:
+    voice = running("acceleration")
+    before = voice.render(RATE // 10)
+    voice.apply(voice.prepare(scene("acceleration", scan={"speed": 0.05})))
+    first = voice.render(400)
+    voice.apply(voice.prepare(scene("acceleration", scan={"speed": 0.12})))
+    second = voice.render(300)
+    voice.apply(voice.prepare(scene("acceleration", scan={"speed": 0.03})))
+    rest = voice.render(RATE // 2)
+    whole = np.concatenate([before[-1:], first, second, rest])
+    assert largest_step(whole) <= 1.02 * max(largest_step(before), largest_step(rest[RATE // 4 :]))
+    assert voice.scene.scan.speed == 0.03
+    period = round(RATE * 0.8e-3 / 0.03)
+    assert np.max(np.abs(rest[-4 * period : -period] - rest[-3 * period :])) <= 1e-3
+
+
+@pytest.mark.parametrize("block", [1, 17, 480, 5000])
+def test_a_change_takes_the_same_time_in_any_blocks(block: int) -> None:
+    def played(size: int) -> Block:
+        voice = LiveVoice(scene(), cache=CACHE)
+        parts = [voice.render(960)]
+        voice.apply(voice.prepare(scene(scan={"load": 0.7})))
+        total = 5000
+        parts += [voice.render(min(size, total - done)) for done in range(0, total, size)]
+        return np.concatenate(parts)
+
+    assert np.array_equal(played(block), played(2500))
+
+
+@pytest.mark.parametrize(
+    ("document", "pointer"),
+    [
+        ({"output": {"quantity": "displacement", "sample_rate": 44100}}, "/output/sample_rate"),
+        ({"output": {"quantity": "velocity"}}, "/output/quantity"),
+        ({"output": {"channels": ["displacement", "velocity"]}}, "/output/channels"),
+        ({"output": {"quantity": "displacement", "full_scale": "1 mm"}}, "/output/full_scale"),
+    ],
+)
+def test_what_is_fixed_is_refused_by_name(document: dict[str, Any], pointer: str) -> None:
+    voice = running()
+    with pytest.raises(SceneError) as refused:
+        voice.prepare(scene_of(**document))
+    assert {fault.pointer for fault in refused.value.faults} == {pointer}
+    assert voice.render(100).shape == (100, 1)
+
+
+def test_everything_wrong_is_refused_at_once() -> None:
+    voice = running()
+    with pytest.raises(SceneError) as refused:
+        voice.prepare(scene_of(output={"quantity": "velocity", "sample_rate": 8000, "full_scale": 1.0}))
+    assert {fault.pointer for fault in refused.value.faults} == {
+        "/output/sample_rate", "/output/quantity", "/output/full_scale"
+    }  # fmt: skip
+
+
+def test_the_full_scale_stays_that_of_the_beginning() -> None:
+    voice = running()
+    scale = voice.full_scale
+    voice.apply(voice.prepare(scene(scan={"load": 0.05})))
+    after = voice.render(RATE // 2)[-4800:, 0]
+    assert voice.full_scale == scale
+    alone = open_voice(scene(scan={"load": 0.05}))
+    louder = alone.full_scale[0] / scale[0]
+    assert np.max(np.abs(after)) == pytest.approx(0.8 * louder, rel=0.01)
+
+
+def test_a_stream_ramps_in() -> None:
+    block = LiveVoice(scene(), cache=CACHE).render(RATE // 20)
+    steady = open_voice(scene()).render(RATE // 20)
+    assert abs(block[0, 0]) < 1e-3
+    envelope = np.abs(block[:, 0]) / np.maximum(np.abs(steady[:, 0]), 1e-3)
+    assert np.all(envelope <= 1.001)
+    assert np.array_equal(block[480:], steady[480:])
+
+
+@pytest.mark.parametrize("frames", [7, 480, 4800])
+def test_a_release_fades_within_20_ms_to_exact_zeros(frames: int) -> None:
+    voice = running()
+    last = voice.render(480)
+    voice.release()
+    assert not voice.finished
+    blocks = [voice.render(frames) for _ in range(4800 // frames)]
+    tail = np.concatenate(blocks)
+    within = round(0.02 * RATE)
+    assert not tail[within:].any()
+    assert tail[:20].any()
+    assert largest_step(np.concatenate([last, tail])) <= 1.02 * largest_step(last)
+    assert voice.finished
+    assert not voice.render(100).any()
+
+
+def test_a_release_during_the_ramp_in_turns_round() -> None:
+    voice = LiveVoice(scene(), cache=CACHE)
+    up = voice.render(200)
+    voice.release()
+    down = voice.render(2000)
+    assert largest_step(np.concatenate([up, down])) <= 1.02 * largest_step(open_voice(scene()).render(2000))
+    assert not down[960:].any()
+    assert voice.finished
+
+
+def test_what_is_louder_than_full_scale_is_limited_and_within() -> None:
+    voice = running("acceleration")
+    voice.apply(voice.prepare(scene("acceleration", scan={"load": 0.3, "speed": 0.6})))
+    block = voice.render(RATE // 2)
+    assert np.max(np.abs(block)) <= 1.0
+    assert voice.reduction_db > 3.0
+
+
+@pytest.mark.parametrize("quantity", QUANTITIES)
+def test_frames_within_full_scale_are_those_of_the_voice_bit_for_bit(quantity: str) -> None:
+    live, plain = LiveVoice(scene(quantity), cache=CACHE), open_voice(scene(quantity))
+    assert np.array_equal(live.render(5000)[480:], plain.render(5000)[480:])
+
+
+def test_voices_share_what_is_solved() -> None:
+    cache = ResponseCache()
+    first = LiveVoice(scene(), cache=cache)
+    misses = cache.misses
+    second = LiveVoice(scene(), cache=cache)
+    assert cache.misses == misses > 0
+    assert np.array_equal(first.render(2000), second.render(2000))
+
+
+def test_several_channels_change_together() -> None:
+    output = {"channels": list(QUANTITIES)}
+    voice = LiveVoice(scene_of(output=output), cache=CACHE)
+    voice.render(2400)
+    voice.apply(voice.prepare(scene_of(output=output, scan={"load": 0.5})))
+    block = voice.render(round(3 * CHANGE_TIME * RATE))
+    assert block.shape[1] == 3 and np.abs(block).max(axis=0).min() > 0.2
+    assert np.abs(block).max() <= 1.0
+
+
+@pytest.mark.parametrize(
+    "silent", [{"scan": {"load": 0}}, {"scan": {"speed": 0}}, {"texture": {"amplitude": 0}}], ids=str
+)
+def test_a_stream_that_begins_in_silence_is_heard_when_it_is_touched(silent: dict[str, Any]) -> None:
+    voice = LiveVoice(scene("acceleration", **silent), cache=CACHE)
+    assert not voice.render(RATE // 10).any()
+    voice.apply(voice.prepare(scene("acceleration")))
+    assert 0.5 <= np.max(np.abs(voice.render(RATE // 2)[-4800:])) <= 1.0
+
+
+def test_a_change_is_solved_when_it_is_prepared_not_when_it_is_heard(monkeypatch: pytest.MonkeyPatch) -> None:
+    from synth.contact import exact_solver
+
+    voice = LiveVoice(scene())
+    voice.render(960)
+    points = [[0, 0, 0.3], [0.1, 6e-3, 0.4], [0.2, 1e-2, 0.25], [0.3, 8e-3, 0.3]]
+    change = voice.prepare(scene(scan={"trajectory": points}))
+    solved = exact_solver.solve
+    calls: list[int] = []
+
+    def counted(*arguments: Any, **named: Any) -> Any:
+        calls.append(len(arguments[1]))
+        return solved(*arguments, **named)
+
+    monkeypatch.setattr(exact_solver, "solve", counted)
+    voice.apply(change)
+    assert voice.render(4800).any()
+    assert sum(calls) < 20000  # rows that a lifting finger passes through, not those of the recorded loads
+
+
+def test_a_change_that_was_applied_before_can_be_applied_again() -> None:
+    voice = LiveVoice(scene())
+    first, second = voice.prepare(scene(scan={"speed": 0.05})), voice.prepare(scene(scan={"speed": 0.1}))
+    for change in (first, second, first):
+        voice.apply(change)
+        block = voice.render(4800)
+        assert block.any() and np.isfinite(block).all()
+        assert voice.scene is change.scene
