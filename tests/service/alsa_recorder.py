@@ -27,7 +27,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from service.sinks import DeviceSink, Sink, list_devices
+from service.sinks import DeviceSink, Sink, device, list_devices
 from synth.errors import RidgewaveError
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -201,11 +201,12 @@ def main() -> None:
     """Play a .npy file: argv is its path and JSON settings; print {failure, error, underruns, ...} as JSON.
 
     Settings: rate, device, block (frames a write), ring_blocks, timeout (seconds a write may wait), late (the frame
-    whose write comes half a second late), end ("close" or "stop"). A line on standard input stops the sink from
-    another thread.
+    whose write comes half a second late), patience (seconds without a callback before the device has stalled). A line
+    on standard input stops the sink from another thread.
     """
     samples = np.load(sys.argv[1])
     settings = json.loads(sys.argv[2])
+    device.STALLED_SECONDS = settings.get("patience", device.STALLED_SECONDS)
     sink = DeviceSink(settings.get("device", DEVICE), ring_blocks=settings.get("ring_blocks", 4))
     answer: dict[str, Any] = {"devices": list_devices(), "error": None}
     block = settings.get("block", 480)
@@ -219,7 +220,7 @@ def main() -> None:
     except RidgewaveError as error:
         answer["error"] = str(error)
     began = time.monotonic()
-    getattr(sink, settings.get("end", "close"))()
+    sink.close()
     answer |= {"end_seconds": time.monotonic() - began, "failure": sink.failure, "underruns": sink.underruns}
     answer |= {
         "dropped": sink.dropped_frames,
