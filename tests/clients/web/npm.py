@@ -12,8 +12,8 @@ HERE = Path(__file__).parent
 PATIENCE = 60.0  # s: a slow network
 
 
-def node_modules(folder: Path, *, tools: bool = False) -> Path:
-    """Return the folder of the packages, fetched into `folder`, those of devDependencies only for `tools`.
+def node_modules(folder: Path) -> Path:
+    """Return the folder of the packages that are no tools, fetched into `folder`.
 
     Skips the test where npm is missing or cannot fetch them; in CI it fails.
     """
@@ -22,7 +22,7 @@ def node_modules(folder: Path, *, tools: bool = False) -> Path:
         missing("npm is missing: install Node")
     for name in ("package.json", "package-lock.json"):
         shutil.copy(HERE / name, folder)
-    command = [npm, "ci", "--ignore-scripts", "--no-audit", "--no-fund", "--silent", *([] if tools else ["--omit=dev"])]
+    command = [npm, "ci", "--ignore-scripts", "--no-audit", "--no-fund", "--silent", "--omit=dev"]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=PATIENCE, check=False)
     if done.returncode != 0:
         missing(f"npm could not fetch the packages of the page's tests: {done.stderr.strip()}")
