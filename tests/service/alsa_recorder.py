@@ -171,7 +171,7 @@ class AlsaRecorder:
             self.pipe = -1
 
 
-def report(player: subprocess.Popen[str], seconds: float = 30.0) -> dict[str, Any]:
+def report(player: subprocess.Popen[str], seconds: float = 60.0) -> dict[str, Any]:
     """Return what `player` printed once it has ended; kills it, and fails, after `seconds`."""
     try:
         output, _ = player.communicate(timeout=seconds)

@@ -26,7 +26,7 @@ from service.render_work import Order, Price, work
 from service.running import Service
 from synth import Voice, parse_scene
 from synth.arrays import Block
-from tests.service.harness import Child, Running, ask, problem, serving, settings_of, until
+from tests.service.harness import PATIENCE, Child, Running, ask, problem, serving, settings_of, until
 from tests.service.live.client import live
 from tests.service.plain_engine import PlainEngine
 
@@ -186,7 +186,7 @@ def test_renders_end_with_a_service_that_is_killed_and_a_refusal_keeps_its_words
     child = Child("service", tmp_path, RIDGEWAVE_RENDER_SECONDS_PER_CLIENT="30", RIDGEWAVE_MAX_DURATION="86400")
     try:
         url = child.url()
-        refused = httpx.post(f"{url}/v1/render", json={"output": {"duration": "1 kg"}})
+        refused = httpx.post(f"{url}/v1/render", json={"output": {"duration": "1 kg"}}, timeout=PATIENCE)
         assert problem(refused, 422, "scene-refused")["errors"][0]["pointer"] == "/output/duration"
         dear = {"output": {"duration": 86_400, "sample_rate": 192_000, "channels": ["displacement", "velocity"]}}
         told = problem(httpx.post(f"{url}/v1/render", json=dear, timeout=60.0), 413, "too-costly")

@@ -11,12 +11,14 @@ from collections.abc import Callable, Iterator
 import httpx
 import pytest
 
+from service.request_timeout import HEAD_SECONDS
 from tests.service.faults.caller import Caller
-from tests.service.harness import Child, roomy_environment, until
+from tests.service.harness import PATIENCE, Child, roomy_environment, until
 from tests.service.scraping import scrape
 
 DESCRIPTORS = 200
 CALLERS = 300
+SOON = 0.9 * HEAD_SECONDS  # before any of the others gives up waiting
 HEAD = b"POST /v1/render HTTP/1.1\r\nHost: 127.0.0.1\r\n"
 BODY = HEAD + b"Content-Type: application/json\r\nContent-Length: 1000\r\n\r\n{"
 KEPT_ALIVE = b"GET /healthz HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n"
@@ -44,8 +46,8 @@ def many(open_one: Callable[[], contextlib.AbstractContextManager[object] | None
 
 
 def stop(service: httpx.URL) -> dict[str, int]:
-    """Return what a stop on a new connection stopped, before any of the others gives up waiting."""
-    answer = httpx.post(f"{service}/v1/stop")
+    """Return what a stop on a new connection stopped."""
+    answer = httpx.post(f"{service}/v1/stop", timeout=SOON)
     assert answer.status_code == 200
     stopped: dict[str, int] = answer.json()["stopped"]
     return stopped
@@ -59,30 +61,30 @@ def test_a_stop_comes_through_beside_connections_that_wait(service: httpx.URL, s
             connection.sendall(sent)
         return connection
 
-    with httpx.Client(base_url=str(service)) as client, many(open_one) as opened:
+    with httpx.Client(base_url=str(service), timeout=PATIENCE) as client, many(open_one) as opened:
         assert opened == CALLERS
-        session = httpx.post(f"{service}/v1/sessions", json={})
+        session = httpx.post(f"{service}/v1/sessions", json={}, timeout=SOON)
         assert session.status_code == 201  # not only a stop: who waits makes room for who asks
         assert stop(service)["sessions"] == 1
         assert client.get("/healthz").status_code == 200
 
 
-@pytest.mark.alone  # opened slowly, the first streams would have ended, their pings unanswered, before the last
+@pytest.mark.alone  # all are open before the first has ended for its unanswered pings, 10 s later
 def test_a_stop_comes_through_beside_as_many_streams_as_there_can_be(service: httpx.URL) -> None:
     def open_one() -> Caller | None:
         caller = Caller(service.port or 0)
         try:
-            return caller.hello(block=4800)
+            return caller.hello(pacing="pull")
         except AssertionError:
             caller.connection.close()
             return None
 
     with many(open_one) as opened:
         assert DESCRIPTORS // 2 < opened < DESCRIPTORS
-        refused = httpx.post(f"{service}/v1/sessions", json={})
+        refused = httpx.post(f"{service}/v1/sessions", json={}, timeout=PATIENCE)
         assert refused.status_code == 503 and refused.headers["Retry-After"] == "1"
         assert stop(service)["streams"] == opened
-    until(lambda: httpx.get(f"{service}/readyz").status_code == 200)
-    with httpx.Client(base_url=str(service)) as client:
+    until(lambda: httpx.get(f"{service}/readyz", timeout=PATIENCE).status_code == 200)
+    with httpx.Client(base_url=str(service), timeout=PATIENCE) as client:
         until(lambda: scrape(client).value("streams", kind="live") == 0)
-    assert httpx.post(f"{service}/v1/sessions", json={}).status_code == 201
+    assert httpx.post(f"{service}/v1/sessions", json={}, timeout=PATIENCE).status_code == 201

@@ -22,7 +22,7 @@ from hypothesis import strategies as st
 
 from service.app import create_app
 from service.problems import MEDIA_TYPE
-from tests.service.harness import Running, ask, problem, roomy_settings, settings_of
+from tests.service.harness import PATIENCE, Running, ask, problem, roomy_settings, settings_of
 from tests.service.plain_engine import PlainEngine
 
 THOROUGH = 10
@@ -154,7 +154,7 @@ def test_a_header_of_any_text_is_no_mistake_of_ours(name: str) -> None:
 def raw(running: Running, text: bytes) -> bytes:
     """Return all that a server answers to bytes after which nothing more comes."""
     host, port = running.url.removeprefix("http://").split(":")
-    with socket.create_connection((host, int(port)), 20.0) as connection:
+    with socket.create_connection((host, int(port)), PATIENCE) as connection:
         try:
             connection.sendall(text)
             connection.shutdown(socket.SHUT_WR)

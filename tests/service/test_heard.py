@@ -167,8 +167,7 @@ def tool(name: str) -> str:
 
 
 @pytest.mark.parametrize("name", ["wav", "wav16", "wav24"])
-@pytest.mark.parametrize("program", ["ffmpeg", "sox"])
-def test_curl_saves_a_stream_that_others_read(running: Running, tmp_path: Path, name: str, program: str) -> None:
+def test_curl_saves_a_stream_that_others_read(running: Running, tmp_path: Path, name: str) -> None:
     """curl is cut off after a second, so the file has no end: the header must not mind."""
     saved, raw = tmp_path / "stream.wav", tmp_path / "samples.f32"
     session = running.open_session()
@@ -176,17 +175,16 @@ def test_curl_saves_a_stream_that_others_read(running: Running, tmp_path: Path, 
     saving = [tool("curl"), "-sS", "--max-time", "1", "-o", str(saved), url]
     curl = subprocess.run(saving, timeout=PATIENCE, check=False)
     assert curl.returncode == 28, "curl did not run into its time limit"
-    command = {
+    size, tolerance = {"wav": (4, 1e-7), "wav16": (2, 2e-5), "wav24": (3, 2e-7)}[name]
+    for program, words in {
         "ffmpeg": ["-v", "error", "-y", "-i", str(saved), "-f", "f32le", str(raw)],
         "sox": ["-V1", "--ignore-length", str(saved), "-t", "f32", str(raw)],
-    }[program]
-    done = subprocess.run([tool(program), *command], capture_output=True, timeout=PATIENCE, check=False)
-    assert done.returncode == 0, done.stderr
-    read = np.fromfile(raw, "<f4")
-    size = {"wav": 4, "wav16": 2, "wav24": 3}[name]
-    assert len(read) >= (saved.stat().st_size - 4096) // size > RATE
-    wanted = unpatched({}, len(read))[:, 0]
-    np.testing.assert_allclose(read, wanted, atol={"wav": 1e-7, "wav16": 2e-5, "wav24": 2e-7}[name])
+    }.items():
+        done = subprocess.run([tool(program), *words], capture_output=True, timeout=PATIENCE, check=False)
+        assert done.returncode == 0, done.stderr
+        read = np.fromfile(raw, "<f4")
+        assert len(read) >= (saved.stat().st_size - 4096) // size > 0
+        np.testing.assert_allclose(read, unpatched({}, len(read))[:, 0], atol=tolerance)
 
 
 def test_curl_renders_and_ffprobe_knows_the_length(running: Running, tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ import websockets.sync.client
 from fastapi import FastAPI
 
 from service.logs import SubjectFilter, about_session, request_line, set_up_log
-from tests.service.harness import Child, ask
+from tests.service.harness import PATIENCE, Child, ask
 from tests.service.plain_engine import PlainEngine
 
 KEY = "a-long-key-that-nobody-may-read"
@@ -30,6 +30,7 @@ def as_it_was() -> Iterator[None]:
     """Leave the loggers as the other tests expect them."""
     loggers = [logging.getLogger(name) for name in LOGGERS]
     kept = [(logger.handlers[:], logger.level, logger.propagate) for logger in loggers]
+    logging.captureWarnings(False)  # a service that a test before ran in this process has left it on
     yield
     logging.captureWarnings(False)
     for logger, (handlers, level, propagate) in zip(loggers, kept, strict=True):
@@ -111,11 +112,11 @@ def test_no_key_is_ever_logged_at_any_level(tmp_path: Path, log_format: str) -> 
     )
     try:
         url = child.url()
-        with httpx.Client(base_url=url, headers={"Authorization": f"Bearer {KEY}"}) as client:
+        with httpx.Client(base_url=url, headers={"Authorization": f"Bearer {KEY}"}, timeout=PATIENCE) as client:
             session = client.post("/v1/sessions", json={}).json()["id"]
             assert client.get(f"/v1/sessions/{session}?key={KEY}").status_code == 200
             assert client.get(f"/nowhere?{ENCODED}").status_code == 404
-        assert httpx.get(f"{url}/v1/textures?api_key={KEY}").status_code == 401
+        assert httpx.get(f"{url}/v1/textures?api_key={KEY}", timeout=PATIENCE).status_code == 401
         _knock(url)
     finally:
         child.end()

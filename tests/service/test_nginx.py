@@ -39,10 +39,11 @@ def test_a_render_a_session_and_its_change_pass(port: int) -> None:
 @pytest.mark.usefixtures("unhurried")
 def test_a_stop_is_heard_at_once_by_who_reads(running: Running, port: int) -> None:
     session = running.open_session()
-    with httpx.stream("GET", f"http://127.0.0.1:{port}/v1/sessions/{session}/stream?format=f32le") as answer:
+    stream = f"http://127.0.0.1:{port}/v1/sessions/{session}/stream?format=f32le"
+    with httpx.stream("GET", stream, timeout=PATIENCE) as answer:
         parts = answer.iter_raw()
         next(parts)
-        httpx.post(f"http://127.0.0.1:{port}/v1/stop")
+        httpx.post(f"http://127.0.0.1:{port}/v1/stop", timeout=PATIENCE)
         rest = np.frombuffer(b"".join(parts)[-4:], "<f4")
     assert rest[-1] == 0.0
 
@@ -53,7 +54,7 @@ def test_a_reader_that_sleeps_through_a_stop_hears_little_of_what_was_before(run
         reader.sendall(f"GET /v1/sessions/{session}/stream?format=f32le HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n".encode())
         _read_for(reader, 0.3)
         time.sleep(ASLEEP_SECONDS)
-        httpx.post(f"http://127.0.0.1:{port}/v1/stop")
+        httpx.post(f"http://127.0.0.1:{port}/v1/stop", timeout=PATIENCE)
         stale = _read_all(reader)
     assert 0 < stale / 4 / RATE < STALE_SECONDS
 
@@ -63,7 +64,7 @@ def test_a_live_connection_that_sleeps_through_a_stop_hears_little_too(port: int
         caller.read(lambda: len(caller.sound) > RATE)
         heard = len(caller.sound)
         time.sleep(ASLEEP_SECONDS)
-        httpx.post(f"http://127.0.0.1:{port}/v1/stop")
+        httpx.post(f"http://127.0.0.1:{port}/v1/stop", timeout=PATIENCE)
         caller.read()
     assert 0 < (len(caller.sound) - heard) / 4 / RATE < STALE_SECONDS
 

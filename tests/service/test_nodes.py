@@ -120,7 +120,7 @@ def test_a_stop_silences_both_nodes(house: House) -> None:
         for stream in streams:
             next(stream)
         began = time.monotonic()
-        assert httpx.post(f"{house.url}/v1/stop").json()["stopped"]["streams"] == 1
+        assert httpx.post(f"{house.url}/v1/stop", timeout=PATIENCE).json()["stopped"]["streams"] == 1
         for stream in streams:
             with suppress(httpx.RemoteProtocolError):  # a busy machine: what does not fade in time is cut off
                 b"".join(stream)

@@ -15,7 +15,7 @@ import soundfile
 
 from service.server import listen, run
 from synth.errors import CannotRender
-from tests.service.harness import Child, Listener, settings_of, until
+from tests.service.harness import PATIENCE, Child, Listener, settings_of, until
 from tests.service.live.client import live
 
 PLAIN = "tests.service.serve_plain"
@@ -50,11 +50,13 @@ def test_a_signal_ends_every_stream_with_a_fade_within_two_seconds(
     child = Child(module, tmp_path)
     try:
         url = child.url()
-        sessions = [httpx.post(f"{url}/v1/sessions", json={}).json()["stream"] for _ in range(6)]
+        client = httpx.Client(base_url=url, timeout=PATIENCE)
+        sessions = [client.post("/v1/sessions", json={}).json()["stream"] for _ in range(6)]
         followers = [Follower(httpx.Client(base_url=url), f"{session}?format=f32le") for session in sessions]
         assert all(follower.started.wait(60.0) for follower in followers)
-        recorded = httpx.post(f"{url}/v1/sessions", json={}).json()["id"]
-        assert httpx.post(f"{url}/v1/sessions/{recorded}/play", json={"device": "file:a.wav"}).status_code == 202
+        recorded = client.post("/v1/sessions", json={}).json()["id"]
+        assert client.post(f"/v1/sessions/{recorded}/play", json={"device": "file:a.wav"}).status_code == 202
+        client.close()
         began = time.monotonic()
         child.process.send_signal(number)
         child.process.wait(60.0)
@@ -124,7 +126,7 @@ def test_workers_end_too(tmp_path: Path) -> None:
         url = child.url()
         scene = {"output": {"duration": 0.1}}
         assert all(httpx.post(f"{url}/v1/render", json=scene, timeout=60.0).status_code == 200 for _ in range(4))
-        assert httpx.post(f"{url}/v1/sessions", json={}).status_code == 503
+        assert httpx.post(f"{url}/v1/sessions", json={}, timeout=PATIENCE).status_code == 503
         child.process.send_signal(signal.SIGTERM)
         child.process.wait(60.0)
     finally:

@@ -15,7 +15,7 @@ import pytest
 from clients import Live
 from tests.service.alerting import Key, firing, key, samples, steady
 from tests.service.alerting import step as stepped
-from tests.service.harness import Child, until
+from tests.service.harness import PATIENCE, Child, until
 from tests.service.scraping import Scrape, scrape
 
 LEAD = 0.25  # s of an HTTP stream, the default
@@ -23,6 +23,7 @@ SHORT = pytest.param(1, 1.6, id="once for 1.6 s")
 LONG = pytest.param(3, 2.5, id="three times for 2.5 s", marks=pytest.mark.thorough)
 
 
+@pytest.mark.alone  # it stands still for as long as it is told to, and no longer
 @pytest.mark.parametrize(("times", "seconds"), [SHORT, LONG])
 def test_a_stopped_service_shows_tells_and_alarms(tmp_path: Path, times: int, seconds: float) -> None:
     child = Child("tests.service.serve_plain", tmp_path)
@@ -98,7 +99,7 @@ def http_stream(client: httpx.Client) -> Iterator[None]:
     session = f"{client.base_url}/v1/sessions/{client.post('/v1/sessions', json={}).json()['id']}"
 
     def read() -> None:
-        with httpx.stream("GET", f"{session}/stream?format=f32le") as answer:
+        with httpx.stream("GET", f"{session}/stream?format=f32le", timeout=PATIENCE) as answer:
             for _ in answer.iter_raw():
                 pass
 

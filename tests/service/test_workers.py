@@ -244,7 +244,7 @@ def _streams(url: str) -> list[Follower]:
     with ExitStack() as stack:
         followers = []
         for _ in range(STREAMS):
-            client = stack.enter_context(httpx.Client(base_url=url))
+            client = stack.enter_context(httpx.Client(base_url=url, timeout=PATIENCE))
             session = client.post("/v1/sessions", json={}).json()["stream"]
             followers.append(Follower(client, f"{session}?format=f32le"))
         assert all(follower.started.wait(60.0) for follower in followers)
@@ -278,7 +278,7 @@ def _counts_never_fall(url: str, frames: float) -> None:
 
     def replaced() -> bool:
         try:
-            with httpx.Client(base_url=url) as client:
+            with httpx.Client(base_url=url, timeout=PATIENCE) as client:
                 shown = scrape(client)
         except httpx.TransportError:  # a connection that the dead worker had taken
             return False

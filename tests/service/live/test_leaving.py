@@ -99,4 +99,4 @@ def test_one_that_closes_late_is_let_go_at_once(running: Running) -> None:
         until(lambda: connection._lingers)
         caller.read()
         assert caller.code == 1000
-    until(lambda: not connections(running), 1.0)
+    until(lambda: not connections(running), 0.9 * websocket.LINGER_SECONDS)
