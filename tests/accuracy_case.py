@@ -53,6 +53,11 @@ def fake_measure(
     return made
 
 
+def fake_drawings(_document: object) -> dict[str, bytes]:
+    """Stand in for `clients.accuracy_plot.drawings` where any picture will do."""
+    return {"accuracy.svg": b"<svg>", "accuracy.png": b"PNG"}
+
+
 def _rows() -> Iterator[Measured]:
     for power, count in enumerate((1, 1, 2, 2, 4, 4, 8, 8)):
         name = f"trapezoid and brentq, {25 * 2**power} points a ridge"

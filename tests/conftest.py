@@ -6,10 +6,11 @@ A kernel is compiled by one of the processes of a run (-n); the others wait for 
 from __future__ import annotations
 
 import fcntl
+import io
 import os
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -60,18 +61,38 @@ def environment() -> dict[str, str]:
 
 @pytest.fixture
 def ridgewave(tmp_path: Path, environment: dict[str, str]) -> RunsRidgewave:
-    """Return a function that runs `ridgewave WORDS` in an empty folder and returns the finished process.
+    """Return a function that runs `ridgewave WORDS` in an empty folder and returns what a finished process would.
 
-    Keywords go to subprocess.run; output comes back as bytes.
+    It runs in this process, which saves a second; input: what is on its standard input. With any other keyword it is a
+    process of its own, and they go to subprocess.run. Output comes back as bytes.
     """
 
     def run(*words: str, **keywords: Any) -> subprocess.CompletedProcess[bytes]:
+        if keywords.keys() <= {"input"}:
+            return in_this_process(words, tmp_path, **keywords)
         settings: dict[str, Any] = {"cwd": tmp_path, "env": environment, "timeout": 300, "stdin": subprocess.DEVNULL}
-        if "input" in keywords:
-            del settings["stdin"]
         if "stdout" not in keywords:
             settings["stdout"] = subprocess.PIPE
         settings.update(stderr=subprocess.PIPE, check=False)
         return subprocess.run([sys.executable, "-m", "clients", *words], **{**settings, **keywords})
 
     return run
+
+
+def in_this_process(words: Sequence[str], folder: Path, input: bytes = b"") -> subprocess.CompletedProcess[bytes]:
+    """Return what `ridgewave WORDS` leaves: its exit code, standard output and standard error."""
+    from clients.command_line import main
+
+    out, err = io.BytesIO(), io.BytesIO()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        patch.setenv("COLUMNS", "120")
+        for name in [name for name in os.environ if name.startswith("RIDGEWAVE_")]:
+            patch.delenv(name)
+        for name, stream in (("stdin", io.BytesIO(input)), ("stdout", out), ("stderr", err)):
+            patch.setattr(sys, name, io.TextIOWrapper(stream, "utf-8", write_through=True))
+        try:
+            code = main(words)
+        except SystemExit as ended:
+            code = int(ended.code or 0)
+        return subprocess.CompletedProcess(words, code, out.getvalue(), err.getvalue())

@@ -27,10 +27,9 @@ def run(module: str, *words: str) -> str:
 
 
 UNITS = {"us/phase", "1/1000", "x assumed", "x equal", "x sin", "ns/frame", "ms", "s", "kB"}
-SHORT = ("solver", "voice", "limiter", "response", "service")  # the others compile, or solve what takes long
+SHORT = ("solver", "limiter")  # the others compile, solve what takes long, or start services
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("parts", [SHORT, pytest.param((), marks=pytest.mark.thorough)], ids=["short", "all"])
 def test_every_benchmark_runs_and_the_page_knows_every_figure(parts: tuple[str, ...]) -> None:
     figures = json.loads(run("tests.bench", "--quick", "--json", *parts))["figures"]
@@ -76,7 +75,7 @@ def test_the_waveform_figure_is_drawn_and_twice_the_same(tmp_path: Path) -> None
     assert b"<svg" in drawn[0]["waveform.svg"]
 
 
-SOUNDS = ("heavy-touch", "change", "turn", "adhesion-before", "adhesion-after")
+SOUNDS = ("heavy-touch", "change")
 
 
 @pytest.mark.parametrize("asked", [SOUNDS, pytest.param((), marks=pytest.mark.thorough)], ids=["some", "all"])

@@ -1,4 +1,4 @@
-"""`ridgewave render` and `explain` as processes: the file, the result, the messages, and what is never left behind."""
+"""`ridgewave render` and `explain`: the file, the result, the messages, and what is never left behind."""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from clients.command_line import main
-from tests.accuracy_case import fake_measure
+from tests.accuracy_case import fake_drawings, fake_measure
 
 WORDS = ["render", "grating-1mm-31um", "--duration", "10 ms", "-o"]
 
@@ -45,6 +45,7 @@ def test_a_report_keeps_and_tells_likewise(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("clients.accuracy_command.measure_accuracy", fake_measure)
+    monkeypatch.setattr("clients.accuracy_plot.drawings", fake_drawings)
     words = ["accuracy", "grating-1mm-31um", "-o", "report"]
     assert main([*words, "--no-clobber"]) == 0
     assert main([*words, "--no-clobber"]) == 2
