@@ -38,6 +38,7 @@ LEAST_ATTENUATION, MOST_ATTENUATION = 70.0, 140.0  # dB
 FEWEST_STEPS = 96e3  # steps a second at least: contacts change within tens of microseconds
 SETTLING = 0.5  # s that is simulated before a frame from which a run begins in the middle of its motion
 HEAVIEST_HAND = 5.0  # N: a hand is prepared for at least; heavier, the contact is linear, which it is once all touches
+LIGHTEST = 0.01  # N: of a load that varies, what the table is made for at least
 TABLE_SHARE = 0.2  # of the tolerance: the error of the table
 LOOSEST_TABLE, TIGHTEST_TABLE = 1e-3, 1e-5  # of z: derivatives ask for more than displacement; tighter takes seconds
 
@@ -165,7 +166,7 @@ def stepper_of(case: Case, terms: Terms, points: int) -> Stepper:
 
         found = SkinPoints.of_contact(contact, load, points)
         return SkinStepper(found, terms.skin, stiffness, terms.mass, terms.damping, case.forces)
-    from synth.effects.simulation.potential import PotentialTable
+    from synth.effects.simulation.energy_table import EnergyTable
     from synth.effects.simulation.table_steps import TableStepper
 
     lightest, heaviest = _loads(case)
@@ -175,17 +176,15 @@ def stepper_of(case: Case, terms: Terms, points: int) -> Stepper:
     pull = 0.0 if terms.adhesion is None else terms.adhesion.stress * contact.geometry.contact_length * length
     sunk = 0.0 if terms.adhesion is None else reach + _sunk(contact, load, heaviest, pull)
     exact = min(max(TABLE_SHARE * case.tolerance, TIGHTEST_TABLE), LOOSEST_TABLE)
-    table = PotentialTable.of(contact, load, lightest, heaviest, below=sunk, above=reach, tolerance=exact)
+    table = EnergyTable.of(contact, load, lightest, heaviest, below=sunk, above=reach, tolerance=exact)
     period = contact.geometry.texture_period
     return TableStepper(table, stiffness, terms.mass, terms.damping, pull, reach, period, case.forces)
 
 
 def _loads(case: Case) -> tuple[float, float]:
-    """Return between which loads (N) the stepper's contact must be right."""
-    low, high = case.loads
-    if case.by_hand:
-        return case.scene.scan.lift_load, max(4.0 * case.pressed, HEAVIEST_HAND)
-    return max(min(low, case.pressed), case.scene.scan.lift_load), max(high, case.pressed)
+    """Return between which loads (N) the stepper's contact must be right: a finger only passes lighter ones."""
+    low, high = (LIGHTEST, HEAVIEST_HAND) if case.by_hand else case.loads
+    return min(max(low, LIGHTEST), case.pressed), max(high, 4.0 * case.pressed if case.by_hand else case.pressed)
 
 
 def _sunk(contact: Contact, load: float, heaviest: float, pull: float) -> float:

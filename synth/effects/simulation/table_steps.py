@@ -18,32 +18,29 @@ Limits  solved to round-off. With adhesion a step may have several solutions: th
         velocity leads, in the direction in which the forces push. Second order in the step where it resolves the
         resonance, 2 pi f step below 0.5; beyond, a step still gives no energy of its own: on a surface that stands
         still it changed by 2e-8 of itself at most in 10 s, from 8 to 192 kHz and from 1e-6 to 1 kg. A mass without
-        damping may be driven without bound by a surface that moves. What the table leaves out: `PotentialTable.error`.
+        damping may be driven without bound by a surface that moves. What the table leaves out: `EnergyTable.error`.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from synth.arrays import Array
 from synth.contact.load_balance import Contact
-from synth.effects.simulation.potential import PotentialTable
-from synth.effects.simulation.potential_reading import (
-    BOUNDS,
-    LAST,
-    STRIDE,
-    along,
-    base_at,
-    cell_of,
-    energy_slope,
-    highest_at,
-    path_from,
+from synth.effects.simulation.energy_table import (
+    BASE,
+    BOTTOM,
+    HIGHEST,
+    WIDTH,
+    EnergyTable,
+    curve_at,
+    depth_at,
+    drift_at,
+    mean_depth,
     row_of,
-    slopes_of,
     weights_of,
 )
 from synth.effects.simulation.steps import (
@@ -57,7 +54,7 @@ from synth.effects.simulation.steps import (
     Stepper,
     Stiffness,
 )
-from synth.kernels import inlined, inner, signed_kernel
+from synth.kernels import inner, signed_kernel
 from synth.response.phases import turns_to_phase
 
 EPSILON = 2.0**-52
@@ -74,22 +71,20 @@ COEFFICIENT, POWER, LIGHTEST, MASS, DAMPING, PULL, RANGE, PERIOD = range(8)  # o
 class TableState:
     """Where a finger stands.
 
-    numbers: z (m), velocity (m/s), load (N), 1 while it touches or is held, step (s). phase: [1]. cells: where the
-    table was read last, a first guess.
+    numbers: z (m), velocity (m/s), load (N), 1 while it touches or is held, step (s). phase: [1].
     """
 
     numbers: Array
     phase: Phases
-    cells: np.ndarray[Any, np.dtype[np.int64]]
 
     def copied(self) -> TableState:
         """Return a state that goes on from here by itself."""
-        return TableState(self.numbers.copy(), self.phase.copy(), self.cells.copy())
+        return TableState(self.numbers.copy(), self.phase.copy())
 
     @property
     def nbytes(self) -> int:
         """Bytes that it holds."""
-        return self.numbers.nbytes + self.phase.nbytes + self.cells.nbytes
+        return self.numbers.nbytes + self.phase.nbytes
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +95,7 @@ class TableStepper(Stepper):
     with_forces: whether the rows SLOPE_FORCE and REACTION are written.
     """
 
-    table: PotentialTable
+    table: EnergyTable
     stiffness: Stiffness
     mass: float
     damping: float
@@ -117,7 +112,7 @@ class TableStepper(Stepper):
     @property
     def state_bytes(self) -> int:
         """Bytes of one state."""
-        return 8 * (5 + 1 + 2)
+        return 8 * (5 + 1)
 
     @property
     def coefficients(self) -> Array:
@@ -149,7 +144,7 @@ class TableStepper(Stepper):
         """
         half = round(math.ldexp(0.5 * turns * step, 64))
         ways = np.array([(phase + move) % 2**64 for move in (-half, half, 0)], dtype=np.uint64)
-        state = TableState(np.zeros(5), ways[:1].copy(), np.zeros(2, dtype=np.int64))
+        state = TableState(np.zeros(5), ways[:1].copy())
         loads, rows = np.full(3, load), np.empty((ROWS, 3))
         state.numbers[[LOAD, HELD, STEP]] = load, 1.0, step
         self.elastic.run(state, ways[:1], loads[:1], rows[:, :1].copy())
@@ -167,9 +162,8 @@ class TableStepper(Stepper):
 
     def run(self, state: TableState, phases: Phases, loads: Array, out: Array) -> None:
         """Go on to each of `phases` and `loads` (N) in turn, and write the rows of `out` (`steps`)."""
-        standing = (state.numbers, state.phase, state.cells)
-        table = (self.table.pool, self.table.layout)
-        run_steps(*table, self.coefficients, *standing, phases, loads, out, self.with_forces)
+        table = (self.table.nodes, self.table.curves, self.table.grid)
+        run_steps(*table, self.coefficients, state.numbers, state.phase, phases, loads, out, self.with_forces)
 
     def gap(self, contact: Contact, load: float, phases: int) -> Array:
         """See `Stepper`: what is left of the forces on it, over their slope."""
@@ -194,30 +188,37 @@ class TableStepper(Stepper):
         return state
 
 
-@inlined
-def excess_at(pool, layout, row, weights, first, second, law, drive, s):
-    """Return g, dg/ds, half d2g/ds2 and the size of what a step solves: inertia (s - ahead) + drag s - R + load."""
-    k1, k2 = law
+@inner
+def excess_at(nodes, row, weights, law, drive, s):
+    """Return g, dg/ds and the size of what a step solves: inertia (s - ahead) + drag s - R + load."""
+    k1, k2, width, place, gap = law
     inertia, drag, ahead, load, rest = drive
-    mean1, slope1, bend1 = along(pool, layout, row, weights, first, rest, s)
-    mean2, slope2, bend2 = along(pool, layout, row, weights, second, rest, s) if k2 > 0.0 else (0.0, 0.0, 0.0)
-    resisting = inertia * (s - ahead) + drag * s
-    total = resisting - k1 * mean1 + k2 * mean2 + load
-    size = abs(resisting) + k1 * abs(mean1) + k2 * abs(mean2) + abs(load)
-    return total, inertia + drag - k1 * slope1 + k2 * slope2, k1 * abs(bend1) + k2 * abs(bend2), size
+    move, resisting = s / width, inertia * (s - ahead) + drag * s
+    if rest:
+        near, rise = depth_at(nodes, row, weights, place + move)
+    else:
+        near, rise = mean_depth(nodes, row, weights, place, move)
+    total, slope, size = resisting - k1 * near + load, inertia + drag - k1 * rise / width, abs(resisting) + abs(load)
+    if k2 == 0.0:
+        return total, slope, size + k1 * near
+    if rest:
+        far, rise = depth_at(nodes, row, weights, place + move - gap)
+    else:
+        far, rise = mean_depth(nodes, row, weights, place - gap, move)
+    return total + k2 * far, slope + k2 * rise / width, size + k1 * near + k2 * far
 
 
 @inner
-def bracket_of(pool, layout, row, weights, first, second, law, drive):
+def bracket_of(nodes, row, weights, law, drive):
     """Return two moves (m) between which g changes sign, the nearest to `ahead` where the forces push, the further 2nd.
 
     Both are infinite where a finger at rest finds nothing that holds it.
     """
     steepest = drive[0] + drive[1] + law[0]  # g is no steeper
-    top = pool[layout[BOUNDS] + layout[LAST]] - (second[1] if law[1] > 0.0 else first[1])
+    top = (len(nodes) - 1 + law[4] - law[3]) * law[2]
     near, far, sign, stride = drive[2], drive[2], 0.0, 0.0
     while True:
-        total, slope, _bend, _size = excess_at(pool, layout, row, weights, first, second, law, drive, far)
+        total, slope, _size = excess_at(nodes, row, weights, law, drive, far)
         if sign == 0.0:
             sign, stride = (-1.0 if total > 0.0 else 1.0), abs(total) / steepest
             if slope > 0.0:
@@ -231,24 +232,24 @@ def bracket_of(pool, layout, row, weights, first, second, law, drive):
         near, far = far, far + sign * stride
 
 
-@inlined
-def move_of(pool, layout, row, weights, first, second, law, drive, band):
+@inner
+def move_of(nodes, row, weights, law, drive, band):
     """Return s - ahead (m) of one step, infinite where nothing holds the finger.
 
-    drive: 2 m / h^2 and c / h (N/m), h v0 (m), the load (N), and whether z goes to rest, without these.
+    law: k1, k2 (N/m), the step of d (m), the place of z in such steps, and d0 in them. drive: 2 m / h^2 and c / h
+    (N/m), h v0 (m), the load (N), and whether z goes to rest, without these.
     """
-    ahead, rest = drive[2], drive[4]
+    ahead = drive[2]
     least = drive[0] + drive[1] - 0.5 * law[1]  # dg/ds is at least this: above zero there is one solution
-    low, high = -np.inf, np.inf
-    s = ahead
-    if rest or least < 0.0:
-        near, s = bracket_of(pool, layout, row, weights, first, second, law, drive)
+    low, high, s = -np.inf, np.inf, ahead
+    if drive[4] or least < 0.0:
+        near, s = bracket_of(nodes, row, weights, law, drive)
         if s == np.inf:
             return s
         low, high, least = min(near, s), max(near, s), 0.0
     move = s - ahead
     for _ in range(MOST_ITERATIONS):
-        total, slope, bend, size = excess_at(pool, layout, row, weights, first, second, law, drive, s)
+        total, slope, size = excess_at(nodes, row, weights, law, drive, s)
         if abs(total) <= band and (s == 0.0 or abs(total) <= 4.0 * EPSILON * size):
             return move
         if total > 0.0:
@@ -258,23 +259,13 @@ def move_of(pool, layout, row, weights, first, second, law, drive, band):
         step = -total / max(slope, least) if slope > 0.0 or least > 0.0 else np.inf
         if not low < s + step < high and (low > -np.inf and high < np.inf):
             step = 0.5 * (low + high) - s
-            move += step
-            s = ahead + move
             if high - low <= EPSILON * (abs(low) + abs(high)):
-                return move
-            continue
+                return move + step
         move += step
         s = ahead + move
-        inside = first[7] <= s <= first[8] and second[7] <= s <= second[8]
-        if abs(step) <= EPSILON * abs(s) or (inside and bend * step * step <= EPSILON * size):
+        if abs(step) <= EPSILON * abs(s):
             return move
     return move
-
-
-@inner
-def known(layout):
-    """Return the layout as a tuple, which no write to an array may change: it is read anew less often."""
-    return layout[0], layout[1], layout[2], layout[3], layout[4], layout[5], layout[6], layout[7]
 
 
 @inner
@@ -286,30 +277,25 @@ def stiffness_of(law, load):
     return law[COEFFICIENT] / math.sqrt(load) if power == -0.5 else law[COEFFICIENT] * load**power
 
 
-@inlined
-def advanced(pool, layout, law, pull, numbers, cells, phase, load, rest):
+@inner
+def advanced(nodes, curves, grid, law, numbers, phase, load, rest):
     """Write z and its velocity after a step at `phase` and `load` (N): by momentum, or at rest; return whether held."""
-    row, t = row_of(layout, phase)
-    weights = weights_of(t)
+    row, t = row_of(grid, phase)
+    weights, width = weights_of(t), grid[WIDTH]
     z, h = numbers[Z], numbers[STEP]
-    d = z - base_at(pool, layout, row, weights)
-    pulling = pull / law[RANGE] if pull > 0.0 else 0.0
-    pair = (stiffness_of(law, load) + pulling, pulling)
-    first = path_from(pool, layout, row, weights, d, cells[0])
-    second = (cells[1], 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, -np.inf, np.inf)  # a path along which there is nothing
-    if pull > 0.0:
-        second = path_from(pool, layout, row, weights, d - law[RANGE], cells[1])
-    cells[0], cells[1] = first[0], second[0]
-    forces = pair[0] * abs(first[2]) + pair[1] * abs(second[2]) + abs(load)
-    slopes = pair[0] * abs(first[3]) * first[6] + pair[1] * abs(second[3]) * second[6]
-    band = BAND * EPSILON * (forces + abs(z) * slopes)  # some roundings of forces and of z: less is balance
+    place, gap = (z - curve_at(curves, BASE, row, weights) - grid[BOTTOM]) / width, law[RANGE] / width
+    k2 = law[PULL] / law[RANGE] if law[PULL] > 0.0 else 0.0
+    k1 = stiffness_of(law, load) + k2
+    near, rise = depth_at(nodes, row, weights, place)
+    far, fall = depth_at(nodes, row, weights, place - gap)
+    # some roundings of forces and of z: less is balance
+    band = BAND * EPSILON * (k1 * near + k2 * far + abs(load) - abs(z) * (k1 * rise + k2 * fall) / width)
     ahead = 0.0 if rest else h * numbers[SPEED]
-    if abs(ahead) <= BAND * EPSILON * abs(z) and abs(load - pair[0] * first[2] + pair[1] * second[2]) <= band:
+    if abs(ahead) <= BAND * EPSILON * abs(z) and abs(load - k1 * near + k2 * far) <= band:
         numbers[SPEED] = 0.0
         return True
     inertia, drag = (0.0, 0.0) if rest else (2.0 * law[MASS] / (h * h), law[DAMPING] / h)
-    drive = (inertia, drag, ahead, load, rest)
-    move = move_of(pool, layout, row, weights, first, second, pair, drive, band)
+    move = move_of(nodes, row, weights, (k1, k2, width, place, gap), (inertia, drag, ahead, load, rest), band)
     if move == np.inf:
         return False
     numbers[Z] = z + (ahead + move)
@@ -318,34 +304,30 @@ def advanced(pool, layout, law, pull, numbers, cells, phase, load, rest):
 
 
 @inner
-def out_of_range(pool, layout, law, phase):
+def out_of_range(curves, grid, law, phase):
     """Return the lowest z (m) at which nothing touches or attracts at `phase`."""
-    row, t = row_of(layout, phase)
-    return highest_at(pool, layout, row, weights_of(t)) + law[RANGE]
+    row, t = row_of(grid, phase)
+    return curve_at(curves, HIGHEST, row, weights_of(t)) + law[RANGE]
 
 
 @inner
-def forces_of(pool, layout, law, z, cells, phase, load):
+def forces_of(nodes, curves, grid, law, z, phase, load):
     """Return k I (N) and dU/dtheta (N m a turn) at `phase` and z (m)."""
-    row, t = row_of(layout, phase)
-    weights, slopes, stiffness = weights_of(t), slopes_of(t, float(layout[STRIDE] - 3)), stiffness_of(law, load)
-    d = z - base_at(pool, layout, row, weights)
-    base_slope = base_at(pool, layout, row, slopes)
-    cell = cell_of(pool, layout, d, cells[0])
-    depth, _touching, energy = energy_slope(pool, layout, row, weights, slopes, base_slope, cell, d)
+    row, t = row_of(grid, phase)
+    stiffness, width = stiffness_of(law, load), grid[WIDTH]
+    place = (z - curve_at(curves, BASE, row, weights_of(t)) - grid[BOTTOM]) / width
+    depth, _slope, drift = drift_at(nodes, curves, grid, row, t, place)
     if law[PULL] == 0.0:
-        return stiffness * depth, stiffness * energy
-    cell = cell_of(pool, layout, d - law[RANGE], cells[1])
-    _d, _wide, far = energy_slope(pool, layout, row, weights, slopes, base_slope, cell, d - law[RANGE])
-    return stiffness * depth, stiffness * energy + law[PULL] / law[RANGE] * (energy - far)
+        return stiffness * depth, stiffness * drift
+    _depth, _slope, far = drift_at(nodes, curves, grid, row, t, place - law[RANGE] / width)
+    return stiffness * depth, stiffness * drift + law[PULL] / law[RANGE] * (drift - far)
 
 
 @signed_kernel(
-    "void(f8[::1], i8[::1], f8[::1], f8[::1], u8[::1], i8[::1], u8[::1], f8[::1], f8[:,::1], b1)"
+    "void(f8[:,:,::1], f8[:,::1], f8[::1], f8[::1], f8[::1], u8[::1], u8[::1], f8[::1], f8[:,::1], b1)"
 )  # fmt: skip
-def run_steps(pool, layout, law, numbers, state_phase, cells, phases, loads, out, with_forces):
+def run_steps(nodes, curves, grid, law, numbers, state_phase, phases, loads, out, with_forces):
     """Go on to each phase and load, and write the rows wanted."""
-    layout_ = known(layout)
     rest, pull, lightest = law[MASS] == 0.0, law[PULL], law[LIGHTEST]
     phase, load = state_phase[0], numbers[LOAD]
     for i in range(len(phases)):
@@ -356,16 +338,16 @@ def run_steps(pool, layout, law, numbers, state_phase, cells, phases, loads, out
             place = phase if rest else before + np.uint64(np.int64(phase - before) >> 1)
             lowest = -np.inf if pull > 0.0 else lightest
             pressing = max(load, lowest) if rest else 0.5 * (max(load_before, lowest) + max(load, lowest))
-            held = advanced(pool, layout_, law, pull, numbers, cells, place, pressing, rest)
+            held = advanced(nodes, curves, grid, law, numbers, place, pressing, rest)
             if not rest and pull > 0.0 and load <= 0.0:
-                held = numbers[Z] <= out_of_range(pool, layout_, law, phase)
+                held = numbers[Z] <= out_of_range(curves, grid, law, phase)
             numbers[HELD] = 1.0 if held else 0.0
         if numbers[HELD] == 0.0:
-            numbers[Z], numbers[SPEED] = out_of_range(pool, layout_, law, phase), 0.0
+            numbers[Z], numbers[SPEED] = out_of_range(curves, grid, law, phase), 0.0
         out[HEIGHT, i], out[ATTACHED, i] = numbers[Z], numbers[HELD]
         if with_forces:
             out[SLOPE_FORCE, i], out[REACTION, i] = 0.0, 0.0
             if numbers[HELD] > 0.0:
-                pressed, work = forces_of(pool, layout_, law, numbers[Z], cells, phase, load)
+                pressed, work = forces_of(nodes, curves, grid, law, numbers[Z], phase, load)
                 out[SLOPE_FORCE, i], out[REACTION, i] = work / law[PERIOD], pressed
     state_phase[0], numbers[LOAD] = phase, load

@@ -8,12 +8,11 @@ from typing import Any
 import numpy as np
 
 from synth.contact.load_balance import Contact
-from synth.effects.simulation.potential import PotentialTable
-from synth.effects.simulation.potential_reading import read_heights
+from synth.effects.simulation.energy_table import EnergyTable
 from synth.effects.simulation.steps import ROWS, Stiffness
 from synth.effects.simulation.table_steps import TableState, TableStepper
 from synth.response.phases import turns_to_phase
-from tests.synth.effects.simulation.test_potential import SCENES
+from tests.synth.effects.simulation.test_energy_table import SCENES
 from tests.synth.engine_cases import Real, contact_of, scene_of
 
 LOAD = 0.3
@@ -24,9 +23,9 @@ PERIOD = 0.8e-3
 @functools.cache
 def table_of(
     name: str, load: float = LOAD, lightest: float = LOAD, heaviest: float = LOAD, below: float = 0.0, tol: float = 1e-3
-) -> tuple[Contact, PotentialTable]:
+) -> tuple[Contact, EnergyTable]:
     contact = contact_of(scene_of(**SCENES[name]))
-    return contact, PotentialTable.of(contact, load, lightest, heaviest, below, tolerance=tol)
+    return contact, EnergyTable.of(contact, load, lightest, heaviest, below, tolerance=tol)
 
 
 def stepper(
@@ -62,8 +61,7 @@ def scanned(steps: TableStepper, rate: float, seconds: float, turns: float, load
 
 def read(steps: TableStepper, phase: int, z: float) -> Real:
     """Return I, l, dE/dtheta and E at one place."""
-    places = np.array([phase], dtype=np.uint64), np.array([z])
-    return np.asarray(read_heights(steps.table.pool, steps.table.layout, *places)[:, 0])
+    return steps.table.read(np.array([phase / 2**64]), np.array([z]))[:, 0]
 
 
 def energy(steps: TableStepper, state: TableState, load: float) -> float:

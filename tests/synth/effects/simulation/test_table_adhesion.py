@@ -10,20 +10,18 @@ import pytest
 from synth.contact.geometry import Geometry
 from synth.contact.load_balance import Contact
 from synth.contact.stiffness import Stiffness
-from synth.effects.simulation.potential import PotentialTable
+from synth.effects.simulation.energy_table import EnergyTable
 from synth.effects.simulation.steps import ATTACHED, HEIGHT, REACTION, SLOPE_FORCE
 from synth.effects.simulation.steps import Stiffness as LawOfStiffness
 from synth.effects.simulation.table_steps import TableStepper
-from tests.reference.slow_table_steps import SlowFinger
-from tests.synth.effects.simulation.table_cases import LIFT, LOAD, read, run, stepper, table_of
-from tests.synth.effects.simulation.test_potential import slow_table
+from tests.synth.effects.simulation.table_cases import LIFT, LOAD, read, run
 
 
 def flat(pull: float, reach: float, **wanted: Any) -> TableStepper:
     """Return a contact of two surfaces of 1 nm, flat beside the range of adhesion: k = 1e5 N/m at every load."""
     geometry = Geometry(1e-9, 0.5e-3, 1e-9, 0.8e-3, 1.0, 10e-3)
     contact = Contact.of(geometry, Stiffness.of_contact(geometry, 1.35e5))
-    table = PotentialTable.of(contact, LOAD, 0.1 * LOAD, LOAD, reach, tolerance=1e-2)
+    table = EnergyTable.of(contact, LOAD, 0.1 * LOAD, LOAD, reach, tolerance=1e-2)
     coefficients = {"mass": 0.0, "damping": 0.0, **wanted}
     return TableStepper(
         table, LawOfStiffness(1e5, 0.0, LIFT), pull=pull, reach=reach, texture_period=0.8e-3, **coefficients
@@ -84,26 +82,3 @@ def test_where_a_finger_begins_is_told_by_the_load() -> None:
     assert steps.start(0, -0.01, 0.0, 1e-4).numbers[3] == 1.0
     assert steps.start(0, -0.03, 0.0, 1e-4).numbers[3] == 0.0
     assert steps.start(0, 0.05, 0.0, 1e-4).numbers[0] == pytest.approx(-7e-7, abs=1e-9)
-
-
-@pytest.mark.parametrize("pull", [0.02, 0.3, 1.5])
-def test_adhesion_jumps_as_often_as_a_brute_force_follower(pull: float) -> None:
-    reach, frames = 2e-6, 240
-    steps = stepper(0.0, 0.0, pull, reach, lightest=0.1, heaviest=0.5, tol=1e-2)
-    turns = 0.004 * np.arange(1, frames + 1)
-    loads = 0.3 - 1.2 * pull * np.sin(np.linspace(0.0, 3.0, frames)) ** 2
-    state = steps.start(0, 0.3, 0.0, 1e-4)
-    slow = SlowFinger(0.0, 0.0, pull, reach, 1e-4, float(state.numbers[0]), 0.0)
-    out = run(steps, state, turns, loads)
-    table = slow_table(table_of("default")[0], steps.table)
-    found = np.full(frames, np.nan)
-    for i in range(frames):
-        stiffness = steps.stiffness.at(float(loads[i]))
-        if not slow.settle(table, float(turns[i]), float(loads[i]), stiffness, 1e-8):
-            break
-        found[i] = slow.z
-    held = ~np.isnan(found)
-    assert np.array_equal(out[ATTACHED, : np.count_nonzero(held)], np.ones(np.count_nonzero(held)))
-    if not np.all(held):
-        assert out[ATTACHED, np.count_nonzero(held)] == 0.0
-    assert out[HEIGHT][held] == pytest.approx(found[held], abs=1e-13)

@@ -9,10 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from synth.effects.simulation.potential_reading import read_heights
 from synth.effects.simulation.steps import ATTACHED, HEIGHT, REACTION, ROWS, SLOPE_FORCE
-from synth.response.phases import turns_to_phase
-from tests.reference.slow_table_steps import SlowFinger
 from tests.synth.effects.simulation.table_cases import (
     LIFT,
     LOAD,
@@ -26,7 +23,7 @@ from tests.synth.effects.simulation.table_cases import (
     stepper,
     table_of,
 )
-from tests.synth.effects.simulation.test_potential import SCENES, slow_table
+from tests.synth.effects.simulation.test_energy_table import SCENES
 from tests.synth.engine_cases import Real
 
 
@@ -150,7 +147,7 @@ def test_elastic_heights_balance_every_load_on_a_coarse_table(name: str) -> None
     turns = np.random.default_rng(9).random(5000)
     state = steps.start(0, 5.0, 0.0, 1e-4)
     z = run(steps, state, turns, loads)[HEIGHT]
-    depth = read_heights(steps.table.pool, steps.table.layout, turns_to_phase(turns), z)[0]
+    depth = steps.table.read(turns, z)[0]
     wanted = np.maximum(loads, LIFT) ** 1.5 / steps.stiffness.coefficient
     assert np.max(np.abs(depth / wanted - 1.0)) <= 1e-9
 
@@ -222,34 +219,7 @@ def test_what_the_surface_does_between_steps_is_what_the_damper_loses() -> None:
     steps, rate, turns = stepper(1e-3, 1.0), 48000, 100.0
     z = scanned(steps, rate, 0.5, turns)[HEIGHT, -481:]
     middles = turns * (np.arange(24000 - 480, 24001) + 0.5) / rate
-    energies = [
-        read_heights(steps.table.pool, steps.table.layout, turns_to_phase(middles + shift), z)[3]
-        for shift in (-turns / rate, 0.0)
-    ]
+    energies = [steps.table.read(middles + shift, z)[3] for shift in (-turns / rate, 0.0)]
     stiffness = steps.stiffness.at(LOAD)
     work = stiffness * float(np.sum((energies[1] - energies[0])[:-1]))
     assert work == pytest.approx(float(np.sum(np.diff(z) ** 2)) * rate * steps.damping, rel=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("mass", "damping", "pull", "rate"),
-    [
-        (1e-4, 0.3, 0.0, 48000),
-        (1e-6, 0.0, 0.0, 8000),
-        (1e-4, 0.3, 0.1, 48000),
-    ],
-)
-def test_the_compiled_steps_agree_with_their_slow_twin(mass: float, damping: float, pull: float, rate: int) -> None:
-    frames = 150
-    steps = stepper(mass, damping, pull, tol=1e-2)
-    table = slow_table(table_of("default")[0], steps.table)
-    turns = 150.0 * np.arange(frames + 1) / rate
-    loads = np.concatenate([[LOAD], LOAD + 0.2 * np.sin(np.arange(frames) * 0.1)])
-    state = steps.start(0, LOAD, 150.0, 1.0 / rate)
-    slow = SlowFinger(mass, damping, pull, 1e-6, 1.0 / rate, float(state.numbers[0]), float(state.numbers[1]))
-    out = run(steps, state, turns[1:], loads[1:])
-    for i in range(frames):
-        load = 0.5 * float(loads[i] + loads[i + 1])
-        slow.move(table, 0.5 * float(turns[i] + turns[i + 1]), load, steps.stiffness.at(load))
-        assert out[HEIGHT, i] == pytest.approx(slow.z, abs=1e-13)
-    assert state.numbers[1] == pytest.approx(slow.velocity, abs=1e-8)

@@ -1,0 +1,341 @@
+"""A table of the elastic energy of one contact, over the height of the finger and the phase of the texture.
+
+Stage   contact -> TABLE OF THE ENERGY -> steps
+Model   I(z, theta) = mean over L of max(h - z, 0), l = -dI/dz, E = integral of I from z to infinity; the energy is
+        k E. With d = z - b(theta), b a smooth curve near z, I, l and E are held at equal steps of d and of the phase.
+        Between two steps of d, I is the cubic that has both values and both slopes, and E its integral; above the
+        last I = 0, below the first I goes on as a line. Over the phase all of them are periodic cubic splines. So I is
+        -dE/dz of what is read at any phase, and two derivatives over the phase are continuous.
+        The mean of I between two heights is the integral of the cubics, piece by piece, without a difference of E.
+Source  Fagiani & Barbieri (2016), eq. 1; cubic splines from samples: Unser, Aldroubi & Eden (1993), IEEE Trans.
+        Signal Process. 41. The rest is derived here.
+Limits  `error` bounds, from places off the grid, against the exact contact, the largest error dI / l of the z that
+        balances a load, relative to the peak-to-peak of z, or to how far z lies outside the loads asked for where that
+        is more. Where crests come into contact I is only once differentiable: there the error falls as the square of
+        the steps of the phase.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.contact.load_balance import Contact
+from synth.kernels import inlined, inner, signed_kernel
+from synth.response.phases import turns_to_phase
+
+Complex = np.ndarray[Any, np.dtype[np.complex128]]
+
+MOST_NODES = 1 << 21  # of one table, 50 MB; beyond it `error` says what is left
+MOST_WORK = 1 << 28  # places measured for a table times cells of the contact's grid: a second or two
+FEWEST_ROWS = 512  # phases to begin with: 2e-4 to 1e-3 at one load
+CELLS_OF_MOTION = 6.0  # steps of d to begin with, in a peak-to-peak of z
+FEWEST_CELLS, MOST_CELLS = 6, 9  # log2 of the steps of d to begin with
+BASE_PHASES = 512  # at which the curve b and the range of heights are found
+BASE_HARMONICS = 16  # of b, faded out: more would bring the kinks of z to heights that have none
+PROBES, LAYERS = 512, 8  # phases off the grid, and heights at each, at which the error is measured
+MARGIN = 1.5  # times the largest error found there: between probes it was up to 1.4 times as large
+SMALLEST_MOTION = 1e-5  # of a1 + a2: where z moves less, errors are relative to this
+GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+PLACE = 2.0**-53  # the 53 bits of the phase below the row, as a fraction of the step between rows
+
+DEPTH, TOUCHING, ENERGY = range(3)
+"""What a node holds: I (m), l times the step of d (m), E over the step of d (m)."""
+BOTTOM, WIDTH, CELLS, BITS = range(4)
+"""Of `grid`: the lowest d (m), the step of d (m), how many steps there are, log2 of the phases."""
+BASE, HIGHEST = range(2)  # rows of `curves`
+
+
+class _Probes(NamedTuple):
+    """Places off the grid: phases (turns) and heights (m), exact I, smallest l counted, and the error allowed (m)."""
+
+    phases: Array
+    heights: Array
+    depth: Array
+    touching: Array
+    allowed: Array
+
+
+@dataclass(frozen=True, slots=True)
+class EnergyTable:
+    """The energy of one contact, ready to be read.
+
+    nodes: float64 [steps of d + 1, phases + 3, 3], spline coefficients over the phase. curves: float64 [2, phases + 3],
+    of b and of the highest point of h (m). grid: see BOTTOM. error: see Limits. motion: peak-to-peak of z (m) to which
+    it is relative.
+    """
+
+    nodes: Array
+    curves: Array
+    grid: Array
+    error: float
+    motion: float
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes that the table holds."""
+        return int(self.nodes.nbytes + self.curves.nbytes)
+
+    def read(self, turns: Array, heights: Array) -> Array:
+        """Return [4, places] at each of `turns` and `heights` (m): I (m), l, dE/dtheta at that z (m^2 a turn), E."""
+        return np.asarray(read_places(self.nodes, self.curves, self.grid, turns_to_phase(turns), heights))
+
+    @classmethod
+    def of(
+        cls,
+        contact: Contact,
+        load: float,
+        lightest: float,
+        heaviest: float,
+        below: float = 0.0,
+        above: float = 0.0,
+        tolerance: float = 1e-3,
+    ) -> EnergyTable:
+        """Return the table of `contact` in its shape at `load` (N) that keeps `tolerance`, or the best in its bounds.
+
+        lightest, heaviest: loads (N) between whose heights the tolerance is kept; beyond, up to the loss of contact,
+        it is relative to how far z lies outside. below, above: m, how far from those heights z may go and still be
+        read from cells. The loss of contact is always within, and so is a peak-to-peak of z below.
+        """
+        span = _Range.of(contact, load, min(lightest, load), max(heaviest, load), below, above)
+        probes = span.probes(tolerance)
+        most, work = min(MOST_NODES, MOST_WORK // contact.cells), 0
+        wanted = math.ceil(math.log2(CELLS_OF_MOTION * (span.top - span.bottom) / span.motion))
+        rows, cells = FEWEST_ROWS, 1 << min(max(wanted, FEWEST_CELLS), MOST_CELLS)
+        tables: list[EnergyTable] = []
+        while not tables or (tables[-1].error > tolerance and work + rows * cells <= most):
+            tables.append(span.table(rows, cells, probes, tolerance))
+            work += rows * cells
+            rows, cells = 2 * rows, 2 * cells
+        return min(tables, key=lambda table: table.error)
+
+
+@dataclass(frozen=True, slots=True)
+class _Range:
+    """What a table is to span: the curve b as harmonics, the range of d (m), and what errors are relative to."""
+
+    contact: Contact
+    load: float
+    indentations: tuple[float, float]
+    harmonics: Complex
+    bottom: float
+    top: float
+    below: float
+    motion: float
+
+    @classmethod
+    def of(cls, contact: Contact, load: float, lightest: float, heaviest: float, below: float, above: float) -> _Range:
+        """Return the range of the heights between the loads and what is below and above; see `EnergyTable.of`."""
+        solver, phases = contact.solver(load), np.arange(BASE_PHASES) / BASE_PHASES
+        pressed = [_indentation(contact, w, load) for w in (load, lightest, heaviest)]
+        middle, light, heavy = (solver.solve(phases, indentation).height for indentation in pressed)
+        scale = contact.geometry_at(load).height_scale
+        harmonics = np.fft.rfft(middle)[:BASE_HARMONICS] / BASE_PHASES
+        harmonics *= np.cos(0.5 * np.pi * np.arange(BASE_HARMONICS) / BASE_HARMONICS) ** 2
+        base = _curve(harmonics, phases)
+        highest = solver.solve(phases, 0.0).height
+        motion = max(*(float(np.ptp(heights)) for heights in (middle, light, heavy)), SMALLEST_MOTION * scale)
+        below += motion
+        top, bottom = float(np.max(highest - base)), float(np.min(heavy - base)) - below
+        # all touches below the lowest h but for what a parabola takes off: there the line below the bottom is exact
+        if contact.dome == 0.0:
+            bottom = max(bottom, contact.geometry_at(load).extent[0] - float(np.max(base)) - 0.01 * (top - bottom))
+        bottom = min(bottom, top - motion)
+        top = max(top, min(top + above, float(np.max(light - base)) + above)) + 0.01 * (top - bottom)
+        return cls(contact, load, (pressed[1], pressed[2]), harmonics, bottom, top, below, motion)
+
+    def probes(self, tolerance: float) -> _Probes:
+        """Return LAYERS heights at each of PROBES phases off every grid, from the highest point downwards."""
+        turns = np.sort(np.arange(1, PROBES + 1) * GOLDEN % 1.0)
+        solver = self.contact.solver(self.load)
+        light, heavy = (solver.solve(turns, indentation) for indentation in self.indentations)
+        highest = solver.solve(turns, 0.0).height
+        part = (np.arange(LAYERS * PROBES) * GOLDEN % 1.0).reshape(LAYERS, PROBES)
+        part = (np.arange(LAYERS)[:, None] + part) / LAYERS
+        least = highest - light.height
+        depths = least * ((highest - heavy.height + self.below) / least) ** part
+        heights = (highest - depths).ravel()
+        spread = np.tile(turns, LAYERS)
+        depth, touching = self.contact.measure(spread, heights, self.load)
+        outside = np.maximum(heights - np.tile(light.height, LAYERS), np.tile(heavy.height, LAYERS) - heights)
+        allowed = tolerance * np.maximum(self.motion, outside)
+        return _Probes(spread, heights, depth, np.maximum(touching, np.tile(light.touching, LAYERS)), allowed)
+
+    def table(self, rows: int, cells: int, probes: _Probes, tolerance: float) -> EnergyTable:
+        """Return the table of `rows` phases and `cells` steps of d, exact at its nodes, with its error at `probes`."""
+        turns, edges = np.arange(rows) / rows, np.linspace(self.bottom, self.top, cells + 1)
+        base = _curve(self.harmonics, turns)
+        heights = (base[:, None] + edges).ravel()
+        measured = self.contact.measure(np.repeat(turns, len(edges)), heights, self.load)
+        depth, touching = (part.reshape(rows, len(edges)).T for part in measured)
+        depth[-1], touching[-1] = 0.0, 0.0  # the top lies above all but what stands between the phases of its search
+        width = edges[1] - edges[0]
+        energy = np.zeros_like(depth)
+        pieces = 0.5 * (depth[:-1] + depth[1:]) + width / 12.0 * np.diff(touching, axis=0)
+        energy[:-1] = np.cumsum(pieces[::-1], axis=0)[::-1]
+        highest = self.contact.solver(self.load).solve(turns, 0.0).height
+        nodes = np.stack([splines(depth), splines(width * touching), splines(energy)], axis=-1)
+        grid = np.array([self.bottom, width, cells, math.log2(rows)])
+        table = EnergyTable(nodes, splines(np.stack([base, highest])), grid, 0.0, self.motion)
+        wrong = np.abs(table.read(probes.phases, probes.heights)[0] - probes.depth) / probes.touching
+        return replace(table, error=MARGIN * tolerance * float(np.max(wrong / probes.allowed)))
+
+
+def splines(values: Array) -> Array:
+    """Return the coefficients of the periodic cubic splines through rows of `values`, with three more at the ends.
+
+    A value is (c[j - 1] + 4 c[j] + c[j + 1]) / 6, and c[j - 1] stands at place j.
+    """
+    count = values.shape[-1]
+    gain = (2.0 + np.cos(2.0 * np.pi * np.arange(count // 2 + 1) / count)) / 3.0
+    found = np.fft.irfft(np.fft.rfft(values, axis=-1) / gain, count, axis=-1)
+    return np.ascontiguousarray(np.concatenate([found[..., -1:], found, found[..., :2]], axis=-1))
+
+
+def _curve(harmonics: Complex, turns: Array) -> Array:
+    """Return the series at each of `turns`."""
+    waves = np.exp(2j * np.pi * np.outer(turns, np.arange(1, len(harmonics))))
+    return np.asarray(harmonics[0].real + 2.0 * (waves @ harmonics[1:]).real)
+
+
+def _indentation(contact: Contact, load: float, shape: float) -> float:
+    """Return w / k (m) at `load` (N) of the contact that keeps its shape at `shape` (N)."""
+    return contact.indentation(load) if contact.of_one_shape else load / contact.stiffness_at(shape)
+
+
+@inner
+def row_of(grid, phase):
+    """Return the row at or before `phase`, and the place after it in steps of a row."""
+    bits = np.uint64(grid[BITS])
+    row = np.int64(phase >> (np.uint64(64) - bits))
+    return row, np.float64(np.int64((phase << bits) >> np.uint64(11))) * PLACE
+
+
+@inner
+def weights_of(t):
+    """Return the weights of four rows."""
+    s = 1.0 - t
+    first, last = s * s * s * (1.0 / 6.0), t * t * t * (1.0 / 6.0)
+    second = 2.0 / 3.0 + t * t * (0.5 * t - 1.0)
+    return first, second, 1.0 - first - second - last, last
+
+
+@inner
+def slopes_of(t, rows):
+    """Return the derivatives of the weights of four rows, a turn."""
+    s = 1.0 - t
+    first, second, last = -0.5 * s * s * rows, t * (1.5 * t - 2.0) * rows, 0.5 * t * t * rows
+    return first, second, -first - second - last, last
+
+
+@inlined
+def curve_at(curves, curve, row, weights):
+    """Return b or the highest point of h (m), or with slopes its derivative (m a turn)."""
+    return (
+        weights[0] * curves[curve, row] + weights[1] * curves[curve, row + 1]
+        + weights[2] * curves[curve, row + 2] + weights[3] * curves[curve, row + 3]
+    )  # fmt: skip
+
+
+@inlined
+def node_at(nodes, node, row, weights, what):
+    """Return DEPTH, TOUCHING or ENERGY of a node."""
+    return (
+        weights[0] * nodes[node, row, what] + weights[1] * nodes[node, row + 1, what]
+        + weights[2] * nodes[node, row + 2, what] + weights[3] * nodes[node, row + 3, what]
+    )  # fmt: skip
+
+
+@inlined
+def piece_of(nodes, row, weights, cell):
+    """Return the cubic I in a cell, in steps of d from its begin; -1 is the line below, cells and more is nothing."""
+    cells = len(nodes) - 1
+    if cell >= cells:
+        return 0.0, 0.0, 0.0, 0.0
+    node = max(cell, 0)
+    depth, start = node_at(nodes, node, row, weights, DEPTH), -node_at(nodes, node, row, weights, TOUCHING)
+    if cell < 0:
+        return depth, start, 0.0, 0.0
+    rise = node_at(nodes, node + 1, row, weights, DEPTH) - depth
+    end = -node_at(nodes, node + 1, row, weights, TOUCHING)
+    return depth, start, 3.0 * rise - 2.0 * start - end, start + end - 2.0 * rise
+
+
+@inlined
+def cell_at(nodes, place):
+    """Return the cell in which `place` lies, in steps of d from the bottom, and where that cell begins."""
+    cell = min(max(math.floor(place), -1.0), float(len(nodes) - 1))
+    return int(cell), max(cell, 0.0)
+
+
+@inlined
+def depth_at(nodes, row, weights, place):
+    """Return I (m) and its derivative, a step of d, at `place`."""
+    cell, begin = cell_at(nodes, place)
+    c0, c1, c2, c3 = piece_of(nodes, row, weights, cell)
+    t = place - begin
+    return c0 + t * (c1 + t * (c2 + t * c3)), c1 + t * (2.0 * c2 + t * 3.0 * c3)
+
+
+@inlined
+def mean_depth(nodes, row, weights, place, move):
+    """Return the mean of I (m) from `place` over `move`, in steps of d, and its derivative over `move`."""
+    cell, begin = cell_at(nodes, place)
+    end, done, total = place + move, place, 0.0
+    while True:
+        c0, c1, c2, c3 = piece_of(nodes, row, weights, cell)
+        if move > 0.0:
+            edge = np.inf if cell >= len(nodes) - 1 else cell + 1.0
+            stop = min(end, edge)
+        else:
+            stop = max(end, begin if cell >= 0 else -np.inf)
+        a, b = done - begin, stop - begin
+        mean = c0 + c1 * (a + b) / 2.0 + c2 * (a * a + a * b + b * b) / 3.0 + c3 * (a + b) * (a * a + b * b) / 4.0
+        if stop == end and done == place:
+            return mean, c1 / 2.0 + c2 * (a + 2.0 * b) / 3.0 + c3 * (a * a + 2.0 * a * b + 3.0 * b * b) / 4.0
+        total += (stop - done) * mean
+        if stop == end:
+            mean = total / move
+            return mean, (c0 + b * (c1 + b * (c2 + b * c3)) - mean) / move
+        done = stop
+        cell += 1 if move > 0.0 else -1
+        begin = max(float(cell), 0.0)
+
+
+@inner
+def energy_at(nodes, row, weights, place):
+    """Return E over the step of d (m), or with slopes its derivative over the phase at that d (m a turn)."""
+    cell, begin = cell_at(nodes, place)
+    if cell >= len(nodes) - 1:
+        return 0.0
+    c0, c1, c2, c3 = piece_of(nodes, row, weights, cell)
+    t = place - begin
+    rest = node_at(nodes, max(cell, 0), row, weights, ENERGY)
+    return rest - t * (c0 + t * (c1 / 2.0 + t * (c2 / 3.0 + t * c3 / 4.0)))
+
+
+@inner
+def drift_at(nodes, curves, grid, row, t, place):
+    """Return I (m), its derivative, a step of d, and dE/dtheta at a fixed z (m^2 a turn), at `place`."""
+    slopes = slopes_of(t, 2.0 ** grid[BITS])
+    depth, slope = depth_at(nodes, row, weights_of(t), place)
+    drift = grid[WIDTH] * energy_at(nodes, row, slopes, place) + depth * curve_at(curves, BASE, row, slopes)
+    return depth, slope, drift
+
+
+@signed_kernel("f8[:,::1](f8[:,:,::1], f8[:,::1], f8[::1], u8[::1], f8[::1])")
+def read_places(nodes, curves, grid, phases, heights):
+    """Return [4, places]: see `EnergyTable.read`."""
+    found = np.empty((4, len(phases)))
+    for i in range(len(phases)):
+        row, t = row_of(grid, phases[i])
+        weights = weights_of(t)
+        place = (heights[i] - curve_at(curves, BASE, row, weights) - grid[BOTTOM]) / grid[WIDTH]
+        found[0, i], slope, found[2, i] = drift_at(nodes, curves, grid, row, t, place)
+        found[1, i] = -slope / grid[WIDTH]
+        found[3, i] = grid[WIDTH] * energy_at(nodes, row, weights, place)
+    return found
