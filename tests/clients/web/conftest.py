@@ -44,6 +44,14 @@ def house(chromium: Browser, service: Running) -> Iterator[Page]:
         yield page
 
 
+@pytest.fixture(scope="module")
+def functions(chromium: Browser, service: Running) -> Iterator[Page]:
+    """Yield such a page for all tests of a module that only call what it exports, and leave it as it was."""
+    with watched(chromium, service.url + HOUSE) as (page, _):
+        moved_in(page)
+        yield page
+
+
 def moved_in(page: Page) -> None:
     """Return once the modules are there."""
     page.wait_for_function("() => window.house !== undefined")
@@ -83,9 +91,9 @@ def pictures_url() -> Iterator[str]:
         yield running.url + "/test/sight.html"
 
 
-@pytest.fixture(params=[1, 2], ids=["one pixel", "two pixels"])
+@pytest.fixture(scope="module", params=[1, 2], ids=["one pixel", "two pixels"])
 def page(request: pytest.FixtureRequest, chromium: Browser, pictures_url: str) -> Iterator[Page]:
-    """Yield the page of pictures on a screen of one or two device pixels a CSS pixel."""
+    """Yield one page of pictures for a module, on a screen of one or two device pixels a CSS pixel."""
     with opened(chromium, pictures_url, device_scale_factor=request.param) as one:
         yield one
 

@@ -36,8 +36,16 @@ def violations(page: Page) -> list[str]:
     ]
 
 
-@pytest.mark.parametrize("look", LOOKS)
-@pytest.mark.parametrize("opened", [False, True], ids=["closed", "all sections open"])
+@pytest.mark.parametrize(
+    ("look", "opened"),
+    [
+        ("light", False),
+        ("dark", True),
+        ("narrow", True),
+        pytest.param("light", True, marks=pytest.mark.thorough),
+        pytest.param("narrow dark", True, marks=pytest.mark.thorough),
+    ],
+)
 def test_axe_finds_nothing_serious(chromium: Browser, page_service: Running, look: str, opened: bool) -> None:
     with watched(chromium, page_service.url + "/", **LOOKS[look]) as (page, _):
         loaded(page)

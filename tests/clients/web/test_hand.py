@@ -100,9 +100,9 @@ STROKE = """({length, speed, load, times}) => {
 }"""
 
 
-def test_the_stroker_goes_back_and_forth_at_its_speed(house: Page) -> None:
+def test_the_stroker_goes_back_and_forth_at_its_speed(functions: Page) -> None:
     times = [0.1, 0.2, 0.25, 0.4, 0.5, 0.7]
-    said = house.evaluate(STROKE, {"length": 0.02, "speed": 0.08, "load": 0.4, "times": times})
+    said = functions.evaluate(STROKE, {"length": 0.02, "speed": 0.08, "load": 0.4, "times": times})
     positions = [contact["position"] for contact in said[:-1]]
     assert positions == pytest.approx([0, 0.008, 0.016, 0.02, 0.008, 0, 0.016, 0.008])
     assert [contact["time"] for contact in said[:-1]] == pytest.approx([100, *(100 + time for time in [*times, 0.8])])
@@ -142,36 +142,36 @@ def strengths(levels: list[float]) -> npt.NDArray[np.float64]:
 
 
 @pytest.mark.parametrize(("quantity", "rate"), [("acceleration", 48000), ("displacement", 44100), ("velocity", 8000)])
-def test_the_sensation_level_is_that_of_its_definition(house: Page, quantity: str, rate: int) -> None:
+def test_the_sensation_level_is_that_of_its_definition(functions: Page, quantity: str, rate: int) -> None:
     n = np.arange(rate // 5)
     samples = (0.3 + 0.4 * np.sin(2 * np.pi * 180 * n / rate) + 0.1 * np.sin(2 * np.pi * 61 * n / rate)).astype(
         np.float32
     )
     blocks = [block.tolist() for block in np.split(samples, [7, 1000, 1001, 1500])]
     asked = {"blocks": blocks, "rate": rate, "quantities": [quantity], "fullScale": [1e-4]}
-    assert house.evaluate(ENVELOPE, asked) == pytest.approx(felt_levels(samples, rate, quantity, 1e-4), abs=0.1)
+    assert functions.evaluate(ENVELOPE, asked) == pytest.approx(felt_levels(samples, rate, quantity, 1e-4), abs=0.1)
 
 
-def test_a_sinusoid_at_its_threshold_has_0_db_and_silence_has_no_strength(house: Page) -> None:
+def test_a_sinusoid_at_its_threshold_has_0_db_and_silence_has_no_strength(functions: Page) -> None:
     felt = float(threshold_displacement(np.array([250.0]))[0])
     sine = np.sin(2 * np.pi * 250 * np.arange(4800) / 48000)
     blocks = [(10 * sine).tolist(), sine.tolist(), [0.0] * 4800]
     asked = {"blocks": blocks, "rate": 48000, "quantities": ["displacement"], "fullScale": [felt]}
-    levels = house.evaluate(ENVELOPE, asked)
+    levels = functions.evaluate(ENVELOPE, asked)
     assert (levels[9], levels[19]) == (pytest.approx(20.0, abs=0.5), pytest.approx(0.0, abs=0.5))
     wanted = [-60.0, -15.0, -10.0, -5.0, 17.5, 40.0, 50.0, 60.0, 90.0]
-    found = house.evaluate("(levels) => [-Infinity, NaN, ...levels].map(house.strengthOf)", wanted)
+    found = functions.evaluate("(levels) => [-Infinity, NaN, ...levels].map(house.strengthOf)", wanted)
     assert found == pytest.approx([0.0, 0.0, *strengths(wanted)])
-    assert house.evaluate("() => house.strengthOf(10 * Math.log10(0))") == 0
+    assert functions.evaluate("() => house.strengthOf(10 * Math.log10(0))") == 0
     assert levels[29] is None or levels[29] == -np.inf
 
 
-def test_of_several_channels_the_first_with_a_threshold_is_heeded(house: Page) -> None:
+def test_of_several_channels_the_first_with_a_threshold_is_heeded(functions: Page) -> None:
     sine = 0.5 * np.sin(2 * np.pi * 200 * np.arange(4800) / 48000)
     both = np.stack([np.ones(4800), sine], axis=1).ravel().tolist()
     asked = {"rate": 48000, "quantities": ["tangential_force", "acceleration"], "fullScale": [1.0, 10.0]}
-    two = house.evaluate(ENVELOPE, {**asked, "blocks": [both]})
-    one = house.evaluate(
+    two = functions.evaluate(ENVELOPE, {**asked, "blocks": [both]})
+    one = functions.evaluate(
         ENVELOPE, {"rate": 48000, "quantities": ["acceleration"], "fullScale": [10.0], "blocks": [sine.tolist()]}
     )
     assert two == one
@@ -179,12 +179,12 @@ def test_of_several_channels_the_first_with_a_threshold_is_heeded(house: Page) -
 
 @pytest.mark.parametrize("texture", [{}, {"kind": "grating-1mm-31um"}])
 @pytest.mark.parametrize("scan", [{"speed": 0.08, "load": 0.3}, {"speed": 0.2, "load": 1.0}])
-def test_an_everyday_stroke_uses_the_middle_of_a_motor(house: Page, texture: Any, scan: Any) -> None:
+def test_an_everyday_stroke_uses_the_middle_of_a_motor(functions: Page, texture: Any, scan: Any) -> None:
     asked = {"texture": texture, "scan": scan, "accuracy": {"tolerance": 0.01}}
     voice = open_voice(parse_scene(asked))
     samples = voice.render(12000)[:, 0]
     blocks = {"blocks": [samples.tolist()], "rate": 48000, "quantities": ["acceleration"]}
-    levels = house.evaluate(ENVELOPE, {**blocks, "fullScale": list(voice.full_scale)})
+    levels = functions.evaluate(ENVELOPE, {**blocks, "fullScale": list(voice.full_scale)})
     assert levels == pytest.approx(felt_levels(samples, 48000, "acceleration", voice.full_scale[0]), abs=0.1)
     assert 0.3 < np.median(strengths(levels[5:])) < 0.8
 
@@ -210,9 +210,9 @@ MOTORS = """async (strengths) => {
 }"""
 
 
-def test_motors_get_the_strongest_of_each_period_and_nothing_for_silence(house: Page) -> None:
+def test_motors_get_the_strongest_of_each_period_and_nothing_for_silence(functions: Page) -> None:
     strengths = [0.0] * 10 + [0.1, 0.7, 0.2, 0.0, 0.0] + [0.0] * 10
-    report = house.evaluate(MOTORS, strengths)
+    report = functions.evaluate(MOTORS, strengths)
     assert report["alone"] == [["pad", "dual-rumble"]]
     assert report["all"] == [["pad", "dual-rumble", ""], ["touch", "pulse", "left"]]
     assert report["right"] == [["dual-rumble", 0.7, 80], ["dual-rumble", 0, 80]]
@@ -220,5 +220,5 @@ def test_motors_get_the_strongest_of_each_period_and_nothing_for_silence(house: 
     assert report["both"] == [one for pair in zip(report["right"], pulses, strict=True) for one in pair]
 
 
-def test_without_a_motor_nothing_is_pretended(house: Page) -> None:
-    assert house.evaluate("() => new house.Actuators({gamepads: () => [null]}).motors()") == []
+def test_without_a_motor_nothing_is_pretended(functions: Page) -> None:
+    assert functions.evaluate("() => new house.Actuators({gamepads: () => [null]}).motors()") == []

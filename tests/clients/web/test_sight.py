@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 
 from synth.perception.threshold import threshold_displacement
-from tests.clients.web.pictures import label_of, push
+from tests.clients.web.pictures import label_of, opened, push
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Page
+    from playwright.sync_api import Browser, Page
 
 RATE = 48000
 ORDERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
@@ -20,10 +21,17 @@ AMPLITUDES = "(samples) => Array.from(new sight.Transform(samples.length).amplit
 LINE = "(samples) => sight.largestLine(new sight.Transform(samples.length).amplitudes(samples), 48000)"
 
 
+@pytest.fixture(scope="module")
+def still(chromium: Browser, pictures_url: str) -> Iterator[Page]:
+    """Yield one page of pictures for all tests that draw nothing."""
+    with opened(chromium, pictures_url) as one:
+        yield one
+
+
 @pytest.mark.parametrize("size", [4, 8, 64, 1024, 16384])
-def test_transform_is_that_of_numpy(plain: Page, size: int) -> None:
+def test_transform_is_that_of_numpy(still: Page, size: int) -> None:
     samples = np.random.default_rng(size).normal(size=size)
-    found = plain.evaluate(
+    found = still.evaluate(
         "(samples) => { const {real, imaginary} = new sight.Transform(samples.length).complex(samples);"
         " return [Array.from(real), Array.from(imaginary)]; }",
         samples.tolist(),
@@ -32,24 +40,24 @@ def test_transform_is_that_of_numpy(plain: Page, size: int) -> None:
     assert np.allclose(np.array(found[0]) + 1j * np.array(found[1]), expected, rtol=0, atol=1e-12 * size)
 
 
-def test_a_size_that_is_no_power_of_two_is_refused(plain: Page) -> None:
-    told = plain.evaluate("() => { try { new sight.Transform(12); } catch (error) { return error.message; } }")
+def test_a_size_that_is_no_power_of_two_is_refused(still: Page) -> None:
+    told = still.evaluate("() => { try { new sight.Transform(12); } catch (error) { return error.message; } }")
     assert "power of two" in told
 
 
-@pytest.mark.parametrize("amplitude", [1e-9, 0.3, 2e4])
-@pytest.mark.parametrize("frequency", [100.0, 123.456, 1000.7, 7777.7])
-def test_a_sinusoid_shows_as_its_amplitude(plain: Page, amplitude: float, frequency: float) -> None:
+@pytest.mark.parametrize("amplitude", [1e-9, 2e4])
+@pytest.mark.parametrize("frequency", [100.0, 123.456, 7777.7])
+def test_a_sinusoid_shows_as_its_amplitude(still: Page, amplitude: float, frequency: float) -> None:
     samples = amplitude * np.cos(2 * np.pi * frequency * np.arange(16384) / RATE + 0.7)
-    line = plain.evaluate(LINE, samples.tolist())
+    line = still.evaluate(LINE, samples.tolist())
     assert line["amplitude"] == pytest.approx(amplitude, rel=1e-3)
     assert line["frequency"] == pytest.approx(frequency, abs=0.05)
 
 
-def test_a_small_line_beside_a_large_one_keeps_its_height(plain: Page) -> None:
+def test_a_small_line_beside_a_large_one_keeps_its_height(still: Page) -> None:
     time = np.arange(16384) / RATE
     samples = np.cos(2 * np.pi * 200.3 * time) + 1e-4 * np.cos(2 * np.pi * 400.9 * time)
-    amplitudes = np.array(plain.evaluate(AMPLITUDES, samples.tolist()))
+    amplitudes = np.array(still.evaluate(AMPLITUDES, samples.tolist()))
     near = slice(round(380 * 16384 / RATE), round(420 * 16384 / RATE))
     assert amplitudes[near].max() == pytest.approx(1e-4, rel=0.02)
 

@@ -18,44 +18,44 @@ FOLLOW = """async (points) => {
 }"""
 
 
-def loads(house: Page, *points: tuple[float, float] | None) -> list[float | None]:
+def loads(functions: Page, *points: tuple[float, float] | None) -> list[float | None]:
     """Return the load (N) of a fingertip that goes through the points (x, y) over a single swatch, null beside it."""
-    return [None if under is None else under["load"] for under in house.evaluate(FOLLOW, points)]
+    return [None if under is None else under["load"] for under in functions.evaluate(FOLLOW, points)]
 
 
-def table(house: Page, expression: str, argument: Any = None) -> Any:
+def table(functions: Page, expression: str, argument: Any = None) -> Any:
     """Return what an expression of vr/table.js gives."""
-    return house.evaluate(
+    return functions.evaluate(
         f"async (given) => {{ const table = await import('/web/vr/table.js'); return {expression}; }}", argument
     )
 
 
-def test_depth_is_load_until_the_most(house: Page) -> None:
-    pressed = loads(house, (0, 0.01), (0, -0.001), (0, -0.005), (0, -0.015), (0, -0.05), (0, 0.0))
+def test_depth_is_load_until_the_most(functions: Page) -> None:
+    pressed = loads(functions, (0, 0.01), (0, -0.001), (0, -0.005), (0, -0.015), (0, -0.05), (0, 0.0))
     assert pressed == pytest.approx([0, 0.2, 1.0, 3.0, 3.0, 0])
 
 
-def test_a_fingertip_that_did_not_come_from_above_touches_nothing(house: Page) -> None:
-    assert loads(house, (0, -0.005)) == [None], "found inside the table"
-    assert loads(house, (0, 0.01), None, (0, -0.005)) == [0, None, None], "lost above, found inside"
-    assert loads(house, (0, 0.01), (0, -0.07), (0, -0.005)) == [0, None, None], "through the table and back up"
-    assert loads(house, (1, 0.01), (1, -0.005), (0, -0.005)) == [None, None, None], "from the side"
-    assert loads(house, (0, 0.01), (0, -0.005), (0.08, -0.005), (0, -0.005)) == pytest.approx([0, 1, None, 1])
+def test_a_fingertip_that_did_not_come_from_above_touches_nothing(functions: Page) -> None:
+    assert loads(functions, (0, -0.005)) == [None], "found inside the table"
+    assert loads(functions, (0, 0.01), None, (0, -0.005)) == [0, None, None], "lost above, found inside"
+    assert loads(functions, (0, 0.01), (0, -0.07), (0, -0.005)) == [0, None, None], "through the table and back up"
+    assert loads(functions, (1, 0.01), (1, -0.005), (0, -0.005)) == [None, None, None], "from the side"
+    assert loads(functions, (0, 0.01), (0, -0.005), (0.08, -0.005), (0, -0.005)) == pytest.approx([0, 1, None, 1])
 
 
-def test_a_pose_that_is_no_number_touches_nothing(house: Page) -> None:
+def test_a_pose_that_is_no_number_touches_nothing(functions: Page) -> None:
     script = FOLLOW.replace("follower.follow(point", "follower.follow(point && {x: NaN, y: -0.01, z: 0}, point")
-    assert house.evaluate(script, [[0, 0.01], [0, -0.01]]) == [None, None]
+    assert functions.evaluate(script, [[0, 0.01], [0, -0.01]]) == [None, None]
 
 
-def test_a_place_on_a_swatch_is_metres_from_its_left_end(house: Page) -> None:
-    length = table(house, "table.LENGTH")
-    ends = house.evaluate(FOLLOW, [[-length / 2, 0.01], [0, 0.01], [length / 2, 0.01], [length / 2 + 1e-6, 0.01]])
+def test_a_place_on_a_swatch_is_metres_from_its_left_end(functions: Page) -> None:
+    length = table(functions, "table.LENGTH")
+    ends = functions.evaluate(FOLLOW, [[-length / 2, 0.01], [0, 0.01], [length / 2, 0.01], [length / 2 + 1e-6, 0.01]])
     assert [end and end["position"] for end in ends] == [pytest.approx(0), length / 2, pytest.approx(length), None]
 
 
-def test_a_fingertip_that_goes_right_moves_the_surface_left_under_it_as_on_the_pad(house: Page) -> None:
-    sent = house.evaluate(
+def test_a_fingertip_that_goes_right_moves_the_surface_left_under_it_as_on_the_pad(functions: Page) -> None:
+    sent = functions.evaluate(
         """async () => {
           const {Toucher} = await import("/web/vr/toucher.js");
           const sent = [], move = (contact) => sent.push(contact);
@@ -70,10 +70,10 @@ def test_a_fingertip_that_goes_right_moves_the_surface_left_under_it_as_on_the_p
     assert sent == [{"position": -0.01, "load": 0.5, "time": 1}, {"position": -0.02, "load": 0.5, "time": 2}]
 
 
-@pytest.mark.parametrize("count", [1, 4, 5, 10, 12])
-def test_swatches_and_labels_lie_apart_on_the_board(house: Page, count: int) -> None:
+@pytest.mark.parametrize("count", [1, 5, 12])
+def test_swatches_and_labels_lie_apart_on_the_board(functions: Page, count: int) -> None:
     layout, length, width, label = table(
-        house, "[table.layTable(given), table.LENGTH, table.WIDTH, table.LABEL]", count
+        functions, "[table.layTable(given), table.LENGTH, table.WIDTH, table.LABEL]", count
     )
     places = layout["places"]
     assert len(places) == count
@@ -84,27 +84,27 @@ def test_swatches_and_labels_lie_apart_on_the_board(house: Page, count: int) -> 
             assert abs(one["x"] - other["x"]) > length or abs(one["z"] - other["z"]) > width + label
 
 
-def test_the_swatches_kept_are_spread_over_the_periods_with_both_ends(house: Page) -> None:
+def test_the_swatches_kept_are_spread_over_the_periods_with_both_ends(functions: Page) -> None:
     entries = [{"name": str(number), "period": 1e-4 * 1.1**number} for number in range(40)]
-    kept = [entry["period"] for entry in table(house, "table.chooseSwatches(given, 12)", entries[::-1])]
+    kept = [entry["period"] for entry in table(functions, "table.chooseSwatches(given, 12)", entries[::-1])]
     assert len(kept) == 12 and kept == sorted(kept)
     assert (kept[0], kept[-1]) == (entries[0]["period"], entries[-1]["period"])
     steps = [after / before for before, after in pairwise(kept)]
     assert max(steps) < 1.1**8, "no wide gap"
-    assert len(table(house, "table.chooseSwatches(given, 12)", entries[:3])) == 3
+    assert len(table(functions, "table.chooseSwatches(given, 12)", entries[:3])) == 3
 
 
-def test_finer_textures_are_drawn_finer_and_the_label_says_how_much(house: Page) -> None:
+def test_finer_textures_are_drawn_finer_and_the_label_says_how_much(functions: Page) -> None:
     periods = [0.1e-3, 0.2e-3, 0.25e-3, 0.4e-3, 0.5e-3, 0.8e-3, 1e-3, 2e-3, 5e-3, 20e-3]
-    along = [entry["along"] for entry in table(house, "given.map(table.magnification)", periods)]
+    along = [entry["along"] for entry in table(functions, "given.map(table.magnification)", periods)]
     drawn = [times * period for times, period in zip(along, periods, strict=True)]
     assert drawn == sorted(set(drawn)) and along[-1] == 1
-    lines = table(house, "table.labelLines({title: 'A: b', period: 8e-4, height: 4e-5})")
+    lines = table(functions, "table.labelLines({title: 'A: b', period: 8e-4, height: 4e-5})")
     assert lines == ["A", "800 µm apart, 40 µm high", f"drawn {along[5]} × as wide, {3 * along[5]} × as high"]
 
 
-def test_the_relief_is_the_heights_magnified_with_normals_across_them(house: Page) -> None:
-    mesh = house.evaluate(
+def test_the_relief_is_the_heights_magnified_with_normals_across_them(functions: Page) -> None:
+    mesh = functions.evaluate(
         """async () => {
           const {relief} = await import("/web/vr/relief.js");
           const heights = Array.from({length: 64}, (_, i) => 2e-5 * Math.cos(2 * Math.PI * i / 64));
