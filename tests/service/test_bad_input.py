@@ -131,7 +131,7 @@ SCENES = st.fixed_dictionaries(
 APP = create_app(settings_of(max_duration=1.0), PlainEngine())
 
 
-@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=50, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(path=st.sampled_from(WRITES[1:]), scene=st.one_of(TREES, SCENES))
 def test_no_json_makes_a_mistake_of_ours(path: str, scene: object) -> None:
     answer = ask(APP, "POST", path, content=json.dumps(scene).encode(), headers=JSON)
@@ -141,13 +141,13 @@ def test_no_json_makes_a_mistake_of_ours(path: str, scene: object) -> None:
         APP.state.service.sessions.end_all()
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(path=st.sampled_from(WRITES), text=st.binary(max_size=64))
 def test_no_bytes_make_a_mistake_of_ours(path: str, text: bytes) -> None:
     assert ask(APP, "POST", path, content=text, headers=JSON).status_code == 422
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(patch=st.one_of(TREES, SCENES))
 def test_no_patch_makes_a_mistake_of_ours(patch: object) -> None:
     APP.state.service.sessions.end_all()
@@ -156,7 +156,7 @@ def test_no_patch_makes_a_mistake_of_ours(patch: object) -> None:
     assert answer.status_code in (200, 409, 422), answer.text
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(
     path=st.text(st.characters(blacklist_categories=["Cs"]), max_size=30),
     accept=st.text(st.characters(min_codepoint=32, max_codepoint=126), max_size=30),

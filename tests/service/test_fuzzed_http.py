@@ -6,7 +6,7 @@ Model: schemathesis draws requests from the service's own OpenAPI document, some
     that is documented for 503.
 Limits: endless streams are asked for with `?duration=`, renders are short (an answer in process is collected whole),
     and PortAudio is kept out, so that no test plays on the machine's own device. The plain engine gives breadth, the
-    real one a smaller run. `-m thorough` draws ten times as many.
+    real one a smaller run. `-m thorough` draws thirty times as many.
 """
 
 from __future__ import annotations
@@ -48,9 +48,9 @@ CHECKS = [
 ]
 MAY_BE_503 = {kind.uri for kind in problems.TYPES.values() if kind.status == 503}
 LONGEST = 0.25  # s of a render or a stream in these tests
-EXAMPLES = 40  # requests of a call and a mode; some ten seconds for all
-REAL_EXAMPLES = 8  # of the real engine, whose answer to a wild scene can take seconds
-THOROUGH = 10
+EXAMPLES = 12  # requests of a call and a mode
+REAL_EXAMPLES = 4  # of the real engine, whose answer to a wild scene can take seconds
+THOROUGH = 30
 REAL = (
     "POST /v1/render",
     "POST /v1/explain",

@@ -14,7 +14,7 @@ from service import request_timeout
 from tests.service.harness import Running, until
 from tests.service.live.client import live
 
-HEAD, BODY = 0.8, 1.6  # s, in place of ten and twenty
+HEAD, BODY = 0.4, 0.8  # s, in place of ten and twenty
 PATIENCE = 60.0
 LENGTH = re.compile(rb"(?i)\r\ncontent-length: (\d+)\r\n")
 

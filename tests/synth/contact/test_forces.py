@@ -15,6 +15,7 @@ from synth.contact.load_balance import Contact
 from synth.contact.stiffness import Stiffness
 from synth.response.series_curve import SeriesCurve
 from synth.response.spectrum import FLOOR, Demand, curves, points_for, solve_spectrum
+from tests.few import few
 from tests.reference.pressure_oracle import Surfaces, balanced, power_mean, slope_mean
 from tests.synth.contact.domed_contact import domed
 from tests.synth.engine_cases import Real, contact_of, random_document, scene_of, spread
@@ -207,7 +208,7 @@ def test_slopes_are_the_differences_over_the_load(contact: Contact, load: float,
     assert np.max(np.abs(rate - difference)) <= 1e-4 * np.max(np.abs(difference))
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", few(range(40), 12))
 def test_the_stated_error_is_not_exceeded(seed: int) -> None:
     random = np.random.default_rng(seed)
     contact, load = random_contact(random)

@@ -63,7 +63,7 @@ def test_a_sinusoid_that_does_not_say_so_has_the_z_of_one_to_third_order(load: f
 @pytest.mark.parametrize("flats", [False, True])
 def test_the_kernel_is_its_slow_twin(flats: bool) -> None:
     rng = np.random.default_rng(7)
-    for _ in range(6):
+    for _ in range(2):
         profile = random_profile(rng, flats=flats)
         geometry = replace(Geometry.of_surfaces(Scene().finger, profile), segments=3 * len(profile.points))
         grid, indentation = SegmentGrid.of_geometry(geometry), 10.0 ** rng.uniform(-9.0, -4.5)
@@ -79,7 +79,7 @@ def test_the_kernel_is_its_slow_twin(flats: bool) -> None:
 @pytest.mark.parametrize("flats", [False, True])
 def test_z_of_measured_heights_is_that_of_quadrature_on_them(flats: bool) -> None:
     rng = np.random.default_rng(8)
-    for _ in range(6):
+    for _ in range(2):
         profile = random_profile(rng, flats=flats)
         contact = Contact.of(Geometry.of_surfaces(Scene().finger, profile), Stiffness.of_scene(Scene()))
         load = 10.0 ** rng.uniform(-1.5, 0.7)

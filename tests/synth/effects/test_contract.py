@@ -20,6 +20,7 @@ from synth.effects.effect import Effect, Kind
 from synth.errors import CannotRender, SceneError
 from synth.scene.effect_registry import declaration, effect_names
 from synth.scene.section import rule_of
+from tests.few import paired
 from tests.synth.effects.effect_cases import ALONE, LARGEST_SETS, TOGETHER, hand, quick_scene, scene_with
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -107,9 +108,10 @@ def test_the_same_scene_gives_the_same_samples(names: tuple[str, ...]) -> None:
     assert np.array_equal(first, second)
 
 
-@every
 @pytest.mark.parametrize(
-    "scan", [{"load": "1 mN"}, {"load": "50 N"}, {"speed": "2 m/s"}, {"speed": "-5 mm/s"}, {"stroke": {}}], ids=str
+    ("names", "scan"),
+    paired(EVERY, [{"load": "1 mN"}, {"load": "50 N"}, {"speed": "2 m/s"}, {"speed": "-5 mm/s"}, {"stroke": {}}]),
+    ids=str,
 )
 def test_output_is_finite_and_limited(names: tuple[str, ...], scan: dict[str, Any]) -> None:
     scene = parse_scene(scene_with(*names, scan=scan))

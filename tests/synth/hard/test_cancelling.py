@@ -17,6 +17,7 @@ from synth.motion.motion import Motion
 from synth.scene.scene import Scene
 from synth.voice.live_voice import LiveVoice
 from synth.voice.voice import open_voice
+from tests.few import paired
 from tests.reference.stiffness_oracle import contact_in_metres
 from tests.reference.synthesis_oracle import synthesise
 from tests.synth.engine_cases import QUANTITIES, physical, scene_of, touch_of
@@ -60,8 +61,7 @@ def test_a_contact_that_is_nearly_full_moves_as_little_as_the_oracle_says(part: 
         assert np.max(np.abs(found[:, channel] - truth)) <= 1.2e-3 * wanted.peak_to_peak(quantity) + floor
 
 
-@pytest.mark.parametrize("part", [0.99999, 1.0, 1.00001, 1.5, 100.0])
-@pytest.mark.parametrize("periods", [10.0, 20.0, 40.0])
+@pytest.mark.parametrize(("part", "periods"), paired([0.99999, 1.0, 1.00001, 1.5, 100.0], [10.0, 20.0, 40.0]))
 def test_where_the_last_gap_closes_nothing_is_left_but_round_off(part: float, periods: float) -> None:
     """Seen through a scale of 1e-12 m: z itself is held to 1e-12 (a1 + a2), the oracle's last gaps to less."""
     law = Stiffness.of_scene(whole(periods))
@@ -75,8 +75,7 @@ def test_where_the_last_gap_closes_nothing_is_left_but_round_off(part: float, pe
         assert np.max(np.abs(found[:, channel])) <= (1.1 * left + FLOOR * TALL) * times
 
 
-@pytest.mark.parametrize("part", [0.9999, 1.0, 100.0])
-@pytest.mark.parametrize("quantity", QUANTITIES)
+@pytest.mark.parametrize(("part", "quantity"), paired([0.9999, 1.0, 100.0], QUANTITIES))
 def test_no_automatic_gain_makes_noise_of_what_is_left(part: float, quantity: str) -> None:
     law = Stiffness.of_scene(whole())
     scene = whole(load=law.load(part * TALL), quantity=quantity)

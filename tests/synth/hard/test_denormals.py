@@ -13,6 +13,7 @@ from synth.motion.motion import Motion
 from synth.response.response_cache import ResponseCache
 from synth.scene.scene import parse_scene
 from synth.voice.voice import open_voice
+from tests.few import paired
 from tests.synth.engine_cases import scene_of
 from tests.synth.hard.bounds import ALL, check_fit, finite, merged
 from tests.synth.hard.ranges import FIELDS, Field
@@ -55,8 +56,7 @@ def test_the_smallest_normal_numbers_make_no_denormals(field: Field, value: floa
     check_fit(voice, voice.render(300))
 
 
-@pytest.mark.parametrize("value", (*SMALLEST, *NORMAL), ids=str)
-@pytest.mark.parametrize("place", range(3))
+@pytest.mark.parametrize(("value", "place"), paired((*SMALLEST, *NORMAL), range(3)))
 def test_the_points_of_a_trajectory_may_be_denormal(place: int, value: float) -> None:
     points = [list(point) for point in RISING]
     points[0][place] = value
@@ -81,8 +81,9 @@ FRAMES = 600
 HAND: dict[str, Any] = {"speed": 0.04, "speed_rate": 0.1, "load": 0.3, "load_rate": 0.2, "load_bend": 1.0}
 
 
-@pytest.mark.parametrize("value", (*SMALLEST, *NORMAL, -sys.float_info.min), ids=str)
-@pytest.mark.parametrize("name", [*HAND, "position", "all"])
+@pytest.mark.parametrize(
+    ("value", "name"), paired((*SMALLEST, *NORMAL, -sys.float_info.min), [*HAND, "position", "all"])
+)
 def test_a_denormal_field_of_a_motion_is_as_good_as_zero(name: str, value: float) -> None:
     """Compared with zero in its place: no more than a rounding of the largest sample apart, and nothing denormal."""
 

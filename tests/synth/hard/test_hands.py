@@ -20,6 +20,7 @@ from synth.plan.preparation import N_MAX
 from synth.response.reading_filter import reading_filter
 from synth.scene.scene import Scene
 from synth.voice.voice import open_voice
+from tests.few import paired
 from tests.reference.synthesis_oracle import direct
 from tests.synth.engine_cases import Real, scene_of, touch_of
 from tests.synth.hard.bounds import ALL, BAND, MOST_DISPLACEMENT, MOVING_REMOVED, finite, overshoot
@@ -116,8 +117,9 @@ def test_blocks_of_one_frame_are_one_block() -> None:
     assert np.array_equal(rendered(fields, [FRAMES]), rendered(fields, [1] * FRAMES))
 
 
-@pytest.mark.parametrize("value", [1e30, 1e155, -1e300, 1.7e308])
-@pytest.mark.parametrize("name", ["speed_rate", "load_rate", "load_bend", "all of them"])
+@pytest.mark.parametrize(
+    ("value", "name"), paired([1e30, 1e155, -1e300, 1.7e308], ["speed_rate", "load_rate", "load_bend", "all of them"])
+)
 def test_derivatives_that_no_hand_has_leave_finite_samples(name: str, value: float) -> None:
     """What would be beyond every float32, or no number, is silence; the displacement does not depend on them."""
     given = {"speed_rate": 0.0, "load_rate": 0.0, "load_bend": 0.0}

@@ -13,6 +13,7 @@ from synth.motion.motion import Motion
 from synth.motion.scan_motion import ScanMotion
 from synth.scene.scene import Scene, Stroke
 from synth.voice.voice import open_voice
+from tests.few import paired
 from tests.reference.synthesis_oracle import SteadySpectrum, synthesise
 from tests.synth.engine_cases import QUANTITIES, Real, physical, scene_of, touch_of
 from tests.synth.hard.bounds import ALL, check_fit
@@ -140,8 +141,7 @@ HANDS: dict[str, Real | float] = {
 }
 
 
-@pytest.mark.parametrize("rate", [8000, 44100, 192000])
-@pytest.mark.parametrize("name", HANDS)
+@pytest.mark.parametrize(("rate", "name"), paired([8000, 44100, 192000], HANDS))
 def test_the_phase_of_a_hand_keeps_a_billionth_of_a_turn_a_day(name: str, rate: int) -> None:
     """A speed that does not change makes the same error at each frame, so what a few seconds leave grows in proportion:
     in 24 hours, to this many times as much. Errors of a speed that changes add up to less than in proportion.

@@ -16,6 +16,7 @@ from synth.errors import SceneError
 from synth.response.response_cache import ResponseCache
 from synth.scene.scene import Scene, parse_scene
 from synth.voice.voice import blocks, open_voice, total_frames
+from tests.few import paired
 from tests.synth.hard.bounds import ALL, check_fit, merged
 from tests.synth.hard.ranges import COMBINED, FIELDS, OF_ONE_KIND, Field, inside, rules
 
@@ -111,8 +112,7 @@ def test_a_field_at_either_end(field: Field) -> None:
         assert check(field.company, field.document(end))
 
 
-@pytest.mark.parametrize("tolerance", ["exact", "imperceptible"])
-@pytest.mark.parametrize("field", FIELDS, ids=lambda field: field.name)
+@pytest.mark.parametrize(("field", "tolerance"), paired(FIELDS, ["exact", "imperceptible"]))
 def test_a_field_at_either_end_where_the_tolerance_is_named(field: Field, tolerance: str) -> None:
     narrow = {"output": {"bandwidth": 100.5}, "accuracy": {"tolerance": tolerance}}
     for end in field.ends:
@@ -137,7 +137,7 @@ def test_every_pair_of_ends_that_can_stand_together_plays() -> None:
             raise
 
 
-@settings(max_examples=150, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=60, suppress_health_check=[HealthCheck.too_slow])
 @given(
     pair=st.lists(st.sampled_from(FIELDS), min_size=2, max_size=2, unique_by=lambda field: field.path),
     places=st.tuples(st.floats(0.0, 1.0), st.floats(0.0, 1.0)),
@@ -146,7 +146,7 @@ def test_two_fields_anywhere_in_their_ranges(pair: list[Field], places: tuple[fl
     check(*(field.document(inside(field, place)) for field, place in zip(pair, places, strict=True)))
 
 
-@settings(max_examples=100, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=30, suppress_health_check=[HealthCheck.too_slow])
 @given(
     chosen=st.lists(st.sampled_from(FIELDS), min_size=3, max_size=6, unique_by=lambda field: field.path),
     low=st.lists(st.booleans(), min_size=6, max_size=6),

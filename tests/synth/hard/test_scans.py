@@ -11,6 +11,7 @@ import pytest
 
 from synth.scene.scene import Scene
 from synth.voice.voice import open_voice
+from tests.few import few
 from tests.reference.stiffness_oracle import contact_in_metres
 from tests.reference.synthesis_oracle import synthesise
 from tests.synth.engine_cases import QUANTITIES, Real, physical, scene_of, touch_of
@@ -85,7 +86,7 @@ SCANS: dict[str, Scanned] = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", SCANS)
+@pytest.mark.parametrize("name", few(SCANS, 15))
 def test_a_hard_scan_is_that_of_the_oracle_and_within_its_bounds(name: str) -> None:
     scene = SCANS[name].scene
     voice = open_voice(scene)

@@ -192,8 +192,8 @@ def test_at_constant_speed_the_delay_is_all_that_is_late(speed: float, interval:
         parts.append(filled(follower, BLOCK)[:2])
     found, speeds = np.concatenate(parts[120:], axis=1)
     now = np.arange(120 * BLOCK, 200 * BLOCK) / RATE
-    assert found == pytest.approx(speed * (now - follower.delay), abs=2e-5)
-    assert speeds == pytest.approx(np.full(len(speeds), speed), rel=0.01)
+    np.testing.assert_allclose(found, speed * (now - follower.delay), rtol=0, atol=2e-5)
+    np.testing.assert_allclose(speeds, speed, rtol=0.01)
     assert follower.delay == DELAY
 
 

@@ -16,7 +16,7 @@ from synth.plan.preparation import Preparation, prepare
 from synth.response.spectrum import curves, error_floor, harmonics_of, points_for
 from tests.synth.engine_cases import QUANTITIES, RATES, random_document, scene_of, spread
 
-SCENES = [200, pytest.param(500, marks=pytest.mark.thorough)]
+SCENES = [60, pytest.param(500, marks=pytest.mark.thorough)]
 MORE_PHASES = 4
 MOST_WASTED = 0.1  # of the scenes, closed forms aside, may take so many times the phases that hold the tolerance:
 WASTED = 8  # such a series errs by about 1/175 of what it may

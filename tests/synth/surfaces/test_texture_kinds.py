@@ -20,7 +20,7 @@ from synth.voice.hand_voice import HandVoice
 from tests.reference.kinds_oracle import approach
 from tests.synth.surfaces.texture_cases import random_texture
 
-FEW = 2
+FEW = 1
 KINDS = ("harmonics", "grating", "rough", "profile")
 RATE = 8000
 

@@ -9,11 +9,14 @@ from typing import Any
 
 import pytest
 
+from tests.few import few
+
 PROBE = """
 import json, sys
 from synth.motion.update import Update
 from synth.scene.scene import parse_scene
 from synth.voice.hand_voice import HandVoice
+from tests.few import few
 
 def compiled():
     kernels = [
@@ -51,7 +54,7 @@ SCENES: dict[str, dict[str, Any]] = {
 }
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", few(SCENES, 3))
 def test_nothing_is_compiled_while_a_hand_plays(name: str) -> None:
     scene = {"finger": SMALL} | SCENES[name]
     words = [sys.executable, "-c", PROBE, json.dumps(scene)]

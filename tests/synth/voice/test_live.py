@@ -13,6 +13,7 @@ from synth.response.response_cache import ResponseCache
 from synth.scene.scene import Scene
 from synth.voice.live_voice import CHANGE_TIME, LiveVoice
 from synth.voice.voice import open_voice
+from tests.few import paired
 from tests.synth.engine_cases import QUANTITIES, scene_of
 
 RATE = 48000
@@ -44,8 +45,7 @@ def running(quantity: str = "displacement") -> LiveVoice:
     return voice
 
 
-@pytest.mark.parametrize("quantity", QUANTITIES)
-@pytest.mark.parametrize("name", CHANGES)
+@pytest.mark.parametrize(("quantity", "name"), paired(QUANTITIES, CHANGES))
 def test_a_change_makes_no_step_larger_than_the_steady_ones(quantity: str, name: str) -> None:
     voice = running(quantity)
     before = voice.render(RATE // 10)

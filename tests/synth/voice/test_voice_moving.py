@@ -14,6 +14,7 @@ from synth.response.mip_levels import MipLevels
 from synth.response.response_cache import ResponseCache
 from synth.scene.scene import parse_scene
 from synth.voice.voice import Voice, open_voice
+from tests.few import few, paired
 from tests.reference.spectral_checks import fit_harmonics
 from tests.reference.synthesis_oracle import direct, synthesise
 from tests.synth.engine_cases import QUANTITIES, Real, physical, scene_of, touch_of
@@ -119,7 +120,7 @@ def test_a_load_that_crosses_rows_makes_no_step(quantity: str) -> None:
     assert np.max(steps / np.maximum(around, 0.02 * np.max(steps))) < 1.5  # no frame steps out of its neighbourhood
 
 
-@pytest.mark.parametrize("quantity", QUANTITIES)
+@pytest.mark.parametrize("quantity", few(QUANTITIES, 2))
 def test_level_changes_make_no_step(quantity: str) -> None:
     scene = scene_of(output={"quantity": quantity, "sample_rate": RATE})
     frames, slow, fast = RATE, 0.02, 4.0
@@ -140,7 +141,7 @@ def test_level_changes_make_no_step(quantity: str) -> None:
         assert np.max(steps[here]) <= 1.1 * largest + 1e-3 * np.max(np.abs(signal)) / 8
 
 
-@pytest.mark.parametrize("speed", [0.0563, 0.1113, 0.2217, 0.4441, 0.8883, 1.7771, 2.5])
+@pytest.mark.parametrize("speed", few([0.0563, 0.1113, 0.2217, 0.4441, 0.8883, 1.7771, 2.5], 3))
 def test_none_above_049_and_none_below_035_at_the_speed_of_the_hand(speed: float) -> None:
     output = {"quantity": "acceleration", "sample_rate": RATE, "full_scale": 1.0}
     hand = even_signal(open_voice(scene_of(scan={"speed": 0.05}, output=output)), RATE, speed, 0.3)
@@ -162,7 +163,7 @@ def test_far_too_fast_is_silence() -> None:
     assert not voice.render(500, even(500, 0.5 * RATE * PERIOD, 0.3)).any()
 
 
-@pytest.mark.parametrize("quantity", QUANTITIES)
+@pytest.mark.parametrize("quantity", few(QUANTITIES, 1))
 def test_a_hand_slower_than_the_scan_loses_no_harmonic(quantity: str) -> None:
     output = {"quantity": quantity, "sample_rate": RATE, "full_scale": 1.0}
     slower = even_signal(open_voice(scene_of(scan={"speed": 0.08}, output=output)), 3000, 0.04, 0.3)
@@ -184,8 +185,7 @@ def test_a_hand_may_press_otherwise_than_the_scan(scan_load: float) -> None:
     assert np.max(np.abs(fits[0] - fits[1])[low]) <= 5e-3 * np.max(np.abs(fits[1]))
 
 
-@pytest.mark.parametrize("quantity", QUANTITIES)
-@pytest.mark.parametrize("load", [0.11, 0.3712, 0.9])
+@pytest.mark.parametrize(("quantity", "load"), paired(QUANTITIES, [0.11, 0.3712, 0.9]))
 def test_a_hand_that_presses_evenly_keeps_the_error_told_at_any_load(quantity: str, load: float) -> None:
     """Against the oracle, below the band from which a hand fades."""
     output = {"quantity": quantity, "sample_rate": RATE, "full_scale": 1.0, "bandwidth": 1050}

@@ -9,6 +9,7 @@ import pytest
 
 from synth.scene.scene import Scene, parse_scene
 from synth.voice.voice import open_voice
+from tests.few import few
 from tests.reference.spectral_checks import alias_residue, fit_harmonics, fold_distance
 from tests.reference.synthesis_oracle import SteadySpectrum, synthesise
 from tests.synth.engine_cases import QUANTITIES, RATES, physical, random_document, spread, touch_of
@@ -44,21 +45,19 @@ def check(scene: Scene, tolerance: float) -> None:
         assert error <= voice.plan.estimated_error[quantity] * extent + floor
 
 
-@pytest.mark.parametrize("rate", RATES)
+@pytest.mark.parametrize("rate", few(RATES, 2))
 def test_the_default_scene_keeps_its_tolerance(rate: int) -> None:
     check(parse_scene({"output": {"channels": list(QUANTITIES), "sample_rate": rate, "bandwidth": "full"}}), 1e-3)
 
 
-@pytest.mark.parametrize(
-    "seed", [*range(8), *(pytest.param(seed, marks=pytest.mark.thorough) for seed in range(8, 50))]
-)
+@pytest.mark.parametrize("seed", few(range(50), 4))
 def test_random_scenes_keep_their_tolerance(seed: int) -> None:
     random = np.random.default_rng(1000 + seed)
     check(parse_scene(random_document(random, RATES[seed % 4])), 1e-3)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", few(range(6), 3))
 def test_any_tolerance_is_kept(seed: int) -> None:
     random = np.random.default_rng(2000 + seed)
     tolerance = spread(random, 1e-5, 3e-2)
