@@ -85,7 +85,7 @@ class Case:
     def lifted(self) -> float:
         """What the gate of a lifting finger leaves."""
         lift = self.scene.scan.lift_load
-        return float(gate(self.load, lift)[0]) if self.load < lift else 1.0
+        return float(gate(self.load, lift)) if self.load < lift else 1.0
 
     def series(self, heights: Array, highest: int | None = None) -> Complex:
         """Return the series (SI) of the channel from z (m) at equal steps of a period, cut at `highest` or the band."""

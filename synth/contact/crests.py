@@ -14,7 +14,6 @@ import math
 
 import numpy as np
 
-from synth.contact.finger_curvature import level_of, surfaces_of
 from synth.contact.patches import profile
 from synth.kernels import inner
 
@@ -76,8 +75,7 @@ def crest_approach(tables, k1, k2, work, target):
 
     tables, k1, k2, work: the cells as `exact_solver.fill_cells` left them.
     """
-    rows = surfaces_of(tables)
-    cells = rows.shape[1]
+    cells = tables.shape[1]
     floor = -2.0
     for i in range(cells):
         floor = max(floor, work[1, i])
@@ -88,7 +86,7 @@ def crest_approach(tables, k1, k2, work, target):
     for i in range(cells):
         if work[0, i] < max(floor, top - REACH):
             continue
-        cell = (rows[0, i], rows[1, i], k1, work[3, i], work[4, i], k2, level_of(tables, i, 0.0))
+        cell = (tables[0, i], tables[1, i], k1, work[3, i], work[4, i], k2, 0.0)
         t, height, slope, curvature, crest = crest_of_cell(cell, i == 0, i == cells - 1)
         place = 2.0 * i + t
         if not crest or place - at <= SAME_PLACE:

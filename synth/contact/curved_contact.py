@@ -9,24 +9,22 @@ Model   F(z) = integral of max(h - (x - xc)^2 / (2 R) - z, 0) dx = w / kappa, xc
         with a z0 that z never falls below (`lowest_approach`). Its mean over D times kappa D is the reaction.
 Source  Johnson, Contact Mechanics (1985), sec. 4.3 (Winkler foundation, parabola); Fagiani & Barbieri (2016), eqs 1, 2,
         4, 5; the rest is derived here.
-Limits  on a sinusoid 2e-13 (a1 + a2), as `exact_solver`, plus 3e-15 |z| (measured); on other kinds as `profile_solver`.
-        Measured at a z below z0 (a finger thrown onto the surface harder than its load) the pressure beyond D is left
-        out. At no load kappa, and the stiffness, are 0.
+Limits  as `profile_solver`. Measured at a z below z0 (a finger thrown onto the surface harder than its load) the
+        pressure beyond D is left out. At no load kappa, and the stiffness, are 0.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Hashable
-from dataclasses import dataclass, field
-from functools import partial
+from dataclasses import dataclass
 
 import numpy as np
 
 from synth.arrays import Array
 from synth.contact.geometry import Geometry
 from synth.contact.load_balance import LEAST_TOUCHING, Contact
-from synth.contact.solvers import KeptSolvers, ManyShapes, PhaseSolver, solver_of
+from synth.contact.solvers import PhaseSolver, solver_of
 from synth.contact.stiffness import Stiffness
 from synth.errors import CannotRender
 
@@ -46,7 +44,7 @@ def lowest_approach(geometry: Geometry, radius: float, area: float) -> float:
     """
     ridge = geometry.ridge_amplitude, geometry.ridge_period
     texture = geometry.texture_amplitude, geometry.texture_period
-    sinusoid = geometry.profile is None
+    sinusoid = geometry.profile is None or geometry.profile.cosine is not None
     # most that the surfaces take from an integral: the half of a cosine below 0, or as much as any profile has there
     swing = ridge[0] * ridge[1] / math.pi + texture[0] * texture[1] * (1.0 / math.pi if sinusoid else 0.5)
     half = float((1.5 * radius * (area + swing)) ** (1.0 / 3.0))
@@ -116,11 +114,10 @@ class Fingertip:
 
 
 @dataclass(frozen=True, slots=True)
-class RoundContact(ManyShapes, Contact):
+class RoundContact(Contact):
     """A contact under a round finger. geometry, stiffness: those of the nominal length; grid: the solver at no load."""
 
     finger: Fingertip
-    _kept: KeptSolvers = field(default_factory=KeptSolvers, repr=False, compare=False)
 
     @classmethod
     def of(
@@ -137,7 +134,7 @@ class RoundContact(ManyShapes, Contact):
         stiffness: over the nominal length; both surfaces need a period, one of them a height. grid: the solver at no
         load, laid out unless given.
         """
-        finger = Fingertip.of(stiffness, radius, reference_load)
+        finger, geometry = Fingertip.of(stiffness, radius, reference_load), geometry.as_profile()
         if grid is None:
             grid = solver_of(_spanned(geometry, finger, 0.0), 1.0 / finger.radius)
         return cls(geometry, stiffness, grid, finger)
@@ -153,6 +150,11 @@ class RoundContact(ManyShapes, Contact):
         return self.geometry, self.stiffness, self.finger
 
     @property
+    def of_one_shape(self) -> bool:
+        """False: each load has its own solver."""
+        return False
+
+    @property
     def dome(self) -> float:
         """1 / R (1/m) of the parabola about the middle of the length that is taken off h."""
         return 1.0 / self.finger.radius
@@ -162,8 +164,8 @@ class RoundContact(ManyShapes, Contact):
         return _spanned(self.geometry, self.finger, load)
 
     def solver(self, load: float) -> PhaseSolver:
-        """Return what solves this contact at `load` (N), laid out where it is not kept; see `geometry_at`."""
-        return self._solver_over(self.geometry_at(load))
+        """Return what solves this contact at `load` (N); see `geometry_at`."""
+        return solver_of(self.geometry_at(load), self.dome)
 
     def indentation(self, load: float) -> float:
         """Return w / (kappa D) (m) at `load` (N): the mean of max(h - d - z, 0) over the length D that is solved."""
@@ -181,7 +183,8 @@ class RoundContact(ManyShapes, Contact):
         geometry = self.geometry_at(float(np.max(loads)))
         finger = self.finger
         foundation = finger.foundation * (loads / finger.reference_load) ** finger.foundation_exponent
-        return self._solver_over(geometry).solve(phases, loads / foundation / geometry.contact_length).height
+        indentations = loads / foundation / geometry.contact_length
+        return solver_of(geometry, self.dome).solve(phases, indentations).height
 
     def closed(self, load: float) -> None:
         """Return None: a round finger has no full contact."""
@@ -191,12 +194,9 @@ class RoundContact(ManyShapes, Contact):
         """Return z (m) and dz/dw (m/N) at each of `phases` (turns) and `load` (N); see `Contact.approach`."""
         geometry = self.geometry_at(load)
         indentation = self.finger.area(load) / geometry.contact_length
-        solved = self._solver_over(geometry).solve(phases, indentation, guess)
+        solved = solver_of(geometry, self.dome).solve(phases, indentation, guess)
         slope = (1.0 - self.finger.foundation_exponent) * indentation / load if load > 0.0 else 0.0
         return solved.height, np.asarray(-slope / np.maximum(solved.touching, LEAST_TOUCHING))
-
-    def _solver_over(self, geometry: Geometry) -> PhaseSolver:
-        return self._kept.get(geometry, partial(solver_of, dome=self.dome))
 
 
 def _spanned(geometry: Geometry, finger: Fingertip, load: float) -> Geometry:

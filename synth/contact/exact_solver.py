@@ -21,7 +21,6 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.contact.crests import crest_approach
-from synth.contact.finger_curvature import dome_of, level_of, surfaces_of
 from synth.contact.geometry import Geometry
 from synth.contact.patches import touching_part
 from synth.kernels import inlined, inner, kernel
@@ -29,6 +28,15 @@ from synth.kernels import inlined, inner, kernel
 CELLS_PER_PERIOD = 16  # the series of `patches` are exact to round-off up to pi / 16; fewer cells would lose digits
 SMALLEST_INDENTATION = 1e-18  # of a1 + a2: below it crests are pressed in by 1e-11 at most, and are their parabolas
 MOST_ITERATIONS = 60  # never reached in the suite; it bounds the time of a phase
+
+
+@dataclass(frozen=True, slots=True)
+class Approaches:
+    """The contact at a number of phases: z, touching part of L, Newton iterations; heights in metres."""
+
+    height: Array
+    touching: Array
+    iterations: np.ndarray[Any, np.dtype[np.int64]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,12 +55,6 @@ class Grid:
     height_scale: float
 
     name = "exact solver"
-    family = "exact"
-
-    @property
-    def pieces(self) -> Any:
-        """What the kernels read of it: see `finger_curvature`."""
-        return self.tables
 
     @property
     def cells(self) -> int:
@@ -65,13 +67,22 @@ class Grid:
         return int(self.tables.nbytes)
 
     def solve(self, phases: Array, indentation: float | Array, guess: Array | None = None) -> Approaches:
-        """Return the approach at each phase; see `solve`."""
-        return solve(self, phases, indentation, guess)
+        """Return the approach at each of `phases` (turns of the texture period, theta = p / lambda2).
+
+        indentation: w / k in metres, at least 0; one for all phases, or one a phase. guess: z in metres at each phase,
+        or None to begin from the phases before.
+        """
+        count, scale = len(phases), self.height_scale
+        height, touching, iterations = np.empty(count), np.empty(count), np.zeros(count, dtype=np.int64)
+        begin = np.empty(0) if guess is None else guess / scale
+        targets = np.atleast_1d(np.asarray(indentation, dtype=float)) / scale
+        solve_phases(self.tables, self.k1, self.k2, phases, targets, begin, height, touching, iterations)
+        return Approaches(height * scale, touching, iterations)
 
     def measure(self, phases: Array, heights: Array) -> tuple[Array, Array]:
         """Return the mean of max(h - z, 0) (m) and the touching part of L, at each phase and z (m); exact."""
         depth, touching = np.empty(len(phases)), np.empty(len(phases))
-        measure_phases(self.pieces, self.k1, self.k2, phases, heights / self.height_scale, depth, touching)
+        measure_phases(self.tables, self.k1, self.k2, phases, heights / self.height_scale, depth, touching)
         return depth * self.height_scale, touching
 
     @classmethod
@@ -111,37 +122,23 @@ def angles_of_centres(periods: float, cells: int) -> Array:
     return np.asarray(2.0 * math.pi * (turns % 1.0))
 
 
-@dataclass(frozen=True, slots=True)
-class Approaches:
-    """The contact at a number of phases: z, touching part of L, Newton iterations; heights in metres."""
-
-    height: Array
-    touching: Array
-    iterations: np.ndarray[Any, np.dtype[np.int64]]
-
-
-def solve(grid: Grid, phases: Array, indentation: float | Array, guess: Array | None = None) -> Approaches:
-    """Return the approach at each of `phases` (turns of the texture period, theta = p / lambda2).
-
-    indentation: w / k in metres, at least 0; one for all phases, or one a phase. guess: z in metres at each phase, or
-    None to begin from the phases before.
-    """
-    count = len(phases)
-    height, touching = np.empty(count), np.empty(count)
-    iterations = np.zeros(count, dtype=np.int64)
-    begin = np.empty(0) if guess is None else guess / grid.height_scale
-    targets = np.atleast_1d(np.asarray(indentation, dtype=float)) / grid.height_scale
-    solve_phases(grid.pieces, grid.k1, grid.k2, phases, targets, begin, height, touching, iterations)
-    return Approaches(height * grid.height_scale, touching, iterations)
+@inlined
+def first_guess(guess, height, i, otherwise):
+    """Return where Newton's method begins at phase `i`: at the guess, or by the cubic through the phases before."""
+    if len(guess) > 0:
+        return guess[i]
+    if i >= 4:
+        return 4.0 * (height[i - 1] + height[i - 3]) - 6.0 * height[i - 2] - height[i - 4]
+    return height[i - 1] if i >= 1 else otherwise
 
 
 @kernel
 def solve_phases(tables, k1, k2, phases, targets, guess, height, touching, iterations):
     """Write z / (a1 + a2), the touching part of L and the number of iterations at each phase.
 
-    tables: `Grid.pieces`, here and in the kernels below. targets: w / k / (a1 + a2), of each phase, or one for all.
+    tables: those of `Grid`, here and in the kernels below. targets: w / k / (a1 + a2), of each phase, or one for all.
     """
-    work = np.empty((5, surfaces_of(tables).shape[1]))
+    work = np.empty((5, tables.shape[1]))
     scratch = np.empty((2, 64))
     lowest = 0.0
     for i in range(len(phases)):
@@ -149,14 +146,7 @@ def solve_phases(tables, k1, k2, phases, targets, guess, height, touching, itera
         turn = phases[i] - math.floor(phases[i])
         mean = fill_cells(tables, k1, k2, math.cos(2.0 * math.pi * turn), math.sin(2.0 * math.pi * turn), work)
         lowest = mean - target
-        if len(guess) > 0:
-            begin = guess[i]
-        elif i >= 4:
-            begin = 4.0 * (height[i - 1] + height[i - 3]) - 6.0 * height[i - 2] - height[i - 4]
-        elif i >= 1:
-            begin = height[i - 1]
-        else:
-            begin = lowest
+        begin = first_guess(guess, height, i, lowest)
         if target < SMALLEST_INDENTATION:
             z, part = crest_approach(tables, k1, k2, work, target)
             iterations[i] = 1
@@ -169,7 +159,7 @@ def solve_phases(tables, k1, k2, phases, targets, guess, height, touching, itera
 @kernel
 def measure_phases(tables, k1, k2, phases, heights, depth, touching):
     """Write F(z) / (a1 + a2) and the touching part of L at each phase and z / (a1 + a2)."""
-    work = np.empty((5, surfaces_of(tables).shape[1]))
+    work = np.empty((5, tables.shape[1]))
     scratch = np.empty((2, 64))
     for i in range(len(phases)):
         turn = phases[i] - math.floor(phases[i])
@@ -183,20 +173,18 @@ def fill_cells(tables, k1, k2, cosine, sine, work):
 
     work: rows are the upper bound of h, the lower bound of h, the mean of h, texture height, texture slope.
     """
-    rows = surfaces_of(tables)
-    cells = rows.shape[1]
+    cells = tables.shape[1]
     mean1 = 1.0 + k1 * (-1.0 / 6.0 + k1 * (1.0 / 120.0 + k1 * (-1.0 / 5040.0 + k1 * (1.0 / 362880.0))))
     mean2 = 1.0 + k2 * (-1.0 / 6.0 + k2 * (1.0 / 120.0 + k2 * (-1.0 / 5040.0 + k2 * (1.0 / 362880.0))))
     for i in range(cells):
-        d0, d1, d2 = dome_of(tables, i)
-        height = rows[2, i] * cosine + rows[4, i] * sine
-        slope = rows[3, i] * cosine + rows[5, i] * sine
-        centre = height + rows[0, i] - d0
-        bend = 0.52 * (k1 * abs(rows[0, i]) + k2 * abs(height)) + 0.2 * (k1 * abs(rows[1, i]) + k2 * abs(slope))
-        reach = abs(slope + rows[1, i] - d1) + bend + d2
+        height = tables[2, i] * cosine + tables[4, i] * sine
+        slope = tables[3, i] * cosine + tables[5, i] * sine
+        centre = height + tables[0, i]
+        bend = 0.52 * (k1 * abs(tables[0, i]) + k2 * abs(height)) + 0.2 * (k1 * abs(tables[1, i]) + k2 * abs(slope))
+        reach = abs(slope + tables[1, i]) + bend
         work[0, i] = centre + reach
         work[1, i] = centre - reach
-        work[2, i] = mean1 * rows[0, i] + mean2 * height - (d0 + d2 / 3.0)
+        work[2, i] = mean1 * tables[0, i] + mean2 * height
         work[3, i] = height
         work[4, i] = slope
     total = 0.0
@@ -222,8 +210,7 @@ def bounds_of_cell(u1, v1, k1, u2, v2, k2):
 @inner
 def contact_sum(work, tables, k1, k2, z, scratch):
     """Return F(z), the touching part of L, and F''(z), all relative to L and a1 + a2."""
-    rows = surfaces_of(tables)
-    cells = rows.shape[1]
+    cells = tables.shape[1]
     full = 0.0
     touching = 0
     area = 0.0
@@ -236,10 +223,10 @@ def contact_sum(work, tables, k1, k2, z, scratch):
             full += work[2, i] - z
             touching += 1
             continue
-        u1, v1, u2, v2 = rows[0, i], rows[1, i], work[3, i], work[4, i]
+        u1, v1, u2, v2 = tables[0, i], tables[1, i], work[3, i], work[4, i]
         bound2, bound3 = bounds_of_cell(u1, v1, k1, u2, v2, k2)
-        cell = (u1, v1, k1, u2, v2, k2, level_of(tables, i, z))
-        part, width, edge = touching_part(cell, bound2 + 2.0 * dome_of(tables, i)[2], bound3, scratch)
+        cell = (u1, v1, k1, u2, v2, k2, z)
+        part, width, edge = touching_part(cell, bound2, bound3, scratch)
         area += part
         length += width
         edges += edge

@@ -12,7 +12,7 @@ Model   y = max(h - z, 0) with z of eq. 1 at the load w, so w = k N_1; S, T, N_g
         phase; otherwise it is modulated at u / lambda2. Its sign is that of the speed, and is given where it is read.
 Source  Fagiani & Barbieri (2016), eqs 1, 2, 4. Wandersman et al. (2011), PRL 107:164301, for a law q = beta p^g; the
         slope force is derived here.
-Limits  quasi-static, and at constant load. What z errs by, 2e-13 (a1 + a2), the forces err by times dF/dz.
+Limits  quasi-static, and at constant load. On the polyline of the contact: the error is measured, as that of z is.
         At no load both vanish: F_s like w times a sawtooth (z then follows the crests, whose slope jumps from one to
         the next), so light loads take many phases; Q like w^((1 + g) / 2) where eqs 4-5 hold.
 """
@@ -30,8 +30,8 @@ from synth.arrays import Array
 from synth.contact.full_contact import FullContact
 from synth.contact.load_balance import Contact
 from synth.contact.pressure import PressureField
-from synth.contact.profile_pressure import SegmentField
-from synth.contact.solvers import PhaseSolver, field_of
+from synth.contact.profile_solver import SegmentGrid
+from synth.contact.solvers import PhaseSolver
 
 SLOPE_WORK = 3  # cells of the solver that a cell of z and of S costs; fewer would let rows take longer than their bound
 FRICTION_WORK = 10  # the same of z and N_g
@@ -43,7 +43,7 @@ FEWEST_MEAN, MOST_MEAN = 512, 1 << 16  # phases of a mean over a period; fewer m
 
 @dataclass(frozen=True, slots=True)
 class ForceOfContact:
-    """What both forces share: all but the value. contact: whose pressure it is."""
+    """What both forces share: all but the value. contact: whose pressure it is, its texture a profile."""
 
     contact: Contact
 
@@ -60,8 +60,10 @@ class ForceOfContact:
         """Return a1 + a2 + w / k (m) at `load` (N), to which the rounding of h - z is relative."""
         return self.contact.geometry_at(load).height_scale + load / self.contact.stiffness_at(load)
 
-    def _field(self, load: float) -> PressureField | SegmentField:
-        return field_of(self.contact.geometry_at(load), self.contact.dome)
+    def _field(self, load: float) -> PressureField:
+        solver = self.contact.solver(load)
+        assert isinstance(solver, SegmentGrid), "two cosines are taken as a profile: `Contact.as_profile`"
+        return PressureField(solver, self.contact.geometry_at(load).contact_length)
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,6 +21,7 @@ from synth.scene.scene import Scene
 from synth.scene.surface_sections import Finger
 from synth.surfaces import profile_of
 from synth.surfaces.profile import Profile
+from synth.surfaces.sinusoid import Sinusoid
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +62,13 @@ class Geometry:
             contact_length=finger.contact_length,
             profile=profile if cosine is None else None,
         )
+
+    def as_profile(self) -> Geometry:
+        """Return the same surfaces with a profile for the texture, so that its solver is that of any profile."""
+        if self.profile is not None:
+            return self
+        cosine = Sinusoid(self.texture_amplitude, self.texture_period, self.texture_phase)
+        return replace(self, profile=cosine, texture_phase=0.0)
 
     @property
     def height_scale(self) -> float:

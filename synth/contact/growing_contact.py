@@ -6,7 +6,7 @@ Model   L(w) = L0 (w / w0)^p over x0 <= x <= x0 + L, x0 = (L0 - L) / 2, kept wit
         L w / k) / (w |C|). A k that is given grows with L, so that w / k grows as w / L: 1 in the place of 1.5 - 2 q.
 Source  Fagiani & Barbieri (2016), eqs 1-5, whose L is given; the power law is that of Hertz for p = 1/3, an unverified
         default. The slope is derived here, from the integral of max(h - z, 0) over x0 to x0 + L, which is L w / k.
-Limits  as exact as the solver at the length of that load: 2e-13 (a1 + a2). The ends stay hard edges. Where L meets the
+Limits  as `profile_solver` at the length of that load. The ends stay hard edges. Where L meets the
         shortest or longest length dz/dw has a step, and wherever an end passes a ridge z bends with the load: rows of
         load that err by 2e-3 in displacement on the default scene lie 1/1024 of an octave apart at the worst
         place (1/256: 6e-3, 1/64: 9e-2, 1/16: 0.3; at constant length 1/64 is enough).
@@ -14,19 +14,21 @@ Limits  as exact as the solver at the length of that load: 2e-13 (a1 + a2). The 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Hashable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.exact_lengths import LAYING_OUT
 from synth.contact.exact_solver import Approaches
-from synth.contact.full_contact import FullContact, full_contact
+from synth.contact.full_contact import FullContact
 from synth.contact.geometry import Geometry
 from synth.contact.load_balance import LEAST_TOUCHING, Contact
-from synth.contact.solvers import KeptSolvers, ManyShapes, PhaseSolver, heights_of_lengths, solver_of
+from synth.contact.profile_solver import SegmentGrid, balance
+from synth.contact.solvers import PhaseSolver, solver_of
 from synth.contact.stiffness import Stiffness
+from synth.kernels import kernel
 
 SHORTEST, LONGEST = 10e-6, 0.1  # m: the range of a scene's contact length, beyond which no other part expects one
 
@@ -57,17 +59,17 @@ class Growth:
 
 
 @dataclass(frozen=True, slots=True)
-class GrowingContact(ManyShapes, Contact):
+class GrowingContact(Contact):
     """A contact of the length that `growth` gives; geometry, stiffness and grid are those of the nominal length."""
 
     growth: Growth = Growth()
-    _kept: KeptSolvers = field(default_factory=KeptSolvers, repr=False, compare=False)
 
     @classmethod
     def of(
         cls, geometry: Geometry, stiffness: Stiffness, grid: PhaseSolver | None = None, growth: Growth | None = None
     ) -> GrowingContact:
         """Return the contact; geometry, stiffness, grid (laid out unless given): those of the nominal length."""
+        geometry = geometry.as_profile()
         return cls(geometry, stiffness, grid or solver_of(geometry), growth or Growth())
 
     def on(self, geometry: Geometry) -> GrowingContact:
@@ -79,6 +81,11 @@ class GrowingContact(ManyShapes, Contact):
         """What z depends on, for a cache."""
         return self.geometry, self.stiffness, self.growth
 
+    @property
+    def of_one_shape(self) -> bool:
+        """False: each load has its own solver."""
+        return False
+
     def length(self, load: float) -> float:
         """Return L (m) at `load` (N)."""
         return self.growth.length(self.geometry.contact_length, load)
@@ -89,9 +96,8 @@ class GrowingContact(ManyShapes, Contact):
         return self.geometry.part(0.5 * (nominal - length), length)
 
     def solver(self, load: float) -> PhaseSolver:
-        """Return what solves this contact at `load` (N), laid out where it is not kept."""
-        geometry = self.geometry_at(load)
-        return self.grid if geometry == self.geometry else self._kept.get(geometry, solver_of)
+        """Return what solves this contact at `load` (N)."""
+        return solver_of(self.geometry_at(load))
 
     def indentation(self, load: float) -> float:
         """Return w / k (m) at `load` (N): the mean of max(h - z, 0) over the length at that load."""
@@ -101,36 +107,53 @@ class GrowingContact(ManyShapes, Contact):
         """Return k (N/m) at `load` (N): the force for a metre of that mean."""
         return self.stiffness.over(self.length(load)).stiffness(load)
 
-    @property
-    def frame_cells(self) -> int:
-        """The work of a place with a load of its own, in cells of the exact solver."""
-        return LAYING_OUT * self.grid.cells
-
     def heights(self, phases: Array, loads: Array) -> Array:
-        """Return z (m) at each of `phases` (turns) and `loads` (N, above 0), one load a phase."""
+        """Return z (m) at each of `phases` (turns) and `loads` (N, above 0), one load a phase.
+
+        One polyline over the longest contact serves all: a shorter one, about the same middle, begins elsewhere, which
+        turns its finger and its texture.
+        """
         growth, nominal = self.growth, self.geometry.contact_length
         grown = nominal * (loads / growth.reference_load) ** growth.exponent
         lengths = np.minimum(np.maximum(grown, growth.shortest), growth.longest)
         law = self.stiffness
         deep, shallow = loads**law.load_exponent, (nominal / lengths) ** law.length_exponent
         indentations = law.indentation(1.0) * deep * shallow
-        return heights_of_lengths(self.geometry, phases, lengths, indentations)
+        longest = float(np.max(lengths))
+        grid = SegmentGrid.of_geometry(self.geometry.part(0.5 * (nominal - longest), longest))
+        ridges, textures = self.geometry.ridge_period, self.geometry.texture_period
+        begins = 0.5 * (longest - lengths)
+        numbers = np.tile(grid.numbers, (len(phases), 1))
+        numbers[:, 1] = lengths * (grid.segments / textures)
+        numbers[:, 2] -= begins / textures % 1.0 * grid.segments
+        numbers[:, 4] += 2.0 * math.pi * (begins / ridges % 1.0)
+        found = np.empty(len(phases))
+        solve_lengths(grid.pieces, numbers, phases, indentations / grid.height_scale, found)
+        return found * grid.height_scale
 
     def closed(self, load: float) -> FullContact | None:
-        """Return z in closed form, its slopes those of the growing length, where `load` (N) presses everything flat."""
-        stiffness = self.stiffness.over(self.length(load))
-        return full_contact(self.geometry_at(load), stiffness, load, self._exponent(load))
-
-    def _exponent(self, load: float) -> float:
-        return self.growth.exponent_at(self.geometry.contact_length, load)
+        """Return None: a length that grows has no full contact of one slope."""
+        return None
 
     def _slope(self, phases: Array, solved: Approaches, load: float) -> Array:
         if load <= 0.0:
             return np.zeros_like(solved.touching)
-        exponent, geometry = self._exponent(load), self.geometry_at(load)
+        exponent, geometry = self.growth.exponent_at(self.geometry.contact_length, load), self.geometry_at(load)
         ends = [geometry.heights(end, phases) - solved.height for end in (0.0, geometry.contact_length)]
         gained = 0.5 * exponent / load * (np.maximum(ends[0], 0.0) + np.maximum(ends[1], 0.0))
         law = self.stiffness
         power = law.load_exponent + (1.0 - law.length_exponent) * exponent
         slope = power * self.indentation(load) / load - gained
         return np.asarray(-slope / np.maximum(solved.touching, LEAST_TOUCHING))
+
+
+@kernel
+def solve_lengths(pieces, numbers, phases, targets, heights):
+    """Write z / (a1 + a2) at each phase; numbers: float64 [phases, 6], those of `SegmentGrid` of each contact."""
+    texture, finger, blocks, _numbers = pieces
+    work = np.empty((3, blocks.shape[1] + 1))
+    begin = math.nan
+    for i in range(len(phases)):
+        here = (texture, finger, blocks, numbers[i])
+        begin, _part, _steps = balance(here, work, phases[i], targets[i], begin)
+        heights[i] = begin

@@ -45,6 +45,10 @@ class Contact:
         """Return this contact on other surfaces."""
         return Contact.of(geometry, self.stiffness)
 
+    def as_profile(self) -> Contact:
+        """Return this contact with a profile for its texture: what is told of the pressure is told of segments."""
+        return self.on(self.geometry.as_profile())
+
     @property
     def key(self) -> Hashable:
         """What z depends on, for a cache."""
@@ -105,11 +109,6 @@ class Contact:
         """
         solved = self.solver(load).solve(phases, self.indentation(load), guess)
         return solved.height, self._slope(phases, solved, load)
-
-    @property
-    def frame_cells(self) -> int:
-        """The work of a place with a load of its own, in cells of the exact solver."""
-        return self.grid.cells
 
     def heights(self, phases: Array, loads: Array) -> Array:
         """Return z (m) at each of `phases` (turns) and `loads` (N, above 0), one load a phase."""

@@ -17,10 +17,9 @@ import math
 
 import numpy as np
 
-from synth.contact.finger_curvature import Level, level_at
 from synth.kernels import inlined, inner
 
-Cell = tuple[float, float, float, float, float, float, Level]  # u1, v1, k1^2, u2, v2, k2^2, level
+Cell = tuple[float, float, float, float, float, float, float]  # u1, v1, k1^2, u2, v2, k2^2, z
 
 SMALLEST_PIECE = 2.0**-24  # of half a cell: below it the area of a piece that is still unclear is under 1e-24
 FLAT = 1e-17  # of a1 + a2: a piece of less relief is level, since the rounding of h is more
@@ -40,15 +39,14 @@ def sine_series(k2: float, t: float) -> tuple[float, float]:
 @inlined
 def profile(cell: Cell, t: float) -> tuple[float, float, float, float]:
     """Return y = h - z, its slope, its curvature, and the integral of y from 0 to `t`, at `t` of the cell."""
-    u1, v1, k1, u2, v2, k2, level = cell
-    height, rise, bend, below = level_at(level, t)
+    u1, v1, k1, u2, v2, k2, z = cell
     s1, c1 = sine_series(k1, t)
     s2, c2 = sine_series(k2, t)
     h1 = u1 - u1 * k1 * c1 + v1 * s1
     h2 = u2 - u2 * k2 * c2 + v2 * s2
-    slope = v1 - k1 * (u1 * s1 + v1 * c1) + v2 - k2 * (u2 * s2 + v2 * c2) - rise
-    area = u1 * s1 + v1 * c1 + u2 * s2 + v2 * c2 - below
-    return h1 + h2 - height, slope, -k1 * h1 - k2 * h2 - bend, area
+    slope = v1 - k1 * (u1 * s1 + v1 * c1) + v2 - k2 * (u2 * s2 + v2 * c2)
+    area = u1 * s1 + v1 * c1 + u2 * s2 + v2 * c2 - z * t
+    return h1 + h2 - z, slope, -k1 * h1 - k2 * h2, area
 
 
 @inner

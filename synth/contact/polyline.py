@@ -21,7 +21,7 @@ from synth.surfaces.profile import Profile
 
 FEWEST_SEGMENTS = 64  # a period: a texture of a few ridges shows its shape
 MOST_SEGMENTS = 1 << 16  # a period, to begin with; finer ones are laid out where the measured error asks for them
-BULGE = 1e-4  # of a1 + a2: how far the first polyline may lie from its profile where its curvature is known
+BULGE = 2e-3  # of a1 + a2: how far the first polyline may lie from its profile where its curvature is known
 NODES, WEIGHTS = (0.5 - 0.5 * math.sqrt(0.6), 0.5, 0.5 + 0.5 * math.sqrt(0.6)), (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)
 """Gauss's rule of three nodes on 0..1: exact for what is a parabola times a hat."""
 PARTS = 4  # of a segment between corners, each with its own nodes

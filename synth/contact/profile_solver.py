@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.exact_solver import Approaches, angles_of_centres
+from synth.contact.exact_solver import Approaches, angles_of_centres, first_guess
 from synth.contact.geometry import Geometry
 from synth.contact.polyline import first_segments, knots_of
 from synth.kernels import kernel, summing
@@ -340,13 +340,7 @@ def solve_segments(pieces, phases, targets, guess, height, touching, iterations)
     work = np.empty((3, pieces[2].shape[1] + 1))
     for i in range(len(phases)):
         target = targets[i] if len(targets) > 1 else targets[0]
-        begin = math.nan
-        if len(guess) > 0:
-            begin = guess[i]
-        elif i >= 4:
-            begin = 4.0 * (height[i - 1] + height[i - 3]) - 6.0 * height[i - 2] - height[i - 4]
-        elif i >= 1:
-            begin = height[i - 1]
+        begin = first_guess(guess, height, i, math.nan)
         height[i], touching[i], iterations[i] = balance(pieces, work, phases[i], target, begin)
 
 

@@ -1,6 +1,6 @@
 """The contact grows with the load: L = L0 (w / w0)^p about the middle of the contact.
 
-Kind    SHAPE: the ridges stay where they are on the finger; more or fewer of them touch. See `contact.growing`.
+Kind    SHAPE: the ridges stay where they are on the finger; more or fewer of them touch. See `contact.growing_contact`.
 Model   L0 is `finger.contact_length`, at the reference load w0. The stiffness k of eqs 4-5 is that of L. With p = 1/3
         (Hertz) the mean indentation w / k grows as w^(1/2), where a contact of one length has w^(3/2).
 Source  physics of a fingertip: p = 1/3 (Hertz) down to 0.15 to 0.25 where the finger stiffens; general knowledge.

@@ -1,6 +1,7 @@
 """A round fingertip: the pressure fades to the ends of the contact instead of stopping at hard edges.
 
-Kind    SHAPE: a parabola is taken off the finger, and the contact is as long as it touches. See `contact.rounded`.
+Kind    SHAPE: a parabola is taken off the finger, and the contact is as long as it touches. See
+        `contact.curved_contact`.
 Model   h(x) - (x - xc)^2 / (2 R). A smooth fingertip would touch over L(w) = L0 (w / w0)^0.3; the stiffness of the
         skin below each place is k / L of eqs 4-5 at that length.
 Source  Johnson (1985), Contact Mechanics, section 4.3 (elastic foundation), with eqs 4-5 of Fagiani & Barbieri (2016).

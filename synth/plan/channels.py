@@ -84,7 +84,7 @@ class Steady:
     @property
     def _gate(self) -> float:
         scan = self.scene.scan  # what holds a finger that pulls is no affair of the gate
-        return float(gate(scan.load, scan.lift_load)[0]) if 0.0 <= scan.load < scan.lift_load else 1.0
+        return float(gate(scan.load, scan.lift_load)) if 0.0 <= scan.load < scan.lift_load else 1.0
 
     def planned(self, channel: Channel, peaks: Mapping[int, float], *, still: bool = False) -> ChannelPlan:
         """Return one channel, its reader made and its error added up.

@@ -48,7 +48,7 @@ def peaks_along(contact: Contact, scene: Scene, mean: Mean, orders: tuple[int, .
     output = scene.output
     rate = min(output.sample_rate, max(100, math.ceil(output.band_limit / BAND)))
     solver = FrameSolver(contact.heights, scene, mean, rate, count=OVERSAMPLING, scale=1.0)
-    seconds = 1e-9 * solver.solutions * (EXACT_CELL * contact.frame_cells + FRAME_SETUP)
+    seconds = 1e-9 * solver.solutions * (EXACT_CELL * contact.cells + FRAME_SETUP)
     most = max(1, math.floor(PATIENCE / seconds))
     chunks = range(math.ceil(_length(scene) * rate / solver.chunk))
     if len(chunks) > most:

@@ -43,21 +43,13 @@ class SolvedRows:
 
 
 def heaviest_row(response: Response, heaviest: float) -> tuple[float, bool]:
-    """Return the last row (N), at most `heaviest`, and whether the contact is full, in closed form, from there on.
-
-    Loads beyond full contact that move as one sinusoid of a size that depends on the load keep rows of their own.
-    """
-
-    def steady(load: float) -> bool:
-        closed = response.closed(load)
-        return closed is not None and closed.first_slope == 0.0
-
-    if not steady(heaviest):
+    """Return the last row (N), at most `heaviest`, and whether the contact is full, in closed form, from there on."""
+    if response.closed(heaviest) is None:
         return heaviest, False
     light, full = 0.0, heaviest
     for _ in range(DIGITS):
         middle = 0.5 * (light + full)
-        light, full = (light, middle) if steady(middle) else (middle, full)
+        light, full = (middle, full) if response.closed(middle) is None else (light, middle)
     return min(heaviest, float(np.float32(full * (1.0 + 1e-6)))), True
 
 

@@ -91,9 +91,3 @@ def turns_to_phase(turns: Array) -> np.ndarray:
     """Return turns as uint64 fractions of a turn."""
     rest = turns - np.rint(turns)
     return (np.rint(rest * HALF_TURN).astype(np.int64).view(np.uint64)) << np.uint64(1)
-
-
-def turned_by(phase: int | np.uint64, step: int, frames: np.ndarray) -> np.ndarray:
-    """Return the phases at `frames` (whole numbers) from `phase` on, `step` a frame, all 64-bit fractions of a turn."""
-    with np.errstate(over="ignore"):
-        return np.uint64(phase) + np.uint64(step) * frames.astype(np.int64).view(np.uint64)

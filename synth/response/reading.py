@@ -59,11 +59,6 @@ class TableReader:
         """Frames by which the output is behind the motion: frame n of a block is that of the motion n - delay."""
         return self.filter.delay
 
-    @property
-    def lead(self) -> int:
-        """Frames of motion before the first wanted one after which nothing of the start is left."""
-        return self.filter.stride * (self.filter.taps // 2 - 1)
-
     def start(self) -> Array:
         """Return the state of a reader that has read nothing."""
         return np.zeros(loop.HISTORY + self.filter.taps)

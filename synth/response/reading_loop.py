@@ -128,7 +128,7 @@ def close_gate(lift, motion, first, stride, values):
     for k in range(len(values)):
         load = max(motion[LOAD, first + k * stride], 0.0)
         if load < lift:
-            values[k] *= gate(load, lift)[0]
+            values[k] *= gate(load, lift)
 
 
 @inlined

@@ -12,6 +12,7 @@ Limits  the table errs by 3e-9 of the shortest waves' amplitude at most; bounds 
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -33,10 +34,10 @@ class FourierProfile(Profile):
     period: float
     shift: float
 
-    @cached_property
+    @property
+    @abstractmethod
     def orders(self) -> tuple[Array, Array]:
         """Amplitudes (m) and phases (rad) of orders 1 to N."""
-        raise NotImplementedError
 
     def __eq__(self, other: object) -> bool:
         """Tell whether `other` has the same heights."""

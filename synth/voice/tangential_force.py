@@ -113,18 +113,17 @@ class TangentialStage:
         if solved.effects.simulation is not None:
             return cls(law, solved, (), mean, None, _simulated_channel(solved, law))
         direction = math.tanh(solved.scene.scan.speed / law.reversal_speed)
-        forces = [Force.of(solved, SlopeForce(solved.contact), cache)]
+        contact = solved.contact.as_profile()
+        forces = [Force.of(solved, SlopeForce(contact), cache)]
         series, left_over = forces[0].series, forces[0].left_over
         if law.pressure_exponent != 1.0 and law.friction_coefficient > 0.0:
-            response = FrictionForce(
-                solved.contact, law.friction_coefficient, law.pressure_exponent, law.reference_pressure
-            )
+            response = FrictionForce(contact, law.friction_coefficient, law.pressure_exponent, law.reference_pressure)
             forces.append(Force.of(solved, response, cache))
             mean = _mean_friction(response, solved)
             series = series + direction * forces[1].series
             left_over += abs(direction) * forces[1].left_over
         scan = solved.scene.scan
-        lifted = float(gate(scan.load, scan.lift_load)[0])
+        lifted = float(gate(scan.load, scan.lift_load))
         level = direction * float(mean(np.array([scan.load]))[0])
         extent, _peak = extent_and_peak(series)
         peak = lifted * float(np.max(np.abs(curves(series, 0, 2 * points_for(len(series) - 1)) + level)))

@@ -293,7 +293,7 @@ def fill_between(phases, samples, phase, before, steps, turn, frame, fine_phases
 def fade_with_load(loads, lift, gates):
     """Write the lift gate at each load."""
     for i in range(len(loads)):
-        gates[i] = gate(loads[i], lift)[0]
+        gates[i] = gate(loads[i], lift)
 
 
 @signed_kernel("void(f8[::1], f8[::1], f8, f8[::1])")

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from synth.contact.exact_solver import SMALLEST_INDENTATION, Grid, solve
+from synth.contact.exact_solver import SMALLEST_INDENTATION, Grid
 from synth.contact.geometry import Geometry
 from tests.reference.contact_oracle import solve_contact
 from tests.synth.engine_cases import Real, spread
@@ -17,7 +17,7 @@ PHI = math.sqrt(2.0)
 
 
 def approach(geometry: Geometry, theta: Real, pressed: float) -> Real:
-    return solve(Grid.of_geometry(geometry), theta, pressed).height
+    return Grid.of_geometry(geometry).solve(theta, pressed).height
 
 
 def oracle(geometry: Geometry, theta: Real, pressed: float) -> Real:
@@ -77,4 +77,4 @@ def test_a_heavier_touch_sinks_deeper() -> None:
 
 def test_without_load_nothing_touches() -> None:
     geometry = Geometry(1.0, 1.0, 0.5, 1.6, PHI, 12.3)
-    assert np.all(solve(Grid.of_geometry(geometry), np.arange(16) / 16, 0.0).touching == 0.0)
+    assert np.all(Grid.of_geometry(geometry).solve(np.arange(16) / 16, 0.0).touching == 0.0)

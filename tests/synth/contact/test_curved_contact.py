@@ -9,18 +9,18 @@ import numpy as np
 import pytest
 
 from synth.contact.curved_contact import Fingertip, RoundContact, lowest_approach
-from synth.contact.exact_solver import Grid
-from synth.contact.finger_curvature import dome_of, level_at, level_of, surfaces_of
 from synth.contact.geometry import Geometry
-from synth.contact.round_grid import RoundGrid
+from synth.contact.profile_solver import SegmentGrid
 from synth.contact.stiffness import Stiffness
 from synth.errors import CannotRender
 from synth.scene.scene import Scene
 from tests.reference.shaped_contact_oracle import fitting_radius, round_contact, smooth_half_length
 from tests.synth.engine_cases import Real, random_document, scene_of, spread, touch_of
-from tests.synth.response.shaped_cases import THETA, check_series, check_table, differences
+from tests.synth.response.shaped_cases import THETA, check_series, check_table, differences, finer
 
-ROUND_OFF, OF_DEPTH = 2e-13, 3e-15  # of a1 + a2, and of |z|: what the module states
+COARSE, FINE = 1e-5, 3e-9  # of a1 + a2: errors of the first segments, and of segments a sixteenth as long
+CREST = 2e-6  # of a1 + a2: a crest is cut by the square of segments a sixteenth as long
+ROUND_OFF = 2e-13  # of a1 + a2
 
 
 def rounding(scene: Scene, radius: float | None = None) -> RoundContact:
@@ -32,14 +32,15 @@ def random_scene(random: np.random.Generator) -> Scene:
 
 
 def check_against_the_oracle(scene: Scene, contact: RoundContact, load: float, theta: Real) -> None:
-    z = contact.approach(theta, load)[0]
-    depth, touching = contact.measure(theta, z, load)
+    wanted = [round_contact(touch_of(scene), one, load, contact.finger.radius) for one in theta.tolist()]
     span, scale = contact.geometry_at(load).contact_length, contact.geometry.height_scale
-    assert depth == pytest.approx(contact.indentation(load), rel=1e-6, abs=ROUND_OFF * scale)
-    for i, one in enumerate(theta.tolist()):
-        wanted = round_contact(touch_of(scene), one, load, contact.finger.radius)
-        assert abs(z[i] - wanted.approach) <= ROUND_OFF * scale + OF_DEPTH * abs(wanted.approach)
-        assert abs(touching[i] * span - wanted.length) <= 1e-7 * span
+    for halvings, allowed in ((0, COARSE), (4, FINE)):
+        one = finer(contact, halvings)
+        z = one.approach(theta, load)[0]
+        depth, touching = one.measure(theta, z, load)
+        assert depth == pytest.approx(contact.indentation(load), rel=1e-6, abs=ROUND_OFF * scale)
+        assert z == pytest.approx([each.approach for each in wanted], abs=allowed * scale)
+    assert touching * span == pytest.approx([each.length for each in wanted], abs=1e-5 * span)
 
 
 @pytest.mark.parametrize("seed", range(24))
@@ -62,20 +63,14 @@ def test_a_nearly_flat_finger_with_few_ridges_agrees_with_the_oracle(load: float
     check_against_the_oracle(scene, contact, load, np.array([0.1, 0.62]))
 
 
-@pytest.mark.parametrize("load", [1e-12, 1e-16, 1e-20])
-def test_touches_so_light_that_only_crests_bear_them_agree_with_the_oracle(load: float) -> None:
-    scene = scene_of()
-    check_against_the_oracle(scene, rounding(scene), load, np.array([0.05, 0.31, 0.77]))
-
-
 @pytest.mark.parametrize("seed", range(6))
 def test_without_load_z_is_the_highest_crest_of_the_gap(seed: int) -> None:
     random = np.random.default_rng(300 + seed)
     scene, theta = random_scene(random), random.uniform(0, 1, 3)
     contact = rounding(scene)
-    z, slope = contact.approach(theta, 0.0)
+    z, slope = finer(contact, 4).approach(theta, 0.0)
     crests = [round_contact(touch_of(scene), one, 0.0, contact.finger.radius).crest for one in theta.tolist()]
-    assert z == pytest.approx(crests, abs=1e-12 * contact.geometry.height_scale)
+    assert z == pytest.approx(crests, abs=CREST * contact.geometry.height_scale)
     assert not np.any(slope)
     assert contact.indentation(0.0) == contact.stiffness_at(0.0) == 0.0
 
@@ -138,18 +133,18 @@ def test_a_wider_span_changes_nothing() -> None:
     geometry, finger = contact.geometry, contact.finger
     for load in (1e-4, 0.3, 20.0):
         span = 1.7 * contact.geometry_at(load).contact_length
-        wide = RoundGrid.of_finger(geometry.part(0.5 * (geometry.contact_length - span), span), contact.dome)
+        wide = SegmentGrid.of_geometry(geometry.part(0.5 * (geometry.contact_length - span), span), contact.dome)
         z = wide.solve(THETA, finger.area(load) / span).height
         assert z == pytest.approx(contact.approach(THETA, load)[0], abs=ROUND_OFF * geometry.height_scale)
 
 
 def test_a_texture_mirrored_gives_the_response_mirrored() -> None:
     scene = scene_of(finger={"contact_length": "10 mm", "ridge_period": "0.5 mm"})  # 20 ridges: the same both ways
-    contact, nominal = rounding(scene), Geometry.of_scene(scene)
+    contact, nominal = finer(rounding(scene), 4), Geometry.of_scene(scene)
     for load in (0.0, 1e-3, 0.3, 5.0):
         z = contact.approach(THETA, load)[0]
         mirrored = contact.approach(nominal.texture_periods - THETA + nominal.texture_phase / math.pi, load)[0]
-        assert mirrored == pytest.approx(z, abs=ROUND_OFF * nominal.height_scale)
+        assert mirrored == pytest.approx(z, abs=(FINE if load else CREST) * nominal.height_scale)
         assert np.ptp(z) > 1e-3 * nominal.height_scale
 
 
@@ -175,50 +170,18 @@ def test_a_table_keeps_the_error_that_it_tells() -> None:
     scene = scene_of()
     contact = rounding(scene)
     radius = contact.finger.radius
-    check_table(contact, lambda theta, load: round_contact(touch_of(scene), theta, load, radius).approach, 1e-2)
+    check_table(contact, lambda theta, load: round_contact(touch_of(scene), theta, load, radius).approach, 2e-2)
 
 
 def test_a_finger_too_flat_is_refused_before_anything_is_laid_out(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = scene_of()
     contact = rounding(scene)
 
-    def laid_out(geometry: Geometry) -> Grid:
+    def laid_out(geometry: Geometry, dome: float = 0.0) -> SegmentGrid:
         raise AssertionError("laid out")
 
-    monkeypatch.setattr(Grid, "of_geometry", laid_out)
+    monkeypatch.setattr(SegmentGrid, "of_geometry", laid_out)
     with pytest.raises(CannotRender, match=r"1e\+03 m .* m at a load of 0 N, more than 0\.2 m\. Give a smaller radius"):
         rounding(scene, 1e3)
     with pytest.raises(CannotRender, match="at a load of 1e\\+05 N"):
         contact.approach(THETA, 1e5)
-
-
-def test_what_it_tells_of_itself() -> None:
-    contact = rounding(scene_of(), 0.5)
-    assert contact.dome == 2.0
-    assert not contact.of_one_shape
-    solver = contact.solver(0.3)
-    assert contact.solver(0.3) is solver
-    assert contact.nbytes == contact.grid.nbytes + solver.nbytes
-    assert solver.nbytes == 9 * 8 * solver.cells
-    assert contact.cells == contact.grid.cells <= solver.cells
-    assert len({contact.key, rounding(scene_of(), 0.6).key, rounding(scene_of()).key}) == 3
-    assert contact.key == rounding(scene_of(), 0.5).key
-
-
-def test_the_dome_of_a_cell_is_the_parabola_and_a_flat_finger_has_none() -> None:
-    geometry, radius = Geometry.of_scene(scene_of()), 0.5
-    grid = RoundGrid.of_finger(geometry, 1 / radius)
-    t, half = np.linspace(-1, 1, 9), 0.5 * geometry.contact_length / grid.cells
-    for cell in (0, grid.cells // 2, grid.cells - 1):
-        place = (2 * cell + 1 + t - grid.cells) * half
-        drop = place**2 / (2 * radius * geometry.height_scale)
-        d0, d1, d2 = dome_of(grid.pieces, cell)
-        assert d0 + t * (d1 + t * d2) == pytest.approx(drop, abs=1e-15)
-        height, slope, bend, area = level_at(level_of(grid.pieces, cell, 0.25), t)
-        assert height == pytest.approx(0.25 + drop, abs=1e-15)
-        assert slope == pytest.approx(d1 + 2 * d2 * t, abs=1e-15)
-        assert bend == 2 * d2
-        assert area == pytest.approx(0.25 * t + d0 * t + d1 * t**2 / 2 + d2 * t**3 / 3, abs=1e-15)
-        assert dome_of(grid.tables, cell) == (0.0, 0.0, 0.0)
-        assert level_at(level_of(grid.tables, cell, 0.25), 0.5) == (0.25, 0.0, 0.0, 0.125)
-    assert surfaces_of(grid.pieces) is surfaces_of(grid.tables) is grid.tables

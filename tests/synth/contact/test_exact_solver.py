@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from synth.contact.exact_solver import Approaches, Grid, solve
+from synth.contact.exact_solver import Approaches, Grid
 from synth.contact.geometry import Geometry
 from tests.reference.contact_oracle import pieces_of, solve_contact
 from tests.reference.contact_oracle_mpmath import solve_exactly
@@ -25,7 +25,7 @@ def unit(tau: float, period: float, amplitude: float, ridge: float = 1.0, phi: f
 
 
 def solved(geometry: Geometry, theta: Any, pressed: float, guess: Real | None = None) -> Approaches:
-    return solve(Grid.of_geometry(geometry), np.atleast_1d(np.asarray(theta, dtype=float)), pressed, guess)
+    return Grid.of_geometry(geometry).solve(np.atleast_1d(np.asarray(theta, dtype=float)), pressed, guess)
 
 
 def errors(geometry: Geometry, theta: Any, pressed: float) -> tuple[float, float]:

@@ -9,22 +9,35 @@ from typing import Any
 import numpy as np
 import pytest
 
+from synth.contact.curved_contact import RoundContact
 from synth.contact.forces import ForceOfContact, FrictionForce, Response, SlopeForce
 from synth.contact.geometry import Geometry
+from synth.contact.growing_contact import GrowingContact, Growth
 from synth.contact.load_balance import Contact
 from synth.contact.stiffness import Stiffness
 from synth.response.series_curve import SeriesCurve
 from synth.response.spectrum import FLOOR, Demand, curves, points_for, solve_spectrum
 from tests.few import few
 from tests.reference.pressure_oracle import Surfaces, balanced, power_mean, slope_mean
-from tests.synth.contact.domed_contact import domed
 from tests.synth.engine_cases import Real, contact_of, random_document, scene_of, spread
-from tests.synth.response.shaped_cases import check_table
+from tests.synth.response.shaped_cases import check_table, finer
 
 PRESSURE = 2e4  # Pa
 LIGHT = 1e-3  # N
-DEFAULT = contact_of(scene_of())
-GROWING = domed(Geometry(4e-5, 5e-4, 2e-5, 8e-4, 1.4, 8e-3, 0.3), 4.0, 1e5, 1 / 6)
+HALVINGS = 4  # of the first segments
+NEAR = 1e-7  # of the scale of a force: what segments so short leave
+DEFAULT = contact_of(scene_of()).as_profile()
+
+
+def contact_with(geometry: Geometry) -> Contact:
+    return Contact.of(geometry, Stiffness.of_contact(geometry, 1.35e5)).as_profile()
+
+
+def growing(geometry: Geometry, exponent: float) -> GrowingContact:
+    return GrowingContact.of(geometry, Stiffness.of_contact(geometry, 1.35e5), growth=Growth(exponent))
+
+
+GROWING = growing(Geometry(4e-5, 5e-4, 2e-5, 8e-4, 1.4, 8e-3), 1 / 6)
 
 
 def friction_of(contact: Contact, exponent: float = 0.8) -> FrictionForce:
@@ -35,17 +48,13 @@ def period(count: int) -> Real:
     return np.arange(count) / count
 
 
-def contact_with(geometry: Geometry) -> Contact:
-    return Contact.of(geometry, Stiffness.of_contact(geometry, 1.35e5))
-
-
 def random_contact(random: np.random.Generator) -> tuple[Contact, float]:
     scene = scene_of(**random_document(random, 48000))
-    return contact_of(scene), scene.scan.load
+    return contact_of(scene).as_profile(), scene.scan.load
 
 
 def any_contact(seed: int) -> tuple[Contact, float]:
-    """Return a contact of any kind and a load (N) from 1e-3 to 50: flat as the engine's, or domed and growing."""
+    """Return a contact of any kind and a load (N) from 1e-3 to 50: of one length, growing, or round."""
     random = np.random.default_rng(seed)
     load = spread(random, 1e-3, 50)
     ridge = spread(random, 3e-4, 1e-3)
@@ -56,25 +65,27 @@ def any_contact(seed: int) -> tuple[Contact, float]:
         ridge * float(random.choice([1.0, 0.5, 2.0, spread(random, 0.3, 10)])),
         float(random.uniform(0, 6.3)),
         spread(random, 2e-3, 8e-3),
-        float(random.choice([0.0, random.uniform(-3, 3)])),
     )
-    if seed % 2:
-        growth = float(random.choice([0.0, 1 / 6]))
-        return domed(geometry, float(random.uniform(0, 10)), spread(random, 3e4, 3e5), growth), load
+    if seed % 3 == 1:
+        return growing(geometry, float(random.choice([0.0, 1 / 6]))), load
+    if seed % 3 == 2:
+        return RoundContact.of(geometry, Stiffness.of_contact(geometry, 1.35e5)), load
     return contact_with(geometry), load
 
 
 def oracle_of(contact: Contact, load: float, phase: float) -> Surfaces:
     one = contact.geometry_at(load)
+    assert one.profile is not None and one.profile.cosine is not None
     return Surfaces(
         one.ridge_amplitude, one.ridge_period, one.ridge_phase, one.texture_amplitude, one.texture_period,
-        one.texture_phase, one.contact_length, contact.dome, phase * one.texture_period,
+        one.profile.cosine.phase + one.texture_phase, one.contact_length, contact.dome, phase * one.texture_period,
     )  # fmt: skip
 
 
 @pytest.mark.parametrize("seed", range(16))
 def test_forces_are_those_of_the_oracle(seed: int) -> None:
     contact, load = any_contact(seed)
+    contact = finer(contact, HALVINGS)
     exponent = float(np.random.default_rng(seed).uniform(0.5, 1.5))
     slope, friction = SlopeForce(contact), friction_of(contact, exponent)
     phase, stiffness = 0.3, contact.stiffness_at(load)
@@ -84,8 +95,8 @@ def test_forces_are_those_of_the_oracle(seed: int) -> None:
     wanted = 0.6 * PRESSURE * area * (stiffness / (area * PRESSURE)) ** exponent * power_mean(surfaces, z, exponent)
     found, _rate = slope.approach(np.array([phase]), load)
     rubbed, _rate = friction.approach(np.array([phase]), load)
-    assert abs(found[0] + stiffness * slope_mean(surfaces, z)) <= FLOOR * slope.scale_at(load)
-    assert abs(rubbed[0] - wanted) <= 1e-10 * wanted + FLOOR * friction.scale_at(load)
+    assert abs(found[0] + stiffness * slope_mean(surfaces, z)) <= NEAR * slope.scale_at(load)
+    assert rubbed[0] == pytest.approx(wanted, rel=1e-4)
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -99,7 +110,7 @@ def test_the_slope_force_is_the_slope_of_a_potential(seed: int) -> None:
         z = balanced(surfaces, load / stiffness)
         return 0.5 * stiffness * power_mean(surfaces, z, 2.0) + load * z
 
-    force = SlopeForce(contact)
+    force = SlopeForce(finer(contact, HALVINGS))
     largest = float(np.max(np.abs(force.approach(period(64), load)[0])))
     for phase in (0.13, 0.58):
         near = potential(phase + step) - potential(phase - step)
@@ -108,19 +119,18 @@ def test_the_slope_force_is_the_slope_of_a_potential(seed: int) -> None:
         assert abs(force.approach(np.array([phase]), load)[0][0] - wanted) <= 1e-3 * largest
 
 
-@pytest.mark.parametrize(("locked", "load", "steps"), [(False, 0.3, 18), (False, 1.0, 15), (False, 4.0, 17),
-                                                       (True, 0.3, 12), (True, 2.0, 17), (True, 4.0, 12)])  # fmt: skip
-def test_no_work_is_done_over_a_period(locked: bool, load: float, steps: int) -> None:
+@pytest.mark.parametrize("load", [0.3, 1.0, 4.0])
+@pytest.mark.parametrize("locked", [False, True])
+def test_no_work_is_done_over_a_period(locked: bool, load: float) -> None:
     """What equal steps leave of the mean falls as the power -2.5 of their number, from the kinks of births."""
     contact = contact_with(Geometry(4e-5, 5e-4, 2e-5, 5e-4, 1.4, 7.3e-3)) if locked else DEFAULT
-    force, _rate = SlopeForce(contact).approach(period(1 << steps), load)
-    assert abs(force.mean()) <= 1e-12 * np.max(np.abs(force))
+    force, _rate = SlopeForce(finer(contact, HALVINGS)).approach(period(1 << 12), load)
+    assert abs(force.mean()) <= 1e-7 * np.max(np.abs(force))
     assert np.max(np.abs(force)) > 1e-4 * load  # of a force that is there
 
 
-def full_slope_force(contact: Contact, load: float, phases: Real) -> Real:
+def full_slope_force(one: Geometry, contact: Contact, load: float, phases: Real) -> Real:
     """Return F_s where everything touches, from elementary integrals of waves over 0..L."""
-    one = contact.geometry
     length, k2, k1 = one.contact_length, 2 * math.pi / one.texture_period, 2 * math.pi / one.ridge_period
     a1, a2 = one.ridge_amplitude, one.texture_amplitude
 
@@ -140,15 +150,15 @@ def full_slope_force(contact: Contact, load: float, phases: Real) -> Real:
     return np.asarray(-contact.stiffness_at(load) * slope_sum)
 
 
-@pytest.mark.parametrize("ridge_phase", [0.0, 1.1])
 @pytest.mark.parametrize("texture_period", [5e-4, 8e-4, 7e-3])
-def test_full_contact_is_two_sinusoids(texture_period: float, ridge_phase: float) -> None:
-    contact = contact_with(Geometry(2e-5, 5e-4, 1e-5, texture_period, 1.4, 9.1e-3, ridge_phase))
+def test_full_contact_is_two_sinusoids(texture_period: float) -> None:
+    geometry = Geometry(2e-5, 5e-4, 1e-5, texture_period, 1.4, 9.1e-3)
+    contact = finer(contact_with(geometry), HALVINGS)
     force = SlopeForce(contact)
     found, _rate = force.approach(period(24), 30.0)
-    assert np.max(np.abs(found - full_slope_force(contact, 30.0, period(24)))) <= FLOOR * force.scale_at(30.0)
+    assert np.max(np.abs(found - full_slope_force(geometry, contact, 30.0, period(24)))) <= NEAR * force.scale_at(30.0)
     lines = np.abs(np.fft.rfft(found))
-    assert np.max(lines[3:]) <= 1e-10 * np.max(lines)
+    assert np.max(lines[3:]) <= 1e-5 * np.max(lines)
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -191,9 +201,9 @@ def test_a_mirrored_scene_turns_the_slope_force_round_and_leaves_friction_as_it_
     phases = period(50)
     for make, sign in ((SlopeForce, -1.0), (friction_of, 1.0)):
         here: ForceOfContact
-        here, there = make(contact_with(one)), make(contact_with(mirrored))
+        here, there = (make(finer(contact_with(each), HALVINGS)) for each in (one, mirrored))
         found, wanted = there.approach(-phases, load)[0], sign * here.approach(phases, load)[0]
-        assert np.max(np.abs(found - wanted)) <= FLOOR * here.scale_at(load)
+        assert np.max(np.abs(found - wanted)) <= NEAR * here.scale_at(load)
         assert np.ptp(wanted) > 1e-3 * np.max(np.abs(wanted))
 
 
@@ -205,20 +215,21 @@ def test_slopes_are_the_differences_over_the_load(contact: Contact, load: float,
     phases, step = period(40), 1e-4 * load
     difference = (force.approach(phases, load + step)[0] - force.approach(phases, load - step)[0]) / (2 * step)
     _value, rate = force.approach(phases, load)
-    assert np.max(np.abs(rate - difference)) <= 1e-4 * np.max(np.abs(difference))
+    assert np.max(np.abs(rate - difference)) <= 4e-4 * np.max(np.abs(difference))
 
 
-@pytest.mark.parametrize("seed", few(range(40), 12))
+@pytest.mark.parametrize("seed", few(range(16), 8))
 def test_the_stated_error_is_not_exceeded(seed: int) -> None:
     random = np.random.default_rng(seed)
     contact, load = random_contact(random)
     highest, tolerance = int(random.integers(3, 100)), float(10 ** random.uniform(-4, -2))
     exponent = float(random.uniform(0.5, 1.5))
-    forces: tuple[Response, ...] = (SlopeForce(contact), friction_of(contact, exponent))
+    forces = (SlopeForce(contact), friction_of(contact, exponent))
     for force in forces:
         series = solve_spectrum(force, load, Demand(highest, (0, 1), tolerance))
-        count = min(1 << 15, max(4 * series.phases, 1 << 12))
-        truth = np.fft.rfft(force.approach(period(count), load)[0])[: highest + 1] / count
+        count = min(1 << 13, max(4 * series.phases, 1 << 11))
+        fine = replace(force, contact=finer(contact, HALVINGS))
+        truth = np.fft.rfft(fine.approach(period(count), load)[0])[: highest + 1] / count
         for order in (0, 1):
             wanted = curves(truth, order, points_for(highest))
             error = float(np.max(np.abs(curves(series.harmonics - truth, order, points_for(highest)))))
@@ -269,4 +280,4 @@ def test_readers_take_a_force_as_they_take_a_contact() -> None:
 def test_keys_tell_forces_apart() -> None:
     forces: list[Response] = [SlopeForce(DEFAULT), SlopeForce(GROWING), friction_of(DEFAULT), friction_of(DEFAULT, 0.9)]
     assert len({force.key for force in forces}) == 4
-    assert friction_of(DEFAULT).key == friction_of(contact_of(scene_of())).key
+    assert friction_of(DEFAULT).key == friction_of(contact_of(scene_of()).as_profile()).key

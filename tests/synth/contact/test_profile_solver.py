@@ -8,12 +8,9 @@ import numpy as np
 import pytest
 
 from synth.contact.exact_solver import Grid
-from synth.contact.forces import FrictionForce, SlopeForce
 from synth.contact.geometry import Geometry
-from synth.contact.growing_contact import GrowingContact
 from synth.contact.load_balance import Contact
 from synth.contact.profile_solver import SegmentGrid
-from synth.contact.solvers import heights_of_lengths
 from synth.contact.stiffness import Stiffness
 from synth.response.spectrum import Demand, curves, solve_spectrum
 from synth.scene.scene import Scene
@@ -115,42 +112,9 @@ def test_a_series_is_within_its_told_error_and_its_tolerance(load: float) -> Non
         assert np.max(np.abs(curves(found.harmonics - wanted, order, 512))) <= told * extent + 1e-7 * extent
 
 
-def test_the_forces_are_those_of_a_sinusoid() -> None:
-    known, unknown = both()
-    stiffness = Stiffness.of_scene(Scene())
-    exact, polyline = Contact.of(known, stiffness), Contact.of(replace(unknown, segments=1640), stiffness)
-    for load in (0.3, 5.0):
-        for wanted, found in (
-            (SlopeForce(exact), SlopeForce(polyline)),
-            (FrictionForce(exact, 0.5, 0.85, 1e4), FrictionForce(polyline, 0.5, 0.85, 1e4)),
-            (FrictionForce(exact, 0.5, 1.2, 1e4), FrictionForce(polyline, 0.5, 1.2, 1e4)),
-        ):
-            force, slope = wanted.approach(PHASES, load)
-            same, same_slope = found.approach(PHASES, load)
-            assert np.max(np.abs(same - force)) < 1e-5 * float(np.ptp(force))
-            assert np.max(np.abs(same_slope - slope)) < 1e-3 * float(np.ptp(slope))
-
-
-def test_a_growing_contact_is_that_of_a_sinusoid_at_one_load_and_at_many() -> None:
-    known, unknown = both()
-    stiffness = Stiffness.of_scene(Scene())
-    exact = GrowingContact.of(known, stiffness)
-    polyline = GrowingContact.of(replace(unknown, segments=820), stiffness)
-    loads = np.linspace(0.05, 2.0, len(PHASES))
-    assert np.max(np.abs(exact.heights(PHASES, loads) - polyline.heights(PHASES, loads))) < 1e-4 * 20e-6
-    for load in (0.1, 1.0):
-        wanted, slope = exact.approach(PHASES, load)
-        found, same = polyline.approach(PHASES, load)
-        assert np.max(np.abs(found - wanted)) < 1e-4 * float(np.ptp(wanted))
-        assert np.max(np.abs(same - slope)) < 1e-2 * float(np.max(np.abs(slope)))
-
-
-def test_the_polyline_of_heights_is_those_heights_and_a_period_of_nothing_stays_so() -> None:
+def test_the_polyline_of_heights_is_those_heights() -> None:
     profile = random_profile(np.random.default_rng(3), flats=False)
     geometry = Geometry.of_surfaces(Scene().finger, profile)
     grid = SegmentGrid.of_geometry(replace(geometry, segments=2 * len(profile.points)))
     knots = np.sort(grid.texture[0, : grid.segments : grid.segments // len(profile.points)]) * grid.height_scale
     assert np.allclose(knots, np.sort(profile.heights(profile.corners)), rtol=0.0, atol=1e-15)
-    lengths = np.full(5, geometry.contact_length)
-    one = heights_of_lengths(geometry, PHASES[:5], lengths, np.full(5, 1e-6))
-    assert np.allclose(one, SegmentGrid.of_geometry(geometry).solve(PHASES[:5], 1e-6).height, rtol=0.0, atol=1e-15)

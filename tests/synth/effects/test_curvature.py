@@ -11,7 +11,8 @@ import ridgewave as rw
 from synth import open_voice, parse_scene
 from synth.contact.curved_contact import RoundContact
 from synth.contact.geometry import Geometry
-from synth.contact.profile_pressure import SegmentField
+from synth.contact.pressure import PressureField
+from synth.contact.profile_solver import SegmentGrid
 from synth.contact.stiffness import Stiffness
 from synth.surfaces import profile_of
 from synth.surfaces.profile import Profile
@@ -21,6 +22,7 @@ from tests.reference.stiffness_oracle import Touch
 from tests.synth.effects.shaped_renders import PHASES, Approach, check_moving, check_steady
 from tests.synth.effects.whole_renders import named, scene_of
 from tests.synth.engine_cases import physical, touch_of
+from tests.synth.response.shaped_cases import finer
 from tests.synth.surfaces.texture_cases import random_texture
 
 
@@ -75,18 +77,9 @@ def test_every_kind_of_texture_is_the_quadrature_on_its_heights(kind: str, load:
     turns = np.random.default_rng(8).random(4)
     wanted = domed_approach(scene.finger, profile, turns, load, touch, contact.finger.radius)
     extent = np.ptp(contact.approach(np.arange(256) / 256, load)[0])
-    apart = [np.max(np.abs(one.approach(turns, load)[0] - wanted)) / extent for one in (contact, finer(contact))]
+    apart = [np.max(np.abs(one.approach(turns, load)[0] - wanted)) / extent for one in (contact, finer(contact, 2))]
     assert apart[0] <= 2e-3
     assert apart[1] <= 1e-4
-
-
-def finer(contact: RoundContact) -> RoundContact:
-    """Return the contact in segments of a quarter of the length."""
-    for _ in range(2):
-        refined = contact.refined()
-        assert isinstance(refined, RoundContact)
-        contact = refined
-    return contact
 
 
 def test_a_render_of_a_grating_errs_by_no_more_than_the_plan_says() -> None:
@@ -114,7 +107,8 @@ def test_the_force_along_a_grating_under_a_round_finger_is_that_of_its_work() ->
     scene = parse_scene({"texture": texture, "effects": {"curvature": {}}})
     contact = RoundContact.of(Geometry.of_scene(scene), Stiffness.of_scene(scene))
     geometry, step = contact.geometry_at(0.3), 1e-7
-    field, phases = SegmentField.of_geometry(geometry, contact.dome), np.random.default_rng(9).random(12)
+    grid = SegmentGrid.of_geometry(geometry, contact.dome)
+    field, phases = PressureField(grid, geometry.contact_length), np.random.default_rng(9).random(12)
     z = contact.approach(phases, 0.3)[0]
     energy = [0.5 * field.powers(phases + move, z, 2.0).power for move in (-step, step)]
     slopes = field.slopes(phases, z)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from synth.contact.exact_solver import Grid, solve
+from synth.contact.exact_solver import Grid
 from synth.contact.geometry import Geometry
 from synth.contact.stiffness import Stiffness
 from synth.scene.scene import Scene
@@ -61,7 +61,7 @@ CONTACTS: dict[str, Touching] = {
 
 def solved(scene: Scene, theta: Real, load: float) -> Real:
     """Return z (m) at each phase."""
-    return solve(Grid.of_geometry(Geometry.of_scene(scene)), theta, Stiffness.of_scene(scene).indentation(load)).height
+    return Grid.of_geometry(Geometry.of_scene(scene)).solve(theta, Stiffness.of_scene(scene).indentation(load)).height
 
 
 @pytest.mark.timeout(120)

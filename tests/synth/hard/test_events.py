@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from synth.contact.exact_solver import Grid, solve
+from synth.contact.exact_solver import Grid
 from synth.contact.geometry import Geometry
 from tests.reference.contact_oracle import solve_contact
 from tests.reference.contact_oracle_mpmath import solve_exactly
@@ -88,7 +88,7 @@ def errors(event: Event, loads: Real, thetas: Real) -> Real:
     geometry = Geometry(1.0, 1.0, event.amplitude, event.period, event.phi, event.tau)
     grid = Grid.of_geometry(geometry)
     pairs = zip(loads, thetas, strict=True)
-    found = [solve(grid, np.array([theta]), float(load) / event.tau).height[0] for load, theta in pairs]
+    found = [grid.solve(np.array([theta]), float(load) / event.tau).height[0] for load, theta in pairs]
     wanted = solve_contact(event.tau, event.period, event.amplitude, loads, thetas, event.phi)
     return np.asarray(np.abs(found - wanted.approach) / (1.0 + event.amplitude), dtype=float)
 

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from synth.contact.exact_solver import MOST_ITERATIONS, SMALLEST_INDENTATION, Grid, solve
+from synth.contact.exact_solver import MOST_ITERATIONS, SMALLEST_INDENTATION, Grid
 from synth.contact.geometry import Geometry
 from tests.reference.contact_oracle import solve_contact
 from tests.synth.engine_cases import spread
@@ -41,7 +41,7 @@ def test_iterations_are_bounded_over_a_thousand_contacts() -> None:
         lightest = SMALLEST_INDENTATION
         pressed = spread(random, 1e-22, 1e3) if number % 2 else spread(random, lightest, 1e6 * lightest)
         phases = random.uniform(0, 1, 6)  # in no order: each begins far from where the one before has ended
-        found = solve(Grid.of_geometry(geometry), phases, pressed * geometry.height_scale)
+        found = Grid.of_geometry(geometry).solve(phases, pressed * geometry.height_scale)
         most = max(most, int(found.iterations.max()))
         assert np.all(np.isfinite(found.height))
     assert most <= BOUND < MOST_ITERATIONS
@@ -55,7 +55,7 @@ def test_what_took_longest_is_solved_and_not_cut_short() -> None:
         if geometry.texture_periods > 300 or geometry.ridges > 100:
             continue
         pressed, phase = SMALLEST_INDENTATION * spread(random, 1.0, 100.0) * geometry.height_scale, random.uniform(0, 1)
-        found = solve(Grid.of_geometry(geometry), np.array([phase]), pressed)
+        found = Grid.of_geometry(geometry).solve(np.array([phase]), pressed)
         wanted = solve_contact(
             geometry.contact_length, geometry.texture_period, geometry.texture_amplitude,
             geometry.contact_length * np.longdouble(pressed), phase, geometry.texture_phase,
@@ -72,6 +72,6 @@ def test_a_guess_far_off_takes_no_longer() -> None:
         geometry = contact(number, random)
         pressed = spread(random, 1e-18, 10.0) * geometry.height_scale
         guess = random.uniform(-50, 50, 4) * geometry.height_scale
-        found = solve(Grid.of_geometry(geometry), random.uniform(0, 1, 4), pressed, guess)
+        found = Grid.of_geometry(geometry).solve(random.uniform(0, 1, 4), pressed, guess)
         most = max(most, int(found.iterations.max()))
     assert most <= BOUND

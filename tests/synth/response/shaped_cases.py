@@ -20,6 +20,15 @@ HIGHEST = 40
 PERIOD, BAND = 0.8e-3, 1000.0  # m and Hz of tables
 
 
+def finer(contact: Contact, halvings: int) -> Contact:
+    """Return `contact` in segments halved so many times."""
+    for _ in range(halvings):
+        refined = contact.refined()
+        assert refined is not None
+        contact = refined
+    return contact
+
+
 def differences(contact: Contact, load: float, share: float = 1e-5) -> Real:
     """Return dz/dw at THETA from z at loads to both sides."""
     step = share * load

@@ -7,7 +7,7 @@ import pytest
 
 from synth.effects.simulation.running import placed as phases_of
 from synth.response.lift_gate import gate
-from synth.response.phases import turned_by, turns_to_phase
+from synth.response.phases import turns_to_phase
 from tests.reference import slow_reading
 
 LIFT = 1e-3  # N
@@ -27,11 +27,6 @@ def test_phases_are_those_of_the_twin(with_position: bool) -> None:
     assert abs((int(after) - wanted_after + HALF) % (2 * HALF) - HALF) <= 1e-12 * HALF
 
 
-def test_phases_turn_evenly_forwards_and_backwards() -> None:
-    assert turned_by(7, 2**63, np.arange(-2, 3)).tolist() == [7, 7 + 2**63, 7, 7 + 2**63, 7]
-    assert turned_by(0, 2**64 - 1, np.arange(-1, 2)).tolist() == [1, 0, 2**64 - 1]
-
-
 def test_turns_become_phases_exactly() -> None:
     turns = np.array([0.0, 0.25, 0.5, -0.25, 7.75, 2.0**40 + 0.125])
     assert turns_to_phase(turns).tolist() == [slow_reading.to_phase(float(one)) for one in turns]
@@ -39,15 +34,11 @@ def test_turns_become_phases_exactly() -> None:
 
 
 def test_the_gate_has_two_continuous_derivatives_and_is_zero_at_no_load() -> None:
-    assert gate(0.0, LIFT) == (0.0, 0.0, 0.0)
-    assert gate(LIFT, LIFT) == pytest.approx((1.0, 0.0, 0.0), abs=1e-12)
-    assert gate(5.0, LIFT) == (1.0, 0.0, 0.0)
-    step = 1e-6 * LIFT
-    for load in np.linspace(0.02, 0.98, 13) * LIFT:
-        below, here, above = gate(load - step, LIFT), gate(load, LIFT), gate(load + step, LIFT)
-        assert here[1] == pytest.approx((above[0] - below[0]) / (2 * step), rel=1e-6)
-        assert here[2] == pytest.approx((above[1] - below[1]) / (2 * step), rel=1e-5, abs=1e-3 / LIFT**2)
-    for end in (0.0, LIFT):
-        near = gate(end + (1e-7 if end == 0.0 else -1e-7) * LIFT, LIFT)
-        assert near[1] * LIFT < 1e-9
-        assert abs(near[2]) * LIFT**2 < 1e-4
+    """Its slope is at most 15 / 8 and bends by at most 5.8: so do the differences over steps of a thousandth."""
+    step = 1e-3
+    values = np.array([gate(float(part) * LIFT, LIFT) for part in np.arange(-0.5, 1.5, step)])
+    slopes = np.diff(values) / step
+    assert gate(0.0, LIFT) == 0.0 and gate(LIFT, LIFT) == gate(5.0, LIFT) == 1.0
+    assert np.all(slopes >= 0.0) and np.max(slopes) == pytest.approx(1.875, rel=1e-4)
+    assert np.max(np.abs(np.diff(slopes))) <= 6.0 * step
+    assert np.max(np.abs(np.diff(slopes, 2))) <= 61.0 * step**2

@@ -14,7 +14,7 @@ from synth.scene.scene import Scene
 from synth.voice.live_voice import CHANGE_TIME, LiveVoice
 from synth.voice.voice import open_voice
 from tests.few import paired
-from tests.synth.engine_cases import QUANTITIES, scene_of
+from tests.synth.engine_cases import QUANTITIES, Real, scene_of
 
 RATE = 48000
 CACHE = ResponseCache()
@@ -225,20 +225,20 @@ def test_a_stream_that_begins_in_silence_is_heard_when_it_is_touched(silent: dic
 
 
 def test_a_change_is_solved_when_it_is_prepared_not_when_it_is_heard(monkeypatch: pytest.MonkeyPatch) -> None:
-    from synth.contact import exact_solver
+    from synth.contact.exact_solver import Approaches, Grid
 
     voice = LiveVoice(scene())
     voice.render(960)
     points = [[0, 0, 0.3], [0.1, 6e-3, 0.4], [0.2, 1e-2, 0.25], [0.3, 8e-3, 0.3]]
     change = voice.prepare(scene(scan={"trajectory": points}))
-    solved = exact_solver.solve
+    solved = Grid.solve
     calls: list[int] = []
 
-    def counted(*arguments: Any, **named: Any) -> Any:
-        calls.append(len(arguments[1]))
-        return solved(*arguments, **named)
+    def counted(grid: Grid, phases: Real, *rest: Any) -> Approaches:
+        calls.append(len(phases))
+        return solved(grid, phases, *rest)
 
-    monkeypatch.setattr(exact_solver, "solve", counted)
+    monkeypatch.setattr(Grid, "solve", counted)
     voice.apply(change)
     assert voice.render(4800).any()
     assert sum(calls) < 20000  # rows that a lifting finger passes through, not those of the recorded loads
