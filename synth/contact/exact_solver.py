@@ -7,8 +7,7 @@ Model   F(z) = mean over [0, L] of max(h - z, 0) = w / k, with h of eq. 2. F is 
         z touches over its whole width, one whose bounds lie below not at all; the rest is measured by `patches`.
 Source  Fagiani & Barbieri (2016), eq. 1. Newton here is Michelot's projection on the simplex (1986).
 Limits  |error of z| below 2e-13 (a1 + a2) (measured by tests/synth/contact/test_exact_solver.py); below w / k = 1e-18
-        (a1 + a2) the crest asymptote, in which every touching crest is its parabola: at 1e-10 it would be off by up to
-        5e-10.
+        (a1 + a2), some 1e-12 N, z is the highest point of h and nothing touches: off by 2e-9 at most.
 """
 
 from __future__ import annotations
@@ -20,13 +19,12 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.crests import crest_approach
 from synth.contact.geometry import Geometry
-from synth.contact.patches import touching_part
+from synth.contact.patches import profile, touching_part
 from synth.kernels import inlined, inner, kernel
 
 CELLS_PER_PERIOD = 16  # the series of `patches` are exact to round-off up to pi / 16; fewer cells would lose digits
-SMALLEST_INDENTATION = 1e-18  # of a1 + a2: below it crests are pressed in by 1e-11 at most, and are their parabolas
+SMALLEST_INDENTATION = 1e-18  # of a1 + a2: below it z is the highest point, which is off by 2e-9 at most
 MOST_ITERATIONS = 60  # never reached in the suite; it bounds the time of a phase
 
 
@@ -148,12 +146,35 @@ def solve_phases(tables, k1, k2, phases, targets, guess, height, touching, itera
         lowest = mean - target
         begin = first_guess(guess, height, i, lowest)
         if target < SMALLEST_INDENTATION:
-            z, part = crest_approach(tables, k1, k2, work, target)
-            iterations[i] = 1
+            z, part, iterations[i] = highest_point(tables, k1, k2, work), 0.0, 1
         else:
             z, part, iterations[i] = newton(work, tables, k1, k2, target, max(begin, lowest), lowest, scratch)
         height[i] = z
         touching[i] = part
+
+
+@inner
+def highest_point(tables, k1, k2, work):
+    """Return the largest h over the contact length; work: as `fill_cells` left it."""
+    top = -2.0
+    for i in range(tables.shape[1]):
+        top = max(top, work[1, i])
+    for i in range(tables.shape[1]):
+        if work[0, i] <= top:
+            continue
+        cell = (tables[0, i], tables[1, i], k1, work[3, i], work[4, i], k2, 0.0)
+        best, high = -1.0, profile(cell, -1.0)[0]
+        for j in range(1, 17):
+            y = profile(cell, -1.0 + 0.125 * j)[0]
+            if y > high:
+                best, high = -1.0 + 0.125 * j, y
+        t = best
+        for _ in range(6):
+            _y, slope, curvature, _area = profile(cell, t)
+            if curvature < 0.0:
+                t = min(max(t - slope / curvature, max(best - 0.125, -1.0)), min(best + 0.125, 1.0))
+        top = max(top, high, profile(cell, t)[0])
+    return top
 
 
 @kernel
