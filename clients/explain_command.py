@@ -16,7 +16,7 @@ from synth.scene.effect_registry import declaration
 from synth.scene.rules import Quantity
 from synth.scene.section import rule_of
 
-ENDINGS = {"_hz": " (Hz)", "_seconds": " (s)", "_bytes": " (bytes)", "_m": " (m)"}
+ENDINGS = {"_hz": " (Hz)", "_db": " (dB)", "_seconds": " (s)", "_bytes": " (bytes)", "_m": " (m)"}
 """What the name of a number ends in where it has a unit, and what people read instead."""
 SIZES = ((1e9, "GB"), (1e6, "MB"), (1e3, "kB"))
 

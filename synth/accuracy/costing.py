@@ -15,6 +15,7 @@ from dataclasses import replace
 from time import perf_counter
 from typing import Any
 
+from synth.plan.contact_summary import contact_summary
 from synth.plan.plan import Cost, Plan
 from synth.plan.preparation import prepare
 from synth.plan.process_start import compile_seconds, kernel_seconds, process_seconds
@@ -59,7 +60,8 @@ def _measured(scene: Scene, cache: ResponseCache | None) -> Plan:
         process_seconds=process_seconds(),
         compile_seconds=compile_seconds(),
     )
-    return replace(voice.plan, cost=cost)
+    plan = voice.plan
+    return replace(plan, response=plan.response | contact_summary(voice.solved), cost=cost)
 
 
 def _seconds_a_frame(voice: Voice) -> float:

@@ -2,7 +2,7 @@
 
 geometry          eqs 2-3   heights of finger and texture, roughness to amplitude
 stiffness         eqs 4-5   contact stiffness and mean indentation from the load
-groups            eqs 6-7   dimensionless groups, both directions
+groups            eqs 6-7   dimensionless groups
 load_balance      eq. 1     one contact: geometry, stiffness and solver together
 full_contact                full contact in closed form
 exact_solver                the approach z of two cosines, to round-off; `patches` is its part of one cell

@@ -1,4 +1,4 @@
-"""The dimensionless groups of the model, and the way back.
+"""The dimensionless groups of the model.
 
 Model   integral_0^tau max(A cos(2 pi X / Lambda - 2 pi theta + phi) - cos(2 pi X) - Z, 0) dX = W, with X = x / lambda1,
         Z = z / a1, tau = L / lambda1, Lambda = lambda2 / lambda1, A = a2 / a1, W = w / w*, w* = k a1 lambda1 / L.
@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 from synth.contact.geometry import Geometry
 from synth.contact.stiffness import Stiffness
-from synth.errors import CannotRender
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,11 +24,11 @@ class Groups:
     load: float
 
     @classmethod
-    def of_contact(cls, geometry: Geometry, stiffness: Stiffness, load: float) -> Groups:
-        """Return the groups of a contact at `load` (N); CannotRender for a smooth finger (a1 = 0)."""
+    def of_contact(cls, geometry: Geometry, stiffness: Stiffness, load: float) -> Groups | None:
+        """Return the groups of a contact at `load` (N); None for a smooth finger (a1 = 0)."""
         a1 = geometry.ridge_amplitude
-        if not a1 > 0.0:
-            raise CannotRender("The groups of eqs 6-7 need finger ridges: finger.ridge_amplitude is 0 m.")
+        if a1 == 0.0:
+            return None
         tau = geometry.ridges
         return cls(
             ridges=tau,
@@ -37,19 +36,3 @@ class Groups:
             amplitude_ratio=geometry.equivalent[0] / a1,
             load=tau * stiffness.indentation(load) / a1,
         )
-
-    def geometry(self, ridge_period: float, ridge_amplitude: float, texture_phase: float) -> Geometry:
-        """Return the geometry with these groups, given lambda1 (m), a1 (m) and phi (rad)."""
-        return Geometry(
-            ridge_amplitude=ridge_amplitude,
-            ridge_period=ridge_period,
-            texture_amplitude=self.amplitude_ratio * ridge_amplitude,
-            texture_period=self.period_ratio * ridge_period,
-            texture_phase=texture_phase,
-            contact_length=self.ridges * ridge_period,
-        )
-
-    def newtons(self, geometry: Geometry, contact_modulus: float) -> float:
-        """Return the load (N) that gives W in `geometry` with the contact modulus E* (Pa): eqs 4-6 the other way."""
-        indentation = self.load / self.ridges * geometry.ridge_amplitude
-        return Stiffness.of_contact(geometry, contact_modulus).load(indentation)

@@ -1,8 +1,6 @@
-"""Geometry and groups against the groups of the oracle, both ways, and against a row that the paper prints."""
+"""Geometry and groups against the groups of the oracle, and against a row that the paper prints."""
 
 from __future__ import annotations
-
-import math
 
 import numpy as np
 import pytest
@@ -10,7 +8,6 @@ import pytest
 from synth.contact.geometry import Geometry
 from synth.contact.groups import Groups
 from synth.contact.stiffness import Stiffness
-from synth.errors import CannotRender
 from synth.scene.scene import amplitude_of
 from tests.reference import stiffness_oracle
 from tests.synth.engine_cases import random_document, scene_of, touch_of
@@ -43,38 +40,23 @@ def test_groups_are_those_of_the_oracle(seed: int) -> None:
     geometry, stiffness = Geometry.of_scene(scene), Stiffness.of_scene(scene)
     groups = Groups.of_contact(geometry, stiffness, scene.scan.load)
     wanted = stiffness_oracle.stiffness(touch_of(scene))
+    assert groups is not None
     assert groups.ridges == pytest.approx(wanted.tau, rel=1e-14)
     assert groups.period_ratio == pytest.approx(wanted.period_ratio, rel=1e-14)
     assert groups.amplitude_ratio == pytest.approx(wanted.amplitude_ratio, rel=1e-14)
     assert groups.load == pytest.approx(wanted.W, rel=1e-13)
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_groups_lead_back_to_the_contact(seed: int) -> None:
-    scene = scene_of(**random_document(np.random.default_rng(100 + seed), 48000))
-    geometry, stiffness = Geometry.of_scene(scene), Stiffness.of_scene(scene)
-    groups = Groups.of_contact(geometry, stiffness, scene.scan.load)
-    back = groups.geometry(geometry.ridge_period, geometry.ridge_amplitude, geometry.texture_phase)
-    for name in ("ridge_amplitude", "ridge_period", "texture_amplitude", "texture_period", "contact_length"):
-        assert getattr(back, name) == pytest.approx(getattr(geometry, name), rel=1e-14)
-    assert groups.newtons(back, stiffness.contact_modulus) == pytest.approx(scene.scan.load, rel=1e-12)
-
-
 def test_the_groups_of_a_published_row_come_out() -> None:
     scene = scene_of(finger={"roughness": 20e-6}, texture={"roughness": 10e-6, "period": 1e-3}, scan={"load": 0.5})
     groups = Groups.of_contact(Geometry.of_scene(scene), Stiffness.of_scene(scene), 0.5)
+    assert groups is not None
     assert groups.load == pytest.approx(1.50, rel=0.01)
     assert (groups.ridges, groups.period_ratio, groups.amplitude_ratio) == pytest.approx((20.0, 2.0, 0.5))
 
 
-def test_a_smooth_finger_has_no_groups_and_says_so() -> None:
-    scene = scene_of(finger={"ridge_amplitude": 0})
-    with pytest.raises(CannotRender, match="ridge_amplitude"):
-        Groups.of_contact(Geometry.of_scene(scene), Stiffness.of_scene(scene), 0.3)
-
-
-def test_no_load_is_group_zero() -> None:
-    scene = scene_of()
-    groups = Groups.of_contact(Geometry.of_scene(scene), Stiffness.of_scene(scene), 0.0)
-    assert groups.load == 0.0
-    assert math.isfinite(groups.ridges)
+def test_a_smooth_finger_has_no_groups_and_no_load_is_group_zero() -> None:
+    smooth, ridged = scene_of(finger={"ridge_amplitude": 0}), scene_of()
+    assert Groups.of_contact(Geometry.of_scene(smooth), Stiffness.of_scene(smooth), 0.3) is None
+    groups = Groups.of_contact(Geometry.of_scene(ridged), Stiffness.of_scene(ridged), 0.0)
+    assert groups is not None and groups.load == 0.0
