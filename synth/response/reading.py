@@ -24,15 +24,12 @@ from synth.response.table import Floats, ResponseTable
 class TableReader:
     """One quantity of a table at one rate. It holds no state: `start` gives it, `read` takes it and changes it.
 
-    levels, rows, weights, rules: the table's numbers as `reading_loop` takes them.
+    numbers: the table's as `reading_loop` takes them: pool, levels, rows, weights, rules.
     """
 
     table: ResponseTable
     filter: ReadingFilter
-    levels: Array
-    rows: Array
-    weights: Array
-    rules: Array
+    numbers: tuple[Array | Floats, ...]
 
     @classmethod
     def of(cls, table: ResponseTable, quantity: str, rate: int, gain: float = 1.0) -> TableReader:
@@ -52,7 +49,7 @@ class TableReader:
         rules[loop.WITH_MEAN], rules[loop.FULL] = quantity == "approach", table.full
         rules[loop.LAW], rules[loop.LAW_SLOPE] = table.mean_law
         rules[loop.MOST] = table.covered[1]
-        return cls(table, chosen, np.ascontiguousarray(levels), np.ascontiguousarray(rows), weights, rules)
+        return cls(table, chosen, (table.pool, np.ascontiguousarray(levels), rows, weights, rules))
 
     @property
     def delay(self) -> int:
@@ -70,6 +67,5 @@ class TableReader:
         the texture goes on from `phase`, a 64-bit fraction of a turn, at the speed of the motion. out: float32 [frames,
         columns].
         """
-        numbers = self.table.pool, self.levels, self.rows, self.weights, self.rules
-        after: int = loop.read_block(*numbers, motion, position, phase, state, out, column)
+        after: int = loop.read_block(*self.numbers, motion, position, phase, state, out, column)
         return after

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 
 from synth.scene.texture_registry import kind_of
 from synth.surfaces.profile import Profile
-from synth.surfaces.sinusoid import Sinusoid
 
 if TYPE_CHECKING:  # a scene asks the kinds for their fields while it is being declared
     from synth.scene.scene import Scene, Texture
@@ -26,8 +25,3 @@ def profile_of(scene: Scene) -> Profile:
 def _made(texture: Texture) -> Profile:
     profile: Profile = kind_of(texture.kind).make(texture.values())
     return profile
-
-
-def finger_of(scene: Scene) -> Profile:
-    """Return the ridges of the finger of `scene`: h_finger(x) = a1 cos(2 pi x / lambda1)."""
-    return Sinusoid(scene.finger.ridge_amplitude, scene.finger.ridge_period)

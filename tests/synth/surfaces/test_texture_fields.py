@@ -17,7 +17,7 @@ from synth.scene.scene import Texture, merge_patch, parse_scene, scene_document
 from synth.scene.section import rule_of
 from synth.scene.source import scene_from
 from synth.scene.texture_registry import KINDS, SHARED, kind_of, kinds_with, special_fields
-from synth.surfaces import finger_of, profile_of
+from synth.surfaces import profile_of
 from synth.surfaces.height_file import LARGEST_FILE, MOST_INLINE
 from tests.synth.scene.scene_cases import faults_of
 
@@ -79,11 +79,6 @@ def test_the_document_of_a_sinusoid_is_as_it_was() -> None:
     closed = profile_of(parse_scene({})).cosine
     assert closed is not None
     assert (closed.amplitude, closed.phase, closed.period) == (20e-6, math.sqrt(2.0), 0.8e-3)
-
-
-def test_the_finger_is_a_profile_too() -> None:
-    profile = finger_of(parse_scene({"finger": {"ridge_period": "0.4 mm"}}))
-    assert profile.heights(np.array([0.0, 0.2e-3])) == pytest.approx([40e-6, -40e-6])
 
 
 @pytest.mark.parametrize("name", [name for name in special_fields() if name not in SHARED])
