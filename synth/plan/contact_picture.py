@@ -7,7 +7,8 @@ Model   h(x) = texture(x - p) + finger(x), texture(s) = a2 cos(2 pi s / lambda2 
         An edge is where h - z changes its sign between two samples, halved until it stands still. Samples lie
         SAMPLES_A_PERIOD to a period, and on the crests and in the valleys between them.
 Source  Fagiani & Barbieri (2016), eqs 1, 2, 4, 5; shapes as in `contact.growing_contact`, `contact.curved_contact`.
-Limits  one load, standing still: what moves z with time, or by attraction, is left out and named. x is that of eq. 2,
+Limits  what touches carries the load to 1e-7, of a round or growing finger to 1e-4: it is solved on segments. One load,
+        standing still: what moves z with time, or by attraction, is left out and named. x is that of eq. 2,
         so a contact that has grown about the middle of its nominal length begins below 0. Edges err by 1e-9 of a
         sample's distance; a patch or a gap may be missed where h turns twice between two samples.
 """

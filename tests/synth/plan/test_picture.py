@@ -77,7 +77,8 @@ def test_the_patches_carry_the_load(name: str) -> None:
     scene = parse_scene(SCENES[name])
     made = picture(scene, phases=24, cache=CACHE)
     for place in range(24):
-        assert carried(scene, made, place) == pytest.approx(scene.scan.load, rel=1e-7), place
+        allowed = 1e-4 if scene.effects else 1e-7  # a round or a growing finger is solved on segments
+        assert carried(scene, made, place) == pytest.approx(scene.scan.load, rel=allowed), place
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -104,7 +105,7 @@ def test_the_patches_are_as_long_as_the_solver_says(name: str) -> None:
     assert contact is not None and made.touching is not None
     _depth, touching = contact.measure(np.arange(16) / 16, made.approach, scene.scan.load)
     found = [sum(edges[1::2]) - sum(edges[::2]) for edges in made.touching]
-    assert np.array(found) / made.length == pytest.approx(touching, abs=1e-7)
+    assert np.array(found) / made.length == pytest.approx(touching, abs=1e-5 if scene.effects else 1e-7)
 
 
 @pytest.mark.parametrize("seed", range(8))
