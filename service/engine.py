@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from service.sound import Sounding
 from synth.encode.formats import Block
-from synth.motion.update import Update
+from synth.motion.motion import Update
 from synth.scene.scene import Scene
 
 if TYPE_CHECKING:

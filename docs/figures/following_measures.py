@@ -16,8 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from docs.figures.look import Real
-from synth.motion.motion import LOAD, SPEED, SPEED_RATE
-from synth.motion.update import Update
+from synth.motion.motion import LOAD, SPEED, SPEED_RATE, Update
 from synth.motion.update_smoothing import DELAY, QUICKEST, SLOWEST, TIGHTNESS, Follower
 from synth.motion.update_timing import INTERVAL, late_by, new_track, slope_with
 

@@ -22,7 +22,7 @@ from service.live.messages import (
 )
 from service.problems import Problem
 from synth.errors import shown
-from synth.motion.update import Update
+from synth.motion.motion import Update
 
 LAYOUT = struct.Struct("<BBHIddf")
 VERSION = 1

@@ -24,7 +24,7 @@ from service.metrics import Metrics
 from service.quickness import Quickness
 from service.source import FADE_SECONDS
 from synth.encode.samples import SoundFormat, block_bytes
-from synth.motion.update import Update
+from synth.motion.motion import Update
 from synth.scene.scene import Scene
 from synth.voice.fades import faded
 

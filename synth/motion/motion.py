@@ -9,7 +9,7 @@ Limits  a motion that gives no derivatives has them taken from the frame before 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,6 +18,19 @@ from synth.arrays import Array
 LARGEST_LOAD = 1e3  # N: the end of the scene's range, which a hand may ask to pass
 SPEED, SPEED_RATE, LOAD, LOAD_RATE, LOAD_BEND = range(5)
 NOWHERE: Array = np.empty(0)
+
+
+class Update(NamedTuple):
+    """One contact update.
+
+    time: s of the client's clock. position: m, or speed: m/s: exactly one. load: N; None keeps the last.
+    """
+
+    seq: int
+    time: float
+    position: float | None
+    speed: float | None
+    load: float | None
 
 
 @dataclass(frozen=True, slots=True)

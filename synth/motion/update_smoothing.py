@@ -18,8 +18,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.kernels import signed_kernel, unfused
-from synth.motion.motion import LARGEST_LOAD, LOAD, LOAD_BEND, LOAD_RATE, NOWHERE, SPEED, SPEED_RATE, Motion
-from synth.motion.update import Update
+from synth.motion.motion import LARGEST_LOAD, LOAD, LOAD_BEND, LOAD_RATE, NOWHERE, SPEED, SPEED_RATE, Motion, Update
 from synth.motion.update_curve import ENTRIES as CURVE
 from synth.motion.update_curve import STRIDE, fill_curve, glide, join, new_curve, stand, values_at
 from synth.motion.update_timing import INTERVAL, begin_anew, late_by, new_track, slope_with

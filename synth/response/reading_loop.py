@@ -15,8 +15,7 @@ import numpy as np
 from synth.kernels import inlined, signed_kernel
 from synth.response.lift_gate import PLACE, SMALLEST, gate, smooth_step
 from synth.response.phases import fill_phases
-from synth.response.place_spline import PADDING
-from synth.response.spline_vectors import spline_value
+from synth.response.place_spline import PADDING, spline_value
 
 LARGEST = 3.4e38  # what a float32 holds
 

@@ -16,7 +16,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from synth.motion.update import Update
+    from synth.motion.motion import Update
 
 FORMAT, VERSION = "ridgewave-recording", 3
 LARGEST_BYTES = 128 << 20  # 470,000 updates: 100 a second for 1.3 h; a longer session holds memory that others need

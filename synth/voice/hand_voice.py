@@ -17,8 +17,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from synth.arrays import Block
-from synth.motion.motion import LOAD, Motion
-from synth.motion.update import Update
+from synth.motion.motion import LOAD, Motion, Update
 from synth.motion.update_smoothing import Follower
 from synth.plan.preparation import Preparation, prepare
 from synth.plan.usual_hand import nominal_scene, with_full_scale, with_hand_scale

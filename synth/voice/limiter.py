@@ -1,11 +1,26 @@
 """The safety limiter: what leaves a voice stays within full scale.
 
-Model   Samples within full scale pass unchanged. Before one that would pass full scale, the gain of all
-        channels comes down over LOOK_AHEAD to what holds it at full scale, and comes back over RELEASE_TIME
-        (`limiter_kernel`). It is last before every live, device and integer output, and nothing switches it off.
-Source  design, sections 4 and 8. The times are unverified defaults.
+Model   Samples within full scale pass unchanged. Before one that would pass full scale, the gain of all channels comes
+        down over LOOK_AHEAD to what holds it at full scale, and comes back over RELEASE_TIME. It is last before every
+        live, device and integer output, and nothing switches it off.
+        A frame needs the gain 1 / peak, peak being its largest channel, or 1 where that is within full scale. The held
+        gain g is the least that the frame or any of the `ahead` frames before it needs, and comes back toward 1.01, a
+        share `recovery` of the way a frame, until it is 1:
+
+            g = min(needed by the last ahead + 1 frames, g + (1.01 - g) recovery, 1)
+
+        The gain applied, `ahead` frames later, is g averaged over two windows in a row, which reach over ahead + 1
+        frames together: every g in them allows for the frame, so their average does, and neither the gain nor, but for
+        the corner where g turns, its slope has a step. A frame with a sample that is not finite is given out as
+        silence, approached and left as the highest peak.
+        Gains are whole numbers of 2^-40, so the running sums are exact: nothing drifts, blocks split anywhere give the
+        same samples, and whether the gain is back at 1 is a plain comparison.
+Source  design, sections 4 and 8; the times are unverified defaults. A held minimum and box averages are what look-ahead
+        limiters are usually made of; the whole numbers are our own.
 Limits  the limiter is bit-exact again LOOK_AHEAD and 4.7 RELEASE_TIME (0.24 s) after the last sample beyond full scale,
         at the latest. A steady tone that needs turning down is: 100 Hz at twice full scale comes out with distortion.
+        A peak beyond 2^40 times full scale is cut flat. Work a frame does not grow with `ahead`; while nothing is
+        limited, a block is only looked through and copied.
 """
 
 from __future__ import annotations
@@ -13,27 +28,138 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 from itertools import chain
+from typing import Any
 
 import numpy as np
 
 from synth.arrays import Block
-from synth.voice.limiter_kernel import (
-    FIRST_SUM,
-    GAIN,
-    LONGEST_AHEAD,
-    LOWEST,
-    NOT_FINITE,
-    NUMBERS,
-    ONE,
-    RECOVERY_ONE,
-    SECOND_SUM,
-    TURNED_DOWN,
-    Integers,
-    hold_within,
-)
+from synth.kernels import signed_kernel, unfused
 
+Integers = np.ndarray[Any, np.dtype[np.int64]]
+
+ONE = 1 << 40  # a gain of 1; coarser, rounding would be heard in float32, finer, sums of sums would pass 2^63
+LEAST = 1  # -241 dB: the gain that a frame needs which is not finite; 0 would have no decibels
+AIM = ONE + ONE // 100  # what the gain comes back toward: nearer to ONE it arrives later, farther with a sharper corner
+RECOVERY_ONE = 1 << 22  # a recovery of 1; AIM RECOVERY_ONE must stay below 2^63
+LONGEST_AHEAD = 4094  # frames; (ahead / 2 + 1)^2 ONE must stay below 2^63
+SMALLEST_NORMAL = np.float32(2.0**-126)  # what is smaller is denormal, slow on many processors: it becomes zero
+SILENCE = np.float32(0.0)
+
+# What `numbers` holds.
+GAIN = 0  # g of the last frame taken, in units of 1 / ONE
+FIRST_SUM = 1  # of the gains in the first window
+SECOND_SUM = 2  # of the first sums in the second window: the gain applied, in units of 1 / (ONE windows)
+FRAME = 3  # frames taken so far
+OLDEST = 4  # place of the queue that is to leave first
+QUEUED = 5  # places of the queue in use
+LOWEST = 6  # least SECOND_SUM since it was asked for
+TURNED_DOWN = 7  # frames given out at a gain below 1
+NOT_FINITE = 8  # frames taken that had a sample which is not finite
+NUMBERS = 9
 LOOK_AHEAD = 1.5e-3  # s; shorter, the gain falls so steeply that it is heard as a click; longer, changes come later
 RELEASE_TIME = 0.05  # s; shorter is rougher, longer ducks what follows a peak
+
+
+@unfused
+def _fits(block: Block) -> bool:
+    """Return whether every sample is a number within full scale."""
+    beyond = 0
+    for i in range(block.shape[0]):
+        for channel in range(block.shape[1]):
+            beyond += not abs(block[i, channel]) <= np.float32(1.0)
+    return beyond == 0
+
+
+@unfused
+def _pass_on(block: Block, out: Block, pending: Block, numbers: Integers) -> None:
+    """Delay by len(pending) frames, and do nothing else."""
+    ahead = len(pending)
+    slot = numbers[FRAME] % max(1, ahead)
+    numbers[FRAME] += len(block)
+    for i in range(block.shape[0]):
+        for channel in range(block.shape[1]):
+            sample = block[i, channel]
+            if ahead > 0:
+                sample, pending[slot, channel] = pending[slot, channel], sample
+            out[i, channel] = sample if abs(sample) >= SMALLEST_NORMAL else SILENCE
+        slot += 1
+        if slot >= ahead:
+            slot = 0
+
+
+@unfused
+def _needed(block: Block, i: int, numbers: Integers) -> int:
+    """Return the gain that frame `i` needs, rounded down, in units of 1 / ONE."""
+    peak = 0.0
+    for channel in range(block.shape[1]):
+        if not np.isfinite(block[i, channel]):
+            numbers[NOT_FINITE] += 1
+            return LEAST
+        peak = max(peak, abs(np.float64(block[i, channel])))
+    return ONE if peak <= 1.0 else max(LEAST, int(ONE / peak))
+
+
+@unfused
+def _queue(needed: int, queue: Integers, numbers: Integers) -> None:
+    """Drop what has left the window, and what a later frame needs more than; append `needed` of the present frame."""
+    places, frame = queue.shape[1], numbers[FRAME]
+    if numbers[QUEUED] > 0 and queue[1, numbers[OLDEST]] <= frame - places:
+        numbers[OLDEST] = (numbers[OLDEST] + 1) % places
+        numbers[QUEUED] -= 1
+    while numbers[QUEUED] > 0 and queue[0, (numbers[OLDEST] + numbers[QUEUED] - 1) % places] >= needed:
+        numbers[QUEUED] -= 1
+    if needed < ONE:
+        place = (numbers[OLDEST] + numbers[QUEUED]) % places
+        queue[0, place], queue[1, place] = needed, frame
+        numbers[QUEUED] += 1
+
+
+@unfused
+def _move(numbers: Integers, first: Integers, second: Integers, queue: Integers, recovery: int) -> None:
+    """Move the held gain, and the two averages of it, on by a frame."""
+    back = numbers[GAIN] + (AIM - numbers[GAIN]) * recovery // RECOVERY_ONE
+    gain = min(ONE, back, queue[0, numbers[OLDEST]] if numbers[QUEUED] > 0 else ONE)
+    one, other = numbers[FRAME] % len(first), numbers[FRAME] % len(second)
+    numbers[GAIN] = gain
+    numbers[FIRST_SUM] += gain - first[one]
+    first[one] = gain
+    numbers[SECOND_SUM] += numbers[FIRST_SUM] - second[other]
+    second[other] = numbers[FIRST_SUM]
+
+
+@signed_kernel("void(f4[:,::1], f4[:,::1], f4[:,::1], i8[::1], i8[::1], i8[::1], i8[:,::1], i8)", fused=False)
+def hold_within(
+    block: Block, out: Block, pending: Block, numbers: Integers, first: Integers, second: Integers, queue: Integers,
+    recovery: int,
+) -> None:  # fmt: skip
+    """Take `block` and fill `out`, which may be `block`, with as many frames, `ahead` frames late, none beyond -1..1.
+
+    block, out: [frames, channels]. pending: [ahead, channels], the frames that are to come out next. numbers:
+    [NUMBERS]. first, second: the windows, of ahead + 2 places together. queue: [2, ahead + 1], the gains needed, each
+    higher than the one before, and the frames that need them. recovery: in units of 1 / RECOVERY_ONE.
+    """
+    whole = len(first) * len(second) * ONE
+    if numbers[SECOND_SUM] == whole and numbers[QUEUED] == 0 and _fits(block):
+        _pass_on(block, out, pending, numbers)
+        return
+    ahead = len(pending)
+    for i in range(len(block)):
+        _queue(_needed(block, i, numbers), queue, numbers)
+        _move(numbers, first, second, queue, recovery)
+        level = numbers[SECOND_SUM] / whole
+        slot = numbers[FRAME] % max(1, ahead)
+        for channel in range(block.shape[1]):
+            taken = block[i, channel] if np.isfinite(block[i, channel]) else SILENCE
+            given = taken
+            if ahead > 0:
+                given = pending[slot, channel]
+                pending[slot, channel] = taken
+            if level < 1.0:
+                given = np.float32(max(-1.0, min(1.0, given * level)))
+            out[i, channel] = given if abs(given) >= SMALLEST_NORMAL else SILENCE
+        numbers[TURNED_DOWN] += level < 1.0
+        numbers[LOWEST] = min(numbers[LOWEST], numbers[SECOND_SUM])
+        numbers[FRAME] += 1
 
 
 class Limiter:
@@ -55,11 +181,6 @@ class Limiter:
         self._whole = len(self._first) * len(self._second) * ONE
         self._numbers = np.zeros(NUMBERS, dtype=np.int64)
         self._numbers[[GAIN, FIRST_SUM, SECOND_SUM, LOWEST]] = ONE, len(self._first) * ONE, self._whole, self._whole
-
-    @property
-    def state(self) -> tuple[Block, Integers, Integers, Integers, Integers, int]:
-        """What `hold_within` takes behind `block` and `out`: for a kernel that limits what it renders itself."""
-        return self._pending, self._numbers, self._first, self._second, self._queue, self._recovery
 
     @property
     def reduction_db(self) -> float:

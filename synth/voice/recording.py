@@ -22,7 +22,7 @@ import numpy as np
 
 from synth.arrays import Block
 from synth.errors import Fault, SceneError, shown
-from synth.motion.update import Update
+from synth.motion.motion import Update
 from synth.plan.usual_hand import with_full_scale
 from synth.response.response_cache import ResponseCache
 from synth.scene.merge import scene_before_bands

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import soundfile
 
-from synth.motion.update import Update
+from synth.motion.motion import Update
 from synth.scene.scene import parse_scene
 from synth.voice.hand_voice import HandVoice
 from tests.conftest import RunsRidgewave

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from synth.encode.formats import Block
-from synth.motion.update import Update
+from synth.motion.motion import Update
 from synth.scene.scene import Scene, scene_document
 from synth.voice.fades import faded
 from tests.service.plain_engine import FULL_SCALE, pitch

@@ -14,8 +14,7 @@ from hypothesis import strategies as st
 from synth.motion import update_curve as following_curve
 from synth.motion import update_smoothing as following
 from synth.motion import update_timing as following_track
-from synth.motion.motion import LARGEST_LOAD, LOAD, LOAD_BEND, LOAD_RATE, SPEED, SPEED_RATE
-from synth.motion.update import Update
+from synth.motion.motion import LARGEST_LOAD, LOAD, LOAD_BEND, LOAD_RATE, SPEED, SPEED_RATE, Update
 from synth.motion.update_smoothing import DELAY, GLIDE_DECAY, LOAD_DECAY, Follower
 from tests.reference.slow_following import Numbers, SlowFollower
 from tests.synth.engine_cases import Real

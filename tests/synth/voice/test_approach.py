@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from synth.motion.motion import LOAD
+from synth.motion.motion import LOAD, Update
 from synth.motion.scan_motion import ScanMotion
-from synth.motion.update import Update
 from synth.scene.scene import Scene
 from synth.voice.hand_voice import HandVoice
 from synth.voice.voice import blocks, open_voice

@@ -13,7 +13,7 @@ from tests.few import few
 
 PROBE = """
 import json, sys
-from synth.motion.update import Update
+from synth.motion.motion import Update
 from synth.scene.scene import parse_scene
 from synth.voice.hand_voice import HandVoice
 from tests.few import few

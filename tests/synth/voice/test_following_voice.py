@@ -7,8 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from synth.motion.motion import Motion
-from synth.motion.update import Update
+from synth.motion.motion import Motion, Update
 from synth.motion.update_smoothing import Follower
 from synth.voice.voice import Voice, open_voice
 from tests.synth.engine_cases import Real, scene_of

@@ -10,7 +10,7 @@ import pytest
 from scipy.signal import firwin
 
 from synth.arrays import Block
-from synth.motion.update import Update
+from synth.motion.motion import Update
 from synth.plan.usual_hand import with_full_scale
 from synth.response.response_cache import ResponseCache
 from synth.scene.scene import parse_scene

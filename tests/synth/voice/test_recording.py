@@ -10,7 +10,7 @@ import pytest
 
 from synth.arrays import Block
 from synth.errors import SceneError
-from synth.motion.update import Update
+from synth.motion.motion import Update
 from synth.motion.update_smoothing import Follower
 from synth.response.response_cache import ResponseCache
 from synth.scene.scene import parse_scene
