@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from clients.progress import Progress, Waiting
+from tests.service.harness import until
 
 BAR = """
 import time
@@ -45,11 +46,20 @@ def test_work_of_unknown_length_says_that_it_goes_on(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("clients.progress.WAIT_AFTER", 0.01)
-    for wanted, told in ((True, "solving the contact: 0 s\n"), (None, ""), (False, "")):
+    told: list[str] = []
+
+    def something() -> bool:
+        told.append(capsys.readouterr().err)
+        return bool(told[-1])
+
+    with Waiting("solving the contact", True):
+        until(something)
+    assert "".join(told).startswith("solving the contact: 0 s\n")
+    capsys.readouterr()
+    for wanted in (None, False):
         with Waiting("solving the contact", wanted):
-            time.sleep(0.5)
-        out, err = capsys.readouterr()
-        assert out == "" and err.startswith(told) and bool(err) == bool(told)
+            time.sleep(0.1)
+        assert capsys.readouterr() == ("", "")
 
 
 def test_short_work_says_nothing(capsys: pytest.CaptureFixture[str]) -> None:

@@ -74,7 +74,7 @@ def test_a_signal_ends_every_stream_with_a_fade_within_two_seconds(
 
 
 @pytest.mark.alone  # as above
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+@pytest.mark.parametrize("number", [signal.SIGTERM, pytest.param(signal.SIGINT, marks=pytest.mark.thorough)])
 def test_a_signal_ends_every_live_stream_with_a_fade_an_end_and_1001(tmp_path: Path, number: signal.Signals) -> None:
     child = Child(PLAIN, tmp_path)
     try:

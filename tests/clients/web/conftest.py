@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from tests.clients.web.browser import headless, watched
-from tests.clients.web.pictures import opened
+from tests.clients.web.browser import headless, kept_page, visited, watched
+from tests.clients.web.pictures import drawable, opened
 from tests.clients.web.places import WEB, serving_pages
 from tests.service.harness import START, Running, kept_engine, serving, until
 from tests.service.plain_engine import PlainEngine
@@ -36,12 +36,19 @@ def service() -> Iterator[Running]:
         yield running
 
 
-@pytest.fixture
-def house(chromium: Browser, service: Running) -> Iterator[Page]:
-    """Yield a page of the real service in which `house` holds the exports of the page's modules, and a few tools."""
-    with watched(chromium, service.url + HOUSE) as (page, _):
-        moved_in(page)
+@pytest.fixture(scope="module")
+def kept_house(chromium: Browser) -> Iterator[Page]:
+    """Yield the page that `house` loads anew."""
+    with kept_page(chromium) as page:
         yield page
+
+
+@pytest.fixture
+def house(kept_house: Page, service: Running) -> Iterator[Page]:
+    """Yield a page of the real service in which `house` holds the exports of the page's modules, and a few tools."""
+    with visited(kept_house, service.url + HOUSE):
+        moved_in(kept_house)
+        yield kept_house
 
 
 @pytest.fixture(scope="module")
@@ -65,12 +72,19 @@ def page_service() -> Iterator[Running]:
         yield running
 
 
+@pytest.fixture(scope="module")
+def kept_touch_page(chromium: Browser) -> Iterator[Page]:
+    """Yield the page that `watched_page` loads anew."""
+    with kept_page(chromium, viewport={"width": 1280, "height": 900}) as page:
+        yield page
+
+
 @pytest.fixture
-def watched_page(chromium: Browser, page_service: Running) -> Iterator[tuple[Page, Watch]]:
+def watched_page(kept_touch_page: Page, page_service: Running) -> Iterator[tuple[Page, Watch]]:
     """Yield the page, loaded, and what watches it, which fails in the end if it logged an error or asked others."""
-    with watched(chromium, page_service.url + "/", viewport={"width": 1280, "height": 900}) as (page, watch):
-        loaded(page)
-        yield page, watch
+    with visited(kept_touch_page, page_service.url + "/") as watch:
+        loaded(kept_touch_page)
+        yield kept_touch_page, watch
 
 
 @pytest.fixture
@@ -98,8 +112,16 @@ def page(request: pytest.FixtureRequest, chromium: Browser, pictures_url: str) -
         yield one
 
 
+@pytest.fixture(scope="module")
+def kept_pictures(chromium: Browser) -> Iterator[Page]:
+    """Yield the page that `plain` loads anew."""
+    with kept_page(chromium, viewport={"width": 900, "height": 700}) as page:
+        yield page
+
+
 @pytest.fixture
-def plain(chromium: Browser, pictures_url: str) -> Iterator[Page]:
+def plain(kept_pictures: Page, pictures_url: str) -> Iterator[Page]:
     """Yield the page of pictures."""
-    with opened(chromium, pictures_url) as one:
-        yield one
+    with visited(kept_pictures, pictures_url):
+        drawable(kept_pictures)
+        yield kept_pictures

@@ -47,6 +47,7 @@ def at_the_table(
     `three` is the folder with three.js, None for none; `ready` selects what is there when the page has begun.
     """
     context = browser.new_context(viewport={"width": 640, "height": 420}, **options)
+    context.set_default_timeout(1e3 * PATIENCE)
     page = context.new_page()
     watch = Watch(page, url)
 

@@ -28,8 +28,13 @@ PUSH = """async ({name, lines, fullScale, quantity, blocks, block, begin}) => {
 def opened(browser: Browser, url: str, **options: Any) -> Iterator[Page]:
     """Yield the page, once its pictures are there; fail in the end if it logged an error."""
     with watched(browser, url, **{"viewport": {"width": 900, "height": 700}, **options}) as (page, _):
-        page.wait_for_function("() => window.sight !== undefined")
+        drawable(page)
         yield page
+
+
+def drawable(page: Page) -> None:
+    """Return once the pictures are there."""
+    page.wait_for_function("() => window.sight !== undefined")
 
 
 def push(page: Page, name: str, lines: Lines, quantity: str = "acceleration", **other: Any) -> dict[str, Any]:

@@ -154,7 +154,8 @@ def test_a_reader_that_stalls_delays_nobody_and_is_closed(served: Served, proxy:
     suffered(served, lambda: slow(served, proxy, seconds, stalled=True))
 
 
-@pytest.mark.parametrize("seconds", [2.0, pytest.param(10.0, marks=pytest.mark.thorough)])
+@pytest.mark.thorough  # for the service it stalls, now and then
+@pytest.mark.parametrize("seconds", [2.0, 10.0])
 def test_a_reader_on_a_thin_line_delays_nobody_and_is_closed(served: Served, proxy: Proxy, seconds: float) -> None:
     suffered(served, lambda: slow(served, proxy, seconds, bytes_per_second=30_000.0))
 
@@ -191,7 +192,8 @@ def test_bytes_split_anywhere_are_the_same_stream(served: Served, proxy: Proxy) 
     contiguous(caller)
 
 
-@pytest.mark.parametrize("count", [20, pytest.param(200, marks=pytest.mark.thorough)])
+@pytest.mark.thorough  # many of those that connect and leave anyhow are reset
+@pytest.mark.parametrize("count", [20, 200])
 def test_connections_that_are_reset_leave_nothing(served: Served, proxy: Proxy, count: int) -> None:
     def fault() -> None:
         for _ in range(count):
