@@ -82,7 +82,7 @@ def oracle_of(contact: Contact, load: float, phase: float) -> Surfaces:
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("seed", range(16))
+@pytest.mark.parametrize("seed", few(range(16), 6))
 def test_forces_are_those_of_the_oracle(seed: int) -> None:
     contact, load = any_contact(seed)
     contact = finer(contact, HALVINGS)
@@ -99,7 +99,7 @@ def test_forces_are_those_of_the_oracle(seed: int) -> None:
     assert rubbed[0] == pytest.approx(wanted, rel=1e-4)
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", few(range(8), 4))
 def test_the_slope_force_is_the_slope_of_a_potential(seed: int) -> None:
     """Pi = (k / 2) mean of (h - z)^2 + w z at the z that balances the load, by differences of fourth order."""
     contact, load = any_contact(seed)

@@ -28,8 +28,7 @@ BASE: dict[str, Any] = {
 }
 
 
-@pytest.mark.parametrize("value", SMALLEST, ids=str)
-@pytest.mark.parametrize("field", FIELDS, ids=lambda field: field.name)
+@pytest.mark.parametrize(("field", "value"), paired(FIELDS, SMALLEST))
 def test_a_denormal_field_is_refused_or_is_zero(field: Field, value: float) -> None:
     document = merged(BASE, field.document(value))
     if not field.rule.low <= 0.0 <= field.rule.high:
@@ -42,8 +41,7 @@ def test_a_denormal_field_is_refused_or_is_zero(field: Field, value: float) -> N
     check_fit(voice, voice.render(300))
 
 
-@pytest.mark.parametrize("value", NORMAL, ids=str)
-@pytest.mark.parametrize("field", FIELDS, ids=lambda field: field.name)
+@pytest.mark.parametrize(("field", "value"), paired(FIELDS, NORMAL))
 def test_the_smallest_normal_numbers_make_no_denormals(field: Field, value: float) -> None:
     """What a field makes of them inside may be denormal; the samples are not."""
     try:

@@ -13,6 +13,7 @@ import pytest
 
 from synth.contact.exact_solver import Grid
 from synth.contact.geometry import Geometry
+from tests.few import few
 from tests.reference.contact_oracle import solve_contact
 from tests.reference.contact_oracle_mpmath import solve_exactly
 from tests.reference.two_cosines import Floats, make_profiles, monotone_pieces
@@ -93,7 +94,7 @@ def errors(event: Event, loads: Real, thetas: Real) -> Real:
     return np.asarray(np.abs(found - wanted.approach) / (1.0 + event.amplitude), dtype=float)
 
 
-@pytest.mark.parametrize("name", EVENTS)
+@pytest.mark.parametrize("name", few(EVENTS, 5))
 def test_at_an_event_and_on_both_sides_of_it_z_is_that_of_the_oracle(name: str) -> None:
     event = EVENTS[name]
     place, height = place_and_height(event)
