@@ -26,6 +26,7 @@ Limits  second order in h on moving surfaces (tests/synth/effects/simulation/tes
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -159,42 +160,17 @@ class SkinStepper(Stepper):
             self.with_force, state.phase, state.numbers, state.elements, phases, loads, out,
         )  # fmt: skip
 
-    def place(self, state: SkinState) -> Array:
+    def apart(self, before: SkinState, after: SkinState, seconds: float) -> Array:
         """See `Stepper`."""
-        return state.numbers[[Z, VELOCITY]] * [self.points.height_scale, 1.0]
+        moved, scale = after.numbers - before.numbers, self.points.height_scale
+        velocity = moved[VELOCITY : VELOCITY + 1] * seconds / (2.0 * math.pi)
+        return np.concatenate([scale * moved[:1], velocity, scale * (after.elements - before.elements).ravel()])
 
-    def moved(self, state: SkinState, move: Array) -> SkinState:
-        """See `Stepper`: dashpots stay where they are."""
-        state, height = state.copied(), move[0] / self.points.height_scale
-        state.numbers[Z : Z + 4] += height
-        state.numbers[VELOCITY] += move[1]
-        state.elements[0] -= height
-        return state
-
-    def correction(self, before: SkinState, after: SkinState, seconds: float) -> Array:
-        """See `Stepper`: of each dashpot of each point, float64 [times, points].
-
-        A point has the state of skin that is held where the surface presses it in further than it would be free.
-        """
-        old, new = before.elements, after.elements
-        pressed = new[0, 0] > new[1, 0]
-        if self.law.weights:
-            moved = np.where(pressed, *((new[i, :1] - new[i, 1:]) - (old[i, :1] - old[i, 1:]) for i in range(2)))
-        else:
-            moved = np.where(pressed, 0.0, new[1, :1] - old[1, :1])
-        return np.asarray(self.points.height_scale * moved / -np.expm1(-seconds / np.array(self.law.times))[:, None])
-
-    def corrected(self, state: SkinState, correction: Array) -> SkinState:
-        """See `Stepper`: where skin is free it moves with its dashpots, where it is held it stays."""
-        state, correction = state.copied(), correction / self.points.height_scale
-        held, free = state.elements
-        if self.law.weights:
-            moved = np.array(self.law.weights) @ correction
-            free[0] += moved
-            free[1:] += moved - correction
-            held[1:] -= correction
-        else:
-            free[0] += correction[0]
+    def mixed(self, states: Sequence[SkinState], parts: Array) -> SkinState:
+        """See `Stepper`."""
+        state = states[-1].copied()
+        state.numbers = np.tensordot(parts, [one.numbers for one in states], 1)
+        state.elements = np.tensordot(parts, [one.elements for one in states], 1)
         return state
 
 

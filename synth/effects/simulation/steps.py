@@ -9,6 +9,7 @@ Limits  phases are 64-bit fractions of a turn (`response.phases`): their differe
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Self
 
@@ -93,12 +94,12 @@ class Stepper(ABC):
         """Go on to each of `phases` and `loads` (N) in turn, and write ROWS rows of `out`, float64 [ROWS, steps]."""
 
     @abstractmethod
-    def place(self, state: Any) -> Array:
-        """Return z (m) and its velocity (m/s)."""
+    def apart(self, before: Any, after: Any, seconds: float) -> Array:
+        """Return how far (m) each number of a state lies from that of another; velocities as of `seconds` / (2 pi)."""
 
     @abstractmethod
-    def moved(self, state: Any, move: Array) -> Any:
-        """Return the state with z and its velocity moved; what is remembered stays where it is."""
+    def mixed(self, states: Sequence[Any], parts: Array) -> Any:
+        """Return the sum of `parts`, which add up to 1, of states at one phase and load, the last the nearest to it."""
 
     def forgetting(self, longest: float) -> Self:
         """Return the same contact, none of its time constants longer than `longest` (s)."""
@@ -114,11 +115,3 @@ class Stepper(ABC):
         Nothing, where that is told in another way.
         """
         return np.zeros(phases)
-
-    def correction(self, before: Any, after: Any, seconds: float) -> Array:
-        """Return by how much (m) what is remembered is still to move; the states are `seconds`, a period, apart."""
-        return np.empty(0)
-
-    def corrected(self, state: Any, correction: Array) -> Any:
-        """Return the state with what is remembered moved."""
-        return state

@@ -24,6 +24,7 @@ Limits  solved to round-off. With adhesion a step may have several solutions: th
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -177,14 +178,15 @@ class TableStepper(Stepper):
         held = (rows[ATTACHED] > 0.0) & (slope > 0.0)
         return np.where(held, -excess / np.where(held, slope, 1.0), 0.0)
 
-    def place(self, state: TableState) -> Array:
+    def apart(self, before: TableState, after: TableState, seconds: float) -> Array:
         """See `Stepper`."""
-        return state.numbers[[Z, SPEED]]
+        return (after.numbers - before.numbers)[[Z, SPEED]] * [1.0, seconds / (2.0 * math.pi)]
 
-    def moved(self, state: TableState, move: Array) -> TableState:
-        """See `Stepper`."""
-        state = state.copied()
-        state.numbers[[Z, SPEED]] += move
+    def mixed(self, states: Sequence[TableState], parts: Array) -> TableState:
+        """See `Stepper`; a finger that has let go stays away."""
+        state = states[-1].copied()
+        if all(one.numbers[HELD] > 0.0 for one in states):
+            state.numbers[[Z, SPEED]] = parts @ np.stack([one.numbers[[Z, SPEED]] for one in states])
         return state
 
 

@@ -10,6 +10,7 @@ import pytest
 from synth import LiveVoice, open_voice, parse_scene
 from synth.effects.simulation.periodic import Period
 from synth.effects.simulation.skin_steps import SkinStepper
+from synth.effects.simulation.steps import HEIGHT, ROWS
 from synth.scene.scene import Scene
 from tests.synth.engine_cases import QUANTITIES, physical
 
@@ -115,10 +116,11 @@ def test_skin_begins_where_a_long_run_of_it_ends() -> None:
     stepper, steady = simulation.stepper, simulation.steady
     assert steady is not None and isinstance(stepper, SkinStepper)
     period = Period.of(steady.turns, steady.load, round(simulation.rate / steady.turns))
-    state = stepper.start(0, steady.load, steady.turns, period.step)
-    for _ in range(round(15.0 / period.seconds)):
-        settled = period.run(stepper, state)
-    begun = period.run(stepper, steady.at(stepper, 0, period.step))
+    begin = period.on(stepper, stepper.start(0, steady.load, steady.turns, period.step), round(15.0 / period.seconds))
+    rows = np.empty((2, ROWS, len(period.phases)))
+    for state, out in zip((begin, steady.at(stepper, 0, period.step)), rows, strict=True):
+        stepper.run(state, period.phases, period.loads, out)
+    settled, begun = rows[:, HEIGHT]
     assert np.max(np.abs(begun - settled)) <= 2e-3 * np.ptp(settled)
 
 
