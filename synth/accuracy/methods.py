@@ -27,7 +27,7 @@ from synth.contact.load_balance import Contact
 from synth.contact.profile_solver import SegmentGrid
 from synth.motion.motion import LOAD, SPEED, Motion
 from synth.plan.channels import ChannelPlan
-from synth.plan.frame_plan import FramePlan
+from synth.plan.frame_solver import FramePlan
 from synth.plan.preparation import Preparation, prepare
 from synth.plan.scene_table import bounds_for, table_of_scene
 from synth.response.lift_gate import gate

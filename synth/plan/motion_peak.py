@@ -23,8 +23,7 @@ from synth.arrays import Array
 from synth.contact.load_balance import Contact
 from synth.motion.motion import LOAD, LOAD_BEND, LOAD_RATE, SPEED, SPEED_RATE
 from synth.motion.scan_motion import LIFT_TIME, ScanMotion
-from synth.plan.frame_plan import EXACT_CELL, FRAME_SETUP
-from synth.plan.frame_solver import FrameSolver
+from synth.plan.frame_solver import EXACT_CELL, FRAME_SETUP, FrameSolver
 from synth.response.mean_approach import Mean
 from synth.response.spectrum import Demand, curves, points_for, solve_spectrum
 from synth.scene.output_section import BAND

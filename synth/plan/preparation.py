@@ -3,7 +3,7 @@
 Stage   2, the part that calculates; `plan` tells it to people.
 Model   Harmonics below 0.40 of the rate (and below the bandwidth) at the scan's speed are kept. A constant scan is read
         from their series, which is solved to the tolerance, less the rounding to float32. A scan that moves is solved
-        along its motion (`frame_plan`), or, by hand and where blocks have deadlines, read from the response table.
+        along its motion (`frame_solver`), or, by hand and where blocks have deadlines, read from the response table.
 Source  design, section 4.
 Limits  no more than N_MAX harmonics; a moving scan at a constant load keeps those up to MOVING_REACH times its fastest
         speed's, which `reach` tells.
@@ -28,8 +28,7 @@ from synth.plan.channels import APPROACH, NEARLY, ORDERS, UNITS, ChannelPlan, St
 from synth.plan.effect_choice import Case, outputs_of
 from synth.plan.effect_choice import asked as asked_effects
 from synth.plan.effects_preparation import PreparedEffects, effects_of, left_out, shape_for, simulated_channel
-from synth.plan.frame_plan import FramePlan, plan_frames
-from synth.plan.frame_solver import WITH_MEAN
+from synth.plan.frame_solver import WITH_MEAN, FramePlan, plan_frames
 from synth.plan.motion_peak import differs_from_cruise, peaks_along
 from synth.plan.process_start import begun
 from synth.plan.scene_table import kept_table, read_error

@@ -8,8 +8,8 @@ Model   A spring, with or without adhesion, has a pressure that only depends on 
         run with n and with 2 n steps a frame; n doubles until they agree within SETTLED of the tolerance. A pilot of
         the same contact without mass, memory and adhesion tells what the effects change.
         `errors` adds what twice the steps change (second order: a third more than the difference); of skin, what half
-        the points change; of a table, what its error makes of the quantity through the linear motion round the load;
-        what has not settled where the scan begins; and what the filter lets through.
+        the points change, and of a table, what half as many phases and heights change; what has not settled where the
+        scan begins; and what the filter lets through.
 Source  design, section 4: below 0.40 of the rate kept and above 0.45 removed; 0.35 and 0.49 where the speed changes.
 Limits  estimates, held against independent solutions by tests/synth/effects. Where more would take longer than BUSY of
         a second's sound live, or BUSY_FILE in a file, or the pilot than PATIENCE, doubling ends, and `errors` tells
@@ -35,7 +35,6 @@ from synth.errors import CannotRender
 from synth.motion.scan_motion import LIFT_TIME, ScanMotion
 from synth.plan.effect_choice import MEAN_PHASES, Case, relative_change
 from synth.response.mean_approach import mean_curve
-from synth.response.spectrum import curves, points_for
 
 PILOT, LONGEST_PILOT = 0.05, 20.0  # s: of whole periods at least, and where a period takes longer than that
 LONGEST_OWN = 10.0  # s of a recording that are tried, to see what the effects change along it
@@ -58,9 +57,7 @@ SHARED = 1.5  # times as long as predicted: a processor whose caches others shar
 FEWEST_POINTS, MOST_POINTS = 65, 16385  # of skin: fewer save less than a call costs; 30 us a step
 SETTLED = 0.4  # of the tolerance: what twice the steps may change of a quantity
 POINTS_SHARE = 0.5  # of the tolerance: the error of the skin's points
-LEFT_BY_POINTS = 0.55  # of what half the points change: order 1.5, by kinks where the surface comes down on the skin
-STIFFER = 2.0  # times its mean that a contact's stiffness is where the table's error counts most (seen: up to 2)
-PHASES = 1024  # at which the table is compared with the exact contact
+LEFT_BY_POINTS = 0.55  # of what half as fine a contact changes: order 1.5, by kinks where surfaces begin to touch
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,7 +163,7 @@ def plan_simulation(case: Case, terms: Terms) -> SimulationPlan:
         )
     counts = _points(case, terms)
     tried = Tried.of(case, first_simulation(case, terms, counts[0]))
-    of_points = (0.0,) * len(case.orders)
+    of_points = _table_errors(case, tried)
     for count in counts[1:]:
         before = tried
         tried = Tried.of(case, replace(tried.simulation, stepper=stepper_of(case, terms, count)))
@@ -179,7 +176,7 @@ def plan_simulation(case: Case, terms: Terms) -> SimulationPlan:
         finer = Tried.of(case, replace(tried.simulation, steps=2 * tried.simulation.steps, filters=filters))
         of_steps = finer.pilot.differs_from(tried.pilot)
         if not tried.repeats or max(of_steps) <= SETTLED * case.tolerance or _dear(case, finer):
-            return _planned(case, terms, tried, finer.simulation, of_steps, of_points)
+            return _planned(case, tried, finer.simulation, of_steps, of_points)
         tried = finer
 
 
@@ -195,9 +192,17 @@ def _points(case: Case, terms: Terms) -> list[int]:
     return counts
 
 
+def _table_errors(case: Case, tried: Tried) -> tuple[float, ...]:
+    """Return what the error of a table makes of each order, from what half as fine a one changes; 0 without one."""
+    coarser = tried.simulation.stepper.coarser()
+    if coarser is None or not tried.repeats:
+        return (0.0,) * len(case.orders)
+    other = Tried.of(case, replace(tried.simulation, stepper=coarser))
+    return tuple(LEFT_BY_POINTS * one for one in other.pilot.differs_from(tried.pilot))
+
+
 def _planned(
     case: Case,
-    terms: Terms,
     tried: Tried,
     finer: Simulation,
     of_steps: tuple[float, ...],
@@ -207,7 +212,7 @@ def _planned(
     simulation, pilot = tried.simulation, tried.pilot
     change, peaks = change_and_peaks(case, tried)
     filtered = 10.0 ** (-attenuation_of(case) / 20.0)
-    parts = zip(of_steps, of_points, _gap_errors(case, terms, tried), _start_errors(case, tried), strict=True)
+    parts = zip(of_steps, of_points, _start_errors(case, tried), strict=True)
     return SimulationPlan(
         simulation=replace(simulation, scene=case.scene, offset=pilot.offset),
         orders=case.orders,
@@ -220,25 +225,6 @@ def _planned(
         finer=finer,
         repeats=tried.repeats,
     )
-
-
-def _gap_errors(case: Case, terms: Terms, tried: Tried) -> tuple[float, ...]:
-    """Return what the error of the stepper's own contact makes of each order, relative to its peak-to-peak.
-
-    How much of a finger's error at rest comes through at each harmonic is the linear motion's: K / (K - m w^2 + i c w).
-    """
-    gap = np.fft.rfft(tried.simulation.stepper.gap(case.contact, case.load, PHASES)) / PHASES
-    limit = PHASES // 2 - 1
-    if case.turns:
-        limit = int(min(limit, band_of(case)[0] * case.scene.output.sample_rate / abs(case.turns)))
-    frequency = 2.0 * math.pi * abs(case.turns) * np.arange(len(gap))
-    gap /= 1.0 + (1j * terms.damping * frequency - terms.mass * frequency**2) / case.stiffness
-    gap[limit + 1 :] = 0.0
-    errors = []
-    for order, extent in zip(case.orders, np.ptp(tried.pilot.moved, axis=1), strict=True):
-        curve = curves(gap, order, points_for(len(gap) - 1)) * abs(case.turns) ** order
-        errors.append(STIFFER * float(np.max(np.abs(curve))) / extent if extent > 0.0 else 0.0)
-    return tuple(errors)
 
 
 def _start_errors(case: Case, tried: Tried) -> tuple[float, ...]:

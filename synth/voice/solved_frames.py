@@ -1,6 +1,6 @@
 """Files whose speed or load varies, rendered from the response solved along their scan.
 
-Stage   3 (VOICE), beside `table_reading`; `frame_plan` and `frame_solver` are its parts of stage 2.
+Stage   3 (VOICE), beside `table_reading`; `frame_solver` and `frame_solver` are its parts of stage 2.
 Model   chunks of `frame_solver`, divided by the full scale of each channel.
 Source  design, section 4.
 Limits  those of `frame_solver`. What folds is held by the phases a period that steady series of the recorded loads
@@ -12,8 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from synth.arrays import Block
-from synth.plan.frame_plan import FramePlan
-from synth.plan.frame_solver import WITH_MEAN, FrameSolver, Heights
+from synth.plan.frame_solver import WITH_MEAN, FramePlan, FrameSolver, Heights
 from synth.plan.preparation import Preparation
 from synth.response.lift_gate import SMALLEST
 from synth.response.mean_approach import mean_curve

@@ -109,9 +109,6 @@ class Stepper(ABC):
         """Return the state of the same contact at other points, at its own."""
         return state
 
-    def gap(self, contact: Contact, load: float, phases: int) -> Array:
-        """Return by how much (m) a finger at rest lies above the equilibrium of `contact` at `load` (N), over a period.
-
-        Nothing, where that is told in another way.
-        """
-        return np.zeros(phases)
+    def coarser(self) -> Self | None:
+        """Return the same contact at half as many phases and heights; None where points say how fine it is."""
+        return None

@@ -30,7 +30,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.load_balance import Contact
 from synth.effects.simulation.energy_table import (
     BASE,
     BOTTOM,
@@ -56,7 +55,6 @@ from synth.effects.simulation.steps import (
     Stiffness,
 )
 from synth.kernels import inner, signed_kernel
-from synth.response.phases import turns_to_phase
 
 EPSILON = 2.0**-52
 BAND = 64.0  # roundings of forces and of z within which a finger rests; with few a damped one swings on at 1e-19 m
@@ -166,17 +164,9 @@ class TableStepper(Stepper):
         table = (self.table.nodes, self.table.curves, self.table.grid)
         run_steps(*table, self.coefficients, state.numbers, state.phase, phases, loads, out, self.with_forces)
 
-    def gap(self, contact: Contact, load: float, phases: int) -> Array:
-        """See `Stepper`: what is left of the forces on it, over their slope."""
-        turns, rows, pressed = np.arange(phases) / phases, np.empty((ROWS, phases)), max(load, self.stiffness.lightest)
-        self.at_rest.run(self.start(0, load, 0.0, 1.0), turns_to_phase(turns), np.full(phases, load), rows)
-        stiffness, pulling = contact.stiffness_at(pressed), self.pull / self.reach if self.pull > 0.0 else 0.0
-        depth, touching = contact.measure(turns, rows[HEIGHT], pressed)
-        far, wide = contact.measure(turns, rows[HEIGHT] - self.reach, pressed)
-        excess = (stiffness + pulling) * depth - pulling * far - load
-        slope = (stiffness + pulling) * touching - pulling * wide
-        held = (rows[ATTACHED] > 0.0) & (slope > 0.0)
-        return np.where(held, -excess / np.where(held, slope, 1.0), 0.0)
+    def coarser(self) -> TableStepper:
+        """See `Stepper`."""
+        return replace(self, table=self.table.coarser())
 
     def apart(self, before: TableState, after: TableState, seconds: float) -> Array:
         """See `Stepper`."""

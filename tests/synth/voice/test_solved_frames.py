@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 from scipy.special import erfc
 
-from synth.plan.frame_plan import FramePlan
-from synth.plan.frame_solver import CUT, WIDTH
+from synth.plan.frame_solver import CUT, WIDTH, FramePlan
 from synth.plan.preparation import prepare
 from synth.response.spectrum import Demand, solve_spectrum
 from synth.scene.scene import Scene
