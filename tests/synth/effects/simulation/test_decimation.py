@@ -7,7 +7,6 @@ import pytest
 
 from synth.arrays import Array
 from synth.effects.simulation.decimation import Decimator
-from tests.reference.slow_running import frames_of
 
 RATE = 48000
 FRAMES = 60
@@ -68,12 +67,3 @@ def test_a_mass_that_a_fast_force_drives_moves_as_far_as_it_should() -> None:
         if frequency >= 0.2:
             found, wanted = read(plain, frequency, 0)
             assert np.max(np.abs(moved * found / wanted - 1.0)) > 1e-3
-
-
-@pytest.mark.parametrize("order", [0, 1, 2])
-def test_the_compiled_filter_is_its_slow_twin(order: int) -> None:
-    filters = Decimator.of((order,), RATE, 3, (0.35, 0.49), 80.0)
-    values = np.random.default_rng(3).normal(size=(10 - 1 + 2 * filters.margin) * 3 + 1)
-    slow = frames_of(values.tolist(), filters.taps[0].tolist(), 3, order == 0, 10)
-    scale = float(np.sum(np.abs(filters.taps[0])))
-    assert np.max(np.abs(filters.read(values, 0, 10) - slow)) < 1e-14 * scale

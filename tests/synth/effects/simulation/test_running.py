@@ -18,14 +18,11 @@ from synth.effects.simulation.running import (
     Running,
     Signal,
     Simulation,
-    fade_held,
-    fill_between,
     phases_after,
 )
 from synth.effects.simulation.steps import ATTACHED, HEIGHT, REACTION, SLOPE_FORCE, Phases
 from synth.motion.scan_motion import LIFT_TIME
 from synth.scene.scene import Scene
-from tests.reference.slow_running import between, held_gates
 
 RATE, STEPS = 8000, 4
 SIGNALS = tuple(Signal(RESPONSE, order) for order in (0, 1, 2))
@@ -141,25 +138,3 @@ def test_z_itself_and_a_force_are_signals_of_their_own() -> None:
     about = Running(replace(simulation(scene), offset=1e-7), (Signal(RESPONSE, 0),)).along(0, 100)
     assert np.max(np.abs(rows[0] - (about[0] + 1e-7))) < 1e-12
     assert np.max(np.abs(rows[1] - 0.5)) < 1e-12
-
-
-def test_the_compiled_loops_are_their_slow_twins() -> None:
-    random = np.random.default_rng(5)
-    frames, steps = 9, 5
-    phases = np.cumsum(random.integers(-(1 << 61), 1 << 61, frames)).astype(np.int64).view(np.uint64)
-    samples = random.normal(size=(5, frames))
-    before = (int(phases[0]) + 12345) % 2**64, 0.3, 0.1, -0.7
-    fine = np.empty(frames * steps, np.uint64), np.empty(frames * steps)
-    turn = 1.0 / (1e-3 * RATE)
-    fill_between(phases, samples, np.uint64(before[0]), np.array(before[1:]), steps, turn, 1.0 / RATE, *fine)
-    turns, loads = between(
-        [int(one) for one in phases], samples[0], samples[2], samples[3], before, steps, 1e-3, RATE
-    )  # fmt: skip
-    moved = (fine[0] - np.uint64(before[0])).astype(np.int64) / 2.0**64
-    away = np.abs(moved - np.array(turns))
-    assert np.max(np.minimum(away % 1.0, 1.0 - away % 1.0)) < 1e-12
-    assert np.max(np.abs(fine[1] - loads)) < 1e-13
-    attached = (random.uniform(size=40) > 0.4).astype(float)
-    touching, gates = np.array([0.3]), np.empty(40)
-    fade_held(attached, touching, 0.07, gates)
-    assert np.max(np.abs(gates - held_gates(attached.tolist(), 0.3, 0.07))) < 1e-13
