@@ -20,7 +20,7 @@ from synth.plan.preparation import N_MAX
 from synth.response.reading_filter import reading_filter
 from synth.scene.scene import Scene
 from synth.voice.voice import open_voice
-from tests.few import paired
+from tests.few import few, paired
 from tests.reference.synthesis_oracle import direct
 from tests.synth.engine_cases import Real, scene_of, touch_of
 from tests.synth.hard.bounds import ALL, BAND, MOST_DISPLACEMENT, MOVING_REMOVED, finite, overshoot
@@ -100,7 +100,7 @@ def check_hand(whole: Block, fields: dict[str, Any]) -> None:
     assert np.max(np.abs(whole[:, 2])) <= slope * (turns * highest + bend)
 
 
-@pytest.mark.parametrize("name", HANDS)
+@pytest.mark.parametrize("name", few(HANDS, 11))
 def test_a_hard_hand_stays_within_bounds_and_its_blocks_do_not_matter(name: str) -> None:
     fields = HANDS[name]
     whole = rendered(fields, [FRAMES])

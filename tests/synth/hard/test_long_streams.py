@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import itertools
 from fractions import Fraction
 
 import numpy as np
@@ -37,9 +36,7 @@ def off(found: int, turns: Fraction) -> Fraction:
     return min(apart, 1 - apart)
 
 
-@pytest.mark.parametrize(
-    ("rate", "speed"), list(itertools.product(RATES, (0.08, -0.0777, 1.2345, 1e-9, 2.3e-308, -10.0)))
-)
+@pytest.mark.parametrize(("rate", "speed"), paired(RATES, (0.08, -0.0777, 1.2345, 1e-9, 2.3e-308, -10.0)))
 def test_the_phase_of_a_steady_scan_after_24_hours(rate: int, speed: float) -> None:
     voice = open_voice(scene_of(scan={"speed": speed}, output={**NARROW, "sample_rate": rate}))
     frame = DAY * rate + 12345
