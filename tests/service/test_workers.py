@@ -9,6 +9,7 @@ import shutil
 import signal
 import socket
 import tempfile
+import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -277,6 +278,7 @@ def _counts_never_fall(url: str, frames: float) -> None:
     """Scrape until the parent has replaced the worker that was killed; the dead one is counted no more."""
 
     def replaced() -> bool:
+        time.sleep(0.1)  # the processor is the new worker's, to start
         try:
             with httpx.Client(base_url=url, timeout=PATIENCE) as client:
                 shown = scrape(client)
