@@ -346,11 +346,15 @@ def solve_segments(pieces, phases, targets, guess, height, touching, iterations)
 
 @kernel
 def measure_segments(pieces, phases, heights, depth, touching):
-    """Write F(z) / (a1 + a2) and the touching part of L at each phase and z / (a1 + a2)."""
+    """Write F(z) / (a1 + a2) and the touching part of L at each phase and z / (a1 + a2).
+
+    A place is laid out once for all z that follow each other at the same phase: tables ask so.
+    """
     work = np.empty((3, pieces[2].shape[1] + 1))
     for i in range(len(phases)):
-        knot, before, count, cosine, sine = begin_place(pieces[3], phases[i])
-        run = knots_over(pieces, knot, before, count)
-        inner = bound_blocks(pieces, knot, before, count, cosine, sine, work)
-        ends = ends_of(pieces, run, before, count, cosine, sine)
+        if i == 0 or phases[i] != phases[i - 1]:
+            knot, before, count, cosine, sine = begin_place(pieces[3], phases[i])
+            run = knots_over(pieces, knot, before, count)
+            inner = bound_blocks(pieces, knot, before, count, cosine, sine, work)
+            ends = ends_of(pieces, run, before, count, cosine, sine)
         depth[i], touching[i], _bend = area_over(pieces, work, inner, run, count, cosine, sine, ends, heights[i])

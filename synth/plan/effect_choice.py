@@ -20,11 +20,17 @@ from synth.arrays import Array
 from synth.contact.load_balance import Contact
 from synth.effects.effect import BalanceEffect, Effect, Kind, OutputEffect, ShapeEffect
 from synth.effects.simulation.terms import Terms
+from synth.errors import CannotRender
 from synth.response.spectrum import Demand, curves, points_for, solve_spectrum
 from synth.scene.effect_registry import declaration
 from synth.scene.effects_section import AUTO, FrozenMapping
 from synth.scene.scene import Scene
 
+OF_ONE_SHAPE = (
+    "An effect that shapes the contact (contact_growth, curvature) and one that moves it (inertia, viscous_skin, "
+    "adhesion) go together at a load that does not change: the simulation reads a contact of one shape. Leave one of "
+    "them out, or keep the load constant."
+)
 PUT_IN = 0.4  # of the tolerance: between a tenth, below which nobody would miss it, and all of it
 JUDGED_TO = 0.05  # of the tolerance: error of the series by which a shape is judged
 MEAN_PHASES = 64  # of a period over which the contact is averaged: more would move its stiffness by less than 1 %
@@ -110,6 +116,12 @@ def asked(scene: Scene, kind: Kind) -> Iterator[tuple[Effect, Any, bool]]:
     for effect in in_order([effect for effect in map(effect_called, scene.effects) if effect.kind == kind]):
         settings = scene.effects[effect.name]
         yield effect, effect.settings() if settings == AUTO else settings, settings == AUTO
+
+
+def require_one_shape(scene: Scene) -> None:
+    """Raise CannotRender where `scene` asks for effects on shape and balance both: no hand may lead these."""
+    if all(any(not auto for *_effect, auto in asked(scene, kind)) for kind in (Kind.SHAPE, Kind.BALANCE)):
+        raise CannotRender(OF_ONE_SHAPE)
 
 
 def effect_called(name: str) -> Effect:

@@ -33,7 +33,7 @@ from synth.effects.simulation.steps import Stepper, Stiffness
 from synth.effects.simulation.terms import Terms
 from synth.errors import CannotRender
 from synth.motion.scan_motion import LIFT_TIME, ScanMotion
-from synth.plan.effect_choice import MEAN_PHASES, Case, relative_change
+from synth.plan.effect_choice import MEAN_PHASES, OF_ONE_SHAPE, Case, relative_change
 from synth.response.mean_approach import mean_curve
 
 PILOT, LONGEST_PILOT = 0.05, 20.0  # s: of whole periods at least, and where a period takes longer than that
@@ -156,11 +156,7 @@ class SimulationPlan:
 def plan_simulation(case: Case, terms: Terms) -> SimulationPlan:
     """Return how `case` is simulated with `terms`; CannotRender where the contact changes its shape with the load."""
     if not case.contact.of_one_shape and case.loads[0] != case.loads[1]:
-        raise CannotRender(
-            "An effect that shapes the contact (contact_growth, curvature) and one that moves it (inertia, "
-            "viscous_skin, adhesion) go together at a load that does not change: the simulation reads a contact of one "
-            "shape. Leave one of them out, or keep the load constant."
-        )
+        raise CannotRender(OF_ONE_SHAPE)
     counts = _points(case, terms)
     tried = Tried.of(case, first_simulation(case, terms, counts[0]))
     of_points = _table_errors(case, tried)

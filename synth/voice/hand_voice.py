@@ -19,6 +19,7 @@ from typing import Any
 from synth.arrays import Block
 from synth.motion.motion import LOAD, Motion, Update
 from synth.motion.update_smoothing import Follower
+from synth.plan.effect_choice import require_one_shape
 from synth.plan.preparation import Preparation, prepare
 from synth.plan.usual_hand import nominal_scene, with_full_scale, with_hand_scale
 from synth.response.response_cache import ResponseCache
@@ -49,6 +50,7 @@ class HandVoice(LiveVoice):
     def __init__(
         self, scene: Scene, *, cache: ResponseCache | None = None, record: bool = False, exact: bool = False
     ) -> None:
+        require_one_shape(scene)
         super().__init__(scene, cache=cache, exact=exact)
         self.log = HandLog() if record else None
         self._spare: Voice | None = self._voice_for_hand(self.scene)
@@ -165,6 +167,7 @@ class HandVoice(LiveVoice):
 
     def prepare(self, scene: Scene) -> HandChange:
         """Return `scene` ready to be taken over; SceneError where it changes what is fixed for a stream."""
+        require_one_shape(scene)
         change = super().prepare(scene)
         return HandChange(scene, change.solved, change.voice, self._voice_for_hand(scene))
 

@@ -21,6 +21,7 @@ import numpy as np
 from synth.arrays import Block
 from synth.motion.motion import Motion, completed
 from synth.motion.scan_motion import ScanMotion
+from synth.plan.effect_choice import require_one_shape
 from synth.plan.plan import Plan, plan_of
 from synth.plan.preparation import Preparation, prepare
 from synth.plan.usual_hand import prepare_hand, with_hand_scale
@@ -285,8 +286,10 @@ def open_voice(scene: SceneLike, *, cache: ResponseCache | None = None, live: bo
 
     Example: block = synth.open_voice("grating-1mm-31um").render(480)  # float32 [480, 1], in units of full_scale
     """
-    kept = cache or ResponseCache()
-    return Voice(prepare(scene_from(scene), kept, paced=live), live=live, cache=kept)
+    kept, asked = cache or ResponseCache(), scene_from(scene)
+    if live:
+        require_one_shape(asked)
+    return Voice(prepare(asked, kept, paced=live), live=live, cache=kept)
 
 
 def total_frames(scene: Scene) -> int:

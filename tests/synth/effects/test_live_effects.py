@@ -9,9 +9,10 @@ import pytest
 
 from synth import LiveVoice, Motion, open_voice
 from synth.arrays import Block
-from synth.errors import SceneError
+from synth.errors import CannotRender, SceneError
 from synth.response.response_cache import ResponseCache
 from synth.scene.scene import Scene, parse_scene
+from synth.voice.hand_voice import HandVoice
 
 RATE = 8000
 CACHE = ResponseCache()
@@ -98,3 +99,15 @@ def test_a_hand_that_lifts_is_exact_silence(name: str) -> None:
     block = voice.render(len(load), Motion.of(len(load), speed=0.08, load=load))
     assert np.any(block[:400])
     assert not np.any(block[-200:])
+
+
+@pytest.mark.parametrize("shape", ["curvature", "contact_growth"])
+def test_a_shape_that_a_hand_would_change_under_a_simulation_is_refused_at_once(
+    shape: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("synth.voice.live_voice.prepare", None)  # nothing is solved before
+    monkeypatch.setattr("synth.voice.voice.prepare", None)
+    both = parse_scene({"effects": {shape: {}, "inertia": {}}})
+    for opened in (lambda: HandVoice(both), lambda: open_voice(both, live=True)):
+        with pytest.raises(CannotRender, match="at a load that does not change"):
+            opened()
