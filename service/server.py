@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 log = logging.getLogger("ridgewave.service")
 
 WAITING_BYTES = 16_384  # unsent bytes of a connection: 85 ms of float32 mono at 48 kHz; a render still fills the link
-WORKER_SECONDS = 30  # that a worker may take to answer its parent; less: one that starts slowly is replaced again and again
+WORKER_SECONDS = 30  # for a worker to answer its parent; less: one that starts slowly is replaced again and again
 BACKLOG = 2048
 LIVE_OPTIONS: dict[str, Any] = {  # of uvicorn, for its connections
     "http": "service.request_timeout:RequestTimeout",
