@@ -139,6 +139,7 @@ def visited(page: Page, url: str) -> Iterator[Watch]:
         yield watch
     finally:
         watch.leave()
+        page.goto("about:blank")  # what it still waits for is no affair of the next test
         page.unroute_all()
         page.emulate_media(color_scheme="null", reduced_motion="null")
     watch.check()

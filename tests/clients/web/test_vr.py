@@ -60,9 +60,8 @@ def iwer(tmp_path_factory: pytest.TempPathFactory) -> str:
     return iwer_script(tmp_path_factory.mktemp("npm"))
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def table(browser: Browser, url: str, three: Path) -> Iterator[Page]:
-    """Yield one page for all tests, each of which takes its finger off."""
     with at_the_table(browser, url, three) as (page, _):
         yield page
 
