@@ -40,7 +40,7 @@ def test_a_file_is_the_quadrature_on_the_true_heights(kind: str, seeds: range) -
         scene = rw.parse_scene(sound.scene)
         profile = profile_of(scene)
         highest = max(1, math.ceil(1000.0 / (speed / profile.period)) - 1)
-        count = max(512, 1 << (8 * highest).bit_length())
+        count = 4 * max(512, 1 << (8 * highest).bit_length())
         turns = np.arange(count) / count
         k = Stiffness.of_scene(scene).stiffness(load)
         series = np.fft.rfft(approach(scene.finger, profile, turns, load / k)) / len(turns)
