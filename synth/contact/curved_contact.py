@@ -18,6 +18,7 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -30,6 +31,7 @@ from synth.errors import CannotRender
 
 LONGEST_SPAN = 0.2  # m: longer than any hand; the work of a phase is proportional to it
 WINDOWS = 24  # numbers of crests, and widths about each, at which `lowest_approach` looks; fewer: a longer span
+SPANS_KEPT = 64  # of loads: each is asked for several times in turn
 SLACK = 1e-9  # of a1 + a2, off z0: more than the rounding of this bound
 
 
@@ -167,6 +169,10 @@ class RoundContact(Contact):
         """Return what solves this contact at `load` (N); see `geometry_at`."""
         return solver_of(self.geometry_at(load), self.dome)
 
+    def width_at(self, load: float) -> float:
+        """Return L (m) of a smooth finger at `load` (N), whatever length is solved; none touches at no load."""
+        return self.finger.length_at(load)
+
     def indentation(self, load: float) -> float:
         """Return w / (kappa D) (m) at `load` (N): the mean of max(h - d - z, 0) over the length D that is solved."""
         return self.finger.area(load) / self.geometry_at(load).contact_length
@@ -199,6 +205,7 @@ class RoundContact(Contact):
         return solved.height, np.asarray(-slope / np.maximum(solved.touching, LEAST_TOUCHING))
 
 
+@lru_cache(maxsize=SPANS_KEPT)
 def _spanned(geometry: Geometry, finger: Fingertip, load: float) -> Geometry:
     """Return `geometry` over the length D about its middle beyond which no phase touches at `load` (N)."""
     room = geometry.extent[1] - lowest_approach(geometry, finger.radius, finger.area(load))

@@ -8,8 +8,9 @@ Model   y = max(h - z, 0) with z of eq. 1 at the load w, so w = k N_1; S, T, N_g
         (k / L) integral of y dh/dp dx, and dh/dp = -h_t'. Pi has the period of the texture, so the mean of F_s over a
         period at constant load is exactly zero, and so is the work done.
         Friction: Q = integral of mu p0 (P / p0)^g dA, with P = (k / L^2) y the pressure (a ridge is L long across the
-        scan, eq. 4) and dA = L dx, so Q = mu p0 L^2 (k / (L^2 p0))^g N_g. With g = 1 it is Coulomb's mu w at every
-        phase; otherwise it is modulated at u / lambda2. Its sign is that of the speed, and is given where it is read.
+        scan, eq. 4) and dA = L dx, so Q = mu p0 L^2 (k / (L^2 p0))^g N_g. Under a round finger the length that is
+        solved is longer than L. With g = 1 it is Coulomb's mu w at every phase;
+        otherwise it is modulated at u / lambda2. Its sign is that of the speed, and is given where it is read.
 Source  Fagiani & Barbieri (2016), eqs 1, 2, 4. Wandersman et al. (2011), PRL 107:164301, for a law q = beta p^g; the
         slope force is derived here.
 Limits  quasi-static, and at constant load. On the polyline of the contact: the error is measured, as that of z is.
@@ -33,8 +34,9 @@ from synth.contact.pressure import PressureField
 from synth.contact.profile_solver import SegmentGrid
 from synth.contact.solvers import PhaseSolver
 
-SLOPE_WORK = 3  # cells of the solver that a cell of z and of S costs; fewer would let rows take longer than their bound
-FRICTION_WORK = 10  # the same of z and N_g
+SLOPE_WORK = 2.5  # cells of the solver that a cell of z and of S costs; fewer would let rows take longer than they may
+FRICTION_WORK = 12  # the same of z and N_g
+OTHER_LOADS = 2.5  # times as much where the surfaces change with the load: central differences solve two more
 SCALE_PHASES = 16  # at which the sensitivity to z is taken: it scales the floor of errors, and needs no digits
 LOAD_STEP = 1e-4  # of the load: central differences leave its square; smaller ones would lose digits to rounding
 NO_DEPTH = 1e-300  # m: keeps a quotient finite where rounding leaves no contact at all
@@ -55,6 +57,10 @@ class ForceOfContact:
     def solver(self, load: float) -> PhaseSolver:
         """Return what solves the contact at `load` (N)."""
         return self.contact.solver(load)
+
+    def _work_at(self, load: float, cells: float) -> int:
+        """Return the work of a phase at `load` (N), in cells of the exact solver; cells: that one of it costs."""
+        return round(cells * (1.0 if self.contact.of_one_surface else OTHER_LOADS) * self.contact.work_at(load))
 
     def _height_scale(self, load: float) -> float:
         """Return a1 + a2 + w / k (m) at `load` (N), to which the rounding of h - z is relative."""
@@ -77,7 +83,7 @@ class SlopeForce(ForceOfContact):
 
     def work_at(self, load: float) -> int:
         """Return the work of a phase at `load` (N), in cells of the exact solver."""
-        return SLOPE_WORK * self.contact.work_at(load)
+        return self._work_at(load, SLOPE_WORK)
 
     def closed(self, load: float) -> FullContact | None:
         """Return None: a full contact makes two harmonics, which few phases hold."""
@@ -101,7 +107,7 @@ class SlopeForce(ForceOfContact):
         depth = np.maximum(sums.depth, NO_DEPTH)
         mean = sums.slope / depth
         change = rate * (mean * sums.touching - sums.rise) / depth
-        if not self.contact.of_one_shape:
+        if not self.contact.of_one_surface:
             change = change + _over_load(lambda at: self._mean_slope(phases, z, at), load)
         return -load * mean, -mean - load * change
 
@@ -131,7 +137,7 @@ class FrictionForce(ForceOfContact):
 
     def work_at(self, load: float) -> int:
         """Return the work of a phase at `load` (N), in cells of the exact solver."""
-        return FRICTION_WORK * self.contact.work_at(load)
+        return self._work_at(load, FRICTION_WORK)
 
     def closed(self, load: float) -> FullContact | None:
         """Return mu w for g = 1, else None."""
@@ -154,9 +160,9 @@ class FrictionForce(ForceOfContact):
             return np.zeros(len(phases)), np.zeros(len(phases))
         z, rate = self.contact.approach(phases, load)
         force, fall = self._at(phases, z, load)
-        if self.contact.of_one_shape:
-            stiffening = _over_load(lambda at: np.log(np.array([self.contact.stiffness_at(at)])), load)
-            pressed = self.pressure_exponent * float(stiffening[0]) * force
+        if self.contact.of_one_surface:
+            rise = _over_load(lambda at: np.log(np.array([self._unit(at) / self._length(at)])), load)
+            pressed = float(rise[0]) * force
         else:
             pressed = _over_load(lambda at: self._at(phases, z, at)[0], load)
         return force, pressed - fall * rate
@@ -181,12 +187,20 @@ class FrictionForce(ForceOfContact):
 
     def _at(self, phases: Array, heights: Array, load: float) -> tuple[Array, Array]:
         """Return Q (N) and -dQ/dz (N/m) with surfaces and stiffness at `load` (N), z (m) being given."""
-        exponent, pressure = self.pressure_exponent, self.reference_pressure
-        area = self.contact.geometry_at(load).contact_length ** 2
-        sums = self._field(load).powers(phases, heights, exponent)
-        unit = self.friction_coefficient * pressure * area
-        unit *= (self.contact.stiffness_at(load) / (pressure * area)) ** exponent
+        exponent = self.pressure_exponent
+        sums, unit = self._field(load).powers(phases, heights, exponent), self._unit(load)
         return unit * sums.power, unit * exponent * sums.below
+
+    def _length(self, load: float) -> float:
+        """Return the length (m) that is solved at `load` (N)."""
+        return self.contact.geometry_at(load).contact_length
+
+    def _unit(self, load: float) -> float:
+        """Return Q over N_g (N/m^g) at `load` (N)."""
+        length, width = self._length(load), self.contact.width_at(load)
+        pressed = self.contact.stiffness_at(load) / (length * width * self.reference_pressure)
+        unit = self.friction_coefficient * self.reference_pressure * length * width
+        return float(unit * pressed**self.pressure_exponent)
 
 
 def _over_load(value: Callable[[float], Array], load: float) -> Array:

@@ -86,6 +86,11 @@ class GrowingContact(Contact):
         """False: each load has its own solver."""
         return False
 
+    @property
+    def of_one_surface(self) -> bool:
+        """False: an end takes its place from the load."""
+        return False
+
     def length(self, load: float) -> float:
         """Return L (m) at `load` (N)."""
         return self.growth.length(self.geometry.contact_length, load)

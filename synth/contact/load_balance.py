@@ -60,6 +60,11 @@ class Contact:
         return True
 
     @property
+    def of_one_surface(self) -> bool:
+        """True where what touches at one phase and z is the same at every load."""
+        return True
+
+    @property
     def cells(self) -> int:
         """Cells that a phase is solved on: the work of a phase."""
         return self.grid.cells
@@ -77,6 +82,10 @@ class Contact:
     def geometry_at(self, load: float) -> Geometry:
         """Return the surfaces over the length that the solver at `load` (N) spans."""
         return self.geometry
+
+    def width_at(self, load: float) -> float:
+        """Return the length (m) of a ridge across the scan at `load` (N): that of the contact along it (eq. 4)."""
+        return self.geometry_at(load).contact_length
 
     def work_at(self, load: float) -> int:
         """Return the work of a phase at `load` (N), in cells of the exact solver."""

@@ -3,7 +3,7 @@
 Model   y = h - z is a straight line over each segment of `profile_solver`, and the slope of the texture is that of its
         segment. So S = mean of max(y, 0) h_t', T = mean of h_t' where y > 0, N_g = mean of max(y, 0)^g and N_(g-1) are
         sums of elementary integrals: from y = p to q, that of y^g is (q^(g+1) - p^(g+1)) / ((g + 1) (q - p)) of the
-        length; where p and q are nearly one, its series about their middle. dS/dz = -T and dN_g/dz = -g N_(g-1); N_1 is
+        length; where p and q are nearly one, its series. dS/dz = -T and dN_g/dz = -g N_(g-1); N_1 is
         the mean indentation, N_0 the touching part of the length.
 Source  Fagiani & Barbieri (2016), eqs 1-2; the rest is derived here.
 Limits  exact for the polyline to 1e-12 of itself; against the profile see `profile_solver`.
@@ -19,7 +19,7 @@ from synth.arrays import Array
 from synth.contact.profile_solver import SegmentGrid, begin_place, knots_over
 from synth.kernels import kernel, summing
 
-LEVEL = 1e-3  # of y: where a segment rises by less, a power is taken about its middle, to 1e-13 of itself
+LEVEL = 1e-3  # of y: where a segment rises by less, a series gives the mean of a power, to 1e-14 of itself
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,31 +115,44 @@ def sum_segment_slopes(pieces, phases, heights, sums):
 
 
 @kernel
-def power_over(p, q, exponent):
-    """Return the mean over a segment of max(y, 0)^exponent, y going from p to q as a straight line; exponent > -1."""
-    high, low = max(p, q), min(p, q)
-    if high <= 0.0:
-        return 0.0
-    rise = high - low
-    if rise < LEVEL * high:
-        middle = 0.5 * (high + low)
-        bend = exponent * (exponent - 1.0) / 24.0 * (rise / middle) ** 2
-        return middle**exponent * (1.0 + bend)
-    more = exponent + 1.0
-    whole = high**more - (low**more if low > 0.0 else 0.0)
-    return whole / (more * rise)
+def level_mean(part, exponent):
+    """Return the mean of (1 - part s)^exponent over s from 0 to 1, for a small part: its series."""
+    cubic = (exponent - 2.0) * part / 24.0
+    return 1.0 - exponent * part * (0.5 - (exponent - 1.0) * part * (1.0 / 6.0 - cubic))
+
+
+@kernel
+def segment_powers(p, q, begin, end, exponent):
+    """Return the means of max(y, 0)^exponent and of max(y, 0)^(exponent - 1) where y goes from p to q as a line.
+
+    begin, end: max(p, 0)^exponent and max(q, 0)^exponent; exponent: above 0.
+    """
+    if p > q:
+        p, q, begin, end = q, p, end, begin
+    if q <= 0.0:
+        return 0.0, 0.0
+    rise = q - p
+    if rise < LEVEL * q:
+        return end * level_mean(rise / q, exponent), end / q * level_mean(rise / q, exponent - 1.0)
+    return (q * end - max(p, 0.0) * begin) / ((exponent + 1.0) * rise), (end - begin) / (exponent * rise)
 
 
 @kernel
 def sum_segment_powers(pieces, phases, heights, exponent, sums):
-    """Write, per phase and z, N_g and N_(g-1) in powers of a1 + a2; sums: float64 [2, phases]."""
+    """Write, per phase and z, N_g and N_(g-1) in powers of a1 + a2; sums: float64 [2, phases].
+
+    A power is taken once a knot: it takes longer than all else.
+    """
     finger, numbers = pieces[1], pieces[3]
     depths, widths = np.empty((2, finger.shape[1])), np.empty(finger.shape[1])
     for i in range(len(phases)):
         _knot, count = fill_place(pieces, phases[i], heights[i], depths, widths)
         power, below = 0.0, 0.0
+        end = max(depths[0, 0], 0.0) ** exponent
         for j in range(count):
             p, q = depths[0, j], depths[1, j]
-            power += widths[j] * power_over(p, q, exponent)
-            below += widths[j] * power_over(p, q, exponent - 1.0)
+            begin, end = end, (q**exponent if q > 0.0 else 0.0)
+            more, less = segment_powers(p, q, begin, end, exponent)
+            power += widths[j] * more
+            below += widths[j] * less
         sums[0, i], sums[1, i] = power / numbers[1], below / numbers[1]

@@ -10,7 +10,6 @@ Limits  `error` of a simulated force is what halving the steps changes, a third 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -32,10 +31,8 @@ from synth.response.table import ResponseTable
 from synth.voice.table_reading import HandReader, ScanReader, delayed
 
 QUANTITY = "tangential_force"
-READ_AS = "displacement"  # how a table reads a force: about its mean, without a derivative
-FORCE_WORK = 4.0  # times that of a contact: friction that is not Coulomb's takes ten times as long a phase
-MEAN_LOADS = 65  # at which the mean of friction that is not Coulomb's is taken, over the cube root of the load
-HEAVIEST_MEAN = 64.0  # N: beyond it the mean friction of a hand goes on as the last cubic does
+READ_AS = "displacement", "approach"  # how tables are read: the force of the slopes has no mean, friction has one
+LIVE_WORK, FILE_WORK = 2.0, 8.0  # times the work of a contact: of friction a phase takes ten times as long
 SIMULATED = (Signal(SLOPE, 0), Signal(PRESS, 0))
 
 
@@ -72,8 +69,9 @@ class Force:
         series[0] = 0.0
         if not solved.moving:
             return cls(series, None, error)
-        table, rate = kept_table(force, solved.scene, cache, work=FORCE_WORK), solved.scene.output.sample_rate
-        return cls(series, table, read_error(table, READ_AS, rate, solved.told_loads, highest))
+        work, rate = LIVE_WORK if solved.by_hand or solved.paced else FILE_WORK, solved.scene.output.sample_rate
+        table = kept_table(force, solved.scene, cache, work=work)
+        return cls(series, table, read_error(table, READ_AS[0], rate, solved.told_loads, highest))
 
     @property
     def left_over(self) -> float:
@@ -83,7 +81,7 @@ class Force:
 
 @dataclass(slots=True)
 class ForceState:
-    """What a voice keeps. reader: of the tables, if any. past: direction and mean (N) of the last frames of a hand."""
+    """What a voice keeps. reader: of the tables, if any. past: direction and load (N) of the last frames of a hand."""
 
     reader: HandReader | ScanReader | None
     past: Array | None = None
@@ -94,14 +92,12 @@ class TangentialStage:
     """The effect made ready for one scene.
 
     law: of friction. solved: the scene. forces: of the slopes and, where it is not Coulomb's, of friction; none where
-    the simulation gives them. mean: of friction over a period (N) at each load. steady: what reads a constant scan; its
-    mean (N).
+    the simulation gives them. steady: what reads a constant scan; its mean (N).
     """
 
     law: Friction
     solved: Preparation
     forces: tuple[Force, ...]
-    mean: Callable[[Array], Array]
     steady: tuple[SeriesCurve, float] | None
     channel: AddedChannel
 
@@ -109,22 +105,20 @@ class TangentialStage:
     def of(cls, solved: Preparation, law: Friction, cache: ResponseCache) -> TangentialStage:
         """Return the stage of a prepared scene that sounds."""
         assert solved.effects is not None and solved.contact is not None and solved.spectrum is not None
-        mean = _coulomb(law.friction_coefficient)
         if solved.effects.simulation is not None:
-            return cls(law, solved, (), mean, None, _simulated_channel(solved, law))
-        direction = math.tanh(solved.scene.scan.speed / law.reversal_speed)
+            return cls(law, solved, (), None, _simulated_channel(solved, law))
+        scan = solved.scene.scan
+        direction, mean = math.tanh(scan.speed / law.reversal_speed), law.friction_coefficient * scan.load
         contact = solved.contact.as_profile()
         forces = [Force.of(solved, SlopeForce(contact), cache)]
         series, left_over = forces[0].series, forces[0].left_over
         if law.pressure_exponent != 1.0 and law.friction_coefficient > 0.0:
             response = FrictionForce(contact, law.friction_coefficient, law.pressure_exponent, law.reference_pressure)
             forces.append(Force.of(solved, response, cache))
-            mean = _mean_friction(response, solved)
+            mean = response.mean(scan.load)
             series = series + direction * forces[1].series
             left_over += abs(direction) * forces[1].left_over
-        scan = solved.scene.scan
-        lifted = float(gate(scan.load, scan.lift_load))
-        level = direction * float(mean(np.array([scan.load]))[0])
+        lifted, level = float(gate(scan.load, scan.lift_load)), direction * mean
         extent, _peak = extent_and_peak(series)
         peak = lifted * float(np.max(np.abs(curves(series, 0, 2 * points_for(len(series) - 1)) + level)))
         scale = law.full_scale or (peak / PEAK if peak > STILL else 1.0)
@@ -134,7 +128,7 @@ class TangentialStage:
             reader = SeriesCurve(lifted * series)
             steady, method = (reader, lifted * level), reader.name
         channel = AddedChannel(QUANTITY, scale, lifted * extent, error + ROUNDING, method)
-        return cls(law, solved, tuple(forces), mean, steady, channel)
+        return cls(law, solved, tuple(forces), steady, channel)
 
     @property
     def channels(self) -> tuple[AddedChannel, ...]:
@@ -162,7 +156,8 @@ class TangentialStage:
         """See `OutputStage`."""
         scene = self.solved.scene
         rate = scene.output.sample_rate
-        readers = tuple(TableReader.of(one.table, READ_AS, rate) for one in self.forces if one.table is not None)
+        read = zip(self.forces, READ_AS, strict=False)
+        readers = tuple(TableReader.of(one.table, name, rate) for one, name in read if one.table is not None)
         if not readers:
             return ForceState(None)
         if not self.solved.by_hand:
@@ -188,22 +183,21 @@ class TangentialStage:
             reader.read(passage.phase, passage.step, 1.0 / scale, block, column)
             block[:, column] += np.float32(level / scale)
             return
-        direction, mean = self._of_motion(state, passage, len(block))
+        direction, load = self._of_motion(state, passage, len(block))
         if passage.signals is not None:
             slope, pressed = passage.signals
             force = slope + direction * self.law.friction_coefficient * pressed
         else:
-            force = self._read(state, passage, direction, mean, len(block))
+            force = self._read(state, passage, direction, load)
         force = force / scale
         block[:, column] = np.where(np.abs(force) >= SMALLEST, force, 0.0)
 
     def _of_motion(self, state: ForceState, passage: Passage, frames: int) -> Array:
-        """Return the direction of friction and its mean (N) at the frames of a block, as late as the block is."""
+        """Return the direction of friction and the load (N), faded by the lift gate, as late as the block is."""
         scan, motion = self.solved.scene.scan, passage.motion
         speeds = np.full(frames, scan.speed) if motion is None else motion.samples[SPEED]
         loads = np.full(frames, scan.load) if motion is None else motion.samples[LOAD]
-        mean = self.mean(np.maximum(loads, 0.0)) * _gates(loads, scan.lift_load)
-        both = np.array([np.tanh(speeds / self.law.reversal_speed), mean])
+        both = np.array([np.tanh(speeds / self.law.reversal_speed), loads * _gates(loads, scan.lift_load)])
         late = self.delay(state) or passage.late
         if not late:
             return both
@@ -211,41 +205,21 @@ class TangentialStage:
             state.past = np.repeat(both[:, :1], late, axis=1)
         return np.asarray(delayed(both, state.past))
 
-    def _read(self, state: ForceState, passage: Passage, direction: Array, mean: Array, frames: int) -> Array:
+    def _read(self, state: ForceState, passage: Passage, direction: Array, load: Array) -> Array:
         """Return the force (N) at the frames of a motion, from the tables."""
         assert state.reader is not None and passage.motion is not None
-        parts = np.zeros((frames, 2), np.float32)
-        read = parts[:, : len(self.forces)]
+        read = np.zeros((len(load), len(self.forces)), np.float32)
         if isinstance(state.reader, HandReader):
             state.reader.read(passage.motion, read)
         else:
             state.reader.read(passage.frame, read)
-        return np.asarray(parts[:, 0] + direction * (parts[:, 1] + mean))
-
-
-def _coulomb(coefficient: float) -> Callable[[Array], Array]:
-    def mean(loads: Array) -> Array:
-        return coefficient * loads
-
-    return mean
+        friction = self.law.friction_coefficient * load if len(self.forces) == 1 else read[:, 1]
+        return np.asarray(read[:, 0] + direction * friction)
 
 
 def _gates(loads: Array, lift: float) -> Array:
     s = np.clip(loads / lift, 0.0, 1.0)
     return np.asarray(s**3 * (10.0 + s * (6.0 * s - 15.0)))
-
-
-def _mean_friction(response: FrictionForce, solved: Preparation) -> Callable[[Array], Array]:
-    """Return the mean of friction over a period (N) as a function of the load (N)."""
-    from scipy.interpolate import CubicSpline
-
-    low, high = solved.loads
-    if low == high:
-        level = response.mean(high)
-        return lambda loads: np.full_like(loads, level)
-    roots = np.linspace(0.0, np.cbrt(min(high, HEAVIEST_MEAN)), MEAN_LOADS)
-    curve = CubicSpline(roots, [response.mean(float(root) ** 3) for root in roots])
-    return lambda loads: np.asarray(curve(np.cbrt(loads)))
 
 
 def _simulated_channel(solved: Preparation, law: Friction) -> AddedChannel:
