@@ -103,11 +103,6 @@ def slope_mean(surfaces: Surfaces, z: float) -> float:
     return _mean(surfaces, z, lambda x, above: above * surfaces.texture_slope(x))
 
 
-def rise_mean(surfaces: Surfaces, z: float) -> float:
-    """Mean over L of dh_t/dx where h > z."""
-    return _mean(surfaces, z, lambda x, above: surfaces.texture_slope(x))
-
-
 def balanced(surfaces: Surfaces, depth: float) -> float:
     """z (m) at which the mean of max(h - z, 0) is ``depth`` (m): Newton from below, which never passes it."""
     x = np.linspace(0, surfaces.length, 4001, dtype=np.longdouble)

@@ -82,7 +82,7 @@ def oracle_of(contact: Contact, load: float, phase: float) -> Surfaces:
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("seed", few(range(16), 6))
+@pytest.mark.parametrize("seed", few(range(24), 9))
 def test_forces_are_those_of_the_oracle(seed: int) -> None:
     contact, load = any_contact(seed)
     contact = finer(contact, HALVINGS)
@@ -95,10 +95,11 @@ def test_forces_are_those_of_the_oracle(seed: int) -> None:
     width = length if contact.dome == 0.0 else 2.0 * (1.5 / contact.dome * load / stiffness * length) ** (1 / 3)
     area = length * width
     wanted = 0.6 * PRESSURE * area * (stiffness / (area * PRESSURE)) ** exponent * power_mean(surfaces, z, exponent)
-    found, _rate = slope.approach(np.array([phase]), load)
-    rubbed, _rate = friction.approach(np.array([phase]), load)
-    assert abs(found[0] + stiffness * slope_mean(surfaces, z)) <= NEAR * slope.scale_at(load)
-    assert rubbed[0] == pytest.approx(wanted, rel=1e-4)
+    for whole in (0.0, -3.0):
+        found, _rate = slope.approach(np.array([phase + whole]), load)
+        rubbed, _rate = friction.approach(np.array([phase + whole]), load)
+        assert abs(found[0] + stiffness * slope_mean(surfaces, z)) <= NEAR * slope.scale_at(load)
+        assert rubbed[0] == pytest.approx(wanted, rel=1e-4)
 
 
 @pytest.mark.parametrize("seed", few(range(8), 4))
@@ -220,7 +221,7 @@ def test_slopes_are_the_differences_over_the_load(contact: Contact, load: float,
     assert np.max(np.abs(rate - difference)) <= 4e-4 * np.max(np.abs(difference))
 
 
-@pytest.mark.parametrize("seed", few(range(16), 8))
+@pytest.mark.parametrize("seed", few(range(16), 4))
 def test_the_stated_error_is_not_exceeded(seed: int) -> None:
     random = np.random.default_rng(seed)
     contact, load = random_contact(random)
