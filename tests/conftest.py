@@ -14,6 +14,9 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+# Before numpy is loaded: each process of a run (-n) would else spin a thread a core for every product of matrices.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 import hypothesis
 import pytest
 from numba.core.compiler_lock import global_compiler_lock

@@ -1,7 +1,7 @@
 """z of eq. 1 for a texture of any kind, by quadrature on its true heights.
 
 Model   the heights of texture and finger at POINTS places of the contact, a trapezoid rule for the mean of
-        max(h - z, 0), and a bracketed root search for z. Nothing is shared with the engine but the heights.
+        max(h - z, 0), and z from the heights above it. Nothing is shared with the engine but the heights.
 Limits  2e-4 of the peak-to-peak for everyday scenes (the same with twice the points, to that).
 """
 
@@ -50,12 +50,15 @@ def domed_approach(
 
 
 def level(heights: npt.NDArray[np.float64], indentation: float) -> float:
-    """Return z where the trapezoid mean of max(h - z, 0) is `indentation`, from the sorted heights, exactly."""
-    weights = np.ones(len(heights))
-    weights[[0, -1]] = 0.5
-    order = np.argsort(heights)[::-1]
-    h, w = heights[order], weights[order] / (len(heights) - 1)
-    length, moment = np.cumsum(w), np.cumsum(w * h)
-    above = moment - length * h  # the mean of max(h - h_i, 0)
-    count = max(1, int(np.searchsorted(above, indentation)))
-    return float((moment[count - 1] - indentation) / length[count - 1])
+    """Return z where the trapezoid mean of max(h - z, 0) is `indentation`, exactly: heights below z are left out.
+
+    Leaving out what is too low raises z, so what has been left out stays below it.
+    """
+    weights = np.full(len(heights), 1.0 / (len(heights) - 1))
+    weights[[0, -1]] *= 0.5
+    while True:
+        z = float((np.dot(weights, heights) - indentation) / np.sum(weights))
+        above = heights > z
+        if above.all() or not above.any():
+            return z
+        heights, weights = heights[above], weights[above]

@@ -1,4 +1,4 @@
-"""How a steady table is read and where a texture stands, a frame at a time in plain Python: twins of compiled loops.
+"""How a steady series is read, a frame at a time in plain Python: the twin of a compiled loop.
 
 Model   A phase is an integer fraction of a turn out of 2^64; its high bits name the cell, the rest the place t in it.
 Source  design, section 8.
@@ -23,28 +23,6 @@ def steady(table: Real, phase: int, step: int, frames: int) -> Real:
         cell, place = divmod(((phase + frame * step) % TURN) * cells, TURN)
         values[frame] = _polynomial(table[cell], place / TURN)
     return values
-
-
-def phases(motion: Real, position: Real, phase: int, rate_hz: float, period: float) -> tuple[list[int], int]:
-    """Phases of the frames of ``motion`` [5, frames] from ``phase`` on, and that after the last.
-
-    Without positions a frame moves on by (u + du/dt / 2 / rate) / rate; with them the phase is position / period.
-    """
-    places = []
-    moved = phase
-    for frame in range(motion.shape[1]):
-        speed, speed_rate = motion[0, frame], motion[1, frame]
-        onward = to_phase(speed / (rate_hz * period) + speed_rate / (2.0 * rate_hz * rate_hz * period))
-        here = to_phase(position[frame] / period) if len(position) else moved
-        places.append(here)
-        moved = (here + onward) % TURN
-    return places, moved
-
-
-def to_phase(turns: float) -> int:
-    """``turns`` as an integer fraction of a turn."""
-    rest = turns - round(turns)
-    return round(rest * TURN) % TURN
 
 
 def _polynomial(coefficients: Real, t: float) -> float:

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-import ridgewave as rw
 from synth import LiveVoice, open_voice, parse_scene
 from synth.effects.simulation.terms import Skin
 from synth.scene.scene import Scene
@@ -73,21 +72,6 @@ def test_textures_of_other_kinds_err_by_no_more_than_the_plan_says(texture: dict
     wanted, own = oracle(scene, 3)
     assert own["displacement"] <= 0.02
     check_quantities(scene, (wanted,), own)
-
-
-def test_a_sinusoid_by_another_name_is_one() -> None:
-    output = {"channels": ["displacement", "acceleration"], "sample_rate": 8000, "duration": 0.05}
-    scene = {"output": output, "effects": {"viscous_skin": {}, "tangential": {}}, "accuracy": LOOSE}
-    wanted = rw.render(scene)
-    texture = {"kind": "harmonics", "period": "0.8 mm", "amplitudes": ["20 um", "0.001 nm"], "phases": [0.0, 0.0]}
-    found = rw.render(scene | {"texture": texture})
-    assert wanted.plan is not None
-    assert found.plan is not None
-    names = ("displacement", "acceleration", "tangential_force")
-    for channel, ours, theirs in zip(names, found.values.T, wanted.values.T, strict=True):
-        told = [plan.estimated_error[channel] for plan in (wanted.plan, found.plan)]
-        assert max(told) <= 2e-2
-        assert np.max(np.abs(ours - theirs)) <= sum(told) * np.ptp(theirs)
 
 
 def test_relaxing_skin_errs_by_no_more_than_the_plan_says() -> None:

@@ -1,17 +1,23 @@
-"""The series of z: its stated error against far more phases, closed forms and differences."""
+"""The series of z: the error that a plan tells is a bound, closed forms, differences.
+
+180 steady scenes, 60 of each quantity (in a thorough run 1500), with tolerances from 1e-7 to 3e-2. The truth is the
+exact solver at four times the phases that the plan took (a thirtieth of its error); the exact solver itself is held
+against the oracle by test_exact_solver.py, and whole renders by test_voice_tolerance.py.
+"""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pytest
 
 from synth.contact.load_balance import Contact
-from synth.response.spectrum import Demand, curves, harmonics_of, points_for, solve_spectrum
-from tests.reference.synthesis_oracle import synthesise
-from tests.synth.engine_cases import Real, contact_of, random_document, scene_of, touch_of
+from synth.plan.preparation import Preparation, prepare
+from synth.response.spectrum import Demand, curves, error_floor, harmonics_of, points_for, solve_spectrum
+from tests.synth.engine_cases import QUANTITIES, RATES, Real, contact_of, random_document, scene_of, spread
 
 ORDERS = (0, 1, 2)
 FLOOR = 1e-12  # of a1 + a2: the round-off that the contract allows in displacement
@@ -28,26 +34,6 @@ def distance(series: Any, truth: Any, order: int) -> tuple[float, float]:
     points = points_for(len(truth) - 1)
     difference = curves(series[: len(truth)] - truth, order, points)
     return float(np.max(np.abs(difference))), float(np.ptp(curves(truth, order, points)))
-
-
-def random_contact(random: np.random.Generator) -> tuple[Contact, float]:
-    scene = scene_of(**random_document(random, 48000))
-    return contact_of(scene), scene.scan.load
-
-
-@pytest.mark.parametrize("seed", range(20))
-def test_the_stated_error_is_not_exceeded(seed: int) -> None:
-    random = np.random.default_rng(seed)
-    contact, load = random_contact(random)
-    highest, tolerance = int(random.integers(3, 200)), float(10 ** random.uniform(-4, -2))
-    series = solve_spectrum(contact, load, Demand(highest, ORDERS, tolerance))
-    truth = brute(contact, load, highest)
-    floor = FLOOR * contact.geometry.height_scale
-    for order in ORDERS:
-        error, extent = distance(series.harmonics, truth, order)
-        allowed = floor * (2 * math.pi * highest) ** order
-        assert error <= series.errors[order] * extent + allowed
-        assert series.closed or series.errors[order] * extent <= tolerance * extent + allowed
 
 
 @pytest.mark.parametrize("period_ratio", [64.0, 100.0, 128.0])
@@ -68,18 +54,6 @@ def test_a_locked_texture_many_ridges_long_does_not_converge_falsely(period_rati
     line = int(period_ratio)
     assert abs(truth[line]) > 30 * abs(truth[line - 2])  # the line is there, and what it is worth:
     assert abs(series.harmonics[line] - truth[line]) <= 1e-2 * abs(truth[line])
-
-
-@pytest.mark.parametrize("seed", [1, 4])
-def test_the_series_is_that_of_the_oracle(seed: int) -> None:
-    scene = scene_of(**random_document(np.random.default_rng(seed), 8000))
-    wanted = synthesise(touch_of(scene), scene.scan.speed, 3200.0, relative_error=1e-6)
-    highest = wanted.harmonics.size
-    series = solve_spectrum(contact_of(scene), scene.scan.load, Demand(highest, ORDERS, 1e-5))
-    truth = np.concatenate([[wanted.mean], wanted.harmonics])
-    for order in ORDERS:
-        error, extent = distance(series.harmonics, truth, order)
-        assert error <= 1.2e-5 * extent
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -118,13 +92,6 @@ def test_harmonics_beyond_the_demand_are_kept_when_asked_for() -> None:
     assert np.max(np.abs(series.harmonics - brute(contact, 0.3, 60))) <= 1e-4 * abs(series.harmonics[1])
 
 
-def test_a_tighter_tolerance_takes_more_phases() -> None:
-    contact = contact_of(scene_of())
-    phases = [solve_spectrum(contact, 0.3, Demand(100, ORDERS, 10.0**-digits)).phases for digits in (2, 3, 4, 5)]
-    assert phases == sorted(phases)
-    assert phases[0] < phases[-1]
-
-
 @pytest.mark.parametrize("order", ORDERS)
 def test_curves_are_the_derivatives_of_the_sum(order: int) -> None:
     random = np.random.default_rng(3)
@@ -133,3 +100,70 @@ def test_curves_are_the_derivatives_of_the_sum(order: int) -> None:
     n = np.arange(1, 6)
     wanted = 2 * (np.exp(2j * np.pi * np.outer(theta, n)) @ (series[1:] * (2j * np.pi * n) ** order)).real
     assert curves(series, order, 64) == pytest.approx(wanted, rel=1e-12, abs=1e-9)
+
+
+SCENES = [60, pytest.param(500, marks=pytest.mark.thorough)]
+MORE_PHASES = 4
+MOST_WASTED = 0.1  # of the scenes, closed forms aside, may take so many times the phases that hold the tolerance:
+WASTED = 8  # such a series errs by about 1/175 of what it may
+
+
+@dataclass(frozen=True)
+class Found:
+    """What one scene asked for, was told and got, of the peak-to-peak.
+
+    floor: what round-off may be of it. coarse: the error with 1/WASTED of the phases.
+    """
+
+    tolerance: float
+    told: float
+    error: float
+    floor: float
+    coarse: float
+
+
+def solved(seed: int, quantity: str) -> Preparation:
+    random = np.random.default_rng([seed, QUANTITIES.index(quantity)])
+    document = random_document(random, RATES[seed % 4], spread(random, 1e-7, 3e-2))
+    document["output"] = {"quantity": quantity, "sample_rate": RATES[seed % 4], "full_scale": 1.0}
+    return prepare(scene_of(**document))
+
+
+def found(made: Preparation) -> Found | None:
+    """Return what was found of a scene, None where it is silent or closed."""
+    spectrum, channel = made.spectrum, made.channels[0]
+    if spectrum is None or spectrum.closed or channel.reader is None or made.contact is None:
+        return None
+    phases = MORE_PHASES * spectrum.phases
+    heights, _slope = made.contact.approach(np.arange(phases) / phases, made.scene.scan.load)
+    turned = 2j * np.pi * np.arange(made.highest + 1) * made.turns
+    truth = harmonics_of(heights, made.highest) * turned**channel.order
+    fewer = harmonics_of(heights[:: MORE_PHASES * WASTED], made.highest) * turned**channel.order
+    points = 4 * max(points_for(made.highest), 1024)
+    curve = curves(truth, 0, points)
+    extent = float(np.ptp(curve))
+    out = np.empty((points, 1), np.float32)
+    channel.reader.read(0, 2**64 // points, 1.0 / extent, out, 0)
+    error = float(np.max(np.abs(out[:, 0] - curve / extent)))
+    scale = made.contact.geometry.height_scale
+    floor = error_floor(scale, made.highest, channel.order) * abs(made.turns) ** channel.order
+    coarse = float(np.max(np.abs(curves(fewer - truth, 0, points)))) / extent
+    return Found(made.tolerance, channel.error, error, floor / extent, coarse)
+
+
+@pytest.mark.parametrize("scenes", SCENES)
+@pytest.mark.parametrize("quantity", QUANTITIES)
+def test_the_error_is_below_what_the_plan_tells_and_that_below_what_was_asked(quantity: str, scenes: int) -> None:
+    wasted = counted = 0
+    for seed in range(scenes):
+        made = solved(seed, quantity)
+        one = found(made)
+        if one is None:
+            continue
+        assert one.error <= one.told + one.floor, f"seed {seed}"
+        assert one.error <= one.tolerance + one.floor, f"seed {seed}"
+        assert one.told <= one.tolerance + one.floor or made.warnings, f"seed {seed}"
+        wasted += one.coarse <= one.tolerance
+        counted += 1
+    assert counted > 0.7 * scenes
+    assert wasted <= MOST_WASTED * counted

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from synth.response.mip_levels import WIDTH, MipLevels
 from synth.response.phases import turns_to_phase
 from synth.response.reading import TableReader
 from synth.response.reading_filter import reading_filter
@@ -115,3 +116,15 @@ def test_a_filter_errs_little_and_looks_ahead_a_third_of_a_millisecond(quantity:
     assert found.error <= 5e-4
     assert found.delay / rate <= 0.51e-3
     assert rate / found.stride >= 8000
+
+
+@pytest.mark.parametrize("harmonics", [1, 2, 3, 10, 64, 200])
+def test_gains_of_levels_are_one_in_the_band_and_zero_above_it(harmonics: int) -> None:
+    levels = MipLevels.up_to(harmonics)
+    n = np.arange(1, harmonics + 1)
+    for turns in np.geomspace(1e-3, 3.0, 2000):
+        gains = levels.gains(float(turns))
+        assert np.all(gains[n * turns <= 1.0] == pytest.approx(1.0))
+        assert np.all(gains[n * turns >= WIDTH] == 0.0)
+        assert np.all((gains >= 0.0) & (gains <= 1.0 + 1e-12))
+        assert np.count_nonzero(levels.shares(float(turns))) <= 2

@@ -6,6 +6,7 @@ The oracle shares no code with the solver: heights at 200,000 points of the cont
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -40,7 +41,7 @@ def test_a_file_is_the_quadrature_on_the_true_heights(kind: str, seeds: range) -
         scene = rw.parse_scene(sound.scene)
         profile = profile_of(scene)
         highest = max(1, math.ceil(1000.0 / (speed / profile.period)) - 1)
-        count = 4 * max(512, 1 << (8 * highest).bit_length())
+        count = max(512, 1 << (8 * highest).bit_length())
         turns = np.arange(count) / count
         k = Stiffness.of_scene(scene).stiffness(load)
         series = np.fft.rfft(approach(scene.finger, profile, turns, load / k)) / len(turns)
@@ -55,15 +56,33 @@ def test_a_file_is_the_quadrature_on_the_true_heights(kind: str, seeds: range) -
         assert error <= max(1e-3, told) + 2e-4, (seed, texture, error)  # 2e-4: of the oracle, by halving its step
 
 
-@pytest.mark.parametrize("quantity", ["displacement", "acceleration"])
-def test_a_sinusoid_by_another_name_is_one(quantity: str) -> None:
-    output = {"quantity": quantity, "sample_rate": RATE, "duration": 0.1}
-    wanted = rw.render({"output": output}).values
+EFFECTS: dict[str, dict[str, Any]] = {
+    "no effect": {}, "curvature": {"curvature": {}}, "viscous skin": {"viscous_skin": {}, "tangential": {}},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_a_sinusoid_by_another_name_is_one(name: str) -> None:
+    """With viscous skin, whose steps are coarser, within the errors that both plans tell."""
+    channels = ["displacement", "acceleration"]
+    tolerance = 1e-2 if name == "viscous skin" else 1e-3
+    scene: dict[str, Any] = {"effects": EFFECTS[name], "accuracy": {"tolerance": tolerance}}
+    scene["output"] = {"channels": channels, "sample_rate": RATE, "duration": 0.05}
+    wanted = rw.render(scene)
     cosine = 20e-6 * np.cos(2.0 * math.pi * np.arange(512) / 512)
-    second = {"kind": "harmonics", "period": "0.8 mm", "amplitudes": ["20 um", "0.001 nm"], "phases": [0.0, 0.0]}
-    for texture in (second, {"kind": "profile", "heights": cosine.tolist(), "spacing": 0.8e-3 / 512}):
-        found = rw.render({"texture": texture, "output": output}).values
-        assert np.max(np.abs(found - wanted)) < 1e-3 * np.ptp(wanted)
+    textures: list[dict[str, Any]] = [
+        {"kind": "harmonics", "period": "0.8 mm", "amplitudes": ["20 um", "0.001 nm"], "phases": [0.0, 0.0]},
+        {"kind": "profile", "heights": cosine.tolist(), "spacing": 0.8e-3 / 512},
+    ]
+    for texture in textures[: 1 if EFFECTS[name] else 2]:
+        found = rw.render(scene | {"texture": texture})
+        assert wanted.plan is not None and found.plan is not None
+        names = [*channels, *(["tangential_force"] if "tangential" in EFFECTS[name] else [])]
+        for channel, ours, theirs in zip(names, found.values.T, wanted.values.T, strict=True):
+            told = [plan.estimated_error[channel] for plan in (wanted.plan, found.plan)]
+            assert max(told) <= 2.0 * tolerance
+            allowed = sum(told) if name == "viscous skin" else 1e-3
+            assert np.max(np.abs(ours - theirs)) <= allowed * np.ptp(theirs)
 
 
 @pytest.mark.parametrize("speed", [0.01, 0.05, 0.3])
