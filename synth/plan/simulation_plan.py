@@ -340,7 +340,7 @@ def stepper_of(case: Case, terms: Terms, points: int) -> Stepper:
     # a ridge is as long across the scan as the contact is along it (eq. 4)
     pull = 0.0 if terms.adhesion is None else terms.adhesion.stress * contact.geometry.contact_length * length
     sunk = 0.0 if terms.adhesion is None else reach + _sunk(contact, load, heaviest, pull)
-    exact = min(max(TABLE_SHARE * case.tolerance, TIGHTEST_TABLE), LOOSEST_TABLE)
+    exact = LOOSEST_TABLE if case.by_hand else min(max(TABLE_SHARE * case.tolerance, TIGHTEST_TABLE), LOOSEST_TABLE)
     table = EnergyTable.of(contact, load, lightest, heaviest, below=sunk, above=reach, tolerance=exact)
     period = contact.geometry.texture_period
     return TableStepper(table, stiffness, terms.mass, terms.damping, pull, reach, period, case.forces)

@@ -13,15 +13,15 @@ Limits  an update is heard `motion_delay` after the frame at which it was applie
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from synth.arrays import Block
 from synth.motion.motion import LOAD, Motion, Update
 from synth.motion.update_smoothing import Follower
 from synth.plan.effect_choice import require_one_shape
-from synth.plan.preparation import Preparation, prepare
-from synth.plan.usual_hand import nominal_scene, with_full_scale, with_hand_scale
+from synth.plan.preparation import Preparation
+from synth.plan.usual_hand import nominal_scene, prepare_hand, with_full_scale, with_hand_scale
 from synth.response.response_cache import ResponseCache
 from synth.scene.effects_section import lowest_load
 from synth.scene.scene import Scene, scene_document
@@ -179,9 +179,10 @@ class HandVoice(LiveVoice):
 
     def _voice_for_hand(self, scene: Scene) -> Voice:
         """Return a voice of `scene` for a hand, with the stream's full scale; slow."""
-        still = nominal_scene(scene).model_copy(update={"texture": scene.texture})
-        solved = prepare(with_full_scale(still, self.full_scale), self._cache, paced=True)
-        return Voice(solved, live=True, exact=self._exact, cache=self._cache)
+        nominal = nominal_scene(scene).model_copy(update={"texture": scene.texture})
+        solved = prepare_hand(nominal, self.full_scale, self._cache, exact=self._exact)
+        scaled = replace(solved, scene=with_full_scale(nominal, self.full_scale))
+        return Voice(scaled, live=True, cache=self._cache)
 
     def _begin_change(self) -> None:
         change = self._waiting

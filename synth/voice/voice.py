@@ -42,8 +42,8 @@ BLOCK = 1 << 14  # frames a block of `blocks`: large enough that Python costs no
 class Voice:
     """Renders one scene, block after block.
 
-    solved: what `prepare` returned. channels: channels of a block. frame: the next frame. phase: where the texture
-    stands at frame 0, a 64-bit fraction of a turn.
+    solved: what `prepare` returned; prepared for a hand, it has no scan of its own. channels: channels of a block.
+    frame: the next frame. phase: where the texture stands at frame 0, a 64-bit fraction of a turn.
     live: for a hand that does not wait: what follows a hand is made ready now, and automatic full scales hold for one.
     paced: its blocks have deadlines. exact: a hand reads a table that is made to the tolerance. cache: responses and
     tables shared with others.
@@ -66,14 +66,15 @@ class Voice:
         self.frame = 0
         self.channels = len(solved.all_channels)
         self._phase, self._live = phase, live
-        self._moves = solved.moving and solved.spectrum is not None
+        self._by_hand = solved.by_hand
+        self._moves = solved.moving and not solved.by_hand and solved.spectrum is not None
         self._motion = ScanMotion(solved.scene)
         self._step = phase_step(solved.scene.scan.speed, solved.scene.texture.period, self.sample_rate)
         self._still = solved.scene.texture.amplitude == 0.0
         self._steady = []
         self._scan: SolvedFrames | ScanReader | None = None
-        if solved.spectrum is None or solved.simulated:
-            pass  # silence, or the simulation takes the place of the response
+        if solved.spectrum is None or solved.simulated or solved.by_hand:
+            pass  # silence, or the simulation takes the place of the response, or there is no scan but a hand's
         elif not solved.moving:
             self._steady = [(c.reader, 1.0 / c.full_scale, c.level) for c in solved.channels if c.reader is not None]
         elif solved.frames is not None:
@@ -81,14 +82,13 @@ class Voice:
         else:
             self._scan = _scan_reader(solved)
         self._effects: VoiceEffects | None = None
-        if solved.effects is not None and solved.spectrum is not None:
+        if solved.effects is not None and solved.spectrum is not None and not solved.by_hand:
             self._effects = _effects_of(solved, phase, paced=live or paced)
-        self._by_hand = False
         self._before = np.full(4, math.nan)
-        self._for_hand: Preparation | None = None
+        self._for_hand = solved if solved.by_hand else None
         self._hand: HandReader | None = None
         self._hand_effects: VoiceEffects | None = None
-        if live and not self._still:
+        if (live or solved.by_hand) and not self._still:
             self._ready_for_hand()
 
     def __repr__(self) -> str:
@@ -141,7 +141,9 @@ class Voice:
     @property
     def memory_bytes(self) -> int:
         """Bytes of what was prepared, tables included, and of what the voice alone keeps."""
-        parts = [self.solved] if self._for_hand is None else [self.solved, self._for_hand]
+        parts = [self.solved]
+        if self._for_hand is not None and not self.solved.by_hand:
+            parts.append(self._for_hand)
         held = sum(part.memory_bytes + (0 if part.table is None else part.table.nbytes) for part in parts)
         held += self._scan.memory_bytes if isinstance(self._scan, SolvedFrames) else 0
         return held + sum(one.memory_bytes for one in (self._effects, self._hand_effects) if one is not None)
@@ -221,7 +223,9 @@ class Voice:
 
     def _ready_for_hand(self) -> None:
         """Make what follows a hand: the reader of the table, unless a simulation takes its place; the effects."""
-        hand = self._for_hand = prepare_hand(self.scene, self.full_scale, self._cache, exact=self._exact)
+        if self._for_hand is None:
+            self._for_hand = prepare_hand(self.scene, self.full_scale, self._cache, exact=self._exact)
+        hand = self._for_hand
         if hand.table is not None:
             self._hand = _hand_reader(hand)
         if hand.effects is not None:
