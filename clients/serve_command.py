@@ -5,9 +5,9 @@ from __future__ import annotations
 import argparse
 
 from clients.outcome import INTERRUPTED, TERMINATED, Terminated
-from service.page_files import shipped_page
+from service.http.page_files import shipped_page
+from service.operations.settings import read_settings
 from service.server import run as run_service
-from service.settings import read_settings
 
 
 def run(arguments: argparse.Namespace) -> int:

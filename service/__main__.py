@@ -5,9 +5,9 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING
 
-from service.page_files import shipped_page
+from service.http.page_files import shipped_page
+from service.operations.settings import read_settings
 from service.server import run
-from service.settings import read_settings
 from synth.errors import AskedWrong, CannotRender
 
 if TYPE_CHECKING:

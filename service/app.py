@@ -17,16 +17,29 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Match
 
-from service import openapi, problems
+from service import problems
 from service.engine import Engine, SynthEngine
-from service.limits import Limits, RateLimit
-from service.logs import Subjects
-from service.packing import Packing
+from service.http import openapi
+from service.http.compression import Packing
+from service.http.rate_limits import Limits, RateLimit
+from service.http.routes import (
+    accuracy,
+    live,
+    operations,
+    page,
+    play,
+    render,
+    scene,
+    sessions,
+    stream,
+    tables,
+    textures,
+)
+from service.http.security import Bouncer, KeyCheck
+from service.lifespan import Service, lifespan, service_of
+from service.operations.logs import Subjects
+from service.operations.settings import Settings
 from service.problems import Problem
-from service.routes import accuracy, live, operations, page, play, render, scene, sessions, stream, tables, textures
-from service.running import Service, lifespan, service_of
-from service.security import Bouncer, KeyCheck
-from service.settings import Settings
 from synth.errors import Fault, RidgewaveError, shown
 
 DESCRIPTION = "What a finger feels when it scans a texture: a scene in, the vibration out, as a file or a live stream."

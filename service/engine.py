@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
-from service.sound import Sounding
+from service.http.sound_headers import Sounding
 from synth.encode.formats import Block
 from synth.motion.motion import Update
 from synth.scene.scene import Scene
@@ -266,7 +266,7 @@ class SynthEngine:
 
     def accuracy(self, scene: Scene, quantity: str | None, given_up: threading.Event) -> dict[str, Any]:
         """See `Engine`."""
-        from service.accuracy_process import measure_apart
+        from service.compute.accuracy_process import measure_apart
         from synth.accuracy.report import require_measurable
 
         require_measurable(scene)  # what is refused is refused at once, not by a process of the lowest priority

@@ -2,7 +2,7 @@
 
 Model: the listening socket is made here so that accepted connections inherit a small `TCP_NOTSENT_LOWAT`: what waits
     in the kernel for a reader is sound that no change and no stop can reach any more. Beyond loopback nothing starts
-    without a key. SIGTERM ends streams with a fade at once (`service.running`), other answers within
+    without a key. SIGTERM ends streams with a fade at once (`service.lifespan`), other answers within
     RIDGEWAVE_SHUTDOWN_TIMEOUT.
 Limits: the bound is on what is not yet sent; what the reader's own machine has taken is the reader's.
 """
@@ -20,9 +20,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from service.logs import set_up_log
-from service.settings import Settings, SettingsError, as_environment, variable
-from service.siblings import FOLDER_VARIABLE, check_folder
+from service.operations.logs import set_up_log
+from service.operations.settings import Settings, SettingsError, as_environment, variable
+from service.operations.worker_messages import FOLDER_VARIABLE, check_folder
 from synth.errors import CannotRender, Fault
 
 if TYPE_CHECKING:
@@ -36,11 +36,11 @@ WAITING_BYTES = 16_384  # unsent bytes of a connection: 85 ms of float32 mono at
 WORKER_SECONDS = 30  # for a worker to answer its parent; less: one that starts slowly is replaced again and again
 BACKLOG = 2048
 LIVE_OPTIONS: dict[str, Any] = {  # of uvicorn, for its connections
-    "http": "service.request_timeout:RequestTimeout",
-    "ws": "service.websocket:LiveProtocol",
+    "http": "service.http.request_timeout:RequestTimeout",
+    "ws": "service.live.websocket:LiveProtocol",
     "ws_ping_interval": 5.0,  # s; a peer has as long to answer: one that only looks alive is found out within 10 s
 }
-WORKER = "service.worker:app"  # what each of several processes calls for its application
+WORKER = "service.operations.worker_process:app"  # what each of several processes calls for its application
 
 
 def run(settings: Settings, engine: Engine | None = None, *, worker: str = WORKER) -> int:
@@ -97,14 +97,14 @@ def _serve(settings: Settings, listener: socket.socket, engine: Engine | None, w
     import uvicorn
     from uvicorn.supervisors import Multiprocess
 
-    from service.connections import burst
+    from service.http.connection_limit import burst
 
     options: dict[str, Any] = {
         "factory": True,
         "workers": settings.workers,
         "backlog": min(BACKLOG, burst() or BACKLOG),
         "log_config": None,
-        "access_log": False,  # its lines would hold queries; `service.logs` has lines without
+        "access_log": False,  # its lines would hold queries; `service.operations.logs` has lines without
         "server_header": False,
         "proxy_headers": False,
         "timeout_graceful_shutdown": settings.shutdown_timeout,

@@ -22,7 +22,7 @@ import soundfile
 
 from clients.command_line import main
 from service.app import create_app
-from service.settings import read_settings, setting_fields
+from service.operations.settings import read_settings, setting_fields
 from synth import open_voice, parse_scene
 from synth.arrays import Block
 from synth.encode.formats import ENDINGS, SoundFormat
@@ -92,8 +92,8 @@ def test_the_scene_is_far_too_loud_and_clipping_would_be_seen(rendered: Block) -
 def test_integer_answers_are_limited_and_float_ones_are_whole(
     running: Running, rendered: Block, monkeypatch: pytest.MonkeyPatch, sound_format: SoundFormat, at_once: int
 ) -> None:
-    monkeypatch.setattr("service.render_work.WHOLE_SAMPLES", at_once)
-    monkeypatch.setattr("service.render_work.PIECE_SAMPLES", 1000)
+    monkeypatch.setattr("service.compute.render_steps.WHOLE_SAMPLES", at_once)
+    monkeypatch.setattr("service.compute.render_steps.PIECE_SAMPLES", 1000)
     answer = running.client.post(f"/v1/render?format={sound_format}", json=SCENE, headers=headers_off())
     assert answer.status_code == 200, answer.text
     sound = decoded(answer.content, sound_format)

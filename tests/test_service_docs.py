@@ -10,11 +10,12 @@ import re
 import subprocess
 from pathlib import Path
 
-from service import problems, settings
+from service import problems
 from service.app import create_app
-from service.health import Health
-from service.security import OPEN_FOLDER, OPEN_PATHS
-from service.settings import read_settings
+from service.http.security import OPEN_FOLDER, OPEN_PATHS
+from service.operations import settings
+from service.operations.health import Health
+from service.operations.settings import read_settings
 from synth.errors import Fault
 from tests.readme_blocks import code_blocks
 from tests.service.harness import PATIENCE, serving
@@ -117,7 +118,7 @@ def test_the_example_of_a_problem_has_the_shape_of_one() -> None:
 
 
 def test_the_page_of_the_service_describes_every_problem_and_setting() -> None:
-    from service.reference_page import reference_page
+    from service.http.reference_page import reference_page
 
     page = reference_page(create_app(read_settings({}), PlainEngine()).openapi())
     for kind in problems.TYPES.values():

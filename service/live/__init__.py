@@ -1,12 +1,14 @@
 """The live protocol `ridgewave.v1`: a hand's motion in, its vibration out, over one WebSocket.
 
 From the wire inwards:
-    shell          a connection: one task reads, one writes; the only module here that awaits the network
-    conversation   the state machine of a connection: no I/O, no clock
-    messages       every message, as the JSON Schema that is served and checked against; `answers` writes the server's
-    contact        the binary form of a contact update
-    stream         what outlives a connection: voice, newest update, scene, the kept past; `counts` for the metrics
-    changes        scenes opened and changed: slow, for threads
-    account        what a connection tells the metrics and the log
-    sessions       the streams of a process: admission, taking over, expiry, stop
+    websocket          the server's end of a WebSocket: handshake, pings, close; `websocket_frames` reads its frames
+    transport          what a connection needs of it: messages in and out
+    connection         a connection: one task reads, one writes; the only module here that awaits the network
+    conversation       the state machine of a connection: no I/O, no clock
+    messages           every message, as the JSON Schema that is served and checked against
+    server_messages    writes those of the server
+    contact_update     the binary form of a contact update
+    live_stream        what outlives a connection: voice, newest update, scene, and the PCM that is kept to be resumed
+    stream_counts      what a stream counts for the metrics; `connection_log` says how a connection began and ended
+    changes            scenes opened and changed: slow, for threads
 """

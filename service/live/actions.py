@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from service.live.stream import Options
+from service.live.live_stream import Options
 
 CODES = {
     "stopped": 1000,

@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from service import problems
-from service.changing import Merged, Waiting, merged
 from service.engine import Engine
-from service.live.stream import Options, Stream
+from service.live.live_stream import Options, Stream
 from service.problems import Problem
-from service.sessions import changed_scene, with_full_scale
+from service.sessions.scene_changes import Merged, Waiting, merged
+from service.sessions.scene_session import changed_scene, with_full_scale
 from synth.errors import RidgewaveError
 from synth.scene.scene import Scene, parse_scene
 

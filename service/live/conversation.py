@@ -13,14 +13,14 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
-from service.live import answers, contact
+from service.live import contact_update, server_messages
 from service.live.actions import CODES, Action, Close, Detach, Finish, OpenVoice, Prepare, Resume, Send
-from service.live.early import EarlyMessages
+from service.live.early_messages import EarlyMessages
+from service.live.live_stream import Options, Stream
 from service.live.message_rate import MessageRate, may_be_stop
 from service.live.messages import NotJson, read_message, refused
 from service.live.pace import Behind, Pace
-from service.live.stream import Options, Stream
-from service.metrics import Metrics
+from service.operations.metrics import Metrics
 from service.problems import Problem
 from synth.errors import shown
 
@@ -92,7 +92,7 @@ class Conversation:
             self._out_of_turn(data)
             return
         try:
-            stream.take(contact.from_bytes(data, stream.lowest_load), now)
+            stream.take(contact_update.from_bytes(data, stream.lowest_load), now)
         except Problem as problem:
             self.refuse(problem)
 
@@ -134,7 +134,7 @@ class Conversation:
 
     def _tell(self, problem: Problem) -> None:
         self._metrics.refused(problem.kind)
-        self.actions.append(Send(answers.problem(problem)))
+        self.actions.append(Send(server_messages.problem(problem)))
 
     def _refuse_message(self, problem: Problem) -> None:
         if self.phase is Phase.HELLO:
@@ -187,7 +187,7 @@ class Conversation:
         assert self.stream is not None
         self.stream.counts.received += 1
         try:
-            self.stream.take(contact.from_message(message, self.stream.lowest_load), now)
+            self.stream.take(contact_update.from_message(message, self.stream.lowest_load), now)
         except Problem as problem:
             self.refuse(problem)
 
@@ -224,7 +224,7 @@ class Conversation:
         if self.phase is Phase.OVER:
             return
         self._tell(Problem("busy", "Another connection has resumed the session."))
-        self.actions.append(Send(answers.end("policy", self.position)))
+        self.actions.append(Send(server_messages.end("policy", self.position)))
         self.actions.append(Close(CODES["policy"], "policy", at_once=True))
         self.phase, self.stream = Phase.OVER, None
 
@@ -264,7 +264,7 @@ class Conversation:
 
     def _over(self, *, at_once: bool = False) -> None:
         self.phase = Phase.OVER
-        self.actions.append(Send(answers.end(self._reason, self.position)))
+        self.actions.append(Send(server_messages.end(self._reason, self.position)))
         if self.stream is not None:
             self.actions.append(Finish())
         self.actions.append(Close(self._code, self._reason, at_once))
@@ -314,7 +314,7 @@ class Conversation:
             return self._last_block(stream, pcm, frames)
         messages: list[str | bytes] = [*stream.notices(self.position), pcm]
         if skipped := self.pace.take_skipped():
-            messages.insert(0, answers.skipped(self.position, skipped))
+            messages.insert(0, server_messages.skipped(self.position, skipped))
         self.position += frames
         self._metrics.block_sent("live", frames, now - self.pace.due if stream.realtime else None, skipped)
         if stream.realtime:

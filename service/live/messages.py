@@ -1,7 +1,7 @@
 """Every message of the live protocol: the JSON Schema that `/v1/live/schema.json` serves and text is checked against.
 
 Model: one table of fields a message and a direction makes the schema; a message that does not fit becomes faults as a
-    scene's do (pointer, value, allowed, hint). Binary messages: `service.live.contact` from the client, PCM from here.
+    scene's do (pointer, value, allowed, hint). Binary messages: `contact_update` from the client, PCM from here.
 Limits: a scene is only an object here; `synth.scene.scene` reads it and says more about it than a schema could.
 """
 
@@ -14,8 +14,8 @@ from typing import Any
 import jsonschema_rs
 
 from service import problems
-from service.ids import LONGEST_ID
 from service.problems import Problem
+from service.sessions.session_ids import LONGEST_ID
 from synth.errors import Fault, SceneError, shown
 from synth.scene.scene import object_from_text
 from synth.scene.text import pointer

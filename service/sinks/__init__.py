@@ -1,24 +1,23 @@
 """Where audio goes on the server's or the listener's own machine: a device, or a file in the one folder for it.
 
-Model: sound leaves in three ways, all behind the live voice's limiter, and they differ in who keeps the time. A device
-    (`device`) keeps it: a thread fills a ring ahead of its callback. A file (`file`) keeps none, and is written at the
-    pace of a clock. A network peer (`service.streaming`, and the live protocol) is no `Sink`: the event loop writes to
-    it, by the server's clock or as the peer asks for more, so that many peers need no threads. What fails in one of
-    them ends that one; the session and the others go on.
-    `open_sink` turns the `device` of a request into a sink (`service.sinks.interface`): "file:NAME" is a file sink
-    in the folder that the settings name, anything else is an audio device. PortAudio is loaded with the first device,
-    not before.
+Model: sound leaves in three ways, all behind the live voice's limiter. They differ in who keeps the time. A device
+    (`audio_device`) keeps it: a thread fills a ring ahead of its callback. A file (`file_sink`) keeps none, and is
+    written at the pace of a clock. A network peer (`http.paced_stream`, and the live protocol) is no `Sink`: the event
+    loop writes to it, by the server's clock or as the peer asks for more, so that many peers need no threads. A failure
+    in one of them ends that one; the session and the others go on.
+    `open_sink` turns the `device` of a request into a `sink.Sink`: "file:NAME" is a file sink in the folder that the
+    settings name, anything else is an audio device. PortAudio is loaded with the first device, not before.
 """
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from service.sinks.claims import Claims, DeviceBusy
-from service.sinks.device import DeviceSink
-from service.sinks.devices import DeviceDescription, list_devices
-from service.sinks.file import FileSink
-from service.sinks.interface import Sink
+from service.sinks.audio_device import DeviceSink
+from service.sinks.device_claims import Claims, DeviceBusy
+from service.sinks.device_list import DeviceDescription, list_devices
+from service.sinks.file_sink import FileSink
+from service.sinks.sink import Sink
 from synth.errors import CannotRender
 
 __all__ = ["Claims", "DeviceBusy", "DeviceDescription", "DeviceSink", "FileSink", "Sink", "list_devices", "open_sink"]

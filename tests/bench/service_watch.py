@@ -17,9 +17,9 @@ from time import perf_counter
 
 import httpx
 
-from service.exposition import exposition, merged
-from service.limits import Limits
-from service.metrics import Metrics
+from service.http.rate_limits import Limits
+from service.operations.metrics import Metrics
+from service.operations.metrics_text import exposition, merged
 from tests.service.harness import Child, settings_of
 
 CALLS = 100_000

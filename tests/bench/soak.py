@@ -29,7 +29,7 @@ from typing import Any
 
 import numpy as np
 
-from service.pacing import Pacer
+from service.sessions.pacer import Pacer
 from synth.scene.scene import parse_scene
 from synth.voice.live_voice import LiveVoice
 from tests.bench.bench_live import loaded

@@ -27,7 +27,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from service.sinks import DeviceSink, Sink, device, list_devices
+from service.sinks import DeviceSink, Sink, audio_device, list_devices
 from synth.errors import RidgewaveError
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -206,7 +206,7 @@ def main() -> None:
     """
     samples = np.load(sys.argv[1])
     settings = json.loads(sys.argv[2])
-    device.STALLED_SECONDS = settings.get("patience", device.STALLED_SECONDS)
+    audio_device.STALLED_SECONDS = settings.get("patience", audio_device.STALLED_SECONDS)
     sink = DeviceSink(settings.get("device", DEVICE), ring_blocks=settings.get("ring_blocks", 4))
     answer: dict[str, Any] = {"devices": list_devices(), "error": None}
     block = settings.get("block", 480)

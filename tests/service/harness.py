@@ -24,9 +24,9 @@ from starlette.types import ASGIApp
 
 from service.app import create_app
 from service.engine import Engine, SynthEngine
-from service.running import Service
+from service.lifespan import Service
+from service.operations.settings import Settings, read_settings, setting_fields, variable
 from service.server import LIVE_OPTIONS, listen, shown_address
-from service.settings import Settings, read_settings, setting_fields, variable
 from synth.response.response_cache import DEFAULT_BYTES
 
 ROOT = Path(__file__).resolve().parents[2]

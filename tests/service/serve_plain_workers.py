@@ -11,11 +11,11 @@ from __future__ import annotations
 import sys
 
 import service.app
-import service.running
-import service.telling
+import service.lifespan
+import service.operations.worker_metrics
 from service.__main__ import main
 from service.server import LIVE_OPTIONS
-from service.sessions import Sessions
+from service.sessions.scene_session import Sessions
 from tests.service.harness import PATIENCE
 from tests.service.plain_engine import PlainEngine
 
@@ -30,7 +30,7 @@ def _allow(self: Sessions) -> None:
 
 service.app.SynthEngine = _engine  # type: ignore[attr-defined,assignment]
 Sessions._refuse_workers = _allow  # type: ignore[method-assign]
-service.running.STOP_ANSWER_SECONDS = service.telling.ANSWER_SECONDS = PATIENCE
+service.lifespan.STOP_ANSWER_SECONDS = service.operations.worker_metrics.ANSWER_SECONDS = PATIENCE
 LIVE_OPTIONS["timeout_worker_healthcheck"] = round(PATIENCE)  # a worker that starts slowly is not replaced by the next
 
 if __name__ == "__main__":

@@ -6,15 +6,15 @@ import sys
 
 from fastapi import FastAPI
 
-from service import worker
+from service.operations import worker_process
+from service.operations.settings import read_settings
 from service.server import run
-from service.settings import read_settings
 from tests.service.zero_engine import ZeroEngine
 
 
 def app() -> FastAPI:
     """Return the application of one worker."""
-    return worker.app(ZeroEngine())
+    return worker_process.app(ZeroEngine())
 
 
 if __name__ == "__main__":

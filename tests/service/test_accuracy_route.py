@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from fastapi import FastAPI
 
-from service.accuracy_process import measure_apart
-from service.measuring import RETRY_SECONDS
+from service.compute.accuracy_process import measure_apart
+from service.compute.accuracy_queue import RETRY_SECONDS
 from synth.errors import AskedWrong, CannotRender
 from synth.scene.scene import parse_scene
 from tests.accuracy_case import CHOSEN, document
@@ -180,13 +180,13 @@ def test_the_measuring_process_hands_on_refusals() -> None:
 
 @pytest.mark.usefixtures("own_process")
 def test_a_measuring_process_that_fails_is_our_bug(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("service.accuracy_process.scene_document", lambda _scene: {"nothing": "known"})
+    monkeypatch.setattr("service.compute.accuracy_process.scene_document", lambda _scene: {"nothing": "known"})
     with pytest.raises(RuntimeError, match="the measuring process ended with 1"):
         measure_apart(parse_scene({}), None, threading.Event())
 
 
 def test_a_measuring_process_that_the_system_kills_is_no_bug(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("service.accuracy_process._answer_of_process", lambda _asked, _given_up: (-9, b"", b""))
+    monkeypatch.setattr("service.compute.accuracy_process._answer_of_process", lambda _asked, _given_up: (-9, b"", b""))
     with pytest.raises(CannotRender, match="memory"):
         measure_apart(parse_scene({}), None, threading.Event())
 

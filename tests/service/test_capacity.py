@@ -20,10 +20,10 @@ import httpx
 import pytest
 
 from service.app import create_app
+from service.compute.render_process import LOWEST_PRIORITY, Copies
+from service.compute.render_steps import Order, Price, work
 from service.engine import FiniteVoice, SynthEngine
-from service.render_process import LOWEST_PRIORITY, Copies
-from service.render_work import Order, Price, work
-from service.running import Service
+from service.lifespan import Service
 from synth import Voice, parse_scene
 from synth.arrays import Block
 from tests.service.harness import PATIENCE, Child, Running, ask, problem, serving, settings_of, until

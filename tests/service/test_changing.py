@@ -11,8 +11,8 @@ import httpx
 import pytest
 from fastapi import FastAPI
 
-from service.changing import WAITING_BYTES, Changes, Patch, Waiting, merged
 from service.problems import Problem
+from service.sessions.scene_changes import WAITING_BYTES, Changes, Patch, Waiting, merged
 from synth.errors import CannotRender
 from synth.scene.scene import Scene, parse_scene
 from tests.service.harness import LOCAL, Running, until

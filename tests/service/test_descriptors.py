@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 import httpx
 import pytest
 
-from service.request_timeout import HEAD_SECONDS
+from service.http.request_timeout import HEAD_SECONDS
 from tests.service.faults.caller import Caller
 from tests.service.harness import PATIENCE, Child, roomy_environment, until
 from tests.service.scraping import scrape

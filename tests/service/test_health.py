@@ -9,7 +9,7 @@ import sys
 import pytest
 from fastapi import FastAPI
 
-from service.sinks.devices import INSTALL_PORTAUDIO, missing_portaudio
+from service.sinks.device_list import INSTALL_PORTAUDIO, missing_portaudio
 from tests.service.harness import ROOT, ask, serving, until
 from tests.service.plain_engine import PlainEngine
 
@@ -25,7 +25,9 @@ def test_without_portaudio_the_service_is_healthy_and_says_what_is_missing(monke
 
 def test_portaudio_is_looked_for_once_and_not_in_the_event_loop(monkeypatch: pytest.MonkeyPatch) -> None:
     looked: list[object] = []
-    monkeypatch.setattr("service.health.missing_portaudio", lambda: looked.append(asyncio._get_running_loop()))
+    monkeypatch.setattr(
+        "service.operations.health.missing_portaudio", lambda: looked.append(asyncio._get_running_loop())
+    )
     with serving(PlainEngine()) as running:
         until(lambda: running.client.get("/healthz").json()["audio_device"] == {"available": True, "reason": None})
         for _ in range(5):
@@ -40,9 +42,7 @@ def test_an_answer_does_not_wait_for_what_is_not_known_yet(app: FastAPI) -> None
 
 
 def test_to_look_for_portaudio_loads_nothing() -> None:
-    code = (
-        "import sys; from service.sinks.devices import missing_portaudio as m; m(); print('sounddevice' in sys.modules)"
-    )
+    code = "import sys, service.sinks.device_list as devices; devices.missing_portaudio(); print('sounddevice' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"
 

@@ -6,8 +6,8 @@ import base64
 
 import pytest
 
-from service.ids import LONGEST_ID, new_id, not_found, resume_url
-from service.settings import SettingsError
+from service.operations.settings import SettingsError
+from service.sessions.session_ids import LONGEST_ID, new_id, not_found, resume_url
 from tests.service.harness import problem, serving, settings_of
 from tests.service.live.client import live
 from tests.service.plain_engine import PlainEngine

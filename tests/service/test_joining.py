@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.sinks.joining import Joins
+from service.sinks.gap_fade import Joins
 from synth.encode.formats import Block
 
 FADE = 20  # frames

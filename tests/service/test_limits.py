@@ -8,7 +8,7 @@ import pytest
 from fastapi import FastAPI
 
 from service.app import create_app
-from service.limits import CALLERS, KEY, Limits, TokenBucket
+from service.http.rate_limits import CALLERS, KEY, Limits, TokenBucket
 from service.problems import Problem
 from tests.service.harness import ask, problem, serving, settings_of, until
 from tests.service.plain_engine import PlainEngine

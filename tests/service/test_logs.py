@@ -16,7 +16,7 @@ import websockets.exceptions
 import websockets.sync.client
 from fastapi import FastAPI
 
-from service.logs import SubjectFilter, about_session, request_line, set_up_log
+from service.operations.logs import SubjectFilter, about_session, request_line, set_up_log
 from tests.service.harness import PATIENCE, Child, ask
 from tests.service.plain_engine import PlainEngine
 

@@ -12,11 +12,11 @@ from fastapi import FastAPI
 from prometheus_client.openmetrics.parser import text_string_to_metric_families
 
 from service.app import create_app
-from service.build import VERSION
-from service.exposition import exposition, merged
-from service.metrics import Metrics
-from service.metrics_table import LATENESS_BOUNDS, TABLE, Row
-from service.pacing import Pacer
+from service.operations.metrics import Metrics
+from service.operations.metrics_table import LATENESS_BOUNDS, TABLE, Row
+from service.operations.metrics_text import exposition, merged
+from service.operations.version import VERSION
+from service.sessions.pacer import Pacer
 from tests.service.harness import Running, ask, problem, settings_of, until
 from tests.service.plain_engine import PlainEngine, PlainLive
 from tests.service.scraping import Scrape, scrape
@@ -119,7 +119,7 @@ def test_a_refused_stream_is_not_one(app: FastAPI) -> None:
 
 
 def test_a_play_counts_and_so_do_its_underruns(running: Running, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("service.sinks.file.FileSink.underruns", 3, raising=False)
+    monkeypatch.setattr("service.sinks.file_sink.FileSink.underruns", 3, raising=False)
     path = f"/v1/sessions/{running.open_session()}"
     assert running.client.post(f"{path}/play", json=DEVICE).status_code == 202
     until(lambda: running.client.get(path).json()["play"]["frames"] > 960)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from service.negotiation import choose_format
+from service.http.content_negotiation import choose_format
 from service.problems import Problem
 
 

@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from service.pacing import Bell, Pacer
+from service.sessions.pacer import Bell, Pacer
 
 
 def test_blocks_are_due_ahead_by_the_lead_and_do_not_drift() -> None:

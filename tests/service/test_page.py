@@ -9,7 +9,7 @@ import pytest
 from fastapi import FastAPI
 
 from service.app import create_app
-from service.page_files import MEDIA_TYPES, PageFiles
+from service.http.page_files import MEDIA_TYPES, PageFiles
 from tests.service.harness import ask, problem, settings_of
 from tests.service.plain_engine import PlainEngine
 

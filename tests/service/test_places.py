@@ -7,8 +7,8 @@ from collections.abc import Awaitable, Callable
 
 import pytest
 
-from service import places as module
-from service.places import Place, Places
+from service.compute import work_places
+from service.compute.work_places import Place, Places
 
 SOON = 0.3
 
@@ -20,9 +20,9 @@ def run(
     long_seconds: float = SOON,
 ) -> None:
     """Run `act` with places for four short works, and two long ones of a client and three of all."""
-    monkeypatch.setattr(module, "SHORT_PLACES", short)
-    monkeypatch.setattr(module, "LONG_SECONDS", long_seconds)
-    monkeypatch.setattr(module, "STARVED_SECONDS", SOON)
+    monkeypatch.setattr(work_places, "SHORT_PLACES", short)
+    monkeypatch.setattr(work_places, "LONG_SECONDS", long_seconds)
+    monkeypatch.setattr(work_places, "STARVED_SECONDS", SOON)
 
     async def scenario() -> None:
         waited: list[float] = []

@@ -188,7 +188,7 @@ def test_a_failing_sink_is_told_by_the_session(running: Running, monkeypatch: py
     def fail(*_: object, **__: object) -> None:
         raise CannotRender("the disk is full.")
 
-    monkeypatch.setattr("service.sinks.file.FileSink.write", fail)
+    monkeypatch.setattr("service.sinks.file_sink.FileSink.write", fail)
     path, answer = start(running, "file:full.wav")
     assert answer.status_code == 202
     session = path.removesuffix("/play")
@@ -209,7 +209,7 @@ def test_devices_are_listed_and_their_absence_explained(running: Running, monkey
     def missing() -> None:
         raise CannotRender("audio devices need PortAudio.")
 
-    monkeypatch.setattr("service.routes.play.list_devices", missing)
+    monkeypatch.setattr("service.http.routes.play.list_devices", missing)
     answer = running.client.get("/v1/devices")
     assert answer.status_code == 200
     assert answer.json()["devices"] == [] and "PortAudio" in answer.json()["note"]

@@ -13,7 +13,7 @@ import soundfile
 from fastapi import FastAPI
 
 from service.app import create_app
-from service.render_work import WHOLE_SAMPLES
+from service.compute.render_steps import WHOLE_SAMPLES
 from synth.encode.formats import SoundFormat, encode_all, quantise, read_metadata
 from synth.scene.scene import parse_scene
 from tests.service.harness import ask, problem, settings_of

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from service import request_timeout
+from service.http import request_timeout
 from tests.service.harness import Running, until
 from tests.service.live.client import live
 

@@ -11,7 +11,7 @@ from fastapi import FastAPI
 
 from service.app import create_app
 from service.engine import SynthEngine
-from service.routes.scene import BODY, ThresholdParameters
+from service.http.routes.scene import BODY, ThresholdParameters
 from synth.perception.threshold import DEFAULT, THRESHOLDS
 from synth.plan import contact_picture as picture
 from synth.scene.scene import scene_schema

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from service.settings import Settings, SettingsError, as_environment, read_settings, setting_fields, variable
+from service.operations.settings import Settings, SettingsError, as_environment, read_settings, setting_fields, variable
 
 BAD = [
     ("host", "a b"),

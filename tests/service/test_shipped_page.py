@@ -10,8 +10,8 @@ import pytest
 
 from clients import serve_command
 from service import __main__ as plain_command
-from service import page_files
-from service.settings import Settings, as_environment, read_settings
+from service.http import page_files
+from service.operations.settings import Settings, as_environment, read_settings
 
 ARGUMENTS = argparse.Namespace(host=None, port=0, workers=None)
 

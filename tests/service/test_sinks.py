@@ -14,9 +14,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.sinks import Claims, DeviceBusy, DeviceSink, FileSink, Sink, list_devices, open_sink
-from service.sinks.bounded import within
-from service.sinks.devices import DeviceDescription, find_device
-from service.sinks.ring import Ring
+from service.sinks.device_list import DeviceDescription, find_device
+from service.sinks.driver_timeout import within
+from service.sinks.ring_buffer import Ring
 from synth.encode.formats import Block, Metadata, SoundFormat, encode_all, read_metadata
 from synth.errors import AskedWrong, CannotRender
 from tests.service.harness import until
@@ -201,8 +201,8 @@ def test_a_device_that_does_not_open_is_free_again(monkeypatch: pytest.MonkeyPat
     def fail(*_: object) -> None:
         raise fault
 
-    monkeypatch.setattr("service.sinks.device.portaudio", lambda: None)
-    monkeypatch.setattr("service.sinks.device.find_device", lambda _: device)
+    monkeypatch.setattr("service.sinks.audio_device.portaudio", lambda: None)
+    monkeypatch.setattr("service.sinks.audio_device.find_device", lambda _: device)
     monkeypatch.setattr(DeviceSink, "_open", fail)
     claims = Claims()
     with pytest.raises(type(fault)):
@@ -295,19 +295,19 @@ def test_a_device_is_found_by_index_name_or_part(
     monkeypatch: pytest.MonkeyPatch, wanted: str | int | None, index: int
 ) -> None:
     found = devices("USB", "USB Audio 2", "Haptuator")
-    monkeypatch.setattr("service.sinks.devices.list_devices", lambda: found)
+    monkeypatch.setattr("service.sinks.device_list.list_devices", lambda: found)
     assert find_device(wanted)["index"] == index
 
 
 @pytest.mark.parametrize("wanted", ["piano", "", "a", 7, -1])
 def test_a_device_that_is_not_one_of_them_is_refused(monkeypatch: pytest.MonkeyPatch, wanted: str | int) -> None:
     found = devices("USB Audio", "USB Audio 2", "Haptuator")
-    monkeypatch.setattr("service.sinks.devices.list_devices", lambda: found)
+    monkeypatch.setattr("service.sinks.device_list.list_devices", lambda: found)
     with pytest.raises(AskedWrong, match=r"4 'USB Audio', 5 'USB Audio 2', 6 'Haptuator'"):
         find_device(wanted)
 
 
 def test_a_machine_without_devices_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("service.sinks.devices.list_devices", lambda: [])
+    monkeypatch.setattr("service.sinks.device_list.list_devices", lambda: [])
     with pytest.raises(CannotRender, match="no audio output device"):
         find_device(None)

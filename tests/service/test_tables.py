@@ -12,8 +12,8 @@ import pytest
 from fastapi import FastAPI
 
 from clients import Client, ProtocolError
-from service import places
 from service.app import create_app
+from service.compute import work_places
 from service.engine import SynthEngine
 from synth.response.response_cache import DEFAULT_BYTES
 from synth.response.table_file import table_of_bytes
@@ -132,7 +132,7 @@ def test_a_table_belongs_to_no_key(engine: PlainEngine) -> None:
 
 
 def test_the_service_answers_while_tables_wait_for_a_place_of_their_client(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(places, "SHORT_PLACES", 2)  # one for each client
+    monkeypatch.setattr(work_places, "SHORT_PLACES", 2)  # one for each client
     engine = PlainEngine(gate=threading.Event())
     with serving(engine, solves_per_client=1) as running:
         entered: list[str] = []

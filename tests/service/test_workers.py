@@ -19,7 +19,7 @@ import httpx
 import numpy as np
 import pytest
 
-from service.siblings import LONGEST_PATH, Siblings, check_folder
+from service.operations.worker_messages import LONGEST_PATH, Siblings, check_folder
 from synth.errors import CannotRender
 from tests.service.harness import PATIENCE, START, Child, Running, problem, serving, until
 from tests.service.live.client import live

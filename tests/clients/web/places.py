@@ -21,7 +21,7 @@ from starlette.responses import PlainTextResponse, Response
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from service.engine import Engine
-from service.routes.page import POLICIES
+from service.http.routes.page import POLICIES
 from tests.service.harness import ROOT, Running, serving
 
 PATIENCE = 20.0

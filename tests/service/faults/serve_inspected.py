@@ -21,7 +21,7 @@ from starlette.responses import JSONResponse
 from service import app as app_module
 from service.__main__ import main
 from service.engine import Engine
-from service.settings import Settings
+from service.operations.settings import Settings
 from tests.bench.process_use import open_files, resident_bytes
 
 PATH = "/inspected"

@@ -12,14 +12,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from service.changing import Waiting
 from service.engine import Engine
 from service.live.actions import Close, Detach, Finish, OpenVoice, Prepare, Resume, Send
 from service.live.changes import as_problem, open_stream, prepare_change
-from service.live.contact import IS_SPEED, LAYOUT, NO_LOAD
+from service.live.contact_update import IS_SPEED, LAYOUT, NO_LOAD
 from service.live.conversation import Conversation, Limits, Phase
-from service.live.stream import Stream
+from service.live.live_stream import Stream
 from service.problems import Problem
+from service.sessions.scene_changes import Waiting
 from synth.errors import RidgewaveError
 from tests.service.plain_engine import PlainEngine
 from tests.service.plain_hand import PlainHand

@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 from websockets.frames import Frame, Opcode
 
-from service import inflow, websocket
+from service.live import websocket, websocket_frames
 from tests.service.harness import PATIENCE, Running
 from tests.service.live.client import LiveClient, live
 from tests.service.live.driver import contact
@@ -147,7 +147,9 @@ def test_nothing_can_be_sent_once_the_peer_has_closed_though_the_stream_has_not_
 
 
 @pytest.mark.parametrize("size", [0, 1, 125, 126, 127, 65535, 65536, 70000])
-@pytest.mark.parametrize(("kind", "opcode"), [(inflow.WHOLE_TEXT, Opcode.TEXT), (inflow.WHOLE_BINARY, Opcode.BINARY)])
+@pytest.mark.parametrize(
+    ("kind", "opcode"), [(websocket_frames.WHOLE_TEXT, Opcode.TEXT), (websocket_frames.WHOLE_BINARY, Opcode.BINARY)]
+)
 def test_whole_messages_are_framed_as_the_library_frames_them(size: int, kind: int, opcode: Opcode) -> None:
     payload = bytes(size)
     assert websocket.frame_head(kind, size) + payload == Frame(opcode, payload).serialize(mask=False)

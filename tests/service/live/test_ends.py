@@ -9,7 +9,7 @@ import pytest
 
 from service.engine import SynthEngine
 from service.live.conversation import Limits, Phase
-from service.live.stream import Options
+from service.live.live_stream import Options
 from service.problems import Problem
 from synth.encode.samples import SoundFormat, block_bytes
 from synth.scene.scene import parse_scene

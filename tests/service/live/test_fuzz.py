@@ -12,8 +12,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from service.live.conversation import Limits, Phase
+from service.live.live_stream import Stream
 from service.live.messages import CLIENT, SERVER
-from service.live.stream import Stream
 from tests.service.live.driver import Driver, contact
 
 LIMITS = Limits(max_updates=100_000)

@@ -9,8 +9,8 @@ from websockets.frames import Frame, Opcode
 from websockets.protocol import State
 from websockets.server import ServerProtocol
 
-from service import inflow
-from service.inflow import TURN_WORK, Inflow
+from service.live import websocket_frames
+from service.live.websocket_frames import TURN_WORK, Inflow
 from tests.bench.live_frames import BINARY, PING, PONG, TEXT, frame
 
 CONTINUATION = 0x0
@@ -55,7 +55,7 @@ class Taken:
 
 @pytest.fixture(autouse=True)
 def unhurried(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(inflow, "TURN_SECONDS", ENDLESS)
+    monkeypatch.setattr(websocket_frames, "TURN_SECONDS", ENDLESS)
 
 
 def part(kind: int, payload: bytes, *, last: bool) -> bytes:
@@ -130,7 +130,7 @@ def test_a_turn_takes_so_many_frames_and_no_more(one: bytes, most: int) -> None:
 
 
 def test_a_turn_ends_by_its_clock_too(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(inflow, "TURN_SECONDS", 0.0)
+    monkeypatch.setattr(websocket_frames, "TURN_SECONDS", 0.0)
     taken = Taken()
     assert not taken.inflow.take(2 * frame(BINARY, b"x"))
     assert taken.messages == []

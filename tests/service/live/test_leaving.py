@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from service import websocket
+from service.live import websocket
 from tests.bench.live_frames import BINARY, frame
 from tests.service.faults.caller import Caller
 from tests.service.harness import Running, serving, until

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from service.live.actions import CODES
-from service.live.contact import LAYOUT
+from service.live.contact_update import LAYOUT
 from service.live.messages import CLIENT, SERVER
 from tests.readme_blocks import code_blocks
 from tests.service.harness import serving

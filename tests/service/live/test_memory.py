@@ -6,8 +6,8 @@ import json
 
 import pytest
 
-from service.live.early import MOST_BYTES
-from service.live.past import KEPT_BYTES, kept_frames
+from service.live.early_messages import MOST_BYTES
+from service.live.replay_buffer import KEPT_BYTES, kept_frames
 from tests.service.harness import Running, serving, until
 from tests.service.live.client import live
 from tests.service.live.driver import Driver
@@ -64,7 +64,7 @@ def test_recordings_end_where_the_memory_does(monkeypatch: pytest.MonkeyPatch) -
 
 
 def test_the_oldest_recordings_of_ended_sessions_go_where_the_memory_does(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("service.live.sessions._recording", lambda stream: bytes(400_000))
+    monkeypatch.setattr("service.sessions.live_session._recording", lambda stream: bytes(400_000))
     with serving(PlainEngine(), live_bytes=1 << 20) as running:
         names = []
         for _ in range(4):

@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from service import websocket
+from service.live import websocket
 from service.server import LIVE_OPTIONS
 from tests.bench.live_frames import PING, PONG, FrameReader, frame
 from tests.service.faults.caller import Caller

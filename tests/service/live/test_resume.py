@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from service.live.past import Past
-from service.live.stream import Stream
+from service.live.live_stream import Stream
+from service.live.replay_buffer import Past
 from synth.scene.scene import parse_scene
 from tests.service.live.driver import RATE, Driver, contact
 from tests.service.plain_hand import Applied, PlainHand, expected

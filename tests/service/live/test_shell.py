@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 from starlette.types import Send
 
-from service.live.sessions import LiveSessions
-from service.live.shell import Connection
-from service.live.wire import PlainWire
-from service.places import Places
+from service.compute.threads import BlockThreads, Solves
+from service.compute.work_places import Places
+from service.live.connection import Connection
+from service.live.transport import PlainWire
 from service.problems import Problem
-from service.threads import BlockThreads, Solves
+from service.sessions.live_session import LiveSessions
 from tests.service.harness import settings_of
 from tests.service.plain_engine import PlainEngine
 

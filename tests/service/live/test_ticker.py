@@ -6,7 +6,7 @@ import asyncio
 import time
 from functools import partial
 
-from service.live.ticker import EARLY_SECONDS, Ticker
+from service.live.block_timer import EARLY_SECONDS, Ticker
 
 
 def test_callbacks_come_in_the_order_of_their_times_and_not_before() -> None:

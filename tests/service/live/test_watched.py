@@ -11,10 +11,10 @@ from typing import Any
 import pytest
 from websockets.exceptions import InvalidStatus
 
-from service.live.account import BROKEN, code_of
+from service.lifespan import Service
+from service.live.connection_log import BROKEN, code_of
 from service.live.conversation import Limits
-from service.logs import SubjectFilter
-from service.running import Service
+from service.operations.logs import SubjectFilter
 from tests.service.harness import Running, serving, settings_of, until
 from tests.service.live.client import live
 from tests.service.live.driver import RATE, Driver, contact

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from service.live.messages import schema
-from service.live.sessions import LiveSession
+from service.sessions.live_session import LiveSession
 from synth.scene.scene import parse_scene
 from tests.service.harness import Running, problem, serving, until
 from tests.service.live.client import live

@@ -1,0 +1,256 @@
+"""What a render, a plan or a picture computes: an order in, messages out. It runs in a process (`render_process`).
+
+Model: `work` is a generator, so that it can be stopped between any two of its steps and held back between its price and
+    its sound. Two pieces are rendered before the price is told: nothing is computed that is not sent, and no figure of
+    another machine is believed. What may take many seconds for each second of sound, a scene that is solved frame by
+    frame or simulated, has its price from its plan, before the first piece.
+    - Up to `WHOLE_SAMPLES` the sound is encoded and sent in one piece.
+    - Longer, WAV and raw are sent piece by piece as they are rendered: the header's sizes are known before the samples.
+    - Longer FLAC is written to a file without a name first, since its header counts bytes that only the end knows.
+Limits: the price is that of the beginning; where the end of a recording is dearer, the process's bound of processor
+    seconds holds.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+import time
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+
+from service.engine import Engine, FiniteVoice, Limiter
+from service.http.content_negotiation import choose_format
+from service.http.picture_body import read_picture
+from service.http.sound_headers import describe, metadata_of
+from service.problems import refused
+from synth.encode.formats import Block, SoundFormat, encode_all, media_type, open_writer, stream_block
+from synth.encode.riff import padding, wav_header
+from synth.errors import CannotRender
+from synth.scene.scene import Scene, channel_count, parse_scene_text
+from synth.voice.fades import reduction_warning
+
+WHOLE_SAMPLES = 1 << 20  # 4 MB of float32, 22 s of mono at 48 kHz: small enough to hold twice
+PIECE_SAMPLES = 1 << 16  # 256 kB a write, about a millisecond of work
+FILE_BYTES = 1 << 16  # read at a time of a finished FLAC
+CHEAP_SECONDS = 0.5  # of processor: what costs less is not asked for its price
+
+
+@dataclass(frozen=True)
+class Order:
+    """What to compute: kind (render, explain, picture), the query's format and Accept of a render, the longest (s)."""
+
+    kind: str
+    wanted: str | None = None
+    accept: str | None = None
+    max_duration: float = float("inf")
+
+    def text(self) -> bytes:
+        """Return it as JSON."""
+        return json.dumps(asdict(self)).encode()
+
+
+@dataclass(frozen=True)
+class Price:
+    """What is still to be computed: processor seconds, and seconds of sound."""
+
+    seconds: float
+    sound: float
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The head of an HTTP answer; whole: its body is one message. voice_seconds: what opening the voice took."""
+
+    headers: dict[str, str]
+    media_type: str
+    whole: bool
+    voice_seconds: float | None = None
+
+
+Message = Price | Answer | bytes | None
+"""None: nothing yet; the work may be stopped here."""
+
+
+@dataclass
+class Stages:
+    """Times of the stages of one answer, for Server-Timing, in the order they ran."""
+
+    lines: list[str] = field(default_factory=list)
+    _began: float = field(default_factory=time.perf_counter)
+
+    def done(self, name: str) -> float:
+        """End the stage `name`, and return its seconds; the next one begins."""
+        now = time.perf_counter()
+        took, self._began = now - self._began, now
+        self.lines.append(f"{name};dur={took * 1e3:.3f}")
+        return took
+
+    def header(self) -> str:
+        """Return the value of Server-Timing."""
+        return ", ".join(self.lines)
+
+
+@dataclass
+class Render:
+    """One render under way: the blocks that are still to come, and what the answer will look like."""
+
+    voice: FiniteVoice
+    blocks: Iterator[Block]  # limited where the format holds integers
+    limiter: Limiter | None
+    scene: Scene
+    sound_format: SoundFormat
+    frames: int
+    stages: Stages
+    voice_seconds: float
+
+    def answer(self, length: int, *, whole: bool = False) -> Answer:
+        """Return the answer's head; it tells of the limiter what it has done so far."""
+        turned_down = () if self.limiter is None else reduction_warning(self.limiter.take_reduction())
+        sentences = " ".join([*self.voice.warnings, *turned_down])
+        warnings = " ".join(sentences.split()).encode("ascii", "replace").decode("ascii")
+        extra = {"Ridgewave-Warning": warnings} if warnings else {}
+        headers = describe(self.voice, self.sound_format) | {"Server-Timing": self.stages.header()} | extra
+        return Answer(headers | {"Content-Length": str(length)}, self.media_type, whole, self.voice_seconds)
+
+    @property
+    def media_type(self) -> str:
+        """Return the Content-Type; raises AskedWrong for L16 above 48 kHz."""
+        return media_type(self.sound_format, self.voice.sample_rate, self.voice.channels)
+
+
+def work(engine: Engine, order: Order, body: bytes) -> Iterator[Message]:
+    """Yield the messages of `order` for the scene in `body`; raises Problem and RidgewaveError as they are answered."""
+    if order.kind == "render":
+        yield from _rendered(engine, order, body)
+    elif order.kind == "explain":
+        yield from _document(engine.explain(parse_scene_text(body)))
+    else:
+        yield from _document(engine.picture(*read_picture(body)))
+
+
+def check_duration(duration: float, longest: float, pointer: str, kind: str) -> None:
+    """Raise Problem where `duration` (s) is beyond what the service sends."""
+    if not duration <= longest:
+        allowed = f"at most {longest:g} s (RIDGEWAVE_MAX_DURATION)"
+        raise refused(pointer, f"{duration:g} s", allowed, "Render longer sounds with the command line.", kind)
+
+
+def _document(document: dict[str, Any]) -> Iterator[Message]:
+    body = json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode()
+    yield Answer({}, "application/json", whole=True)
+    yield body
+
+
+def _rendered(engine: Engine, order: Order, body: bytes) -> Iterator[Message]:
+    render = _opened(engine, order, body)
+    beginning: list[Block] = []
+    yield from _priced(engine, render, beginning)
+    if render.frames * render.voice.channels <= WHOLE_SAMPLES:
+        yield from _whole(render, beginning)
+    elif render.sound_format is SoundFormat.FLAC:
+        yield from _flac(render, beginning)
+    else:
+        yield from _streamed(render, beginning)
+
+
+def _opened(engine: Engine, order: Order, body: bytes) -> Render:
+    stages = Stages()
+    scene = parse_scene_text(body)
+    check_duration(scene.output.duration, order.max_duration, "/output/duration", "scene-refused")
+    rate, channels = scene.output.sample_rate, channel_count(scene)
+    sound_format = choose_format(order.wanted, order.accept, rate, channels)
+    media_type(sound_format, rate, channels)
+    stages.done("scene")
+    voice = engine.open_voice(scene)
+    voice_seconds = stages.done("voice")
+    limiter = None if sound_format.is_float else engine.limiter(channels, rate)
+    blocks = engine.blocks(voice, max(1, PIECE_SAMPLES // channels))
+    if limiter is not None:
+        blocks = limiter.limited(blocks)
+    frames = round(scene.output.duration * rate)
+    return Render(voice, blocks, limiter, scene, sound_format, frames, stages, voice_seconds)
+
+
+def _priced(engine: Engine, render: Render, beginning: list[Block]) -> Iterator[Message]:
+    """Yield the price unless that is cheap: as planned, or from the time of the beginning, which is rendered."""
+    planned = engine.planned_seconds(render.voice)
+    if planned is not None:
+        if planned > CHEAP_SECONDS:
+            yield Price(planned, render.frames / render.voice.sample_rate)
+        return
+    times, done = [], 0
+    for _ in range(2):
+        began = time.thread_time()
+        block = next(render.blocks, None)
+        if block is None:
+            return
+        beginning.append(block)
+        done += len(block)
+        times.append((time.thread_time() - began) / max(1, len(block)))
+        yield None
+    left = render.frames - done
+    seconds = min(times) * left
+    if seconds > CHEAP_SECONDS:
+        yield Price(seconds, left / render.voice.sample_rate)
+
+
+def _blocks(render: Render, beginning: list[Block]) -> Iterator[Block]:
+    while beginning:
+        yield beginning.pop(0)
+    yield from render.blocks
+
+
+def _whole(render: Render, beginning: list[Block]) -> Iterator[Message]:
+    parts = []
+    for block in _blocks(render, beginning):
+        parts.append(block)
+        yield None
+    block = parts[0] if len(parts) == 1 else np.concatenate(parts)
+    render.stages.done("render")
+    body = encode_all(block, render.sound_format, render.voice.sample_rate, metadata_of(render.voice, render.scene))
+    render.stages.done("encode")
+    yield render.answer(len(body), whole=True)
+    yield body
+
+
+def _streamed(render: Render, beginning: list[Block]) -> Iterator[Message]:
+    raw = render.sound_format.container == "raw"
+    samples = render.frames * render.voice.channels * render.sound_format.bytes_per_sample
+    header = b"" if raw else _wav_header(render)
+    end = b"" if raw else padding(samples)
+    render.limiter = None  # what it will have done is not known before the header is sent
+    yield render.answer(len(header) + samples + len(end))
+    yield header
+    for block in _blocks(render, beginning):
+        yield stream_block(block, render.sound_format)
+    yield end
+
+
+def _flac(render: Render, beginning: list[Block]) -> Iterator[Message]:
+    """Yield a long FLAC, written to a file that vanishes with the answer."""
+    try:
+        file = tempfile.TemporaryFile(prefix="ridgewave-")  # noqa: SIM115 - closed when the answer is over
+    except OSError as error:
+        raise CannotRender("a long FLAC needs a temporary file, and none can be made here: ask for WAV.") from error
+    with file as store:
+        metadata = metadata_of(render.voice, render.scene)
+        with open_writer(store, SoundFormat.FLAC, render.voice.sample_rate, render.voice.channels, metadata) as writer:
+            for block in _blocks(render, beginning):
+                writer.write(block)
+                yield None
+        length = store.seek(0, os.SEEK_END)
+        store.seek(0)
+        render.stages.done("render")
+        yield render.answer(length)
+        while chunk := store.read(FILE_BYTES):
+            yield chunk
+
+
+def _wav_header(render: Render) -> bytes:
+    metadata = metadata_of(render.voice, render.scene)
+    return wav_header(render.sound_format, render.voice.sample_rate, render.voice.channels, metadata, render.frames)

@@ -1,0 +1,84 @@
+"""What OpenAPI says about bodies and answers that the framework cannot see: scenes in, audio and problems out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from fastapi import FastAPI
+from starlette.responses import JSONResponse
+
+from service import problems
+from service.http.openapi_components import components
+
+Answers = dict[int | str, dict[str, Any]]
+
+_ALWAYS = ("bad-request", "key-required", "host-refused", "origin-refused", "rate-limited", "internal")
+_HEADERS = {
+    "Ridgewave-Format": "Format, rate and channels of the samples, as in f32le;rate=48000;channels=1.",
+    "Ridgewave-Full-Scale": "SI value of a sample of 1.0, one a channel.",
+    "Ridgewave-Quantities": "Quantity of each channel.",
+}
+PROBLEM = {"$ref": "#/components/schemas/Problem"}
+BINARY = {"schema": {"type": "string", "format": "binary"}}
+SCENE = {"$ref": "#/components/schemas/Scene"}
+
+
+class SchemaResponse(JSONResponse):
+    """A JSON Schema, by its own media type."""
+
+    media_type = "application/schema+json"
+
+
+def audio(*problem_names: str, flac: bool) -> Answers:
+    """Return the answers of a route that sends sound, and the problems it can end in."""
+    kinds = ("audio/wav", *(("audio/flac",) if flac else ()), "audio/L16", "application/octet-stream")
+    headers = {name: {"description": text, "schema": {"type": "string"}} for name, text in _HEADERS.items()}
+    sound = {"description": "The sound.", "headers": headers, "content": {kind: BINARY for kind in kinds}}
+    return {200: sound} | problem_answers(*problem_names)
+
+
+def answer_of(schema: str, description: str, status: int = 200) -> Answers:
+    """Return the answer of a route that sends JSON of a schema among the components."""
+    content = {"application/json": {"schema": {"$ref": f"#/components/schemas/{schema}"}}}
+    return {status: {"description": description, "content": content}}
+
+
+def problem_answers(*names: str) -> Answers:
+    """Return the problem documents of a route, those that any request can meet included."""
+    answers: Answers = {}
+    for name in (*names, *_ALWAYS):
+        kind = problems.TYPES[name]
+        answer = answers.setdefault(
+            kind.status, {"description": "", "content": {problems.MEDIA_TYPE: {"schema": PROBLEM}}}
+        )
+        answer["description"] = f"{answer['description']} {kind.name}: {kind.when}".strip()
+    return answers
+
+
+def body(schema: Mapping[str, Any], *, required: bool = True, media_type: str = "application/json") -> dict[str, Any]:
+    """Return the `openapi_extra` of a route that reads its own JSON body."""
+    return {"requestBody": {"required": required, "content": {media_type: {"schema": schema}}}}
+
+
+def _drop_validation_errors(paths: Mapping[str, Any], schemas: dict[str, Any]) -> None:
+    """Remove the 422 that the framework adds to each route with a parameter: here those are problem documents."""
+    for calls in paths.values():
+        for call in calls.values():
+            if "application/json" in call["responses"].get("422", {}).get("content", {}):
+                del call["responses"]["422"]
+    for name in ("HTTPValidationError", "ValidationError"):
+        schemas.pop(name, None)
+
+
+def document(app: FastAPI) -> dict[str, Any]:
+    """Return the OpenAPI document, with the schemas that routes refer to; made once."""
+    if app.openapi_schema is None:
+        made = FastAPI.openapi(app)
+        schemas = made.setdefault("components", {}).setdefault("schemas", {})
+        _drop_validation_errors(made["paths"], schemas)
+        schemas |= components()
+        made["components"]["securitySchemes"] = {"key": {"type": "http", "scheme": "bearer"}}
+        made["security"] = [{}, {"key": []}]
+        app.openapi_schema = made
+    return app.openapi_schema

@@ -1,0 +1,120 @@
+"""The endless answer: a session's sound, paced, to one reader.
+
+Model: header, then blocks sent at absolute deadlines, `lead` ahead of the clock (`sessions.pacer`); whatever ends it,
+    the end is a fade of 10 ms and then the end of the answer. A finite stream (`?duration=`) keeps its promised length:
+    one that is ended early is filled up with silence, as fast as it is read.
+Limits: one reader a session. What the reader's own buffers hold is out of reach; the server keeps no rendered block
+    waiting but the one being sent.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import AsyncGenerator
+from concurrent.futures import Executor
+
+from service.operations.metrics import Metrics
+from service.operations.settings import Settings
+from service.sessions.pacer import Bell, Pacer
+from service.sessions.voice_source import Source
+from synth.encode.formats import Block, Metadata, SoundFormat, stream_block, stream_header
+from synth.encode.riff import padding, wav_header
+from synth.voice.fades import faded
+
+GRACE_SECONDS = 0.5  # for a reader to take the block that waits when its session ends
+STOP_GRACE_SECONDS = 0.01  # the same for a stop, which promises silence within 20 ms
+SILENCE_BYTES = 1 << 16  # a write of the silence that fills up a finite stream
+
+
+class Reader:
+    """The one reader of a session, from its request until its answer is over."""
+
+    def __init__(self, metrics: Metrics) -> None:
+        self.source: Source | None = None
+        self._metrics = metrics
+        self._bell = Bell()
+        self._grace = GRACE_SECONDS
+
+    def end(self, *, at_once: bool = False) -> None:
+        """Have the stream fade and end, now."""
+        if at_once:
+            self._grace = STOP_GRACE_SECONDS
+        self._bell.ring()
+
+    async def ended(self) -> float:
+        """Return, once the end was asked for, how long a waiting block may still wait."""
+        await self._bell.wait()
+        return self._grace
+
+    async def chunks(
+        self,
+        sound_format: SoundFormat,
+        header: bytes,
+        frames: int | None,
+        settings: Settings,
+        pool: Executor,
+    ) -> AsyncGenerator[bytes, None]:
+        """Yield the answer's bytes, beginning with `header`; frames: the length, None for endless."""
+        assert self.source is not None
+        channels, sent = self.source.channels, 0
+        yield header
+        async for block in self._blocks(frames, settings, pool):
+            sent += len(block)
+            yield stream_block(block, sound_format)
+        if frames is not None:
+            frame_bytes = channels * sound_format.bytes_per_sample
+            for size in _portions((frames - sent) * frame_bytes):
+                yield bytes(size)
+            yield b"" if sound_format.container == "raw" else padding(frames * frame_bytes)
+
+    async def _blocks(self, frames: int | None, settings: Settings, pool: Executor) -> AsyncGenerator[Block, None]:
+        """Yield blocks at their times, the last of them fading out."""
+        source = self.source
+        assert source is not None
+        size = max(1, round(settings.stream_block * source.sample_rate))
+        most = (round(settings.max_stream * source.sample_rate) if frames is None else frames) - source.fade_frames
+        pacer, sent = Pacer(source.sample_rate, settings.lead), 0
+        while not self._bell.rung and sent < most:
+            count = min(size, most - sent)
+            await self._bell.sleep(pacer.delay(sent))
+            if self._bell.rung:
+                break
+            block = await source.next_block(count, pool)
+            if self._bell.rung:  # while it was rendered: it must not go out at full level any more
+                yield faded(block, source.fade_frames)
+                return
+            self._count(block, source, pacer.late(sent), pacer.skipped)
+            sent += count
+            offered = time.perf_counter()
+            yield block
+            pacer.waited(time.perf_counter() - offered)
+        last = source.fade_frames if frames is None else min(source.fade_frames, frames - sent)
+        yield faded(await source.next_block(last, pool), last)
+
+    def _count(self, block: Block, source: Source, late: float, skipped: float) -> None:
+        self._metrics.block_sent("http", len(block), late, skipped)
+        if source.reduction_db > 0.0:
+            self._metrics.limited(source.reduction_db, len(block) / source.sample_rate)
+
+
+def opening(
+    sound_format: SoundFormat, sample_rate: int, channels: int, metadata: Metadata, frames: int | None
+) -> bytes:
+    """Return the header of a stream of `frames`, or of an endless one; nothing for raw formats.
+
+    Raises AskedWrong for FLAC, which does not stream, of any length.
+    """
+    if frames is None or sound_format.container != "wav":
+        return stream_header(sound_format, sample_rate, channels, metadata)
+    return wav_header(sound_format, sample_rate, channels, metadata, frames)
+
+
+def length(sound_format: SoundFormat, header_bytes: int, channels: int, frames: int) -> int:
+    """Return the bytes of a finite stream, header and padding included."""
+    samples = frames * channels * sound_format.bytes_per_sample
+    return header_bytes + samples + (0 if sound_format.container == "raw" else len(padding(samples)))
+
+
+def _portions(total: int) -> list[int]:
+    whole, rest = divmod(total, SILENCE_BYTES)
+    return [SILENCE_BYTES] * whole + ([rest] if rest else [])

@@ -1,0 +1,65 @@
+"""`WS /v1/live`, the schema of its messages, and the recordings of its sessions."""
+
+from __future__ import annotations
+
+from fastapi import APIRouter, Request
+from starlette.responses import JSONResponse, Response
+from starlette.routing import WebSocketRoute
+from starlette.types import Receive, Scope, Send
+
+from service.http import openapi
+from service.http.rate_limits import KEY
+from service.lifespan import Service, service_of
+from service.live.connection import Connection
+from service.live.messages import PROTOCOL, schema
+from service.live.transport import WIRE
+from service.problems import Problem
+
+router = APIRouter(tags=["live"])
+
+
+class LiveEndpoint:
+    """The ASGI application of `WS /v1/live`."""
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one WebSocket; raises Problem where its upgrade is refused."""
+        service: Service = scope["app"].state.service
+        service.live.admit()
+        if PROTOCOL not in scope["subprotocols"]:
+            raise Problem("protocol", f"Offer the subprotocol {PROTOCOL} (Sec-WebSocket-Protocol): there is no other.")
+        ticket = service.limits.admit(scope)
+        try:
+            assert (await receive())["type"] == "websocket.connect"
+            await send({"type": "websocket.accept", "subprotocol": PROTOCOL, "headers": []})
+            client, wire = service.limits.caller(scope), scope.get("extensions", {}).get(WIRE)
+            await Connection(scope, receive, send, service.live, client=client, wire=wire).run()
+        finally:
+            ticket.release()
+
+
+router.routes.append(WebSocketRoute("/v1/live", LiveEndpoint(), name="live"))
+
+
+@router.get(
+    "/v1/live/schema.json",
+    operation_id="getLiveSchema",
+    summary="Show the schema of the live protocol",
+    response_class=openapi.SchemaResponse,
+    responses=openapi.problem_answers(),
+)
+async def live_schema() -> Response:
+    """JSON Schema (2020-12) of every text message of the WebSocket `/v1/live`, which the service checks against."""
+    return openapi.SchemaResponse(schema())
+
+
+@router.get(
+    "/v1/sessions/{session_id}/recording",
+    operation_id="getRecording",
+    summary="Fetch the recording of a live session",
+    response_class=JSONResponse,
+    responses=openapi.problem_answers("not-found"),
+)
+async def recording(request: Request, session_id: str) -> Response:
+    """Of a live session whose hello had `record`: while it lives, and for RIDGEWAVE_SESSION_IDLE after."""
+    body = await service_of(request).live.recording(session_id, request.scope.get(KEY))
+    return Response(body, media_type="application/json", headers={"Cache-Control": "no-store"})

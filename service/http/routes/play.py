@@ -1,0 +1,146 @@
+"""`/v1/sessions/{id}/play` and `/v1/devices`: sound on the machine that the service runs on."""
+
+from __future__ import annotations
+
+import asyncio
+
+from fastapi import APIRouter, Request
+from starlette.responses import JSONResponse, Response
+from starlette.types import Scope
+
+from service.http import openapi
+from service.http.rate_limits import KEY
+from service.http.request_body import read_body
+from service.http.sound_headers import metadata_of
+from service.lifespan import Service, service_of
+from service.problems import Problem, of, refused
+from service.sessions.scene_session import Session
+from service.sinks import DeviceBusy, list_devices
+from service.sinks.player import Player
+from synth.errors import CannotRender, NameTaken, SceneError, shown
+from synth.scene.scene import object_from_text
+
+router = APIRouter(tags=["play"])
+
+END_SECONDS = 5.0  # for a play to let out what its sink holds; a device that takes longer has stalled, and says so
+BODY = {
+    "type": "object",
+    "additionalProperties": False,
+    "properties": {"device": {"type": ["string", "integer", "null"], "description": "Name, index, or file:NAME.wav"}},
+}
+
+
+@router.post(
+    "/v1/sessions/{session_id}/play",
+    operation_id="playSession",
+    summary="Play a session on the server's machine",
+    status_code=202,
+    response_class=JSONResponse,
+    responses=openapi.answer_of("Play", "The play has begun.", 202)
+    | openapi.problem_answers(
+        "not-found",
+        "busy",
+        "too-large",
+        "not-json",
+        "request-refused",
+        "too-many-streams",
+        "cannot-render",
+        "one-worker",
+    ),
+    openapi_extra=openapi.body(BODY),
+)
+async def play(request: Request, session_id: str) -> Response:
+    """`{"device": null}` is the default device; "file:NAME.wav" or ".flac" records into the folder for recordings."""
+    service = service_of(request)
+    text = await read_body(request, service.settings.max_body)
+    session = service.sessions.find(session_id, request.scope.get(KEY))
+    player = await _start(service, request.scope, session, _device(text))
+    return JSONResponse(player.document(), 202, {"Location": f"/v1/sessions/{session.id}"})
+
+
+@router.delete(
+    "/v1/sessions/{session_id}/play",
+    operation_id="endPlay",
+    summary="End a play",
+    response_class=JSONResponse,
+    responses=openapi.answer_of("Play", "How it went.") | openapi.problem_answers("not-found", "one-worker"),
+)
+async def end(request: Request, session_id: str) -> Response:
+    """It fades out; the answer comes when the device has played, or the file holds, all of it, and says how it went."""
+    session = service_of(request).sessions.find(session_id, request.scope.get(KEY))
+    player = session.player
+    if player is None:
+        raise Problem("not-found", "This session does not play.")
+    player.end()
+    await asyncio.to_thread(player.wait, END_SECONDS)
+    if session.player is player:
+        session.player = None
+    session.touch()
+    return JSONResponse(player.document())
+
+
+@router.get(
+    "/v1/devices",
+    operation_id="listDevices",
+    summary="List the audio devices of the server's machine",
+    response_class=JSONResponse,
+    responses=openapi.problem_answers(),
+)
+async def devices(request: Request) -> Response:
+    """Without PortAudio the list is empty and `note` says what to install; the file sink is there all the same."""
+    try:
+        found, note = await asyncio.to_thread(list_devices), None
+    except CannotRender as error:
+        found, note = [], error.reason
+    return JSONResponse({"devices": found, "file_sink": "file:NAME.wav or file:NAME.flac", "note": note})
+
+
+async def _start(service: Service, scope: Scope, session: Session, device: str | int | None) -> Player:
+    """Return the session's play, begun; raises Problem (409) where it plays already."""
+    if session.player is not None and session.player.playing:
+        raise Problem("busy", "The session plays already. DELETE its play first.")
+    ticket = service.limits.admit(scope)
+    try:
+        player = Player(device, service.settings, service.metrics, service.claims, over=ticket.release)
+        return await _begin(session, player)
+    except BaseException:
+        ticket.release()
+        raise
+
+
+async def _begin(session: Session, player: Player) -> Player:
+    """Return `player`, begun as the session's; where it does not begin, the session keeps what it had."""
+    earlier, session.player = session.player, player
+    try:
+        player.source = await session.open_source()
+        await asyncio.to_thread(player.start, metadata_of(session, session.scene))
+    except NameTaken as error:
+        session.player = earlier
+        raise Problem(
+            "name-taken", "A recording of that name exists, or is being made. Choose another name."
+        ) from error
+    except DeviceBusy as error:
+        session.player = earlier
+        raise Problem("busy", error.reason) from error
+    except BaseException:
+        session.player = earlier
+        raise
+    if session.ended:
+        player.end(at_once=True)
+    return player
+
+
+def _device(text: bytes) -> str | int | None:
+    """Return the device that a body names."""
+    try:
+        document = object_from_text(text)
+    except SceneError as error:
+        problem = of(error)
+        raise Problem("request-refused", problem.detail, problem.faults) from error
+    unknown = [name for name in document if name != "device"]
+    if unknown:
+        raise refused("", shown(unknown[0]), "the field device", 'Write {"device": "file:take.wav"}.')
+    device = document.get("device")
+    if isinstance(device, bool) or not (device is None or isinstance(device, str | int)):
+        raise refused("/device", shown(device), "a name, an index, or file:NAME", 'Write {"device": null}.')
+    return device

@@ -1,0 +1,57 @@
+"""`POST /v1/render`: a scene in, audio out; `POST /v1/explain`: the plan of a scene."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Query, Request
+from pydantic import BaseModel, ConfigDict, Field
+from starlette.responses import JSONResponse, Response
+
+from service.compute.render_steps import Order
+from service.http import openapi
+from service.http.request_body import read_body
+from service.lifespan import service_of
+from synth.encode.formats import SoundFormat
+
+router = APIRouter(tags=["render"])
+READS = ("too-large", "not-json", "scene-refused", "request-refused", "cannot-render", "full", "closing")
+
+
+class RenderParameters(BaseModel):
+    """The query of a render."""
+
+    model_config = ConfigDict(extra="forbid")
+    format: SoundFormat | None = Field(default=None, description="Sound format; wins over Accept.")
+
+
+@router.post(
+    "/v1/render",
+    operation_id="render",
+    summary="Render a scene to audio",
+    response_class=Response,
+    responses=openapi.audio(*READS, "not-acceptable", "too-costly", "too-many-renders", flac=True),
+    openapi_extra=openapi.body(openapi.SCENE),
+)
+async def render(request: Request, parameters: Annotated[RenderParameters, Query()]) -> Response:
+    """The body is a scene; `{}` is the default one. The length is exact, and long sounds arrive while they are made."""
+    service = service_of(request)
+    text = await read_body(request, service.settings.max_body)
+    longest = service.settings.max_duration
+    order = Order("render", parameters.format, request.headers.get("accept"), longest)
+    return await service.renders.answer(order, text, request)
+
+
+@router.post(
+    "/v1/explain",
+    operation_id="explain",
+    summary="Explain what a render would simulate",
+    response_class=JSONResponse,
+    responses=openapi.answer_of("Plan", "The plan.") | openapi.problem_answers(*READS),
+    openapi_extra=openapi.body(openapi.SCENE),
+)
+async def explain(request: Request) -> Response:
+    """What is simulated and why, what is left out and what that changes, the estimated error, and the cost."""
+    service = service_of(request)
+    text = await read_body(request, service.settings.max_body)
+    return await service.renders.answer(Order("explain"), text, request)

@@ -1,0 +1,106 @@
+"""`GET /v1/sessions/{id}/stream`: the sound of a session, paced, endless or of a length."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Query, Request
+from pydantic import BaseModel, ConfigDict, Field
+from starlette.responses import Response
+
+from service.compute.render_steps import check_duration
+from service.http import openapi
+from service.http.chunked_answer import HeadResponse, PumpedResponse
+from service.http.content_negotiation import choose_format
+from service.http.paced_stream import Reader, length, opening
+from service.http.rate_limits import KEY
+from service.http.sound_headers import describe, metadata_of
+from service.lifespan import service_of
+from service.operations.metrics import Metrics
+from service.problems import Problem
+from service.sessions.scene_session import Session
+from synth.encode.formats import SoundFormat, media_type
+
+router = APIRouter(tags=["sessions"])
+
+
+class StreamParameters(BaseModel):
+    """The query of a stream."""
+
+    model_config = ConfigDict(extra="forbid")
+    format: SoundFormat | None = Field(
+        default=None, description="Sound format; wins over Accept. FLAC does not stream."
+    )
+    duration: float | None = Field(
+        default=None, ge=0.001, allow_inf_nan=False, description="Seconds, with exact sizes; without it, endless."
+    )
+
+
+@router.head("/v1/sessions/{session_id}/stream", include_in_schema=False, response_class=Response)
+@router.get(
+    "/v1/sessions/{session_id}/stream",
+    operation_id="streamSession",
+    summary="Listen to a session",
+    response_class=Response,
+    responses=openapi.audio(
+        "not-found",
+        "not-acceptable",
+        "busy",
+        "request-refused",
+        "too-many-streams",
+        "cannot-render",
+        "one-worker",
+        flac=False,
+    ),
+)
+async def stream(request: Request, session_id: str, parameters: Annotated[StreamParameters, Query()]) -> Response:
+    """One reader at a time. It begins at frame 0 of the scene, ramps in, and is sent a little ahead of the clock."""
+    service = service_of(request)
+    session = service.sessions.find(session_id, request.scope.get(KEY))
+    if parameters.duration is not None:
+        check_duration(parameters.duration, service.settings.max_duration, "?duration", "request-refused")
+    accept = request.headers.get("accept")
+    sound_format = choose_format(parameters.format, accept, session.sample_rate, session.channels, endless=True)
+    kind = media_type(sound_format, session.sample_rate, session.channels)
+    frames = None if parameters.duration is None else max(1, round(parameters.duration * session.sample_rate))
+    metadata = metadata_of(session, session.scene)
+    header = opening(sound_format, session.sample_rate, session.channels, metadata, frames)
+    headers = describe(session, sound_format)
+    if frames is not None:
+        headers["Content-Length"] = str(length(sound_format, len(header), session.channels, frames))
+    if request.method == "HEAD":
+        return HeadResponse(headers, kind)
+    ticket = service.limits.admit(request.scope)
+    try:
+        reader = await _claim(session, service.metrics)
+    except BaseException:
+        ticket.release()
+        raise
+    service.metrics.stream_opened("http")
+
+    def released() -> None:
+        _release(session, reader)
+        ticket.release()
+        service.metrics.stream_closed("http")
+
+    chunks = reader.chunks(sound_format, header, frames, service.settings, service.blocks)
+    return PumpedResponse(chunks, headers, kind, released=released, ended=reader.ended)
+
+
+async def _claim(session: Session, metrics: Metrics) -> Reader:
+    """Return the session's one reader, ready; raises Problem (409) where there is one already."""
+    if session.reader is not None:
+        raise Problem("busy", "The session has a reader. Close its stream first, or open another session.")
+    reader = session.reader = Reader(metrics)
+    try:
+        reader.source = await session.open_source()
+    except BaseException:
+        _release(session, reader)
+        raise
+    return reader
+
+
+def _release(session: Session, reader: Reader) -> None:
+    if session.reader is reader:
+        session.reader = None
+        session.touch()

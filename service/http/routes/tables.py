@@ -1,0 +1,77 @@
+"""`POST /v1/tables`: the response table of a scene is made; `GET /v1/tables/{hash}`: its file, which never changes.
+
+Model: a table is found by the hash of its content, so it belongs to no key, and whoever makes it again gets the same.
+Limits: it is kept as long as the cache of this process has room (RIDGEWAVE_CACHE_BYTES). Another worker has it not.
+"""
+
+from __future__ import annotations
+
+from fastapi import APIRouter, Request
+from starlette.responses import JSONResponse, Response
+
+from service.engine import Engine, TableFile
+from service.http import openapi
+from service.http.conditional import is_known
+from service.http.request_body import read_body
+from service.lifespan import service_of
+from service.problems import Problem, refused
+from synth.errors import shown
+from synth.scene.scene import parse_scene_text
+
+router = APIRouter(tags=["tables"])
+READS = ("too-large", "not-json", "scene-refused", "cannot-render", "closing")
+FOR_EVER = "public, max-age=31536000, immutable"
+WHOLE: openapi.Answers = {
+    200: {
+        "description": "The file, as docs/table.md tells it.",
+        "content": {"application/octet-stream": openapi.BINARY},
+    },
+    304: {"description": "The client has it: If-None-Match names its hash."},
+}
+
+
+@router.post(
+    "/v1/tables",
+    operation_id="makeTable",
+    summary="Make the response table of a scene",
+    status_code=201,
+    response_class=JSONResponse,
+    responses=openapi.answer_of("Table", "The table.", 201) | openapi.problem_answers(*READS),
+    openapi_extra=openapi.body(openapi.SCENE),
+)
+async def make(request: Request) -> Response:
+    """The body is a scene. The answer tells the table's hash, where its file is, and what it errs by."""
+    service = service_of(request)
+    text = await read_body(request, service.settings.max_body)
+    if service.closing:
+        raise Problem("closing", "The service is shutting down.")
+    made = await service.solves.run(service.limits.caller(request.scope), _made, service.engine, text)
+    url = f"/v1/tables/{made.hash}"
+    document = {"hash": made.hash, "url": url, "bytes": len(made.content)} | made.told
+    return JSONResponse(document, 201, {"Location": url, "Cache-Control": "no-store"})
+
+
+@router.head("/v1/tables/{hash}", include_in_schema=False)
+@router.get(
+    "/v1/tables/{hash}",
+    operation_id="getTable",
+    summary="Get a response table by its hash",
+    response_class=Response,
+    responses=WHOLE | openapi.problem_answers("not-found"),
+)
+async def get(request: Request, hash: str) -> Response:
+    """The safetensors file. It never changes: whatever keeps answers may keep this one."""
+    found = service_of(request).engine.find_table(hash)
+    if found is None:
+        hint = "POST its scene to /v1/tables: that makes the same table, with the same hash."
+        raise refused("hash", shown(hash), "that of a table that is kept here", hint, "not-found")
+    headers = {"ETag": f'"{found.hash}"', "Cache-Control": FOR_EVER}
+    if is_known(request, found.hash):
+        return Response(status_code=304, headers=headers)
+    headers["Content-Length"] = str(len(found.content))
+    body = b"" if request.method == "HEAD" else found.content
+    return Response(body, headers=headers, media_type="application/octet-stream")
+
+
+def _made(engine: Engine, text: bytes) -> TableFile:
+    return engine.make_table(parse_scene_text(text))

@@ -1,0 +1,54 @@
+"""What one connection tells the metrics and the log of its stream: that it began, and how it ended."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+
+from starlette.types import Message
+
+from service.live.actions import Close
+from service.live.live_stream import Stream
+from service.operations.logs import about_session
+from service.operations.metrics import Metrics
+
+log = logging.getLogger("ridgewave.service")
+
+BROKEN = 1006  # the code of a connection that ended without one
+NO_CODE = 1005  # of a close frame that has none
+
+
+class Account:
+    """Of one connection; clock: seconds of any origin."""
+
+    def __init__(self, metrics: Metrics, clock: Callable[[], float]) -> None:
+        self._metrics, self._clock = metrics, clock
+        self._left = BROKEN
+        self._began: tuple[float, int] | None = None
+
+    def began(self, stream: Stream, frame: int) -> None:
+        """Take note that `stream` goes on here, from `frame` on; records of the connection name its session now."""
+        about_session(stream.name)
+        self._began = self._clock(), frame
+        self._metrics.stream_opened("live")
+        pacing = stream.options.pacing
+        log.info("live stream began: %s, %d Hz, blocks of %d, frame %d", pacing, stream.rate, stream.block, frame)
+
+    def left(self, disconnected: Message) -> None:
+        """Take note that the peer is gone."""
+        self._left = code_of(disconnected)
+
+    def ended(self, close: Close | None, frame: int) -> None:
+        """Take note that the connection is over, by `close` or because the peer has gone; `frame` would be the next."""
+        code, reason = (self._left, "the peer is gone") if close is None else (close.code, close.reason)
+        self._metrics.live_closed(code)
+        if self._began is not None:
+            self._metrics.stream_closed("live")
+            seconds, frames = self._clock() - self._began[0], frame - self._began[1]
+            log.info("live stream ended: %s, code %d, %d frames in %.1f s", reason, code, frames, seconds)
+
+
+def code_of(disconnected: Message) -> int:
+    """Return the code that a connection ended with; the server tells 1005 without a reason where it only broke off."""
+    code = int(disconnected.get("code", BROKEN))
+    return BROKEN if code == NO_CODE and "reason" not in disconnected else code

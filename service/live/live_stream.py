@@ -1,0 +1,211 @@
+"""What outlives a connection: the voice, the newest update, the scene, and the last second of PCM. No I/O, no clock.
+
+Model: updates and changes wait until a block begins; the newest update takes effect at the block's first frame, a
+    change of scene as well, but not before the cross-fade of the change before it is over. So `frame` in `applied` and
+    `scene` is exact.
+Limits: one thread or task at a time uses a stream (`service.sessions.live_session.LiveSession.turn`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from service.engine import HandVoice
+from service.live import server_messages
+from service.live.messages import LARGEST_BLOCK, PROTOCOL, SMALLEST_BLOCK, refused
+from service.live.replay_buffer import Past, kept_frames
+from service.live.stream_counts import StreamCounts
+from service.operations.metrics import Metrics
+from service.sessions.block_threads import Quickness
+from service.sessions.session_ids import resume_url
+from service.sessions.voice_source import FADE_SECONDS
+from synth.encode.samples import SoundFormat, block_bytes
+from synth.motion.motion import Update
+from synth.scene.scene import Scene
+from synth.voice.fades import faded
+
+BLOCK_SECONDS = 0.01  # of a block where hello says nothing: 100 a second, each little work
+CHANGE_SECONDS = (
+    0.05  # from one scene to the next, at least `synth.voice.live_voice.CHANGE_TIME`; less: `scene` tells early frames
+)
+LATE_SECONDS = 0.02  # behind its time that a block shows a busy service; less: any two blocks of usual load do
+LEAST_REDUCTION_DB = 0.01  # below this the limiter's recovery fades out without anybody hearing it
+LIMITED_SECONDS = 1.0  # between two `limited`
+SAMPLES = {"f32le": SoundFormat.F32LE, "s16le": SoundFormat.WAV16}  # the latter's samples are little-endian
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """What hello fixes for the session; block: frames, None for the default."""
+
+    format: str = "f32le"
+    block: int | None = None
+    pacing: str = "pull"
+    record: bool = False
+
+    @classmethod
+    def of(cls, hello: Mapping[str, Any]) -> Options:
+        """Return what the message `hello` asks for."""
+        asked = {name: hello[name] for name in ("format", "pacing", "record") if name in hello}
+        return cls(**asked, block=None if hello.get("block") is None else int(hello["block"]))
+
+
+class Stream:
+    """One session's stream; `scene` has its full scale written out."""
+
+    def __init__(self, name: str, voice: HandVoice, scene: Scene, options: Options, max_silence: float) -> None:
+        self.name, self.voice, self.scene, self.options = name, voice, scene, options
+        self.rate, self.realtime = voice.sample_rate, options.pacing == "realtime"
+        default = max(SMALLEST_BLOCK, min(LARGEST_BLOCK, round(BLOCK_SECONDS * self.rate)))
+        self.block = options.block or default
+        self.fade_frames = max(1, round(FADE_SECONDS * self.rate))
+        self._samples = SAMPLES[options.format]
+        longest, frame_bytes = max(self.block, self.fade_frames), voice.channels * self._samples.bytes_per_sample
+        self.past = Past(kept_frames(self.rate, longest, frame_bytes), frame_bytes)
+        self._sending_bytes = longest * (voice.channels * 4 + frame_bytes)
+        self.max_silence = max_silence
+        self.lowest_load = voice.lowest_load
+        self.quickness = Quickness()
+        self.counts = StreamCounts()
+        self.coming: tuple[Scene, Any] | None = None
+        self._latest = self._none = np.empty((0, voice.channels), np.float32)
+        self._newest, self._waiting, self._lifted = -1, None, False
+        self._heard: float | None = None
+        self._doubtful = False  # a silence that may be the service's own
+        self._free_from = 0
+        self._applied: int | None = None
+        self._changed = False
+        self._reduction, self._reduced_at, self._told = 0.0, 0, -LIMITED_SECONDS
+
+    _waiting: Update | None
+
+    @property
+    def frame(self) -> int:
+        """Return the frame that the next block begins at."""
+        return self.past.end
+
+    @property
+    def used_bytes(self) -> int:
+        """Return the memory that it takes beside its voice: what is kept, what is being sent, and its recording."""
+        return self.past.size + self._sending_bytes + self.voice.recorded_bytes
+
+    def require_kept(self, frame: int) -> None:
+        """Raise Problem (not-found) where the stream cannot go on from `frame`."""
+        if not self.past.begin <= frame <= self.frame:
+            allowed = f"{self.past.begin} to {self.frame}"
+            raise refused("/resume/frame", str(frame), allowed, "Begin a new session.", "not-found")
+
+    def take(self, update: Update, now: float) -> None:
+        """Have the next block begin with `update`, unless a newer one is here already."""
+        if update.seq > self._newest:
+            self._newest, self._waiting, self._heard = update.seq, update, now
+            self._doubtful = False
+
+    def begin(self, now: float, late: float = 0.0) -> None:
+        """Apply what waits, for the block that is rendered next.
+
+        late: s that the block is behind its time. A service that is late has not read either what its peers sent
+        meanwhile: it believes in a silence only a block later, when it has usually looked once more (not where the
+        ticker calls a stream twice in one ring, which it does within EARLY_SECONDS).
+        """
+        update = self._waiting
+        if update is not None:
+            self._waiting, self._applied, self._lifted = None, update.seq, False
+            self.counts.applied += 1
+            self.voice.touch(update)
+        if self._heard is not None and not self._lifted and now - self._heard > self.max_silence:
+            if late > LATE_SECONDS and not self._doubtful:
+                self._doubtful = True
+            else:
+                self._lifted = True
+                self.voice.lift()
+        if self.coming is not None and self.frame >= self._free_from:
+            self._change(self.coming)
+
+    def _change(self, coming: tuple[Scene, Any]) -> None:
+        self.coming, self._changed = None, True
+        self.voice.apply(coming[1])
+        self._free_from = self.frame + 1 + round(CHANGE_SECONDS * self.rate)
+        self.quickness.begin_anew()  # the block that takes it over may build tables
+
+    def render(self, frames: int) -> bytes:
+        """Return the PCM of the next `frames`, and keep it; microseconds usually."""
+        first = self.frame
+        block = self._latest = self.voice.render(frames)
+        pcm = block_bytes(block, self._samples)
+        self.past.keep(pcm)
+        reduction = self.voice.reduction_db
+        if reduction > LEAST_REDUCTION_DB:
+            self._turned_down(first, frames, reduction)
+        return pcm
+
+    def _turned_down(self, first: int, frames: int, reduction_db: float) -> None:
+        counts = self.counts
+        counts.limited_blocks += 1
+        counts.limited_frames += frames
+        counts.reduction_db = max(counts.reduction_db, reduction_db)
+        if reduction_db > self._reduction:
+            self._reduction, self._reduced_at = reduction_db, first
+
+    def tell_counts(self, metrics: Metrics, *, ended: bool = False) -> None:
+        """Add what is new since the last time to `metrics`; ended: what still waits is dropped."""
+        self.counts.tell(metrics, self.rate, 0 if ended or self._waiting is None else 1)
+
+    def notices(self, frame: int) -> list[str]:
+        """Return what the peer is told just before the block at `frame`, now that it is rendered."""
+        told = []
+        self._latest = self._none  # nothing is cut from it any more
+        if self._applied is not None:
+            told.append(server_messages.applied(self._applied, frame))
+            self._applied = None
+        if self._changed:
+            self._changed = False
+            self.lowest_load = self.voice.lowest_load
+            told.append(server_messages.scene(frame, self.voice.plan_document))
+        return told
+
+    def limited(self, now: float) -> str | None:
+        """Return what the limiter did, at most once a second and where it acted."""
+        if not self._reduction or now - self._told < LIMITED_SECONDS:
+            return None
+        told = server_messages.limited(self._reduced_at, self._reduction)
+        self._reduction, self._told = 0.0, now
+        return told
+
+    def cut(self, frames: int) -> bytes:
+        """Return the PCM of the first `frames` of the latest block, fading to zero: the stream ends with them."""
+        return block_bytes(self.voice.cut(self._latest, frames), self._samples)
+
+    def faded(self, pcm: bytes) -> bytes:
+        """Return kept PCM under the fade of an end."""
+        kind = "<f4" if self._samples.is_float else "<i2"
+        block = np.frombuffer(pcm, kind).reshape(-1, self.voice.channels)
+        gained = faded(block, len(block))
+        return (gained if self._samples.is_float else np.rint(gained)).astype(kind).tobytes()
+
+    def ready(self, frame: int) -> str:
+        """Return the answer to a hello that is sent `frame` first."""
+        voice = self.voice
+        return server_messages.ready(
+            {
+                "session": self.name,
+                "resume_url": resume_url(self.name),
+                "protocol": PROTOCOL,
+                "sample_rate": voice.sample_rate,
+                "channels": voice.channels,
+                "quantities": list(voice.quantities),
+                "full_scale": list(voice.full_scale),
+                "format": self.options.format,
+                "block": self.block,
+                "pacing": self.options.pacing,
+                "recording": self.options.record,
+                "frame": frame,
+                "max_silence_ms": self.max_silence * 1e3,
+                "motion_delay_ms": voice.motion_delay * 1e3,
+                "plan": voice.plan_document,
+            }
+        )

@@ -1,0 +1,386 @@
+"""The server's end of one WebSocket, between uvicorn and the application.
+
+Model: uvicorn hands a connection over with the request that asks for the upgrade. The handshake and the frames that
+    come are read by websockets (`ServerProtocol`, its public interface, without I/O) behind `websocket_frames`, which
+    bounds what a turn of the event loop reads. Messages that go out are framed here, several in one write.
+    A peer that does not read has a while to take what it is still owed, its close code at last, and cannot hold its
+    connection open beyond that. On a shutdown streams fade before they are closed. A peer is pinged, and one that does
+    not answer is dropped; a frame that stays half-sent ends so too, since no answer fits into it.
+Source: RFC 6455; the ASGI specification, 2.4, "WebSocket" and "WebSocket Denial Response".
+Limits: no compression. The application takes its messages by `transport.Wire.deliver`: `receive` tells it only
+    that a peer has come and gone.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import email.utils
+import logging
+import os
+import struct
+from collections.abc import Callable
+from http import HTTPStatus
+from typing import Any, cast
+from urllib.parse import unquote
+
+from starlette.types import Message
+from uvicorn import Config
+from uvicorn.server import ServerState
+from websockets.datastructures import Headers
+from websockets.frames import Frame, Opcode
+from websockets.http11 import Request, Response
+from websockets.server import ServerProtocol
+
+from service.live.transport import WIRE, Messages, Sink
+from service.live.websocket_frames import WHOLE_BINARY, WHOLE_TEXT, Inflow, shared_turns
+from service.operations.logs import WithoutHeaders
+
+log = logging.getLogger("ridgewave.service")
+
+CLOSE_SECONDS = 1.0  # for the peer to answer a close; what it sends afterwards is not looked at
+LINGER_SECONDS = 10.0  # from then on, for a peer that slept to read up to the close; longer: dead peers hold memory
+DISCARD_SECONDS = 0.02  # between two looks at what such a peer sends: however much it is, it costs next to nothing
+SHUTDOWN_SECONDS = 0.5  # for streams to fade, which the signal has told them to
+DOUBT_SECONDS = 0.25  # more for an answer to a ping: a service that was late itself has not read it yet
+BROKEN, RESTART, NOT_TEXT, OURS = 1006, 1012, 1007, 1011  # close codes (RFC 6455, 7.4.1; 1012 of its registry)
+
+
+class PeerGone(ConnectionError):
+    """What `send` raises where nobody is left to send to."""
+
+
+def frame_head(kind: int, size: int) -> bytes:
+    """Return what precedes a payload of `size` bytes from a server, which masks nothing (RFC 6455, 5.2)."""
+    if size < 126:
+        return bytes((kind, size))
+    return struct.pack("!BBH", kind, 126, size) if size < 1 << 16 else struct.pack("!BBQ", kind, 127, size)
+
+
+class LiveProtocol(asyncio.Protocol):
+    """One connection; the arguments are those that uvicorn gives to every class named by its option `ws`."""
+
+    transport: asyncio.Transport
+
+    def __init__(
+        self,
+        config: Config,
+        server_state: ServerState,
+        app_state: dict[str, Any],
+        _loop: asyncio.AbstractEventLoop | None = None,
+    ) -> None:
+        self.loop = _loop or asyncio.get_running_loop()
+        self.conn = ServerProtocol(max_size=config.ws_max_size, logger=WithoutHeaders(log))
+        self._config, self._server, self._state = config, server_state, app_state
+        self._turns = shared_turns(app_state)
+        self._inflow = Inflow(self.conn, self._control, lambda: self.conn.fail(NOT_TEXT))
+        self._events: asyncio.Queue[Message] = asyncio.Queue()
+        self._writable = asyncio.Event()
+        self._writable.set()
+        self._answer: Response | None = None  # to the handshake
+        self._refusal: Message | None = None  # the head of one that the application has begun
+        self._answered = self._open = self._listening = self._behind = self._lingers = self._over = self._gone = False
+        self._ping: bytes | None = None  # that waits for its answer
+        self._doubted = False
+        self._owed_pong = b""  # that a peer which does not read has not been sent
+        self._leaving: asyncio.TimerHandle | None = None
+        self._timer: asyncio.TimerHandle | None = None  # of the pings, then of what is discarded
+
+    # What uvicorn and the event loop call
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Begin."""
+        self.transport = cast(asyncio.Transport, transport)
+        self._server.connections.add(self)  # type: ignore[arg-type]
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Tell the application, and let go of the timers."""
+        self._server.connections.discard(self)
+        self._open, self._gone = False, True
+        self._events.put_nowait({"type": "websocket.disconnect", "code": BROKEN})
+        self._writable.set()
+        for timer in (self._leaving, self._timer):
+            if timer is not None:
+                timer.cancel()
+
+    def pause_writing(self) -> None:
+        """The peer does not read."""
+        self._writable.clear()
+
+    def resume_writing(self) -> None:
+        """It does again."""
+        self._writable.set()
+        if self._owed_pong:
+            pong, self._owed_pong = self._owed_pong, b""
+            self.transport.write(pong)
+
+    def data_received(self, data: bytes) -> None:
+        """Take what has come from the network."""
+        if self._lingers:
+            self.transport.pause_reading()
+            self._timer = self.loop.call_later(DISCARD_SECONDS, self.transport.resume_reading)
+        elif self._answer is None:
+            self._shake_hands(data)
+        elif self._behind or not self._listening:
+            self._inflow.hold(data)
+        elif not self._inflow.take_whole(data):
+            self._after_turn(self._inflow.take(data))
+
+    def shutdown(self) -> None:
+        """Close on a shutdown: a stream that fades is left to end by itself."""
+        if self._open:
+            self.loop.call_later(SHUTDOWN_SECONDS, self._shut)
+        else:
+            self._shut()
+
+    def _shut(self) -> None:
+        if self._open:
+            self._close(RESTART, "")
+        elif not self._answered:
+            self._reject(HTTPStatus.SERVICE_UNAVAILABLE)
+        if not self._gone:
+            self.transport.close()
+
+    # The handshake
+
+    def _shake_hands(self, request: bytes) -> None:
+        self.conn.receive_data(request)
+        asked = next(iter(self.conn.events_received()), None)
+        if not isinstance(asked, Request):
+            self._answered = True
+            self._flush()
+            self.transport.close()
+            return
+        self._answer = self.conn.accept(asked)
+        if self._answer.status_code != HTTPStatus.SWITCHING_PROTOCOLS:
+            self._respond(self._answer)
+            return
+        self.transport.pause_reading()  # until somebody takes the messages
+        self._events.put_nowait({"type": "websocket.connect"})
+        task = self.loop.create_task(self._serve(self._scope(asked)))
+        self._server.tasks.add(task)
+        task.add_done_callback(self._server.tasks.discard)
+
+    def _scope(self, asked: Request) -> dict[str, Any]:
+        raw_path, _, query = asked.path.partition("?")
+        root, peer, own = self._config.root_path, *map(self.transport.get_extra_info, ("peername", "sockname"))
+        offered = [name.strip() for line in asked.headers.get_all("Sec-WebSocket-Protocol") for name in line.split(",")]
+        return {
+            "type": "websocket",
+            "asgi": {"version": self._config.asgi_version, "spec_version": "2.4"},
+            "http_version": "1.1",
+            "scheme": "wss" if self.transport.get_extra_info("sslcontext") else "ws",
+            "server": tuple(own[:2]) if isinstance(own, tuple) else None,
+            "client": tuple(peer[:2]) if isinstance(peer, tuple) else None,
+            "root_path": root,
+            "path": root + unquote(raw_path),
+            "raw_path": (root + raw_path).encode("ascii"),
+            "query_string": query.encode("ascii"),
+            "headers": [
+                (name.lower().encode("ascii"), value.encode("latin-1", "surrogateescape"))
+                for name, value in asked.headers.raw_items()
+            ],
+            "subprotocols": offered,
+            "state": self._state.copy(),
+            "extensions": {"websocket.http.response": {}, WIRE: self},
+        }
+
+    async def _serve(self, scope: dict[str, Any]) -> None:
+        """Run the application, and end what it leaves open."""
+        try:
+            await self._config.loaded_app(scope, self._events.get, self._send)
+        except PeerGone:
+            log.debug("a WebSocket's peer went while its application was sending")
+        except Exception:
+            log.exception("our mistake: a WebSocket's application failed")
+        finally:
+            if not self._answered and not self._gone:
+                self._reject(HTTPStatus.INTERNAL_SERVER_ERROR)
+            elif self._open:
+                self.transport.close()
+                self._after(CLOSE_SECONDS, self.transport.abort)
+
+    async def _send(self, message: Message) -> None:
+        """Take a message of the application's."""
+        await self._writable.wait()
+        if self._gone:
+            raise PeerGone
+        match message["type"]:
+            case "websocket.accept":
+                self._accept(message)
+            case "websocket.http.response.start":
+                self._refusal = {**message, "body": b""}
+            case "websocket.http.response.body" if self._refusal is not None:
+                self._refusal["body"] += message.get("body", b"")
+                if not message.get("more_body", False):
+                    self._refuse(self._refusal)
+            case "websocket.send":
+                await self.send_all([message["bytes"] if message.get("bytes") is not None else message["text"]])
+            case "websocket.close" if self._answered:
+                self._close(message.get("code", 1000), message.get("reason") or "")
+            case "websocket.close":
+                self._reject(HTTPStatus.FORBIDDEN)
+
+    def _accept(self, message: Message) -> None:
+        answer = self._answer
+        assert answer is not None and not self._answered
+        for name, value in message.get("headers", ()):
+            answer.headers[name.decode("latin-1")] = value.decode("latin-1")
+        if message.get("subprotocol"):
+            answer.headers["Sec-WebSocket-Protocol"] = message["subprotocol"]
+        self.conn.send_response(answer)
+        self._answered = self._open = True
+        self._flush()
+        if self._config.ws_ping_interval:
+            self._timer = self.loop.call_later(self._config.ws_ping_interval, self._beat)
+
+    def _refuse(self, refusal: Message) -> None:
+        headers = Headers([(name.decode("latin-1"), value.decode("latin-1")) for name, value in refusal["headers"]])
+        for name, value in (("Date", email.utils.formatdate(usegmt=True)), ("Connection", "close")):
+            headers.setdefault(name, value)
+        headers.setdefault("Content-Length", str(len(refusal["body"])))
+        self._respond(Response(refusal["status"], HTTPStatus(refusal["status"]).phrase, headers, refusal["body"]))
+
+    def _reject(self, status: HTTPStatus) -> None:
+        self._respond(self.conn.reject(status, status.phrase))
+
+    def _respond(self, response: Response) -> None:
+        """Answer in place of an upgrade."""
+        self._answered = True
+        self.conn.send_response(response)
+        self._flush()
+        self._events.put_nowait({"type": "websocket.disconnect", "code": BROKEN})
+        self.transport.close()
+
+    # What `service.live.transport.Wire` offers
+
+    def unblock(self) -> None:
+        """See `Wire`."""
+        self._writable.set()
+
+    def can_send(self) -> bool:
+        """See `Wire`."""
+        return self._open and self._writable.is_set()
+
+    def send_now(self, messages: Messages) -> None:
+        """See `Wire`: with one write to the socket, which costs more than all of their framing."""
+        pieces: list[bytes] = []
+        for message in messages:
+            payload = message if isinstance(message, bytes) else message.encode()
+            pieces += frame_head(WHOLE_BINARY if payload is message else WHOLE_TEXT, len(payload)), payload
+        self.transport.write(b"".join(pieces))
+
+    async def send_all(self, messages: Messages) -> None:
+        """See `Wire`."""
+        await self._writable.wait()
+        if not self._open:
+            raise PeerGone
+        self.send_now(messages)
+
+    def deliver(self, sink: Sink | None) -> None:
+        """See `Wire`."""
+        self._inflow.sink = sink
+        if sink is not None and not self._listening:
+            self._listening = True
+            self.transport.resume_reading()
+
+    # Reading
+
+    def _after_turn(self, done: bool) -> None:
+        """Send what the parser has to say, and go on in another turn where there is more."""
+        self._flush()
+        if self._over or (self._open and self.conn.close_expected()):
+            self._left()
+        elif not done:
+            if not self._behind:
+                self._behind = True
+                self.transport.pause_reading()
+            self._turns.wait(self._turn)
+        elif self._behind:
+            self._behind = False
+            self.transport.resume_reading()
+
+    def _turn(self) -> bool:
+        if self._gone or self._lingers:
+            return False
+        self._after_turn(self._inflow.read())
+        return True
+
+    def _control(self, frame: Frame) -> None:
+        if frame.opcode is Opcode.CLOSE:
+            self._over = True
+        elif frame.opcode is Opcode.PONG and self._ping is not None and bytes(frame.data) == self._ping:
+            self._ping, self._inflow.awaits_pong = None, False
+
+    def _flush(self) -> None:
+        """Write what the parser has to say; of answers to pings a peer that does not read is owed the newest only."""
+        pieces = self.conn.data_to_send()
+        if not pieces:
+            return
+        if self._writable.is_set() or not self._open or self.conn.close_expected():
+            self.transport.write(b"".join(pieces))
+        else:
+            self._owed_pong = pieces[-1]
+
+    def _beat(self) -> None:
+        """Ping the peer, or drop it where it has not answered the last one, though it may not take the close either."""
+        if not self._open:
+            return
+        wait = self._config.ws_ping_interval
+        assert wait is not None
+        if self._ping is None:
+            self._ping, self._doubted, self._inflow.awaits_pong = os.urandom(4), False, True
+            self.conn.send_ping(self._ping)
+            self.transport.write(b"".join(self.conn.data_to_send()))
+        elif not self._doubted:
+            self._doubted, wait = True, DOUBT_SECONDS
+        else:
+            self._open = False
+            self.conn.fail(OURS, "keepalive ping timeout")
+            self.transport.write(b"".join(self.conn.data_to_send()))
+            self.transport.close()
+            self._after(CLOSE_SECONDS, self.transport.abort)
+            return
+        self._timer = self.loop.call_later(wait, self._beat)
+
+    # Leaving
+
+    def _close(self, code: int, reason: str) -> None:
+        """Say goodbye, and give the peer a moment to do the same."""
+        if self._open:
+            self._open = False
+            self._events.put_nowait({"type": "websocket.disconnect", "code": code, "reason": reason})
+            self.conn.send_close(code, reason)
+            self.transport.write(b"".join(self.conn.data_to_send()))
+            self._after(CLOSE_SECONDS, self._linger)
+
+    def _left(self) -> None:
+        """Part from a peer that has closed, or that broke the protocol and has been told so."""
+        if self._open:
+            self._open = False
+            close = self.conn.close_rcvd or self.conn.close_sent
+            assert close is not None
+            self._events.put_nowait({"type": "websocket.disconnect", "code": close.code, "reason": close.reason})
+        if self._over:
+            self.transport.close()
+            self._after(LINGER_SECONDS, self.transport.abort)
+        else:
+            self._linger()
+
+    def _linger(self) -> None:
+        """End the sending half behind what is still unsent, and wait for the peer to take it and to close.
+
+        The socket is not closed before: with something unread in it, the kernel would drop what is unsent.
+        """
+        if self._gone or self.transport.is_closing() or not self.transport.can_write_eof():
+            self.transport.abort()
+            return
+        self._lingers = True
+        self.transport.resume_reading()  # else its end is not seen
+        self.transport.write_eof()
+        self._after(LINGER_SECONDS, self.transport.abort)
+
+    def _after(self, seconds: float, act: Callable[[], object]) -> None:
+        """Do what comes next on the way out."""
+        if self._leaving is not None:
+            self._leaving.cancel()
+        self._leaving = None if self._gone else self.loop.call_later(seconds, act)

@@ -1,0 +1,207 @@
+"""What one WebSocket peer sends: cut into frames, and read a bounded amount in each turn of the event loop.
+
+Model: RFC 6455. The head of a frame tells where it ends, so the place between two frames is known without asking the
+    parser. A short message that is a whole frame there, as nearly every contact update is, goes straight to the sink;
+    every other frame goes through the parser of websockets (`ServerProtocol`, its public interface), one at a time. A
+    turn ends after TURN_WORK or TURN_SECONDS, control frames included; what is left waits for one of the shared
+    `Turns`, and the socket is not read meanwhile.
+Source: RFC 6455, 5.2 (frames), 5.3 (masks), 5.5.2 and 5.5.3 (a ping may be answered by the newest pong alone; a pong
+    that nobody asked for needs no answer).
+Limits: a turn may overrun TURN_SECONDS by the message it ends with. What waits is at most one read of the event loop
+    (256 kB in uvloop), beside one message of at most `max_size` in the parser.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from collections.abc import Callable
+from time import perf_counter
+from typing import Any
+
+from websockets.frames import Frame, Opcode
+from websockets.protocol import State
+from websockets.server import ServerProtocol
+
+from service.live.transport import Sink
+
+TURN_WORK = 512  # contacts in a turn, or other work that takes as long; more makes others late, less costs turns
+TURN_SECONDS = 0.001  # the same bound where the messages themselves are costly
+PARSED_WORK = 4  # of a frame that the parser takes: 6 us, a contact 1.5
+BYTES_OF_WORK = 32  # bytes of a payload that count as one more: a text of 64 kB takes 1 to 3 ms
+PAUSE_SECONDS = 0.001  # between two turns of all who wait for one; the event loop makes it 1 to 2 ms
+FLOOD_BYTES = 1024  # that count as one frame more towards a flood
+WHOLE_TEXT, WHOLE_BINARY, PING, PONG = 0x81, 0x82, 0x89, 0x8A  # the first byte of a frame that is all of its message
+TURNS = "ridgewave.turns"  # in the state that the connections of a process share
+MASKED, SHORT = 0x80, 126  # in the second byte: the mask's bit; sizes from here on are written behind it
+MASK_BYTES = 4
+
+
+def frame_size(held: bytes, place: int) -> int:
+    """Return the bytes of the frame that begins at `place`, its head included; 0 where the head is not all there."""
+    room = len(held) - place
+    if room < 2:
+        return 0
+    size, head = held[place + 1] & ~MASKED, 2 + (MASK_BYTES if held[place + 1] & MASKED else 0)
+    if size < SHORT:
+        return head + size
+    more = 2 if size == SHORT else 8
+    return head + more + int.from_bytes(held[place + 2 : place + 2 + more], "big") if room >= 2 + more else 0
+
+
+def unmasked(frame: bytes) -> bytes:
+    """Return the payload of a short masked frame."""
+    size = len(frame) - 2 - MASK_BYTES
+    key = (frame[2 : 2 + MASK_BYTES] * (size // MASK_BYTES + 1))[:size]
+    return (int.from_bytes(frame[2 + MASK_BYTES :], "big") ^ int.from_bytes(key, "big")).to_bytes(size, "big")
+
+
+class Turns:
+    """Whose turn it is to be read, of all connections of an event loop that have sent more than one turn takes.
+
+    However many flood, only one of them is read at a time, and timers and other sockets are served between them.
+    """
+
+    def __init__(self) -> None:
+        self._waiting: deque[Callable[[], bool]] = deque()
+        self._timer: asyncio.TimerHandle | None = None
+
+    def wait(self, read: Callable[[], bool]) -> None:
+        """Have `read` called in its turn, once; it returns False where there was nothing to do any more."""
+        self._waiting.append(read)
+        if self._timer is None:
+            self._set()
+
+    def _set(self) -> None:
+        self._timer = asyncio.get_running_loop().call_later(PAUSE_SECONDS, self._next)
+
+    def _next(self) -> None:
+        self._timer = None
+        for _ in range(len(self._waiting)):
+            if self._waiting.popleft()():
+                break
+        if self._waiting and self._timer is None:
+            self._set()
+
+
+def shared_turns(state: dict[str, Any]) -> Turns:
+    """Return the turns that all connections of `state` share, which the server hands to each of them."""
+    turns: Turns = state.setdefault(TURNS, Turns())
+    return turns
+
+
+class Inflow:
+    """The reading half of one connection.
+
+    control: is given each control frame that the parser has taken. invalid: is called for text that is not UTF-8.
+    sink: who takes the messages; while there is none they are thrown away.
+    """
+
+    def __init__(self, conn: ServerProtocol, control: Callable[[Frame], None], invalid: Callable[[], None]) -> None:
+        self.sink: Sink | None = None
+        self.awaits_pong = False
+        self._conn, self._control, self._invalid = conn, control, invalid
+        self._held = b""
+        self._left = 0  # bytes still to come of the frame that the parser has the beginning of
+        self._opcode: Opcode | None = None  # of a message in several frames whose last one is still to come
+        self._parts = bytearray()
+        self._in_a_row = 0  # frames since all that had come was last read in one turn
+
+    def take_whole(self, data: bytes) -> bool:
+        """Take what is one short binary message and nothing else; return whether it was: contacts mostly are."""
+        size, sink = len(data) - 2 - MASK_BYTES, self.sink
+        if not 0 <= size < SHORT or data[0] != WHOLE_BINARY or data[1] != MASKED + size or sink is None:
+            return False
+        if self._held or self._left or self._opcode is not None or self._conn.state is not State.OPEN:
+            return False
+        self._in_a_row = 0
+        sink.message(unmasked(data))
+        return True
+
+    def hold(self, data: bytes) -> None:
+        """Keep what has come for a later turn."""
+        self._held = self._held + data if self._held else data
+
+    def take(self, data: bytes) -> bool:
+        """Read what has come; return whether it has all been read, but for the beginning of a frame."""
+        self.hold(data)
+        done = self.read()
+        if done:
+            self._in_a_row = 0
+        return done
+
+    def read(self) -> bool:
+        """Read what waits, for one turn; return as `take`."""
+        held, place, work = self._held, 0, 0
+        until = perf_counter() + TURN_SECONDS
+        while place < len(held):
+            if work >= TURN_WORK or perf_counter() >= until:
+                self._held = held[place:]
+                if self.sink is not None:
+                    self.sink.behind(self._in_a_row)
+                return False
+            taken, cost = self._next(held, place)
+            if not taken:
+                break
+            place, work = place + taken, work + cost
+        self._held = held[place:]
+        return True
+
+    def _next(self, held: bytes, place: int) -> tuple[int, int]:
+        """Take the frame at `place`, or what is there of it; return its bytes and work; no bytes: wait for more."""
+        if not self._left:
+            size = frame_size(held, place)
+            whole = 0 < size <= len(held) - place
+            kind, short = held[place], whole and MASKED <= held[place + 1] < MASKED + SHORT
+            if not size or (kind in (PING, PONG) and not whole and size <= SHORT + 2 + MASK_BYTES):
+                return 0, 0
+            self._in_a_row += 1 + size // FLOOD_BYTES
+            if short and kind in (WHOLE_TEXT, WHOLE_BINARY) and self._opcode is None and self._conn.state is State.OPEN:
+                self._message(kind == WHOLE_TEXT, unmasked(held[place : place + size]))
+                return size, 1
+            if short and kind in (PING, PONG) and self._needless(kind):
+                return size, 1
+            self._left = size
+        piece = held[place : place + self._left]
+        self._left -= len(piece)
+        self._parse(piece)
+        return len(piece), PARSED_WORK + len(piece) // BYTES_OF_WORK
+
+    def _needless(self, kind: int) -> bool:
+        """Count a ping or pong; return whether nobody needs it read."""
+        within = self.sink is None or self.sink.frame()
+        return not (self.awaits_pong if kind == PONG else within)
+
+    def _parse(self, piece: bytes) -> None:
+        self._conn.receive_data(piece)
+        for event in self._conn.events_received():
+            assert isinstance(event, Frame)
+            if event.opcode in (Opcode.TEXT, Opcode.BINARY, Opcode.CONT):
+                self._data(event)
+            else:
+                self._control(event)
+
+    def _data(self, frame: Frame) -> None:
+        """Take a frame of a message, which may be all of it."""
+        if frame.opcode is not Opcode.CONT:
+            self._opcode = frame.opcode
+        self._parts += frame.data
+        if frame.fin:
+            opcode, parts, self._opcode, self._parts = self._opcode, self._parts, None, bytearray()
+            self._message(opcode is Opcode.TEXT, bytes(parts))
+        elif self.sink is not None:
+            self.sink.frame()
+
+    def _message(self, is_text: bool, message: bytes) -> None:
+        sink = self.sink
+        if sink is None:
+            return
+        if not is_text:
+            sink.message(message)
+            return
+        try:
+            text = message.decode()
+        except UnicodeDecodeError:
+            self._invalid()
+        else:
+            sink.message(text)

@@ -1,0 +1,74 @@
+"""What each worker process starts from, when there is more than one: its settings come from the environment.
+
+Model: a worker whose parent has gone (killed, out of memory) ends as if it had been told to: nobody would replace it,
+    and nobody could end it by ending the service. It learns it from a pipe that the parent holds open, which tells it
+    also where the parent went while the worker was still starting.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import multiprocessing
+import os
+import signal
+from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import asynccontextmanager, contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fastapi import FastAPI
+
+from service.app import create_app
+from service.operations.logs import set_up_log
+from service.operations.settings import read_settings
+from service.operations.worker_messages import FOLDER_VARIABLE
+
+if TYPE_CHECKING:
+    from service.engine import Engine
+
+log = logging.getLogger("ridgewave.service")
+
+
+def app(engine: Engine | None = None) -> FastAPI:
+    """Return the application of this worker; `engine` is `synth` unless a test brings its own."""
+    settings = read_settings()
+    set_up_log(settings.log_level, settings.log_format)
+    folder = os.environ.get(FOLDER_VARIABLE)
+    made = create_app(settings, engine, siblings=None if folder is None else Path(folder))
+    made.state.service.freezes_heap = True
+    made.router.lifespan_context = _with_parent(made.router.lifespan_context)
+    return made
+
+
+def _with_parent(lifespan: Callable[[FastAPI], Any]) -> Callable[[FastAPI], Any]:
+    """Return `lifespan`, ended when the parent of this process has gone."""
+
+    @asynccontextmanager
+    async def watched(app: FastAPI) -> AsyncIterator[None]:
+        async with lifespan(app):
+            with _ended_by_parent(asyncio.get_running_loop()):
+                yield
+
+    return watched
+
+
+@contextmanager
+def _ended_by_parent(loop: asyncio.AbstractEventLoop) -> Iterator[None]:
+    """Within, the end of the parent process ends this one, at once where it has gone already."""
+    parent = multiprocessing.parent_process()
+    if parent is None:  # started by hand: whoever did that ends it
+        yield
+        return
+    pipe = parent.sentinel
+
+    def end() -> None:
+        loop.remove_reader(pipe)
+        log.error("the process that started this worker has gone: the worker ends too")
+        os.kill(os.getpid(), signal.SIGTERM)
+
+    loop.add_reader(pipe, end)
+    try:
+        yield
+    finally:
+        loop.remove_reader(pipe)

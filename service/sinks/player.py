@@ -1,0 +1,149 @@
+"""Playing a session into a sink of this machine: a device, or a file in the one folder for recordings.
+
+Model: one thread a play takes blocks from the session and writes them to the sink, which sets the pace. An end that is
+    asked for is a fade of 10 ms, then the sink lets out what it holds and closes; a stop also has a device drop that.
+    A sink that fails ends the play and nothing else: the session, its stream and its next play go on. A device that
+    stalled for 2 s has failed, and does not begin to move again by itself when it comes back: play again.
+Limits: a play ends by itself after RIDGEWAVE_MAX_DURATION. What went wrong meanwhile (a device that vanished, a full
+    disk) is told by `document` and the log, since nobody waits for an answer then.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from service.operations.metrics import Metrics
+from service.operations.settings import Settings
+from service.sessions.voice_source import Source
+from service.sinks import Claims, FileSink, Sink, open_sink
+from synth.encode.formats import Metadata
+from synth.errors import CannotRender
+
+log = logging.getLogger("ridgewave.service")
+
+
+class Player:
+    """One play of one session."""
+
+    def __init__(
+        self,
+        device: str | int | None,
+        settings: Settings,
+        metrics: Metrics,
+        claims: Claims,
+        over: Callable[[], None] = lambda: None,
+    ) -> None:
+        """Take the device of the request; `source` is set later, and nothing is opened before `start`.
+
+        claims: the devices that play. over: called once when a play that began is over, from its thread.
+        Raises AskedWrong for a bad file name.
+        """
+        folder = Path(settings.file_folder)
+        self.source: Source | None = None
+        self.frames = 0
+        self.failure: str | None = None
+        self._sink: Sink = open_sink(device, folder, claims)
+        self._folder = folder
+        self._settings = settings
+        self._metrics, self._told_over = metrics, over
+        self._underruns = 0
+        self._ending, self._over = threading.Event(), threading.Event()
+        self._dropping = False
+        self._thread = threading.Thread(target=self._run, name="play", daemon=True)
+
+    @property
+    def playing(self) -> bool:
+        """Return whether it is neither over nor has failed."""
+        return self.failure is None and not self._over.is_set()
+
+    def start(self, metadata: Metadata) -> None:
+        """Open the sink and begin; for a thread. Raises CannotRender or AskedWrong where the sink does not open."""
+        assert self.source is not None
+        if isinstance(self._sink, FileSink):
+            _make_folder(self._folder)
+        try:
+            self._sink.start(self.source.sample_rate, self.source.channels, metadata)
+        except BaseException:
+            self._over.set()
+            raise
+        self._metrics.stream_opened("play")
+        self._thread.start()
+
+    def end(self, *, at_once: bool = False) -> None:
+        """Have it fade and end. at_once: a device falls silent without playing what it still holds."""
+        self._ending.set()
+        if at_once and self._thread.is_alive() and not isinstance(self._sink, FileSink):
+            self._dropping = True
+            threading.Thread(target=self._sink.stop, name="play-stop", daemon=True).start()
+
+    def wait(self, timeout: float) -> bool:
+        """Return whether it is over, after at most `timeout` seconds; for a thread."""
+        return self._over.wait(timeout)
+
+    def document(self) -> dict[str, Any]:
+        """Return what a session shows of its play."""
+        return {
+            "device": self._sink.name,
+            "state": "failed" if self.failure else "playing" if self.playing else "finished",
+            "frames": self.frames,
+            "underruns": self._sink.underruns,
+            "device_underflows": self._sink.device_underflows,
+            "dropped_frames": self._sink.dropped_frames,
+            "gain_reduction_db": 0.0 if self.source is None else self.source.largest_reduction_db,
+            "failure": self.failure,
+        }
+
+    def _run(self) -> None:
+        try:
+            self._play()
+        except CannotRender as error:
+            if not self._dropping:
+                self.failure = error.reason
+        except Exception:
+            log.exception("our mistake: a play ended")
+            self.failure = "a mistake of the service's own"
+        finally:
+            self._sink.close()
+            self.failure = self.failure or (None if self._dropping else self._sink.failure)
+            self._count(0)
+            self._metrics.stream_closed("play")
+            self._told_over()
+            if self.failure is not None:
+                log.warning("a play on %s failed: %s", self._sink.name, self.failure)
+            self._over.set()
+
+    def _play(self) -> None:
+        assert self.source is not None
+        size = max(1, round(self._settings.stream_block * self.source.sample_rate))
+        longest = round(self._settings.max_duration * self.source.sample_rate) - self.source.fade_frames
+        while not self._ending.is_set() and self.frames < longest:
+            block = self.source.block(min(size, longest - self.frames))
+            self._sink.write(block)
+            self._count(len(block))
+            if self.source.reduction_db > 0.0:
+                self._metrics.limited(self.source.reduction_db, len(block) / self.source.sample_rate)
+        last = self.source.last(self.source.fade_frames)
+        self._sink.write(last)
+        self._count(len(last))
+
+    def _count(self, frames: int) -> None:
+        """Note so many frames more in the sink, and what the sink has been short of."""
+        self.frames += frames
+        if frames:
+            self._metrics.block_sent("play", frames)
+        underruns = self._sink.underruns
+        self._metrics.underran(underruns - self._underruns)
+        self._underruns = underruns
+
+
+def _make_folder(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise CannotRender(
+            f"the folder for recordings cannot be made: {error.strerror or 'the system refuses it'}."
+        ) from error
