@@ -42,7 +42,7 @@ def test_an_answer_does_not_wait_for_what_is_not_known_yet(app: FastAPI) -> None
 
 
 def test_to_look_for_portaudio_loads_nothing() -> None:
-    code = "import sys, service.sinks.device_list as devices; devices.missing_portaudio(); print('sounddevice' in sys.modules)"
+    code = "import sys, service.sinks.device_list as d; d.missing_portaudio(); print('sounddevice' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"
 
