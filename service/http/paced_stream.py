@@ -73,21 +73,24 @@ class Reader:
         assert source is not None
         size = max(1, round(settings.stream_block * source.sample_rate))
         most = (round(settings.max_stream * source.sample_rate) if frames is None else frames) - source.fade_frames
-        pacer, sent = Pacer(source.sample_rate, settings.lead), 0
+        pacer, sent = Pacer(source.sample_rate, time.perf_counter(), lead=settings.lead), 0
         while not self._bell.rung and sent < most:
             count = min(size, most - sent)
-            await self._bell.sleep(pacer.delay(sent))
+            now = time.perf_counter()
+            pacer.behind(now)  # far behind, the clock starts anew
+            await self._bell.sleep(pacer.due - now)
             if self._bell.rung:
                 break
             block = await source.next_block(count, pool)
             if self._bell.rung:  # while it was rendered: it must not go out at full level any more
                 yield faded(block, source.fade_frames)
                 return
-            self._count(block, source, pacer.late(sent), pacer.skipped)
+            self._count(block, source, pacer.late(time.perf_counter()), pacer.take_skipped(own=True))
             sent += count
-            offered = time.perf_counter()
+            pacer.advance(sent)
+            pacer.writing(time.perf_counter())
             yield block
-            pacer.waited(time.perf_counter() - offered)
+            pacer.written(time.perf_counter())
         last = source.fade_frames if frames is None else min(source.fade_frames, frames - sent)
         yield faded(await source.next_block(last, pool), last)
 

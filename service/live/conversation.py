@@ -19,9 +19,9 @@ from service.live.early_messages import EarlyMessages
 from service.live.live_stream import Options, Stream
 from service.live.message_rate import MessageRate, may_be_stop
 from service.live.messages import NotJson, read_message, refused
-from service.live.pace import Behind, Pace
 from service.operations.metrics import Metrics
 from service.problems import Problem
+from service.sessions.pacer import Behind, Pacer
 from synth.errors import shown
 
 HELLO_SECONDS = 10.0  # for the first message; a connection without one holds a place for nothing
@@ -57,7 +57,7 @@ class Conversation:
         self.actions: list[Action] = []
         self.stream: Stream | None = None
         self.position = 0  # frame of the next block that goes out; behind the stream's where a resumed past is sent
-        self.pace = Pace(limits.slow_reader, now)
+        self.pace = Pacer(1, now, slow_reader=limits.slow_reader)
         self._limits, self._opened = limits, now
         self._metrics = metrics or Metrics()
         self._rate = MessageRate(limits.max_updates, now)

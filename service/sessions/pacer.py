@@ -1,52 +1,112 @@
-"""When the next block of a stream is due, and sleeps that can be ended early.
+"""The clock of a stream: when the next block is due, whose fault it is when it is late, and sleeps until then.
 
-Model: the block at frame n is due at start + n / rate - lead on `time.perf_counter`, absolute, so that errors of single
-    sleeps do not add up (sleeping one block at a time drifts by 2-5 %).
-Limits: a stream that fell more than `FORGIVEN_SECONDS` behind is not sent the missed sound in a burst: its clock starts
-    anew. What of that time was the service's own fault, and not waiting for the reader, is in `skipped`. Sleeps are as
-    exact as the event loop's timer, about a millisecond.
+Model: the block at frame n is due at start + (n - first) / rate - lead, absolute, so that errors of single sleeps do
+    not add up (sleeping one block at a time drifts by 2-5 %). Time spent in writes that waited for the reader is the
+    reader's. A live stream is read too slowly where more than half of what it is behind is the reader's; somebody looks
+    often while its writes wait: of the time between two looks no more than LOOK_SECONDS counts, since a service that
+    did not look did not write either.
+Limits: a stream that is behind for up to `FORGIVEN_SECONDS`, beyond its lead, catches up in a burst. Behind for longer,
+    its clock starts anew: the reader had silence for that time, and every later block comes later by as much.
 """
 
 from __future__ import annotations
 
 import asyncio
-import time
-from collections.abc import Callable
+import math
+from enum import Enum
 
 FORGIVEN_SECONDS = 1.0  # shorter: a network hiccup costs the lead; longer: a long stall is answered by a long burst
+WAITED_SECONDS = 0.001  # a write that takes longer has waited for the reader
+LOOK_SECONDS = 0.1  # twice as long as it is between two looks of a service that is not late itself
+
+
+class Behind(Enum):
+    """What a late block means."""
+
+    FINE = "on time, or late by our fault"
+    SLOW = "half of what a slow reader may be behind"
+    TOO_SLOW = "more than a slow reader may be behind"
 
 
 class Pacer:
-    """The clock of one stream, in frames."""
+    """The clock of one stream.
 
-    def __init__(self, sample_rate: int, lead: float, now: Callable[[], float] = time.perf_counter) -> None:
-        self._rate = sample_rate
-        self._lead = lead
-        self._now = now
-        self._start = now()
-        self._waited = 0.0  # for the reader, since the stream was last on time
-        self.skipped = 0.0  # s by which the service was late when `delay` last began the clock anew; else 0
+    rate: frames a second.
+    now: s, of any clock; the same for all methods.
+    lead: s by which blocks are sent ahead.
+    slow_reader: s that a reader may be behind; None: as long as it likes, and nobody looks while a write waits.
+    """
 
-    def waited(self, seconds: float) -> None:
-        """Take note of how long the reader took to take a block."""
-        self._waited += seconds
+    def __init__(self, rate: int, now: float, *, lead: float = 0.0, slow_reader: float | None = None) -> None:
+        self._lead, self._slow_reader = lead, slow_reader
+        self.begin(0, rate, now)
+        self.in_write = False  # seen from outside the writer: the reader does not take what is sent
+        self._skipped = self._skipped_waiting = 0.0  # s by which the clock began anew, and the reader's part of them
+        self._blocked = 0.0  # s that writes waited since the stream was last on time
+        self._waited, self._looked = 0.0, now  # s that the present write has waited, as of the latest look
 
-    def delay(self, frames: int) -> float:
-        """Return the seconds until the block that begins at frame `frames` is due; not positive: send it now."""
-        now = self._now()
-        ahead, self.skipped = self._start + frames / self._rate - now, 0.0
-        if ahead < -FORGIVEN_SECONDS:
-            self._start, self.skipped = now - frames / self._rate, max(0.0, -ahead - self._waited)
-            ahead = 0.0
-        if ahead >= 0.0:
-            self._waited = 0.0
-        return ahead - self._lead
+    @property
+    def skipped(self) -> float:
+        """Return the seconds by which the clock has begun anew and that nobody was told of."""
+        return self._skipped
 
-    def late(self, frames: int) -> float:
-        """Return by how many seconds a block of frame `frames` on is late if it goes out now; not before the start,
-        when the lead is still being filled, is any due.
-        """
-        return self._now() - max(self._start, self._start + frames / self._rate - self._lead)
+    def begin(self, frame: int, rate: int, now: float) -> None:
+        """Let `frame` be heard now: it is due `lead` before."""
+        self._start, self._first, self._rate = now, frame, rate
+        self.due = now - self._lead
+
+    def advance(self, frame: int) -> None:
+        """Let `frame` be the next one."""
+        self.due = self._start + (frame - self._first) / self._rate - self._lead
+
+    def late(self, now: float) -> float:
+        """Return by how many seconds the next block is late if it goes out now; while the lead is filled, none is."""
+        return now - max(self._start, self.due)
+
+    def take_skipped(self, *, own: bool = False) -> float:
+        """Return `skipped`, once; own: less what of it the reader made writes wait."""
+        skipped = max(0.0, self._skipped - self._skipped_waiting) if own else self._skipped
+        self._skipped = self._skipped_waiting = 0.0
+        return skipped
+
+    def writing(self, now: float) -> None:
+        """Take note that a write begins."""
+        self._waited, self._looked, self.in_write = 0.0, now, True
+
+    def written(self, now: float) -> None:
+        """Take note that it is over."""
+        self._look(now)
+        self.in_write = False
+        if self._waited > WAITED_SECONDS:
+            self._blocked += self._waited
+        if now < self.due + self._lead:
+            self._blocked = 0.0
+
+    def behind(self, now: float) -> Behind:
+        """Return what it means that the next block has not gone out yet; the clock may start anew."""
+        if self.in_write:
+            self._look(now)
+        late = now - self.due - self._lead
+        slow = math.inf if self._slow_reader is None else self._slow_reader
+        if late <= min(slow / 2, FORGIVEN_SECONDS):
+            return Behind.FINE
+        waited = self._blocked + (self._waited if self.in_write else 0.0)
+        if waited > late / 2 and self._slow_reader is not None:
+            if late <= slow / 2:
+                return Behind.FINE
+            return Behind.TOO_SLOW if late > slow else Behind.SLOW
+        if late > FORGIVEN_SECONDS:
+            self._start += late
+            self.due = now - self._lead
+            self._skipped, self._skipped_waiting = self._skipped + late, self._skipped_waiting + waited
+            if self._slow_reader is None:
+                self._blocked = 0.0
+        return Behind.FINE
+
+    def _look(self, now: float) -> None:
+        passed = now - self._looked
+        self._waited += passed if self._slow_reader is None else min(passed, LOOK_SECONDS)
+        self._looked = now
 
 
 class Bell:

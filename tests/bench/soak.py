@@ -95,13 +95,13 @@ def clock_drift(seconds: float, rate: int) -> float:
     """Return by how much the deadlines of the pacing clock, asked block after block for a day, end up off (s)."""
     now = 1e5 / 3.0
     start = now
-    pacer = Pacer(rate, 0.0, lambda: now)
+    pacer = Pacer(rate, now)
     blocks = round(seconds * rate) // BLOCK
     for number in range(blocks):
-        due = pacer.delay(number * BLOCK)
-        now += max(0.0, due) + 1e-4 * ((number * 7919) % 97) / 97.0  # a sleep that ends up to 0.1 ms late
+        pacer.advance(number * BLOCK)
+        now += max(0.0, pacer.due - now) + 1e-4 * ((number * 7919) % 97) / 97.0  # a sleep that ends up to 0.1 ms late
     ideal = Fraction((blocks - 1) * BLOCK, rate)
-    return float(Fraction(now + pacer.delay((blocks - 1) * BLOCK)) - Fraction(start) - ideal)
+    return float(Fraction(pacer.due) - Fraction(start) - ideal)
 
 
 def hands(minutes: float, streams: int, workers: int, module: str = "service") -> dict[str, Any]:

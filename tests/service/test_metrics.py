@@ -217,10 +217,11 @@ def test_the_cache_of_the_engine_is_told() -> None:
 
 
 def test_a_block_of_the_first_lead_is_not_late_and_one_after_its_time_is() -> None:
-    clock = iter([10.0, 10.001, 10.5])
-    pacer = Pacer(1000, 0.25, now=lambda: next(clock))
-    assert pacer.late(200) == pytest.approx(0.001)
-    assert pacer.late(500) == pytest.approx(0.25)
+    pacer = Pacer(1000, 10.0, lead=0.25)
+    pacer.advance(200)
+    assert pacer.late(10.001) == pytest.approx(0.001)
+    pacer.advance(500)
+    assert pacer.late(10.5) == pytest.approx(0.25)
 
 
 def test_the_page_on_operations_has_a_line_for_every_metric() -> None:

@@ -7,40 +7,44 @@ import time
 
 import pytest
 
-from service.sessions.pacer import Bell, Pacer
+from service.sessions.pacer import Behind, Bell, Pacer
 
 
 def test_blocks_are_due_ahead_by_the_lead_and_do_not_drift() -> None:
-    now = 100.0
-    pacer = Pacer(48000, 0.25, lambda: now)
-    assert pacer.delay(0) == pytest.approx(-0.25)
+    pacer = Pacer(48000, 100.0, lead=0.25)
+    assert pacer.due == pytest.approx(99.75)
     for block in range(1, 1000):
-        now = 100.0 + 0.02 * block - 0.25 + 0.003  # every sleep is 3 ms late
-        assert pacer.delay(960 * block) == pytest.approx(-0.003)
+        pacer.advance(960 * block)
+        assert pacer.behind(pacer.due + 0.003) is Behind.FINE  # every sleep is 3 ms late
+        assert pacer.due == pytest.approx(100.0 + 0.02 * block - 0.25)
 
 
 def test_a_short_hiccup_is_caught_up_and_a_long_stall_is_forgiven() -> None:
-    now = 0.0
-    pacer = Pacer(48000, 0.25, lambda: now)
-    now = 0.9
-    assert pacer.delay(0) == pytest.approx(-1.15)
-    now = 5.0
-    assert pacer.delay(48000) == pytest.approx(-0.25)
-    now = 5.75
-    assert pacer.delay(96000) == pytest.approx(0.0)
+    pacer = Pacer(48000, 0.0, lead=0.25)
+    pacer.behind(0.9)
+    assert pacer.due == pytest.approx(-0.25)
+    pacer.advance(48000)
+    pacer.behind(5.0)
+    assert pacer.due == pytest.approx(4.75)
+    pacer.advance(96000)
+    pacer.behind(5.75)
+    assert pacer.due == pytest.approx(5.75)
 
 
 def test_time_that_the_service_lost_is_skipped_and_time_that_its_reader_took_is_not() -> None:
-    now = 0.0
-    pacer = Pacer(48000, 0.25, lambda: now)
-    now = 3.0
-    assert pacer.delay(24000) == pytest.approx(-0.25) and pacer.skipped == pytest.approx(2.5)
-    assert pacer.delay(24960) == pytest.approx(-0.23) and pacer.skipped == 0.0
-    now = 10.0
-    pacer.waited(7.0)
-    assert pacer.delay(25920) == pytest.approx(-0.25) and pacer.skipped == 0.0
-    now = 13.0
-    assert pacer.delay(26880) == pytest.approx(-0.25) and pacer.skipped == pytest.approx(2.98)
+    pacer = Pacer(48000, 0.0, lead=0.25)
+
+    def skipped(frame: int, now: float) -> float:
+        pacer.advance(frame)
+        pacer.behind(now)
+        return pacer.take_skipped(own=True)
+
+    assert skipped(24000, 3.0) == pytest.approx(2.5) and pacer.due == pytest.approx(2.75)
+    assert skipped(24960, 3.0) == 0.0 and pacer.due == pytest.approx(2.77)
+    pacer.writing(3.0)
+    pacer.written(10.0)
+    assert skipped(25920, 10.0) == 0.0 and pacer.due == pytest.approx(9.75)
+    assert skipped(26880, 13.0) == pytest.approx(2.98) and pacer.due == pytest.approx(12.75)
 
 
 def test_a_bell_ends_a_sleep_and_every_later_one() -> None:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import pytest
 
-from service.live.pace import Behind, Pace
+from service.sessions.pacer import Behind, Pacer
 from tests.service.harness import Running, serving
 from tests.service.live.client import LiveClient, live
 from tests.service.plain_engine import PlainEngine, warmed_up
@@ -61,8 +61,7 @@ def _listen(client: LiveClient, seconds: float) -> None:
 
 
 def test_a_service_that_stalls_while_a_write_waits_does_not_blame_the_reader_for_it() -> None:
-    pace = Pace(1.0, 0.0)
-    pace.begin(0, 1000, 0.0)
+    pace = Pacer(1000, 0.0, slow_reader=1.0)
     pace.advance(10)
     pace.writing(0.01)
     assert pace.behind(0.05) is Behind.FINE
@@ -71,8 +70,7 @@ def test_a_service_that_stalls_while_a_write_waits_does_not_blame_the_reader_for
 
 
 def test_a_reader_that_makes_a_write_wait_is_slow_though_the_service_looks_late_now_and_then() -> None:
-    pace, now = Pace(1.0, 0.0), 0.01
-    pace.begin(0, 1000, 0.0)
+    pace, now = Pacer(1000, 0.0, slow_reader=1.0), 0.01
     pace.advance(10)
     pace.writing(now)
     found: list[Behind] = []

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from service.live.conversation import Limits
-from service.live.pace import Behind, Pace
+from service.sessions.pacer import Behind, Pacer
 from tests.service.live.driver import Driver
 
 
@@ -103,8 +103,7 @@ def test_an_end_that_the_peer_does_not_take_is_cut() -> None:
 
 
 def test_lateness_that_is_ours_starts_the_clock_anew() -> None:
-    pace = Pace(1.0, 0.0)
-    pace.begin(0, 1000, 0.0)
+    pace = Pacer(1000, 0.0, slow_reader=1.0)
     pace.advance(10)
     assert pace.due == 0.01
     assert pace.behind(0.9) is Behind.FINE and pace.due == 0.01
