@@ -31,13 +31,13 @@ from service.compute.work_places import Places
 from service.engine import Engine
 from service.http.page_files import PageFiles
 from service.http.rate_limits import Limits
+from service.live.live_connections import LiveConnections
 from service.operations.health import Health
 from service.operations.metrics import Metrics
 from service.operations.settings import Settings
 from service.operations.worker_messages import Siblings
 from service.operations.worker_metrics import Telling
-from service.sessions.live_session import LiveSessions
-from service.sessions.scene_session import Sessions
+from service.sessions.session_registry import Sessions
 from service.sinks import Claims
 from service.sinks.player import Player
 from synth.scene.scene import parse_scene
@@ -47,6 +47,7 @@ log = logging.getLogger("ridgewave.service")
 SWITCH_SECONDS = 0.0005  # between Python threads; at the default of 5 ms a play's thread is late beside busy ones
 BLOCK_THREADS = 4  # for blocks of streams that are not quick: apart from the renders, which would make them late
 LAG_SECONDS = 0.05  # between two looks at how late the event loop is; a stall shorter than that may pass unseen
+WATCH_SECONDS = 0.05  # between two looks at what only time tells: late hellos, slow readers, expiry
 PLAY_END_SECONDS = 1.0  # for all plays to complete their files at the end
 STOP_ANSWER_SECONDS = 0.1  # for other workers to count what they stopped: less misses them, more holds up the answer
 CUT_SECONDS = 0.2  # before the server's own timeout, which would tell of each answer that it cuts in a traceback
@@ -74,7 +75,7 @@ class Service:
         self.claims = Claims()
         self.blocks = BlockThreads(BLOCK_THREADS, partial(self.metrics.waited, "block"))
         self.sessions = Sessions(engine, settings, self.solves, self.metrics)
-        self.live = LiveSessions(engine, settings, self.solves, self.blocks, self.metrics)
+        self.live = LiveConnections(self.sessions, settings, self.blocks)
         self.freezes_heap = False
         """Whether this process serves and does nothing else, so that `warm_up` may take its heap out of the collector's
         sight: a full collection of it stops every stream for 90 ms."""
@@ -98,8 +99,9 @@ class Service:
 
     def stop_here(self) -> dict[str, int]:
         """The same in this process alone, at once."""
-        counts, live = self.sessions.end_all(at_once=True), self.live.end_all("stopped", at_once=True)
-        return {name: count + live.get(name, 0) for name, count in counts.items()}
+        counts = self.sessions.end_all(at_once=True)
+        self.live.end_all("stopped", at_once=True)
+        return counts
 
     def starved(self) -> float:
         """Return for how many seconds short work has waited to begin; 0 where it hardly does."""
@@ -113,7 +115,7 @@ class Service:
         self.closing = True
         self.measurements.close()
         self._players += self.sessions.close()
-        self.live.close()
+        self.live.end_all("shutting down")
 
     def warm_up(self) -> None:
         """Render a little, so that the kernels are compiled before somebody waits for them; for a thread."""
@@ -151,8 +153,8 @@ class Service:
         self.metrics.watch("ridgewave_cache_hits_total", lambda: cache().hits)
         self.metrics.watch("ridgewave_cache_misses_total", lambda: cache().misses)
         self.metrics.watch("ridgewave_cache_bytes", lambda: cache().used_bytes)
-        self.metrics.watch("ridgewave_live_bytes", lambda: self.live.used_bytes)
-        self.metrics.watch("ridgewave_sessions", lambda: len(self.sessions))
+        self.metrics.watch("ridgewave_live_bytes", lambda: self.sessions.used_bytes)
+        self.metrics.watch("ridgewave_sessions", lambda: self.sessions.count("http"))
         self.metrics.watch("ridgewave_renders_under_way", lambda: self.renders.under_way)
         self.metrics.watch("ridgewave_workers", lambda: 1)
 
@@ -178,7 +180,7 @@ async def lifespan(app: FastAPI) -> AsyncIterator[None]:
     interval = sys.getswitchinterval()
     sys.setswitchinterval(SWITCH_SECONDS)
     service.siblings.open()
-    chores = [_expire(service), service.telling.keep_writing(), service.health.look(), service.live.watch()]
+    chores = [_watch(service), service.telling.keep_writing(), service.health.look()]
     chores.append(_measure_lag(service.metrics))
     tasks = [asyncio.create_task(chore) for chore in chores]
     ThreadWork(service.warm_up, "warm-up")
@@ -189,7 +191,7 @@ async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         for task in tasks:
             task.cancel()
         service.begin_closing()
-        await service.live.settle(PLAY_END_SECONDS)
+        await service.sessions.recordings.settle(PLAY_END_SECONDS)
         await asyncio.to_thread(service.finish)
         service.siblings.close()
         sys.setswitchinterval(interval)
@@ -232,9 +234,9 @@ async def _measure_lag(metrics: Metrics) -> None:
         metrics.lagged(time.perf_counter() - due)
 
 
-async def _expire(service: Service) -> None:
-    """End sessions whose idle time is over, soon after it is."""
-    pause = min(1.0, service.settings.session_idle / 4)
+async def _watch(service: Service) -> None:
+    """Look at what only time tells, until cancelled."""
     while True:
-        await asyncio.sleep(pause)
-        service.sessions.expire()
+        await asyncio.sleep(WATCH_SECONDS)
+        service.live.check(time.perf_counter())
+        service.sessions.look()

@@ -16,7 +16,7 @@ from concurrent.futures import Executor
 from service.operations.metrics import Metrics
 from service.operations.settings import Settings
 from service.sessions.pacer import Bell, Pacer
-from service.sessions.voice_source import Source
+from service.sessions.voice_stream import VoiceStream
 from synth.encode.formats import Block, Metadata, SoundFormat, stream_block, stream_header
 from synth.encode.riff import padding, wav_header
 from synth.voice.fades import faded
@@ -30,7 +30,7 @@ class Reader:
     """The one reader of a session, from its request until its answer is over."""
 
     def __init__(self, metrics: Metrics) -> None:
-        self.source: Source | None = None
+        self.stream: VoiceStream | None = None
         self._metrics = metrics
         self._bell = Bell()
         self._grace = GRACE_SECONDS
@@ -55,8 +55,8 @@ class Reader:
         pool: Executor,
     ) -> AsyncGenerator[bytes, None]:
         """Yield the answer's bytes, beginning with `header`; frames: the length, None for endless."""
-        assert self.source is not None
-        channels, sent = self.source.channels, 0
+        assert self.stream is not None
+        channels, sent = self.stream.channels, 0
         yield header
         async for block in self._blocks(frames, settings, pool):
             sent += len(block)
@@ -69,11 +69,11 @@ class Reader:
 
     async def _blocks(self, frames: int | None, settings: Settings, pool: Executor) -> AsyncGenerator[Block, None]:
         """Yield blocks at their times, the last of them fading out."""
-        source = self.source
-        assert source is not None
-        size = max(1, round(settings.stream_block * source.sample_rate))
-        most = (round(settings.max_stream * source.sample_rate) if frames is None else frames) - source.fade_frames
-        pacer, sent = Pacer(source.sample_rate, time.perf_counter(), lead=settings.lead), 0
+        stream = self.stream
+        assert stream is not None
+        size = max(1, round(settings.stream_block * stream.sample_rate))
+        most = (round(settings.max_stream * stream.sample_rate) if frames is None else frames) - stream.fade_frames
+        pacer, sent = Pacer(stream.sample_rate, time.perf_counter(), lead=settings.lead), 0
         while not self._bell.rung and sent < most:
             count = min(size, most - sent)
             now = time.perf_counter()
@@ -81,23 +81,23 @@ class Reader:
             await self._bell.sleep(pacer.due - now)
             if self._bell.rung:
                 break
-            block = await source.next_block(count, pool)
+            block = await stream.rendered(stream.next_block, count, pool)
             if self._bell.rung:  # while it was rendered: it must not go out at full level any more
-                yield faded(block, source.fade_frames)
+                yield faded(block, stream.fade_frames)
                 return
-            self._count(block, source, pacer.late(time.perf_counter()), pacer.take_skipped(own=True))
+            self._count(block, stream, pacer.late(time.perf_counter()), pacer.take_skipped(own=True))
             sent += count
             pacer.advance(sent)
             pacer.writing(time.perf_counter())
             yield block
             pacer.written(time.perf_counter())
-        last = source.fade_frames if frames is None else min(source.fade_frames, frames - sent)
-        yield faded(await source.next_block(last, pool), last)
+        last = stream.fade_frames if frames is None else min(stream.fade_frames, frames - sent)
+        yield faded(await stream.rendered(stream.next_block, last, pool), last)
 
-    def _count(self, block: Block, source: Source, late: float, skipped: float) -> None:
+    def _count(self, block: Block, stream: VoiceStream, late: float, skipped: float) -> None:
         self._metrics.block_sent("http", len(block), late, skipped)
-        if source.reduction_db > 0.0:
-            self._metrics.limited(source.reduction_db, len(block) / source.sample_rate)
+        if stream.reduction_db > 0.0:
+            self._metrics.limited(stream.reduction_db, len(block) / stream.sample_rate)
 
 
 def opening(

@@ -8,7 +8,7 @@ From the wire inwards:
     messages           every message, as the JSON Schema that is served and checked against
     server_messages    writes those of the server
     contact_update     the binary form of a contact update
-    live_stream        what outlives a connection: voice, newest update, scene, and the PCM that is kept to be resumed
+    live_connections   the connections of a process: admitted, given a session, watched
+    live_stream        what outlives a connection: voice, newest update, and the PCM that is kept to be resumed
     stream_counts      what a stream counts for the metrics; `connection_log` says how a connection began and ended
-    changes            scenes opened and changed: slow, for threads
 """

@@ -46,7 +46,7 @@ class Resume:
 
 @dataclass(frozen=True, slots=True)
 class Prepare:
-    """Prepare the change that a partial scene of so many bytes makes, and leave it in `Stream.coming`; or `refuse`."""
+    """Prepare the change that a partial scene of so many bytes makes, and leave it to the stream; or `refuse`."""
 
     patch: dict[str, Any]
     size: int = 0

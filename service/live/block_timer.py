@@ -18,7 +18,7 @@ EARLY_SECONDS = 0.0002  # who is due so soon is called now: a timer of its own w
 SHORTEST_SECONDS = 0.001  # that the timer is set for
 
 
-class Ticker:
+class BlockTimer:
     """Calls back at times of `clock`."""
 
     def __init__(self, clock: Callable[[], float] = time.perf_counter) -> None:

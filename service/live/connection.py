@@ -22,13 +22,14 @@ from service import problems
 from service.http.rate_limits import KEY
 from service.http.security import our_bug
 from service.live import actions
-from service.live.changes import as_problem
 from service.live.connection_log import Account
-from service.live.conversation import Conversation, Limits, Phase
+from service.live.conversation import Block, Conversation, Limits, Phase
+from service.live.live_connections import LiveConnections
+from service.live.live_stream import LiveStream
 from service.live.transport import PlainWire, Wire
 from service.operations.settings import Settings
 from service.problems import Problem
-from service.sessions.live_session import LiveSession, LiveSessions
+from service.sessions.session import Session
 from synth.errors import CannotRender, RidgewaveError
 
 GRACE_SECONDS = 0.5  # for a peer to take the block that waits when its session ends
@@ -43,7 +44,7 @@ def limits_of(settings: Settings) -> Limits:
 
 
 class Connection:
-    """One accepted WebSocket; see `service.sessions.live_session.Peer`.
+    """One accepted WebSocket; see `service.sessions.session.Peer`.
 
     client: whom its work is counted for. wire: what the server can do beyond ASGI, None where it can do nothing.
     """
@@ -53,7 +54,7 @@ class Connection:
         scope: Scope,
         receive: Receive,
         send: Send,
-        live: LiveSessions,
+        live: LiveConnections,
         *,
         client: str = "",
         wire: Wire | None = None,
@@ -66,7 +67,7 @@ class Connection:
         self._live, self._clock = live, clock
         self._context = contextvars.copy_context()  # what is logged of a message names this connection
         self.conversation = Conversation(limits_of(live.settings), clock(), live.metrics)
-        self.session: LiveSession | None = None
+        self.session: Session | None = None
         self._outbox: deque[str] = deque()
         self._close: actions.Close | None = None
         self._account = Account(live.metrics, clock)
@@ -115,9 +116,9 @@ class Connection:
         self.conversation.check(now)
         self._perform()
 
-    def refuse(self, problem: Problem) -> None:
+    def refuse(self, problem: RidgewaveError | Problem) -> None:
         """Tell of a problem that leaves the stream going."""
-        self.conversation.refuse(problem)
+        self.conversation.refuse(problem if isinstance(problem, Problem) else problems.of(problem))
         self._perform()
 
     def failed(self) -> None:
@@ -209,15 +210,15 @@ class Connection:
                 case _ if self.session is None:
                     pass
                 case actions.Prepare():
-                    self.session.change(action.patch, action.size)
+                    self.session.change_live(action.patch, action.size)
                 case actions.Detach():
-                    self._live.detach(self.session, self)
+                    self.session.detach(self)
                 case actions.Finish():
-                    self._live.finish(self.session)
+                    self._live.sessions.finish(self.session)
         if asked:
             self._ring()
 
-    async def _open(self, opening: Coroutine[Any, Any, LiveSession]) -> None:
+    async def _open(self, opening: Coroutine[Any, Any, Session]) -> None:
         """Begin with the session that `opening` gives, or end."""
         conversation = self.conversation
         try:
@@ -237,16 +238,18 @@ class Connection:
             self._begin(session)
         self._perform()
 
-    def _begin(self, session: LiveSession) -> None:
+    def _begin(self, session: Session) -> None:
+        stream = session.stream
+        assert isinstance(stream, LiveStream)
         if self.conversation.phase is Phase.OPENING:
             self.session = session
-            self.conversation.opened(session.stream, self._clock())
+            self.conversation.opened(stream, self._clock())
             if self.conversation.stream is not None:
-                self._account.began(session.stream, self.conversation.position)
-        elif session.stream.frame:
-            self._live.detach(session, self)  # the connection broke meanwhile
+                self._account.began(stream, self.conversation.position)
+        elif stream.frame:
+            session.detach(self)  # the connection broke meanwhile
         else:
-            self._live.finish(session)  # the same, and nobody was told of the session
+            self._live.sessions.finish(session)  # the same, and nobody was told of the session
 
     def _start(self, work: Coroutine[Any, Any, None]) -> None:
         task = asyncio.get_running_loop().create_task(work)
@@ -282,40 +285,37 @@ class Connection:
         conversation = self.conversation
         while self._outbox:
             await self._send_all([self._outbox.popleft()])
-        frames = conversation.begin_block(self._clock())
+        block = conversation.next_block(self._clock())
         if conversation.actions:
             self._perform()
-        if not frames:
+        if block is None:
             await self._sleep(conversation.wait(self._clock()))
             return
-        messages = await self._block(frames)
+        messages = await self._messages(block)
         if not messages:
             return
         await self._send_all(messages)
         if not conversation.wait(self._clock()):
             await asyncio.sleep(0)  # more is due already: let the others have their turn
 
-    async def _block(self, frames: int) -> Sequence[str | bytes]:
-        """Return the messages of the block that is due; none where the voice has failed."""
-        conversation, session = self.conversation, self.session
-        assert session is not None
+    async def _messages(self, block: Block) -> Sequence[str | bytes]:
+        """Return the messages of `block`, rendered where that makes nobody late; none where the voice has failed."""
+        stream = self.conversation.stream
+        assert stream is not None
         try:
-            pcm = conversation.past(frames)
-            if pcm is None:
-                pcm = await session.render(frames, self._live.blocks)
-            return conversation.block_done(pcm, frames, self._clock())
+            if block.pcm is None:
+                block.pcm = await stream.rendered(stream.render, block.frames, self._live.blocks)
+            return self.conversation.messages(block, self._clock())
         except Exception as error:
             self._voice_failed(error)
         return ()
 
-    def _block_now(self, session: LiveSession, frames: int) -> Sequence[str | bytes]:
-        """Do as `_block`, without letting others have their turn."""
-        conversation = self.conversation
+    def _messages_now(self, block: Block, stream: LiveStream) -> Sequence[str | bytes]:
+        """Do as `_messages`, without letting others have their turn."""
         try:
-            pcm = conversation.past(frames)
-            if pcm is None:
-                pcm = session.render_now(frames)
-            return conversation.block_done(pcm, frames, self._clock())
+            if block.pcm is None:
+                block.pcm = stream.rendered_here(stream.render, block.frames)
+            return self.conversation.messages(block, self._clock())
         except Exception as error:
             self._voice_failed(error)
         return ()
@@ -323,7 +323,7 @@ class Connection:
     def _voice_failed(self, error: Exception) -> None:
         """End, because of the exception that is being handled."""
         if isinstance(error, CannotRender):
-            self.conversation.broken(as_problem(error), "cannot render")
+            self.conversation.broken(problems.of(error), "cannot render")
         else:
             self.conversation.broken(our_bug(self._scope))
         self._perform()
@@ -356,7 +356,7 @@ class Connection:
     def _set_alarm(self, when: float) -> None:
         """Have `_due` called at `when`, in place of what was set before."""
         self._alarm += 1
-        self._live.ticker.call_at(when, partial(self._due, self._alarm))
+        self._live.timer.call_at(when, partial(self._due, self._alarm))
 
     def _due(self, alarm: int) -> None:
         """Send the block that is due, or wake the writer to do it."""
@@ -365,14 +365,20 @@ class Connection:
 
     def _sent_at_once(self) -> bool:
         """Send a block where nothing has to be waited for, as most do; return whether the writer may sleep on."""
-        conversation, session, now = self.conversation, self.session, self._clock()
-        pace = conversation.pace
-        if session is None or self._outbox or not conversation.paced or not session.ready or not self._wire.can_send():
+        conversation, now = self.conversation, self._clock()
+        pace, stream = conversation.pace, conversation.stream
+        if (
+            stream is None
+            or self._outbox
+            or not conversation.paced
+            or not stream.can_render_here
+            or not self._wire.can_send()
+        ):
             return False
-        frames = conversation.begin_block(now)
+        block = conversation.next_block(now)
         if conversation.actions:
             self._perform()
-        messages = self._block_now(session, frames) if frames else ()
+        messages = () if block is None else self._messages_now(block, stream)
         if not messages:
             return False
         pace.writing(self._clock())

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from starlette.types import Message
 
 from service.live.actions import Close
-from service.live.live_stream import Stream
+from service.live.live_stream import LiveStream
 from service.operations.logs import about_session
 from service.operations.metrics import Metrics
 
@@ -26,7 +26,7 @@ class Account:
         self._left = BROKEN
         self._began: tuple[float, int] | None = None
 
-    def began(self, stream: Stream, frame: int) -> None:
+    def began(self, stream: LiveStream, frame: int) -> None:
         """Take note that `stream` goes on here, from `frame` on; records of the connection name its session now."""
         about_session(stream.name)
         self._began = self._clock(), frame

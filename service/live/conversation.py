@@ -1,8 +1,9 @@
 """The state machine of one live connection: messages and time in, actions out. No I/O, no await, no clock.
 
 Model: the phases are HELLO -> OPENING -> STREAMING -> ENDING -> OVER. Every input may leave actions in `actions`,
-    which the shell takes and does. A block is two steps, since rendering may take a thread: `begin_block` says how many
-    frames are due and applies what waits, `block_done` gives the messages to send. `now` is any clock in seconds.
+    which the connection takes and does. `next_block` gives a whole block: what waits is applied, and its PCM is there
+    where it was sent before. Else the connection has the stream render it, perhaps in a thread; `messages` then gives
+    what is sent for it. `now` is any clock in seconds.
 Limits: what is slow (opening a voice, preparing a change) is an action; what it gave comes back as an input.
 """
 
@@ -16,7 +17,7 @@ from typing import Any
 from service.live import contact_update, server_messages
 from service.live.actions import CODES, Action, Close, Detach, Finish, OpenVoice, Prepare, Resume, Send
 from service.live.early_messages import EarlyMessages
-from service.live.live_stream import Options, Stream
+from service.live.live_stream import LiveStream, Options
 from service.live.message_rate import MessageRate, may_be_stop
 from service.live.messages import NotJson, read_message, refused
 from service.operations.metrics import Metrics
@@ -39,6 +40,14 @@ class Phase(Enum):
     OVER = "nothing more is sent"
 
 
+@dataclass(slots=True)
+class Block:
+    """A block that is due: its frames, and its PCM, None until the stream has rendered it."""
+
+    frames: int
+    pcm: bytes | None = None
+
+
 @dataclass(frozen=True, slots=True)
 class Limits:
     """What the settings allow a connection; seconds, and messages a second."""
@@ -55,7 +64,7 @@ class Conversation:
     def __init__(self, limits: Limits, now: float, metrics: Metrics | None = None) -> None:
         self.phase = Phase.HELLO
         self.actions: list[Action] = []
-        self.stream: Stream | None = None
+        self.stream: LiveStream | None = None
         self.position = 0  # frame of the next block that goes out; behind the stream's where a resumed past is sent
         self.pace = Pacer(1, now, slow_reader=limits.slow_reader)
         self._limits, self._opened = limits, now
@@ -199,7 +208,7 @@ class Conversation:
 
     # The session
 
-    def opened(self, stream: Stream, now: float) -> None:
+    def opened(self, stream: LiveStream, now: float) -> None:
         """Take the stream that OpenVoice or Resume gave, and begin; a frame that is not kept ends the connection."""
         assert self.phase is Phase.OPENING
         try:
@@ -271,8 +280,20 @@ class Conversation:
 
     # Blocks out
 
-    def begin_block(self, now: float) -> int:
-        """Return how many frames are to be sent now, 0 for none; what waits has been applied to the voice."""
+    def next_block(self, now: float) -> Block | None:
+        """Return the block that is to be sent now, None where none is due; what waits has been applied to the voice."""
+        frames = self._due_frames(now)
+        if not frames:
+            return None
+        stream = self.stream
+        assert stream is not None
+        if self.position == stream.frame:
+            return Block(frames)
+        pcm = stream.past.read(self.position, frames)  # a resumed stream
+        return Block(frames, stream.faded(pcm) if self.phase is Phase.ENDING else pcm)
+
+    def _due_frames(self, now: float) -> int:
+        """Return how many frames are to be sent now, 0 for none."""
         stream = self.stream
         if stream is None or self.phase is not Phase.STREAMING:
             return self._last_frames() if self.phase is Phase.ENDING else 0
@@ -297,17 +318,10 @@ class Conversation:
         """Return whether blocks go out by the server's clock, and none is the last."""
         return self.phase is Phase.STREAMING and self.stream is not None and self.stream.realtime
 
-    def past(self, frames: int) -> bytes | None:
-        """Return the next `frames` where they were rendered before (a resumed stream), None where they were not."""
-        stream = self.stream
-        if stream is None or self.position == stream.frame:
-            return None
-        pcm = stream.past.read(self.position, frames)
-        return stream.faded(pcm) if self.phase is Phase.ENDING else pcm
-
-    def block_done(self, pcm: bytes, frames: int, now: float) -> list[str | bytes]:
-        """Return what to send, in this order, for the block that `begin_block` began; nothing where all is over."""
-        stream = self.stream
+    def messages(self, block: Block, now: float) -> list[str | bytes]:
+        """Return what to send, in this order, for a block that has been rendered; nothing where all is over."""
+        stream, frames, pcm = self.stream, block.frames, block.pcm
+        assert pcm is not None
         if stream is None or self.phase is Phase.OVER:
             return []
         if self.phase is Phase.ENDING:
@@ -326,7 +340,7 @@ class Conversation:
         return messages
 
     def wait(self, now: float) -> float | None:
-        """Return the seconds until `begin_block` may give frames, None where only a message can change that."""
+        """Return the seconds until `next_block` may give one, None where only a message can change that."""
         if self.phase is Phase.ENDING:
             return 0.0
         if self.phase is not Phase.STREAMING or self.stream is None:
@@ -335,7 +349,7 @@ class Conversation:
             return max(0.0, self.pace.due - now)
         return 0.0 if self._credit else None
 
-    def _ends_by_itself(self, stream: Stream) -> bool:
+    def _ends_by_itself(self, stream: LiveStream) -> bool:
         if stream.voice.finished:
             self.end("finished")
         elif stream.frame >= self._limits.longest_stream * stream.rate - stream.fade_frames:
@@ -345,7 +359,7 @@ class Conversation:
             self.end("too long", problem)
         return self.phase is not Phase.STREAMING
 
-    def _last_block(self, stream: Stream, pcm: bytes, frames: int) -> list[str | bytes]:
+    def _last_block(self, stream: LiveStream, pcm: bytes, frames: int) -> list[str | bytes]:
         if not self._fading:  # the end was asked for while it was rendered: it must not go out at full level any more
             kept = min(frames, stream.fade_frames)
             pcm, frames, self._fade_bound = stream.cut(kept), kept, 0

@@ -3,29 +3,30 @@
 Model: updates and changes wait until a block begins; the newest update takes effect at the block's first frame, a
     change of scene as well, but not before the cross-fade of the change before it is over. So `frame` in `applied` and
     `scene` is exact.
-Limits: one thread or task at a time uses a stream (`service.sessions.live_session.LiveSession.turn`).
+Limits: one thread or task at a time uses a stream (`VoiceStream.turn`).
 """
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from service.engine import HandVoice
+from service.engine import Engine, HandVoice
 from service.live import server_messages
 from service.live.messages import LARGEST_BLOCK, PROTOCOL, SMALLEST_BLOCK, refused
 from service.live.replay_buffer import Past, kept_frames
 from service.live.stream_counts import StreamCounts
 from service.operations.metrics import Metrics
-from service.sessions.block_threads import Quickness
+from service.sessions.fixed_output import with_full_scale
 from service.sessions.session_ids import resume_url
-from service.sessions.voice_source import FADE_SECONDS
+from service.sessions.voice_stream import VoiceStream
 from synth.encode.samples import SoundFormat, block_bytes
 from synth.motion.motion import Update
-from synth.scene.scene import Scene
+from synth.scene.scene import Scene, parse_scene
 from synth.voice.fades import faded
 
 BLOCK_SECONDS = 0.01  # of a block where hello says nothing: 100 a second, each little work
@@ -54,24 +55,25 @@ class Options:
         return cls(**asked, block=None if hello.get("block") is None else int(hello["block"]))
 
 
-class Stream:
-    """One session's stream; `scene` has its full scale written out."""
+class LiveStream(VoiceStream):
+    """One session's stream; max_silence: s without an update after which the load ramps to zero."""
 
-    def __init__(self, name: str, voice: HandVoice, scene: Scene, options: Options, max_silence: float) -> None:
-        self.name, self.voice, self.scene, self.options = name, voice, scene, options
+    kind = "live"
+
+    def __init__(self, name: str, voice: HandVoice, options: Options, max_silence: float) -> None:
+        super().__init__(voice)
+        self.voice: HandVoice = voice
+        self.name, self.options, self.records = name, options, options.record
         self.rate, self.realtime = voice.sample_rate, options.pacing == "realtime"
         default = max(SMALLEST_BLOCK, min(LARGEST_BLOCK, round(BLOCK_SECONDS * self.rate)))
         self.block = options.block or default
-        self.fade_frames = max(1, round(FADE_SECONDS * self.rate))
         self._samples = SAMPLES[options.format]
         longest, frame_bytes = max(self.block, self.fade_frames), voice.channels * self._samples.bytes_per_sample
         self.past = Past(kept_frames(self.rate, longest, frame_bytes), frame_bytes)
         self._sending_bytes = longest * (voice.channels * 4 + frame_bytes)
         self.max_silence = max_silence
         self.lowest_load = voice.lowest_load
-        self.quickness = Quickness()
         self.counts = StreamCounts()
-        self.coming: tuple[Scene, Any] | None = None
         self._latest = self._none = np.empty((0, voice.channels), np.float32)
         self._newest, self._waiting, self._lifted = -1, None, False
         self._heard: float | None = None
@@ -123,14 +125,9 @@ class Stream:
             else:
                 self._lifted = True
                 self.voice.lift()
-        if self.coming is not None and self.frame >= self._free_from:
-            self._change(self.coming)
-
-    def _change(self, coming: tuple[Scene, Any]) -> None:
-        self.coming, self._changed = None, True
-        self.voice.apply(coming[1])
-        self._free_from = self.frame + 1 + round(CHANGE_SECONDS * self.rate)
-        self.quickness.begin_anew()  # the block that takes it over may build tables
+        if self.frame >= self._free_from and self.take_change():
+            self._changed = True
+            self._free_from = self.frame + 1 + round(CHANGE_SECONDS * self.rate)
 
     def render(self, frames: int) -> bytes:
         """Return the PCM of the next `frames`, and keep it; microseconds usually."""
@@ -167,6 +164,10 @@ class Stream:
             self.lowest_load = self.voice.lowest_load
             told.append(server_messages.scene(frame, self.voice.plan_document))
         return told
+
+    def recording(self) -> bytes:
+        """Return the JSON of the recording; slow, for a thread."""
+        return json.dumps(self.voice.recording(), allow_nan=False).encode("ascii")
 
     def limited(self, now: float) -> str | None:
         """Return what the limiter did, at most once a second and where it acted."""
@@ -209,3 +210,18 @@ class Stream:
                 "plan": voice.plan_document,
             }
         )
+
+
+def open_stream(
+    engine: Engine, name: str, document: Mapping[str, Any], options: Options, max_silence: float
+) -> tuple[Scene, LiveStream]:
+    """Return the scene `document` with its full scale written out, and a stream of it; slow, for a thread.
+
+    Raises SceneError and CannotRender.
+    """
+    scene = parse_scene(document)
+    voice = engine.open_hand(scene, record=options.record)
+    pinned = with_full_scale(scene, tuple(voice.full_scale))
+    if pinned != scene:
+        voice = engine.open_hand(pinned, record=options.record)
+    return pinned, LiveStream(name, voice, options, max_silence)

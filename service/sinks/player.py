@@ -18,7 +18,7 @@ from typing import Any
 
 from service.operations.metrics import Metrics
 from service.operations.settings import Settings
-from service.sessions.voice_source import Source
+from service.sessions.voice_stream import VoiceStream
 from service.sinks import Claims, FileSink, Sink, open_sink
 from synth.encode.formats import Metadata
 from synth.errors import CannotRender
@@ -37,13 +37,13 @@ class Player:
         claims: Claims,
         over: Callable[[], None] = lambda: None,
     ) -> None:
-        """Take the device of the request; `source` is set later, and nothing is opened before `start`.
+        """Take the device of the request; `stream` is set later, and nothing is opened before `start`.
 
         claims: the devices that play. over: called once when a play that began is over, from its thread.
         Raises AskedWrong for a bad file name.
         """
         folder = Path(settings.file_folder)
-        self.source: Source | None = None
+        self.stream: VoiceStream | None = None
         self.frames = 0
         self.failure: str | None = None
         self._sink: Sink = open_sink(device, folder, claims)
@@ -62,11 +62,11 @@ class Player:
 
     def start(self, metadata: Metadata) -> None:
         """Open the sink and begin; for a thread. Raises CannotRender or AskedWrong where the sink does not open."""
-        assert self.source is not None
+        assert self.stream is not None
         if isinstance(self._sink, FileSink):
             _make_folder(self._folder)
         try:
-            self._sink.start(self.source.sample_rate, self.source.channels, metadata)
+            self._sink.start(self.stream.sample_rate, self.stream.channels, metadata)
         except BaseException:
             self._over.set()
             raise
@@ -93,7 +93,7 @@ class Player:
             "underruns": self._sink.underruns,
             "device_underflows": self._sink.device_underflows,
             "dropped_frames": self._sink.dropped_frames,
-            "gain_reduction_db": 0.0 if self.source is None else self.source.largest_reduction_db,
+            "gain_reduction_db": 0.0 if self.stream is None else self.stream.largest_reduction_db,
             "failure": self.failure,
         }
 
@@ -117,16 +117,16 @@ class Player:
             self._over.set()
 
     def _play(self) -> None:
-        assert self.source is not None
-        size = max(1, round(self._settings.stream_block * self.source.sample_rate))
-        longest = round(self._settings.max_duration * self.source.sample_rate) - self.source.fade_frames
+        assert self.stream is not None
+        size = max(1, round(self._settings.stream_block * self.stream.sample_rate))
+        longest = round(self._settings.max_duration * self.stream.sample_rate) - self.stream.fade_frames
         while not self._ending.is_set() and self.frames < longest:
-            block = self.source.block(min(size, longest - self.frames))
+            block = self.stream.next_block(min(size, longest - self.frames))
             self._sink.write(block)
             self._count(len(block))
-            if self.source.reduction_db > 0.0:
-                self._metrics.limited(self.source.reduction_db, len(block) / self.source.sample_rate)
-        last = self.source.last(self.source.fade_frames)
+            if self.stream.reduction_db > 0.0:
+                self._metrics.limited(self.stream.reduction_db, len(block) / self.stream.sample_rate)
+        last = self.stream.last(self.stream.fade_frames)
         self._sink.write(last)
         self._count(len(last))
 

@@ -35,9 +35,9 @@ def running(engine: PlainEngine, tmp_path_factory: pytest.TempPathFactory) -> It
 def unhurried(monkeypatch: pytest.MonkeyPatch) -> None:
     """Have a stop and a scrape wait for readers and workers that a busy machine holds up, where no time is tested."""
     for name in (
-        "running.STOP_ANSWER_SECONDS",
-        "telling.ANSWER_SECONDS",
-        "streaming.STOP_GRACE_SECONDS",
-        "live.shell.STOP_GRACE_SECONDS",
+        "lifespan.STOP_ANSWER_SECONDS",
+        "operations.worker_metrics.ANSWER_SECONDS",
+        "http.paced_stream.STOP_GRACE_SECONDS",
+        "live.connection.STOP_GRACE_SECONDS",
     ):
         monkeypatch.setattr(f"service.{name}", PATIENCE)

@@ -15,7 +15,7 @@ import service.lifespan
 import service.operations.worker_metrics
 from service.__main__ import main
 from service.server import LIVE_OPTIONS
-from service.sessions.scene_session import Sessions
+from service.sessions.session_registry import Sessions
 from tests.service.harness import PATIENCE
 from tests.service.plain_engine import PlainEngine
 

@@ -71,7 +71,7 @@ def test_a_live_session_is_resumed_and_taken_over_by_its_own_key_alone(running: 
         assert thief.received == guess.received
         old.frames(old.sound // 4 + 960)
         old.break_off()
-    until(lambda: running.service.live._sessions[name].peer is None)
+    until(lambda: running.service.sessions._sessions[name].peer is None)
     with live(running, additional_headers=YOURS) as thief:
         thief.say("hello", resume={"session": name, "frame": 0})
         thief.rest()

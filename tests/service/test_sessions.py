@@ -134,7 +134,7 @@ def test_an_idle_session_expires_and_a_request_keeps_it(engine: PlainEngine) -> 
     name = opened(app).json()["id"]
     assert 0 < ask(app, "GET", f"/v1/sessions/{name}").json()["expires_in"] <= 0.5
     sessions = app.state.service.sessions
-    until(lambda: sessions.expire() or len(sessions) == 0)
+    until(lambda: sessions.look() or len(sessions) == 0)
     problem(ask(app, "GET", f"/v1/sessions/{name}"), 404, "not-found")
 
 

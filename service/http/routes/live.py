@@ -61,5 +61,5 @@ async def live_schema() -> Response:
 )
 async def recording(request: Request, session_id: str) -> Response:
     """Of a live session whose hello had `record`: while it lives, and for RIDGEWAVE_SESSION_IDLE after."""
-    body = await service_of(request).live.recording(session_id, request.scope.get(KEY))
+    body = await service_of(request).sessions.recording(session_id, request.scope.get(KEY))
     return Response(body, media_type="application/json", headers={"Cache-Control": "no-store"})

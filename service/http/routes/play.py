@@ -14,7 +14,7 @@ from service.http.request_body import read_body
 from service.http.sound_headers import metadata_of
 from service.lifespan import Service, service_of
 from service.problems import Problem, of, refused
-from service.sessions.scene_session import Session
+from service.sessions.session import Session
 from service.sinks import DeviceBusy, list_devices
 from service.sinks.player import Player
 from synth.errors import CannotRender, NameTaken, SceneError, shown
@@ -112,7 +112,7 @@ async def _begin(session: Session, player: Player) -> Player:
     """Return `player`, begun as the session's; where it does not begin, the session keeps what it had."""
     earlier, session.player = session.player, player
     try:
-        player.source = await session.open_source()
+        player.stream = await session.open_stream()
         await asyncio.to_thread(player.start, metadata_of(session, session.scene))
     except NameTaken as error:
         session.player = earlier

@@ -18,7 +18,7 @@ from service.http.sound_headers import describe, metadata_of
 from service.lifespan import service_of
 from service.operations.metrics import Metrics
 from service.problems import Problem
-from service.sessions.scene_session import Session
+from service.sessions.session import Session
 from synth.encode.formats import SoundFormat, media_type
 
 router = APIRouter(tags=["sessions"])
@@ -93,7 +93,7 @@ async def _claim(session: Session, metrics: Metrics) -> Reader:
         raise Problem("busy", "The session has a reader. Close its stream first, or open another session.")
     reader = session.reader = Reader(metrics)
     try:
-        reader.source = await session.open_source()
+        reader.stream = await session.open_stream()
     except BaseException:
         _release(session, reader)
         raise

@@ -139,8 +139,8 @@ def test_a_service_that_was_killed_and_forgot_the_session_gets_a_new_one(chromiu
         breaker.target = new.url
         page.wait_for_function("() => run.finger.connection.state === 'live'")
         page.wait_for_function(PLAYED, arg=24_000)
-        hands = new.service.live._sessions
-        periods = [session.stream.scene.texture.period for session in hands.values()]
+        hands = new.service.sessions._sessions
+        periods = [session.scene.texture.period for session in hands.values()]
         report = page.evaluate(END)
     assert periods == [0.0005], "the change holds in the new session"
     assert [event["type"] for event in report["events"] if event["type"] != "broken"] == ["ready", "ready", "ended"]

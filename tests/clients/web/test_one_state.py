@@ -147,9 +147,9 @@ def test_the_message_ends_when_the_change_is_applied(
     gate.set()
     touch_page.wait_for_function(LIVE)
     touch_page.wait_for_function(AGREED)
-    (session,) = (one for one in page_service.service.live._sessions.values() if one.peer is not None)
-    assert session.stream.coming is None, "it is applied, not only prepared"
-    assert session.stream.scene.output.duration == 3.0
+    (session,) = (one for one in page_service.service.sessions._sessions.values() if one.peer is not None)
+    assert session.stream is not None and session.stream.coming is None, "it is applied, not only prepared"
+    assert session.scene.output.duration == 3.0
 
 
 BECOME = """async () => {

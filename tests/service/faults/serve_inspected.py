@@ -35,7 +35,7 @@ async def inspected(request: Request) -> JSONResponse:
         trim(0)
     names = sorted(getattr(task.get_coro(), "__qualname__", "?") for task in asyncio.all_tasks())
     own = os.getpid()
-    held = {"tasks": names, "files": open_files(own), "sessions": len(request.app.state.service.live)}
+    held = {"tasks": names, "files": open_files(own), "sessions": len(request.app.state.service.sessions)}
     return JSONResponse(held | {"resident_bytes": resident_bytes(own)})
 
 

@@ -14,13 +14,13 @@ import numpy.typing as npt
 
 from service.engine import Engine
 from service.live.actions import Close, Detach, Finish, OpenVoice, Prepare, Resume, Send
-from service.live.changes import as_problem, open_stream, prepare_change
 from service.live.contact_update import IS_SPEED, LAYOUT, NO_LOAD
 from service.live.conversation import Conversation, Limits, Phase
-from service.live.live_stream import Stream
-from service.problems import Problem
-from service.sessions.scene_changes import Waiting
+from service.live.live_stream import LiveStream, open_stream
+from service.problems import Problem, of
+from service.sessions.fixed_output import changed_scene
 from synth.errors import RidgewaveError
+from synth.scene.scene import parse_scene
 from tests.service.plain_engine import PlainEngine
 from tests.service.plain_hand import PlainHand
 
@@ -42,7 +42,7 @@ class Driver:
     def __init__(
         self,
         limits: Limits | None = None,
-        streams: dict[str, Stream] | None = None,
+        streams: dict[str, LiveStream] | None = None,
         now: float = 100.0,
         engine: Engine | None = None,
     ) -> None:
@@ -56,6 +56,7 @@ class Driver:
         self.closed: Close | None = None
         self.finished = self.detached = False
         self.holding = False
+        self.scene = parse_scene({})
         self.held: list[OpenVoice | Prepare] = []
 
     # In
@@ -105,13 +106,7 @@ class Driver:
                 else:
                     self.machine.opened(stream, self.now)
             case Prepare():
-                stream = self.stream
-                patch = action.patch
-                made, _ = prepare_change(stream, [Waiting(lambda: patch, action.size, lambda _error: None)])
-                if made.coming is not None:
-                    stream.scene, stream.coming = made.coming[0], made.coming
-                for error in made.refused.values():
-                    self.machine.refuse(as_problem(error))
+                self._change(action)
             case Detach():
                 self.detached = True
             case Finish():
@@ -120,9 +115,19 @@ class Driver:
                 assert self.closed is None, "closed twice"
                 self.closed = action
 
+    def _change(self, action: Prepare) -> None:
+        stream, scale = self.stream, tuple(self.stream.voice.full_scale)
+        try:
+            self.scene = changed_scene(self.scene, action.patch, scale)
+            stream.change(stream.prepare(self.scene))
+        except (RidgewaveError, Problem) as error:
+            self.machine.refuse(as_problem(error))
+
     def _open(self, action: OpenVoice) -> None:
         try:
-            stream = open_stream(self.engine, f"s{len(self.streams)}", action.scene, action.options, SILENCE)
+            self.scene, stream = open_stream(
+                self.engine, f"s{len(self.streams)}", action.scene, action.options, SILENCE
+            )
         except (RidgewaveError, Problem) as error:
             self.machine.end("policy", as_problem(error))
             return
@@ -141,13 +146,12 @@ class Driver:
     def write(self, most: float = math.inf) -> int:
         """Send every block that is due now, `most` at most; return how many there were."""
         count = 0
-        while count < most and (frames := self.machine.begin_block(self.now)):
+        while count < most and (block := self.machine.next_block(self.now)):
             self.perform()
-            pcm = self.machine.past(frames)
-            if pcm is None:
-                pcm = self.stream.render(frames)
+            if block.pcm is None:
+                block.pcm = self.stream.render(block.frames)
             self.machine.pace.writing(self.now)
-            for message in self.machine.block_done(pcm, frames, self.now):
+            for message in self.machine.messages(block, self.now):
                 self.sent.append(message if isinstance(message, bytes) else json.loads(message))
                 self.times.append(self.now)
             self.machine.pace.written(self.now)
@@ -175,7 +179,7 @@ class Driver:
     # What came
 
     @property
-    def stream(self) -> Stream:
+    def stream(self) -> LiveStream:
         """The stream of the session."""
         assert self.machine.stream is not None
         return self.machine.stream
@@ -200,6 +204,11 @@ class Driver:
     def order(self) -> list[str]:
         """Return the kinds of all messages in order, "pcm" for sound."""
         return [message["type"] if isinstance(message, dict) else "pcm" for message in self.sent]
+
+
+def as_problem(error: RidgewaveError | Problem) -> Problem:
+    """Return the problem that a refusal is."""
+    return error if isinstance(error, Problem) else of(error)
 
 
 def started(pacing: str = "realtime", **fields: object) -> Driver:

@@ -43,7 +43,7 @@ def pulling(running: Running) -> Iterator[tuple[LiveClient, Feed]]:
     """Yield a stream that renders nothing until it is granted frames, and what gives the server pieces from it."""
     with live(running) as client:
         name = client.hello()["session"]
-        wire: Any = running.service.live._sessions[name].peer._wire  # type: ignore[union-attr]
+        wire: Any = running.service.sessions._sessions[name].peer._wire  # type: ignore[union-attr]
 
         def feed(*pieces: bytes) -> None:
             """Return once the server has taken all of them, with nothing from the client's socket between them."""
@@ -133,7 +133,7 @@ def test_nothing_is_taken_after_the_close(running: Running, engine: PlainEngine)
 def test_nothing_can_be_sent_once_the_peer_has_closed_though_the_stream_has_not_heard_of_it(running: Running) -> None:
     with live(running) as client:
         name = client.hello(pacing="realtime")["session"]
-        wire: Any = running.service.live._sessions[name].peer._wire  # type: ignore[union-attr]
+        wire: Any = running.service.sessions._sessions[name].peer._wire  # type: ignore[union-attr]
         seen: list[bool] = []
 
         def close() -> None:

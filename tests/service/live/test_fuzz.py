@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from service.live.conversation import Limits, Phase
-from service.live.live_stream import Stream
+from service.live.live_stream import LiveStream
 from service.live.messages import CLIENT, SERVER
 from tests.service.live.driver import Driver, contact
 
@@ -118,7 +118,7 @@ def fuzz(messages: int, seed: int) -> int:
     """Return how many connections so many messages took."""
     random_ = random.Random(seed)
     connections = 0
-    streams: dict[str, Stream] = {}
+    streams: dict[str, LiveStream] = {}
     driver = Driver(LIMITS, streams)
     for _ in range(messages):
         if driver.closed is not None or driver.detached or len(driver.sent) > 3000:

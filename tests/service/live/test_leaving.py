@@ -28,7 +28,7 @@ def asleep(running: Running, slept: float) -> Caller:
     caller = Caller(port_of(running))
     caller.hello(scene=WIDE)
     name = caller.named("ready")[0]["session"]
-    until(lambda: name not in running.service.live._sessions)
+    until(lambda: name not in running.service.sessions._sessions)
     awake = time.monotonic() + slept
     while time.monotonic() < awake:
         caller.say(type="contact", seq=1, time=0.0, position=0.0)

@@ -64,7 +64,7 @@ def test_recordings_end_where_the_memory_does(monkeypatch: pytest.MonkeyPatch) -
 
 
 def test_the_oldest_recordings_of_ended_sessions_go_where_the_memory_does(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("service.sessions.live_session._recording", lambda stream: bytes(400_000))
+    monkeypatch.setattr("service.live.live_stream.LiveStream.recording", lambda _stream: bytes(400_000))
     with serving(PlainEngine(), live_bytes=1 << 20) as running:
         names = []
         for _ in range(4):

@@ -30,7 +30,7 @@ def slow_voice(engine: PlainEngine, running: Running) -> None:
 
 def busy_loop(engine: PlainEngine, running: Running) -> None:
     """Have the event loop do something else again and again."""
-    peer = running.service.live._sessions[next(iter(running.service.live._sessions))].peer
+    peer = running.service.sessions._sessions[next(iter(running.service.sessions._sessions))].peer
     loop = peer._wire.loop  # type: ignore[union-attr]
 
     def stall(times: int) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from service.live.live_stream import Stream
+from service.live.live_stream import LiveStream
 from service.live.replay_buffer import Past
 from synth.scene.scene import parse_scene
 from tests.service.live.driver import RATE, Driver, contact
@@ -30,7 +30,7 @@ def resumed(earlier: Driver, frame: int, later: float = 0.0) -> Driver:
     return driver
 
 
-def hand_of(streams: dict[str, Stream]) -> PlainHand:
+def hand_of(streams: dict[str, LiveStream]) -> PlainHand:
     hand = streams["s0"].voice
     assert isinstance(hand, PlainHand)
     return hand

@@ -14,10 +14,13 @@ from starlette.types import Send
 
 from service.compute.threads import BlockThreads, Solves
 from service.compute.work_places import Places
+from service.lifespan import WATCH_SECONDS
 from service.live.connection import Connection
+from service.live.live_connections import LiveConnections
 from service.live.transport import PlainWire
+from service.operations.metrics import Metrics
 from service.problems import Problem
-from service.sessions.live_session import LiveSessions
+from service.sessions.session_registry import Sessions
 from tests.service.harness import settings_of
 from tests.service.plain_engine import PlainEngine
 
@@ -38,7 +41,7 @@ class Taking(PlainWire):
 class Wire:
     """One WebSocket, its peer in the test's hands: `stall` makes it take nothing, as a full buffer does."""
 
-    def __init__(self, live: LiveSessions) -> None:
+    def __init__(self, live: LiveConnections) -> None:
         self.written: list[tuple[float, dict[str, Any]]] = []
         self.offered = 0
         self.taking = asyncio.Event()
@@ -74,24 +77,32 @@ async def eventually(happened: Callable[[], bool]) -> None:
         await asyncio.sleep(0.001)
 
 
-def scenario(act: Callable[[LiveSessions, PlainEngine], Awaitable[None]], **changes: object) -> None:
+def scenario(act: Callable[[LiveConnections, PlainEngine], Awaitable[None]], **changes: object) -> None:
     """Run `act` with the live sessions of a process."""
 
     async def run() -> None:
         engine = PlainEngine()
         solves = Solves(Places(4, 8, lambda _seconds: None))
-        live = LiveSessions(engine, settings_of(**changes), solves, BlockThreads(2, lambda _seconds: None))
-        watch = asyncio.create_task(live.watch())
+        settings = settings_of(**changes)
+        sessions = Sessions(engine, settings, solves, Metrics())
+        live = LiveConnections(sessions, settings, BlockThreads(2, lambda _seconds: None))
+        watch = asyncio.create_task(watched(live))
         await act(live, engine)
         watch.cancel()
-        live.close()
-        await live.settle(60.0)
+        sessions.close()
+        live.end_all("shutting down")
+
+    async def watched(live: LiveConnections) -> None:
+        while True:
+            await asyncio.sleep(WATCH_SECONDS)
+            live.check(time.perf_counter())
+            live.sessions.look()
 
     asyncio.run(run())
 
 
 def test_after_a_stop_no_more_than_20_ms_are_written_whatever_the_block() -> None:
-    async def act(live: LiveSessions, engine: PlainEngine) -> None:
+    async def act(live: LiveConnections, engine: PlainEngine) -> None:
         wire = Wire(live)
         wire.say("hello", pacing="realtime", block=48000)
         await eventually(lambda: bool(wire.sound()))
@@ -106,7 +117,7 @@ def test_after_a_stop_no_more_than_20_ms_are_written_whatever_the_block() -> Non
 
 
 def test_a_peer_that_slept_through_a_stop_is_not_sent_the_block_that_waited() -> None:
-    async def act(live: LiveSessions, engine: PlainEngine) -> None:
+    async def act(live: LiveConnections, engine: PlainEngine) -> None:
         wire = Wire(live)
         wire.say("hello", pacing="realtime")
         await eventually(lambda: len(wire.written) > 5)
@@ -118,26 +129,26 @@ def test_a_peer_that_slept_through_a_stop_is_not_sent_the_block_that_waited() ->
         await wire.task
         assert wire.sound() == sound, "what waited was rendered before the stop"
         assert wire.last() == ["end", "websocket.close"] and wire.written[-1][1]["code"] == 1000
-        assert len(live) == 0
+        assert len(live.sessions) == 0
 
     scenario(act)
 
 
 def test_a_realtime_peer_that_takes_nothing_is_closed_with_4408() -> None:
-    async def act(live: LiveSessions, engine: PlainEngine) -> None:
+    async def act(live: LiveConnections, engine: PlainEngine) -> None:
         wire = Wire(live)
         wire.say("hello", pacing="realtime")
         await eventually(lambda: len(wire.written) > 5)
         wire.taking.clear()
         await wire.task
         assert wire.written[-1][1]["code"] == 4408 and wire.last() == ["end", "websocket.close"]
-        assert len(live) == 0
+        assert len(live.sessions) == 0
 
     scenario(act, slow_reader=0.2)
 
 
 def test_a_peer_that_was_slow_for_a_moment_is_told_and_hears_everything() -> None:
-    async def act(live: LiveSessions, engine: PlainEngine) -> None:
+    async def act(live: LiveConnections, engine: PlainEngine) -> None:
         wire = Wire(live)
         wire.say("hello", pacing="realtime")
         await eventually(lambda: len(wire.written) > 5)
@@ -155,7 +166,7 @@ def test_a_peer_that_was_slow_for_a_moment_is_told_and_hears_everything() -> Non
 
 
 def test_connections_without_a_session_are_bounded_too() -> None:
-    async def act(live: LiveSessions, engine: PlainEngine) -> None:
+    async def act(live: LiveConnections, engine: PlainEngine) -> None:
         wires = []
         for _ in range(4):
             live.admit()
@@ -164,7 +175,7 @@ def test_connections_without_a_session_are_bounded_too() -> None:
         with pytest.raises(Problem) as refused:
             live.admit()
         assert refused.value.kind == "full"
-        live.close()
+        live.sessions.close()
         with pytest.raises(Problem) as closing:
             live.admit()
         assert closing.value.kind == "closing"
@@ -176,7 +187,7 @@ def test_connections_without_a_session_are_bounded_too() -> None:
 def test_a_hello_that_never_comes_is_found_by_the_watch(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("service.live.conversation.HELLO_SECONDS", 0.05)
 
-    async def act(live: LiveSessions, engine: PlainEngine) -> None:
+    async def act(live: LiveConnections, engine: PlainEngine) -> None:
         wire = Wire(live)
         await wire.task
         assert wire.written[-1][1]["code"] == 1008 and wire.last() == ["end", "websocket.close"]
@@ -185,7 +196,7 @@ def test_a_hello_that_never_comes_is_found_by_the_watch(monkeypatch: pytest.Monk
 
 
 def test_our_own_mistake_in_a_message_ends_that_connection_only(monkeypatch: pytest.MonkeyPatch) -> None:
-    async def act(live: LiveSessions, engine: PlainEngine) -> None:
+    async def act(live: LiveConnections, engine: PlainEngine) -> None:
         wire, other = Wire(live), Wire(live)
         for each in (wire, other):
             each.say("hello", pacing="realtime")

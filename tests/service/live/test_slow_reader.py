@@ -22,9 +22,10 @@ def stalled(seconds: float) -> Driver:
 
 
 def stall(driver: Driver, seconds: float) -> None:
-    frames = driver.machine.begin_block(driver.now)
-    pcm = driver.stream.render(frames)
-    messages: list[Any] = driver.machine.block_done(pcm, frames, driver.now)
+    block = driver.machine.next_block(driver.now)
+    assert block is not None
+    block.pcm = driver.stream.render(block.frames)
+    messages: list[Any] = driver.machine.messages(block, driver.now)
     driver.machine.pace.writing(driver.now)
     until = driver.now + seconds
     while driver.now < until and driver.closed is None:
@@ -69,11 +70,11 @@ def test_many_small_waits_add_up() -> None:
     for _ in range(2000):
         if driver.closed is not None:
             break
-        frames = driver.machine.begin_block(driver.now)
+        block = driver.machine.next_block(driver.now)
         driver.perform()
-        if frames:
-            pcm = driver.stream.render(frames)
-            driver.machine.block_done(pcm, frames, driver.now)
+        if block is not None:
+            block.pcm = driver.stream.render(block.frames)
+            driver.machine.messages(block, driver.now)
             driver.machine.pace.writing(driver.now)
             driver.now += 0.0125
             driver.machine.pace.written(driver.now)

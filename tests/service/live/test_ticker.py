@@ -6,12 +6,12 @@ import asyncio
 import time
 from functools import partial
 
-from service.live.block_timer import EARLY_SECONDS, Ticker
+from service.live.block_timer import EARLY_SECONDS, BlockTimer
 
 
 def test_callbacks_come_in_the_order_of_their_times_and_not_before() -> None:
     async def rung() -> list[tuple[int, float]]:
-        ticker, begun = Ticker(), time.perf_counter()
+        ticker, begun = BlockTimer(), time.perf_counter()
         seen: list[tuple[int, float]] = []
 
         def ring(number: int, when: float) -> None:
@@ -32,7 +32,7 @@ def test_who_is_due_more_often_than_timers_ring_is_not_late_for_long() -> None:
     """Blocks of 16 frames are due three times a millisecond: those that are due by then are called in one ring."""
 
     async def rung() -> int:
-        ticker, begun = Ticker(), time.perf_counter()
+        ticker, begun = BlockTimer(), time.perf_counter()
         calls = 0
 
         def ring() -> None:

@@ -8,8 +8,9 @@ import threading
 import numpy as np
 import pytest
 
+from service.live.live_stream import LiveStream
 from service.live.messages import schema
-from service.sessions.live_session import LiveSession
+from service.sessions.session import Session
 from synth.scene.scene import parse_scene
 from tests.service.harness import Running, problem, serving, until
 from tests.service.live.client import live
@@ -20,8 +21,8 @@ RATE = 48000
 SCENE = parse_scene({})
 
 
-def session_of(running: Running, name: str) -> LiveSession:
-    return running.service.live._sessions[name]
+def session_of(running: Running, name: str) -> Session:
+    return running.service.sessions._sessions[name]
 
 
 def hands(engine: PlainEngine) -> list[PlainHand]:
@@ -122,12 +123,12 @@ def test_a_half_open_connection_is_taken_over(running: Running, engine: PlainEng
         second = new.frames(9600)
         old.rest()
         assert old.code == 1008 and old.texts("problem")[0]["problem"] == "/docs#problem-busy"
-        assert len(running.service.live) == 1
+        assert len(running.service.sessions) == 1
         whole = np.concatenate([first, second])
         np.testing.assert_array_equal(whole, expected(SCENE, hand_of(engine).applied, len(whole)))
         new.say("stop")
         new.rest()
-        assert new.code == 1000 and len(running.service.live) == 0
+        assert new.code == 1000 and len(running.service.sessions) == 0
 
 
 def test_a_take_over_waits_for_the_block_that_a_thread_renders(running: Running, engine: PlainEngine) -> None:
@@ -136,10 +137,12 @@ def test_a_take_over_waits_for_the_block_that_a_thread_renders(running: Running,
         old.frames(4800)
         hand, session = hand_of(engine), session_of(running, name)
         earlier = session.peer
-        session.stream.quickness.begin_anew()
+        stream = session.stream
+        assert isinstance(stream, LiveStream)
+        stream.quick = False
         gate = hand.gate = threading.Event()
         until(lambda: hand.waits)
-        frame = session.stream.frame
+        frame = stream.frame
         new.say("hello", resume={"session": name, "frame": frame})
         until(lambda: session.peer is not earlier)
         gate.set()
@@ -164,7 +167,7 @@ def test_a_session_that_nobody_resumes_expires() -> None:
         with live(running) as client:
             name = client.hello()["session"]
             client.break_off()
-        until(lambda: len(running.service.live) == 0)
+        until(lambda: len(running.service.sessions) == 0)
         with live(running) as client:
             client.say("hello", resume={"session": name, "frame": 0})
             client.rest()
@@ -180,7 +183,7 @@ def test_a_slow_reader_is_told_and_closed_and_makes_nobody_late() -> None:
         well.hello(pacing="realtime")
         with live(running, max_queue=1, ping_interval=None) as sleeper:
             name = sleeper.hello(pacing="realtime", scene=channels)["session"]
-            until(lambda: name not in running.service.live._sessions)
+            until(lambda: name not in running.service.sessions._sessions)
             sleeper.rest()
             assert sleeper.code == 4408
         before = well.sound
@@ -206,7 +209,7 @@ def test_a_stop_ends_every_stream_with_a_fade(running: Running, engine: PlainEng
             np.testing.assert_array_equal(pcm, expected(SCENE, hand.applied, len(pcm)))
         waiting.rest()
         assert waiting.code == 1000
-    until(lambda: len(running.service.live) == 0)
+    until(lambda: len(running.service.sessions) == 0)
 
 
 def test_a_voice_that_crashes_ends_its_own_session_only(
@@ -274,7 +277,7 @@ def test_a_connection_that_breaks_while_its_voice_is_opened_leaves_nothing(engin
             until(lambda: "hand" in engine.opened)
             client.break_off()
         engine.gate.set()
-        until(lambda: len(engine.hands) == 2 and len(running.service.live) == 0)
+        until(lambda: len(engine.hands) == 2 and len(running.service.sessions) == 0)
 
 
 # Recordings
@@ -293,7 +296,7 @@ def test_a_recording_is_there_while_the_session_lives_and_after(running: Running
         client.until("applied")
         client.say("stop")
         client.rest()
-    until(lambda: len(running.service.live) == 0)
+    until(lambda: len(running.service.sessions) == 0)
     assert [seq for _, seq in running.client.get(path).json()["updates"]] == [1, 2]
 
 

@@ -1,0 +1,90 @@
+"""What is fixed while a session lives: rate, channels, quantities and full scale. A change of the scene may touch none.
+
+Model: the full scale that the first voice chose is written into the scene, so that no later scene chooses another. A
+    partial scene is merged (RFC 7396), and refused with a fault for each fixed value that it would change.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from service.problems import Problem
+from synth.errors import Fault, SceneError
+from synth.scene.scene import Output, Scene, merge_patch, parse_scene, scene_document
+
+
+def changed_scene(scene: Scene, patch: Mapping[str, object], full_scale: tuple[float, ...]) -> Scene:
+    """Return `scene` changed by `patch`, with the session's full scale.
+
+    Raises SceneError for a scene that is refused, Problem (fixed) for one that would change what a session keeps.
+    """
+    changed = parse_scene(merge_patch(scene_document(scene), patch))
+    faults = [*_fixed_faults(scene.output, changed.output), *_added_faults(scene, changed)]
+    if faults:
+        raise Problem("fixed", "A session keeps its rate, channels, quantities and full scale.", tuple(faults))
+    return with_full_scale(changed, full_scale)
+
+
+def with_full_scale(scene: Scene, full_scale: tuple[float, ...]) -> Scene:
+    """Return `scene` with each channel's full scale written out, so that no change of the scene chooses another.
+
+    Where the voice chose none that a scene may state (a silent scene), the scene stays as it is.
+    """
+    document = scene_document(scene)
+    output = dict(document["output"])
+    quantities = [channel.quantity for channel in scene.output.channel_list]
+    output["channels"] = [
+        {"quantity": name, "full_scale": float(value)} for name, value in zip(quantities, full_scale, strict=False)
+    ]
+    try:
+        pinned = parse_scene(document | {"output": _without(output, "quantity", "full_scale")})
+    except SceneError:
+        return scene
+    added = full_scale[len(quantities) :]
+    return _with_added_scales(pinned, added) if added else pinned
+
+
+def _with_added_scales(scene: Scene, full_scale: tuple[float, ...]) -> Scene:
+    from synth.plan.effect_choice import with_added_scales
+
+    return with_added_scales(scene, full_scale)
+
+
+def _without(section: dict[str, Any], *names: str) -> dict[str, Any]:
+    return {name: value for name, value in section.items() if name not in names}
+
+
+def _fixed_faults(before: Output, after: Output) -> list[Fault]:
+    """Return what a change of `before` to `after` would do to what is fixed, a fault each."""
+    faults = []
+    if after.sample_rate != before.sample_rate:
+        faults.append(_fixed("/output/sample_rate", f"{after.sample_rate} Hz", f"{before.sample_rate} Hz"))
+    if len(after.channel_list) != len(before.channel_list):
+        count = len(before.channel_list)
+        return [*faults, _fixed("/output/channels", f"{len(after.channel_list)} channels", f"{count}, as it began")]
+    for index, (was, now) in enumerate(zip(before.channel_list, after.channel_list, strict=True)):
+        if now.quantity != was.quantity:
+            faults.append(_fixed(f"/output/channels/{index}/quantity", now.quantity, was.quantity))
+        if now.full_scale not in (None, was.full_scale):
+            faults.append(_fixed(f"/output/channels/{index}/full_scale", str(now.full_scale), str(was.full_scale)))
+    return faults
+
+
+def _added_faults(before: Scene, after: Scene) -> list[Fault]:
+    """Return what a change would do to the channels that effects add, a fault each."""
+    from synth.plan.effect_choice import added_quantities, outputs_of
+
+    was, now = (", ".join(added_quantities(scene)) or "no channel" for scene in (before, after))
+    if was != now:
+        return [_fixed("/effects", f"effects that add {now}", f"effects that add {was}, as it began")]
+    faults = []
+    for (effect, settings), (_effect, kept) in zip(outputs_of(after), outputs_of(before), strict=True):
+        for asked, scale in zip(effect.scales(settings), effect.scales(kept), strict=True):
+            if asked not in (None, scale):
+                faults.append(_fixed(f"/effects/{effect.name}/full_scale", str(asked), str(scale)))
+    return faults
+
+
+def _fixed(pointer: str, value: str, allowed: str) -> Fault:
+    return Fault(pointer, value, allowed, "Leave it out, or open another session.")

@@ -1,0 +1,244 @@
+"""A session: a scene that sounds, whose it is, what is fixed about its sound, its changes, and its end.
+
+Model: there are two kinds. A session of plain HTTP gives each reader and each play a voice of its own, at frame 0, so
+    that every one ramps in. A live session has one voice, led by a hand, which outlives its connection. In both, a
+    change of the scene reaches every voice that sounds. Rate, channels, quantities and full scale are fixed
+    (`fixed_output`). Ids hold 128 random bits: who does not know one cannot reach the session, nor who has another key
+    than the one that opened it.
+Limits: an HTTP stream begins at frame 0 of the scene, not where an earlier one left off.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from service.engine import Engine
+from service.operations.metrics import Metrics
+from service.operations.settings import Settings
+from service.problems import Problem
+from service.sessions.fixed_output import changed_scene
+from service.sessions.scene_changes import Changes, Waiting, merged
+from service.sessions.voice_stream import VoiceStream
+from service.sinks.player import Player
+from synth.errors import RidgewaveError
+from synth.scene.scene import Scene, object_from_text, scene_document
+
+log = logging.getLogger("ridgewave.service")
+
+
+class Solver(Protocol):
+    """Who runs slow work in threads; see `service.compute.threads.Solves`."""
+
+    async def run(self, client: str, work: Callable[..., Any], *arguments: Any) -> Any:
+        """Return what `work` returns."""
+
+
+class StreamReader(Protocol):
+    """The reader of an HTTP session, as the session sees it."""
+
+    stream: VoiceStream | None
+
+    def end(self, *, at_once: bool = False) -> None:
+        """Fade out and end; at_once: a reader that does not read gets 10 ms."""
+
+
+class Peer(Protocol):
+    """A live connection, as sessions see it."""
+
+    @property
+    def owner(self) -> int | None:
+        """Return the number of its key, None where no keys are set."""
+
+    @property
+    def ending(self) -> bool:
+        """Return whether its stream fades out or has ended."""
+
+    @property
+    def client(self) -> str:
+        """Return whom its work is counted for."""
+
+    def check(self, now: float) -> None:
+        """Look at what only time tells."""
+
+    def refuse(self, problem: RidgewaveError | Problem) -> None:
+        """Tell of a problem that leaves the stream going."""
+
+    def failed(self) -> None:
+        """End, because of the exception that is being handled: our mistake."""
+
+    def displaced(self) -> None:
+        """End: another connection has the session now."""
+
+    def end(self, reason: str, *, at_once: bool = False) -> None:
+        """Fade out and end; at_once: a peer that does not read gets 10 ms."""
+
+
+@dataclass(frozen=True, slots=True)
+class Owner:
+    """Who opens a session. client: whom its work is counted for. key: the number of its key, None where none is set."""
+
+    client: str
+    key: int | None
+
+
+class Session:
+    """One session; its methods run in the event loop, and hand what is slow to `solver`."""
+
+    def __init__(
+        self,
+        name: str,
+        owner: Owner,
+        scene: Scene,
+        stream: VoiceStream,
+        engine: Engine,
+        solver: Solver,
+        metrics: Metrics,
+    ) -> None:
+        """stream: of a live session its one voice; of an HTTP session the voice for whoever listens first."""
+        self.id, self.owner, self.kind, self.scene = name, owner.key, stream.kind, scene
+        self.stream: VoiceStream | None = stream
+        self.sample_rate, self.channels = stream.sample_rate, stream.channels
+        self.full_scale, self.quantities = tuple(stream.voice.full_scale), tuple(stream.voice.quantities)
+        self.reader: StreamReader | None = None
+        self.player: Player | None = None
+        self.peer: Peer | None = None
+        self.ended = False
+        self.touched = time.monotonic()
+        self._engine, self._solver, self._metrics, self._client = engine, solver, metrics, owner.client
+        self._lock = asyncio.Lock()  # no voice is opened while the scene changes
+        self._changes = Changes(self._apply)
+
+    @property
+    def active(self) -> bool:
+        """Return whether somebody listens, something plays, or a connection has it."""
+        playing = self.player is not None and self.player.playing
+        return playing or self.reader is not None or self.peer is not None
+
+    @property
+    def streams(self) -> list[VoiceStream]:
+        """Return the voices that sound, or may sound again."""
+        if self.kind == "live":
+            return [] if self.stream is None else [self.stream]
+        playing = self.player if self.player is not None and self.player.playing else None
+        return [holder.stream for holder in (self.reader, playing) if holder is not None and holder.stream is not None]
+
+    def touch(self) -> None:
+        """Begin the idle time anew."""
+        self.touched = time.monotonic()
+
+    def expires_in(self, idle: float) -> float | None:
+        """Return the seconds until it expires if nothing happens; None while it is active."""
+        return None if self.active else max(0.0, self.touched + idle - time.monotonic())
+
+    async def open_stream(self) -> VoiceStream:
+        """Return a voice at frame 0, of the caller's own; of an HTTP session."""
+        async with self._lock:
+            stream, self.stream = self.stream, None
+            if stream is None:
+                stream = VoiceStream(await self._solver.run(self._client, self._open, self.scene))
+        if self.ended:
+            raise Problem("not-found", "The session has ended.")
+        return stream
+
+    async def change(self, body: bytes) -> None:
+        """Merge the partial scene that `body` holds; every voice cross-fades to it from its next block on.
+
+        Raises SceneError for a scene that is refused, Problem (409) for one that would change what is fixed; then
+        nothing has changed.
+        """
+        settled: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+
+        def settle(error: Exception | None) -> None:
+            if settled.done():
+                return
+            if error is None:
+                settled.set_result(None)
+            else:
+                settled.set_exception(error)
+
+        self._changes.add(Waiting(lambda: object_from_text(body), len(body), settle))
+        await settled
+
+    def change_live(self, patch: Mapping[str, Any], size: int) -> None:
+        """Do the same with a partial scene of so many bytes; the connection is told of a refusal."""
+        self._changes.add(Waiting(lambda: patch, size, self._tell_peer))
+
+    def detach(self, peer: Peer) -> None:
+        """Let go of the connection `peer`, which broke; what it still asked for is forgotten."""
+        if self.peer is peer:
+            self.peer = None
+            self.touch()
+            self._changes.drop()
+
+    def end(self, reason: str = "stopped", *, at_once: bool = False) -> None:
+        """Have everything that sounds fade and end; at_once: a device drops what it still holds."""
+        self.ended = True
+        if self.kind == "live":
+            self._changes.drop()  # nobody waits for an answer
+        if self.reader is not None:
+            self.reader.end(at_once=at_once)
+        if self.player is not None:
+            self.player.end(at_once=at_once)
+        if self.peer is not None:
+            self.peer.end(reason, at_once=at_once)
+
+    def document(self, settings: Settings) -> dict[str, Any]:
+        """Return what `GET /v1/sessions/{id}` shows."""
+        return {
+            "id": self.id,
+            "scene": scene_document(self.scene),
+            "sample_rate": self.sample_rate,
+            "channels": self.channels,
+            "quantities": list(self.quantities),
+            "full_scale": list(self.full_scale),
+            "streaming": self.reader is not None,
+            "play": None if self.player is None else self.player.document(),
+            "expires_in": self.expires_in(settings.session_idle),
+            "heard_within": settings.lead + settings.stream_block + self._engine.live_delay,
+            "stream": f"/v1/sessions/{self.id}/stream",
+        }
+
+    async def _apply(self, batch: Sequence[Waiting]) -> None:
+        """Solve all of `batch` and hand it to the voices, or keep it for the next one."""
+        async with self._lock:
+            streams = self.streams
+
+            def change(scene: Scene, patch: Mapping[str, object]) -> Scene:
+                return changed_scene(scene, patch, self.full_scale)
+
+            def prepare(scene: Scene) -> list[Any]:
+                if not streams:
+                    return [self._open(scene)]
+                return [self._metrics.timed("change", stream.prepare, scene) for stream in streams]
+
+            made = await self._solver.run(self._client, merged, self.scene, batch, change, prepare)
+            if made.coming is not None:
+                self.scene, prepared = made.coming
+                if not streams:
+                    self.stream = VoiceStream(prepared[0])
+                elif self.kind == "http":
+                    self.stream = None
+                for stream, coming in zip(streams, prepared, strict=False):
+                    stream.change(coming)
+        for place, one in enumerate(batch):
+            one.settle(made.refused.get(place))
+
+    def _open(self, scene: Scene) -> Any:
+        return self._metrics.timed("voice", self._engine.open_live, scene)
+
+    def _tell_peer(self, error: Exception | None) -> None:
+        if error is None:
+            return
+        refused = isinstance(error, RidgewaveError | Problem)
+        if self.peer is None:
+            if not refused:
+                log.error("our mistake: a change of a live session whose connection is gone", exc_info=error)
+        elif isinstance(error, RidgewaveError | Problem):
+            self.peer.refuse(error)
+        elif not self.peer.ending:
+            self.peer.failed()

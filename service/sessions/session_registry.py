@@ -1,0 +1,201 @@
+"""The sessions of one process: opened, found, ended, expired; of plain HTTP and live ones alike.
+
+Limits: sessions live in one process; of several workers only the one that has a live session knows it, and sessions of
+    plain HTTP are refused there. As many of each kind as RIDGEWAVE_MAX_SESSIONS. One of plain HTTP that nobody reads,
+    plays or asks about expires after RIDGEWAVE_SESSION_IDLE, a live one without a connection after RIDGEWAVE_RESUME.
+    To another key than the one that opened it, a session is not there.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections import Counter
+from collections.abc import Callable
+
+from service.engine import Engine
+from service.operations.metrics import Metrics
+from service.operations.settings import Settings
+from service.problems import Problem
+from service.sessions.fixed_output import with_full_scale
+from service.sessions.recordings import Recordings, recording_of
+from service.sessions.session import Owner, Session, Solver
+from service.sessions.session_ids import new_id, not_found
+from service.sessions.voice_stream import Kind, VoiceStream
+from service.sinks.player import Player
+from synth.scene.scene import Scene, object_from_text, parse_scene
+
+EXPIRED_AT_A_TIME = 4  # a look: a hundred whose network broke at once would make those who play late by 30 ms
+FULL = {
+    "http": "As many sessions as there may be.",
+    "live": "As many live sessions as there may be (RIDGEWAVE_MAX_SESSIONS).",
+}
+
+Opening = Callable[[str], tuple[Scene, VoiceStream]]
+"""Returns the scene, its full scale written into it, and the first voice of the session of that id; slow."""
+
+
+class Sessions:
+    """The sessions of one process."""
+
+    def __init__(self, engine: Engine, settings: Settings, solver: Solver, metrics: Metrics) -> None:
+        self.metrics = metrics
+        self.recordings = Recordings(settings.session_idle)
+        self.engine, self._settings, self._solver = engine, settings, solver
+        self._sessions: dict[str, Session] = {}
+        self._opening: Counter[Kind] = Counter()
+        self._closed = False
+
+    def __len__(self) -> int:
+        return len(self._sessions)
+
+    def count(self, kind: Kind) -> int:
+        """Return how many there are of a kind."""
+        return sum(session.kind == kind for session in self._sessions.values())
+
+    @property
+    def used_bytes(self) -> int:
+        """Return the memory of live sessions beside their voices, and of the recordings that are kept."""
+        kept = [session.stream.used_bytes for session in self._sessions.values() if session.stream is not None]
+        return sum(kept) + self.recordings.used_bytes
+
+    def require_open(self) -> None:
+        """Raise Problem (closing) where no session may be opened any more."""
+        if self._closed:
+            raise Problem("closing", "The service is shutting down.")
+
+    # One session
+
+    async def create(self, body: bytes, client: str, key: int | None) -> Session:
+        """Return a new session of plain HTTP, of the scene that `body` holds. Raises as `open`, and SceneError."""
+        self._refuse_workers()
+
+        def opening(_name: str) -> tuple[Scene, VoiceStream]:
+            scene = parse_scene(object_from_text(body))
+            voice = self.metrics.timed("voice", self.engine.open_live, scene)
+            pinned = with_full_scale(scene, tuple(voice.full_scale))
+            if pinned != scene:
+                voice = self.metrics.timed("voice", self.engine.open_live, pinned)
+            return pinned, VoiceStream(voice)
+
+        return await self.open("http", Owner(client, key), opening)
+
+    async def open(self, kind: Kind, owner: Owner, opening: Opening) -> Session:
+        """Return a new session of `owner`; raises Problem (full, closing) and what `opening` raises."""
+        self.require_open()
+        if self.count(kind) + self._opening[kind] >= self._settings.max_sessions:
+            raise Problem("full", FULL[kind], headers={"Retry-After": self._retry_after()})
+        self._opening[kind] += 1
+        name = new_id(self._settings.node)
+        try:
+            scene, stream = await self._solver.run(owner.client, opening, name)
+        finally:
+            self._opening[kind] -= 1
+        if stream.used_bytes and not self._has_room(stream.used_bytes):
+            sentence = f"The memory for live sessions (RIDGEWAVE_LIVE_BYTES) has no {stream.used_bytes} bytes left."
+            raise Problem("full", sentence)
+        session = Session(name, owner, scene, stream, self.engine, self._solver, self.metrics)
+        self._sessions[name] = session
+        return session
+
+    def find(self, name: str, key: int | None) -> Session:
+        """Return the HTTP session of that id, its idle time begun anew; raises Problem (404), also for another's."""
+        self._refuse_workers()
+        session = self.get("http", name, key)
+        if session is None or session.expires_in(self._settings.session_idle) == 0.0:
+            sentence = "No such session: it was never there, was deleted or stopped, or has expired."
+            raise not_found(name, sentence, self._settings)
+        session.touch()
+        return session
+
+    def get(self, kind: Kind, name: str, key: int | None) -> Session | None:
+        """Return the session of a kind and id that the key of that number opened, None where there is none."""
+        session = self._sessions.get(name)
+        return session if session is not None and (session.kind, session.owner) == (kind, key) else None
+
+    def delete(self, name: str, key: int | None) -> None:
+        """End an HTTP session with a fade and forget it; raises Problem (404)."""
+        self._end(self.find(name, key))
+
+    def finish(self, session: Session) -> None:
+        """Forget `session`, a live one that has ended; its recording stays for a while."""
+        if self._sessions.pop(session.id, None) is None or session.stream is None:
+            return
+        session.peer = None
+        session.end()
+        session.stream.tell_counts(self.metrics, ended=True)
+        if session.stream.records:
+            self.recordings.keep(session, session.stream)
+
+    async def recording(self, name: str, key: int | None) -> bytes:
+        """Return the JSON of a live session's recording; raises Problem (not-found), also for another's session."""
+        session = self.get("live", name, key)
+        if session is not None and session.stream is not None and session.stream.records:
+            return await recording_of(session.stream)
+        kept = await self.recordings.find(name, key)
+        if kept is None:
+            sentence = "No recording: the live session did not ask for one, or ended long ago."
+            raise not_found(name, sentence, self._settings)
+        return kept
+
+    # All of them
+
+    def end_all(self, reason: str = "stopped", *, at_once: bool = False) -> dict[str, int]:
+        """End every session; return how many of each there were. A connected one is forgotten when it has faded."""
+        sessions = list(self._sessions.values())
+        counts = {
+            "sessions": len(sessions),
+            "streams": sum(session.reader is not None or session.peer is not None for session in sessions),
+            "plays": sum(session.player is not None and session.player.playing for session in sessions),
+        }
+        for session in sessions:
+            if session.peer is not None:
+                session.end(reason, at_once=at_once)
+            else:
+                self._end(session, at_once=at_once)
+        return counts
+
+    def close(self) -> list[Player]:
+        """End everything for good; return the plays whose ends are worth waiting for."""
+        self._closed = True
+        players = [session.player for session in self._sessions.values() if session.player is not None]
+        self.end_all("shutting down")
+        return players
+
+    def look(self) -> None:
+        """Have the metrics read what streams count, end the sessions that have expired, and bound the memory."""
+        over = []
+        for session in self._sessions.values():
+            if session.stream is not None:
+                session.stream.tell_counts(self.metrics)
+            patience = self._settings.session_idle if session.kind == "http" else self._settings.resume
+            if session.expires_in(patience) == 0.0:
+                over.append(session)
+        for session in over[:EXPIRED_AT_A_TIME]:
+            self._end(session)
+        self.recordings.expire(time.monotonic())
+        if not self._has_room(0):
+            for session in self._sessions.values():
+                if session.stream is not None and session.stream.records:
+                    session.stream.voice.end_recording()
+
+    def _end(self, session: Session, *, at_once: bool = False) -> None:
+        """End `session`, which has no connection, and forget it."""
+        if session.kind == "live":
+            self.finish(session)
+        else:
+            self._sessions.pop(session.id, None)
+            session.end(at_once=at_once)
+
+    def _has_room(self, more: int) -> bool:
+        """Return whether so many bytes more may be used, once the oldest recordings are forgotten where need be."""
+        return self.recordings.free(self.used_bytes + more - self._settings.live_bytes) <= 0
+
+    def _retry_after(self) -> str:
+        waits = [session.expires_in(self._settings.session_idle) for session in self._sessions.values()]
+        soonest = min((wait for wait in waits if wait is not None), default=self._settings.session_idle)
+        return str(max(1, math.ceil(soonest)))
+
+    def _refuse_workers(self) -> None:
+        if self._settings.workers > 1:
+            raise Problem("one-worker", "Sessions live in one process: start the service with RIDGEWAVE_WORKERS=1.")
