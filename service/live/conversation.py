@@ -17,7 +17,7 @@ from typing import Any
 from service.live import contact_update, server_messages
 from service.live.actions import CODES, Action, Close, Detach, Finish, OpenVoice, Prepare, Resume, Send
 from service.live.early_messages import EarlyMessages
-from service.live.live_stream import LiveStream, Options
+from service.live.live_stream import Block, LiveStream, Options
 from service.live.message_rate import MessageRate, may_be_stop
 from service.live.messages import NotJson, read_message, refused
 from service.operations.metrics import Metrics
@@ -38,14 +38,6 @@ class Phase(Enum):
     STREAMING = "blocks go out"
     ENDING = "the last blocks fade out"
     OVER = "nothing more is sent"
-
-
-@dataclass(slots=True)
-class Block:
-    """A block that is due: its frames, and its PCM, None until the stream has rendered it."""
-
-    frames: int
-    pcm: bytes | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +112,10 @@ class Conversation:
             problem = refused("", "text that is not JSON", "one JSON object a message", "Correct it.")
             self.end("policy", problem, code=1007)
         except Problem as problem:
-            self._refuse_message(problem)
+            if self.phase is Phase.HELLO:
+                self.end("policy", problem)
+            else:
+                self.refuse(problem)
         else:
             self._message(message, now)
 
@@ -144,12 +139,6 @@ class Conversation:
     def _tell(self, problem: Problem) -> None:
         self._metrics.refused(problem.kind)
         self.actions.append(Send(server_messages.problem(problem)))
-
-    def _refuse_message(self, problem: Problem) -> None:
-        if self.phase is Phase.HELLO:
-            self.end("policy", problem)
-        else:
-            self.refuse(problem)
 
     def _message(self, message: dict[str, Any], now: float) -> None:
         kind = message["type"]
@@ -287,10 +276,7 @@ class Conversation:
             return None
         stream = self.stream
         assert stream is not None
-        if self.position == stream.frame:
-            return Block(frames)
-        pcm = stream.past.read(self.position, frames)  # a resumed stream
-        return Block(frames, stream.faded(pcm) if self.phase is Phase.ENDING else pcm)
+        return Block(frames, stream.kept(self.position, frames, fading=self.phase is Phase.ENDING))
 
     def _due_frames(self, now: float) -> int:
         """Return how many frames are to be sent now, 0 for none."""

@@ -55,6 +55,14 @@ class Options:
         return cls(**asked, block=None if hello.get("block") is None else int(hello["block"]))
 
 
+@dataclass(slots=True)
+class Block:
+    """A block that is due: its frames, and its PCM, None until the stream has rendered it."""
+
+    frames: int
+    pcm: bytes | None = None
+
+
 class LiveStream(VoiceStream):
     """One session's stream; max_silence: s without an update after which the load ramps to zero."""
 
@@ -181,8 +189,13 @@ class LiveStream(VoiceStream):
         """Return the PCM of the first `frames` of the latest block, fading to zero: the stream ends with them."""
         return block_bytes(self.voice.cut(self._latest, frames), self._samples)
 
-    def faded(self, pcm: bytes) -> bytes:
-        """Return kept PCM under the fade of an end."""
+    def kept(self, frame: int, frames: int, *, fading: bool) -> bytes | None:
+        """Return the PCM from `frame` on where it was rendered before, None where it was not. fading: the end's."""
+        if frame == self.frame:
+            return None
+        pcm = self.past.read(frame, frames)
+        if not fading:
+            return pcm
         kind = "<f4" if self._samples.is_float else "<i2"
         block = np.frombuffer(pcm, kind).reshape(-1, self.voice.channels)
         gained = faded(block, len(block))
