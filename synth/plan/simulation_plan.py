@@ -337,8 +337,7 @@ def stepper_of(case: Case, terms: Terms, points: int) -> Stepper:
     lightest, heaviest = _loads(case)
     length = contact.geometry_at(load).contact_length
     reach = 0.0 if terms.adhesion is None else terms.adhesion.reach
-    # a ridge is as long across the scan as the contact is along it (eq. 4)
-    pull = 0.0 if terms.adhesion is None else terms.adhesion.stress * contact.geometry.contact_length * length
+    pull = 0.0 if terms.adhesion is None else terms.adhesion.stress * contact.width_at(load) * length
     sunk = 0.0 if terms.adhesion is None else reach + _sunk(contact, load, heaviest, pull)
     exact = LOOSEST_TABLE if case.by_hand else min(max(TABLE_SHARE * case.tolerance, TIGHTEST_TABLE), LOOSEST_TABLE)
     table = EnergyTable.of(contact, load, lightest, heaviest, below=sunk, above=reach, tolerance=exact)
