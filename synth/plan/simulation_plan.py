@@ -48,6 +48,7 @@ FEWEST_STEPS = 96e3  # steps a second at least: contacts change within tens of m
 FORGOTTEN, AHEAD = 16.0, 0.05  # of a memory, which leaves 1e-7 of a start; s of it that a stream has time for
 SETTLING = 0.5  # s that is simulated before a frame from which a run begins in the middle of its motion
 HEAVIEST_HAND = 5.0  # N: a hand is prepared for at least; heavier, the contact is linear, which it is once all touches
+HAND_MEAN = 1e-2  # the tolerance to which the mean of z follows a hand's load, which a hand does not repeat
 LIGHTEST = 0.01  # N: of a load that varies, what the table is made for at least
 TABLE_SHARE = 0.2  # of the tolerance: the error of the table
 LOOSEST_TABLE, TIGHTEST_TABLE = 1e-3, 1e-5  # of z: derivatives ask for more than displacement; tighter takes seconds
@@ -314,7 +315,7 @@ def first_simulation(case: Case, terms: Terms, points: int) -> Simulation:
         scene=case.nominal,
         steps=steps,
         filters=filters_of(case, terms, steps),
-        reference=mean_curve(case.contact, between, case.pressed, case.tolerance),
+        reference=mean_curve(case.contact, between, case.pressed, max(case.tolerance, HAND_MEAN * case.by_hand)),
         offset=0.0,
         held=terms.adhesion is not None,
         settling=SETTLING,

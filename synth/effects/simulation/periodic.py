@@ -45,6 +45,7 @@ WATCHED = 50  # periods in which a motion returns, or does not
 BESIDE = 1e-4  # of the peak-to-peak of z: how far beside it one is that is watched
 STILL = 1e-15  # m: a smaller move is rounding
 ASTRAY = 20.0  # times as far away after these periods: it does not return; a mass that rings swings up to ten
+RETURNED = 0.01  # times as far away: it returns, and is watched no longer
 DIFFERENT = 8  # periods of such a motion that are compared
 UNLIKE = 3.0  # times the largest difference of periods that do not repeat: others may be further away
 LATER = 0.05  # s after which the motion is compared with its beginning, whole periods
@@ -210,8 +211,13 @@ def _goes_astray(stepper: Stepper, other: Any, state: Any, period: Period, exten
         return False
     part = min(1.0, BESIDE * extent / way)
     beside = stepper.mixed([other, state], np.array([part, 1.0 - part]))
-    one, two = (period.on(stepper, begin, WATCHED) for begin in (state, beside))
-    return float(np.max(np.abs(stepper.apart(one, two, period.seconds)))) > ASTRAY * (part * way + STILL)
+    far = part * way
+    for _ in range(WATCHED):
+        state, beside = (period.on(stepper, begin, 1) for begin in (state, beside))
+        far = float(np.max(np.abs(stepper.apart(state, beside, period.seconds))))
+        if far <= RETURNED * part * way:
+            return False
+    return far > ASTRAY * (part * way + STILL)
 
 
 def _least(moves: list[Array]) -> Array:
