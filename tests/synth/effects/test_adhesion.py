@@ -73,7 +73,7 @@ def test_a_constant_pull_beyond_the_pull_off_is_silence() -> None:
     assert not np.any(open_voice(scene).render(1000))
 
 
-def pulled(lowest: float, seconds: float = 0.25) -> tuple[dict[str, Any], Real, Real]:
+def pulled(lowest: float, seconds: float) -> tuple[dict[str, Any], Real, Real]:
     """Return a recording that presses, pulls down to `lowest` (N) and presses again; position and load of it.
 
     Both at twice the rate, from 0.05 s on: before that nothing moves.
@@ -90,9 +90,9 @@ def pulled(lowest: float, seconds: float = 0.25) -> tuple[dict[str, Any], Real, 
     return document, *at(np.arange(2 * round(seconds * RATE)) / (2 * RATE))
 
 
-def rendered(lowest: float) -> tuple[Real, Held, Real, Touch]:
+def rendered(lowest: float, seconds: float = 0.25) -> tuple[Real, Held, Real, Touch]:
     """Return displacement (m) and what the oracle says at twice the rate; loads; the touch."""
-    scan, place, load = pulled(lowest)
+    scan, place, load = pulled(lowest, seconds)
     output = {"quantity": "displacement", "sample_rate": RATE, "bandwidth": "full"}
     sections: dict[str, Any] = {"scan": scan, "output": output}
     scene = parse_scene({**sections, "effects": {"adhesion": STRONG}})
@@ -112,7 +112,7 @@ def test_it_pulls_lets_go_is_silent_and_comes_back_as_the_oracle_does() -> None:
     silent = np.flatnonzero(found == 0.0)
     silent = silent[silent > near]
     assert np.all(np.diff(silent) == 1), "no chatter: one silence"
-    about = np.asarray(wanted.z - mean_approach(touch, np.maximum(load, 0.0)))
+    about = np.asarray(wanted.z - mean_approach(touch, np.maximum(load, 0.0), phases=128))
     reach = 24
     truth = below(about, 2, reach=reach)
     ours = below(found, 1, reach=reach)
@@ -123,6 +123,6 @@ def test_it_pulls_lets_go_is_silent_and_comes_back_as_the_oracle_does() -> None:
 
 
 def test_a_pull_that_is_held_all_the_time_is_never_silent() -> None:
-    found, wanted, load, _touch = rendered(-0.05)
+    found, wanted, load, _touch = rendered(-0.05, 0.15)
     assert np.all(wanted.held == 1.0) and np.min(load) < 0.0
     assert np.all(found[60:] != 0.0)

@@ -10,6 +10,7 @@ import pytest
 from synth.arrays import Block
 from synth.motion.motion import Motion
 from synth.voice.voice import open_voice
+from tests.few import paired
 from tests.synth.engine_cases import scene_of
 from tests.synth.hard.bounds import ALL, check_fit, finite
 
@@ -22,8 +23,7 @@ SCANS: dict[str, dict[str, Any]] = {
 }
 
 
-@pytest.mark.parametrize("rate", RATES)
-@pytest.mark.parametrize("name", SCANS)
+@pytest.mark.parametrize(("name", "rate"), paired(SCANS, RATES))
 def test_blocks_of_one_frame_are_one_block(name: str, rate: int) -> None:
     output = {**ALL, "sample_rate": rate, "bandwidth": 300.0}
     scene = scene_of(scan=SCANS[name], output=output, accuracy={"tolerance": 3e-2})
@@ -42,7 +42,6 @@ def test_a_block_of_a_million_frames_is_a_thousand_blocks(name: str) -> None:
 
 
 HANDS: dict[str, dict[str, Any]] = {
-    "even": {"speed": 0.05, "load": 0.3},
     "a load that steps at every frame": {"speed": 0.05, "load": np.where(np.arange(MILLION) % 2, 0.25, 0.35)},
     "a speed that jumps at every frame": {
         "speed": np.random.default_rng(78).uniform(-0.2, 0.3, MILLION), "load": 0.3,

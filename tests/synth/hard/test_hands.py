@@ -1,4 +1,5 @@
-"""Hands at the ends of what they may do, one row a hand: bounds, blocks that do not matter, and the oracle's places.
+"""Hands at the ends of what they may do, one row a hand: bounds, blocks that do not matter, the oracle's places, and
+live voices that stay within full scale.
 
 Model   displacement is within (pi / sqrt 3) a2 at any load that stands still (`bounds`), and within the tolerance of it
         between rows of load; where the load does not change velocity and acceleration are held by `bounds` too, the
@@ -19,11 +20,14 @@ from synth.motion.motion import Motion
 from synth.plan.preparation import N_MAX
 from synth.response.reading_filter import reading_filter
 from synth.scene.scene import Scene
+from synth.voice.limiter import Limiter
+from synth.voice.live_voice import LiveVoice
 from synth.voice.voice import open_voice
 from tests.few import few, paired
 from tests.reference.synthesis_oracle import direct
-from tests.synth.engine_cases import Real, scene_of, touch_of
-from tests.synth.hard.bounds import ALL, BAND, MOST_DISPLACEMENT, MOVING_REMOVED, finite, overshoot
+from tests.synth.engine_cases import QUANTITIES, Real, scene_of, touch_of
+from tests.synth.hard.bounds import ALL, BAND, MOST_DISPLACEMENT, MOVING_REMOVED, finite, merged, overshoot
+from tests.synth.hard.test_scans import touching
 
 FRAMES, RATE, BANDWIDTH, TOLERANCE = 2400, 8000, 600.0, 1e-2
 TIME = np.arange(FRAMES) / RATE
@@ -112,11 +116,6 @@ def test_a_hard_hand_stays_within_bounds_and_its_blocks_do_not_matter(name: str)
     assert bool(whole[:, 1:].any()) == (name not in STILL and "smallest numbers" not in name)
 
 
-def test_blocks_of_one_frame_are_one_block() -> None:
-    fields = HANDS["a load that fades to nothing and returns"]
-    assert np.array_equal(rendered(fields, [FRAMES]), rendered(fields, [1] * FRAMES))
-
-
 @pytest.mark.parametrize(
     ("value", "name"), paired([1e30, 1e155, -1e300, 1.7e308], ["speed_rate", "load_rate", "load_bend", "all of them"])
 )
@@ -169,9 +168,71 @@ def test_a_slow_hand_stands_where_the_oracle_says_at_every_load(name: str) -> No
     bends = np.abs(np.diff(fields["position"], 2, prepend=[-fields["position"][1], 0.0]))
     jumps = (np.abs(np.diff(load, prepend=load[0])) > 0.05) | (bends > 1e-7)
     near = np.convolve(jumps, np.ones(2 * voice.late + 1), "same") > 0.5
-    some = np.flatnonzero(~near[: len(found)])[::7]
+    some = np.flatnonzero(~near[: len(found)])[::17]
     loads = load[some]
     s = np.minimum(loads / followed.scan.lift_load, 1.0)
     gate = s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
     wanted = gate * direct(touch_of(followed), fields["position"][some], loads, mean_phases=128)
     assert np.max(np.abs(found[some] - wanted)) <= 2e-2 * np.ptp(wanted)
+
+
+LOUD = {
+    "channels": [{"quantity": name, "full_scale": 1e-9} for name in QUANTITIES],
+    "sample_rate": RATE,
+    "bandwidth": BANDWIDTH,
+}
+QUIET = LOUD | {"channels": list(QUANTITIES)}
+SCENES: dict[str, dict[str, Any]] = {
+    "no load": touching(scan_load=0.0),
+    "a nanonewton": touching(scan_load=1e-9),
+    "a kilonewton": touching(scan_load=1e3),
+    "no ridges": touching(finger_ridge_amplitude=0.0),
+    "no texture": touching(texture_amplitude=0.0),
+    "standing still": touching(scan_speed=0.0),
+    "10 m/s": touching(scan_speed=10.0),
+    "locked": touching(texture_period=0.5e-3),
+    "cancelled": touching(texture_period=1e-3, scan_load=30.0),
+    "next to nothing": touching(texture_amplitude=2.3e-308),
+    "as high as it goes": touching(finger_ridge_amplitude=1e-3, texture_amplitude=1e-3),
+}
+SILENT = ("no load", "no texture", "10 m/s", "cancelled")
+
+
+def few_ridges(output: dict[str, Any], tolerance: float, sections: dict[str, Any] | None = None) -> Scene:
+    """Return a scene that is quick to solve."""
+    finger, accuracy = {"contact_length": 2e-3}, {"tolerance": tolerance}
+    return scene_of(**merged({"finger": finger, "output": output, "accuracy": accuracy}, sections or {}))
+
+
+@pytest.mark.parametrize("output", [QUIET, LOUD], ids=["automatic", "far beyond full scale"])
+@pytest.mark.parametrize("name", SCENES)
+def test_a_live_voice_stays_within_full_scale_from_its_first_frame_to_its_last(
+    name: str, output: dict[str, Any]
+) -> None:
+    voice = LiveVoice(few_ridges(output, 1e-2, SCENES[name]))
+    blocks = [voice.render(400)]
+    voice.apply(voice.prepare(few_ridges(output, 1e-2)))
+    blocks.append(voice.render(1200))
+    voice.apply(voice.prepare(few_ridges(output, 1e-2, SCENES[name])))
+    blocks.append(voice.render(1200))
+    voice.release()
+    blocks.append(voice.render(1200))
+    whole = np.concatenate(blocks)
+    assert finite(whole)
+    assert np.max(np.abs(whole)) <= 1.0
+    assert np.max(np.abs(whole[600:1500])) > 0.1  # the default scene in the middle of it
+    assert voice.finished
+    assert not whole[-400:].any()
+    if name in SILENT:
+        assert not whole[:380].any()
+
+
+@pytest.mark.parametrize("name", HANDS)
+def test_a_live_hand_never_passes_full_scale_once_it_is_limited(name: str) -> None:
+    """A voice that does not wait plays the nearest rows; whatever they are, the samples are fit."""
+    voice = open_voice(few_ridges(LOUD, 3e-2), live=True)
+    limiter = Limiter(voice.channels, RATE, 12)
+    for first in range(0, FRAMES, 240):
+        block = voice.render(240, part_of(HANDS[name], first, first + 240))
+        assert finite(block)
+        assert np.max(np.abs(limiter.process(block))) <= 1.0

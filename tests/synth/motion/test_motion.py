@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pytest
 
@@ -137,12 +135,6 @@ def test_a_motion_of_numbers_fills_every_frame() -> None:
 
 def test_a_negative_load_is_no_load() -> None:
     assert Motion.of(3, speed=0.1, load=[-1.0, 0.0, 0.1]).samples[LOAD].tolist() == [0.0, 0.0, 0.1]
-
-
-@pytest.mark.parametrize("wrong", [{"speed": math.nan}, {"position": math.inf}, {"speed": 0.1, "load_rate": math.nan}])
-def test_a_motion_that_is_not_finite_is_refused(wrong: dict[str, float]) -> None:
-    with pytest.raises(ValueError, match="finite"):
-        Motion.of(4, load=0.3, **wrong)
 
 
 def test_a_motion_without_speed_or_position_is_refused() -> None:

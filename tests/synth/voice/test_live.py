@@ -11,7 +11,7 @@ from synth.arrays import Block
 from synth.errors import SceneError
 from synth.response.response_cache import ResponseCache
 from synth.scene.scene import Scene
-from synth.voice.live_voice import CHANGE_TIME, LiveVoice
+from synth.voice.live_voice import LiveVoice
 from synth.voice.voice import open_voice
 from tests.few import paired
 from tests.synth.engine_cases import QUANTITIES, Real, scene_of
@@ -67,17 +67,6 @@ def test_after_the_crossing_the_new_scene_sounds_from_where_the_texture_stood() 
     match = min(float(np.max(np.abs(one[k : k + period] - after[:period]))) for k in range(period + 1))
     assert match <= 0.02 * float(np.ptp(one))
     assert voice.scene.scan.speed == 0.053
-
-
-def test_the_phase_is_continuous_across_a_change_of_speed() -> None:
-    voice = running()
-    frames = voice.frame
-    voice.apply(voice.prepare(scene(scan={"speed": 0.04})))
-    voice.render(1)
-    old, new = voice._voice, voice._coming
-    assert new is not None
-    assert new._phase == (old.phase - old._step * (old.frame - (old.frame - new.frame))) % 2**64
-    assert frames == RATE // 20
 
 
 def test_a_change_during_a_change_waits_and_the_newest_wins() -> None:
@@ -202,16 +191,6 @@ def test_voices_share_what_is_solved() -> None:
     second = LiveVoice(scene(), cache=cache)
     assert cache.misses == misses > 0
     assert np.array_equal(first.render(2000), second.render(2000))
-
-
-def test_several_channels_change_together() -> None:
-    output = {"channels": list(QUANTITIES)}
-    voice = LiveVoice(scene_of(output=output), cache=CACHE)
-    voice.render(2400)
-    voice.apply(voice.prepare(scene_of(output=output, scan={"load": 0.5})))
-    block = voice.render(round(3 * CHANGE_TIME * RATE))
-    assert block.shape[1] == 3 and np.abs(block).max(axis=0).min() > 0.2
-    assert np.abs(block).max() <= 1.0
 
 
 @pytest.mark.parametrize(

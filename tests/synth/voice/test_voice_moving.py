@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from typing import Any
 
 import numpy as np
@@ -59,7 +58,7 @@ def test_a_trajectory_follows_the_oracle_over_position_and_load() -> None:
     frames = round(1.2 * RATE)
     found = physical(open_voice(scene), frames)[:, 0]
     motion = ScanMotion(scene).at(0, frames)
-    some = np.arange(0, frames, 47)
+    some = np.arange(0, frames, 97)
     wanted = direct(touch_of(scene), motion.position[some], motion.samples[2, some], mean_phases=256)
     assert np.max(np.abs(found[some] - wanted)) <= 1e-3 * np.ptp(wanted)
 
@@ -69,7 +68,7 @@ def test_a_hand_follows_the_oracle_over_position_and_load() -> None:
     scene = scene_of(scan={"speed": 0.01}, output=output)
     motion, voice = swaying(2 * RATE // 5, RATE, 0.01, 0.004), open_voice(scene)
     found = hand_signal(voice, motion)[:, 0]
-    some = np.arange(0, len(found), 29)
+    some = np.arange(0, len(found), 59)
     wanted = direct(touch_of(scene), motion.position[some], motion.samples[2, some], mean_phases=256)
     assert np.max(np.abs(found[some] - wanted)) <= voice.plan.estimated_error["displacement"] * np.ptp(wanted)
     assert voice.plan.estimated_error["displacement"] <= 1e-2  # 80 harmonics lie in the band, the table has 64
@@ -158,11 +157,6 @@ def test_none_above_049_and_none_below_035_at_the_speed_of_the_hand(speed: float
     assert np.max(np.abs(residue)) <= 2e-3 * np.ptp(hand)
 
 
-def test_far_too_fast_is_silence() -> None:
-    voice = open_voice(scene_of(output={"quantity": "acceleration", "sample_rate": RATE}))
-    assert not voice.render(500, even(500, 0.5 * RATE * PERIOD, 0.3)).any()
-
-
 @pytest.mark.parametrize("quantity", few(QUANTITIES, 1))
 def test_a_hand_slower_than_the_scan_loses_no_harmonic(quantity: str) -> None:
     output = {"quantity": quantity, "sample_rate": RATE, "full_scale": 1.0}
@@ -230,13 +224,6 @@ def test_a_stroke_too_fast_for_the_band_sounds_where_it_is_slow() -> None:
     assert np.abs(block[:60]).max() > 0.01
 
 
-@pytest.mark.timeout(15)
-@pytest.mark.parametrize("load", [1000.0, 1049.0, 5000.0])
-def test_a_load_beyond_every_scene_ends(load: float) -> None:
-    voice = open_voice(scene_of(output={"quantity": "displacement", "sample_rate": RATE, "bandwidth": 300}))
-    assert np.isfinite(voice.render(100, even(100, 0.05, load))).all()
-
-
 @pytest.mark.parametrize("field", ["position", "load"])
 def test_a_hand_without_derivatives_does_not_click_at_its_first_frames(field: str) -> None:
     scene = scene_of(output={"quantity": "acceleration", "sample_rate": RATE, "bandwidth": 400, "full_scale": 1.0})
@@ -259,11 +246,3 @@ def test_after_a_hand_the_scan_goes_on_without_a_step() -> None:
     steady = open_voice(scene).render(900)[: len(signal), 0]
     assert np.max(np.abs(np.diff(signal))) <= 1.1 * np.max(np.abs(np.diff(steady)))
     assert np.max(np.abs(fit_harmonics(signal - steady, RATE, 100.0, 990.0).coefficients)) <= 2e-3
-
-
-def test_hands_on_one_scene_share_a_table_and_no_thread_is_at_work() -> None:
-    before, cache = threading.active_count(), ResponseCache()
-    one, other = (open_voice(scene_of(output={"sample_rate": RATE}), cache=cache, live=True) for _ in range(2))
-    assert one._for_hand is not None and other._for_hand is not None
-    assert one._for_hand.table is other._for_hand.table is not None
-    assert threading.active_count() == before

@@ -9,6 +9,7 @@ import pytest
 
 from synth.effects.simulation import energy_table
 from synth.effects.simulation.energy_table import EnergyTable
+from tests.few import paired
 from tests.synth.engine_cases import contact_of, scene_of
 
 SCENES: dict[str, dict[str, Any]] = {
@@ -26,8 +27,9 @@ def bottom_of(table: EnergyTable, turns: float) -> float:
     return float(heights[np.argmax(np.abs(slopes - slopes[0]) > 1e-12)])
 
 
-@pytest.mark.parametrize("name", SCENES)
-@pytest.mark.parametrize("loads", [(0.3, 0.3, 0.3), (0.3, 0.1, 1.0), (1e-3, 1e-3, 1e-3), (50.0, 50.0, 50.0)])
+@pytest.mark.parametrize(
+    ("name", "loads"), paired(SCENES, [(0.3, 0.3, 0.3), (0.3, 0.1, 1.0), (1e-3, 1e-3, 1e-3), (50.0, 50.0, 50.0)])
+)
 def test_quasi_static_heights_keep_the_tolerance(name: str, loads: tuple[float, float, float]) -> None:
     contact = contact_of(scene_of(**SCENES[name]))
     table = EnergyTable.of(contact, *loads, tolerance=1e-3)
