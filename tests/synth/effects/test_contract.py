@@ -19,6 +19,7 @@ from synth import LiveVoice, open_voice, parse_scene
 from synth.effects.effect import Effect, Kind
 from synth.errors import CannotRender, SceneError
 from synth.plan.effect_choice import in_order
+from synth.response.response_cache import ResponseCache
 from synth.scene.effect_registry import declaration, effect_names
 from synth.scene.section import rule_of
 from tests.few import paired
@@ -29,6 +30,9 @@ EVERY = [(name,) for name in ALONE] + LARGEST_SETS
 CHANNELS = {
     "output": {"channels": ["displacement", "velocity", "acceleration"], "sample_rate": 8000, "bandwidth": "full"}
 }
+
+CACHE = ResponseCache()
+"""What voices of one scene share; the test of the same samples prepares each by itself."""
 
 every = pytest.mark.parametrize("names", EVERY, ids="+".join)
 
@@ -60,7 +64,7 @@ def test_an_effect_declares_itself(name: str) -> None:
 
 @every
 def test_nothing_moving_is_exact_silence(names: tuple[str, ...]) -> None:
-    voice = open_voice(parse_scene(scene_with(*names, scan={"speed": 0.0}, **CHANNELS)))
+    voice = open_voice(parse_scene(scene_with(*names, scan={"speed": 0.0}, **CHANNELS)), cache=CACHE)
     block = np.concatenate([voice.render(300), voice.render(500)])
     assert np.all(block[:, 1:3] == 0.0)
     assert np.all(block[:, 0] == block[0, 0])
@@ -70,7 +74,7 @@ def test_nothing_moving_is_exact_silence(names: tuple[str, ...]) -> None:
 @every
 @pytest.mark.parametrize("sections", [{"scan": {"load": 0}}, {"texture": {"amplitude": 0}}], ids=["no load", "smooth"])
 def test_no_load_and_no_texture_are_exact_zeros(names: tuple[str, ...], sections: dict[str, Any]) -> None:
-    voice = open_voice(parse_scene(scene_with(*names, **sections)))
+    voice = open_voice(parse_scene(scene_with(*names, **sections)), cache=CACHE)
     assert not np.any(voice.render(500))
     assert voice.plan.document()["left_out"]
 
@@ -78,8 +82,8 @@ def test_no_load_and_no_texture_are_exact_zeros(names: tuple[str, ...], sections
 @every
 def test_block_splits_do_not_matter(names: tuple[str, ...]) -> None:
     scene = parse_scene(scene_with(*names, **CHANNELS))
-    whole = open_voice(scene).render(700)
-    voice = open_voice(scene)
+    whole = open_voice(scene, cache=CACHE).render(700)
+    voice = open_voice(scene, cache=CACHE)
     sizes = np.random.default_rng(7).multinomial(700, np.ones(11) / 11)
     assert np.array_equal(np.concatenate([voice.render(int(size)) for size in sizes]), whole)
     assert np.any(whole[:, :3])
@@ -88,13 +92,13 @@ def test_block_splits_do_not_matter(names: tuple[str, ...]) -> None:
 @every
 def test_block_splits_do_not_matter_under_a_hand(names: tuple[str, ...]) -> None:
     scene = parse_scene(scene_with(*names))
-    voice = open_voice(scene)
+    voice = open_voice(scene, cache=CACHE)
     if shaped_and_simulated(names):
         with pytest.raises(CannotRender, match="load that does not change"):
             voice.render(10, hand(10, 8000))
         return
     whole = voice.render(600, hand(600, 8000))
-    again = open_voice(scene)
+    again = open_voice(scene, cache=CACHE)
     parts, begin = [], 0
     for size in (1, 99, 7, 193, 300):
         parts.append(again.render(size, hand(size, 8000, begin)))
@@ -116,8 +120,8 @@ def test_the_same_scene_gives_the_same_samples(names: tuple[str, ...]) -> None:
 )
 def test_output_is_finite_and_limited(names: tuple[str, ...], scan: dict[str, Any]) -> None:
     scene = parse_scene(scene_with(*names, scan=scan))
-    assert np.all(np.isfinite(open_voice(scene).render(600)))
-    live = LiveVoice(scene)
+    assert np.all(np.isfinite(open_voice(scene, cache=CACHE).render(600)))
+    live = LiveVoice(scene, cache=CACHE)
     blocks = [live.render(80) for _ in range(10)]
     assert np.max(np.abs(blocks)) <= 1.0
     live.release()
@@ -128,7 +132,7 @@ def test_output_is_finite_and_limited(names: tuple[str, ...], scan: dict[str, An
 
 @every
 def test_the_plan_names_what_runs_and_what_it_costs(names: tuple[str, ...]) -> None:
-    document = open_voice(parse_scene(scene_with(*names))).plan.document()
+    document = open_voice(parse_scene(scene_with(*names)), cache=CACHE).plan.document()
     listed = [part["name"] for part in document["simulated"]]
     order = sorted(names, key=lambda name: (declaration(name).kind, name))  # type: ignore[attr-defined]
     assert [name for name in listed if name in names] == order

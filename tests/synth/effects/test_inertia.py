@@ -10,6 +10,7 @@ import pytest
 
 from synth import Motion, open_voice, parse_scene
 from synth.scene.scene import Scene
+from tests.few import thorough
 from tests.reference.moving_oracle import Finger, Scan, steady_scan
 from tests.reference.spectral_checks import fit_harmonics
 from tests.reference.stiffness_oracle import contact_in_metres, stiffness
@@ -48,7 +49,7 @@ def test_a_light_mass_that_rings_errs_by_no_more_than_the_plan_says() -> None:
     check_quantities(scene, oracle(scene, 0.05).harmonics, OWN_ERROR)
 
 
-@pytest.mark.parametrize("damping", [0.2, 3.0])
+@pytest.mark.parametrize("damping", [0.2, thorough(3.0)])
 def test_in_full_contact_it_is_a_driven_oscillator(damping: float) -> None:
     """m z'' + c z' + k (z - mean of h) = -w, a2 |sinc(L / lambda2)| driving: what the mass changes goes as u^2."""
     mass, changed = 2e-3, []
@@ -89,12 +90,12 @@ def test_auto_leaves_a_slow_scan_alone_and_puts_a_fast_one_in() -> None:
     for speed, chosen in ((2e-3, False), (0.08, True)):
         scene = parse_scene(
             {"scan": {"speed": speed}, "effects": {"inertia": "auto"},
-             "output": {"quantity": "displacement", "sample_rate": 8000}}
+             "output": {"quantity": "displacement", "sample_rate": 8000}, "accuracy": {"tolerance": 3e-2}}
         )  # fmt: skip
         document = open_voice(scene).plan.document()
         part = "simulated" if chosen else "left_out"
         (found,) = (one for one in document[part] if one["name"] == "inertia")
-        told = r"moves the displacement by \S+ of its peak-to-peak at \S+ Hz, tolerance 0.001"
+        told = r"moves the displacement by \S+ of its peak-to-peak at \S+ Hz, tolerance 0.03"
         assert chosen or re.search(told, found["reason"])
 
 

@@ -94,7 +94,7 @@ def test_a_finger_that_lifts_in_a_recording_is_silence(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["inertia", "viscous_skin", "adhesion", "tangential"])
 def test_a_hand_that_lifts_is_exact_silence(name: str) -> None:
-    voice = open_voice(scene({name: {}}))
+    voice = open_voice(scene({name: {}}), cache=CACHE)
     load = np.concatenate([np.full(400, 0.3), 0.15 * (1 + np.cos(np.pi * np.arange(80) / 80)), np.zeros(800)])
     block = voice.render(len(load), Motion.of(len(load), speed=0.08, load=load))
     assert np.any(block[:400])

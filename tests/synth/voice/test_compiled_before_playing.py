@@ -16,7 +16,6 @@ import json, sys
 from synth.motion.motion import Update
 from synth.scene.scene import parse_scene
 from synth.voice.hand_voice import HandVoice
-from tests.few import few
 
 def compiled():
     kernels = [

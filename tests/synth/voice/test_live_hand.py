@@ -18,6 +18,7 @@ from synth.voice.hand_voice import HandVoice
 from synth.voice.limiter import LOOK_AHEAD
 from synth.voice.live_voice import CHANGE_TIME
 from synth.voice.voice import open_voice
+from tests.few import thorough
 
 RATE, BLOCK = 8000, 80
 ABOVE = firwin(101, 2500, fs=RATE, pass_zero=False)
@@ -155,7 +156,9 @@ def test_a_flat_texture_is_exact_silence_under_a_hand(voices: Any) -> None:
     assert np.abs(stroked(voices(scene_of(texture={"amplitude": 0})), 30)).max() == 0.0
 
 
-@pytest.mark.parametrize("effects", [{}, {"tangential": {"pressure_exponent": 0.8}}], ids=["no effect", "tangential"])
+@pytest.mark.parametrize(
+    "effects", [{}, thorough({"tangential": {"pressure_exponent": 0.8}})], ids=["no effect", "tangential"]
+)
 def test_hands_on_the_same_texture_share_its_tables(effects: dict[str, Any]) -> None:
     output = {"quantity": "displacement", "sample_rate": RATE, "bandwidth": 1000}
     small, own = {"contact_length": "2 mm"}, ResponseCache()
