@@ -5,3 +5,20 @@
 Imports from `synth` only; nothing here knows the physics. `service.server.run` starts it, `service.app.create_app`
 builds the ASGI application.
 """
+
+from __future__ import annotations
+
+import platform
+from importlib.metadata import PackageNotFoundError, version
+
+PYTHON = platform.python_version()
+
+
+def _version() -> str:
+    try:
+        return version("ridgewave")
+    except PackageNotFoundError:
+        return "not installed"
+
+
+VERSION = _version()

@@ -20,7 +20,7 @@ from starlette.routing import Match
 from service import problems
 from service.engine import Engine, SynthEngine
 from service.http import openapi
-from service.http.compression import Packing
+from service.http.content_negotiation import Packing
 from service.http.rate_limits import Limits, RateLimit
 from service.http.routes import (
     accuracy,

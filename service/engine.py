@@ -11,13 +11,32 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
-from service.http.sound_headers import Sounding
 from synth.encode.formats import Block
 from synth.motion.motion import Update
 from synth.scene.scene import Scene
 
 if TYPE_CHECKING:
     from synth.response.table import ResponseTable
+
+
+class Sounding(Protocol):
+    """What a voice and a session say about their sound."""
+
+    @property
+    def sample_rate(self) -> int:
+        """Return frames a second."""
+
+    @property
+    def channels(self) -> int:
+        """Return samples a frame."""
+
+    @property
+    def full_scale(self) -> tuple[float, ...]:
+        """Return the SI value of a sample of 1.0, one a channel."""
+
+    @property
+    def quantities(self) -> tuple[str, ...]:
+        """Return the quantity of each channel."""
 
 
 class Voice(Sounding, Protocol):

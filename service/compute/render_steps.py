@@ -18,25 +18,25 @@ import os
 import tempfile
 import time
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from service.engine import Engine, FiniteVoice, Limiter
 from service.http.content_negotiation import choose_format
-from service.http.picture_body import read_picture
 from service.http.sound_headers import describe, metadata_of
-from service.problems import refused
+from service.problems import Problem, of, refused
 from synth.encode.formats import Block, SoundFormat, encode_all, media_type, open_writer, stream_block
 from synth.encode.riff import padding, wav_header
-from synth.errors import CannotRender
-from synth.scene.scene import Scene, channel_count, parse_scene_text
+from synth.errors import AskedWrong, CannotRender, Fault, SceneError, shown
+from synth.scene.scene import Scene, channel_count, object_from_text, parse_scene, parse_scene_text
 from synth.voice.fades import reduction_warning
 
 WHOLE_SAMPLES = 1 << 20  # 4 MB of float32, 22 s of mono at 48 kHz: small enough to hold twice
 PIECE_SAMPLES = 1 << 16  # 256 kB a write, about a millisecond of work
 FILE_BYTES = 1 << 16  # read at a time of a finished FLAC
+PICTURE_FIELDS = ("scene", "points", "phases")
 CHEAP_SECONDS = 0.5  # of processor: what costs less is not asked for its price
 
 
@@ -254,3 +254,40 @@ def _flac(render: Render, beginning: list[Block]) -> Iterator[Message]:
 def _wav_header(render: Render) -> bytes:
     metadata = metadata_of(render.voice, render.scene)
     return wav_header(render.sound_format, render.voice.sample_rate, render.voice.channels, metadata, render.frames)
+
+
+def read_picture(text: bytes) -> tuple[Scene, int | None, int | None]:
+    """Return scene, points and phases that the body of a picture asks for, None where it does not say.
+
+    Raises Problem where the body makes no sense, SceneError with pointers into the body where its scene does not.
+    """
+    try:
+        document = object_from_text(text)
+    except SceneError as error:
+        problem = of(error)
+        raise Problem("request-refused", problem.detail, problem.faults) from error
+    unknown = [name for name in document if name not in PICTURE_FIELDS]
+    if unknown:
+        raise refused("", shown(unknown[0]), f"the fields {', '.join(PICTURE_FIELDS)}", "Leave it out.")
+    return (
+        _picture_scene(document.get("scene", {})),
+        _whole_number(document, "points"),
+        _whole_number(document, "phases"),
+    )
+
+
+def _picture_scene(document: Any) -> Scene:
+    if not isinstance(document, dict):
+        raise refused("/scene", shown(document), "a scene, an object", "Write {} for the default.", "scene-refused")
+    try:
+        return parse_scene(document)
+    except SceneError as error:
+        raise SceneError([replace(fault, pointer="/scene" + fault.pointer) for fault in error.faults]) from error
+
+
+def _whole_number(document: dict[str, object], name: str) -> int | None:
+    value = document.get(name)
+    whole = int(value) if isinstance(value, float) and value.is_integer() else value  # JSON Schema: 32.0 is an integer
+    if whole is not None and (isinstance(whole, bool) or not isinstance(whole, int)):
+        raise AskedWrong([Fault(f"/{name}", shown(value), "a whole number", f"Leave {name} out for the default.")])
+    return whole

@@ -1,14 +1,23 @@
-"""Which sound format an answer has: `?format=` first, since players cannot set Accept, then Accept (RFC 9110, 12.5.1).
+"""What a request's headers ask of its answer: the sound format, packing by gzip, and nothing at all where it is known.
 
-Model: each media type that a sound can be sent as is weighed by the most specific range of Accept that covers it; the
-    largest weight wins, the earlier row of `OFFERS` where they tie, so `*/*` and no Accept at all mean float32 WAV.
+Model: `?format=` comes first, since players cannot set Accept, then Accept (RFC 9110, 12.5.1): each media type that a
+    sound can be sent as is weighed by the most specific range that covers it; the largest weight wins, the earlier row
+    of `OFFERS` where they tie, so `*/*` and no Accept at all mean float32 WAV. Text is packed by Starlette's own layer,
+    which is asked only where Accept-Encoding allows gzip ("gzip;q=0" does not); sound never is. An ETag that
+    If-None-Match names (RFC 9110, 13.1.2) is answered 304.
 Limits: `audio/L16` needs its rate and channels to be those of the scene where Accept names them, and a rate of 48 kHz
-    at most. The sample types wav16 and wav24 share their media type with wav, so only `?format=` names them.
+    at most. The sample types wav16 and wav24 share their media type with wav, so only `?format=` names them. What a
+    route has packed itself goes out as it is.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+
+from starlette.datastructures import Headers
+from starlette.middleware.gzip import DEFAULT_EXCLUDED_CONTENT_TYPES, GZipMiddleware
+from starlette.requests import Request
+from starlette.types import ASGIApp, Receive, Scope, Send
 
 from service.problems import Problem
 from synth.encode.formats import L16_RATE_LIMIT_HZ, SoundFormat
@@ -115,3 +124,37 @@ def _parse_range(element: str) -> MediaRange | None:
         if not 0.0 <= weight <= 1.0:
             return None
     return MediaRange(kind, subtype, tuple(parameters), weight)
+
+
+NEVER_PACKED = (*DEFAULT_EXCLUDED_CONTENT_TYPES, "application/octet-stream")  # sound, which is sent block by block
+SHORTEST = 1000  # bytes of an answer: less fits into a packet or two
+LEVEL = 5  # of gzip: a picture of 70 kB takes 1 ms and becomes 20 kB; higher levels gain a percent
+NONE = ("q=0", "q=0.0", "q=0.00", "q=0.000")
+
+
+class Packing:
+    """The layer."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._plain = app
+        self._packed = GZipMiddleware(app, SHORTEST, LEVEL, exclude_content_types=NEVER_PACKED)
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve a request, packed or not."""
+        packs = scope["type"] == "http" and takes_gzip(Headers(scope=scope))
+        await (self._packed if packs else self._plain)(scope, receive, send)
+
+
+def takes_gzip(headers: Headers) -> bool:
+    """Return whether Accept-Encoding allows gzip (RFC 9110, 12.5.3)."""
+    for entry in ",".join(headers.getlist("accept-encoding")).split(","):
+        coding, _, parameter = entry.partition(";")
+        if coding.strip().lower() in ("gzip", "*"):
+            return parameter.replace(" ", "").lower() not in NONE
+    return False
+
+
+def is_known(request: Request, tag: str) -> bool:
+    """Return whether If-None-Match names `tag`, in a weak comparison."""
+    tags = ",".join(request.headers.getlist("if-none-match")).split(",")
+    return any(one.strip().removeprefix("W/") in ("*", f'"{tag}"') for one in tags)

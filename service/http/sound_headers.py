@@ -2,30 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Protocol
-
+from service.engine import Sounding
 from synth.encode.formats import Metadata, SoundFormat
 from synth.scene.scene import Scene, scene_document
-
-
-class Sounding(Protocol):
-    """What a voice and a session say about their sound; see `service.engine.Voice`."""
-
-    @property
-    def sample_rate(self) -> int:
-        """Return frames a second."""
-
-    @property
-    def channels(self) -> int:
-        """Return samples a frame."""
-
-    @property
-    def full_scale(self) -> tuple[float, ...]:
-        """Return the SI value of a sample of 1.0, one a channel."""
-
-    @property
-    def quantities(self) -> tuple[str, ...]:
-        """Return the quantity of each channel."""
 
 
 def describe(voice: Sounding, sound_format: SoundFormat) -> dict[str, str]:

@@ -10,5 +10,6 @@ From the wire inwards:
     contact_update     the binary form of a contact update
     live_connections   the connections of a process: admitted, given a session, watched
     live_stream        what outlives a connection: voice, newest update, and the PCM that is kept to be resumed
-    stream_counts      what a stream counts for the metrics; `connection_log` says how a connection began and ended
+    live_metrics       what a stream and its connection tell the metrics and the log
+    message_limits     how much a connection may send
 """

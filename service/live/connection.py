@@ -22,9 +22,9 @@ from service import problems
 from service.http.rate_limits import KEY
 from service.http.security import our_bug
 from service.live import actions
-from service.live.connection_log import Account
 from service.live.conversation import Conversation, Limits, Phase
 from service.live.live_connections import LiveConnections
+from service.live.live_metrics import Account
 from service.live.live_stream import Block, LiveStream
 from service.live.transport import PlainWire, Wire
 from service.operations.settings import Settings

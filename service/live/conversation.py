@@ -16,9 +16,8 @@ from typing import Any
 
 from service.live import contact_update, server_messages
 from service.live.actions import CODES, Action, Close, Detach, Finish, OpenVoice, Prepare, Resume, Send
-from service.live.early_messages import EarlyMessages
 from service.live.live_stream import Block, LiveStream, Options
-from service.live.message_rate import MessageRate, may_be_stop
+from service.live.message_limits import EarlyMessages, MessageRate, may_be_stop
 from service.live.messages import NotJson, read_message, refused
 from service.operations.metrics import Metrics
 from service.problems import Problem

@@ -10,10 +10,10 @@ from concurrent.futures import Executor
 from functools import partial
 from typing import Any
 
-from service.live.block_timer import BlockTimer
 from service.live.live_stream import LiveStream, Options, open_stream
 from service.operations.settings import Settings
 from service.problems import Problem
+from service.sessions.pacer import BlockTimer
 from service.sessions.session import Owner, Peer, Session
 from service.sessions.session_ids import not_found
 from service.sessions.session_registry import Sessions

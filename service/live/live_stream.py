@@ -17,9 +17,9 @@ import numpy as np
 
 from service.engine import Engine, HandVoice
 from service.live import server_messages
+from service.live.live_metrics import StreamCounts
 from service.live.messages import LARGEST_BLOCK, PROTOCOL, SMALLEST_BLOCK, refused
 from service.live.replay_buffer import Past, kept_frames
-from service.live.stream_counts import StreamCounts
 from service.operations.metrics import Metrics
 from service.sessions.fixed_output import with_full_scale
 from service.sessions.session_ids import resume_url

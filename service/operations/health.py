@@ -13,8 +13,8 @@ import asyncio
 import importlib.util
 from typing import Any
 
+from service import VERSION
 from service.operations.settings import Settings
-from service.operations.version import VERSION
 from service.sinks.device_list import missing_portaudio
 
 NOT_YET = "not looked for yet: ask again in a second"

@@ -11,8 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
-from service import problems
-from service.operations.version import PYTHON, VERSION
+from service import PYTHON, VERSION, problems
 
 STREAM_KINDS = ("http", "live", "play")
 BUILDS = ("voice", "change")

@@ -5,15 +5,22 @@ Model: the block at frame n is due at start + (n - first) / rate - lead, absolut
     reader's. A live stream is read too slowly where more than half of what it is behind is the reader's; somebody looks
     often while its writes wait: of the time between two looks no more than LOOK_SECONDS counts, since a service that
     did not look did not write either.
+    Live streams share one alarm clock (`BlockTimer`): a timer and a task for each block of each stream would cost more
+    than the block.
 Limits: a stream that is behind for up to `FORGIVEN_SECONDS`, beyond its lead, catches up in a burst. Behind for longer,
-    its clock starts anew: the reader had silence for that time, and every later block comes later by as much.
+    its clock starts anew: the reader had silence for that time, and every later block comes later by as much. The event
+    loop's timer counts in milliseconds: whoever is due within one is served at its end.
 """
 
 from __future__ import annotations
 
 import asyncio
+import heapq
 import math
+import time
+from collections.abc import Callable
 from enum import Enum
+from itertools import count
 
 FORGIVEN_SECONDS = 1.0  # shorter: a network hiccup costs the lead; longer: a long stall is answered by a long burst
 WAITED_SECONDS = 0.001  # a write that takes longer has waited for the reader
@@ -149,3 +156,44 @@ class Bell:
 def _wake(sleep: asyncio.Future[None]) -> None:
     if not sleep.done():
         sleep.set_result(None)
+
+
+EARLY_SECONDS = 0.0002  # who is due so soon is called now: a timer of its own would come up to a millisecond late
+SHORTEST_SECONDS = 0.001  # that the timer is set for
+
+
+class BlockTimer:
+    """Calls back at times of `clock`."""
+
+    def __init__(self, clock: Callable[[], float] = time.perf_counter) -> None:
+        self._clock = clock
+        self._waiting: list[tuple[float, int, Callable[[], None]]] = []
+        self._numbers = count()
+        self._timer: asyncio.TimerHandle | None = None
+        self._rings_at = 0.0
+        self._ringing = False
+
+    def call_at(self, when: float, callback: Callable[[], None]) -> None:
+        """Have `callback` called at `when`, once; it must not raise, and may be called early by EARLY_SECONDS."""
+        heapq.heappush(self._waiting, (when, next(self._numbers), callback))
+        if not self._ringing and (self._timer is None or when < self._rings_at):
+            self._set()
+
+    def _set(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        if self._waiting:
+            self._rings_at = self._waiting[0][0]
+            delay = max(SHORTEST_SECONDS, self._rings_at - self._clock())
+            self._timer = asyncio.get_running_loop().call_later(delay, self._ring)
+
+    def _ring(self) -> None:
+        self._timer, self._ringing = None, True
+        until = self._clock() + EARLY_SECONDS
+        try:
+            while self._waiting and self._waiting[0][0] <= until:
+                heapq.heappop(self._waiting)[2]()
+        finally:
+            self._ringing = False
+            self._set()

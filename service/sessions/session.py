@@ -13,10 +13,11 @@ from __future__ import annotations
 import asyncio
 import logging
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+from service.compute.threads import Solves
 from service.engine import Engine
 from service.operations.metrics import Metrics
 from service.operations.settings import Settings
@@ -29,13 +30,6 @@ from synth.errors import RidgewaveError
 from synth.scene.scene import Scene, object_from_text, scene_document
 
 log = logging.getLogger("ridgewave.service")
-
-
-class Solver(Protocol):
-    """Who runs slow work in threads; see `service.compute.threads.Solves`."""
-
-    async def run(self, client: str, work: Callable[..., Any], *arguments: Any) -> Any:
-        """Return what `work` returns."""
 
 
 class StreamReader(Protocol):
@@ -96,7 +90,7 @@ class Session:
         scene: Scene,
         stream: VoiceStream,
         engine: Engine,
-        solver: Solver,
+        solver: Solves,
         metrics: Metrics,
     ) -> None:
         """stream: of a live session its one voice; of an HTTP session the voice for whoever listens first."""

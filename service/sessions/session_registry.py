@@ -13,13 +13,14 @@ import time
 from collections import Counter
 from collections.abc import Callable
 
+from service.compute.threads import Solves
 from service.engine import Engine
 from service.operations.metrics import Metrics
 from service.operations.settings import Settings
 from service.problems import Problem
 from service.sessions.fixed_output import with_full_scale
 from service.sessions.recordings import Recordings, recording_of
-from service.sessions.session import Owner, Session, Solver
+from service.sessions.session import Owner, Session
 from service.sessions.session_ids import new_id, not_found
 from service.sessions.voice_stream import Kind, VoiceStream
 from service.sinks.player import Player
@@ -38,7 +39,7 @@ Opening = Callable[[str], tuple[Scene, VoiceStream]]
 class Sessions:
     """The sessions of one process."""
 
-    def __init__(self, engine: Engine, settings: Settings, solver: Solver, metrics: Metrics) -> None:
+    def __init__(self, engine: Engine, settings: Settings, solver: Solves, metrics: Metrics) -> None:
         self.metrics = metrics
         self.recordings = Recordings(settings.session_idle)
         self.engine, self._settings, self._solver = engine, settings, solver

@@ -14,7 +14,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from service.sinks.audio_device import DeviceSink
-from service.sinks.device_claims import Claims, DeviceBusy
+from service.sinks.device_access import Claims, DeviceBusy
 from service.sinks.device_list import DeviceDescription, list_devices
 from service.sinks.file_sink import FileSink
 from service.sinks.sink import Sink

@@ -24,9 +24,8 @@ from typing import Any
 
 import numpy as np
 
-from service.sinks.device_claims import Claims
+from service.sinks.device_access import Claims, within
 from service.sinks.device_list import DeviceDescription, find_device, let_go_at_exit, portaudio
-from service.sinks.driver_timeout import within
 from service.sinks.gap_fade import Joins
 from service.sinks.ring_buffer import Ring
 from service.sinks.sink import WRITE_TIMEOUT_S

@@ -19,7 +19,7 @@ import httpx
 
 from service.http.rate_limits import Limits
 from service.operations.metrics import Metrics
-from service.operations.metrics_text import exposition, merged
+from service.operations.worker_metrics import exposition, merged
 from tests.service.harness import Child, settings_of
 
 CALLS = 100_000

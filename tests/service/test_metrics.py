@@ -11,11 +11,11 @@ import pytest
 from fastapi import FastAPI
 from prometheus_client.openmetrics.parser import text_string_to_metric_families
 
+from service import VERSION
 from service.app import create_app
 from service.operations.metrics import Metrics
 from service.operations.metrics_table import LATENESS_BOUNDS, TABLE, Row
-from service.operations.metrics_text import exposition, merged
-from service.operations.version import VERSION
+from service.operations.worker_metrics import exposition, merged
 from service.sessions.pacer import Pacer
 from tests.service.harness import Running, ask, problem, settings_of, until
 from tests.service.plain_engine import PlainEngine, PlainLive

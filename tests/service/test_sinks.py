@@ -14,8 +14,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.sinks import Claims, DeviceBusy, DeviceSink, FileSink, Sink, list_devices, open_sink
+from service.sinks.device_access import within
 from service.sinks.device_list import DeviceDescription, find_device
-from service.sinks.driver_timeout import within
 from service.sinks.ring_buffer import Ring
 from synth.encode.formats import Block, Metadata, SoundFormat, encode_all, read_metadata
 from synth.errors import AskedWrong, CannotRender

@@ -13,8 +13,7 @@ import asyncio
 from fastapi import APIRouter, Request
 from starlette.responses import RedirectResponse, Response
 
-from service.http.compression import takes_gzip
-from service.http.conditional import is_known
+from service.http.content_negotiation import is_known, takes_gzip
 from service.lifespan import service_of
 from service.problems import Problem
 

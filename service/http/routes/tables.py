@@ -11,7 +11,7 @@ from starlette.responses import JSONResponse, Response
 
 from service.engine import Engine, TableFile
 from service.http import openapi
-from service.http.conditional import is_known
+from service.http.content_negotiation import is_known
 from service.http.request_body import read_body
 from service.lifespan import service_of
 from service.problems import Problem, refused

@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from service.live.early_messages import MOST_BYTES
+from service.live.message_limits import MOST_BYTES
 from service.live.replay_buffer import KEPT_BYTES, kept_frames
 from tests.service.harness import Running, serving, until
 from tests.service.live.client import live

@@ -6,7 +6,7 @@ import asyncio
 import time
 from functools import partial
 
-from service.live.block_timer import EARLY_SECONDS, BlockTimer
+from service.sessions.pacer import EARLY_SECONDS, BlockTimer
 
 
 def test_callbacks_come_in_the_order_of_their_times_and_not_before() -> None:

@@ -12,8 +12,8 @@ import pytest
 from websockets.exceptions import InvalidStatus
 
 from service.lifespan import Service
-from service.live.connection_log import BROKEN, code_of
 from service.live.conversation import Limits
+from service.live.live_metrics import BROKEN, code_of
 from service.operations.logs import SubjectFilter
 from tests.service.harness import Running, serving, settings_of, until
 from tests.service.live.client import live

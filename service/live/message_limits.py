@@ -1,8 +1,9 @@
-"""How many messages a connection may send: a number a second, the rest dropped unread, a flood closed.
+"""How much a live connection may send: messages a second, and what it says before its voice is open.
 
-Model: messages, and frames that are none (pings, parts of messages), are counted in windows of a second. A window
-    begins anew only when its count is used up, so the usual message costs one comparison. A burst of up to twice the
-    rate may pass across two windows.
+Model: messages, and frames that are none (pings, parts of messages), are counted in windows of a second; the rest is
+    dropped unread, and a flood is closed. A window begins anew only when its count is used up, so the usual message
+    costs one comparison. A burst of up to twice the rate may pass across two windows. What comes while the voice is
+    being opened is kept within a bound.
 """
 
 from __future__ import annotations
@@ -53,3 +54,33 @@ class MessageRate:
 def may_be_stop(text: str) -> bool:
     """Return whether `text` is short and names stop: that is read, whatever the rate."""
     return len(text) < 100 and '"stop"' in text
+
+
+MOST_MESSAGES = 256  # more are a mistake of the client; fewer lose the contacts of a slow scene
+MOST_BYTES = 1 << 18  # of one connection, in all
+
+
+class EarlyMessages:
+    """The messages of one connection, in the order in which they came.
+
+    Beyond the bounds the oldest goes that newer ones make up for: a contact, or a change of the scene.
+    """
+
+    def __init__(self) -> None:
+        self._kept: list[str | bytes] = []
+
+    def keep(self, message: str | bytes) -> None:
+        """Keep `message`."""
+        self._kept.append(message)
+        while len(self._kept) > MOST_MESSAGES or sum(map(len, self._kept)) > MOST_BYTES:
+            overtaken = (place for place, early in enumerate(self._kept) if _may_be_overtaken(early))
+            del self._kept[next(overtaken, -1)]
+
+    def take(self) -> list[str | bytes]:
+        """Return the messages, once."""
+        taken, self._kept = self._kept, []
+        return taken
+
+
+def _may_be_overtaken(message: str | bytes) -> bool:
+    return isinstance(message, bytes) or ('"more"' not in message and '"stop"' not in message)

@@ -1,16 +1,49 @@
-"""What one connection tells the metrics and the log of its stream: that it began, and how it ended."""
+"""What a live stream and its connection tell the metrics and the log.
+
+Model: a stream counts in plain numbers that only rise, since it counts every update and every block.
+    `StreamCounts.tell` adds what is new since it was last called. Blocks may be rendered in a thread meanwhile: what it
+    misses it finds the next time. A connection tells that its stream began, and how it ended.
+"""
 
 from __future__ import annotations
 
 import logging
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from starlette.types import Message
 
-from service.live.actions import Close
-from service.live.live_stream import LiveStream
 from service.operations.logs import about_session
 from service.operations.metrics import Metrics
+
+
+class StreamCounts:
+    """Updates that came and that a block was rendered with; blocks and frames that the limiter turned down."""
+
+    __slots__ = ("_told", "applied", "limited_blocks", "limited_frames", "received", "reduction_db")
+
+    def __init__(self) -> None:
+        self.received = self.applied = 0
+        self.limited_blocks = self.limited_frames = 0
+        self.reduction_db = 0.0  # the largest
+        self._told = (0, 0, 0, 0, 0)
+
+    def tell(self, metrics: Metrics, rate: int, waiting: int = 0) -> None:
+        """Add what is new to `metrics`; waiting: updates that may still be applied, the others are dropped."""
+        received, applied = self.received, self.applied
+        now = (received, applied, received - applied - waiting, self.limited_blocks, self.limited_frames)
+        if now == self._told:
+            return
+        new = [count - told for count, told in zip(now, self._told, strict=True)]
+        self._told = now
+        metrics.updates(*new[:3])
+        if new[3]:
+            metrics.limited(self.reduction_db, new[4] / rate, new[3])
+
+
+if TYPE_CHECKING:
+    from service.live.actions import Close
+    from service.live.live_stream import LiveStream
 
 log = logging.getLogger("ridgewave.service")
 
