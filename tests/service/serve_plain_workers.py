@@ -10,28 +10,30 @@ from __future__ import annotations
 
 import sys
 
-import service.app
+from fastapi import FastAPI
+
 import service.lifespan
 import service.operations.worker_metrics
-from service.__main__ import main
-from service.server import LIVE_OPTIONS
+from service.operations import worker_process
+from service.operations.settings import read_settings
+from service.server import LIVE_OPTIONS, run
 from service.sessions.session_registry import Sessions
 from tests.service.harness import PATIENCE
 from tests.service.plain_engine import PlainEngine
 
 
-def _engine(*_bounds: int) -> PlainEngine:
-    return PlainEngine()
+def app() -> FastAPI:
+    """Return the application of one worker."""
+    return worker_process.app(PlainEngine())
 
 
 def _allow(self: Sessions) -> None:
     return
 
 
-service.app.SynthEngine = _engine  # type: ignore[attr-defined,assignment]
 Sessions._refuse_workers = _allow  # type: ignore[method-assign]
 service.lifespan.STOP_ANSWER_SECONDS = service.operations.worker_metrics.ANSWER_SECONDS = PATIENCE
 LIVE_OPTIONS["timeout_worker_healthcheck"] = round(PATIENCE)  # a worker that starts slowly is not replaced by the next
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run(read_settings(), worker="tests.service.serve_plain_workers:app"))

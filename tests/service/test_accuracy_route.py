@@ -18,7 +18,7 @@ from service.compute.accuracy_queue import RETRY_SECONDS
 from synth.errors import AskedWrong, CannotRender
 from synth.scene.scene import parse_scene
 from tests.accuracy_case import CHOSEN, document
-from tests.service.harness import Running, ask, problem, serving, until
+from tests.service.harness import Running, ask, kept_engine, problem, serving, until
 from tests.service.plain_engine import PlainEngine
 
 CHANNELS = {"output": {"channels": ["acceleration", "displacement"]}}
@@ -202,7 +202,7 @@ def test_the_engine_measures_over_the_wire(own_process: Path) -> None:
     """In the process that measures; what it measures is made up, for time."""
     with own_process.open("a") as begins:
         begins.write(FAKE)
-    with serving() as running:
+    with serving(kept_engine()) as running:
         answer = running.client.post("/v1/accuracy", json={"scan": {"load": 0.1}}, timeout=500.0)
     assert answer.status_code == 200, answer.text
     made = answer.json()

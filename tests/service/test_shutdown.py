@@ -119,18 +119,6 @@ def test_a_render_that_is_not_finished_does_not_hold_the_end_up(tmp_path: Path) 
         child.end()
 
 
-def test_workers_end_too(tmp_path: Path) -> None:
-    child = Child("tests.service.serve_plain_workers", tmp_path, RIDGEWAVE_WORKERS="2")
-    try:
-        url = child.url()
-        scene = {"output": {"duration": 0.1}}
-        assert all(httpx.post(f"{url}/v1/render", json=scene, timeout=60.0).status_code == 200 for _ in range(4))
-        child.process.send_signal(signal.SIGTERM)
-        child.process.wait(60.0)
-    finally:
-        child.end()
-
-
 def test_a_taken_port_is_a_sentence(tmp_path: Path) -> None:
     holder = listen(settings_of())
     try:

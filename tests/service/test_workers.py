@@ -150,71 +150,76 @@ def test_a_folder_whose_name_is_too_long_for_sockets_is_refused_in_a_sentence() 
         check_folder(Path("/" + "x" * LONGEST_PATH))
 
 
-def test_a_service_of_two_workers_stops_and_counts_as_one(tmp_path: Path) -> None:
+@pytest.fixture(scope="module")
+def two_workers(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Child, str, Path]]:
+    """Yield a service of two workers, where it is, and the folder that its workers speak through."""
     short = Path(tempfile.mkdtemp(prefix="rw"))  # paths of sockets are at most 100 bytes long
-    child = Child(WORKERS, tmp_path, RIDGEWAVE_WORKERS="2", TMPDIR=str(short))
-    try:
-        url = child.url()
-        (folder,) = short.glob("ridgewave-*")
-        assert folder.stat().st_mode & 0o777 == 0o700
-        until(lambda: len(list(folder.glob("*.sock"))) == 2, START)
-        followers = _streams(url)
-        with httpx.Client(base_url=url, timeout=PATIENCE) as client:
-            assert scrape(client).value("streams", kind="http") == STREAMS
-            answer = client.post("/v1/stop").json()
-            assert answer == {"stopped": {"sessions": STREAMS, "streams": STREAMS, "plays": 0}}
-            for follower in followers:
-                follower.thread.join(60.0)
-                assert not follower.thread.is_alive()
-                if follower.error is None:
-                    assert follower.samples[-1] == 0.0
-                else:  # a busy machine: what does not fade in time is cut off
-                    assert isinstance(follower.error, httpx.RemoteProtocolError)
-            until(lambda: scrape(client).value("streams", kind="http") == 0)
-            frames = scrape(client).value("frames_sent_total", kind="http")
-            killed = _workers(child.process.pid)[0]
-            os.kill(killed, signal.SIGKILL)
-            until(lambda: not _runs(killed))
-            _counts_never_fall(url, frames)
-        child.process.send_signal(signal.SIGTERM)
-        assert child.process.wait(60.0) == 0
-        assert not folder.exists()
-    finally:
-        child.end()
-        shutil.rmtree(short)
-
-
-def test_a_stop_at_one_of_two_workers_ends_the_live_streams_of_both(tmp_path: Path) -> None:
-    short = Path(tempfile.mkdtemp(prefix="rw"))
     environment = {"RIDGEWAVE_WORKERS": "2", "RIDGEWAVE_LOG_FORMAT": "json", "TMPDIR": str(short)}
-    child = Child(WORKERS, tmp_path, **environment)
+    child = Child(WORKERS, tmp_path_factory.mktemp("workers"), **environment)
     try:
         url = child.url()
         (folder,) = short.glob("ridgewave-*")
         until(lambda: len(list(folder.glob("*.sock"))) == 2, START)
-        with ExitStack() as stack:
-            clients = []
-            for other in _workers(child.process.pid):
-                os.kill(other, signal.SIGSTOP)  # so that it is not the one that accepts
-                try:
-                    clients.append(stack.enter_context(live(url)))
-                    clients[-1].hello(pacing="realtime")
-                finally:
-                    os.kill(other, signal.SIGCONT)
-            with httpx.Client(base_url=url, timeout=PATIENCE) as http:
-                until(lambda: scrape(http).value("streams", kind="live") == 2)
-                assert http.post("/v1/stop").json()["stopped"] == {"sessions": 2, "streams": 2, "plays": 0}
-            for client in clients:
-                client.rest()
-                assert (client.code, client.texts("end")[0]["reason"]) == (1000, "stopped")
-        child.terminate()
-        log = child.log.read_text()
-        ended = [json.loads(line) for line in log.splitlines() if "live stream ended: stopped" in line]
-        assert len({entry["process"] for entry in ended}) == len({entry["session"] for entry in ended}) == 2
-        assert "[accepted]" not in log and "connection open" not in log
+        yield child, url, folder
     finally:
         child.end()
         shutil.rmtree(short)
+
+
+def test_a_stop_at_one_of_two_workers_ends_the_live_streams_of_both(two_workers: tuple[Child, str, Path]) -> None:
+    child, url, _folder = two_workers
+    with ExitStack() as stack:
+        clients = []
+        for other in _workers(child.process.pid):
+            os.kill(other, signal.SIGSTOP)  # so that it is not the one that accepts
+            try:
+                clients.append(stack.enter_context(live(url)))
+                clients[-1].hello(pacing="realtime")
+            finally:
+                os.kill(other, signal.SIGCONT)
+        with httpx.Client(base_url=url, timeout=PATIENCE) as http:
+            until(lambda: scrape(http).value("streams", kind="live") == 2)
+            assert http.post("/v1/stop").json()["stopped"] == {"sessions": 2, "streams": 2, "plays": 0}
+        for client in clients:
+            client.rest()
+            assert (client.code, client.texts("end")[0]["reason"]) == (1000, "stopped")
+
+    def ended() -> list[dict[str, Any]]:
+        lines = child.log.read_text().splitlines()
+        return [json.loads(line) for line in lines if "live stream ended: stopped" in line]
+
+    until(lambda: len(ended()) == 2)
+    assert len({entry["process"] for entry in ended()}) == len({entry["session"] for entry in ended()}) == 2
+    log = child.log.read_text()
+    assert "[accepted]" not in log and "connection open" not in log
+
+
+def test_a_service_of_two_workers_stops_and_counts_and_ends_as_one(two_workers: tuple[Child, str, Path]) -> None:
+    child, url, folder = two_workers
+    assert folder.stat().st_mode & 0o777 == 0o700
+    followers = _streams(url)
+    with httpx.Client(base_url=url, timeout=PATIENCE) as client:
+        assert scrape(client).value("streams", kind="http") == STREAMS
+        answer = client.post("/v1/stop").json()
+        assert answer == {"stopped": {"sessions": STREAMS, "streams": STREAMS, "plays": 0}}
+        for follower in followers:
+            follower.thread.join(60.0)
+            assert not follower.thread.is_alive()
+            if follower.error is None:
+                assert follower.samples[-1] == 0.0
+            else:  # a busy machine: what does not fade in time is cut off
+                assert isinstance(follower.error, httpx.RemoteProtocolError)
+        until(lambda: scrape(client).value("streams", kind="http") == 0)
+        frames = scrape(client).value("frames_sent_total", kind="http")
+        killed = _workers(child.process.pid)[0]
+        os.kill(killed, signal.SIGKILL)
+        until(lambda: not _runs(killed))
+        _counts_never_fall(url, frames)
+    scene = {"output": {"duration": 0.1}}
+    assert all(httpx.post(f"{url}/v1/render", json=scene, timeout=PATIENCE).status_code == 200 for _ in range(4))
+    child.process.send_signal(signal.SIGTERM)
+    assert child.process.wait(60.0) == 0
+    assert not folder.exists()
 
 
 @pytest.mark.parametrize("served", [False, True], ids=["while they start", "while they serve"])

@@ -11,7 +11,7 @@ from service.live.actions import CODES
 from service.live.contact_update import LAYOUT
 from service.live.messages import CLIENT, SERVER
 from tests.readme_blocks import code_blocks
-from tests.service.harness import serving
+from tests.service.harness import kept_engine, serving
 from tests.service.live.client import LiveClient, live
 
 PAGE = (Path(__file__).resolve().parents[3] / "docs" / "live.md").read_text(encoding="utf-8")
@@ -53,7 +53,7 @@ def hear(client: LiveClient, said: str) -> None:
 
 
 def test_the_conversation_of_the_page_is_had_with_the_service() -> None:
-    with serving() as running, live(running) as client:
+    with serving(kept_engine()) as running, live(running) as client:
         for line in TRANSCRIPT:
             who, _, said = line.partition(" ")
             if who == "S":
