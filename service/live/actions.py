@@ -1,4 +1,4 @@
-"""What the state machine of a connection asks its shell to do; each is done in the order it was asked."""
+"""What the state machine of a connection gives it: blocks to send, and actions, to be done in their order."""
 
 from __future__ import annotations
 
@@ -19,6 +19,18 @@ CODES = {
     "slow reader": 4408,
 }
 """What a connection is closed with, by the reason of its `end`, unless its `Close` says otherwise."""
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """A block that is due: its frames, and the messages that it is sent as.
+
+    messages: None where the voice is slow or in use. Then the frames are rendered elsewhere, and `Conversation.messages`
+    gives what is sent.
+    """
+
+    frames: int
+    messages: list[str | bytes] | None
 
 
 @dataclass(frozen=True, slots=True)

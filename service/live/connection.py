@@ -22,10 +22,11 @@ from service import problems
 from service.http.rate_limits import KEY
 from service.http.security import our_bug
 from service.live import actions
+from service.live.actions import Block
 from service.live.conversation import Conversation, Limits, Phase
 from service.live.live_connections import LiveConnections
 from service.live.live_metrics import Account
-from service.live.live_stream import Block, LiveStream
+from service.live.live_stream import LiveStream
 from service.live.transport import PlainWire, Wire
 from service.operations.settings import Settings
 from service.problems import Problem
@@ -285,37 +286,35 @@ class Connection:
         conversation = self.conversation
         while self._outbox:
             await self._send_all([self._outbox.popleft()])
-        block = conversation.next_block(self._clock())
-        if conversation.actions:
-            self._perform()
+        block = self._next_block()
         if block is None:
             await self._sleep(conversation.wait(self._clock()))
             return
-        messages = await self._messages(block)
+        messages = await self._rendered_apart(block.frames) if block.messages is None else block.messages
         if not messages:
             return
         await self._send_all(messages)
         if not conversation.wait(self._clock()):
             await asyncio.sleep(0)  # more is due already: let the others have their turn
 
-    async def _messages(self, block: Block) -> Sequence[str | bytes]:
-        """Return the messages of `block`, rendered where that makes nobody late; none where the voice has failed."""
+    def _next_block(self) -> Block | None:
+        """Return the block that is due, one without messages where the voice has failed."""
+        try:
+            block = self.conversation.next_block(self._clock)
+        except Exception as error:
+            self._voice_failed(error)
+            return Block(0, [])
+        if self.conversation.actions:
+            self._perform()
+        return block
+
+    async def _rendered_apart(self, frames: int) -> Sequence[str | bytes]:
+        """Return the messages of a block that a thread renders; none where the voice has failed."""
         stream = self.conversation.stream
         assert stream is not None
         try:
-            if block.pcm is None:
-                block.pcm = await stream.rendered(stream.render, block.frames, self._live.blocks)
-            return self.conversation.messages(block, self._clock())
-        except Exception as error:
-            self._voice_failed(error)
-        return ()
-
-    def _messages_now(self, block: Block, stream: LiveStream) -> Sequence[str | bytes]:
-        """Do as `_messages`, without letting others have their turn."""
-        try:
-            if block.pcm is None:
-                block.pcm = stream.rendered_here(stream.render, block.frames)
-            return self.conversation.messages(block, self._clock())
+            pcm = await stream.rendered(stream.render, frames, self._live.blocks)
+            return self.conversation.messages(pcm, frames, self._clock())
         except Exception as error:
             self._voice_failed(error)
         return ()
@@ -365,24 +364,17 @@ class Connection:
 
     def _sent_at_once(self) -> bool:
         """Send a block where nothing has to be waited for, as most do; return whether the writer may sleep on."""
-        conversation, now = self.conversation, self._clock()
+        conversation = self.conversation
         pace, stream = conversation.pace, conversation.stream
-        if (
-            stream is None
-            or self._outbox
-            or not conversation.paced
-            or not stream.can_render_here
-            or not self._wire.can_send()
-        ):
+        if stream is None or not stream.can_render_here or self._outbox:
             return False
-        block = conversation.next_block(now)
-        if conversation.actions:
-            self._perform()
-        messages = () if block is None else self._messages_now(block, stream)
-        if not messages:
+        if not conversation.paced or not self._wire.can_send():
+            return False
+        block = self._next_block()
+        if block is None or not block.messages:
             return False
         pace.writing(self._clock())
-        self._wire.send_now(messages)
+        self._wire.send_now(block.messages)
         now = self._clock()
         pace.written(now)
         self._set_alarm(max(now, pace.due))

@@ -1,9 +1,9 @@
 """The state machine of one live connection: messages and time in, actions out. No I/O, no await, no clock.
 
 Model: the phases are HELLO -> OPENING -> STREAMING -> ENDING -> OVER. Every input may leave actions in `actions`,
-    which the connection takes and does. `next_block` gives a whole block: what waits is applied, and its PCM is there
-    where it was sent before. Else the connection has the stream render it, perhaps in a thread; `messages` then gives
-    what is sent for it. `now` is any clock in seconds.
+    which the connection takes and does. `next_block` gives a whole block: what waits is applied, and it is rendered.
+    Only where the voice is slow the connection has a thread render it, and asks for its `messages` then. `now` is any
+    clock in seconds.
 Limits: what is slow (opening a voice, preparing a change) is an action; what it gave comes back as an input.
 """
 
@@ -15,8 +15,8 @@ from enum import Enum
 from typing import Any
 
 from service.live import contact_update, server_messages
-from service.live.actions import CODES, Action, Close, Detach, Finish, OpenVoice, Prepare, Resume, Send
-from service.live.live_stream import Block, LiveStream, Options
+from service.live.actions import CODES, Action, Block, Close, Detach, Finish, OpenVoice, Prepare, Resume, Send
+from service.live.live_stream import LiveStream, Options
 from service.live.message_limits import EarlyMessages, MessageRate, may_be_stop
 from service.live.messages import NotJson, read_message, refused
 from service.operations.metrics import Metrics
@@ -268,14 +268,17 @@ class Conversation:
 
     # Blocks out
 
-    def next_block(self, now: float) -> Block | None:
+    def next_block(self, clock: Callable[[], float]) -> Block | None:
         """Return the block that is to be sent now, None where none is due; what waits has been applied to the voice."""
-        frames = self._due_frames(now)
+        frames = self._due_frames(clock())
         if not frames:
             return None
         stream = self.stream
         assert stream is not None
-        return Block(frames, stream.kept(self.position, frames, fading=self.phase is Phase.ENDING))
+        pcm = stream.kept(self.position, frames, fading=self.phase is Phase.ENDING)
+        if pcm is None and stream.can_render_here:
+            pcm = stream.rendered_here(stream.render, frames)
+        return Block(frames, None if pcm is None else self.messages(pcm, frames, clock()))
 
     def _due_frames(self, now: float) -> int:
         """Return how many frames are to be sent now, 0 for none."""
@@ -303,10 +306,9 @@ class Conversation:
         """Return whether blocks go out by the server's clock, and none is the last."""
         return self.phase is Phase.STREAMING and self.stream is not None and self.stream.realtime
 
-    def messages(self, block: Block, now: float) -> list[str | bytes]:
+    def messages(self, pcm: bytes, frames: int, now: float) -> list[str | bytes]:
         """Return what to send, in this order, for a block that has been rendered; nothing where all is over."""
-        stream, frames, pcm = self.stream, block.frames, block.pcm
-        assert pcm is not None
+        stream = self.stream
         if stream is None or self.phase is Phase.OVER:
             return []
         if self.phase is Phase.ENDING:

@@ -55,14 +55,6 @@ class Options:
         return cls(**asked, block=None if hello.get("block") is None else int(hello["block"]))
 
 
-@dataclass(slots=True)
-class Block:
-    """A block that is due: its frames, and its PCM, None until the stream has rendered it."""
-
-    frames: int
-    pcm: bytes | None = None
-
-
 class LiveStream(VoiceStream):
     """One session's stream; max_silence: s without an update after which the load ramps to zero."""
 

@@ -146,12 +146,13 @@ class Driver:
     def write(self, most: float = math.inf) -> int:
         """Send every block that is due now, `most` at most; return how many there were."""
         count = 0
-        while count < most and (block := self.machine.next_block(self.now)):
+        while count < most and (block := self.machine.next_block(lambda: self.now)):
             self.perform()
-            if block.pcm is None:
-                block.pcm = self.stream.render(block.frames)
+            messages = block.messages
+            if messages is None:
+                messages = self.machine.messages(self.stream.render(block.frames), block.frames, self.now)
             self.machine.pace.writing(self.now)
-            for message in self.machine.messages(block, self.now):
+            for message in messages:
                 self.sent.append(message if isinstance(message, bytes) else json.loads(message))
                 self.times.append(self.now)
             self.machine.pace.written(self.now)

@@ -80,11 +80,12 @@ def test_an_end_that_comes_while_a_block_is_rendered_fades_that_block() -> None:
     driver.run(0.1)
     before = len(driver.pcm())
     driver.now += 0.01
-    block = driver.machine.next_block(driver.now)
-    assert block is not None
-    block.pcm = driver.stream.render(block.frames)
+    driver.stream.quick = False
+    block = driver.machine.next_block(lambda: driver.now)
+    assert block is not None and block.messages is None
+    pcm = driver.stream.render(block.frames)
     driver.machine.end("stopped")
-    driver.sent += driver.machine.messages(block, driver.now)  # type: ignore[arg-type]
+    driver.sent += driver.machine.messages(pcm, block.frames, driver.now)  # type: ignore[arg-type]
     driver.write()
     heard = driver.pcm()
     assert len(heard) == before + 480 and heard[-1] == 0.0 and heard[before + 5] != 0.0
@@ -99,12 +100,13 @@ def test_an_end_that_comes_while_a_block_is_rendered_is_in_the_recording(block: 
     driver.binary(contact(1))
     driver.pull(9600)
     driver.say("more", frames=block)
-    due = driver.machine.next_block(driver.now)
-    assert due is not None
-    due.pcm = driver.stream.render(due.frames)
+    driver.stream.quick = False
+    due = driver.machine.next_block(lambda: driver.now)
+    assert due is not None and due.messages is None
+    pcm = driver.stream.render(due.frames)
     voice = driver.stream.voice
     driver.machine.end("stopped")
-    driver.sent += driver.machine.messages(due, driver.now)  # type: ignore[arg-type]
+    driver.sent += driver.machine.messages(pcm, due.frames, driver.now)  # type: ignore[arg-type]
     driver.write()
     replay = Recording(voice.recording()).open()
     assert replay.frames == 9600 + 480 and voice.recording()["faded"] == 480

@@ -22,10 +22,9 @@ def stalled(seconds: float) -> Driver:
 
 
 def stall(driver: Driver, seconds: float) -> None:
-    block = driver.machine.next_block(driver.now)
+    block = driver.machine.next_block(lambda: driver.now)
     assert block is not None
-    block.pcm = driver.stream.render(block.frames)
-    messages: list[Any] = driver.machine.messages(block, driver.now)
+    messages: list[Any] = block.messages or []
     driver.machine.pace.writing(driver.now)
     until = driver.now + seconds
     while driver.now < until and driver.closed is None:
@@ -70,11 +69,9 @@ def test_many_small_waits_add_up() -> None:
     for _ in range(2000):
         if driver.closed is not None:
             break
-        block = driver.machine.next_block(driver.now)
+        block = driver.machine.next_block(lambda: driver.now)
         driver.perform()
         if block is not None:
-            block.pcm = driver.stream.render(block.frames)
-            driver.machine.messages(block, driver.now)
             driver.machine.pace.writing(driver.now)
             driver.now += 0.0125
             driver.machine.pace.written(driver.now)
