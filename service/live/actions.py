@@ -25,8 +25,8 @@ CODES = {
 class Block:
     """A block that is due: its frames, and the messages that it is sent as.
 
-    messages: None where the voice is slow or in use. Then the frames are rendered elsewhere, and `Conversation.messages`
-    gives what is sent.
+    messages: None where the voice is slow or in use. Then the frames are rendered elsewhere, and
+    `Conversation.messages` gives what is sent.
     """
 
     frames: int
