@@ -98,7 +98,8 @@ class Connection:
             self._wire.deliver(None)
             self._lose()
             self._live.leave(self)
-            self._account.ended(self._close, self.conversation.position)
+            close = None if self._close is None else (self._close.code, self._close.reason)
+            self._account.ended(close, self.conversation.position)
 
     def _lose(self) -> None:
         self.conversation.lost()
@@ -246,7 +247,8 @@ class Connection:
             self.session = session
             self.conversation.opened(stream, self._clock())
             if self.conversation.stream is not None:
-                self._account.began(stream, self.conversation.position)
+                what = f"{stream.options.pacing}, {stream.rate} Hz, blocks of {stream.block}"
+                self._account.began(session.id, what, self.conversation.position)
         elif stream.frame:
             session.detach(self)  # the connection broke meanwhile
         else:

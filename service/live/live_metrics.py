@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from starlette.types import Message
 
@@ -41,10 +40,6 @@ class StreamCounts:
             metrics.limited(self.reduction_db, new[4] / rate, new[3])
 
 
-if TYPE_CHECKING:
-    from service.live.actions import Close
-    from service.live.live_stream import LiveStream
-
 log = logging.getLogger("ridgewave.service")
 
 BROKEN = 1006  # the code of a connection that ended without one
@@ -59,21 +54,26 @@ class Account:
         self._left = BROKEN
         self._began: tuple[float, int] | None = None
 
-    def began(self, stream: LiveStream, frame: int) -> None:
-        """Take note that `stream` goes on here, from `frame` on; records of the connection name its session now."""
-        about_session(stream.name)
+    def began(self, session: str, stream: str, frame: int) -> None:
+        """Take note that the stream of `session` goes on here, from `frame` on; records of the connection name it now.
+
+        stream: what the log says of it.
+        """
+        about_session(session)
         self._began = self._clock(), frame
         self._metrics.stream_opened("live")
-        pacing = stream.options.pacing
-        log.info("live stream began: %s, %d Hz, blocks of %d, frame %d", pacing, stream.rate, stream.block, frame)
+        log.info("live stream began: %s, frame %d", stream, frame)
 
     def left(self, disconnected: Message) -> None:
         """Take note that the peer is gone."""
         self._left = code_of(disconnected)
 
-    def ended(self, close: Close | None, frame: int) -> None:
-        """Take note that the connection is over, by `close` or because the peer has gone; `frame` would be the next."""
-        code, reason = (self._left, "the peer is gone") if close is None else (close.code, close.reason)
+    def ended(self, close: tuple[int, str] | None, frame: int) -> None:
+        """Take note that the connection is over; `frame` would be the next.
+
+        close: the code and reason that it was closed with, None where the peer has gone.
+        """
+        code, reason = (self._left, "the peer is gone") if close is None else close
         self._metrics.live_closed(code)
         if self._began is not None:
             self._metrics.stream_closed("live")
