@@ -2,7 +2,7 @@
 
 Model   Where the position is known the phase is position / lambda2; otherwise the turns of each frame, speed times 1 /
         (rate lambda2) and half its rate, are summed in fixed point, the product carried to twice the digits.
-Source  design, section 8; the readable twin is tests/reference/slow_reading.py.
+Source  design, section 8.
 Limits  below 1e-9 turn in 24 h at any rate and speed of the scene's range (tests/synth/hard/test_long_streams.py).
 """
 

@@ -12,7 +12,7 @@ from synth.contact.geometry import Geometry
 from synth.contact.load_balance import Contact
 from synth.contact.profile_solver import SegmentGrid
 from synth.contact.stiffness import Stiffness
-from synth.response.spectrum import Demand, curves, solve_spectrum
+from synth.response.spectrum import Demand, solve_spectrum
 from synth.scene.scene import Scene
 from synth.surfaces.measured import MeasuredProfile
 from synth.surfaces.sinusoid import Sinusoid
@@ -97,24 +97,3 @@ def test_no_load_is_the_highest_point() -> None:
     ridges = unknown.ridge_amplitude * np.cos(2.0 * np.pi * dense / unknown.ridge_period)
     top = [float(np.max(unknown.texture(dense - phase * unknown.texture_period) - ridges)) for phase in PHASES]
     assert np.max(np.abs(grid.solve(PHASES, 0.0).height - top)) < 1e-3 * grid.height_scale
-
-
-@pytest.mark.parametrize("load", LOADS)
-def test_a_series_is_within_its_told_error_and_its_tolerance(load: float) -> None:
-    known, unknown = both()
-    stiffness = Stiffness.of_scene(Scene())
-    demand = Demand(60, (0, 1, 2), 1e-3)
-    wanted = solve_spectrum(Contact.of(known, stiffness), load, Demand(60, (0, 1, 2), 1e-7)).harmonics
-    found = solve_spectrum(Contact.of(unknown, stiffness), load, demand)
-    assert max(found.errors) <= demand.tolerance
-    for order, told in enumerate(found.errors):
-        extent = float(np.ptp(curves(wanted, order, 512)))
-        assert np.max(np.abs(curves(found.harmonics - wanted, order, 512))) <= told * extent + 1e-7 * extent
-
-
-def test_the_polyline_of_heights_is_those_heights() -> None:
-    profile = random_profile(np.random.default_rng(3), flats=False)
-    geometry = Geometry.of_surfaces(Scene().finger, profile)
-    grid = SegmentGrid.of_geometry(replace(geometry, segments=2 * len(profile.points)))
-    knots = np.sort(grid.texture[0, : grid.segments : grid.segments // len(profile.points)]) * grid.height_scale
-    assert np.allclose(knots, np.sort(profile.heights(profile.corners)), rtol=0.0, atol=1e-15)

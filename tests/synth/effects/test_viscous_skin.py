@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from synth import LiveVoice, open_voice, parse_scene
-from synth.effects.simulation.terms import Skin
 from synth.scene.scene import Scene
 from synth.surfaces import profile_of
 from tests.few import thorough
@@ -148,13 +147,3 @@ def test_slow_scans_are_elastic() -> None:
         changes.append(np.max(np.abs(moved - still)) / np.ptp(still))
     assert changes[0] > 5e-3
     assert changes[0] > 1.5 * changes[1] > 2.25 * changes[2] or changes[2] <= 2e-3
-
-
-def test_relaxing_skin_settles_as_slowly_as_it_creeps() -> None:
-    """At a held load one element of weight g and time tau creeps in tau / (1 - g), Kelvin and Voigt's in tau."""
-    assert Skin((0.004,)).slowest == 0.004
-    assert Skin((0.004,), (0.75,)).slowest == pytest.approx(0.016, rel=1e-12)
-    three = Skin((1e-3, 2e-3, 4e-3), (0.25, 0.25, 0.25))
-    s = -1 / three.slowest
-    assert 0.25 + sum(0.25 * s / (s + 1 / time) for time in three.times) == pytest.approx(0.0, abs=1e-9)
-    assert 4e-3 < three.slowest < 16e-3

@@ -1,4 +1,4 @@
-"""What no output may pass: bounds that hold whatever the contact does, and the check that every row makes.
+"""What no output may pass: bounds that hold whatever the contact does, and the checks that every row makes.
 
 Model   z is the level above which the heights have a given mean, so z(h + c) = z(h) + c, and higher heights give a
         higher z. A texture that moves on by dtheta turns changes no height by more than 2 pi a2 dtheta, so neither does
@@ -27,9 +27,10 @@ import numpy as np
 from synth.arrays import Block
 from synth.plan.preparation import N_MAX, harmonics_below
 from synth.scene.scene import Scene
-from synth.voice.voice import Voice
+from synth.voice.voice import Voice, open_voice
 from tests.reference.stiffness_oracle import stiffness
-from tests.synth.engine_cases import QUANTITIES, Real, touch_of
+from tests.reference.synthesis_oracle import synthesise
+from tests.synth.engine_cases import QUANTITIES, Real, physical, touch_of
 
 TINY = float(np.finfo(np.float32).tiny)
 FLOOR = 1e-12  # of a1 + a2, in displacement (design, section 4)
@@ -86,6 +87,33 @@ def check_fit(voice: Voice, block: Block) -> None:
     for channel, quantity in enumerate(voice.quantities):
         peak = float(np.max(np.abs(block[:, channel].astype(float)), initial=0.0)) * voice.full_scale[channel]
         assert peak <= largest(voice.scene, quantity), quantity
+
+
+def check_steady(scene: Scene, tolerance: float, frames: int | None = None) -> None:
+    """Assert that every channel of a steady scan keeps `tolerance` against the oracle, and its plan's own estimate.
+
+    frames: how many are compared, by default three periods, 2,000 at least.
+    """
+    voice, rate = open_voice(scene), scene.output.sample_rate
+    frames = frames or max(2000, round(3 * rate / max(abs(scene.scan.speed) / scene.texture.period, rate / 500)))
+    found = physical(voice, frames)
+    wanted = synthesise(touch_of(scene), scene.scan.speed, scene.output.band_limit, relative_error=1e-2 * tolerance)
+    tall = scene.finger.ridge_amplitude + scene.texture.amplitude
+    highest = 2 * np.pi * abs(wanted.fundamental_hz) * wanted.harmonics.size
+    s = min(scene.scan.load / scene.scan.lift_load, 1.0)
+    gate = s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
+    some = np.arange(0, frames, max(1, frames // 4000))
+    for channel, quantity in enumerate(voice.quantities):
+        if voice.solved.silence:
+            assert "less than 1 nm" in voice.warnings[0]
+            assert wanted.peak("displacement") < 1.01e-9
+            continue
+        extent = wanted.peak_to_peak(quantity)
+        error = float(np.max(np.abs(found[some, channel] - gate * wanted.signal(quantity, some, rate))))
+        floor = FLOOR * tall * highest ** QUANTITIES.index(quantity)
+        assert extent > 0.0
+        for allowed in (tolerance, voice.plan.estimated_error[quantity]):
+            assert error <= gate * (allowed * extent + floor), quantity
 
 
 def merged(*documents: dict[str, Any]) -> dict[str, Any]:

@@ -13,9 +13,8 @@ from synth.scene.scene import Scene
 from synth.voice.voice import open_voice
 from tests.few import few
 from tests.reference.stiffness_oracle import contact_in_metres
-from tests.reference.synthesis_oracle import synthesise
-from tests.synth.engine_cases import QUANTITIES, Real, physical, scene_of, touch_of
-from tests.synth.hard.bounds import ALL, FLOOR, TINY, check_fit
+from tests.synth.engine_cases import Real, physical, scene_of, touch_of
+from tests.synth.hard.bounds import ALL, TINY, check_fit, check_steady
 
 TOLERANCE = 1e-3
 FRAMES = 4096
@@ -93,19 +92,8 @@ def test_a_hard_scan_is_that_of_the_oracle_and_within_its_bounds(name: str) -> N
     block = voice.render(FRAMES)
     check_fit(voice, block)
     assert np.max(np.abs(block[:, 0])) > 0.0
-    if not SCANS[name].oracle:
-        return
-    limit = scene.output.band_limit
-    wanted = synthesise(touch_of(scene), scene.scan.speed, limit, relative_error=1e-2 * TOLERANCE)
-    s = min(scene.scan.load / scene.scan.lift_load, 1.0)
-    gate = s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
-    tall = scene.finger.ridge_amplitude + scene.texture.amplitude
-    highest = 2.0 * math.pi * abs(wanted.fundamental_hz) * wanted.harmonics.size
-    some = np.arange(0, FRAMES, 7)
-    for channel, quantity in enumerate(QUANTITIES):
-        truth = wanted.signal(quantity, some, scene.output.sample_rate)
-        allowed = TOLERANCE * wanted.peak_to_peak(quantity) + FLOOR * tall * highest**channel
-        assert np.max(np.abs(block[some, channel] - gate * truth)) <= gate * allowed, quantity
+    if SCANS[name].oracle:
+        check_steady(scene, TOLERANCE, FRAMES)
 
 
 SILENT: dict[str, tuple[Scanned, str]] = {

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from synth.motion import update_curve as following_curve
 from synth.motion import update_smoothing as following
 from synth.motion import update_timing as following_track
-from synth.motion.motion import LARGEST_LOAD, LOAD, LOAD_BEND, LOAD_RATE, SPEED, SPEED_RATE, Update
+from synth.motion.motion import LARGEST_LOAD, LOAD, SPEED, SPEED_RATE, Update
 from synth.motion.update_smoothing import DELAY, GLIDE_DECAY, LOAD_DECAY, Follower
 from tests.reference.slow_following import Numbers, SlowFollower
 from tests.synth.engine_cases import Real
@@ -362,12 +362,3 @@ def test_nothing_is_denormal() -> None:
     rows = followed(follower, [*events, (10, None)], RATE)
     small = np.abs(rows[rows != 0.0])
     assert small.min() >= 1e-30
-
-
-def test_a_motion_and_a_fill_are_the_same() -> None:
-    one, other = moving(), moving()
-    motion = one.motion(BLOCK)
-    samples, position = np.empty((5, BLOCK)), np.empty(BLOCK)
-    other.fill(samples, position)
-    assert np.array_equal(motion.samples, samples) and np.array_equal(motion.position, position)
-    assert list(range(5)) == [SPEED, SPEED_RATE, LOAD, LOAD_RATE, LOAD_BEND]

@@ -67,7 +67,8 @@ def test_a_scan_that_moves_is_solved_for_a_file_and_read_from_a_table_for_a_stre
 
 def test_full_contact_is_said_to_be_closed_form() -> None:
     made = plan(scan={"load": 60})
-    assert made.response["method"] == "closed form"
+    assert made.response["method"] == made.response["solver"] == "closed form"
+    assert made.response["channels"][0]["reader"] == "series of 1 harmonic"
     assert "closed form" in made.simulated[0].reason
 
 
@@ -148,12 +149,6 @@ def test_what_is_told_of_imperceptible_where_the_load_varies_is_its_tolerance() 
     accuracy = {"tolerance": "imperceptible"}
     told = explain(scene_of(scan={"trajectory": POINTS}, output=FEW, accuracy=accuracy)).response["imperceptible"]
     assert told["saved"] is None and 1e-6 < told["tolerance"] <= 3e-2
-
-
-def test_full_contact_is_read_as_a_series_of_one_harmonic() -> None:
-    full = plan(scan={"load": 60.0}).response
-    assert (full["method"], full["solver"]) == ("closed form", "closed form")
-    assert full["channels"][0]["reader"] == "series of 1 harmonic"
 
 
 def summary_of(document: dict[str, Any]) -> dict[str, Any]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,6 @@ from hypothesis import strategies as st
 
 from synth.perception.threshold import THRESHOLDS, imperceptible_tolerance, threshold_displacement
 from synth.plan.preparation import EXACT, N_MAX, harmonics_below, prepare
-from synth.response.phases import phase_step
 from synth.response.response_cache import ResponseCache
 from synth.scene.output_section import THRESHOLD_NAME
 from synth.voice.voice import open_voice
@@ -32,14 +30,6 @@ def test_a_harmonic_on_the_limit_is_not_below_it() -> None:
     assert harmonics_below(100.0, 19200.0) == 191 == highest_harmonic(0.08, 0.8e-3, 19200.0)
     assert harmonics_below(0.0, 1.0) == N_MAX
     assert harmonics_below(100.0, 100.0) == 0
-
-
-@given(st.floats(-10, 10), st.floats(1e-6, 1.0), st.integers(1000, 192000))
-def test_a_step_of_phase_is_exact_to_half_a_unit(speed: float, period: float, rate: int) -> None:
-    step = phase_step(speed, period, rate)
-    assert 0 <= step < 2**64
-    off = (Fraction(step, 2**64) - Fraction(speed) / (Fraction(period) * rate)) % 1
-    assert min(off, 1 - off) <= Fraction(1, 2**65)
 
 
 @pytest.mark.parametrize(
@@ -153,10 +143,3 @@ def test_a_tolerance_that_was_not_reached_is_told(monkeypatch: pytest.MonkeyPatc
     assert solved.channels[0].error > 1e-5
     assert any("acceleration reaches an error" in warning for warning in solved.warnings)
     assert not prepare(scene_of(accuracy={"tolerance": 3e-2}, output={"quantity": "displacement"})).warnings
-
-
-def test_preparing_twice_gives_the_same_numbers() -> None:
-    first, second = prepare(scene_of()), prepare(scene_of())
-    assert first.spectrum is not None and second.spectrum is not None
-    assert np.array_equal(first.spectrum.harmonics, second.spectrum.harmonics)
-    assert [channel.full_scale for channel in first.channels] == [channel.full_scale for channel in second.channels]

@@ -52,23 +52,6 @@ def test_the_bound_holds_whatever_comes() -> None:
         assert cache.used_bytes <= 100
 
 
-def test_what_does_not_grow_is_counted_once_however_many_are_kept() -> None:
-    counted = 0
-
-    class Counting:
-        @property
-        def memory_bytes(self) -> int:
-            nonlocal counted
-            counted += 1
-            return 10
-
-    cache = ResponseCache(500)
-    for number in range(1000):
-        cache.get(number, Counting)
-    assert cache.used_bytes == 500
-    assert counted == 1000
-
-
 def test_what_is_larger_than_the_bound_is_handed_out_but_not_kept() -> None:
     cache = ResponseCache(100)
     small = cache.get("small", lambda: Thing(60))

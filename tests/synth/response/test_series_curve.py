@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from synth.response.series_curve import SeriesCurve, polynomials
-from tests.reference import slow_reading
+from synth.response.series_curve import SeriesCurve
 from tests.synth.engine_cases import Real
 
 PHASE, STEP, FRAMES = 0xFEDCBA9876543210, 0x0123456789ABCDEF, 3000
@@ -36,12 +35,6 @@ def read(curve: SeriesCurve, frames: int, gain: float = 1.0) -> Real:
     return out[:, 1].astype(float)
 
 
-def test_the_loop_equals_its_twin() -> None:
-    curve = SeriesCurve(series(9))
-    wanted = 0.5 * slow_reading.steady(curve.cells, PHASE, STEP, FRAMES)
-    assert np.max(np.abs(read(curve, FRAMES, 0.5) - wanted)) <= ROUNDING * np.max(np.abs(wanted))
-
-
 @pytest.mark.parametrize("fall", [2.5, 0.5])
 @pytest.mark.parametrize("count", [1, 2, 3, 8, 17, 512, 4096])
 def test_what_is_read_is_the_series_to_float32(count: int, fall: float) -> None:
@@ -59,43 +52,6 @@ def test_the_last_harmonic_errs_by_no_more_than_what_is_told(count: int) -> None
     theta = np.random.default_rng(1).random(3000)
     error = np.max(np.abs(SeriesCurve(harmonics).heights(theta, theta) - summed(harmonics, theta)))
     assert error <= 1.5e-8 and (count == 1 or error >= 1e-9)
-
-
-@pytest.mark.parametrize("turn", range(8))
-def test_a_harmonic_is_a_cosine_at_every_eighth_of_a_turn(turn: int) -> None:
-    near = [turn * 2**61 + shift for shift in (-(2**40), -1, 0, 1, 2**40)]
-    curve = SeriesCurve(np.array([0.0, 0.5 - 0.5j]))
-    for phase in near:
-        out = np.empty((1, 1), np.float32)
-        curve.read(phase % 2**64, 0, 1.0, out, 0)
-        angle = 2.0 * np.pi * (phase / 2**64)
-        assert out[0, 0] == pytest.approx(np.cos(angle) + np.sin(angle), abs=1e-7)
-
-
-def test_a_cell_shares_value_and_three_derivatives_with_the_series_at_both_ends() -> None:
-    harmonics, cells = series(9), 64
-    table = polynomials(harmonics[1:], cells)
-    theta = np.arange(cells) / cells
-    for order in range(4):
-        wanted = summed(harmonics, theta, order)
-        pieces = [
-            np.polynomial.Polynomial(row).deriv(order) if order else np.polynomial.Polynomial(row) for row in table
-        ]
-        begins, ends = (np.array([piece(t) for piece in pieces]) * float(cells) ** order for t in (0.0, 1.0))
-        scale = 1e-10 * np.max(np.abs(wanted))
-        assert np.max(np.abs(begins - wanted)) <= scale and np.max(np.abs(np.roll(ends, 1) - wanted)) <= scale
-
-
-def test_the_error_falls_with_the_eighth_power_of_the_cells() -> None:
-    harmonics = np.array([0.0, 0.3 + 0.1j, -0.2j, 0.05])
-    theta = (np.arange(4096) + 0.5) / 4096
-    errors = []
-    for cells in (16, 32):
-        table = polynomials(harmonics[1:], cells)
-        cell = np.floor(theta * cells).astype(int)
-        value = sum(table[cell, power] * (theta * cells - cell) ** power for power in range(8))
-        errors.append(np.max(np.abs(value - summed(harmonics, theta))))
-    assert errors[0] / errors[1] == pytest.approx(2.0**8, rel=0.2)
 
 
 def test_any_place_is_read_with_the_mean() -> None:

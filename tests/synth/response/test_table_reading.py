@@ -30,21 +30,6 @@ def test_the_loop_reads_what_its_twin_reads(quantity: str) -> None:
     assert np.max(np.abs(read(quantity, (places, motion)) - twin)) <= 1e-7 * np.max(np.abs(twin))
 
 
-@pytest.mark.parametrize("rate", [8000, 44100, 48000, 192000])
-@pytest.mark.parametrize("quantity", QUANTITIES)
-def test_random_blocks_equal_one_block(quantity: str, rate: int) -> None:
-    places, motion = wild(3000)
-    whole = read(quantity, (places, motion), rate)
-    reader = TableReader.of(table(), quantity, rate)
-    random = np.random.default_rng(5)
-    state, parts, begin = reader.start(), np.empty((3000, 2), np.float32), 0
-    while begin < 3000:
-        end = min(begin + int(random.integers(1, 90)), 3000)
-        reader.read(state, np.ascontiguousarray(motion[:, begin:end]), places[begin:end], 0, parts[begin:end], 1)
-        begin = end
-    np.testing.assert_array_equal(parts[:, 1], whole)
-
-
 @pytest.mark.parametrize("load", [0.0, 0.3, 40.0])
 def test_a_finger_that_stands_still_is_exact_silence(load: float) -> None:
     stood = moves(0.0, load, 400, start=1.234e-3)

@@ -13,7 +13,6 @@ from pydantic import ValidationError
 
 from synth.errors import SceneError
 from synth.scene.scene import (
-    Finger,
     Scan,
     Scene,
     Stroke,
@@ -41,21 +40,6 @@ DESIGN_EXAMPLE = """{
 def test_an_empty_object_is_the_scene_of_the_design() -> None:
     assert parse_scene({}) == parse_scene_text(DESIGN_EXAMPLE)
     assert parse_scene({}) == Scene()
-
-
-def test_the_defaults_are_those_of_the_design_in_si() -> None:
-    scene = parse_scene({})
-    assert scene.finger == Finger(
-        ridge_period=0.0005, ridge_amplitude=4e-05, contact_length=0.01, youngs_modulus=101200.0, poisson_ratio=0.5
-    )
-    assert (scene.texture.kind, scene.texture.period, scene.texture.amplitude) == ("sinusoid", 0.0008, 2e-05)
-    assert (scene.texture.phase, scene.texture.youngs_modulus, scene.texture.poisson_ratio) == (math.sqrt(2), None, 0.5)
-    assert (scene.scan.speed, scene.scan.load, scene.scan.lift_load) == (0.08, 0.3, 0.001)
-    assert (scene.scan.stroke, scene.scan.trajectory) == (None, None)
-    assert dict(scene.effects) == {}
-    assert (scene.output.quantity, scene.output.sample_rate, scene.output.duration) == ("acceleration", 48000, 2.0)
-    assert (scene.output.full_scale, scene.output.bandwidth, scene.output.fade) == (None, 1000.0, 0.0)
-    assert scene.accuracy.tolerance == 0.001
 
 
 @pytest.mark.parametrize("section", ["finger", "texture", "scan", "effects", "output", "accuracy"])

@@ -7,7 +7,6 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from scipy.integrate import quad
 
 from synth.surfaces.grating import Grating
 from synth.surfaces.harmonics import Harmonics
@@ -139,9 +138,3 @@ def test_a_flat_profile_has_no_height_and_no_slope() -> None:
     profile = MeasuredProfile(np.full(5, 2e-3), 1e-4)
     assert not np.any(profile.heights(np.linspace(0.0, 1e-3, 50)))
     assert (profile.equivalent().amplitude, profile.slope_bound, profile.curvature_bound) == (0.0, 0.0, 0.0)
-
-
-def test_the_roughness_of_a_sinusoid_is_that_of_quadrature() -> None:
-    profile = Sinusoid(20e-6, 0.8e-3, 0.4)
-    square = quad(lambda x: float(profile.heights(np.array(x))) ** 2, 0.0, profile.period, epsabs=0, epsrel=1e-9)[0]
-    assert math.sqrt(square / profile.period) == pytest.approx(profile.rms[0], rel=1e-9)

@@ -86,13 +86,14 @@ def test_a_change_during_a_change_waits_and_the_newest_wins() -> None:
 
 
 @pytest.mark.parametrize("block", [1, 17, 480, 5000])
-def test_a_change_takes_the_same_time_in_any_blocks(block: int) -> None:
+def test_a_change_and_a_release_take_the_same_time_in_any_blocks(block: int) -> None:
     def played(size: int) -> Block:
         voice = LiveVoice(scene(), cache=CACHE)
         parts = [voice.render(960)]
         voice.apply(voice.prepare(scene(scan={"load": 0.7})))
-        total = 5000
-        parts += [voice.render(min(size, total - done)) for done in range(0, total, size)]
+        parts += [voice.render(min(size, 5000 - done)) for done in range(0, 5000, size)]
+        voice.release()
+        parts += [voice.render(min(size, 2500 - done)) for done in range(0, 2500, size)]
         return np.concatenate(parts)
 
     assert np.array_equal(played(block), played(2500))

@@ -7,11 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from synth.arrays import Block
 from synth.encode.sound import render
 from synth.motion.motion import Motion
 from synth.scene.scene import parse_scene
-from synth.voice.live_voice import LiveVoice
 from synth.voice.voice import blocks, open_voice, total_frames
 from tests.synth.engine_cases import QUANTITIES, physical, scene_of
 
@@ -80,24 +78,6 @@ def test_random_blocks_of_a_hand_equal_one_block(derivatives: bool, position: bo
         done += size
     assert np.array_equal(whole, np.concatenate(parts))
     assert np.abs(whole).max() > 0.1
-
-
-def test_random_blocks_of_a_live_voice_equal_one_block_between_its_events() -> None:
-    scene, other = scene_of(output=ALL), scene_of(output=ALL, scan={"speed": 0.11, "load": 0.5})
-
-    def played(seed: int | None) -> Block:
-        voice, parts = LiveVoice(scene), []
-        for frames, event in ((1000, "change"), (3500, "release"), (1500, "")):
-            sizes = [frames] if seed is None else cuts(frames, seed)
-            parts += [voice.render(size) for size in sizes]
-            if event == "change":
-                voice.apply(voice.prepare(other))
-            elif event == "release":
-                voice.release()
-        return np.concatenate(parts)
-
-    assert np.array_equal(played(None), played(5))
-    assert np.array_equal(played(None), played(6))
 
 
 def test_a_stroke_returns_along_the_same_heights() -> None:

@@ -191,14 +191,6 @@ def test_runs_of_any_split_give_the_same_bits() -> None:
         assert np.array_equal(np.concatenate(parts, axis=1), whole)
 
 
-def test_rows_that_are_not_wanted_are_left_alone() -> None:
-    steps = stepper(1e-4, 0.3)
-    out = np.full((ROWS, 10), 7.0)
-    steps.run(steps.start(0, LOAD, 0.0, 1e-4), np.zeros(10, dtype=np.uint64), np.full(10, LOAD), out)
-    assert np.all(out[[SLOPE_FORCE, REACTION]] == 7.0)
-    assert np.all(out[[HEIGHT, ATTACHED]] != 7.0)
-
-
 def test_the_elastic_slope_force_does_no_work_over_a_period() -> None:
     steps = stepper(forces=True)
     out = scanned(steps, 20000, 1.0, 1.0)
@@ -216,13 +208,3 @@ def test_work_against_the_slopes_is_what_the_damper_loses() -> None:
         lost = float(np.sum(np.diff(z) ** 2)) * rate * steps.damping
         assert z[-1] == pytest.approx(z[0], abs=1e-12 * np.ptp(z))  # steady
         assert work == pytest.approx(lost, rel=miss)
-
-
-def test_what_the_surface_does_between_steps_is_what_the_damper_loses() -> None:
-    steps, rate, turns = stepper(1e-3, 1.0), 48000, 100.0
-    z = scanned(steps, rate, 0.5, turns)[HEIGHT, -481:]
-    middles = turns * (np.arange(24000 - 480, 24001) + 0.5) / rate
-    energies = [steps.table.read(middles + shift, z)[3] for shift in (-turns / rate, 0.0)]
-    stiffness = steps.stiffness.at(LOAD)
-    work = stiffness * float(np.sum((energies[1] - energies[0])[:-1]))
-    assert work == pytest.approx(float(np.sum(np.diff(z) ** 2)) * rate * steps.damping, rel=1e-9)
