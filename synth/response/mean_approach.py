@@ -1,6 +1,7 @@
 """The mean of z over a texture period as a function of the load: what displacement is about.
 
-Model   A spline over the cube root of the load, in which the mean is smooth, through as many loads as it takes.
+Model   A cubic spline over the cube root of the load, in which the mean is smooth but for kinks. Intervals are halved
+        where the spline misses the mean halfway.
 Limits  MEAN_ERROR of the tolerance, judged halfway between the loads; loads from none to the largest asked for.
 """
 
@@ -13,15 +14,14 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.contact.load_balance import Contact
-from synth.response.spectrum import woven
 
 Mean = Callable[[Array], Array]
 """The mean of z over a period (m) as a function of w^(1/3) (N^(1/3))."""
 
-FEWEST_MEANS, MOST_MEANS = 9, 1025  # loads at which the mean over a period is solved
+FEWEST_MEANS, MOST_MEANS = 33, 1025  # loads at which the mean over a period is solved, about
 MEAN_PHASES = 512  # of each
 MEAN_ERROR = 1e-3  # of the tolerance, of the motion
-SPLINE_GAIN = 8.0  # by so much at least the error falls when the loads are doubled; 16 in the end
+SPLINE_GAIN = 8.0  # by so much at least the error falls when an interval of loads is halved; 16 in the end
 
 
 def mean_curve(contact: Contact, loads: tuple[float, float], load: float, tolerance: float) -> Mean:
@@ -42,13 +42,13 @@ def mean_curve(contact: Contact, loads: tuple[float, float], load: float, tolera
     allowed = MEAN_ERROR * tolerance * float(np.ptp(contact.approach(theta, load)[0]))
     allowed += 1e-14 * contact.geometry.height_scale
     roots = np.linspace(0.0, np.cbrt(max(heaviest, 1e-12)), FEWEST_MEANS)
-    values = means(roots)
-    while True:
-        curve = CubicSpline(roots, values)
-        between = 0.5 * (roots[:-1] + roots[1:])
+    values, halved = means(roots), np.arange(FEWEST_MEANS - 1)
+    while len(halved) and len(roots) < MOST_MEANS:
+        between = 0.5 * (roots[halved] + roots[halved + 1])
         more = means(between)
-        error = float(np.max(np.abs(curve(between) - more)))
-        roots, values = woven(roots, between), woven(values, more)
-        if error <= SPLINE_GAIN * allowed or len(roots) >= MOST_MEANS:
-            done: Mean = CubicSpline(roots, values)
-            return done
+        missed = np.abs(CubicSpline(roots, values)(between) - more)
+        roots, values = np.insert(roots, halved + 1, between), np.insert(values, halved + 1, more)
+        halves = (halved + np.arange(len(halved)))[missed > SPLINE_GAIN * allowed]
+        halved = np.sort(np.concatenate([halves, halves + 1]))
+    done: Mean = CubicSpline(roots, values)
+    return done
