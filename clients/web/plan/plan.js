@@ -68,6 +68,7 @@ export class PlanView {
         "Estimated error, of peak to peak",
         Object.entries(plan.estimated_error).map(([name, error]) => [words(name), shareInWords(error)]),
       ),
+      ...numbers("Contact", contactOf(plan.response)),
       ...(plan.cost ? numbers("Cost on the service’s machine", costInWords(plan.cost)) : []),
       ...numbers("How it is computed", responseOf(plan.response)),
     );
@@ -105,6 +106,17 @@ function numbers(title, rows) {
   return [
     element("h3", {}, title),
     element("dl", {}, ...rows.flatMap(([name, value]) => [element("dt", {}, name), element("dd", {}, value)])),
+  ];
+}
+
+/** The contact at the scan's own load; a live session's plan has no such numbers, and a silent scene none of some. */
+function contactOf({ stiffness, contact_fraction: touching, rms, sensation_level_db: level }) {
+  const known = (value) => value !== undefined && value !== null;
+  return [
+    ...(known(stiffness) ? [["stiffness", inWords(stiffness, "N/m")]] : []),
+    ...(known(touching) ? [["touching", shareInWords(touching)]] : []),
+    ...Object.entries(rms ?? {}).map(([name, value]) => [`${words(name)}, rms`, inWords(value, QUANTITIES[name].unit)]),
+    ...(known(level) ? [["above the threshold by", `${Math.round(level)} dB`.replace("-", "−")]] : []),
   ];
 }
 

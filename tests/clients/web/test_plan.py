@@ -58,6 +58,23 @@ def test_the_plan_tells_what_why_and_at_what_cost(plain: Page) -> None:
     assert "real time" not in plain.inner_text("#plan")
 
 
+def test_the_plan_tells_the_contact_of_a_scene(plain: Page) -> None:
+    contact = {
+        "stiffness": 3.3e5,
+        "contact_fraction": 0.25,
+        "rms": {"acceleration": 1.5, "displacement": 2e-6},
+        "sensation_level_db": 31.4,
+        "groups": None,
+    }
+    plain.evaluate("(plan) => sight.plan.show(plan)", PLAN | {"response": PLAN["response"] | contact})
+    told = plain.inner_text("#plan")
+    for words in ("330 kN/m", "25 %", "acceleration, rms", "1.5 m/s²", "2 µm", "31 dB"):
+        assert words in told, words
+    unknown = dict.fromkeys(contact)
+    plain.evaluate("(plan) => sight.plan.show(plan)", PLAN | {"response": PLAN["response"] | unknown})
+    assert "stiffness" not in plain.inner_text("#plan")
+
+
 def test_the_tolerance_is_chosen_by_keyboard_and_its_cost_stands_beside_it(plain: Page) -> None:
     plain.evaluate(
         """(plan) => { sight.answers["/v1/explain"] = plan; window.changes = [];
