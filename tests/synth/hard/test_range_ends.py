@@ -4,6 +4,7 @@ refusal of the combination that says so.
 
 from __future__ import annotations
 
+import functools
 import itertools
 from typing import Any
 
@@ -42,6 +43,7 @@ def allowed_scene(*documents: dict[str, Any]) -> Scene | None:
         return None
 
 
+@functools.cache
 def fits(*ends: End) -> bool:
     """Return whether the fields can stand at these ends in one scene."""
     return allowed_scene(*(field.document(end) for field, end in ends)) is not None

@@ -61,8 +61,3 @@ def test_strokes_peak_at_four_fifths(length: str) -> None:
     scene = scene_of(scan={"stroke": stroke}, output={"channels": list(QUANTITIES), "duration": 0.8})
     found = peaks(scene)
     assert np.all(found <= 0.9) and np.all(found >= 0.6)
-
-
-def test_a_given_full_scale_is_kept_and_nothing_is_solved_for_it() -> None:
-    scene = recording(GETS_LOUDER, channels=[{"quantity": "acceleration", "full_scale": 20.0}], sample_rate=8000)
-    assert open_voice(scene).full_scale == (20.0,)

@@ -185,15 +185,6 @@ def test_frames_within_full_scale_are_those_of_the_voice_bit_for_bit(quantity: s
     assert np.array_equal(live.render(5000)[480:], plain.render(5000)[480:])
 
 
-def test_voices_share_what_is_solved() -> None:
-    cache = ResponseCache()
-    first = LiveVoice(scene(), cache=cache)
-    misses = cache.misses
-    second = LiveVoice(scene(), cache=cache)
-    assert cache.misses == misses > 0
-    assert np.array_equal(first.render(2000), second.render(2000))
-
-
 @pytest.mark.parametrize(
     "silent", [{"scan": {"load": 0}}, {"scan": {"speed": 0}}, {"texture": {"amplitude": 0}}], ids=str
 )
