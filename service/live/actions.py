@@ -21,7 +21,7 @@ CODES = {
 """What a connection is closed with, by the reason of its `end`, unless its `Close` says otherwise."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Block:
     """A block that is due: its frames, and the messages that it is sent as.
 
