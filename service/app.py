@@ -1,7 +1,7 @@
 """The ASGI application: layers outside, routes inside, one shape of error everywhere.
 
 Subjects (for the log) -> Bouncer (Host, Origin, headers, our bugs) -> CORS, if anyone is allowed
--> RateLimit by address -> KeyCheck -> RateLimit by key -> Packing -> routes
+-> RateLimit by address -> KeyCheck -> RateLimit by key -> Compression -> routes
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from starlette.routing import Match
 from service import problems
 from service.engine import Engine, SynthEngine
 from service.http import openapi
-from service.http.content_negotiation import Packing
+from service.http.content_negotiation import Compression
 from service.http.rate_limits import Limits, RateLimit
 from service.http.routes import (
     accuracy,
@@ -49,13 +49,13 @@ ROUTES = (render, scene, accuracy, textures, tables, sessions, stream, play, liv
 STATUSES = {400: "bad-request", 404: "not-found", 405: "method-not-allowed", 413: "too-large"}
 
 
-def create_app(settings: Settings, engine: Engine | None = None, siblings: Path | None = None) -> FastAPI:
+def create_app(settings: Settings, engine: Engine | None = None, workers_folder: Path | None = None) -> FastAPI:
     """Return the application of one process; `engine` is `synth` unless a test brings its own.
 
-    siblings: the folder through which the workers of one service speak; None where this process is the only one.
+    workers_folder: the folder through which the workers of one service speak; None where this process is the only one.
     """
     own = engine or SynthEngine(settings.cache_bytes)
-    service = Service(settings, own, siblings, apart=engine is None)
+    service = Service(settings, own, workers_folder, apart=engine is None)
     app = FastAPI(
         title="ridgewave",
         description=DESCRIPTION,
@@ -91,7 +91,7 @@ def _layers(settings: Settings, limits: Limits) -> list[Middleware]:
         )
         layers.append(cross_origin)
     by_address, by_key = (Middleware(RateLimit, limits=limits, by_key=by_key) for by_key in (False, True))
-    return [*layers, by_address, Middleware(KeyCheck, settings=settings), by_key, Middleware(Packing)]
+    return [*layers, by_address, Middleware(KeyCheck, settings=settings), by_key, Middleware(Compression)]
 
 
 def _answer(request: Request, problem: Problem) -> Response:

@@ -35,8 +35,8 @@ from service.live.live_connections import LiveConnections
 from service.operations.health import Health
 from service.operations.metrics import Metrics
 from service.operations.settings import Settings
-from service.operations.worker_messages import Siblings
-from service.operations.worker_metrics import Telling
+from service.operations.worker_messages import WorkerMessages
+from service.operations.worker_metrics import WorkerMetrics
 from service.sessions.session_registry import Sessions
 from service.sinks import Claims
 from service.sinks.player import Player
@@ -65,8 +65,10 @@ class Service:
         self.limits = Limits(settings)
         self.page = PageFiles(Path(settings.web)) if settings.web else None
         self.health = Health(settings)
-        self.siblings = Siblings(folder, {"stop": self.stop_here, "metrics": lambda: self.telling.write()})
-        self.telling = Telling(self.metrics, self.siblings, folder)
+        self.worker_messages = WorkerMessages(
+            folder, {"stop": self.stop_here, "metrics": lambda: self.worker_metrics.write()}
+        )
+        self.worker_metrics = WorkerMetrics(self.metrics, self.worker_messages, folder)
         self.renders = Renders(engine, settings, self.metrics, self.limits, apart=apart)
         waited = partial(self.metrics.waited, "solve")
         self.solve_places = Places(settings.solves_per_client, settings.max_solves, waited)
@@ -90,7 +92,7 @@ class Service:
 
         Where a worker does not say how many in time, `unanswered_workers` counts it; it stops as soon as it can.
         """
-        question = self.siblings.ask("stop")
+        question = self.worker_messages.ask("stop")
         stopped = Counter(self.stop_here())
         for answer in await question.wait(STOP_ANSWER_SECONDS):
             stopped.update(answer)
@@ -145,7 +147,7 @@ class Service:
         self.measurements.close()
         self.renders.close()
         self.blocks.shutdown()
-        self.telling.write()
+        self.worker_metrics.write()
 
     def _watch(self) -> None:
         """Have the metrics read what others count."""
@@ -179,8 +181,8 @@ async def lifespan(app: FastAPI) -> AsyncIterator[None]:
     loop = service.loop = asyncio.get_running_loop()
     interval = sys.getswitchinterval()
     sys.setswitchinterval(SWITCH_SECONDS)
-    service.siblings.open()
-    chores = [_watch(service), service.telling.keep_writing(), service.health.look()]
+    service.worker_messages.open()
+    chores = [_watch(service), service.worker_metrics.keep_writing(), service.health.look()]
     chores.append(_measure_lag(service.metrics))
     tasks = [asyncio.create_task(chore) for chore in chores]
     ThreadWork(service.warm_up, "warm-up")
@@ -193,7 +195,7 @@ async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         service.begin_closing()
         await service.sessions.recordings.settle(PLAY_END_SECONDS)
         await asyncio.to_thread(service.finish)
-        service.siblings.close()
+        service.worker_messages.close()
         sys.setswitchinterval(interval)
 
 

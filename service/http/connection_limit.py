@@ -24,7 +24,7 @@ try:
 except ImportError:  # a system without such limits
     resource = None  # type: ignore[assignment]
 
-ROOM = "ridgewave.room"  # in the state that the server hands to every scope: the Room
+ROOM = "ridgewave.room"  # in the state that the server hands to every scope: the ConnectionRoom
 OTHERS = 64  # descriptors: 25 of a process that has just started, and those of files and devices
 BURST = 8  # the part of all descriptors, one in so many, for connections that come at once
 KEPT = 16  # newest connections that stay though they have sent nothing yet; fewer, and a flood drops who comes to stop
@@ -56,7 +56,7 @@ class Connection(H11Protocol):
         wide.set_write_buffer_limits(WAITING_BYTES)
         super().connection_made(wide)
         self.number = next(_numbers)
-        room: Room = self.app_state.setdefault(ROOM, Room(self.connections))
+        room: ConnectionRoom = self.app_state.setdefault(ROOM, ConnectionRoom(self.connections))
         room.make()
 
     @property
@@ -68,7 +68,7 @@ class Connection(H11Protocol):
         return 1 if cycle.more_body else 0
 
 
-class Room:
+class ConnectionRoom:
     """The connections of one process."""
 
     def __init__(self, connections: set[Any]) -> None:
@@ -102,7 +102,7 @@ class Room:
             )
 
 
-def room_of(scope: Scope) -> Room | None:
+def room_of(scope: Scope) -> ConnectionRoom | None:
     """Return the room of the connection that `scope` came by; None where the server is not ours."""
     state: Mapping[str, Any] = scope.get("state") or {}
     return state.get(ROOM)

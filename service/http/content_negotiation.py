@@ -132,7 +132,7 @@ LEVEL = 5  # of gzip: a picture of 70 kB takes 1 ms and becomes 20 kB; higher le
 NONE = ("q=0", "q=0.0", "q=0.00", "q=0.000")
 
 
-class Packing:
+class Compression:
     """The layer."""
 
     def __init__(self, app: ASGIApp) -> None:

@@ -10,6 +10,7 @@ From the wire inwards:
     contact_update     the binary form of a contact update
     live_connections   the connections of a process: admitted, given a session, watched
     live_stream        what outlives a connection: voice, newest update, and the PCM that is kept to be resumed
+    silence_watchdog   lifts a hand that is not heard
     live_metrics       what a stream and its connection tell the metrics and the log
     message_limits     how much a connection may send
 """

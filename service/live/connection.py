@@ -25,7 +25,7 @@ from service.live import actions
 from service.live.actions import Block
 from service.live.conversation import Conversation, Limits, Phase
 from service.live.live_connections import LiveConnections
-from service.live.live_metrics import Account
+from service.live.live_metrics import ConnectionLog
 from service.live.live_stream import LiveStream
 from service.live.transport import PlainWire, Wire
 from service.operations.settings import Settings
@@ -71,7 +71,7 @@ class Connection:
         self.session: Session | None = None
         self._outbox: deque[str] = deque()
         self._close: actions.Close | None = None
-        self._account = Account(live.metrics, clock)
+        self._log = ConnectionLog(live.metrics, clock)
         self._waiter: asyncio.Future[None] | None = None
         self._rung = False
         self._alarm = 0
@@ -99,7 +99,7 @@ class Connection:
             self._lose()
             self._live.leave(self)
             close = None if self._close is None else (self._close.code, self._close.reason)
-            self._account.ended(close, self.conversation.position)
+            self._log.ended(close, self.conversation.position)
 
     def _lose(self) -> None:
         self.conversation.lost()
@@ -188,7 +188,7 @@ class Connection:
         while True:
             message = await self._receive()
             if message["type"] == "websocket.disconnect":
-                self._account.left(message)
+                self._log.left(message)
                 return
             data = message.get("bytes")
             self.message(data if data is not None else message["text"])
@@ -248,7 +248,7 @@ class Connection:
             self.conversation.opened(stream, self._clock())
             if self.conversation.stream is not None:
                 what = f"{stream.options.pacing}, {stream.rate} Hz, blocks of {stream.block}"
-                self._account.began(session.id, what, self.conversation.position)
+                self._log.began(session.id, what, self.conversation.position)
         elif stream.frame:
             session.detach(self)  # the connection broke meanwhile
         else:

@@ -46,7 +46,7 @@ BROKEN = 1006  # the code of a connection that ended without one
 NO_CODE = 1005  # of a close frame that has none
 
 
-class Account:
+class ConnectionLog:
     """Of one connection; clock: seconds of any origin."""
 
     def __init__(self, metrics: Metrics, clock: Callable[[], float]) -> None:

@@ -19,7 +19,8 @@ from service.engine import Engine, HandVoice
 from service.live import server_messages
 from service.live.live_metrics import StreamCounts
 from service.live.messages import LARGEST_BLOCK, PROTOCOL, SMALLEST_BLOCK, refused
-from service.live.replay_buffer import Past, kept_frames
+from service.live.replay_buffer import ReplayBuffer, kept_frames
+from service.live.silence_watchdog import SilenceWatchdog
 from service.operations.metrics import Metrics
 from service.sessions.fixed_output import with_full_scale
 from service.sessions.session_ids import resume_url
@@ -33,7 +34,6 @@ BLOCK_SECONDS = 0.01  # of a block where hello says nothing: 100 a second, each 
 CHANGE_SECONDS = (
     0.05  # from one scene to the next, at least `synth.voice.live_voice.CHANGE_TIME`; less: `scene` tells early frames
 )
-LATE_SECONDS = 0.02  # behind its time that a block shows a busy service; less: any two blocks of usual load do
 LEAST_REDUCTION_DB = 0.01  # below this the limiter's recovery fades out without anybody hearing it
 LIMITED_SECONDS = 1.0  # between two `limited`
 SAMPLES = {"f32le": SoundFormat.F32LE, "s16le": SoundFormat.WAV16}  # the latter's samples are little-endian
@@ -69,15 +69,14 @@ class LiveStream(VoiceStream):
         self.block = options.block or default
         self._samples = SAMPLES[options.format]
         longest, frame_bytes = max(self.block, self.fade_frames), voice.channels * self._samples.bytes_per_sample
-        self.past = Past(kept_frames(self.rate, longest, frame_bytes), frame_bytes)
+        self.replay = ReplayBuffer(kept_frames(self.rate, longest, frame_bytes), frame_bytes)
         self._sending_bytes = longest * (voice.channels * 4 + frame_bytes)
         self.max_silence = max_silence
         self.lowest_load = voice.lowest_load
         self.counts = StreamCounts()
         self._latest = self._none = np.empty((0, voice.channels), np.float32)
-        self._newest, self._waiting, self._lifted = -1, None, False
-        self._heard: float | None = None
-        self._doubtful = False  # a silence that may be the service's own
+        self._newest, self._waiting = -1, None
+        self._watchdog = SilenceWatchdog(max_silence)
         self._free_from = 0
         self._applied: int | None = None
         self._changed = False
@@ -88,43 +87,34 @@ class LiveStream(VoiceStream):
     @property
     def frame(self) -> int:
         """Return the frame that the next block begins at."""
-        return self.past.end
+        return self.replay.end
 
     @property
     def used_bytes(self) -> int:
         """Return the memory that it takes beside its voice: what is kept, what is being sent, and its recording."""
-        return self.past.size + self._sending_bytes + self.voice.recorded_bytes
+        return self.replay.size + self._sending_bytes + self.voice.recorded_bytes
 
     def require_kept(self, frame: int) -> None:
         """Raise Problem (not-found) where the stream cannot go on from `frame`."""
-        if not self.past.begin <= frame <= self.frame:
-            allowed = f"{self.past.begin} to {self.frame}"
+        if not self.replay.begin <= frame <= self.frame:
+            allowed = f"{self.replay.begin} to {self.frame}"
             raise refused("/resume/frame", str(frame), allowed, "Begin a new session.", "not-found")
 
     def take(self, update: Update, now: float) -> None:
         """Have the next block begin with `update`, unless a newer one is here already."""
         if update.seq > self._newest:
-            self._newest, self._waiting, self._heard = update.seq, update, now
-            self._doubtful = False
+            self._newest, self._waiting = update.seq, update
+            self._watchdog.heard(now)
 
     def begin(self, now: float, late: float = 0.0) -> None:
-        """Apply what waits, for the block that is rendered next.
-
-        late: s that the block is behind its time. A service that is late has not read either what its peers sent
-        meanwhile: it believes in a silence only a block later, when it has usually looked once more (not where the
-        ticker calls a stream twice in one ring, which it does within EARLY_SECONDS).
-        """
+        """Apply what waits, for the block that is rendered next; late: s that the block is behind its time."""
         update = self._waiting
         if update is not None:
-            self._waiting, self._applied, self._lifted = None, update.seq, False
+            self._waiting, self._applied = None, update.seq
             self.counts.applied += 1
             self.voice.touch(update)
-        if self._heard is not None and not self._lifted and now - self._heard > self.max_silence:
-            if late > LATE_SECONDS and not self._doubtful:
-                self._doubtful = True
-            else:
-                self._lifted = True
-                self.voice.lift()
+        if self._watchdog.lifts(now, late):
+            self.voice.lift()
         if self.frame >= self._free_from and self.take_change():
             self._changed = True
             self._free_from = self.frame + 1 + round(CHANGE_SECONDS * self.rate)
@@ -134,7 +124,7 @@ class LiveStream(VoiceStream):
         first = self.frame
         block = self._latest = self.voice.render(frames)
         pcm = block_bytes(block, self._samples)
-        self.past.keep(pcm)
+        self.replay.keep(pcm)
         reduction = self.voice.reduction_db
         if reduction > LEAST_REDUCTION_DB:
             self._turned_down(first, frames, reduction)
@@ -185,7 +175,7 @@ class LiveStream(VoiceStream):
         """Return the PCM from `frame` on where it was rendered before, None where it was not. fading: the end's."""
         if frame == self.frame:
             return None
-        pcm = self.past.read(frame, frames)
+        pcm = self.replay.read(frame, frames)
         if not fading:
             return pcm
         kind = "<f4" if self._samples.is_float else "<i2"

@@ -17,7 +17,7 @@ def kept_frames(rate: int, block: int, frame_bytes: int) -> int:
     return max(min(wanted, KEPT_BYTES // frame_bytes), 2 * block)
 
 
-class Past:
+class ReplayBuffer:
     """A ring of `frames` frames of `frame_bytes` bytes each; `end` is the frame after the newest."""
 
     def __init__(self, frames: int, frame_bytes: int) -> None:

@@ -32,7 +32,7 @@ from websockets.http11 import Request, Response
 from websockets.server import ServerProtocol
 
 from service.live.transport import WIRE, Messages, Sink
-from service.live.websocket_frames import WHOLE_BINARY, WHOLE_TEXT, Inflow, shared_turns
+from service.live.websocket_frames import WHOLE_BINARY, WHOLE_TEXT, FrameReader, shared_turns
 from service.operations.logs import WithoutHeaders
 
 log = logging.getLogger("ridgewave.service")
@@ -72,7 +72,7 @@ class LiveProtocol(asyncio.Protocol):
         self.conn = ServerProtocol(max_size=config.ws_max_size, logger=WithoutHeaders(log))
         self._config, self._server, self._state = config, server_state, app_state
         self._turns = shared_turns(app_state)
-        self._inflow = Inflow(self.conn, self._control, lambda: self.conn.fail(NOT_TEXT))
+        self._frames = FrameReader(self.conn, self._control, lambda: self.conn.fail(NOT_TEXT))
         self._events: asyncio.Queue[Message] = asyncio.Queue()
         self._writable = asyncio.Event()
         self._writable.set()
@@ -121,9 +121,9 @@ class LiveProtocol(asyncio.Protocol):
         elif self._answer is None:
             self._shake_hands(data)
         elif self._behind or not self._listening:
-            self._inflow.hold(data)
-        elif not self._inflow.take_whole(data):
-            self._after_turn(self._inflow.take(data))
+            self._frames.hold(data)
+        elif not self._frames.take_whole(data):
+            self._after_turn(self._frames.take(data))
 
     def shutdown(self) -> None:
         """Close on a shutdown: a stream that fades is left to end by itself."""
@@ -278,7 +278,7 @@ class LiveProtocol(asyncio.Protocol):
 
     def deliver(self, sink: Sink | None) -> None:
         """See `Wire`."""
-        self._inflow.sink = sink
+        self._frames.sink = sink
         if sink is not None and not self._listening:
             self._listening = True
             self.transport.resume_reading()
@@ -302,14 +302,14 @@ class LiveProtocol(asyncio.Protocol):
     def _turn(self) -> bool:
         if self._gone or self._lingers:
             return False
-        self._after_turn(self._inflow.read())
+        self._after_turn(self._frames.read())
         return True
 
     def _control(self, frame: Frame) -> None:
         if frame.opcode is Opcode.CLOSE:
             self._over = True
         elif frame.opcode is Opcode.PONG and self._ping is not None and bytes(frame.data) == self._ping:
-            self._ping, self._inflow.awaits_pong = None, False
+            self._ping, self._frames.awaits_pong = None, False
 
     def _flush(self) -> None:
         """Write what the parser has to say; of answers to pings a peer that does not read is owed the newest only."""
@@ -328,7 +328,7 @@ class LiveProtocol(asyncio.Protocol):
         wait = self._config.ws_ping_interval
         assert wait is not None
         if self._ping is None:
-            self._ping, self._doubted, self._inflow.awaits_pong = os.urandom(4), False, True
+            self._ping, self._doubted, self._frames.awaits_pong = os.urandom(4), False, True
             self.conn.send_ping(self._ping)
             self.transport.write(b"".join(self.conn.data_to_send()))
         elif not self._doubted:

@@ -90,7 +90,7 @@ def shared_turns(state: dict[str, Any]) -> Turns:
     return turns
 
 
-class Inflow:
+class FrameReader:
     """The reading half of one connection.
 
     control: is given each control frame that the parser has taken. invalid: is called for text that is not UTF-8.

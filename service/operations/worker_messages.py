@@ -68,7 +68,7 @@ class Question:
             self._all.set()
 
 
-class Siblings:
+class WorkerMessages:
     """The other workers, as one worker sees them; without a folder there are none. Of one event loop."""
 
     def __init__(self, folder: Path | None, answers: Answers) -> None:

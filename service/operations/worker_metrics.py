@@ -26,7 +26,7 @@ from prometheus_client.registry import CollectorRegistry
 
 from service.operations.metrics import Metrics, Series, Snapshot
 from service.operations.metrics_table import TABLE, Row
-from service.operations.worker_messages import Siblings
+from service.operations.worker_messages import WorkerMessages
 
 log = logging.getLogger("ridgewave.service")
 
@@ -36,21 +36,21 @@ ANSWER_SECONDS = (
 WRITE_SECONDS = 5.0  # between snapshots kept of a worker that nobody asks: a killed one loses at most so much
 
 
-class Telling:
-    """The metrics of one worker, and through its siblings those of the service."""
+class WorkerMetrics:
+    """The metrics of one worker, and through the others those of the service."""
 
-    def __init__(self, metrics: Metrics, siblings: Siblings, folder: Path | None) -> None:
+    def __init__(self, metrics: Metrics, messages: WorkerMessages, folder: Path | None) -> None:
         self._metrics = metrics
-        self._siblings = siblings
+        self._messages = messages
         self._folder = folder
 
     async def metrics(self, accept: str) -> tuple[bytes, str]:
         """Return the answer of `/metrics` and its media type."""
-        question = self._siblings.ask("metrics")
+        question = self._messages.ask("metrics")
         own = self._metrics.snapshot()
         self._keep(own)  # what was told once must not be lost with this worker
         await question.wait(ANSWER_SECONDS)
-        return await asyncio.to_thread(self._written, own, self._siblings.present(), accept)
+        return await asyncio.to_thread(self._written, own, self._messages.present(), accept)
 
     def write(self) -> dict[str, Any]:
         """Keep the snapshot as it is now; nothing where there is one worker only."""
@@ -67,10 +67,10 @@ class Telling:
     def _keep(self, snapshot: Snapshot) -> None:
         if self._folder is None:
             return
-        part = self._folder / f"{self._siblings.name}.part"
+        part = self._folder / f"{self._messages.name}.part"
         try:
             part.write_text(json.dumps(snapshot))
-            os.replace(part, self._folder / f"{self._siblings.name}.json")
+            os.replace(part, self._folder / f"{self._messages.name}.json")
         except OSError:
             log.exception("our mistake: the metrics of a worker could not be kept")
 
@@ -78,7 +78,7 @@ class Telling:
         here: list[Snapshot] = [own]
         gone: list[Snapshot] = []
         for path in () if self._folder is None else sorted(self._folder.glob("*.json")):
-            if path.stem != self._siblings.name:
+            if path.stem != self._messages.name:
                 (here if path.stem in present else gone).append(json.loads(path.read_text()))
         return exposition(merged(here, gone), accept)
 

@@ -147,16 +147,16 @@ class Listener:
 @contextmanager
 def serving(
     engine: Engine | None = None,
-    siblings: Path | None = None,
+    workers_folder: Path | None = None,
     outside: Callable[[ASGIApp], ASGIApp] = lambda app: app,
     **changes: object,
 ) -> Iterator[Running]:
     """Yield a server on a free port of this machine.
 
-    siblings: the folder through which several are one service. outside: what a test puts around the application.
+    workers_folder: the folder through which several are one service. outside: what a test puts around the application.
     """
     settings = settings_of(**changes)
-    app = create_app(settings, engine, siblings)
+    app = create_app(settings, engine, workers_folder)
     listener = listen(settings)
     options = LIVE_OPTIONS | {"ws_max_size": settings.max_message}
     config = uvicorn.Config(outside(app), log_config=None, access_log=False, timeout_graceful_shutdown=1, **options)

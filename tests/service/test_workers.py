@@ -19,7 +19,7 @@ import httpx
 import numpy as np
 import pytest
 
-from service.operations.worker_messages import LONGEST_PATH, Siblings, check_folder
+from service.operations.worker_messages import LONGEST_PATH, WorkerMessages, check_folder
 from synth.errors import CannotRender
 from tests.service.harness import PATIENCE, START, Child, Running, problem, serving, until
 from tests.service.live.client import live
@@ -135,7 +135,7 @@ def test_nonsense_from_another_program_stops_nothing(tmp_path: Path) -> None:
 
 def test_a_question_to_nobody_is_answered_at_once() -> None:
     async def act() -> None:
-        alone = Siblings(None, {})
+        alone = WorkerMessages(None, {})
         alone.open()
         question = alone.ask("stop")
         assert await question.wait(patience=1000.0) == [] and question.unanswered == 0

@@ -40,7 +40,7 @@ async def stop(request: Request) -> Response:
 async def health(request: Request) -> Response:
     """For a container's health check; needs no key. It also says what works here and what does not, and why."""
     service = service_of(request)
-    workers = 1 + len(service.siblings.present())
+    workers = 1 + len(service.worker_messages.present())
     starved = service.starved()
     ready = service.warm and not service.closing and not starved
     document = service.health.document(ready=ready, workers=workers, starved=starved)
@@ -78,7 +78,7 @@ async def ready(request: Request) -> Response:
 )
 async def metrics(request: Request) -> Response:
     """For Prometheus, in its text or as OpenMetrics; of all workers. docs/operations.md has each metric."""
-    text, media_type = await service_of(request).telling.metrics(request.headers.get("accept", ""))
+    text, media_type = await service_of(request).worker_metrics.metrics(request.headers.get("accept", ""))
     return Response(text, headers={"Content-Type": media_type, "Cache-Control": "no-store"})
 
 

@@ -43,8 +43,8 @@ def inspectable() -> None:
     """Have `create_app` make applications that have the route."""
     made = app_module.create_app
 
-    def create_app(settings: Settings, engine: Engine | None = None, siblings: Path | None = None) -> FastAPI:
-        app = made(settings, engine, siblings)
+    def create_app(settings: Settings, engine: Engine | None = None, workers_folder: Path | None = None) -> FastAPI:
+        app = made(settings, engine, workers_folder)
         app.add_api_route(PATH, inspected, include_in_schema=False)
         return app
 

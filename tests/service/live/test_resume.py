@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from service.live.live_stream import LiveStream
-from service.live.replay_buffer import Past
+from service.live.replay_buffer import ReplayBuffer
 from synth.scene.scene import parse_scene
 from tests.service.live.driver import RATE, Driver, contact
 from tests.service.plain_hand import Applied, PlainHand, expected
@@ -52,7 +52,7 @@ def test_any_frame_of_the_last_second_is_resumed_bit_for_bit(back: int) -> None:
 def test_a_frame_that_is_not_kept_is_not_found_and_the_session_stays(frame: int) -> None:
     earlier = broken(1.5)
     stream = earlier.streams["s0"]
-    asked = stream.past.begin - 1 if frame < 0 else stream.frame + 1
+    asked = stream.replay.begin - 1 if frame < 0 else stream.frame + 1
     driver = resumed(earlier, asked)
     assert driver.texts("problem")[0]["problem"] == "/docs#problem-not-found"
     assert driver.closed is not None and driver.closed.code == 1008 and driver.detached and not driver.finished
@@ -151,13 +151,13 @@ def test_the_past_holds_a_second_or_eight_blocks_within_its_bytes() -> None:
         driver = Driver()
         driver.hello(block=block)
         driver.pull(800_000)
-        past = driver.stream.past
+        past = driver.stream.replay
         assert past.end - past.begin == kept
 
 
 def test_the_ring_gives_back_what_it_was_given() -> None:
     generator = np.random.default_rng(3)
-    past, whole = Past(1000, 6), b""
+    past, whole = ReplayBuffer(1000, 6), b""
     for size in generator.integers(1, 1001, 200):
         pcm = generator.bytes(6 * int(size))
         past.keep(pcm)

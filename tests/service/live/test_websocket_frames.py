@@ -10,7 +10,7 @@ from websockets.protocol import State
 from websockets.server import ServerProtocol
 
 from service.live import websocket_frames
-from service.live.websocket_frames import TURN_WORK, Inflow
+from service.live.websocket_frames import TURN_WORK, FrameReader
 from tests.bench.live_frames import BINARY, PING, PONG, TEXT, frame
 
 CONTINUATION = 0x0
@@ -26,8 +26,8 @@ class Taken:
         self.controls: list[tuple[int, bytes]] = []
         self.invalid = 0
         self.conn = ServerProtocol(max_size=1 << 16, state=State.OPEN)
-        self.inflow = Inflow(self.conn, self._control, self._invalid)
-        self.inflow.sink = self
+        self.reader = FrameReader(self.conn, self._control, self._invalid)
+        self.reader.sink = self
 
     def message(self, message: str | bytes) -> None:
         self.messages.append(message)
@@ -47,9 +47,9 @@ class Taken:
 
     def all(self, data: bytes) -> int:
         """Read all of `data` and return the turns that it took."""
-        turns, done = 1, self.inflow.take_whole(data) or self.inflow.take(data)
+        turns, done = 1, self.reader.take_whole(data) or self.reader.take(data)
         while not done:
-            turns, done = turns + 1, self.inflow.read()
+            turns, done = turns + 1, self.reader.read()
         return turns
 
 
@@ -123,16 +123,16 @@ def test_a_turn_takes_so_many_frames_and_no_more(one: bytes, most: int) -> None:
     taken = Taken()
     if one[0] == CONTINUATION:
         taken.all(part(TEXT, b"", last=False))
-    assert not taken.inflow.take(one * 3 * TURN_WORK)
-    left = len(taken.inflow._held) // len(one)
+    assert not taken.reader.take(one * 3 * TURN_WORK)
+    left = len(taken.reader._held) // len(one)
     assert 3 * TURN_WORK - most <= left < 3 * TURN_WORK
-    assert taken.all(b"") > 1 and taken.inflow._held == b""
+    assert taken.all(b"") > 1 and taken.reader._held == b""
 
 
 def test_a_turn_ends_by_its_clock_too(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(websocket_frames, "TURN_SECONDS", 0.0)
     taken = Taken()
-    assert not taken.inflow.take(2 * frame(BINARY, b"x"))
+    assert not taken.reader.take(2 * frame(BINARY, b"x"))
     assert taken.messages == []
 
 
@@ -153,7 +153,7 @@ def test_pings_past_the_rate_and_pongs_that_nobody_asked_for_are_not_read() -> N
     taken = Taken(allowed=10)
     taken.all(50 * frame(PING, b"!") + 50 * frame(PONG, b"?"))
     assert taken.controls == [(int(Opcode.PING), b"!")] * 10 and taken.frames == 100
-    taken.inflow.awaits_pong = True
+    taken.reader.awaits_pong = True
     taken.all(frame(PONG, b"mine"))
     assert taken.controls[-1] == (int(Opcode.PONG), b"mine"), "past the rate as well: else the peer seems dead"
 
@@ -162,7 +162,7 @@ def test_a_message_of_endless_empty_parts_takes_no_memory() -> None:
     taken = Taken()
     taken.all(part(TEXT, b"abc", last=False))
     taken.all(10_000 * part(CONTINUATION, b"", last=False))
-    assert taken.inflow._parts == b"abc" and taken.frames == 10_001
+    assert taken.reader._parts == b"abc" and taken.frames == 10_001
     taken.all(part(CONTINUATION, b"d", last=True))
     assert taken.messages == ["abcd"]
 
