@@ -16,13 +16,11 @@ from concurrent.futures import Executor
 from service.operations.metrics import Metrics
 from service.operations.settings import Settings
 from service.sessions.pacer import Bell, Pacer
-from service.sessions.voice_stream import VoiceStream
+from service.sessions.voice_stream import VoiceStream, grace_seconds
 from synth.encode.formats import Block, Metadata, SoundFormat, stream_block, stream_header
 from synth.encode.riff import padding, wav_header
 from synth.voice.fades import faded
 
-GRACE_SECONDS = 0.5  # for a reader to take the block that waits when its session ends
-STOP_GRACE_SECONDS = 0.01  # the same for a stop, which promises silence within 20 ms
 SILENCE_BYTES = 1 << 16  # a write of the silence that fills up a finite stream
 
 
@@ -33,12 +31,12 @@ class Reader:
         self.stream: VoiceStream | None = None
         self._metrics = metrics
         self._bell = Bell()
-        self._grace = GRACE_SECONDS
+        self._grace = grace_seconds(at_once=False)
 
     def end(self, *, at_once: bool = False) -> None:
         """Have the stream fade and end, now."""
         if at_once:
-            self._grace = STOP_GRACE_SECONDS
+            self._grace = grace_seconds(at_once=True)
         self._bell.ring()
 
     async def ended(self) -> float:

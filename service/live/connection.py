@@ -31,10 +31,9 @@ from service.live.transport import PlainWire, Wire
 from service.operations.settings import Settings
 from service.problems import Problem
 from service.sessions.session import Session
+from service.sessions.voice_stream import grace_seconds
 from synth.errors import CannotRender, RidgewaveError
 
-GRACE_SECONDS = 0.5  # for a peer to take the block that waits when its session ends
-STOP_GRACE_SECONDS = 0.01  # the same for a stop, which promises silence within 20 ms
 FLUSH_SECONDS = 1.0  # for the last messages, where the server cannot be told to buffer them
 WAITING_BYTES = 1 << 18  # of texts that a peer does not read; beyond, they are dropped
 
@@ -139,8 +138,7 @@ class Connection:
         self.conversation.end(reason)
         self._perform()
         self._ring()
-        grace = STOP_GRACE_SECONDS if at_once else GRACE_SECONDS
-        asyncio.get_running_loop().call_later(grace, self._cut)
+        asyncio.get_running_loop().call_later(grace_seconds(at_once=at_once), self._cut)
 
     def _cut(self) -> None:
         """Give up the write that waits since before the end."""

@@ -26,11 +26,18 @@ from synth.scene.scene import Scene
 from synth.voice.fades import faded
 
 FADE_SECONDS = 0.01  # an end is silent 20 ms after it was asked for; much shorter would be felt as a click of its own
+GRACE_SECONDS = 0.5  # for a reader to take the block that waits when its session ends
+STOP_GRACE_SECONDS = 0.01  # the same for a stop, which promises silence within 20 ms
 QUICK_SECONDS = 0.001  # a tenth of a block of 10 ms; more and ten such voices make each other late
 PATIENCE = 8  # slow blocks in a row; fewer, and a hand that meets new tables on a busy machine is sent to threads
 
 Kind = Literal["http", "live"]
 Rendered = TypeVar("Rendered")
+
+
+def grace_seconds(*, at_once: bool) -> float:
+    """Return how long a reader has to take the block that waits when its session ends; at_once: by a stop."""
+    return STOP_GRACE_SECONDS if at_once else GRACE_SECONDS
 
 
 class VoiceStream:

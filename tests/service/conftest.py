@@ -37,7 +37,6 @@ def unhurried(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in (
         "lifespan.STOP_ANSWER_SECONDS",
         "operations.worker_metrics.ANSWER_SECONDS",
-        "http.paced_stream.STOP_GRACE_SECONDS",
-        "live.connection.STOP_GRACE_SECONDS",
+        "sessions.voice_stream.STOP_GRACE_SECONDS",
     ):
         monkeypatch.setattr(f"service.{name}", PATIENCE)
