@@ -176,6 +176,7 @@ def test_connections_without_a_session_are_bounded_too() -> None:
             live.admit()
         assert refused.value.kind == "full"
         live.sessions.close()
+        live.end_all("shutting down")
         with pytest.raises(Problem) as closing:
             live.admit()
         assert closing.value.kind == "closing"
