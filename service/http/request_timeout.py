@@ -23,7 +23,7 @@ from uvicorn import Config
 from uvicorn.server import ServerState
 
 from service.http.connection_limit import Connection
-from service.live.websocket_frames import TURN_SECONDS, Turns, shared_turns
+from service.http.read_turns import TURN_SECONDS, Turns, shared_turns
 
 HEAD_SECONDS = 10.0  # a slow link has sent its kilobyte long before; more lets half-sent requests take the descriptors
 BODY_SECONDS = 20.0  # less closes a radio link that was away for a moment

@@ -31,8 +31,9 @@ from websockets.frames import Frame, Opcode
 from websockets.http11 import Request, Response
 from websockets.server import ServerProtocol
 
+from service.http.read_turns import shared_turns
 from service.live.transport import WIRE, Messages, Sink
-from service.live.websocket_frames import WHOLE_BINARY, WHOLE_TEXT, FrameReader, shared_turns
+from service.live.websocket_frames import WHOLE_BINARY, WHOLE_TEXT, FrameReader
 from service.operations.logs import WithoutHeaders
 
 log = logging.getLogger("ridgewave.service")

@@ -1,10 +1,10 @@
 """What one WebSocket peer sends: cut into frames, and read a bounded amount in each turn of the event loop.
 
 Model: RFC 6455. The head of a frame tells where it ends, so the place between two frames is known without asking the
-    parser. A short message that is a whole frame there, as nearly every contact update is, goes straight to the sink;
+    parser. A short message that is a whole frame there, as nearly every one is, goes straight to the sink;
     every other frame goes through the parser of websockets (`ServerProtocol`, its public interface), one at a time. A
     turn ends after TURN_WORK or TURN_SECONDS, control frames included; what is left waits for one of the shared
-    `Turns`, and the socket is not read meanwhile.
+    `read_turns.Turns`, and the socket is not read meanwhile.
 Source: RFC 6455, 5.2 (frames), 5.3 (masks), 5.5.2 and 5.5.3 (a ping may be answered by the newest pong alone; a pong
     that nobody asked for needs no answer).
 Limits: a turn may overrun TURN_SECONDS by the message it ends with. What waits is at most one read of the event loop
@@ -13,26 +13,21 @@ Limits: a turn may overrun TURN_SECONDS by the message it ends with. What waits 
 
 from __future__ import annotations
 
-import asyncio
-from collections import deque
 from collections.abc import Callable
 from time import perf_counter
-from typing import Any
 
 from websockets.frames import Frame, Opcode
 from websockets.protocol import State
 from websockets.server import ServerProtocol
 
+from service.http.read_turns import TURN_SECONDS
 from service.live.transport import Sink
 
-TURN_WORK = 512  # contacts in a turn, or other work that takes as long; more makes others late, less costs turns
-TURN_SECONDS = 0.001  # the same bound where the messages themselves are costly
-PARSED_WORK = 4  # of a frame that the parser takes: 6 us, a contact 1.5
+TURN_WORK = 512  # short messages in a turn, or other work that takes as long; more makes others late, less costs turns
+PARSED_WORK = 4  # of a frame that the parser takes: 6 us, a short message 1.5
 BYTES_OF_WORK = 32  # bytes of a payload that count as one more: a text of 64 kB takes 1 to 3 ms
-PAUSE_SECONDS = 0.001  # between two turns of all who wait for one; the event loop makes it 1 to 2 ms
 FLOOD_BYTES = 1024  # that count as one frame more towards a flood
 WHOLE_TEXT, WHOLE_BINARY, PING, PONG = 0x81, 0x82, 0x89, 0x8A  # the first byte of a frame that is all of its message
-TURNS = "ridgewave.turns"  # in the state that the connections of a process share
 MASKED, SHORT = 0x80, 126  # in the second byte: the mask's bit; sizes from here on are written behind it
 MASK_BYTES = 4
 
@@ -54,40 +49,6 @@ def unmasked(frame: bytes) -> bytes:
     size = len(frame) - 2 - MASK_BYTES
     key = (frame[2 : 2 + MASK_BYTES] * (size // MASK_BYTES + 1))[:size]
     return (int.from_bytes(frame[2 + MASK_BYTES :], "big") ^ int.from_bytes(key, "big")).to_bytes(size, "big")
-
-
-class Turns:
-    """Whose turn it is to be read, of all connections of an event loop that have sent more than one turn takes.
-
-    However many flood, only one of them is read at a time, and timers and other sockets are served between them.
-    """
-
-    def __init__(self) -> None:
-        self._waiting: deque[Callable[[], bool]] = deque()
-        self._timer: asyncio.TimerHandle | None = None
-
-    def wait(self, read: Callable[[], bool]) -> None:
-        """Have `read` called in its turn, once; it returns False where there was nothing to do any more."""
-        self._waiting.append(read)
-        if self._timer is None:
-            self._set()
-
-    def _set(self) -> None:
-        self._timer = asyncio.get_running_loop().call_later(PAUSE_SECONDS, self._next)
-
-    def _next(self) -> None:
-        self._timer = None
-        for _ in range(len(self._waiting)):
-            if self._waiting.popleft()():
-                break
-        if self._waiting and self._timer is None:
-            self._set()
-
-
-def shared_turns(state: dict[str, Any]) -> Turns:
-    """Return the turns that all connections of `state` share, which the server hands to each of them."""
-    turns: Turns = state.setdefault(TURNS, Turns())
-    return turns
 
 
 class FrameReader:
