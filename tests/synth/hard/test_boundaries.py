@@ -135,4 +135,4 @@ def test_the_points_of_a_trajectory_have_their_ends(place: int) -> None:
 
 
 def test_the_page_says_that_denormal_numbers_are_zero() -> None:
-    assert "below 2.2e-308) is zero, and so is -0.0" in PAGE.replace("\n", " ")
+    assert "below 2.2e-308) is read as zero, and so is -0.0" in PAGE.replace("\n", " ")

@@ -109,8 +109,8 @@ def test_the_most_points_are_read_and_one_more_is_not() -> None:
 @pytest.mark.parametrize("rate", [1000, 8000, 48000])
 @pytest.mark.parametrize("scan", [{}, {"stroke": {"length": "10 mm", "turn_time": "50 ms"}}], ids=["steady", "stroke"])
 def test_a_bandwidth_above_the_rate_is_accepted_and_does_nothing(rate: int, scan: dict[str, Any]) -> None:
-    assert "anything above 0.45 of the sample rate, leaves the limit to the sample rate" in WORDS
-    assert "A bandwidth above what the sample rate can hold is accepted and does nothing" in WORDS
+    assert "a value above 0.45 of the sample rate, only the sample rate limits the band" in WORDS
+    assert "A bandwidth above the limit of the sample rate is accepted and has no effect" in WORDS
 
     def block(bandwidth: float | str) -> Any:
         output = {"channels": list(QUANTITIES), "sample_rate": rate, "bandwidth": bandwidth}
