@@ -98,7 +98,7 @@ class Settings:
         1,
         _whole(1, 64),
         "1 to 64",
-        "Server processes. More than one render and hold live connections, but have no sessions of plain HTTP.",
+        "Server processes. With more than one, renders and live connections work, but sessions of plain HTTP do not.",
     )
     node: str = _setting(
         "",
@@ -110,7 +110,7 @@ class Settings:
         (),
         _listed(r"[\x21-\x2b\x2d-\x7e]{1,256}"),
         "keys of visible ASCII characters, separated by commas",
-        "Who may call: each request carries one of these as a Bearer token. Empty: no key is asked for.",
+        "The keys that callers may use: each request carries one as a Bearer token. Empty: no key is required.",
     )
     allowed_hosts: tuple[str, ...] = _setting(
         ("localhost", "127.0.0.1", "[::1]"),
@@ -128,7 +128,7 @@ class Settings:
         64,
         _whole(1, 10_000),
         "1 to 10000",
-        "Sessions at one time in a worker, and as many live ones; one more: 503 with Retry-After, or closed 1013.",
+        "Sessions of a worker at one time, and as many live ones. Beyond: 503 with Retry-After, or close code 1013.",
     )
     session_idle: float = _setting(
         300.0,
@@ -155,7 +155,7 @@ class Settings:
         4,
         _whole(1, 10_000),
         "1 to 10000",
-        "Solves of one key or address that take long at one time: of renders, and as many of sessions; more wait.",
+        "Long solves of one key or address at one time: as many for renders as for sessions. Others wait.",
     )
     max_solves: int = _setting(8, _whole(1, 10_000), "1 to 10000", "The same for all clients of a worker.")
     max_duration: float = _setting(
@@ -174,13 +174,13 @@ class Settings:
         0.25,
         _number(0.0, 1.0),
         "0 to 1 s",
-        "How far ahead of the clock a stream is sent. A change is heard within the lead; a slow network wants more.",
+        "How far ahead of the clock a stream is sent. A change is heard within the lead; a slow network needs more.",
     )
     max_silence: float = _setting(
         0.25,
         _number(0.01, 10.0),
         "0.01 to 10 s",
-        "Without a contact update for this long, the load of a live stream ramps to zero.",
+        "After this long without a contact update, the load of a live stream ramps to zero.",
     )
     max_updates: int = _setting(
         2000,
@@ -195,7 +195,7 @@ class Settings:
         1.0,
         _number(0.05, 60.0),
         "0.05 to 60 s",
-        "How far a realtime stream may fall behind because it is not read; then it is closed (4408).",
+        "How far a real-time stream may fall behind because its client does not read it; then it is closed with 4408.",
     )
     file_folder: str = _setting(
         "recordings",
@@ -219,13 +219,13 @@ class Settings:
         1 << 29,
         _whole(1 << 20, 1 << 40),
         "1048576 to 1099511627776 bytes",
-        "Memory for what live sessions keep, send and record, in a worker; one more that does not fit is closed 1013.",
+        "Memory of a worker for what live sessions keep, send and record. Those that do not fit are closed with 1013.",
     )
     shutdown_timeout: int = _setting(
         1,
         _whole(1, 3600),
         "1 to 3600 s, whole",
-        "After SIGTERM, how long unfinished answers may take. Streams end at once, with a fade, whatever it is.",
+        "How long unfinished answers may take after SIGTERM. Streams end at once, with a fade, whatever the value.",
     )
     streams_per_key: int = _setting(
         512,
@@ -258,13 +258,16 @@ class Settings:
         (),
         _networks,
         "addresses or networks such as 10.0.0.0/8, separated by commas",
-        "Proxies whose X-Forwarded-For tells a caller's address; without them it is the proxy that is counted.",
+        "Proxies whose X-Forwarded-For gives the caller's address. Without it, limits count the proxy's address.",
     )
     log_level: str = _setting(
-        "info", _matching("debug|info|warning|error"), "debug, info, warning or error", "The least that is logged."
+        "info",
+        _matching("debug|info|warning|error"),
+        "debug, info, warning or error",
+        "The lowest level logged.",
     )
     log_format: str = _setting(
-        "text", _matching("text|json"), "text or json", "A plain line an event, or a JSON object."
+        "text", _matching("text|json"), "text or json", "Each event as a plain line, or as a JSON object."
     )
 
 
