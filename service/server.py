@@ -40,6 +40,8 @@ LIVE_OPTIONS: dict[str, Any] = {  # of uvicorn, for its connections
     "ws": "service.live.websocket:LiveProtocol",
     "ws_ping_interval": 5.0,  # s; a peer has as long to answer: one that only looks alive is found out within 10 s
 }
+ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+"""Variables of linear algebra, 1 unless set: its threads would wait actively on the processors that voices need."""
 WORKER = "service.operations.worker_process:app"  # what each of several processes calls for its application
 
 
@@ -94,6 +96,9 @@ def shown_address(listener: socket.socket) -> str:
 
 
 def _serve(settings: Settings, listener: socket.socket, engine: Engine | None, worker: str) -> None:
+    for name in ONE_THREAD:
+        os.environ.setdefault(name, "1")  # read when numpy is first imported, here and in the processes that follow
+
     import uvicorn
     from uvicorn.supervisors import Multiprocess
 
