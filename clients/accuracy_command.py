@@ -41,7 +41,7 @@ COLUMNS = (
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Carry out the command; raises AskedWrong, CannotRender, OSError."""
+    """Carry out the command; raises InvalidRequest, CannotRender, OSError."""
     begun()  # before matplotlib is imported: it is no part of what a render takes
     scene = read_scene(arguments)
     replaced = []

@@ -1,7 +1,7 @@
 """What the Python client raises.
 
 RidgewaveError (synth.errors)
-├── AskedWrong             an argument is at fault, found before anything was sent: `faults`
+├── InvalidRequest             an argument is at fault, found before anything was sent: `faults`
 └── ClientError
     ├── ProblemError       the service answered with a problem document: `problem`, `retry_after`
     │   ├── RefusedError   4xx: the request is at fault; `faults` lists each field

@@ -22,7 +22,7 @@ SIZES = ((1e9, "GB"), (1e6, "MB"), (1e3, "kB"))
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Carry out the command; raises AskedWrong, CannotRender, OSError."""
+    """Carry out the command; raises InvalidRequest, CannotRender, OSError."""
     scene = read_scene(arguments)
     with Waiting("solving the contact", arguments.progress):
         document = explain(scene).document()

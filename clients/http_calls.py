@@ -28,7 +28,7 @@ from clients.live_wire import checked_key, document_of, text_of
 from clients.pcm import SAMPLE_TYPES, Block, PcmBuffer
 from clients.rendered_sound import read_shape, read_sound
 from synth.encode.sound import Sound
-from synth.errors import AskedWrong, CannotRender, Fault, shown
+from synth.errors import CannotRender, Fault, InvalidRequest, shown
 
 DEFAULT_URL = "http://127.0.0.1:8000"
 CONNECT_SECONDS = 5.0  # s; a service that is there answers at once
@@ -192,9 +192,9 @@ def recording(session: str) -> Call[Document]:
 
 
 def stream(session: str, duration: float | None, sound_format: str) -> Call[None]:
-    """Return the call whose answer is the sound of a session; raises AskedWrong for a format that is a file's."""
+    """Return the call whose answer is the sound of a session; raises InvalidRequest for a format that is a file's."""
     if sound_format not in ("f32le", "l16"):
-        raise AskedWrong([Fault("/format", shown(sound_format), "f32le or l16", "Write f32le.")])
+        raise InvalidRequest([Fault("/format", shown(sound_format), "f32le or l16", "Write f32le.")])
     length = {} if duration is None else {"duration": repr(float(duration))}
     return Call("GET", _session_path(session, "stream"), lambda _: None, None, {"format": sound_format, **length})
 

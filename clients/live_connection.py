@@ -19,7 +19,7 @@ from websockets.exceptions import ConnectionClosed, InvalidMessage, InvalidStatu
 from clients.client_errors import ConnectionLost, read_problem, retry_seconds
 from clients.live_reconnect import Closed, Closure
 from clients.live_wire import SUBPROTOCOL, subprotocols
-from synth.errors import AskedWrong, Fault, shown
+from synth.errors import Fault, InvalidRequest, shown
 
 PING_SECONDS = 5.0  # s between pings, and to wait for each answer: a peer that is gone is found within twice that
 OPEN_SECONDS = 5.0  # s for TCP, TLS and the upgrade; longer wastes the time for which the service keeps a session
@@ -40,11 +40,11 @@ class Address:
 
     @classmethod
     def of(cls, url: str, key: str | None) -> Address:
-        """Return the checked address; raises AskedWrong."""
+        """Return the checked address; raises InvalidRequest."""
         parts = urlsplit(url)
         if parts.scheme not in ("ws", "wss") or not parts.hostname:
             hint = "Write ws://127.0.0.1:8000/v1/live."
-            raise AskedWrong([Fault("/url", shown(url), "an address that begins with ws:// or wss://", hint)])
+            raise InvalidRequest([Fault("/url", shown(url), "an address that begins with ws:// or wss://", hint)])
         return cls(url, subprotocols(key))
 
     def resuming(self, resume_url: str) -> Address:

@@ -26,7 +26,7 @@ from clients.live_credit import Credit, Playout
 from clients.live_ready import Applied, Ready
 from clients.live_reconnect import POLICY_CODE, RETRY_AFTER, Backoff, Closure
 from clients.pcm import Block, PcmBuffer
-from synth.errors import AskedWrong, Fault, shown
+from synth.errors import Fault, InvalidRequest, shown
 
 log = logging.getLogger("ridgewave.clients")
 
@@ -188,7 +188,7 @@ class LiveCore:
     # The person
 
     def touch(self, value: float, is_speed: bool, load: float | None) -> int:
-        """Take what the hand does now; return the number of the update. Raises AskedWrong."""
+        """Take what the hand does now; return the number of the update. Raises InvalidRequest."""
         self._contact = wire.contact(self._seq, self.clock(), value, is_speed, load)
         self._contact_unsent = True
         self._seq += 1
@@ -200,7 +200,7 @@ class LiveCore:
         return self.touch(0.0, True, 0.0) if last is None else self.touch(last.value, last.is_speed, 0.0)
 
     def change(self, partial: Mapping[str, Any]) -> None:
-        """Take a change of the scene. Raises AskedWrong where it is not JSON."""
+        """Take a change of the scene. Raises InvalidRequest where it is not JSON."""
         wire.text_of(partial)
         self._changes.ask(partial)
 
@@ -211,7 +211,7 @@ class LiveCore:
             self._wanted = 0
 
     def want(self, frames: int) -> None:
-        """Note that `frames` are to be read next. Raises AskedWrong for what is not a number of frames."""
+        """Note that `frames` are to be read next. Raises InvalidRequest for what is not a number of frames."""
         self._wanted = _whole("frames", frames)
         self._contact_first = self._contact_unsent
 
@@ -352,7 +352,7 @@ def not_open() -> ClientError:
 
 def _one_of(name: str, value: object, allowed: tuple[str, ...]) -> None:
     if value not in allowed:
-        raise AskedWrong([Fault("/" + name, shown(value), " or ".join(allowed), f"Write {allowed[0]}.")])
+        raise InvalidRequest([Fault("/" + name, shown(value), " or ".join(allowed), f"Write {allowed[0]}.")])
 
 
 def _whole(name: str, value: object) -> int:
@@ -361,5 +361,5 @@ def _whole(name: str, value: object) -> int:
     except TypeError:
         whole = -1
     if whole < 0:
-        raise AskedWrong([Fault("/" + name, shown(value), "a whole number from 0 on", "Write a number of frames.")])
+        raise InvalidRequest([Fault("/" + name, shown(value), "a whole number from 0 on", "Write a number of frames.")])
     return whole

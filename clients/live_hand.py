@@ -49,7 +49,7 @@ class LiveHand(ABC):
     reconnect: True goes on after a break without a gap, or raises ResumeLost; "new" opens a new session where that
     cannot be, and says so in `gaps`; False raises ConnectionLost. backoff: when to try again.
     clock: monotonic seconds, which also date the contacts.
-    Raises AskedWrong for arguments that cannot be.
+    Raises InvalidRequest for arguments that cannot be.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""What the end of a connection means: over, asked wrong, or to be made again, and when.
+"""What the end of a connection means: over, an invalid request, or to be made again, and when.
 
 Model: a `Closure` says how a connection ended, or why it was not made. `worth_another_try` sorts it:
 

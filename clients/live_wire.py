@@ -2,7 +2,7 @@
 
 Model: what the client says, as the text or bytes of one WebSocket message; what the service says, as a dictionary
     (text) or as samples (bytes). The page on the live protocol defines the words.
-Limits: a stream has 2**32 contact updates (49 days of a thousand a second): past them `contact` raises AskedWrong.
+Limits: a stream has 2**32 contact updates (49 days of a thousand a second): past them `contact` raises InvalidRequest.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from clients.client_errors import ProtocolError
-from synth.errors import AskedWrong, Fault, shown
+from synth.errors import Fault, InvalidRequest, shown
 
 SUBPROTOCOL = "ridgewave.v1"
 KEY_SUBPROTOCOL = "ridgewave.key."
@@ -54,16 +54,16 @@ class Contact:
 
 
 def contact(seq: int, time: float, value: float, is_speed: bool, load: float | None) -> Contact:
-    """Return a checked contact; raises AskedWrong for what the service would refuse."""
+    """Return a checked contact; raises InvalidRequest for what the service would refuse."""
     if seq >= SEQ_LIMIT:
-        raise AskedWrong([Fault("/seq", shown(seq), f"below {SEQ_LIMIT}", "Open another stream.")])
+        raise InvalidRequest([Fault("/seq", shown(seq), f"below {SEQ_LIMIT}", "Open another stream.")])
     name, limit, unit = ("speed", SPEED_LIMIT, "m/s") if is_speed else ("position", POSITION_LIMIT, "m")
     faults = [_fault(name, value, limit, unit)]
     if load is not None:
         faults.append(_fault("load", load, LOAD_LIMIT, "N"))
     found = [fault for fault in faults if fault is not None]
     if found:
-        raise AskedWrong(found)
+        raise InvalidRequest(found)
     return Contact(seq, time, float(value), is_speed, None if load is None else float(load))
 
 
@@ -98,12 +98,14 @@ def stop() -> str:
 
 
 def text_of(document: Mapping[str, Any]) -> str:
-    """Return the JSON text of a message; raises AskedWrong where a scene in it is not JSON."""
+    """Return the JSON text of a message; raises InvalidRequest where a scene in it is not JSON."""
     try:
         return json.dumps(document, allow_nan=False, separators=(",", ":"))
     except (TypeError, ValueError, RecursionError) as error:
         hint = 'Write finite numbers, or strings with a unit such as "0.8 mm".'
-        raise AskedWrong([Fault("", "something that is not JSON", "JSON without NaN and infinity", hint)]) from error
+        raise InvalidRequest(
+            [Fault("", "something that is not JSON", "JSON without NaN and infinity", hint)]
+        ) from error
 
 
 def read_text(text: str) -> dict[str, Any]:
@@ -126,9 +128,11 @@ def subprotocols(key: str | None) -> tuple[str, ...]:
 
 
 def checked_key(key: str) -> str:
-    """Return `key`, which goes into a header; raises AskedWrong for what cannot, and does not show it."""
+    """Return `key`, which goes into a header; raises InvalidRequest for what cannot, and does not show it."""
     if not re.fullmatch(r"[\x21-\x7e]+", key):
-        raise AskedWrong([Fault("/key", "(not shown)", "visible ASCII characters", "Write one of the service's keys.")])
+        raise InvalidRequest(
+            [Fault("/key", "(not shown)", "visible ASCII characters", "Write one of the service's keys.")]
+        )
     return key
 
 
@@ -143,7 +147,7 @@ def document_of(scene: Any) -> dict[str, Any]:
 
     if isinstance(scene, CheckedScene):
         return scene_document(scene)
-    raise AskedWrong([Fault("", shown(scene), "a scene", 'Write {} or {"texture": {"period": "1 mm"}}.')])
+    raise InvalidRequest([Fault("", shown(scene), "a scene", 'Write {} or {"texture": {"period": "1 mm"}}.')])
 
 
 def _fault(name: str, value: float, limit: float, unit: str) -> Fault | None:

@@ -2,7 +2,7 @@
 
     0    done
     1    could not: the request was fine, the machine or the disk was not (CannotRender, OSError)
-    2    asked wrong: a message with a line for each fault, never a traceback (AskedWrong)
+    2    invalid request: a message with a line for each fault, never a traceback (InvalidRequest)
     130  interrupted (Ctrl-C); 143 terminated. Whatever was half written is gone
 
 Any other exception is a bug of ridgewave's own and keeps its traceback.
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 DONE = 0
 COULD_NOT = 1
-ASKED_WRONG = 2
+INVALID_REQUEST = 2
 INTERRUPTED = 130
 TERMINATED = 143
 
@@ -37,16 +37,16 @@ def carry_out(command: Callable[[], int], *, as_json: bool) -> int:
 
     as_json: messages are one JSON object on a line, in the service's problem shape, instead of sentences.
     """
-    from synth.errors import AskedWrong, CannotRender
+    from synth.errors import CannotRender, InvalidRequest
 
     previous = signal.signal(signal.SIGTERM, _terminate)
     try:
         code = command()
         sys.stdout.flush()
         return code
-    except AskedWrong as error:
-        _report("asked wrong", error.faults, as_json)
-        return ASKED_WRONG
+    except InvalidRequest as error:
+        _report("invalid request", error.faults, as_json)
+        return INVALID_REQUEST
     except CannotRender as error:
         _say("could not", error.reason, as_json)
         return COULD_NOT
@@ -66,11 +66,11 @@ def carry_out(command: Callable[[], int], *, as_json: bool) -> int:
         _settle_standard_output()
 
 
-def asked_wrong(field: str, value: object, allowed: str, hint: str) -> NoReturn:
-    """Raise `AskedWrong` for one fault in the command line itself; `field` is the option or argument at fault."""
-    from synth.errors import AskedWrong, Fault, shown
+def invalid_request(field: str, value: object, allowed: str, hint: str) -> NoReturn:
+    """Raise `InvalidRequest` for one fault in the command line itself; `field` is the option or argument at fault."""
+    from synth.errors import Fault, InvalidRequest, shown
 
-    raise AskedWrong([Fault("/" + field, shown(value), allowed, hint)])
+    raise InvalidRequest([Fault("/" + field, shown(value), allowed, hint)])
 
 
 def warn(text: str) -> None:

@@ -11,7 +11,7 @@ import contextlib
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from clients.outcome import asked_wrong
+from clients.outcome import invalid_request
 from synth.encode.part_file import PartFile, cannot_write
 
 
@@ -38,10 +38,10 @@ class OutputFolder:
 def opened_folder(path: Path, names: Sequence[str]) -> Iterator[OutputFolder]:
     """Yield the folder `path`, ready for files of those names; unless they are written, it is left as it was.
 
-    Raises AskedWrong where something else has the name, CannotRender where it cannot be written.
+    Raises InvalidRequest where something else has the name, CannotRender where it cannot be written.
     """
     if path.exists() and not path.is_dir():
-        asked_wrong("--output", str(path), "a folder, there or not", "This is a file; name a folder.")
+        invalid_request("--output", str(path), "a folder, there or not", "This is a file; name a folder.")
     with contextlib.ExitStack() as undo:
         for missing in reversed([place for place in (path, *path.parents) if not place.exists()]):
             try:

@@ -14,7 +14,7 @@ from typing import Any
 
 WIDTH = 100  # characters of a description in a line
 SCENE_HELP = "a JSON file, - for standard input, or a name from the catalogue (see `ridgewave textures`)"
-EXIT_CODES = "Exit codes: 0 done, 1 could not, 2 asked wrong, 130 interrupted."
+EXIT_CODES = "Exit codes: 0 done, 1 could not, 2 invalid request, 130 interrupted."
 EXAMPLES = {
     "": (
         ("render grating-800um-40um -o out.wav", "a texture of the catalogue as a sound file"),

@@ -80,7 +80,7 @@ class Stop:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Carry out the command; raises AskedWrong, CannotRender."""
+    """Carry out the command; raises InvalidRequest, CannotRender."""
     scene = read_scene(arguments)
     sink = open_sink(arguments.device, Path.cwd())
     voice = LiveVoice(scene)

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 from clients.export import Export, export
-from clients.outcome import DONE, asked_wrong, print_json, say, warn
+from clients.outcome import DONE, invalid_request, print_json, say, warn
 from clients.progress import Progress, Waiting
 from clients.scene_argument import read_document, scene_of, unchanged
 from clients.target import Target, read_target, replaces
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Carry out the command; raises AskedWrong, CannotRender, OSError."""
+    """Carry out the command; raises InvalidRequest, CannotRender, OSError."""
     target = read_target(arguments.output, arguments.subtype)
     replaced = target.path is not None and replaces(target.path, arguments.no_clobber)
     document = read_document(arguments.scene)
@@ -32,7 +32,7 @@ def run(arguments: argparse.Namespace) -> int:
         unchanged(arguments, "a recording")
         result = render_recording(target, document, arguments.progress, exact=arguments.exact)
     elif arguments.exact:
-        asked_wrong(
+        invalid_request(
             "--exact", "true", "a recording of a live session", "Leave it out: files of scenes are solved anyway."
         )
     else:

@@ -12,8 +12,8 @@ import json
 import sys
 from typing import Any, NoReturn
 
-from clients.outcome import asked_wrong
-from synth.errors import AskedWrong, Fault
+from clients.outcome import invalid_request
+from synth.errors import Fault, InvalidRequest
 from synth.scene.doubtful_values import bare_doubts
 from synth.scene.scene import Scene, merge_patch, object_from_text, parse_scene
 from synth.scene.source import LARGEST_BYTES, document_of
@@ -21,12 +21,12 @@ from synth.scene.texture_registry import with_files
 
 
 def read_scene(arguments: argparse.Namespace) -> Scene:
-    """Return the scene that `arguments` (scene, changes, duration) ask for; raises AskedWrong, OSError."""
+    """Return the scene that `arguments` (scene, changes, duration) ask for; raises InvalidRequest, OSError."""
     return scene_of(read_document(arguments.scene), arguments)
 
 
 def scene_of(document: dict[str, object], arguments: argparse.Namespace) -> Scene:
-    """Return the scene of `document` with the changes that `arguments` ask for; raises AskedWrong."""
+    """Return the scene of `document` with the changes that `arguments` ask for; raises InvalidRequest."""
     changes = list(arguments.changes)
     if arguments.duration is not None:
         changes.append(f"output.duration={arguments.duration}")
@@ -37,16 +37,18 @@ def scene_of(document: dict[str, object], arguments: argparse.Namespace) -> Scen
         document = merge_patch(document, patch)
     scene = parse_scene(with_files(document))
     if faults:
-        raise AskedWrong(faults)
+        raise InvalidRequest(faults)
     return scene
 
 
 def unchanged(arguments: argparse.Namespace, what: str) -> None:
-    """Raise AskedWrong where `arguments` would change what can only be taken as it is."""
+    """Raise InvalidRequest where `arguments` would change what can only be taken as it is."""
     if arguments.changes:
-        asked_wrong("--set", arguments.changes[0], f"nothing with {what}", "Render a scene to change one.")
+        invalid_request("--set", arguments.changes[0], f"nothing with {what}", "Render a scene to change one.")
     if arguments.duration is not None:
-        asked_wrong("--duration", arguments.duration, f"nothing with {what}", f"{what.capitalize()} has its length.")
+        invalid_request(
+            "--duration", arguments.duration, f"nothing with {what}", f"{what.capitalize()} has its length."
+        )
 
 
 def read_document(name: str) -> dict[str, object]:
@@ -57,13 +59,13 @@ def read_document(name: str) -> dict[str, object]:
 
 
 def patch_of(change: str) -> dict[str, object]:
-    """Return the partial scene that `FIELD=VALUE` stands for: "a.b=1" is {"a": {"b": 1}}; raises AskedWrong."""
+    """Return the partial scene that `FIELD=VALUE` stands for: "a.b=1" is {"a": {"b": 1}}; raises InvalidRequest."""
     field, equals, value = change.partition("=")
     names = field.strip().split(".")
     if not equals or not all(names):
-        asked_wrong("--set", change, "FIELD=VALUE", "Write the field's path with dots, as in texture.period=0.6mm.")
+        invalid_request("--set", change, "FIELD=VALUE", "Write the field's path with dots, as in texture.period=0.6mm.")
     if any(name.isdigit() for name in names):
-        asked_wrong("--set", change, "a path of field names", "A list is set as a whole, as JSON: FIELD=[...].")
+        invalid_request("--set", change, "a path of field names", "A list is set as a whole, as JSON: FIELD=[...].")
     patch: Any = value_of(value)
     for name in reversed(names):
         patch = {name: patch}

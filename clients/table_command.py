@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from clients.outcome import DONE, asked_wrong, print_json
+from clients.outcome import DONE, invalid_request, print_json
 from clients.progress import Waiting
 from clients.scene_argument import read_scene
 from clients.tables import print_table
@@ -16,13 +16,13 @@ ENDING = ".safetensors"
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Carry out the command; raises AskedWrong, CannotRender, OSError."""
+    """Carry out the command; raises InvalidRequest, CannotRender, OSError."""
     from synth.plan.scene_table import table_of_scene
     from synth.response.table_file import table_bytes
 
     path = Path(arguments.output)
     if path.suffix != ENDING or path.is_dir():
-        asked_wrong(
+        invalid_request(
             "--output", arguments.output, f"the name of a file that ends in {ENDING}", "Write NAME.safetensors."
         )
     scene = read_scene(arguments)

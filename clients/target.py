@@ -13,7 +13,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from clients.outcome import asked_wrong
+from clients.outcome import invalid_request
 from synth.encode.formats import SoundFormat, choose_format
 
 STANDARD_OUTPUT = "-"
@@ -33,22 +33,26 @@ class Target:
 
 
 def read_target(output: str, subtype: str | None) -> Target:
-    """Return the target that `-o output --subtype subtype` asks for; raises AskedWrong."""
+    """Return the target that `-o output --subtype subtype` asks for; raises InvalidRequest."""
     if output == STANDARD_OUTPUT:
         if sys.stdout.isatty():
-            asked_wrong("--output", output, "a pipe or a file behind standard output", "Sound is not for a terminal.")
+            invalid_request(
+                "--output", output, "a pipe or a file behind standard output", "Sound is not for a terminal."
+            )
         return Target(None, choose_format("-.wav", subtype))
     path = Path(output)
     sound_format = choose_format(path, subtype)
     if path.is_dir():
-        asked_wrong("--output", output, "the name of a file", "This is a folder.")
+        invalid_request("--output", output, "the name of a file", "This is a folder.")
     return Target(path, sound_format)
 
 
 def replaces(path: Path, no_clobber: bool) -> bool:
-    """Return whether a file stands at `path`, which would be replaced; raises AskedWrong where it must be kept."""
+    """Return whether a file stands at `path`, which would be replaced; raises InvalidRequest where it must be kept."""
     if not path.is_file():  # a pipe or a device is written into, not replaced
         return False
     if no_clobber:
-        asked_wrong("--no-clobber", str(path), "a name that is free", "Name another file, or leave out --no-clobber.")
+        invalid_request(
+            "--no-clobber", str(path), "a name that is free", "Name another file, or leave out --no-clobber."
+        )
     return True

@@ -11,7 +11,7 @@ from synth.scene.catalogue import catalogue, lookup
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Carry out the command; raises AskedWrong."""
+    """Carry out the command; raises InvalidRequest."""
     if arguments.name is not None:
         print_json(lookup(arguments.name).document)
     elif arguments.json:

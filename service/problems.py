@@ -15,7 +15,7 @@ from typing import Any
 
 from starlette.responses import Response
 
-from synth.errors import AskedWrong, CannotRender, Fault, RidgewaveError, SceneError
+from synth.errors import CannotRender, Fault, InvalidRequest, RidgewaveError, SceneError
 
 MEDIA_TYPE = "application/problem+json"
 
@@ -135,7 +135,7 @@ class Problem(Exception):
 
 def of(error: RidgewaveError) -> Problem:
     """Return the problem that a refusal of `synth` becomes."""
-    if isinstance(error, AskedWrong):
+    if isinstance(error, InvalidRequest):
         kind = "scene-refused" if isinstance(error, SceneError) else "request-refused"
         return Problem(kind, summary(error.faults), error.faults)
     assert isinstance(error, CannotRender)

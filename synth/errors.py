@@ -1,7 +1,7 @@
 """The exception tree of ridgewave.
 
     RidgewaveError
-    ├── AskedWrong      the request is at fault: it names each field, its value, what is allowed, what to write instead
+    ├── InvalidRequest  the request is at fault: it names each field, its value, what is allowed and what to write
     │   └── SceneError  the same, for a scene
     └── CannotRender    the request is fine but cannot be carried out here; `reason` is a sentence for the user
         └── NameTaken   there is something under that name already, and it is not overwritten
@@ -41,7 +41,7 @@ class RidgewaveError(Exception):
     """Base of everything that ridgewave raises on purpose."""
 
 
-class AskedWrong(RidgewaveError):
+class InvalidRequest(RidgewaveError):
     """The request is at fault. `faults` lists every fault found, not only the first."""
 
     def __init__(self, faults: Sequence[Fault]) -> None:
@@ -49,7 +49,7 @@ class AskedWrong(RidgewaveError):
         super().__init__("\n".join(fault.sentence() for fault in self.faults))
 
 
-class SceneError(AskedWrong):
+class SceneError(InvalidRequest):
     """The scene is at fault."""
 
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
-from synth.accuracy.report import AccuracyReport, LeftOut, Measured
+from synth.accuracy.report import AccuracyReport, LeftOutMethod, Measured
 from synth.plan.channels import UNITS
 from synth.scene.scene import Scene, parse_scene, scene_document
 
@@ -32,7 +32,7 @@ def report(scene: Scene | None = None, quantity: str = "acceleration") -> Accura
         process_seconds=1.25,
         compile_seconds=0.0,
         methods=_with_front(list(_rows())),
-        left_out=(LeftOut("closed form", "closed", "The contact is not full at every phase."),),
+        left_out=(LeftOutMethod("closed form", "closed", "The contact is not full at every phase."),),
     )
 
 

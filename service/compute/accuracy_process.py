@@ -5,7 +5,7 @@
 Model: the measuring computes for up to a minute and much of it in Python. In a thread it would hold up whoever renders
     in this interpreter, its timings would be those of a busy interpreter, and a shutdown would have to wait for it. The
     process runs at the lowest priority, so that on a full machine sound comes first. Its outcome is one JSON object:
-    "document", or "faults" (AskedWrong), or "reason" (CannotRender); anything else is our bug.
+    "document", or "faults" (InvalidRequest), or "reason" (CannotRender); anything else is our bug.
 Limits: it shares the processors with what the service renders meanwhile, so its timings are those of an idle machine
     only on one. A service that is killed outright leaves it to its end.
 """
@@ -21,7 +21,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from synth.errors import AskedWrong, CannotRender, Fault
+from synth.errors import CannotRender, Fault, InvalidRequest
 from synth.scene.scene import Scene, parse_scene, scene_document
 
 LONGEST = 300.0  # s; several times what any scene should take: beyond it the machine is too busy to measure anything
@@ -34,8 +34,8 @@ ROOT = Path(__file__).resolve().parents[2]  # what the process imports, wherever
 def measure_apart(scene: Scene, quantity: str | None, given_up: threading.Event) -> dict[str, Any]:
     """Return the document of `measure_accuracy`; for a thread.
 
-    given_up: set by whoever does not want it any more; the process is ended. Raises AskedWrong and CannotRender as the
-    measuring does, CannotRender where it was given up, took longer than LONGEST, or was killed.
+    given_up: set by whoever does not want it any more; the process is ended. Raises InvalidRequest and CannotRender as
+    the measuring does, CannotRender where it was given up, took longer than LONGEST, or was killed.
     """
     asked = json.dumps({"scene": scene_document(scene), "quantity": quantity}).encode()
     code, outcome, told = _answer_of_process(asked, given_up)
@@ -45,7 +45,7 @@ def measure_apart(scene: Scene, quantity: str | None, given_up: threading.Event)
         raise RuntimeError(f"the measuring process ended with {code}:\n{told.decode(errors='replace')}")
     answer: dict[str, Any] = json.loads(outcome)
     if "faults" in answer:
-        raise AskedWrong([Fault(**fault) for fault in answer["faults"]])
+        raise InvalidRequest([Fault(**fault) for fault in answer["faults"]])
     if "reason" in answer:
         raise CannotRender(answer["reason"])
     document: dict[str, Any] = answer["document"]
@@ -91,7 +91,7 @@ def main() -> None:
     outcome: dict[str, Any]
     try:
         outcome = {"document": measure_accuracy(scene, quantity=asked["quantity"]).document()}
-    except AskedWrong as error:
+    except InvalidRequest as error:
         names = ("pointer", "value", "allowed", "hint")
         outcome = {"faults": [{name: getattr(fault, name) for name in names} for fault in error.faults]}
     except CannotRender as error:

@@ -29,7 +29,7 @@ from service.http.sound_headers import describe, metadata_of
 from service.problems import Problem, of, refused
 from synth.encode.formats import Block, SoundFormat, encode_all, media_type, open_writer, stream_block
 from synth.encode.riff import padding, wav_header
-from synth.errors import AskedWrong, CannotRender, Fault, SceneError, shown
+from synth.errors import CannotRender, Fault, InvalidRequest, SceneError, shown
 from synth.scene.scene import Scene, channel_count, object_from_text, parse_scene, parse_scene_text
 from synth.voice.fades import reduction_warning
 
@@ -119,7 +119,7 @@ class Render:
 
     @property
     def media_type(self) -> str:
-        """Return the Content-Type; raises AskedWrong for L16 above 48 kHz."""
+        """Return the Content-Type; raises InvalidRequest for L16 above 48 kHz."""
         return media_type(self.sound_format, self.voice.sample_rate, self.voice.channels)
 
 
@@ -289,5 +289,5 @@ def _whole_number(document: dict[str, object], name: str) -> int | None:
     value = document.get(name)
     whole = int(value) if isinstance(value, float) and value.is_integer() else value  # JSON Schema: 32.0 is an integer
     if whole is not None and (isinstance(whole, bool) or not isinstance(whole, int)):
-        raise AskedWrong([Fault(f"/{name}", shown(value), "a whole number", f"Leave {name} out for the default.")])
+        raise InvalidRequest([Fault(f"/{name}", shown(value), "a whole number", f"Leave {name} out for the default.")])
     return whole

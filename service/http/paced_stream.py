@@ -103,7 +103,7 @@ def opening(
 ) -> bytes:
     """Return the header of a stream of `frames`, or of an endless one; nothing for raw formats.
 
-    Raises AskedWrong for FLAC, which does not stream, of any length.
+    Raises InvalidRequest for FLAC, which does not stream, of any length.
     """
     if frames is None or sound_format.container != "wav":
         return stream_header(sound_format, sample_rate, channels, metadata)

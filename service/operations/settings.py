@@ -16,13 +16,13 @@ from dataclasses import Field, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
-from synth.errors import AskedWrong, Fault, shown
+from synth.errors import Fault, InvalidRequest, shown
 
 PREFIX = "RIDGEWAVE_"
 NODE_NAME = r"[A-Za-z0-9_-]{1,32}"  # no dot: the first one of an id ends the node
 
 
-class SettingsError(AskedWrong):
+class SettingsError(InvalidRequest):
     """A setting is at fault; the pointer of each fault is the name of its environment variable."""
 
 

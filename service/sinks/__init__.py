@@ -29,8 +29,8 @@ def open_sink(device: str | int | None, folder: Path | None, claims: Claims | No
     """Return the sink, not yet started, for `device`: "file:NAME", the name or index of a device, None = the default.
 
     folder: where file sinks may write; None where this service has none. claims: the devices that play in this process.
-    A file sink made here keeps real time, as a device would. Raises AskedWrong for a bad NAME, CannotRender where there
-    is no folder.
+    A file sink made here keeps real time, as a device would. Raises InvalidRequest for a bad NAME, CannotRender where
+    there is no folder.
     """
     if isinstance(device, str) and device.startswith(FILE_PREFIX):
         if folder is None:

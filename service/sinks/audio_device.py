@@ -86,7 +86,8 @@ class DeviceSink:
     def start(self, sample_rate: int, channels: int, metadata: Metadata | None = None) -> None:
         """Open the device.
 
-        Raises AskedWrong for one that is not there, DeviceBusy for one that plays, CannotRender where it does not open.
+        Raises InvalidRequest for one that is not there, DeviceBusy for one that plays, CannotRender where it does not
+        open.
         """
         assert self._stream is None, "a sink starts once"
         sounddevice = portaudio()

@@ -12,7 +12,7 @@ import ctypes.util
 import importlib.util
 from typing import Any, TypedDict
 
-from synth.errors import AskedWrong, CannotRender, Fault, shown
+from synth.errors import CannotRender, Fault, InvalidRequest, shown
 
 INSTALL_PORTAUDIO = (
     "audio devices need PortAudio, which is not installed here: apt-get install libportaudio2 (Debian, Ubuntu), "
@@ -81,7 +81,7 @@ def list_devices() -> list[DeviceDescription]:
 def find_device(wanted: str | int | None) -> DeviceDescription:
     """Return the device of this index or name (whole, or a part that only one has), or the default device for None.
 
-    Raises AskedWrong that lists the devices, CannotRender where there is none at all.
+    Raises InvalidRequest that lists the devices, CannotRender where there is none at all.
     """
     devices = list_devices()
     if not devices:
@@ -92,7 +92,7 @@ def find_device(wanted: str | int | None) -> DeviceDescription:
     if len(found) != 1:
         names = ", ".join(f"{device['index']} {device['name']!r}" for device in devices)
         hint = "Write the whole name or the index." if found else "Write one of these, or file:NAME.wav."
-        raise AskedWrong([Fault("/device", shown(wanted), names, hint)])
+        raise InvalidRequest([Fault("/device", shown(wanted), names, hint)])
     return found[0]
 
 

@@ -17,7 +17,7 @@ from pathlib import Path
 
 from service.sinks.sink import WRITE_TIMEOUT_S
 from synth.encode.formats import Block, Metadata, Writer, choose_format, open_writer
-from synth.errors import AskedWrong, CannotRender, Fault, shown
+from synth.errors import CannotRender, Fault, InvalidRequest, shown
 
 NAME_PATTERN = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*\.(wav|flac)", re.ASCII)
 NAME_LENGTH = 200  # characters; NAME.part stays below the 255 bytes of usual file systems
@@ -30,11 +30,11 @@ class FileSink:
     latency = 0.0
 
     def __init__(self, folder: Path, name: str, *, realtime: bool = False) -> None:
-        """Raise AskedWrong for a name that is not allowed. Nothing is touched before `start`."""
+        """Raise InvalidRequest for a name that is not allowed. Nothing is touched before `start`."""
         if not isinstance(name, str) or len(name) > NAME_LENGTH or NAME_PATTERN.fullmatch(name) is None:
             allowed = f"letters, digits, '.', '_' and '-', first a letter or digit, at most {NAME_LENGTH} characters"
             hint = "Write a plain name that ends in .wav or .flac, such as file:stroke.wav."
-            raise AskedWrong([Fault("/device", shown(name), allowed, hint)])
+            raise InvalidRequest([Fault("/device", shown(name), allowed, hint)])
         self.name = f"file:{name}"
         self.path = folder / name
         self.failure: str | None = None

@@ -40,7 +40,7 @@ class Player:
         """Take the device of the request; `stream` is set later, and nothing is opened before `start`.
 
         claims: the devices that play. over: called once when a play that began is over, from its thread.
-        Raises AskedWrong for a bad file name.
+        Raises InvalidRequest for a bad file name.
         """
         folder = Path(settings.file_folder)
         self.stream: VoiceStream | None = None
@@ -61,7 +61,7 @@ class Player:
         return self.failure is None and not self._over.is_set()
 
     def start(self, metadata: Metadata) -> None:
-        """Open the sink and begin; for a thread. Raises CannotRender or AskedWrong where the sink does not open."""
+        """Open the sink and begin; for a thread. Raises CannotRender or InvalidRequest where the sink does not open."""
         assert self.stream is not None
         if isinstance(self._sink, FileSink):
             _make_folder(self._folder)

@@ -46,7 +46,7 @@ class Sink(Protocol):
         """Return why it no longer works, a sentence for people; None while it does."""
 
     def start(self, sample_rate: int, channels: int, metadata: Metadata | None = None) -> None:
-        """Open it; raises CannotRender or AskedWrong where it cannot be, at once and not at the first block."""
+        """Open it; raises CannotRender or InvalidRequest where it cannot be, at once and not at the first block."""
 
     def write(self, block: Block, timeout: float = WRITE_TIMEOUT_S) -> None:
         """Take `block` [frames, channels] of any length; raises CannotRender where it fails, stalls or is closed."""

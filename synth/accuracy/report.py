@@ -28,7 +28,7 @@ from synth.accuracy.baseline import baseline_methods
 from synth.accuracy.costing import explain
 from synth.accuracy.methods import Case, Method, case_of, chosen_method, methods_of
 from synth.arrays import Array
-from synth.errors import AskedWrong, CannotRender, Fault, shown
+from synth.errors import CannotRender, Fault, InvalidRequest, shown
 from synth.perception.threshold import threshold_displacement
 from synth.plan.channels import UNITS
 from synth.plan.preparation import prepare
@@ -70,7 +70,7 @@ class Measured:
 
 
 @dataclass(frozen=True, slots=True)
-class LeftOut:
+class LeftOutMethod:
     """A method that was not measured, and why."""
 
     method: str
@@ -101,7 +101,7 @@ class AccuracyReport:
     process_seconds: float
     compile_seconds: float
     methods: tuple[Measured, ...]
-    left_out: tuple[LeftOut, ...]
+    left_out: tuple[LeftOutMethod, ...]
 
     def document(self) -> dict[str, Any]:
         """Return the JSON document (design, section 5); null where a number is not finite."""
@@ -137,8 +137,8 @@ def measure_accuracy(
 
     scene: a Scene, a mapping, the path of a JSON file, or a name of the catalogue. quantity: that of the channel, None
     for the first. progress: told before each method its name, how many are done, and how many there are.
-    Raises AskedWrong for a quantity that the scene has no channel of, and for a scene with effects, CannotRender where
-    nothing moves.
+    Raises InvalidRequest for a quantity that the scene has no channel of, and for a scene with effects, CannotRender
+    where nothing moves.
     """
     scene = scene_from(scene)
     require_measurable(scene)
@@ -172,10 +172,10 @@ def measure_accuracy(
 
 def _measured_all(
     case: Case, listed: Sequence[Method], reference: Reference, progress: Progress | None
-) -> tuple[list[Measured], list[LeftOut]]:
+) -> tuple[list[Measured], list[LeftOutMethod]]:
     """Return what each method of `listed` errs by and costs, and what was left out; the quickest are measured first."""
     rows: dict[str, Measured] = {}
-    left_out: dict[str, LeftOut] = {}
+    left_out: dict[str, LeftOutMethod] = {}
     began = perf_counter()
     for done, method in enumerate(sorted(listed, key=lambda one: one.seconds)):
         if progress is not None:
@@ -185,30 +185,30 @@ def _measured_all(
             rows[method.name] = _measured(case, method, reference)
         else:
             reason = f"It would take {method.seconds:.3g} s to measure."
-            left_out[method.name] = LeftOut(method.name, method.family, reason)
+            left_out[method.name] = LeftOutMethod(method.name, method.family, reason)
     if progress is not None:
         progress(listed[-1].name, len(listed), len(listed))
     names = [method.name for method in listed]
     return [rows[name] for name in names if name in rows], [left_out[name] for name in names if name in left_out]
 
 
-def _not_there(case: Case) -> Iterator[LeftOut]:
+def _not_there(case: Case) -> Iterator[LeftOutMethod]:
     """Yield the methods that this scene does not have, with the reason in words."""
     sinusoid = case.contact.geometry.profile is None
     if not sinusoid:
         reason = "Two cosines alone have antiderivatives in closed form: segments, refined, take its place."
-        yield LeftOut("exact solver in closed form", "exact", reason)
+        yield LeftOutMethod("exact solver in closed form", "exact", reason)
     if case.contact.closed(case.load) is None:
         pressed = "The load does not flatten the whole contact at every phase."
         reason = pressed if sinusoid else "Full contact is one sinusoid only where the texture is."
-        yield LeftOut("closed form", "closed", reason)
+        yield LeftOutMethod("closed form", "closed", reason)
 
 
 def require_measurable(scene: Scene) -> None:
     """Raise what `measure_accuracy` raises of `scene`, as far as that is seen without solving anything."""
     if scene.effects:
         hint = "The report compares ways to compute the contact response: leave the effects out."
-        raise AskedWrong([Fault("/effects", ", ".join(scene.effects), "{}", hint)])
+        raise InvalidRequest([Fault("/effects", ", ".join(scene.effects), "{}", hint)])
     if scene.scan.speed == 0.0:
         raise CannotRender("The finger stands still (scan.speed is 0 m/s): there is nothing to measure.")
 
@@ -221,7 +221,7 @@ def _channel_of(scene: Scene, quantity: str | None) -> int:
     if quantity in names:
         return names.index(quantity)
     allowed = ", ".join(dict.fromkeys(names))
-    raise AskedWrong([Fault("/quantity", shown(quantity), allowed, "Name a quantity of output.channels.")])
+    raise InvalidRequest([Fault("/quantity", shown(quantity), allowed, "Name a quantity of output.channels.")])
 
 
 def _steady(scene: Scene) -> Scene:

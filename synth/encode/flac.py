@@ -18,7 +18,7 @@ import numpy as np
 
 from synth.encode.samples import Block, SoundFormat, quantise
 from synth.encode.sound_metadata import FLAC_COMMENT_BYTES, Metadata
-from synth.errors import AskedWrong, CannotRender, Fault
+from synth.errors import CannotRender, Fault, InvalidRequest
 
 MOST_CHANNELS = 8  # the format's own bound
 
@@ -27,7 +27,7 @@ class FlacEncoder:
     """Writes FLAC into `stream`; where the stream fails, its own error comes out of `write` or `finish`."""
 
     def __init__(self, stream: BinaryIO, sample_rate: int, channels: int, metadata: Metadata | None) -> None:
-        """Raise AskedWrong for more than 8 channels, CannotRender where libsndfile is missing or refuses."""
+        """Raise InvalidRequest for more than 8 channels, CannotRender where libsndfile is missing or refuses."""
         comment = "" if metadata is None else metadata.text().decode("ascii")
         _check(channels, comment)
         soundfile = _soundfile()
@@ -108,7 +108,7 @@ class _FaultKeeper:
 def _check(channels: int, comment: str) -> None:
     if channels > MOST_CHANNELS:
         hint = "Write WAV, which takes any number, or fewer channels."
-        raise AskedWrong([Fault("/output/channels", f"{channels} channels", f"1 to {MOST_CHANNELS} in FLAC", hint)])
+        raise InvalidRequest([Fault("/output/channels", f"{channels} channels", f"1 to {MOST_CHANNELS} in FLAC", hint)])
     if len(comment) > FLAC_COMMENT_BYTES:
         raise CannotRender(f"the scene is {len(comment)} bytes of JSON and a FLAC file holds 16 MB of it: write WAV.")
 

@@ -17,7 +17,7 @@ from synth.encode.file_writer import Writer, open_writer
 from synth.encode.riff import wav_header
 from synth.encode.samples import Block, SoundFormat, block_bytes, quantise
 from synth.encode.sound_metadata import Metadata, read_metadata
-from synth.errors import AskedWrong, Fault, shown
+from synth.errors import Fault, InvalidRequest, shown
 
 __all__ = [
     "ENDINGS",
@@ -50,30 +50,30 @@ ENDINGS: dict[str, dict[str, SoundFormat]] = {
 
 
 def choose_format(path: str | Path, subtype: str | None = None) -> SoundFormat:
-    """Return the format that the ending of `path` and a subtype ask for; raises AskedWrong for anything else.
+    """Return the format that the ending of `path` and a subtype ask for; raises InvalidRequest for anything else.
 
     .wav: float (default), pcm16, pcm24. .flac: pcm24. .raw, .f32, .pcm: float, little-endian. .l16: pcm16, big-endian.
     """
     ending = Path(path).suffix.lower()
     if ending not in ENDINGS:
         allowed = f"a name that ends in {', '.join(ENDINGS)}"
-        raise AskedWrong([Fault("/output", shown(str(path)), allowed, "Write, for instance, out.wav.")])
+        raise InvalidRequest([Fault("/output", shown(str(path)), allowed, "Write, for instance, out.wav.")])
     subtypes = ENDINGS[ending]
     chosen = next(iter(subtypes)) if subtype is None else subtype
     if chosen not in subtypes:
         others = sorted(other for other, kinds in ENDINGS.items() if chosen in kinds)
         hint = f"Write {chosen} to a {' or '.join(others)} file." if others else f"Write {next(iter(subtypes))}."
-        raise AskedWrong([Fault("/subtype", shown(chosen), f"{' or '.join(subtypes)} in a {ending} file", hint)])
+        raise InvalidRequest([Fault("/subtype", shown(chosen), f"{' or '.join(subtypes)} in a {ending} file", hint)])
     return subtypes[chosen]
 
 
 def media_type(sound_format: SoundFormat, sample_rate: int, channels: int) -> str:
-    """Return the Content-Type of `sound_format`; raises AskedWrong for L16 above 48 kHz, which has none."""
+    """Return the Content-Type of `sound_format`; raises InvalidRequest for L16 above 48 kHz, which has none."""
     if sound_format is SoundFormat.L16:
         if sample_rate > L16_RATE_LIMIT_HZ:
             hint = "Ask for format wav16 or f32le, or for a lower rate."
             allowed = f"at most {L16_RATE_LIMIT_HZ} Hz for audio/L16"
-            raise AskedWrong([Fault("/output/sample_rate", str(sample_rate), allowed, hint)])
+            raise InvalidRequest([Fault("/output/sample_rate", str(sample_rate), allowed, hint)])
         return f"audio/L16;rate={sample_rate};channels={channels}"
     return {"wav": "audio/wav", "flac": "audio/flac", "raw": "application/octet-stream"}[sound_format.container]
 
@@ -91,11 +91,11 @@ def stream_header(
 ) -> bytes:
     """Return what opens an endless stream: a WAV header without an end, nothing for raw formats.
 
-    Raises AskedWrong for FLAC, whose header counts its frames.
+    Raises InvalidRequest for FLAC, whose header counts its frames.
     """
     if sound_format is SoundFormat.FLAC:
         streams = ", ".join(kind for kind in SoundFormat if kind is not SoundFormat.FLAC)
-        raise AskedWrong([Fault("/format", "flac", f"{streams} for a stream", "Ask for wav24: the same samples.")])
+        raise InvalidRequest([Fault("/format", "flac", f"{streams} for a stream", "Ask for wav24: the same samples.")])
     if sound_format.container == "raw":
         return b""
     return wav_header(sound_format, sample_rate, channels, metadata, None)

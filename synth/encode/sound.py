@@ -88,7 +88,7 @@ class Sound:
 
         path: ends in .wav, .flac, .raw, .f32, .pcm or .l16. subtype: "float", "pcm16" or "pcm24", where the ending has
         several. A file that is there is replaced. Integer sound passes the safety limiter first, because integers clip.
-        Raises AskedWrong for another ending or subtype, CannotRender where the file cannot be written.
+        Raises InvalidRequest for another ending or subtype, CannotRender where the file cannot be written.
         """
         from synth.encode.formats import Metadata, choose_format, open_writer
         from synth.scene.scene import scene_document

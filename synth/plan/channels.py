@@ -58,7 +58,7 @@ class ChannelPlan:
 
 
 @dataclass(frozen=True, slots=True)
-class Steady:
+class SteadyScan:
     """The scan's own speed and load: what a channel is planned from.
 
     spectrum: the series at the scan's load. highest: harmonics in the band. orders: derivatives whose errors the

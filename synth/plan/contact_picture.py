@@ -26,7 +26,7 @@ from synth.contact.geometry import Geometry
 from synth.contact.load_balance import Contact
 from synth.contact.stiffness import Stiffness
 from synth.effects.effect import Kind, ShapeEffect
-from synth.errors import AskedWrong, Fault
+from synth.errors import Fault, InvalidRequest
 from synth.plan.effect_choice import asked, effect_called
 from synth.plan.preparation import prepare
 from synth.response.response_cache import ResponseCache
@@ -88,7 +88,7 @@ def picture(
 ) -> Picture:
     """Return the picture of `scene` at the load of its scan.
 
-    points: None for POINTS. phases: None for PHASES, or as many as are cheap. Raises AskedWrong for numbers out of
+    points: None for POINTS. phases: None for PHASES, or as many as are cheap. Raises InvalidRequest for numbers out of
     range, for phases that would cost too much, and where neither surface has a height; CannotRender for a shape that
     cannot be solved.
     """
@@ -231,7 +231,7 @@ def _contact_of(scene: Scene, cache: ResponseCache | None) -> Contact:
     if geometry.height_scale == 0.0:
         hint = "Give the ridges or the texture a height."
         fault = Fault("/scene/finger/ridge_amplitude", "0.0", "above 0 m where texture.amplitude is 0 m", hint)
-        raise AskedWrong([fault])
+        raise InvalidRequest([fault])
     contact = Contact.of(geometry, Stiffness.of_scene(scene))
     shapes = list(asked(scene, Kind.SHAPE))
     if any(auto for _effect, _settings, auto in shapes):
@@ -253,13 +253,13 @@ def _touching(surfaces: Surfaces, turns: Array, approach: Array) -> tuple[Phase,
 
 
 def _affordable(cells: int, phases: int | None) -> int:
-    """Return how many phases are solved of a contact of so many cells; raises AskedWrong for more than are cheap."""
+    """Return how many phases are solved of a contact of so many cells; InvalidRequest for more than are cheap."""
     most = max(1, MOST_CELLS // cells)
     if phases is None:
         return min(PHASES, most)
     if phases > most:
         hint = "Ask for fewer, or for a coarser surface: this contact holds very many periods."
-        raise AskedWrong([Fault("/phases", str(phases), f"0 to {most} for this scene", hint)])
+        raise InvalidRequest([Fault("/phases", str(phases), f"0 to {most} for this scene", hint)])
     return phases
 
 
@@ -270,7 +270,7 @@ def _check(points: int, phases: int | None) -> None:
     if phases is not None and not 0 <= phases <= MOST_PHASES:
         faults.append(Fault("/phases", str(phases), f"0 to {MOST_PHASES}", f"{PHASES} is the default."))
     if faults:
-        raise AskedWrong(faults)
+        raise InvalidRequest(faults)
 
 
 def _told(lengths: Any) -> list[float]:

@@ -38,7 +38,7 @@ QUANTITIES: Mapping[int, str] = {0: "displacement", 1: "velocity", 2: "accelerat
 
 
 @dataclass(frozen=True, slots=True)
-class Case:
+class SimulationCase:
     """What is to be simulated: the scene, its contact, and what is wanted of it.
 
     orders: time derivatives of z, rising. tolerance: as a number. loads: smallest and largest (N). moving: its speed or
@@ -92,7 +92,7 @@ def stiffness_round(contact: Contact, load: float) -> float:
 
 
 @dataclass(frozen=True, slots=True)
-class Called:
+class SimulatedEffect:
     """An effect that is simulated. reason: why "auto" put it in, as a sentence; "" where the scene asks for it."""
 
     effect: Effect
@@ -101,7 +101,7 @@ class Called:
 
 
 @dataclass(frozen=True, slots=True)
-class Spared:
+class LeftOutEffect:
     """An effect that is left out: its name, why, and what it would change, relative."""
 
     name: str
@@ -144,34 +144,38 @@ def in_order(effects: list[Effect]) -> list[Effect]:
 
 def judged(
     effect: Effect, settings: Any, orders: tuple[int, ...], change: tuple[float, ...], turns: float, tolerance: float
-) -> Called | Spared:
+) -> SimulatedEffect | LeftOutEffect:
     """Return `effect` as called for or spared, by what it changes of each order, relative to its peak-to-peak."""
     largest = max(change)
     words = (
         f"It moves the {QUANTITIES[orders[change.index(largest)]]} by {largest:.2g} of its peak-to-peak at "
         f"{abs(turns):.4g} Hz, tolerance {tolerance:.2g}."
     )
-    return Called(effect, settings, words) if largest > PUT_IN * tolerance else Spared(effect.name, words, largest)
+    return (
+        SimulatedEffect(effect, settings, words)
+        if largest > PUT_IN * tolerance
+        else LeftOutEffect(effect.name, words, largest)
+    )
 
 
 def shape_of(
     contact: Contact, scene: Scene, demand: Demand, loads: tuple[float, ...], turns: float
-) -> tuple[Contact, list[Called], list[Spared]]:
+) -> tuple[Contact, list[SimulatedEffect], list[LeftOutEffect]]:
     """Return the contact with the shapes that `scene` calls for, those effects, and those left out.
 
     demand: what a series of this scene must hold. loads: N, at which a change is judged. turns: texture periods a
     second.
     """
-    called: list[Called] = []
-    spared: list[Spared] = []
+    called: list[SimulatedEffect] = []
+    spared: list[LeftOutEffect] = []
     for effect, settings, auto in asked(scene, Kind.SHAPE):
         assert isinstance(effect, ShapeEffect)
         shaped = effect.shaped(contact, settings)
-        verdict: Called | Spared = Called(effect, settings)
+        verdict: SimulatedEffect | LeftOutEffect = SimulatedEffect(effect, settings)
         if auto:
             relative = _shape_change(contact, shaped, demand, loads)
             verdict = judged(effect, settings, demand.orders, relative, turns, demand.tolerance)
-        if isinstance(verdict, Called):
+        if isinstance(verdict, SimulatedEffect):
             contact = shaped
             called.append(verdict)
         else:
@@ -179,7 +183,7 @@ def shape_of(
     return contact, called, spared
 
 
-def terms_of(scene: Scene) -> tuple[Terms, list[Called], list[tuple[BalanceEffect, Any]]]:
+def terms_of(scene: Scene) -> tuple[Terms, list[SimulatedEffect], list[tuple[BalanceEffect, Any]]]:
     """Return the terms of the balance that `scene` sets, those effects, and the effects that it leaves to us."""
     terms, called, open_ones = Terms(), [], []
     for effect, settings, auto in asked(scene, Kind.BALANCE):
@@ -188,7 +192,7 @@ def terms_of(scene: Scene) -> tuple[Terms, list[Called], list[tuple[BalanceEffec
             open_ones.append((effect, settings))
         else:
             terms = effect.balanced(terms, settings)
-            called.append(Called(effect, settings))
+            called.append(SimulatedEffect(effect, settings))
     return terms, called, open_ones
 
 

@@ -17,9 +17,9 @@ from synth.effects.effect import AddedChannel, Kind, OutputStage
 from synth.plan.channels import PEAK, STILL, ChannelPlan
 from synth.plan.effect_choice import (
     QUANTITIES,
-    Called,
-    Case,
-    Spared,
+    LeftOutEffect,
+    SimulatedEffect,
+    SimulationCase,
     asked,
     judged,
     outputs_of,
@@ -44,8 +44,8 @@ class PreparedEffects:
     that is silent.
     """
 
-    called: tuple[Called, ...]
-    spared: tuple[Spared, ...]
+    called: tuple[SimulatedEffect, ...]
+    spared: tuple[LeftOutEffect, ...]
     simulation: SimulationPlan | None = None
     stages: tuple[OutputStage, ...] = ()
     silent: tuple[AddedChannel, ...] = ()
@@ -98,13 +98,13 @@ def shape_for(
     return shaped, PreparedEffects(tuple(called), tuple(spared))
 
 
-def effects_of(case: Case, shapes: PreparedEffects) -> PreparedEffects:
+def effects_of(case: SimulationCase, shapes: PreparedEffects) -> PreparedEffects:
     """Return the effects of `case`, whose contact is in its shape; their stages are still to be made."""
     called, spared, plan = list(shapes.called), list(shapes.spared), None
     if any(True for _ in asked(case.scene, Kind.BALANCE)):
         plan, more, without = _simulated(case)
         called, spared = called + more, spared + without
-    called += [Called(effect, settings) for effect, settings in outputs_of(case.scene)]
+    called += [SimulatedEffect(effect, settings) for effect, settings in outputs_of(case.scene)]
     return PreparedEffects(tuple(called), tuple(spared), plan)
 
 
@@ -114,7 +114,7 @@ def left_out(scene: Scene, silence: str) -> PreparedEffects:
     for effect, settings in outputs_of(scene):
         for quantity, scale in zip(effect.channels(settings), effect.scales(settings), strict=True):
             silent.append(AddedChannel(quantity, scale or 1.0, 0.0, 0.0, "silence"))
-    spared = tuple(Spared(name, silence, 0.0) for name in scene.effects)
+    spared = tuple(LeftOutEffect(name, silence, 0.0) for name in scene.effects)
     return PreparedEffects((), spared, silent=tuple(silent))
 
 
@@ -134,19 +134,19 @@ def simulated_channel(base: ChannelPlan, full_scale: float | None, plan: Simulat
     return ChannelPlan(base.quantity, base.order, scale, plan.errors[place], extent, None, base.level)
 
 
-def _simulated(case: Case) -> tuple[SimulationPlan | None, list[Called], list[Spared]]:
+def _simulated(case: SimulationCase) -> tuple[SimulationPlan | None, list[SimulatedEffect], list[LeftOutEffect]]:
     """Return the simulation of the effects on the balance, those that are called for, and those left out."""
     from synth.plan.simulation_plan import plan_simulation
 
     terms, called, open_ones = terms_of(case.scene)
-    spared: list[Spared] = []
+    spared: list[LeftOutEffect] = []
     plan = None if terms.quasi_static else plan_simulation(case, terms)
     for effect, settings in open_ones:
         candidate = effect.balanced(terms, settings)
         tried = plan_simulation(case, candidate)
         relative = tried.change if plan is None else tried.change_from(plan)
         verdict = judged(effect, settings, case.orders, relative, case.turns, case.tolerance)
-        if isinstance(verdict, Called):
+        if isinstance(verdict, SimulatedEffect):
             terms, plan = candidate, tried
             called.append(verdict)
         else:

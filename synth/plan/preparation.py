@@ -24,8 +24,8 @@ from synth.effects.effect import AddedChannel, Kind
 from synth.motion.motion import LARGEST_LOAD
 from synth.motion.scan_motion import ScanMotion
 from synth.perception.threshold import imperceptible_tolerance
-from synth.plan.channels import APPROACH, NEARLY, ORDERS, UNITS, ChannelPlan, Steady, silent_channel, spendable
-from synth.plan.effect_choice import Case, outputs_of
+from synth.plan.channels import APPROACH, NEARLY, ORDERS, UNITS, ChannelPlan, SteadyScan, silent_channel, spendable
+from synth.plan.effect_choice import SimulationCase, outputs_of
 from synth.plan.effect_choice import asked as asked_effects
 from synth.plan.effects_preparation import PreparedEffects, effects_of, left_out, shape_for, simulated_channel
 from synth.plan.frame_solver import WITH_MEAN, FramePlan, plan_frames
@@ -51,7 +51,7 @@ EXACT = 1e-6  # the tolerance of "exact": what folds below 0.40 of the rate (des
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class PreparationRequest:
     """What a scene asks for, before anything is solved.
 
     by_hand: a hand moves, and `scene` holds its nominal scan. paced: see `prepare`. loads: smallest and largest load of
@@ -103,7 +103,7 @@ class Asked:
 
 
 @dataclass(frozen=True, slots=True)
-class Preparation(Asked):
+class Preparation(PreparationRequest):
     """A scene, solved.
 
     tolerance: as a number. contact: None where nothing is solved. spectrum: the series at the scan's load, None where
@@ -135,10 +135,10 @@ class Preparation(Asked):
         return self.effects is not None and self.effects.simulation is not None
 
     @property
-    def steady(self) -> Steady:
+    def steady(self) -> SteadyScan:
         """The scan's own speed and load, of a scene that sounds."""
         assert self.spectrum is not None
-        return Steady(self.scene, self.spectrum, self.highest, self.orders, self.moving)
+        return SteadyScan(self.scene, self.spectrum, self.highest, self.orders, self.moving)
 
     @property
     def memory_bytes(self) -> int:
@@ -179,12 +179,12 @@ def prepare(
 
     def build() -> Preparation:
         loads = (0.0, LARGEST_LOAD) if by_hand else ScanMotion(scene).load_range()
-        return _prepared(Asked(scene, by_hand, paced, loads), kept, exact=exact)
+        return _prepared(PreparationRequest(scene, by_hand, paced, loads), kept, exact=exact)
 
     return replace(kept.get(key, build), scene=scene)
 
 
-def _prepared(asked: Asked, cache: ResponseCache, *, exact: bool) -> Preparation:
+def _prepared(asked: PreparationRequest, cache: ResponseCache, *, exact: bool) -> Preparation:
     scene, listed = asked.scene, asked.scene.output.channel_list
     warnings = ScanMotion(scene).warnings()
     geometry = Geometry.of_scene(scene)
@@ -195,7 +195,7 @@ def _prepared(asked: Asked, cache: ResponseCache, *, exact: bool) -> Preparation
     tolerance = _tolerance(asked, contact, cache)
     contact, shapes, demand = _shaped(asked, contact, tolerance)
     spectrum = _solved(contact, scene, demand, asked.reach, cache)
-    steady = Steady(scene, spectrum, asked.highest, asked.orders, asked.moving)
+    steady = SteadyScan(scene, spectrum, asked.highest, asked.orders, asked.moving)
     own = not asked.by_hand and asked.moving and (differs_from_cruise(scene) or _asks_approach(scene))
     mean = mean_curve(contact, asked.loads, _pressed(scene), tolerance) if own else None
     peaks = _peaks_of_motion(asked, contact, mean)
@@ -218,7 +218,7 @@ def _prepared(asked: Asked, cache: ResponseCache, *, exact: bool) -> Preparation
 
 
 def _silent(
-    asked: Asked, silence: str, warnings: tuple[str, ...], contact: Contact | None, tolerance: float
+    asked: PreparationRequest, silence: str, warnings: tuple[str, ...], contact: Contact | None, tolerance: float
 ) -> Preparation:
     """Return the preparation of a scene in which nothing sounds."""
     scene, own_parts = asked.scene, (asked.scene, asked.by_hand, asked.paced, asked.loads)
@@ -228,7 +228,7 @@ def _silent(
     return Preparation(*own_parts, tolerance, contact, None, channels, told, silence=silence, effects=effects)
 
 
-def _tolerance(asked: Asked, contact: Contact, cache: ResponseCache) -> float:
+def _tolerance(asked: PreparationRequest, contact: Contact, cache: ResponseCache) -> float:
     """Return the tolerance as a number; `contact` is not yet in the shape that effects give it."""
     if asked.scene.accuracy.tolerance != "imperceptible":
         return _number(asked.scene)
@@ -236,7 +236,9 @@ def _tolerance(asked: Asked, contact: Contact, cache: ResponseCache) -> float:
     return _imperceptible(rough, asked)
 
 
-def _shaped(asked: Asked, contact: Contact, tolerance: float) -> tuple[Contact, PreparedEffects | None, Demand]:
+def _shaped(
+    asked: PreparationRequest, contact: Contact, tolerance: float
+) -> tuple[Contact, PreparedEffects | None, Demand]:
     """Return the contact in the shape that the scene's effects ask for, those effects, and what series must hold."""
     scene, loads, shapes = asked.scene, asked.loads, None
     if scene.effects:
@@ -279,7 +281,7 @@ def _with_motion(solved: Preparation, cache: ResponseCache, *, exact: bool) -> P
 def _with_effects(solved: Preparation, shapes: PreparedEffects, cache: ResponseCache) -> Preparation:
     """Return `solved` with its effects, its channels as they are with them."""
     assert solved.contact is not None
-    case = Case(
+    case = SimulationCase(
         scene=solved.scene,
         contact=solved.contact,
         orders=tuple(sorted({channel.order for channel in solved.channels})),
@@ -305,7 +307,7 @@ def _with_effects(solved: Preparation, shapes: PreparedEffects, cache: ResponseC
     return replace(solved, effects=effects, channels=channels, warnings=warnings)
 
 
-def _peaks_of_motion(asked: Asked, contact: Contact, mean: Mean | None) -> dict[int, float]:
+def _peaks_of_motion(asked: PreparationRequest, contact: Contact, mean: Mean | None) -> dict[int, float]:
     """Return the peak of each order along the scan's own motion, nothing where it is that at its speed and load."""
     scene = asked.scene
     if mean is None or all(channel.full_scale for channel in scene.output.channel_list):
@@ -323,7 +325,7 @@ def _number(scene: Scene) -> float:
     return asked if isinstance(asked, float) else EXACT
 
 
-def _silence(asked: Asked, geometry: Geometry) -> str:
+def _silence(asked: PreparationRequest, geometry: Geometry) -> str:
     scene = asked.scene
     if geometry.still:
         return "The texture has no height (texture.amplitude is 0 m): nothing moves."
@@ -360,7 +362,7 @@ def _solved(contact: Contact, scene: Scene, demand: Demand, keep: int, cache: Re
     return cache.get(key, lambda: solve_spectrum(contact, load, demand, keep))
 
 
-def _imperceptible(spectrum: Spectrum, asked: Asked) -> float:
+def _imperceptible(spectrum: Spectrum, asked: PreparationRequest) -> float:
     """Return the tolerance of which nothing is felt at the harmonics."""
     turns, tolerance = abs(asked.turns), LOOSEST
     harmonics = np.arange(1, len(spectrum.harmonics)) * max(turns, 1e-9)

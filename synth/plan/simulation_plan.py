@@ -29,11 +29,11 @@ from synth.effects.simulation.decimation import Decimator
 from synth.effects.simulation.periodic import FEWEST_STEPS as FEWEST_OF_PERIOD
 from synth.effects.simulation.periodic import LONGEST, steady_of
 from synth.effects.simulation.running import RESPONSE, Running, Signal, Simulation
-from synth.effects.simulation.steps import Stepper, Stiffness
+from synth.effects.simulation.steps import Stepper, StiffnessLaw
 from synth.effects.simulation.terms import Terms
 from synth.errors import CannotRender
 from synth.motion.scan_motion import LIFT_TIME, ScanMotion
-from synth.plan.effect_choice import MEAN_PHASES, OF_ONE_SHAPE, Case, relative_change
+from synth.plan.effect_choice import MEAN_PHASES, OF_ONE_SHAPE, SimulationCase, relative_change
 from synth.response.mean_approach import mean_curve
 
 PILOT, LONGEST_PILOT = 0.05, 20.0  # s: of whole periods at least, and where a period takes longer than that
@@ -80,14 +80,14 @@ class Pilot:
 
 
 @dataclass(frozen=True, slots=True)
-class Tried:
+class Candidate:
     """A simulation in the state in which it begins, and its pilot."""
 
     simulation: Simulation
     pilot: Pilot
 
     @classmethod
-    def of(cls, case: Case, simulation: Simulation) -> Tried:
+    def of(cls, case: SimulationCase, simulation: Simulation) -> Candidate:
         """Return the simulation in its periodic state, searched for from the one that it has, if any.
 
         Where nothing moves a start is that state. None, too, where a period is too long to be run several times. Skin
@@ -108,7 +108,7 @@ class Tried:
         return self.simulation.steady is None or self.simulation.steady.repeats
 
 
-def steps_of_period(simulation: Simulation, case: Case) -> int:
+def steps_of_period(simulation: Simulation, case: SimulationCase) -> int:
     """Return the whole number of steps nearest to a texture period."""
     return max(FEWEST_OF_PERIOD, round(simulation.rate / abs(case.turns)))
 
@@ -154,30 +154,30 @@ class SimulationPlan:
         return SHARED * _work(self.simulation)
 
 
-def plan_simulation(case: Case, terms: Terms) -> SimulationPlan:
+def plan_simulation(case: SimulationCase, terms: Terms) -> SimulationPlan:
     """Return how `case` is simulated with `terms`; CannotRender where the contact changes its shape with the load."""
     if not case.contact.of_one_shape and case.loads[0] != case.loads[1]:
         raise CannotRender(OF_ONE_SHAPE)
     counts = _points(case, terms)
-    tried = Tried.of(case, first_simulation(case, terms, counts[0]))
+    tried = Candidate.of(case, first_simulation(case, terms, counts[0]))
     of_points = _table_errors(case, tried)
     for count in counts[1:]:
         before = tried
-        tried = Tried.of(case, replace(tried.simulation, stepper=stepper_of(case, terms, count)))
+        tried = Candidate.of(case, replace(tried.simulation, stepper=stepper_of(case, terms, count)))
         of_points = tuple(LEFT_BY_POINTS * one for one in tried.pilot.differs_from(before.pilot))
         enough = not tried.repeats or max(of_points) <= POINTS_SHARE * case.tolerance
         if enough or 2.0 * _pilot_work(tried) > (PATIENCE if case.live else PATIENCE_FILE):
             break
     while True:
         filters = filters_of(case, terms, 2 * tried.simulation.steps)
-        finer = Tried.of(case, replace(tried.simulation, steps=2 * tried.simulation.steps, filters=filters))
+        finer = Candidate.of(case, replace(tried.simulation, steps=2 * tried.simulation.steps, filters=filters))
         of_steps = finer.pilot.differs_from(tried.pilot)
         if not tried.repeats or max(of_steps) <= SETTLED * case.tolerance or _dear(case, finer):
             return _planned(case, tried, finer.simulation, of_steps, of_points)
         tried = finer
 
 
-def _points(case: Case, terms: Terms) -> list[int]:
+def _points(case: SimulationCase, terms: Terms) -> list[int]:
     """Return the numbers of points to try, each half of the next; the last is what steps leave time for."""
     if terms.skin is None:
         return [0]
@@ -189,18 +189,18 @@ def _points(case: Case, terms: Terms) -> list[int]:
     return counts
 
 
-def _table_errors(case: Case, tried: Tried) -> tuple[float, ...]:
+def _table_errors(case: SimulationCase, tried: Candidate) -> tuple[float, ...]:
     """Return what the error of a table makes of each order, from what half as fine a one changes; 0 without one."""
     coarser = tried.simulation.stepper.coarser()
     if coarser is None or not tried.repeats:
         return (0.0,) * len(case.orders)
-    other = Tried.of(case, replace(tried.simulation, stepper=coarser))
+    other = Candidate.of(case, replace(tried.simulation, stepper=coarser))
     return tuple(LEFT_BY_POINTS * one for one in other.pilot.differs_from(tried.pilot))
 
 
 def _planned(
-    case: Case,
-    tried: Tried,
+    case: SimulationCase,
+    tried: Candidate,
     finer: Simulation,
     of_steps: tuple[float, ...],
     of_points: tuple[float, ...],
@@ -224,7 +224,7 @@ def _planned(
     )
 
 
-def _start_errors(case: Case, tried: Tried) -> tuple[float, ...]:
+def _start_errors(case: SimulationCase, tried: Candidate) -> tuple[float, ...]:
     """Return by how much a constant scan may differ from what it settles to, or comes to later, of each order."""
     simulation, steady = tried.simulation, tried.simulation.steady
     if steady is not None:
@@ -243,13 +243,13 @@ def _work(simulation: Simulation) -> float:
     return simulation.rate * simulation.stepper.step_time
 
 
-def _pilot_work(tried: Tried) -> float:
+def _pilot_work(tried: Candidate) -> float:
     """Return how long (s) the steps of a pilot take, as predicted."""
     frames = tried.pilot.moved.shape[1]
     return float(_work(tried.simulation) * frames / tried.simulation.scene.output.sample_rate)
 
 
-def _dear(case: Case, finer: Tried) -> bool:
+def _dear(case: SimulationCase, finer: Candidate) -> bool:
     """Return whether the steps of `finer` take too long, or the pilot of half of them."""
     busy, patience = (BUSY, PATIENCE) if case.live else (BUSY_FILE, PATIENCE_FILE)
     return _work(finer.simulation) > busy or 2.0 * _pilot_work(finer) > patience
@@ -260,7 +260,7 @@ def signals_of(orders: tuple[int, ...]) -> tuple[Signal, ...]:
     return tuple(Signal(RESPONSE, order) for order in orders)
 
 
-def run_pilot(simulation: Simulation, case: Case) -> Pilot:
+def run_pilot(simulation: Simulation, case: SimulationCase) -> Pilot:
     """Return a run of whole periods; only a run of one that is too long may hold a part of it."""
     rate = case.scene.output.sample_rate
     period = 1.0 / abs(case.turns) if case.turns else PILOT
@@ -279,7 +279,7 @@ def run_pilot(simulation: Simulation, case: Case) -> Pilot:
     return Pilot(moved, offset, own)
 
 
-def run_own(simulation: Simulation, case: Case, longest: float) -> Array:
+def run_own(simulation: Simulation, case: SimulationCase, longest: float) -> Array:
     """Return the scan's own motion, `longest` seconds of it at most: float64 [orders, frames]."""
     output = case.scene.output
     seconds = min(output.duration, longest)
@@ -289,7 +289,7 @@ def run_own(simulation: Simulation, case: Case, longest: float) -> Array:
     return run.along(0, max(1, round(seconds * output.sample_rate)))
 
 
-def change_and_peaks(case: Case, tried: Tried) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def change_and_peaks(case: SimulationCase, tried: Candidate) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return what the effects change of each order, relative to the elastic peak-to-peak, and its peak (SI): at the
     scan's speed and load, or, where they change more there, along a recording, whose peak it always is.
     """
@@ -305,7 +305,7 @@ def change_and_peaks(case: Case, tried: Tried) -> tuple[tuple[float, ...], tuple
     return tuple(change), tuple(np.max(np.abs(moved), axis=1).tolist())
 
 
-def first_simulation(case: Case, terms: Terms, points: int) -> Simulation:
+def first_simulation(case: SimulationCase, terms: Terms, points: int) -> Simulation:
     """Return the simulation of `case` with `terms` in as few steps as may do, and skin at so many points."""
     steps = max(2, math.ceil(FEWEST_STEPS / case.scene.output.sample_rate))
     low, high = case.loads
@@ -322,10 +322,10 @@ def first_simulation(case: Case, terms: Terms, points: int) -> Simulation:
     )
 
 
-def stepper_of(case: Case, terms: Terms, points: int) -> Stepper:
+def stepper_of(case: SimulationCase, terms: Terms, points: int) -> Stepper:
     """Return what simulates `case` with `terms`, skin at so many points."""
     contact, load = case.contact, case.pressed
-    stiffness = Stiffness.of(contact, load, case.scene.scan.lift_load)
+    stiffness = StiffnessLaw.of(contact, load, case.scene.scan.lift_load)
     if terms.skin is not None:  # what a scene has no use for is not loaded
         from synth.effects.simulation.skin_points import SkinPoints
         from synth.effects.simulation.skin_steps import SkinStepper
@@ -346,7 +346,7 @@ def stepper_of(case: Case, terms: Terms, points: int) -> Stepper:
     return TableStepper(table, stiffness, terms.mass, terms.damping, pull, reach, period, case.forces)
 
 
-def _loads(case: Case) -> tuple[float, float]:
+def _loads(case: SimulationCase) -> tuple[float, float]:
     """Return between which loads (N) the stepper's contact must be right: a finger only passes lighter ones."""
     low, high = (LIGHTEST, HEAVIEST_HAND) if case.by_hand else case.loads
     return min(max(low, LIGHTEST), case.pressed), max(high, 4.0 * case.pressed if case.by_hand else case.pressed)
@@ -363,7 +363,7 @@ def _sunk(contact: Contact, load: float, heaviest: float, pull: float) -> float:
     return float(np.max(pressed - pulled))
 
 
-def band_of(case: Case) -> tuple[float, float]:
+def band_of(case: SimulationCase) -> tuple[float, float]:
     """Return the ends of what is kept and of what is removed, as parts of the rate."""
     passing, stopping = MOVING_BAND if case.moving else STEADY_BAND
     part = case.scene.output.bandwidth_hz / case.scene.output.sample_rate
@@ -371,12 +371,12 @@ def band_of(case: Case) -> tuple[float, float]:
     return (part, min(widening * part, MOVING_BAND[1])) if part < passing else (passing, stopping)
 
 
-def attenuation_of(case: Case) -> float:
+def attenuation_of(case: SimulationCase) -> float:
     """Return by how much (dB) what is removed is removed: to a tenth of the tolerance."""
     return min(max(-20.0 * math.log10(0.1 * case.tolerance), LEAST_ATTENUATION), MOST_ATTENUATION)
 
 
-def filters_of(case: Case, terms: Terms, steps: int) -> Decimator:
+def filters_of(case: SimulationCase, terms: Terms, steps: int) -> Decimator:
     """Return what makes frames of `steps` steps; a mass that the band shows has made up what its steps lose."""
     orders = tuple(sorted({0, *case.orders}))
     rate, band = case.scene.output.sample_rate, band_of(case)

@@ -14,7 +14,7 @@ import pytest
 
 import clients.accuracy_command
 from clients.command_line import main
-from synth.errors import AskedWrong, CannotRender, Fault
+from synth.errors import CannotRender, Fault, InvalidRequest
 from tests.accuracy_case import CHOSEN, document, fake_drawings, fake_measure
 from tests.conftest import RunsRidgewave
 
@@ -159,7 +159,7 @@ def test_a_file_in_the_place_of_the_folder_is_refused(name: str, capsys: pytest.
 @pytest.mark.parametrize(
     ("error", "code"),
     [
-        (AskedWrong([Fault("/quantity", "'force'", "acceleration", "Name a channel.")]), 2),
+        (InvalidRequest([Fault("/quantity", "'force'", "acceleration", "Name a channel.")]), 2),
         (CannotRender("Nothing moves."), 1),
         (KeyboardInterrupt(), 130),
     ],
@@ -218,7 +218,7 @@ def test_without_a_folder_matplotlib_is_never_imported(tmp_path: Path, environme
     assert done.stderr == b"False\n"
 
 
-def test_a_wrong_scene_is_asked_wrong_and_makes_no_folder(ridgewave: RunsRidgewave, tmp_path: Path) -> None:
+def test_a_wrong_scene_is_an_invalid_request_and_makes_no_folder(ridgewave: RunsRidgewave, tmp_path: Path) -> None:
     done = ridgewave("accuracy", SCENE, "-o", "made", "--set", "scan.load=-1")
     assert done.returncode == 2
     assert b"scan.load" in done.stderr

@@ -26,7 +26,7 @@ from clients import (
 )
 from service.app import create_app
 from synth.encode.formats import read_metadata
-from synth.errors import AskedWrong
+from synth.errors import InvalidRequest
 from synth.scene.scene import parse_scene
 from tests.service.harness import Running, serving, settings_of
 from tests.service.plain_engine import FULL_SCALE, TABLE, PlainEngine, sine
@@ -94,7 +94,7 @@ def test_a_sound_is_saved_with_its_scale_and_scene(client: Client, tmp_path: Pat
 
 
 def test_a_name_that_is_no_sound_file_is_refused(client: Client, tmp_path: Path) -> None:
-    with pytest.raises(AskedWrong):
+    with pytest.raises(InvalidRequest):
         client.render(SHORT).save(tmp_path / "a.mp3")
 
 
@@ -159,9 +159,9 @@ def test_a_refused_scene_names_each_fault(client: Client) -> None:
 
 def test_what_is_not_json_is_refused_before_it_is_sent() -> None:
     with Client("http://localhost", transport=httpx.MockTransport(lambda _: pytest.fail("sent"))) as client:
-        with pytest.raises(AskedWrong):
+        with pytest.raises(InvalidRequest):
             client.render({"scan": {"load": float("nan")}})
-        with pytest.raises(AskedWrong):
+        with pytest.raises(InvalidRequest):
             client.render("paper-finger")
 
 
@@ -185,7 +185,7 @@ def test_a_key_is_sent_as_a_bearer_token_and_its_lack_is_a_problem() -> None:
 
 
 def test_a_key_that_fits_no_header_is_refused_and_not_shown() -> None:
-    with pytest.raises(AskedWrong, match="not shown") as refused:
+    with pytest.raises(InvalidRequest, match="not shown") as refused:
         Client(key="a key\r\nX: y")
     assert "a key" not in str(refused.value)
 

@@ -57,5 +57,5 @@ def test_the_page_has_every_exception_and_argument() -> None:
 
     page = (ROOT / "docs" / "client.md").read_text("utf-8")
     raised = {name for name in clients.__all__ if name.endswith(("Error", "Lost", "Ended"))} - {"ProblemError"}
-    assert all(f"`{name}`" in page for name in raised | {"AskedWrong"})
+    assert all(f"`{name}`" in page for name in raised | {"InvalidRequest"})
     assert all(f"`{name}`" in page for name in ARGUMENTS)

@@ -15,7 +15,7 @@ import pytest
 
 from clients import AsyncLive, ConnectionLost, Live, RefusedError, ResumeLost, StreamEnded
 from clients.live_reconnect import Backoff, Closure
-from synth.errors import AskedWrong
+from synth.errors import InvalidRequest
 from tests.clients.fake_live import FULL_SCALE, RATE, Service, sound
 from tests.clients.live_places import (
     LIVE_SERVICES,
@@ -314,7 +314,7 @@ def test_a_stream_is_used_inside_with() -> None:
     ],
 )
 def test_arguments_that_cannot_be_are_refused_at_once(options: dict[str, Any], pointer: str) -> None:
-    with pytest.raises(AskedWrong) as refused:
+    with pytest.raises(InvalidRequest) as refused:
         Live(**options)
     assert [fault.pointer for fault in refused.value.faults] == [pointer]
 

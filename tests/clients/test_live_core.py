@@ -12,7 +12,7 @@ from clients import ConnectionLost, ProtocolError, RefusedError, ServiceError, S
 from clients.live_core import Wish
 from clients.live_reconnect import Closure
 from clients.live_wire import subprotocols
-from synth.errors import AskedWrong
+from synth.errors import InvalidRequest
 from tests.clients import fake_live
 from tests.clients.fake_live import RATE, Message, sound
 from tests.clients.live_core_cases import BROKEN, Clock, core_of, opened, ready, sent, told
@@ -118,15 +118,15 @@ def test_updates_that_never_end_do_not_hold_up_the_credit() -> None:
     ],
 )
 def test_an_update_that_cannot_be_is_refused_with_its_field(value: Any, load: Any, field: str) -> None:
-    with pytest.raises(AskedWrong) as refused:
+    with pytest.raises(InvalidRequest) as refused:
         opened().touch(value, False, load)
     assert [fault.pointer for fault in refused.value.faults] == [field]
 
 
 def test_a_scene_that_is_not_json_is_refused_before_anything_is_sent() -> None:
-    with pytest.raises(AskedWrong):
+    with pytest.raises(InvalidRequest):
         Wish({"scan": {"load": float("nan")}})
-    with pytest.raises(AskedWrong):
+    with pytest.raises(InvalidRequest):
         opened().change({"scan": {"load": object()}})
 
 

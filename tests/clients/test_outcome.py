@@ -11,8 +11,17 @@ from typing import Any
 
 import pytest
 
-from clients.outcome import ASKED_WRONG, COULD_NOT, DONE, INTERRUPTED, TERMINATED, asked_wrong, carry_out, print_json
-from synth.errors import AskedWrong, CannotRender, Fault
+from clients.outcome import (
+    COULD_NOT,
+    DONE,
+    INTERRUPTED,
+    INVALID_REQUEST,
+    TERMINATED,
+    carry_out,
+    invalid_request,
+    print_json,
+)
+from synth.errors import CannotRender, Fault, InvalidRequest
 
 FAULTS = [
     Fault("/texture/period", "'3 kg'", "1 um to 1 m", 'Write a length, such as "0.8 mm".'),
@@ -32,8 +41,8 @@ def test_done_is_the_commands_own_code() -> None:
     assert carry_out(lambda: INTERRUPTED, as_json=False) == 130
 
 
-def test_asked_wrong_lists_every_fault_on_standard_error(capsys: pytest.CaptureFixture[str]) -> None:
-    assert carry_out(raising(AskedWrong(FAULTS)), as_json=False) == ASKED_WRONG
+def test_an_invalid_request_lists_every_fault_on_standard_error(capsys: pytest.CaptureFixture[str]) -> None:
+    assert carry_out(raising(InvalidRequest(FAULTS)), as_json=False) == INVALID_REQUEST
     out, err = capsys.readouterr()
     assert out == ""
     lines = err.splitlines()
@@ -43,12 +52,12 @@ def test_asked_wrong_lists_every_fault_on_standard_error(capsys: pytest.CaptureF
 
 
 def test_one_fault_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
-    carry_out(raising(AskedWrong(FAULTS[:1])), as_json=False)
+    carry_out(raising(InvalidRequest(FAULTS[:1])), as_json=False)
     assert capsys.readouterr().err.count("\n") == 1
 
 
-def test_asked_wrong_as_json_has_the_services_shape(capsys: pytest.CaptureFixture[str]) -> None:
-    assert carry_out(raising(AskedWrong(FAULTS)), as_json=True) == ASKED_WRONG
+def test_an_invalid_request_as_json_has_the_services_shape(capsys: pytest.CaptureFixture[str]) -> None:
+    assert carry_out(raising(InvalidRequest(FAULTS)), as_json=True) == INVALID_REQUEST
     problem = json.loads(capsys.readouterr().err)
     assert problem["errors"][1] == {
         "pointer": "/scan/load",
@@ -98,8 +107,8 @@ def test_a_bug_keeps_its_traceback() -> None:
 
 
 def test_a_fault_of_the_command_line_names_its_option() -> None:
-    with pytest.raises(AskedWrong) as caught:
-        asked_wrong("--set", "x", "FIELD=VALUE", "Write one.")
+    with pytest.raises(InvalidRequest) as caught:
+        invalid_request("--set", "x", "FIELD=VALUE", "Write one.")
     assert caught.value.faults[0].sentence() == "--set: got 'x'; allowed: FIELD=VALUE. Write one."
 
 

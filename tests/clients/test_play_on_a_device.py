@@ -94,7 +94,9 @@ def test_devices_lists_the_recorder(ridgewave: RunsRidgewave, with_device: dict[
     assert all(device["name"] in shown for device in listed)
 
 
-def test_a_device_that_is_not_there_is_asked_wrong(ridgewave: RunsRidgewave, with_device: dict[str, str]) -> None:
+def test_a_device_that_is_not_there_is_an_invalid_request(
+    ridgewave: RunsRidgewave, with_device: dict[str, str]
+) -> None:
     done = ridgewave("play", NAME, "--device", "no such device", env=with_device)
     assert done.returncode == 2
     assert DEVICE.encode() in done.stderr

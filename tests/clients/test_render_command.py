@@ -85,7 +85,9 @@ def test_progress_on_request(scene_path: str, ridgewave: RunsRidgewave) -> None:
     assert b"rendering: 100 %" in done.stderr
 
 
-def test_asked_wrong_is_one_message_and_no_file(scene_path: str, tmp_path: Path, ridgewave: RunsRidgewave) -> None:
+def test_an_invalid_request_is_one_message_and_no_file(
+    scene_path: str, tmp_path: Path, ridgewave: RunsRidgewave
+) -> None:
     done = ridgewave("render", scene_path, "-o", "out.wav", "--set", "scan.load=-1", "--set", "texture.period=2 kg")
     assert (done.returncode, done.stdout) == (2, b"")
     assert b"scan.load" in done.stderr

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from clients.parser import parse
 from clients.scene_argument import patch_of, read_document, read_scene, value_of
-from synth.errors import AskedWrong
+from synth.errors import InvalidRequest
 from synth.scene.catalogue import catalogue
 
 
@@ -23,7 +23,7 @@ def words(*given: str) -> argparse.Namespace:
 
 
 def fault_of(*given: str) -> str:
-    with pytest.raises(AskedWrong) as caught:
+    with pytest.raises(InvalidRequest) as caught:
         read_scene(words(*given))
     return str(caught.value)
 

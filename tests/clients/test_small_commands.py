@@ -1,4 +1,4 @@
-"""`textures`, `devices`, `play` into a recording, `serve` asked wrong, and readers that leave."""
+"""`textures`, `devices`, `play` into a recording, invalid requests to `serve`, and readers that leave."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def test_a_texture_by_name_is_a_scene_to_edit(ridgewave: RunsRidgewave) -> None:
     assert parse_scene(json.loads(done.stdout)) == parse_scene(entry.name)
 
 
-def test_an_unknown_texture_is_asked_wrong(ridgewave: RunsRidgewave) -> None:
+def test_an_unknown_texture_is_an_invalid_request(ridgewave: RunsRidgewave) -> None:
     assert ridgewave("textures", "sandpaper").returncode == 2
 
 
@@ -49,7 +49,7 @@ def test_a_reader_that_left_gets_no_traceback(ridgewave: RunsRidgewave) -> None:
     assert (done.returncode, done.stderr) == (1, b"")
 
 
-def test_unknown_words_are_asked_wrong(ridgewave: RunsRidgewave) -> None:
+def test_unknown_words_are_invalid_requests(ridgewave: RunsRidgewave) -> None:
     for words in (("rendre", "x"), ("render", "x"), ("render", "x", "-o", "a.wav", "--subtype", "float64")):
         done = ridgewave(*words)
         assert done.returncode == 2

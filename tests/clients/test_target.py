@@ -9,7 +9,7 @@ import pytest
 
 from clients.target import read_target
 from synth.encode.formats import ENDINGS, SoundFormat
-from synth.errors import AskedWrong
+from synth.errors import InvalidRequest
 
 
 @pytest.mark.parametrize(
@@ -48,14 +48,14 @@ def test_every_format_can_be_had() -> None:
     ],
 )
 def test_what_does_not_go_together_is_refused(output: str, subtype: str | None, told: str) -> None:
-    with pytest.raises(AskedWrong, match=told):
+    with pytest.raises(InvalidRequest, match=told):
         read_target(output, subtype)
 
 
 def test_a_folder_is_refused(tmp_path: Path) -> None:
     folder = tmp_path / "sound.wav"
     folder.mkdir()
-    with pytest.raises(AskedWrong, match="folder"):
+    with pytest.raises(InvalidRequest, match="folder"):
         read_target(str(folder), None)
 
 
@@ -70,5 +70,5 @@ def test_a_terminal_gets_no_sound(monkeypatch: pytest.MonkeyPatch) -> None:
             return True
 
     monkeypatch.setattr("sys.stdout", Terminal())
-    with pytest.raises(AskedWrong, match="terminal"):
+    with pytest.raises(InvalidRequest, match="terminal"):
         read_target("-", None)

@@ -15,7 +15,7 @@ from fastapi import FastAPI
 
 from service.compute.accuracy_process import measure_apart
 from service.compute.accuracy_queue import RETRY_SECONDS
-from synth.errors import AskedWrong, CannotRender
+from synth.errors import CannotRender, InvalidRequest
 from synth.scene.scene import parse_scene
 from tests.accuracy_case import CHOSEN, document
 from tests.service.harness import Running, ask, kept_engine, problem, serving, until
@@ -171,7 +171,7 @@ def own_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.mark.usefixtures("own_process")
 def test_the_measuring_process_hands_on_refusals() -> None:
-    with pytest.raises(AskedWrong) as refused:
+    with pytest.raises(InvalidRequest) as refused:
         measure_apart(parse_scene({}), "velocity", threading.Event())
     assert "velocity" in refused.value.faults[0].value
     with pytest.raises(CannotRender):

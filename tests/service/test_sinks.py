@@ -18,7 +18,7 @@ from service.sinks.device_access import within
 from service.sinks.device_list import DeviceDescription, find_device
 from service.sinks.ring_buffer import Ring
 from synth.encode.formats import Block, Metadata, SoundFormat, encode_all, read_metadata
-from synth.errors import AskedWrong, CannotRender
+from synth.errors import CannotRender, InvalidRequest
 from tests.service.harness import until
 
 METADATA = Metadata((2.0,), ("velocity",), {"scan": {"load": 0.3}})
@@ -67,7 +67,7 @@ def test_a_recording_appears_when_it_is_closed(tmp_path: Path, name: str, sound_
     ],
 )
 def test_other_names_are_refused(tmp_path: Path, name: str) -> None:
-    with pytest.raises(AskedWrong, match=r"ends in \.wav or \.flac") as refusal:
+    with pytest.raises(InvalidRequest, match=r"ends in \.wav or \.flac") as refusal:
         FileSink(tmp_path, name)
     assert refusal.value.faults[0].pointer == "/device"
     assert names(tmp_path) == []
@@ -78,7 +78,7 @@ def test_no_name_leaves_the_folder(name: str) -> None:
     folder = Path("/recordings")
     try:
         sink = FileSink(folder, name)
-    except AskedWrong:
+    except InvalidRequest:
         return
     assert sink.path.parent == folder and sink.path.resolve().parent == folder.resolve()
 
@@ -216,7 +216,7 @@ def test_sinks_are_chosen_by_the_device_of_the_request(tmp_path: Path) -> None:
     assert isinstance(open_sink("voice coil", tmp_path), DeviceSink)
     with pytest.raises(CannotRender, match="no folder for recordings"):
         open_sink("file:a.wav", None)
-    with pytest.raises(AskedWrong):
+    with pytest.raises(InvalidRequest):
         open_sink("file:../a.wav", tmp_path)
 
 
@@ -303,7 +303,7 @@ def test_a_device_is_found_by_index_name_or_part(
 def test_a_device_that_is_not_one_of_them_is_refused(monkeypatch: pytest.MonkeyPatch, wanted: str | int) -> None:
     found = devices("USB Audio", "USB Audio 2", "Haptuator")
     monkeypatch.setattr("service.sinks.device_list.list_devices", lambda: found)
-    with pytest.raises(AskedWrong, match=r"4 'USB Audio', 5 'USB Audio 2', 6 'Haptuator'"):
+    with pytest.raises(InvalidRequest, match=r"4 'USB Audio', 5 'USB Audio 2', 6 'Haptuator'"):
         find_device(wanted)
 
 

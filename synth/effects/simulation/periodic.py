@@ -11,8 +11,8 @@ Source  shooting: Nayfeh & Balachandran (1995), Applied Nonlinear Dynamics, chap
         12, as in Walker & Ni (2011), SIAM J. Numer. Anal. 49. The cut is derived here.
 Limits  a motion that does not repeat with the texture (bouncing in chaos, or every second period) begins after SETTLED
         seconds from rest, and `repeats` is False. The period is a whole number of steps here, so steps are up to half a
-        step a period longer or shorter than those of a run. Rounds end at MOST_ROUNDS: `Steady.later` tells what is
-        left then.
+        step a period longer or shorter than those of a run. Rounds end at MOST_ROUNDS: `PeriodicState.later` tells what
+        is left then.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ LATER = 0.05  # s after which the motion is compared with its beginning, whole p
 
 
 @dataclass(frozen=True, slots=True)
-class Steady:
+class PeriodicState:
     """The states of one steady motion, at some phases of a period.
 
     places: phase (64-bit fraction of a turn) and state. turns: texture periods a second, signed. load: N. repeats: the
@@ -84,7 +84,7 @@ class Steady:
             stepper.run(state, phases, np.full(count, self.load), np.empty((ROWS, count)))
         return stepper.resumed(state, step)
 
-    def later(self, stepper: Stepper, steps: int) -> tuple[list[Steady], float]:
+    def later(self, stepper: Stepper, steps: int) -> tuple[list[PeriodicState], float]:
         """Return the same motion as it stands later, in so many steps a period, and a factor.
 
         What lies between them and this one, times the factor, is what has not settled.
@@ -136,7 +136,7 @@ class Period:
             stepper.run(state, self.phases, self.loads, rows)
         return state
 
-    def recorded(self, stepper: Stepper, state: Any) -> tuple[Steady, Any, float]:
+    def recorded(self, stepper: Stepper, state: Any) -> tuple[PeriodicState, Any, float]:
         """Return the states of the period that begins with `state`, the state at its end, and the peak-to-peak of z."""
         places, count = [], len(self.phases)
         state, rows = stepper.resumed(state, self.step), np.empty((ROWS, count))
@@ -146,12 +146,18 @@ class Period:
             part = rows[:, : end - begin].copy()
             stepper.run(state, self.phases[begin:end], self.loads[begin:end], part)
             extremes += [part[HEIGHT].min(), part[HEIGHT].max()]
-        return Steady(tuple(places), self.turns, self.load), state, float(np.ptp(extremes))
+        return PeriodicState(tuple(places), self.turns, self.load), state, float(np.ptp(extremes))
 
 
 def steady_of(
-    stepper: Stepper, turns: float, load: float, steps: int, crossings: float, tolerance: float, near: Steady | None
-) -> Steady:
+    stepper: Stepper,
+    turns: float,
+    load: float,
+    steps: int,
+    crossings: float,
+    tolerance: float,
+    near: PeriodicState | None,
+) -> PeriodicState:
     """Return the steady motion of a scan at `turns` periods a second (signed) and `load` (N).
 
     steps: a period. crossings: ridges that it passes. tolerance: of z, relative to its peak-to-peak. near: the motion
@@ -179,7 +185,7 @@ def _begun(stepper: Stepper, period: Period, crossings: float) -> Any:
     return coarse.on(short, begin, math.ceil(FORGOTTEN * short.memory / period.seconds))
 
 
-def _returning(stepper: Stepper, state: Any, period: Period, tolerance: float) -> Steady | None:
+def _returning(stepper: Stepper, state: Any, period: Period, tolerance: float) -> PeriodicState | None:
     """Return the motion that a period leads back to, searched for from `state` on; None where none returns."""
     enough = CLOSE * tolerance
     if stepper.memory > 0.0:

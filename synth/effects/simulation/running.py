@@ -24,7 +24,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.effects.simulation.decimation import Decimator
-from synth.effects.simulation.periodic import Steady
+from synth.effects.simulation.periodic import PeriodicState
 from synth.effects.simulation.steps import ATTACHED, HEIGHT, REACTION, ROWS, SLOPE_FORCE, TOUCH_LOAD, Phases, Stepper
 from synth.kernels import signed_kernel
 from synth.motion.motion import LOAD, LOAD_RATE, SPEED, Motion
@@ -65,7 +65,7 @@ class Simulation:
     offset: float
     held: bool
     settling: float
-    steady: Steady | None = None
+    steady: PeriodicState | None = None
 
     @property
     def rate(self) -> int:

@@ -33,7 +33,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.effects.simulation.skin_points import SkinPoints, write_heights, write_rates
-from synth.effects.simulation.steps import ATTACHED, HEIGHT, REACTION, ROWS, SLOPE_FORCE, Phases, Stepper, Stiffness
+from synth.effects.simulation.steps import ATTACHED, HEIGHT, REACTION, ROWS, SLOPE_FORCE, Phases, Stepper, StiffnessLaw
 from synth.effects.simulation.terms import DECAY, FOLLOW, HARDNESS, KEEP, LOSE, Skin, SkinStep
 from synth.kernels import inner, signed_kernel, summing
 from synth.response.phases import HALF_TURN
@@ -86,7 +86,7 @@ class SkinStepper(Stepper):
 
     points: SkinPoints
     law: Skin
-    stiffness: Stiffness
+    stiffness: StiffnessLaw
     mass: float = 0.0
     damping: float = 0.0
     with_force: bool = False
@@ -317,7 +317,7 @@ def run_steps(
 ):  # fmt: skip
     """Simulate a step to each of `phases` and `loads`, and write ROWS rows of `out`.
 
-    rows, table: `SkinPoints`. contact: a1 + a2 (m), texture period (m), mass (kg), damping (N s/m), and `Stiffness`.
+    rows, table: `SkinPoints`. contact: a1 + a2 (m), texture period (m), mass (kg), damping (N s/m), and `StiffnessLaw`.
     step to terms: `SkinStep`. with_force: SLOPE_FORCE is wanted. phase to elements: `SkinState`.
     """
     scale, period, mass, damping = contact[0], contact[1], contact[2], contact[3]

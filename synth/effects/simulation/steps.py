@@ -28,7 +28,7 @@ TOUCH_LOAD = 1e-6  # N, far below what is felt: less does not bring back a finge
 
 
 @dataclass(frozen=True, slots=True)
-class Stiffness:
+class StiffnessLaw:
     """k = coefficient max(w, lightest)^power in N/m: power -0.5 for eqs 4-5; lightest: N."""
 
     coefficient: float
@@ -36,7 +36,7 @@ class Stiffness:
     lightest: float
 
     @classmethod
-    def of(cls, contact: Contact, load: float, lightest: float) -> Stiffness:
+    def of(cls, contact: Contact, load: float, lightest: float) -> StiffnessLaw:
         """Return the stiffness of `contact`; that of one `load` (N) where its shape follows the load."""
         load = max(load, lightest)
         power = 1.0 - contact.stiffness.load_exponent if contact.of_one_shape else 0.0

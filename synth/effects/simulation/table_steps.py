@@ -52,7 +52,7 @@ from synth.effects.simulation.steps import (
     TOUCH_LOAD,
     Phases,
     Stepper,
-    Stiffness,
+    StiffnessLaw,
 )
 from synth.kernels import inner, signed_kernel
 
@@ -95,7 +95,7 @@ class TableStepper(Stepper):
     """
 
     table: EnergyTable
-    stiffness: Stiffness
+    stiffness: StiffnessLaw
     mass: float
     damping: float
     pull: float

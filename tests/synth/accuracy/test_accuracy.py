@@ -15,7 +15,7 @@ from synth.accuracy.baseline import Trapezoid
 from synth.accuracy.methods import case_of, chosen_method, methods_of
 from synth.accuracy.report import REPEATS, AccuracyReport, Measured, Reference, measure_accuracy
 from synth.contact.stiffness import Stiffness
-from synth.errors import AskedWrong, CannotRender
+from synth.errors import CannotRender, InvalidRequest
 from synth.perception.threshold import threshold_displacement
 from synth.plan.scene_table import read_error, table_of_scene
 from synth.response.spectrum import Demand, curves, points_for, solve_spectrum
@@ -289,8 +289,8 @@ def test_progress_is_told_before_each_method() -> None:
     assert {of for _name, _done, of in told} == {count}
 
 
-def test_a_quantity_that_the_scene_lacks_is_asked_wrong() -> None:
-    with pytest.raises(AskedWrong, match="velocity"):
+def test_a_quantity_that_the_scene_lacks_is_an_invalid_request() -> None:
+    with pytest.raises(InvalidRequest, match="velocity"):
         measure_accuracy(scene_of(**QUICK), quantity="velocity")
 
 

@@ -14,7 +14,7 @@ from synth.contact.curved_contact import RoundContact
 from synth.contact.geometry import Geometry
 from synth.contact.growing_contact import GrowingContact
 from synth.contact.stiffness import Stiffness
-from synth.effects.simulation.steps import Stiffness as SimulatedStiffness
+from synth.effects.simulation.steps import StiffnessLaw
 from synth.errors import SceneError
 from synth.scene.scene import Scene, parse_scene, scene_document
 from synth.surfaces import profile_of
@@ -131,7 +131,7 @@ def domed(scene: Scene, theta: Real, radius: float, area: float) -> Real:
 
 
 def test_a_simulation_presses_with_it_at_every_load() -> None:
-    stiffness = SimulatedStiffness.of(contact_of(soft()), 0.3, 0.01)
+    stiffness = StiffnessLaw.of(contact_of(soft()), 0.3, 0.01)
     assert [stiffness.at(load) for load in (0.2, 0.5)] == pytest.approx([K, K])
     assert stiffness.power == 0.0
 

@@ -20,7 +20,7 @@ from synth.encode.formats import (
     stream_block,
     stream_header,
 )
-from synth.errors import AskedWrong
+from synth.errors import InvalidRequest
 
 METADATA = Metadata((2.5,), ("acceleration",), {"a": 1}, generator="ridgewave 0.1.0")
 COMMENT = (
@@ -136,7 +136,7 @@ def test_flac_opens_as_flac_with_rate_channels_bits_and_length() -> None:
 
 
 def test_flac_does_not_stream() -> None:
-    with pytest.raises(AskedWrong, match="wav24"):
+    with pytest.raises(InvalidRequest, match="wav24"):
         stream_header(SoundFormat.FLAC, 48000, 1)
 
 
@@ -153,7 +153,7 @@ def test_media_types() -> None:
     assert media_type(SoundFormat.FLAC, 96000, 2) == "audio/flac"
     assert media_type(SoundFormat.L16, 48000, 2) == "audio/L16;rate=48000;channels=2"
     assert media_type(SoundFormat.F32LE, 96000, 2) == "application/octet-stream"
-    with pytest.raises(AskedWrong, match="48000 Hz"):
+    with pytest.raises(InvalidRequest, match="48000 Hz"):
         media_type(SoundFormat.L16, 96000, 2)
 
 
@@ -164,9 +164,9 @@ def test_the_ending_and_the_subtype_choose_the_format() -> None:
     assert choose_format("a.flac") is SoundFormat.FLAC
     assert choose_format("a.raw") is SoundFormat.F32LE
     assert choose_format("a.l16") is SoundFormat.L16
-    with pytest.raises(AskedWrong, match=r"\.wav, \.flac, \.raw"):
+    with pytest.raises(InvalidRequest, match=r"\.wav, \.flac, \.raw"):
         choose_format("a.mp3")
-    with pytest.raises(AskedWrong, match="pcm24"):
+    with pytest.raises(InvalidRequest, match="pcm24"):
         choose_format("a.flac", "float")
 
 

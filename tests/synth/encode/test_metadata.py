@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from synth.encode.formats import Metadata, SoundFormat, encode_all, read_metadata, stream_header
 from synth.encode.sound_metadata import UNITS, parse_metadata
-from synth.errors import AskedWrong, CannotRender
+from synth.errors import CannotRender, InvalidRequest
 
 JSON = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False, allow_infinity=False) | st.text(),
@@ -99,7 +99,7 @@ def test_a_missing_file_is_told(tmp_path: Path) -> None:
 
 def test_flac_takes_eight_channels_and_16_megabytes() -> None:
     assert encode_all(np.zeros((1, 8), dtype=np.float32), SoundFormat.FLAC, 48000)
-    with pytest.raises(AskedWrong, match="9 channels"):
+    with pytest.raises(InvalidRequest, match="9 channels"):
         encode_all(np.zeros((1, 9), dtype=np.float32), SoundFormat.FLAC, 48000)
     with pytest.raises(CannotRender, match="16 MB"):
         encode_all(SILENCE, SoundFormat.FLAC, 48000, Metadata((1.0,), ("velocity",), {"a": "x" * 2**24}))

@@ -12,7 +12,7 @@ import pytest
 import synth
 from synth import Sound, explain, open_voice, parse_scene, render
 from synth.encode.formats import read_metadata
-from synth.errors import AskedWrong, SceneError
+from synth.errors import InvalidRequest, SceneError
 
 DOCUMENT: dict[str, Any] = {
     "texture": {"kind": "grating-1mm-31um"},
@@ -78,7 +78,7 @@ def test_it_is_saved_with_its_scale_and_its_scene(sound: Sound, tmp_path: Path) 
     kept = read_metadata(target)
     assert kept is not None and kept.full_scale == sound.full_scale
     assert parse_scene(kept.scene) == sound.scene
-    with pytest.raises(AskedWrong, match=r"\.wav"):
+    with pytest.raises(InvalidRequest, match=r"\.wav"):
         sound.save(tmp_path / "out.mp3")
 
 

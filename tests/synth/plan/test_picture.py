@@ -13,7 +13,7 @@ from synth.arrays import Array
 from synth.contact.geometry import Geometry
 from synth.contact.load_balance import Contact
 from synth.contact.stiffness import Stiffness
-from synth.errors import AskedWrong
+from synth.errors import InvalidRequest
 from synth.plan.contact_picture import DIGITS, MOST_PATCHES, PHASES, POINTS, Picture, picture
 from synth.plan.preparation import prepare
 from synth.response.response_cache import ResponseCache
@@ -206,13 +206,13 @@ def test_too_many_patches_are_told_as_none() -> None:
 def test_the_cost_is_bounded_whatever_the_scene() -> None:
     many = parse_scene({"texture": {"period": "1 um"}, "finger": {"contact_length": "0.1 m"}})
     assert 1 <= len(picture(many).approach) < 32
-    with pytest.raises(AskedWrong) as refused:
+    with pytest.raises(InvalidRequest) as refused:
         picture(many, phases=1024)
     (fault,) = refused.value.faults
     assert fault.pointer == "/phases" and "for this scene" in fault.allowed
 
 
 def test_every_number_that_is_wrong_is_named() -> None:
-    with pytest.raises(AskedWrong) as refused:
+    with pytest.raises(InvalidRequest) as refused:
         picture(parse_scene({}), points=1, phases=5000)
     assert [fault.pointer for fault in refused.value.faults] == ["/points", "/phases"]

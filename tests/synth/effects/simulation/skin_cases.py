@@ -10,7 +10,7 @@ import numpy.typing as npt
 from synth.contact.load_balance import Contact
 from synth.effects.simulation.skin_points import SkinPoints
 from synth.effects.simulation.skin_steps import SkinState, SkinStepper
-from synth.effects.simulation.steps import HEIGHT, ROWS, Phases, Stiffness
+from synth.effects.simulation.steps import HEIGHT, ROWS, Phases, StiffnessLaw
 from synth.effects.simulation.terms import Skin
 from tests.reference import skin_oracle as twin
 from tests.synth.engine_cases import contact_of, scene_of
@@ -28,14 +28,14 @@ def contact(**sections: Any) -> Contact:
 
 def stepper_of(law: Skin, points: int, load: float = LOAD, **settings: Any) -> SkinStepper:
     """Return the stepper of the default scene."""
-    stiffness = Stiffness.of(contact(), load, LIGHTEST)
+    stiffness = StiffnessLaw.of(contact(), load, LIGHTEST)
     return SkinStepper(SkinPoints.of_contact(contact(), load, points), law, stiffness, **settings)
 
 
 def stepper_of_stiffness(law: Skin, points: int, stiffness: float, **settings: Any) -> SkinStepper:
     """Return the stepper of the default scene with a stiffness (N/m) that no load changes."""
     found = SkinPoints.of_contact(contact(), LOAD, points)
-    return SkinStepper(found, law, Stiffness(stiffness, 0.0, LIGHTEST), **settings)
+    return SkinStepper(found, law, StiffnessLaw(stiffness, 0.0, LIGHTEST), **settings)
 
 
 def elastic(stepper: SkinStepper, turns: Real, loads: float | Real, first: float | None = None) -> Real:

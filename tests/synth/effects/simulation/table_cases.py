@@ -9,7 +9,7 @@ import numpy as np
 
 from synth.contact.load_balance import Contact
 from synth.effects.simulation.energy_table import EnergyTable
-from synth.effects.simulation.steps import ROWS, Stiffness
+from synth.effects.simulation.steps import ROWS, StiffnessLaw
 from synth.effects.simulation.table_steps import TableState, TableStepper
 from synth.response.phases import turns_to_phase
 from tests.synth.effects.simulation.test_energy_table import SCENES
@@ -42,7 +42,7 @@ def stepper(
         spanned = {"below": reach, **spanned}
     contact, table = table_of(name, **spanned)
     period = scene_of(**SCENES[name]).texture.period
-    stiffness = Stiffness.of(contact, LOAD, LIFT)
+    stiffness = StiffnessLaw.of(contact, LOAD, LIFT)
     return TableStepper(table, stiffness, mass, damping, pull, reach, period, forces)
 
 

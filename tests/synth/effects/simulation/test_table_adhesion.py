@@ -11,8 +11,7 @@ from synth.contact.geometry import Geometry
 from synth.contact.load_balance import Contact
 from synth.contact.stiffness import Stiffness
 from synth.effects.simulation.energy_table import EnergyTable
-from synth.effects.simulation.steps import ATTACHED, HEIGHT, REACTION, SLOPE_FORCE
-from synth.effects.simulation.steps import Stiffness as LawOfStiffness
+from synth.effects.simulation.steps import ATTACHED, HEIGHT, REACTION, SLOPE_FORCE, StiffnessLaw
 from synth.effects.simulation.table_steps import TableStepper
 from tests.synth.effects.simulation.table_cases import LIFT, LOAD, read, run
 
@@ -24,7 +23,7 @@ def flat(pull: float, reach: float, **wanted: Any) -> TableStepper:
     table = EnergyTable.of(contact, LOAD, 0.1 * LOAD, LOAD, reach, tolerance=1e-2)
     coefficients = {"mass": 0.0, "damping": 0.0, **wanted}
     return TableStepper(
-        table, LawOfStiffness(1e5, 0.0, LIFT), pull=pull, reach=reach, texture_period=0.8e-3, **coefficients
+        table, StiffnessLaw(1e5, 0.0, LIFT), pull=pull, reach=reach, texture_period=0.8e-3, **coefficients
     )
 
 
