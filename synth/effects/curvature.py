@@ -46,7 +46,7 @@ class Curvature(ShapeEffect):
     summary = "A round fingertip: the pressure fades to the ends, and the contact length follows from the load."
     settings = CurvatureSettings
     replaces = "the contact length"
-    price = Price(5.7, 160_000)
+    price = Price(8.3, 340_000)
 
     def reason(self, scene: Scene, settings: CurvatureSettings) -> str:
         """See `Effect`."""

@@ -62,7 +62,7 @@ class Tangential(OutputEffect["Preparation"]):
     settings = TangentialSettings
     without_auto = "It adds a channel and changes none, so there is nothing to judge it by: write {} or leave it out."
     units: Mapping[str, str] = MappingProxyType({QUANTITY: "N"})
-    price = Price(13.0, 110_000)
+    price = Price(20.0, 280_000)
 
     def clash(self, settings: TangentialSettings, others: Mapping[str, Any]) -> tuple[str, str] | None:
         """Refuse friction that is not Coulomb's where the pressure is not at hand place by place."""
