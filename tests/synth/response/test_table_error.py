@@ -11,7 +11,7 @@ import pytest
 from synth.contact.profile_solver import SegmentGrid
 from synth.contact.solvers import FINEST
 from synth.plan.usual_hand import prepare_hand
-from synth.response.table_error import QUANTITIES
+from synth.response.table_error import QUANTITIES, TableError
 from synth.response.table_making import HARMONICS
 from synth.scene.scene import parse_scene
 from tests.synth.engine_cases import Real, contact_of
@@ -127,3 +127,14 @@ def test_the_same_contact_has_the_same_table() -> None:
     scene = random_scene(3)
     assert table_of(scene).hash == table_of(scene).hash
     assert table_of(scene).hash != table_of(random_scene(4)).hash
+
+
+def test_a_load_is_told_the_error_of_its_own_interval() -> None:
+    largest = np.arange(1, 28, dtype=np.float32).reshape(3, 3, 3)[..., ::-1]  # [quantity, harmonics, interval]
+    told = TableError(np.array([0.0, 0.1, 0.4, 2.0]), (1, 2, 4), largest, np.ones((3, 3), np.float32))
+    for order, quantity in enumerate(QUANTITIES):
+        for interval, load in ((0, 0.05), (1, 0.1), (1, 0.39), (2, 0.4), (2, 2.0), (2, 50.0)):
+            assert told.at(load, quantity, 2) == largest[order, 1, interval]
+            assert told.at(load, quantity, 3) == largest[order, 1:, interval].max()
+        assert told.over((0.2, 0.5), quantity, 1) == largest[order, 0, 1:].max()
+    assert told.at(0.2, "displacement", 8) == largest[0, 2, 1] + 1.0  # and what lies in the octave above the highest
