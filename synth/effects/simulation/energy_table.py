@@ -290,21 +290,38 @@ def cell_at(nodes, place):
 
 
 @inlined
-def depth_at(nodes, row, weights, place):
-    """Return I (m) and its derivative, a step of d, at `place`."""
+def piece_at(nodes, row, weights, place):
+    """Return the cell in which `place` lies, where it begins, and the cubic I in it: see `piece_of`."""
     cell, begin = cell_at(nodes, place)
     c0, c1, c2, c3 = piece_of(nodes, row, weights, cell)
+    return cell, begin, c0, c1, c2, c3
+
+
+@inlined
+def depth_in(piece, place):
+    """Return I (m) and its derivative, a step of d, at `place` in a piece of `piece_at`."""
+    _cell, begin, c0, c1, c2, c3 = piece
     t = place - begin
     return c0 + t * (c1 + t * (c2 + t * c3)), c1 + t * (2.0 * c2 + t * 3.0 * c3)
 
 
 @inlined
-def mean_depth(nodes, row, weights, place, move):
-    """Return the mean of I (m) from `place` over `move`, in steps of d, and its derivative over `move`."""
-    cell, begin = cell_at(nodes, place)
+def depth_near(nodes, row, weights, piece, place):
+    """Return what `depth_in` does of the piece at `place`, which is likely to be `piece`."""
+    if cell_at(nodes, place)[0] == piece[0]:
+        return depth_in(piece, place)
+    return depth_in(piece_at(nodes, row, weights, place), place)
+
+
+@inlined
+def mean_depth(nodes, row, weights, piece, place, move):
+    """Return the mean of I (m) from `place` over `move`, in steps of d, and its derivative over `move`.
+
+    piece: that at `place`.
+    """
+    cell, begin, c0, c1, c2, c3 = piece
     end, done, total = place + move, place, 0.0
     while True:
-        c0, c1, c2, c3 = piece_of(nodes, row, weights, cell)
         if move > 0.0:
             edge = np.inf if cell >= len(nodes) - 1 else cell + 1.0
             stop = min(end, edge)
@@ -321,6 +338,7 @@ def mean_depth(nodes, row, weights, place, move):
         done = stop
         cell += 1 if move > 0.0 else -1
         begin = max(float(cell), 0.0)
+        c0, c1, c2, c3 = piece_of(nodes, row, weights, cell)
 
 
 @inner
@@ -339,7 +357,7 @@ def energy_at(nodes, row, weights, place):
 def drift_at(nodes, curves, grid, row, t, place):
     """Return I (m), its derivative, a step of d, and dE/dtheta at a fixed z (m^2 a turn), at `place`."""
     slopes = slopes_of(t, 2.0 ** grid[BITS])
-    depth, slope = depth_at(nodes, row, weights_of(t), place)
+    depth, slope = depth_in(piece_at(nodes, row, weights_of(t), place), place)
     drift = grid[WIDTH] * energy_at(nodes, row, slopes, place) + depth * curve_at(curves, BASE, row, slopes)
     return depth, slope, drift
 

@@ -37,9 +37,11 @@ from synth.effects.simulation.energy_table import (
     WIDTH,
     EnergyTable,
     curve_at,
-    depth_at,
+    depth_in,
+    depth_near,
     drift_at,
     mean_depth,
+    piece_at,
     row_of,
     weights_of,
 )
@@ -54,7 +56,7 @@ from synth.effects.simulation.steps import (
     Stepper,
     StiffnessLaw,
 )
-from synth.kernels import inner, signed_kernel
+from synth.kernels import inlined, inner, signed_kernel
 
 EPSILON = 2.0**-52
 BAND = 64.0  # roundings of forces and of z within which a finger rests; with few a damped one swings on at 1e-19 m
@@ -180,27 +182,27 @@ class TableStepper(Stepper):
         return state
 
 
-@inner
+@inlined
 def excess_at(nodes, row, weights, law, drive, s):
     """Return g, dg/ds and the size of what a step solves: inertia (s - ahead) + drag s - R + load."""
-    k1, k2, width, place, gap = law
+    k1, k2, width, place, gap, here, away = law
     inertia, drag, ahead, load, rest = drive
     move, resisting = s / width, inertia * (s - ahead) + drag * s
     if rest:
-        near, rise = depth_at(nodes, row, weights, place + move)
+        near, rise = depth_near(nodes, row, weights, here, place + move)
     else:
-        near, rise = mean_depth(nodes, row, weights, place, move)
+        near, rise = mean_depth(nodes, row, weights, here, place, move)
     total, slope, size = resisting - k1 * near + load, inertia + drag - k1 * rise / width, abs(resisting) + abs(load)
     if k2 == 0.0:
         return total, slope, size + k1 * near
     if rest:
-        far, rise = depth_at(nodes, row, weights, place + move - gap)
+        far, rise = depth_near(nodes, row, weights, away, place + move - gap)
     else:
-        far, rise = mean_depth(nodes, row, weights, place - gap, move)
+        far, rise = mean_depth(nodes, row, weights, away, place - gap, move)
     return total + k2 * far, slope + k2 * rise / width, size + k1 * near + k2 * far
 
 
-@inner
+@inlined
 def bracket_of(nodes, row, weights, law, drive):
     """Return two moves (m) between which g changes sign, the nearest to `ahead` where the forces push, the further 2nd.
 
@@ -224,12 +226,13 @@ def bracket_of(nodes, row, weights, law, drive):
         near, far = far, far + sign * stride
 
 
-@inner
+@inlined
 def move_of(nodes, row, weights, law, drive, band):
     """Return s - ahead (m) of one step, infinite where nothing holds the finger.
 
-    law: k1, k2 (N/m), the step of d (m), the place of z in such steps, and d0 in them. drive: 2 m / h^2 and c / h
-    (N/m), h v0 (m), the load (N), and whether z goes to rest, without these.
+    law: k1, k2 (N/m), the step of d (m), the place of z in such steps, d0 in them, and the pieces of I at that place
+    and d0 below it, which an iteration seldom leaves. drive: 2 m / h^2 and c / h (N/m), h v0 (m), the load (N), and
+    whether z goes to rest, without these.
     """
     ahead = drive[2]
     least = drive[0] + drive[1] - 0.5 * law[1]  # dg/ds is at least this: above zero there is one solution
@@ -269,7 +272,7 @@ def stiffness_of(law, load):
     return law[COEFFICIENT] / math.sqrt(load) if power == -0.5 else law[COEFFICIENT] * load**power
 
 
-@inner
+@inlined
 def advanced(nodes, curves, grid, law, numbers, phase, load, rest):
     """Write z and its velocity after a step at `phase` and `load` (N): by momentum, or at rest; return whether held."""
     row, t = row_of(grid, phase)
@@ -278,8 +281,11 @@ def advanced(nodes, curves, grid, law, numbers, phase, load, rest):
     place, gap = (z - curve_at(curves, BASE, row, weights) - grid[BOTTOM]) / width, law[RANGE] / width
     k2 = law[PULL] / law[RANGE] if law[PULL] > 0.0 else 0.0
     k1 = stiffness_of(law, load) + k2
-    near, rise = depth_at(nodes, row, weights, place)
-    far, fall = depth_at(nodes, row, weights, place - gap)
+    here = away = piece_at(nodes, row, weights, place)
+    near, rise = far, fall = depth_in(here, place)
+    if k2 > 0.0:
+        away = piece_at(nodes, row, weights, place - gap)
+        far, fall = depth_in(away, place - gap)
     # some roundings of forces and of z: less is balance
     band = BAND * EPSILON * (k1 * near + k2 * far + abs(load) - abs(z) * (k1 * rise + k2 * fall) / width)
     ahead = 0.0 if rest else h * numbers[SPEED]
@@ -287,7 +293,9 @@ def advanced(nodes, curves, grid, law, numbers, phase, load, rest):
         numbers[SPEED] = 0.0
         return True
     inertia, drag = (0.0, 0.0) if rest else (2.0 * law[MASS] / (h * h), law[DAMPING] / h)
-    move = move_of(nodes, row, weights, (k1, k2, width, place, gap), (inertia, drag, ahead, load, rest), band)
+    move = move_of(
+        nodes, row, weights, (k1, k2, width, place, gap, here, away), (inertia, drag, ahead, load, rest), band
+    )
     if move == np.inf:
         return False
     numbers[Z] = z + (ahead + move)
