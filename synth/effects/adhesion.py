@@ -46,7 +46,7 @@ class AdhesionEffect(BalanceEffect):
     settings = AdhesionSettings
     replaces = "the law of the pressure"
     lowest_load = -LARGEST_PULL
-    price = Price(1600.0, 6_400_000)
+    price = Price(830.0, 6_400_000)
 
     def reason(self, scene: Scene, settings: AdhesionSettings) -> str:
         """See `Effect`."""

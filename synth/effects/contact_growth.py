@@ -54,7 +54,7 @@ class ContactGrowth(ShapeEffect):
     summary = "The contact length follows the load, about the middle of the contact."
     settings = GrowthSettings
     replaces = "the contact length"
-    price = Price(8.4, 270_000)
+    price = Price(8.3, 270_000)
 
     def reason(self, scene: Scene, settings: GrowthSettings) -> str:
         """See `Effect`."""

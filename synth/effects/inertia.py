@@ -43,7 +43,7 @@ class Inertia(BalanceEffect):
     summary = "The finger's mass and damper on the contact, with loss of contact and bounce."
     settings = InertiaSettings
     replaces = "the mass of the finger"
-    price = Price(630.0, 3_200_000)
+    price = Price(370.0, 3_200_000)
 
     def reason(self, scene: Scene, settings: InertiaSettings) -> str:
         """See `Effect`."""

@@ -76,7 +76,7 @@ class ViscousSkin(BalanceEffect):
     summary = "A viscoelastic skin that never pulls, and recovers freely where the surface has left it."
     settings = SkinSettings
     replaces = "the law of the pressure"
-    price = Price(5800.0, 250_000)
+    price = Price(5200.0, 250_000)
 
     def reason(self, scene: Scene, settings: SkinSettings) -> str:
         """See `Effect`."""
