@@ -1,8 +1,8 @@
-"""The mean of z over a texture period as a function of the load: what displacement is about.
+"""The mean of z over a texture period as a function of the load; displacement is z less this mean.
 
 Model   A cubic spline over the cube root of the load, in which the mean is smooth but for kinks. Intervals are halved
         where the spline misses the mean halfway.
-Limits  MEAN_ERROR of the tolerance, judged halfway between the loads; loads from none to the largest asked for.
+Limits  The error halfway between the loads is within MEAN_ERROR of the tolerance, from no load to the heaviest.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ from synth.contact.load_balance import Contact
 Mean = Callable[[Array], Array]
 """The mean of z over a period (m) as a function of w^(1/3) (N^(1/3))."""
 
-FEWEST_MEANS, MOST_MEANS = 33, 1025  # loads at which the mean over a period is solved, about
-MEAN_PHASES = 512  # of each
-MEAN_ERROR = 1e-3  # of the tolerance, of the motion
-SPLINE_GAIN = 8.0  # by so much at least the error falls when an interval of loads is halved; 16 in the end
+FEWEST_MEANS, MOST_MEANS = 33, 1025  # loads at which the mean is solved
+MEAN_PHASES = 512  # phases per load
+MEAN_ERROR = 1e-3  # largest error, times the tolerance and the peak-to-peak of z
+SPLINE_GAIN = 8.0  # factor by which the error falls at least when an interval is halved; 16 in the limit
 
 
 def mean_curve(contact: Contact, loads: tuple[float, float], load: float, tolerance: float) -> Mean:
-    """Return the mean of z over a period (m) as a function of w^(1/3) (N^(1/3)), from no load to the larger of `loads`.
+    """Return the mean of z over a period (m) over w^(1/3) (N^(1/3)), from no load to the heavier of `loads` (N).
 
-    load: N, at whose peak-to-peak `tolerance` is judged.
+    load: N; `tolerance` is relative to the peak-to-peak of z at this load.
     """
     from scipy.interpolate import CubicSpline
 

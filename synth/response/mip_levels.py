@@ -1,12 +1,14 @@
 """Mip levels: how many harmonics a table sounds at each speed, and how one level fades into the next.
 
-Stage   RESPONSE, what a table is cut into.
-Model   A level holds the harmonics 1 to N. At a speed u the n-th stands at n |u| / period. With B the band, one up to B
-        sounds in full, one above 1.4 B not at all. Between a level of N harmonics and the next of N' < N the
-        share of the next grows as s^2 (3 - 2 s), s from 0 to 1 as B period / |u| falls from N' + 1 to N / 1.4. So the
-        gain of harmonic n is the sum of the shares of the levels that hold it (`gains`), for tables and files alike.
-Source  design, section 4: 0.49 / 0.35 = 1.4. The name mip level is that of images in steps of resolution.
-Limits  slower than B period / N of the fullest level, what lies above N is left out; the table's error tells how much.
+Stage   RESPONSE: the levels of a table.
+Model   A level holds the harmonics 1 to N. At a speed u harmonic n has the frequency n |u| / period. A harmonic up to
+        the band B is heard in full; above 1.4 B it is silent. Between a level of N harmonics and the next of N' < N
+        harmonics, the share of the next is s^2 (3 - 2 s); s goes from 0 to 1 as B period / |u| falls from N' + 1 to
+        N / 1.4. The gain of harmonic n is the sum of the shares of the levels that hold it (`gains`), in tables and in
+        files alike.
+Source  design, section 4: 0.49 / 0.35 = 1.4. Mip levels are images in steps of resolution (Williams, 1983).
+Limits  At speeds below B period / N of the fullest level, harmonics above N are left out. The table's error counts
+        them.
 """
 
 from __future__ import annotations
@@ -18,17 +20,18 @@ import numpy as np
 
 from synth.arrays import Array
 
-WIDTH = 1.4  # of the band: above it nothing sounds. Less makes fades shorter; levels an octave apart would need 2.5
+WIDTH = 1.4  # times the band: silent above it. A smaller one makes fades shorter; levels an octave apart would need 2.5
 STEP = 1.37  # ratio of neighbouring levels; above WIDTH a fade would be empty, below 1.19 two fades would overlap
-PLACES_A_HARMONIC = 5.5  # at 5 the images of a spline's highest harmonic are twice as strong, at 6 a table is larger
-FEWEST_PLACES = 24  # of a level: the images of the lowest levels would be as strong as what they are judged by
+PLACES_A_HARMONIC = 5.5  # at 5 the images of the highest harmonic are twice as strong, at 6 a table is larger
+FEWEST_PLACES = 24  # per level; with fewer, images in the lowest levels would be as strong as their error target
 
 
 @dataclass(frozen=True, slots=True)
 class MipLevels:
     """Levels from the fullest to the last, which holds the fundamental alone.
 
-    highest: highest harmonic of each level. places: spline coefficients a period of each level.
+    highest: highest harmonic of each level.
+    places: spline coefficients per period of each level.
     """
 
     highest: tuple[int, ...]
@@ -36,7 +39,7 @@ class MipLevels:
 
     @classmethod
     def up_to(cls, harmonics: int, density: float = PLACES_A_HARMONIC) -> MipLevels:
-        """Return the levels of a table of so many harmonics, at least 1; density: places a harmonic."""
+        """Return the levels of a table of `harmonics` (at least 1); density: places per harmonic."""
         ladder = [1]
         while ladder[-1] < harmonics:
             ladder.append(min(harmonics, max(ladder[-1] + 1, int(STEP * (ladder[-1] + 1)))))
@@ -47,12 +50,12 @@ class MipLevels:
 
     @property
     def fades(self) -> Array:
-        """Periods passed in 1 / B between which each level fades to the next, the last to silence: [2, levels]."""
+        """Begin and end of each level's fade to the next (the last: to silence), in |u| / (period B): [2, levels]."""
         below = np.array([*self.highest[1:], 0])
         return np.stack([1.0 / (below + 1.0), WIDTH / np.array(self.highest)])
 
     def shares(self, turns: float) -> Array:
-        """Return the share of each level where `turns` periods pass in 1 / B: |u| / (period B)."""
+        """Return the share of each level at `turns` = |u| / (period B), the periods that pass in 1 / B: [levels]."""
         begin, end = self.fades
         s = np.clip((abs(turns) - begin) / (end - begin), 0.0, 1.0)
         gone = s * s * (3.0 - 2.0 * s)
@@ -60,7 +63,7 @@ class MipLevels:
         return np.asarray(entered - gone)
 
     def gains(self, turns: float) -> Array:
-        """Return the gain of harmonics 1 to the highest where `turns` periods pass in 1 / B."""
+        """Return the gain of harmonics 1 to the highest at `turns` = |u| / (period B): [harmonics]."""
         n = np.arange(1, self.highest[0] + 1)
         shares = zip(self.shares(turns), self.highest, strict=True)
         return np.asarray(sum(share * (n <= highest) for share, highest in shares))

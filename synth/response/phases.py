@@ -1,9 +1,10 @@
-"""Where the texture stands at every frame of a motion: phases as 64-bit fractions of a turn.
+"""The phase of the texture at every frame of a motion, as a 64-bit fraction of a turn (one period).
 
-Model   Where the position is known the phase is position / lambda2; otherwise the turns of each frame, speed times 1 /
-        (rate lambda2) and half its rate, are summed in fixed point, the product carried to twice the digits.
+Model   Where the position is known, the phase is position / lambda2. Otherwise each frame advances it by
+        (speed + speed_rate / (2 rate)) / (rate lambda2), computed in double-double and summed in fixed point.
 Source  design, section 8.
-Limits  below 1e-9 turn in 24 h at any rate and speed of the scene's range (tests/synth/hard/test_long_streams.py).
+Limits  Drift is below 1e-9 turn in 24 h at every rate and speed of the scene's range
+        (tests/synth/hard/test_long_streams.py).
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ SPEED, SPEED_RATE = 0, 1  # rows of `motion`
 
 @inlined
 def rest_of_step(step, rate, period):
-    """Return what the rounding of step = 1 / (rate period) left out: times 24 hours of frames it is 1e-9 turn."""
+    """Return the rounding error of step = 1 / (rate period), which adds up to 1e-9 turn in 24 hours of frames."""
     whole, low = two_product(rate, period)
     product, rest = two_product(step, whole)
     return ((1.0 - product) - rest - step * low) * step
@@ -31,7 +32,7 @@ def rest_of_step(step, rate, period):
 
 @inlined
 def fraction_of_turn(turns, small):
-    """Return turns + small as a uint64 fraction of a turn, to 2^-65: `small` holds what is lost beside `turns`."""
+    """Return turns + small as a uint64 fraction of a turn, exact to 2^-65; `small` is the low part of the sum."""
     coarse = (turns - np.rint(turns)) * HALF_TURN
     whole = np.rint(coarse)
     fine = np.rint((small - np.rint(small)) * TURN + 2.0 * (coarse - whole))
@@ -54,7 +55,7 @@ def fill_steps(speed, speed_rate, rate, period, steps):
 
 @inlined
 def fill_phases(motion, position, phase, rate, period, first, stride, phases):
-    """Write the phase of the frames first, first + stride, ... to `phases`; return that after the last frame of all."""
+    """Write the phase of the frames first, first + stride, ... to `phases`; return the phase after the last frame."""
     frames = motion.shape[1]
     if len(position) == frames:
         for k in range(len(phases)):
@@ -82,7 +83,7 @@ def phase_at(turns):
 
 
 def phase_step(speed: float, period: float, rate: int) -> int:
-    """Return the turns a frame as a 64-bit fraction of a turn, exact to 2^-65 turn."""
+    """Return the turns per frame as a 64-bit fraction of a turn, exact to 2^-65 turn. speed: m/s. period: m."""
     turns = Fraction(speed) / (Fraction(period) * rate)
     return round(turns * 2**64) % 2**64
 

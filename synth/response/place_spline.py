@@ -1,16 +1,16 @@
-"""A level's coefficients over place: a periodic quintic spline whose harmonics are exactly those that it is made of.
+"""One level over place: a periodic quintic spline whose harmonics 1 to N are exactly those of the response.
 
-Stage   RESPONSE, one level of a table.
-Model   s(theta) = sum over i of c_i B(P theta - i), B the centred B-spline of degree 5, has at the harmonic n the size
-        C_n sinc(n / P)^6, C_n that of the coefficients. So C_n = Z_n / sinc(n / P)^6 makes harmonics 1 to N exact.
-        A value is read in vectors of eight: the sum over i of w_i(t) (a z0_i + b d0_i + c z1_i + d d1_i), w_i the
-        pieces of the B-spline by Horner's scheme for all taps at once; z, d values and slopes of the lower and the
-        upper row of load.
+Stage   RESPONSE: one level of a table.
+Model   s(theta) = sum over i of c_i B(P theta - i), with B the centred B-spline of degree 5. Its harmonic n is
+        C_n sinc(n / P)^6, where C_n is harmonic n of the coefficients. So C_n = Z_n / sinc(n / P)^6 makes harmonics 1
+        to N exact. A value is read in vectors of eight: the sum over i of w_i(t) (a z0_i + b d0_i + c z1_i + d d1_i).
+        The w_i are the pieces of the B-spline, by Horner's scheme for all taps at once; z and d are values and slopes
+        of the lower and the upper row of load.
 Source  Unser, Splines: a perfect fit for signal and image processing (1999). LLVM language reference: vectors,
         llvm.fmuladd. The readable twin of the reading is `swing` of tests/reference/slow_table_reading.py.
-Limits  images stand at P - n, (n / (P - n))^6 as strong: 1e-4 of the highest harmonic with 5.5 places a harmonic, 2e-3
-        of it in acceleration, most of which the reading filter takes off. numba does not find the vectors by itself: a
-        plain sum takes three times as long.
+Limits  Images of harmonic n lie at P - n, (n / (P - n))^6 as strong: with 5.5 places per harmonic, 1e-4 of the highest
+        harmonic, and 2e-3 of it in acceleration, most of which the reading filter removes. numba does not find the
+        vectors by itself: a plain sum takes three times as long.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from numba.extending import intrinsic
 from synth.arrays import Array
 from synth.response.spectrum import Complex
 
-TAPS = 6  # coefficients that make a value
-FIRST = 2  # of them stand before the cell that a place is in
-PADDING = 8  # coefficients repeated at the end of a period, so that a reader need not wrap round
-LANES = 8  # taps read at a time, the last two of no weight
+TAPS = 6  # coefficients per value
+FIRST = 2  # of them lie before the cell of the place
+PADDING = 8  # coefficients repeated at the end of a period, so that a reader need not wrap around
+LANES = 8  # taps read at a time; the last two have no weight
 PIECES = (  # of t^0 to t^5, for each tap, times 120
     (1.0, 26.0, 66.0, 26.0, 1.0, 0.0),
     (-5.0, -50.0, 0.0, 50.0, 5.0, 0.0),
@@ -43,7 +43,7 @@ FUSED = "llvm.fmuladd.v8f64"
 
 
 def spline_coefficients(harmonics: Complex, highest: int, places: int) -> Array:
-    """Return the coefficients [rows, places] of the series [rows, more than highest], without their mean."""
+    """Return the coefficients [rows, places] of harmonics 1 to `highest` of the series [rows, harmonics]."""
     series = np.zeros((len(harmonics), places // 2 + 1), dtype=np.complex128)
     n = np.arange(1, highest + 1)
     series[:, 1 : highest + 1] = harmonics[:, 1 : highest + 1] / np.sinc(n / places) ** TAPS
@@ -51,7 +51,7 @@ def spline_coefficients(harmonics: Complex, highest: int, places: int) -> Array:
 
 
 def padded(coefficients: Any) -> Any:
-    """Return coefficients [..., places + PADDING], the i-th that of place i - FIRST: where the taps of cell i begin."""
+    """Return the coefficients as [..., places + PADDING], so that the taps of cell i begin at index i."""
     places = coefficients.shape[-1]
     return coefficients[..., (np.arange(places + PADDING) - FIRST) % places]
 
@@ -60,8 +60,8 @@ def padded(coefficients: Any) -> Any:
 def spline_value(typing: Any, pool: Any, at: Any, half: Any, t: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
     """Return the spline at 0 <= t < 1 of the cell whose taps begin at pool[at], a float32 array.
 
-    half: from the values of a row to its slopes, and from these to the next row. a, b, c, d: weights of value and slope
-    of the lower row, and of the upper.
+    half: offset from the values of a row to its slopes, and from these to the values of the next row.
+    a, b, c, d: weights of value and slope of the lower row, then of the upper row.
     """
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -92,7 +92,7 @@ def spline_value(typing: Any, pool: Any, at: Any, half: Any, t: Any, a: Any, b: 
 
 
 def summed(builder: Any, vector: Any) -> Any:
-    """Return the sum of the lanes of `vector`, halves on halves."""
+    """Return the sum of the lanes of `vector`, added pairwise."""
     lanes = LANES
     while lanes > 1:
         lanes //= 2

@@ -1,11 +1,11 @@
 """Reading a table along any motion: position and load at every frame in, one quantity at every frame out.
 
-Stage   RESPONSE, what voices do with a table.
-Model   z at every few frames, then a short filter (`reading_filter`), which makes any quantity, and counts every term
-        of a changing load and speed. The output is `delay` frames behind the motion. Before the first frame the finger
-        stands where it begins.
+Stage   RESPONSE: reading its result.
+Model   z is read at every few frames; a short filter (`reading_filter`) makes the quantity from it. So every term of a
+        changing load and speed counts. The output is `delay` frames behind the motion. Before the first frame the
+        finger stands where it begins.
 Source  design, section 1; docs/table.md.
-Limits  the table's error, and the filter's.
+Limits  The errors of the table and of the filter.
 """
 
 from __future__ import annotations
@@ -22,9 +22,11 @@ from synth.response.table import Floats, ResponseTable
 
 @dataclass(frozen=True, slots=True)
 class TableReader:
-    """One quantity of a table at one rate. It holds no state: `start` gives it, `read` takes it and changes it.
+    """Reads one quantity of a table at one rate. It keeps no state: `start` returns one, `read` updates it.
 
-    numbers: the table's as `reading_loop` takes them: pool, levels, rows, weights, rules.
+    table: the table.
+    filter: from z to the quantity.
+    numbers: arguments of `reading_loop.read_block`: pool, levels, rows, weights, rules.
     """
 
     table: ResponseTable
@@ -53,7 +55,7 @@ class TableReader:
 
     @property
     def delay(self) -> int:
-        """Frames by which the output is behind the motion: frame n of a block is that of the motion n - delay."""
+        """Frames by which the output is behind the motion: frame n of a block belongs to frame n - delay of it."""
         return self.filter.delay
 
     def start(self) -> Array:
@@ -61,11 +63,13 @@ class TableReader:
         return np.zeros(loop.HISTORY + self.filter.taps)
 
     def read(self, state: Array, motion: Array, position: Array, phase: int, out: Floats, column: int) -> int:
-        """Write the next frames of the quantity to a column of `out`, and take `state` on; return the next phase.
+        """Write the next frames of the quantity to a column of `out`, update `state`, and return the next phase.
 
-        motion: float64 [5, frames], as in `motion.Motion`. position: of the texture (m) at each frame, or empty; then
-        the texture goes on from `phase`, a 64-bit fraction of a turn, at the speed of the motion. out: float32 [frames,
-        columns].
+        motion: float64 [5, frames], as in `motion.Motion`.
+        position: of the texture (m) at each frame. Where it is empty, the texture goes on from `phase` at the speed of
+            the motion.
+        phase: 64-bit fraction of a turn.
+        out: float32 [frames, columns].
         """
         after: int = loop.read_block(*self.numbers, motion, position, phase, state, out, column)
         return after

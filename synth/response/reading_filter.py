@@ -1,14 +1,15 @@
-"""The filter of a reader: from z at every few frames to displacement, velocity or acceleration at every frame.
+"""The filter of a table reader: from z at every few frames to displacement, velocity or acceleration at every frame.
 
-Stage   RESPONSE, how tables are read.
+Stage   RESPONSE: reading its result.
 Model   z is taken at every `stride`-th frame. Between two of these, at the part s = j / stride of the way, the output
-        is hold z_k + sum over m of b_jm (z_(m+1) - z_m), over TAPS - 1 differences round k. The b make polynomials of
-        degree 3 exact and err least over the frequencies that sound (least squares), each relative to its own size.
-        Differences make what stands still exactly nothing, and a changing load counts with all of its terms.
-Source  least-squares design of linear-phase filters (Parks and Burrus, Digital Filter Design, 1987); derived here.
-Limits  `error` of a filter: 5e-4 of acceleration, 1e-4 of velocity, 3e-5 of displacement with 10 samples of z to the
-        band, which is 0.33 ms of look-ahead at 48 kHz. Where the band takes more than a tenth of the rate, filters are
-        longer, and err up to a tenth at the end of the band.
+        is hold z_k + sum over m of b_jm (z_(m+1) - z_m), over TAPS - 1 differences around k. The weights b are exact
+        for polynomials of degree 3. Over the frequencies in the band they have the least relative error (least
+        squares). Since only differences count, a finger at rest gives exactly zero, and every term of a changing load
+        is included.
+Source  Least-squares design of linear-phase filters (Parks and Burrus, Digital Filter Design, 1987); derived here.
+Limits  The `error` of a filter is 5e-4 for acceleration, 1e-4 for velocity and 3e-5 for displacement with 10 samples of
+        z per period of the band, which is a look-ahead of 0.33 ms at 48 kHz. Where the band is more than a tenth of the
+        rate, filters are longer and err by up to a tenth at the end of the band.
 """
 
 from __future__ import annotations
@@ -24,24 +25,25 @@ from synth.response.mip_levels import WIDTH
 from synth.response.spectrum import Complex
 
 ORDERS = {"displacement": 0, "approach": 0, "velocity": 1, "acceleration": 2}
-SAMPLES_A_PERIOD = 10  # of z in the shortest period of the band; with 5 the filter would be twice as long
-LONGEST_STRIDE = 8  # frames; it is the number of parts of a step that the usual filter knows
-USUAL_HIGHEST = 0.14  # cycles a step: WIDTH / SAMPLES_A_PERIOD, for which the usual filter is made
-TAPS = 8  # samples of z that an output is made of
-DECIMALS = 10  # of its weights, which are of the order of 1: the same on every machine
-MOST_TAPS = 64  # where a rate leaves fewer samples a period
-ENOUGH = 1e-3  # error above which taps are added
-EXACT_DEGREE = 3  # of the polynomials that are exact
-GRID = 200  # frequencies that the error is summed over
+SAMPLES_A_PERIOD = 10  # samples of z in the shortest period of the band; with 5 the filter would be twice as long
+LONGEST_STRIDE = 8  # frames; also the number of parts of a step for which the usual filter has weights
+USUAL_HIGHEST = 0.14  # cycles per step for which the usual filter is designed: WIDTH / SAMPLES_A_PERIOD
+TAPS = 8  # samples of z per output
+DECIMALS = 10  # the weights, of the order of 1, are rounded to these, so that every machine has the same
+MOST_TAPS = 64  # limit where the rate leaves fewer samples per period
+ENOUGH = 1e-3  # taps are added while the error is larger
+EXACT_DEGREE = 3  # polynomials up to this degree are exact
+GRID = 200  # frequencies at which the error is evaluated
 
 
 @dataclass(frozen=True, slots=True)
 class ReadingFilter:
     """The filter of one quantity.
 
-    stride: frames from one sample of z to the next. weights: float64 [stride, taps - 1], of the differences, in units
-    of the quantity. hold: 1 where z itself is part of the output, else 0. error: largest error over the frequencies
-    that sound, relative to each.
+    stride: frames from one sample of z to the next.
+    weights: of the differences of z, float64 [stride, taps - 1], in units of the quantity.
+    hold: 1 where z itself is part of the output, else 0.
+    error: largest relative error over the frequencies in the band.
     """
 
     stride: int
@@ -51,7 +53,7 @@ class ReadingFilter:
 
     @property
     def taps(self) -> int:
-        """Samples of z that an output is made of."""
+        """Samples of z per output."""
         return int(self.weights.shape[1]) + 1
 
     @property
@@ -68,16 +70,16 @@ def stride_for(rate: int, band: float) -> int:
 
 @cache
 def usual_weights(order: int) -> tuple[tuple[float, ...], ...]:
-    """Return the weights of a derivative at each eighth of a step, [LONGEST_STRIDE, TAPS - 1], in units of a step."""
+    """Return the weights of derivative `order` at each eighth of a step [LONGEST_STRIDE, TAPS - 1], per step."""
     parts = np.arange(LONGEST_STRIDE) / LONGEST_STRIDE
     found = [np.round(designed(order, float(part), TAPS, USUAL_HIGHEST), DECIMALS) for part in parts]
     return tuple(tuple(float(one) for one in row) for row in found)
 
 
 def reading_filter(quantity: str, rate: int, band: float) -> ReadingFilter:
-    """Return the filter of `quantity` (one of ORDERS) at `rate` (Hz) for what sounds up to WIDTH times `band` (Hz).
+    """Return the filter of `quantity` (one of ORDERS) at `rate` (Hz) for frequencies up to WIDTH times `band` (Hz).
 
-    All quantities at one rate and band have filters of the same length, so channels stay together.
+    All quantities at one rate and band have filters of one length, so their channels are in phase.
     """
     order, stride, taps = ORDERS[quantity], stride_for(rate, band), TAPS
     highest = min(WIDTH * band * stride / rate, 0.49)
@@ -91,7 +93,7 @@ def reading_filter(quantity: str, rate: int, band: float) -> ReadingFilter:
 
 @cache
 def _taps_for(stride: int, highest: float) -> int:
-    """Return the samples of z with which every derivative errs by ENOUGH at most, MOST_TAPS where none suffice."""
+    """Return the fewest taps with which every derivative errs by ENOUGH at most; MOST_TAPS where none suffice."""
     for taps in range(TAPS, MOST_TAPS, 2):
         errors = [filter_error(_all_weights(order, stride, taps, highest), order, highest) for order in range(3)]
         if max(errors) <= ENOUGH:
@@ -104,9 +106,9 @@ def _all_weights(order: int, stride: int, taps: int, highest: float) -> Array:
 
 
 def responses(taps: int, order: int, part: float, highest: float) -> tuple[Complex, Complex]:
-    """Return what each difference makes of GRID frequencies up to `highest` (cycles a step), and what is wanted of all.
+    """Return the frequency response of each difference [GRID, taps - 1] and the desired response [GRID].
 
-    Complex [GRID, taps - 1] and [GRID], both relative to the size of the derivative `order`.
+    Both are complex, at GRID frequencies up to `highest` (cycles per step), relative to the size of the derivative.
     """
     f = highest * (np.arange(GRID) + 0.5) / GRID
     turned = 2j * np.pi * f
@@ -117,12 +119,12 @@ def responses(taps: int, order: int, part: float, highest: float) -> tuple[Compl
 
 
 def steps_of(taps: int) -> Array:
-    """Return where the samples lie, in steps from the one that the output lies on or behind."""
+    """Return the places of the samples, in steps from the sample at or before the output."""
     return np.asarray(np.arange(taps) - (taps // 2 - 1.0))
 
 
 def filter_error(weights: Array, order: int, highest: float) -> float:
-    """Return the largest error of `weights` [stride, taps - 1] up to `highest` (cycles a step), relative to each."""
+    """Return the largest relative error of `weights` [stride, taps - 1] up to `highest` (cycles per step)."""
     found = 0.0
     for j, row in enumerate(weights):
         basis, aim = responses(len(row) + 1, order, j / len(weights), highest)
@@ -133,7 +135,7 @@ def filter_error(weights: Array, order: int, highest: float) -> float:
 def designed(order: int, part: float, taps: int, highest: float) -> Array:
     """Return the weights of the differences [taps - 1] for the derivative `order` at `part` of a step.
 
-    highest: frequency in cycles a step, up to which the error is least.
+    highest: the error is least up to this frequency (cycles per step).
     """
     degrees = np.arange(1, EXACT_DEGREE + 1)
     rises = np.diff(steps_of(taps) ** degrees[:, np.newaxis], axis=1)
@@ -141,7 +143,7 @@ def designed(order: int, part: float, taps: int, highest: float) -> Array:
     basis, aim = responses(taps, order, part, highest)
     rows, right = np.concatenate([basis.real, basis.imag]), np.concatenate([aim.real, aim.imag])
     start = np.linalg.lstsq(rises, wanted, rcond=None)[0]
-    free = np.linalg.svd(rises)[2][len(degrees) :].T  # what no polynomial of these degrees sees
+    free = np.linalg.svd(rises)[2][len(degrees) :].T  # changes of the weights that leave these polynomials exact
     rest = np.linalg.lstsq(rows @ free, right - rows @ start, rcond=None)[0]
     return np.asarray(start + free @ rest)
 

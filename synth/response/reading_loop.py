@@ -1,11 +1,11 @@
-"""The compiled loop of a reader: z at every few frames of a motion, then the filter.
+"""The compiled loop of a table reader: z at every few frames of a motion, then the filter.
 
-Stage   RESPONSE, how tables are read.
-Model   docs/table.md. z = gate(w) swing(theta, w, |u|), or gate(w) (swing + mean(w)) for the approach. The swing is a
-        quintic spline over place, a cubic over the load, and a fade of two levels over the speed. The
+Stage   RESPONSE: reading its result.
+Model   docs/table.md. z = gate(w) swing(theta, w, |u|), or gate(w) (swing + mean(w)) for the approach. The swing is z
+        less its mean: a quintic spline over place, a cubic over the load, and a fade of two levels over the speed. The
         filter is that of `reading_filter`.
-Source  the readable twin is tests/reference/slow_table_reading.py.
-Limits  what is not a number, or beyond float32, is silent.
+Source  The readable twin is tests/reference/slow_table_reading.py.
+Limits  An output that is not a number, or beyond float32, becomes zero.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from synth.response.place_spline import PADDING, spline_value
 
 LARGEST = 3.4e38  # what a float32 holds
 
-COUNT, STARTED, HISTORY = 0, 1, 2  # entries of `state`; from HISTORY on, the last samples of z
+COUNT, STARTED, HISTORY = 0, 1, 2  # entries of `state`; the last samples of z follow from HISTORY on
 SCALE, LIFT, GAIN, HOLD, WITH_MEAN, FULL, LAW, LAW_SLOPE, MOST, RATE, PERIOD = range(11)  # entries of `rules`
 FADE, SILENT, BEGIN, PLACES, STEEPNESS = range(5)  # columns of `levels`
 SPEED, LOAD = 0, 2  # rows of `motion`
@@ -40,7 +40,7 @@ def interval_of(loads, load):
 
 @inlined
 def level_of(levels, turns):
-    """Return the first level that sounds at `turns`; as many as there are where none does."""
+    """Return the first level that is heard at `turns`; the number of levels where none is."""
     level = 0
     while level < len(levels) and turns >= levels[level, SILENT]:
         level += 1
@@ -49,7 +49,7 @@ def level_of(levels, turns):
 
 @inlined
 def load_weights(above, width):
-    """Return the weights of value and slope at the load below, and at the one above, of a cubic Hermite piece."""
+    """Return the weights of a cubic Hermite piece: value and slope at the load below, then at the load above."""
     s = above / width
     rest = 1.0 - s
     return (1.0 + 2.0 * s) * rest * rest, s * rest * rest * width, s * s * (3.0 - 2.0 * s), -s * s * rest * width
@@ -57,7 +57,7 @@ def load_weights(above, width):
 
 @inlined
 def swing_of(pool, levels, level, interval, turn, a, b, c, d):
-    """Return the swing (m) of one level at `turn` turns of the texture; a, b, c, d: weights, as in `spline_value`."""
+    """Return the swing (m) of one level at `turn` turns of the texture. a, b, c, d: weights as in `spline_value`."""
     places = levels[level, PLACES]
     x = turn * places
     cell, half = np.int64(x), np.int64(places) + PADDING
@@ -67,16 +67,18 @@ def swing_of(pool, levels, level, interval, turn, a, b, c, d):
 
 @inlined
 def sample(pool, levels, rows, rules, phases, motion, first, stride, values):
-    """Write the swing of z (m) at every stride-th frame from `first` on to `values`, as many as it holds.
+    """Write the swing (m) at the frames first, first + stride, ... to `values`.
 
     levels: float64 [levels, 5]: fade begin and end, begin in `pool`, places, 1 / length of the fade.
-    rows: float64 [3, rows]: loads, mean of z, its slope.
-    phases: of these frames, uint64 fractions of a turn. motion: float64 [5, frames], as in `motion.Motion`.
+    rows: float64 [3, rows]: loads (N), mean of z (m), its slope (m/N).
+    rules: float64 [11], see the entries above.
+    phases: uint64 fractions of a turn at these frames.
+    motion: float64 [5, frames], as in `motion.Motion`.
     """
     loads = rows[0]
     last = loads[len(loads) - 1]
     interval, level = 0, 0
-    low, high, slow, fast, fade = 1.0, 0.0, 1.0, 0.0, 0.0  # where interval and level hold: nowhere yet
+    low, high, slow, fast, fade = 1.0, 0.0, 1.0, 0.0, 0.0  # ranges in which interval and level hold: empty so far
     for k in range(len(values)):
         i = first + k * stride
         load = min(max(motion[LOAD, i], 0.0), rules[MOST])
@@ -106,7 +108,7 @@ def sample(pool, levels, rows, rules, phases, motion, first, stride, values):
 
 @inlined
 def add_mean(rows, rules, motion, first, stride, values):
-    """Add the mean of z (m) at the load of each frame; arguments as in `sample`."""
+    """Add the mean of z (m) at the load of each frame. Arguments as in `sample`."""
     loads = rows[0]
     last = loads[len(loads) - 1]
     for k in range(len(values)):
@@ -123,7 +125,7 @@ def add_mean(rows, rules, motion, first, stride, values):
 
 @inlined
 def close_gate(lift, motion, first, stride, values):
-    """Take z to nothing where the load falls below `lift` (N); arguments as in `sample`."""
+    """Fade z where the load is below `lift` (N). Arguments as in `sample`."""
     for k in range(len(values)):
         load = max(motion[LOAD, first + k * stride], 0.0)
         if load < lift:
@@ -132,9 +134,9 @@ def close_gate(lift, motion, first, stride, values):
 
 @inlined
 def filter_samples(z, weights, hold, gain, skipped, out):
-    """Write the output of each frame to `out` from z, a sample a step; `skipped` frames of the first step are past.
+    """Filter z, one sample per step, to one output per frame. The first `skipped` frames of the first step are past.
 
-    weights: float64 [taps - 1, stride], a column for each frame of a step; all frames of a column are made together.
+    weights: float64 [taps - 1, stride], one column per frame of a step. All frames of a column are made together.
     """
     width, stride = weights.shape
     middle, frames = (width + 1) // 2 - 1, len(out)
@@ -159,10 +161,11 @@ def filter_samples(z, weights, hold, gain, skipped, out):
 
 @signed_kernel("u8(f4[::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[::1], f8[:,::1], f8[::1], u8, f8[::1], f4[:,:], i8)")
 def read_block(pool, levels, rows, weights, rules, motion, position, phase, state, out, column):
-    """Write the next frames to a column of `out`, take `state` on, and return the phase after the last frame.
+    """Write the next frames to a column of `out`, update `state`, and return the phase after the last frame.
 
-    pool, levels, rows, rules: as in `sample`. weights: as in `filter_samples`. position, phase: as in
-    `phases.fill_phases`.
+    pool, levels, rows, rules, motion: as in `sample`.
+    weights: as in `filter_samples`.
+    position, phase: as in `phases.fill_phases`.
     """
     taps, stride, frames = weights.shape[0] + 1, weights.shape[1], len(out)
     count = np.int64(state[COUNT])
@@ -177,7 +180,7 @@ def read_block(pool, levels, rows, weights, rules, motion, position, phase, stat
     close_gate(rules[LIFT], motion, first, stride, fresh)
     for i in range(taps):
         z[i] = state[HISTORY + i] if state[STARTED] > 0.0 else z[taps]
-    # a block begins within the step of the last sample before it, or with a new sample
+    # A block begins within the step of the last sample before it, or with a new sample.
     begin, skipped = (0, count) if count > 0 else (1, 0)
     filter_samples(z[begin:], weights, rules[HOLD], rules[GAIN], skipped, out[:, column])
     for i in range(taps):

@@ -1,8 +1,8 @@
-"""What was solved once is kept: contact responses by what they depend on, within a bound of bytes.
+"""A cache of solved responses and tables, keyed by what they depend on and bounded in bytes.
 
-Model   Least recently used goes first. Two threads that ask for the same thing at once: one builds, the other waits.
-        What was dropped while somebody still uses it is found again as long as that lasts.
-Limits  an entry larger than the bound is built and handed out, but not kept.
+Model   The least recently used entry is dropped first. Where two threads ask for one key at once, one builds and the
+        other waits. An entry that was dropped is found again as long as anyone still uses it.
+Limits  An entry larger than the bound is built and returned, but not kept.
 """
 
 from __future__ import annotations

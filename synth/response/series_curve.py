@@ -1,13 +1,13 @@
-"""A series over a period as a curve: read at audio rate along a steady scan, and at any place.
+"""A Fourier series over a period, made ready to be read: at audio rate along a steady scan, and at any place.
 
 Stage   RESPONSE.
-Model   A period is cut into equal cells, a power of two of them. In each cell the series is replaced by the polynomial
-        of degree 7 that shares its value and three derivatives at both ends. The phase theta is a 64-bit fraction of a
-        turn: its high bits name the cell, the rest the place in it.
+Model   A period is cut into equal cells, a power of two. In each cell a polynomial of degree 7 replaces the series; it
+        has the same value and three derivatives at both ends. The phase theta is a 64-bit fraction of a turn: its high
+        bits are the number of the cell, the rest is the place in it.
 Source  Hermite interpolation; the derivatives are exact, from the series. Design, sections 1 and 8.
-Limits  with CELLS_A_HARMONIC cells a period of the last harmonic it errs by 1.4e-8 of that harmonic, of those below by
-        the eighth power less: under the rounding of float32. Phase: one rounding of 2^-65 turn a frame at most, 5e-10
-        turn in 24 h at 192 kHz.
+Limits  With CELLS_A_HARMONIC cells per period of the highest harmonic, the error is 1.4e-8 of that harmonic, below the
+        rounding of float32; for lower harmonics it falls with the eighth power. The phase is rounded by 2^-65 turn per
+        frame at most: 5e-10 turn in 24 h at 192 kHz.
 """
 
 from __future__ import annotations
@@ -22,16 +22,17 @@ from synth.kernels import signed_kernel
 from synth.response.lift_gate import PLACE, SMALLEST
 from synth.response.spectrum import Complex
 
-CELLS_A_HARMONIC = 8  # at least; half as many err by 4e-6 of the last harmonic, twice as many take twice the memory
+CELLS_A_HARMONIC = 8  # at least; with half as many the error is 4e-6 of the last harmonic
 FEWEST_CELLS = 16
-SHARED = 4  # value and derivatives that a cell shares with the series at each end; its 8 coefficients fill a cache line
+SHARED = 4  # a cell shares the value and 3 derivatives at each end; its 8 coefficients fill a cache line
 
 
 class SeriesCurve:
     """The sum of a series at any place of a period.
 
-    harmonics: complex128 [highest + 1], one-sided, as of `Spectrum`. mean: its harmonic 0. cells: float64 [cells, 8],
-    the coefficients of the rest in powers of the place in a cell.
+    harmonics: complex128 [highest + 1], one-sided as in `Spectrum`.
+    mean: its harmonic 0.
+    cells: coefficients of the other harmonics in powers of the place in a cell, float64 [cells, 8].
     """
 
     def __init__(self, harmonics: Complex) -> None:
@@ -42,23 +43,24 @@ class SeriesCurve:
 
     @property
     def name(self) -> str:
-        """What a plan or a report calls it."""
+        """Its name in a plan or a report."""
         return f"series of {self.count} harmonic{'' if self.count == 1 else 's'}"
 
     @property
     def nbytes(self) -> int:
-        """Bytes that it holds."""
+        """Memory in bytes."""
         return int(self.cells.nbytes)
 
     def read(self, phase: int, step: int, gain: float, out: Any, channel: int) -> None:
-        """Write gain times the curve, less its mean, at the phases phase + i step (64-bit fractions of a turn) to
-        out[:, channel], float32.
+        """Write gain times the curve less its mean to out[:, channel], float32.
+
+        phase, step: frame i has the phase phase + i step, 64-bit fractions of a turn.
         """
         bits = np.uint64(len(self.cells).bit_length() - 1)
         read_cells(self.cells, bits, np.uint64(phase), np.uint64(step), gain, out, channel)
 
     def heights(self, places: Array, loads: Array) -> Array:
-        """Return the curve at each of `places` (turns); the loads are those of the series."""
+        """Return the curve at each of `places` (turns). `loads` is not read: the series is of one load."""
         x = (places - np.floor(places)) * len(self.cells)
         cell = np.minimum(x.astype(np.intp), len(self.cells) - 1)
         found, t = np.zeros(len(x)), x - cell
@@ -70,8 +72,8 @@ class SeriesCurve:
 def polynomials(harmonics: Complex, cells: int) -> Array:
     """Return the coefficients [cells, 8] of the sum of `harmonics` 1, 2, ... in powers of the place t in a cell.
 
-    The lower four are the derivatives at t = 0 over their factorials; the upper four make up what those leave of the
-    derivatives at t = 1.
+    The lower four are the derivatives at t = 0 over their factorials. The upper four make the derivatives at t = 1
+    right.
     """
     powers, orders = np.arange(2 * SHARED), np.arange(SHARED)
     points = max(cells, 2 << len(harmonics).bit_length())

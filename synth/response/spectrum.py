@@ -1,14 +1,14 @@
-"""z, or another response, over one period of the texture, as a Fourier series of known error.
+"""The Fourier series of z, or of another response, over one period of the texture, with an error bound.
 
-Model   z(theta) = sum over n of Z_n exp(2 pi i n theta); the k-th time derivative at a speed u has the coefficients
-        (2 pi i n u / lambda2)^k Z_n. The series is taken from M exact solutions at equal steps of phase. M doubles,
-        reusing what is solved, until the change of every quantity asked for is within the tolerance.
+Model   z(theta) = sum over n of Z_n exp(2 pi i n theta). The k-th time derivative at a speed u has the coefficients
+        (2 pi i n u / lambda2)^k Z_n. The series is computed from M exact solutions at equal steps of phase. M doubles,
+        reusing earlier solutions, until the change of every required quantity is within the tolerance.
 Source  Fagiani & Barbieri (2016), eqs 1, 4, 5. Kinks of order 3/2 make Z_n fall as n^-2.5, so each doubling of M
-        lowers the error about 5.6 times.
-Limits  `errors` bounds the error from what the last two doublings changed: of 32,871 bounds over 700 scenes, up to
-        1500 harmonics and three derivatives, two were exceeded, by a tenth. The median error is 1/20 of the bound of
-        few harmonics, and about 1/6 of that of many. Where a solver has a discretisation, the change that one of half
-        the length makes is added.
+        lowers the error by a factor of about 5.6.
+Limits  `errors` bounds the error by the changes of the last two doublings. Of 32,871 bounds over 700 scenes, up to 1500
+        harmonics and three derivatives, two were exceeded, by a tenth. The median error is 1/20 of the bound for few
+        harmonics and about 1/6 for many. Where a solver has a discretisation, the change when its segments are halved
+        is added.
 """
 
 from __future__ import annotations
@@ -25,33 +25,34 @@ from synth.contact.load_balance import Contact
 
 Complex = np.ndarray[Any, np.dtype[np.complex128]]
 
-FEWEST_PHASES = 8  # doubled once at least; with fewer there is no second change to judge by
-MOST_PHASES = 1 << 21  # 4 s of work on the default scene; where it is not enough the error says so
-MOST_WORK = 1 << 29  # phases times cells of the response: 1 to 10 s; where it is not enough the error says so
-FLOOR = 1e-12  # of the scale of a response (of z: a1 + a2): the round-off of the solver (design, section 4)
-# Weights of the last change, the one before, and what folded in them, in the bound of `_errors`. With 1, 0.2, 2 and 0.5
-# one bound of 2000 is exceeded, with the changes alone one of 60. MANY harmonics, all of them seen well, cancel no more
-# by chance: of 2787 such bounds the largest error was 0.92.
+FEWEST_PHASES = 8  # doubled at least once; with fewer there is no second change to judge by
+MOST_PHASES = 1 << 21  # 4 s of work on the default scene; where it is not enough, the error shows it
+MOST_WORK = 1 << 29  # phases times cells of the response: 1 to 10 s; where it is not enough, the error shows it
+FLOOR = 1e-12  # round-off of the solver, relative to the scale of a response (of z: a1 + a2; design, section 4)
+# Weights in the bound of `_errors`: of the last change, of the change before it, and of folding in each. With 1, 0.2, 2
+# and 0.5 one bound in 2000 is exceeded; with the changes alone, one in 60. From MANY harmonics on, all with SEEN_WELL
+# phases each, chance cancellation is rare: of 2787 such bounds the largest error was 0.92 of the bound.
 SURE, SURE_OF_MANY = (1.0, 0.3, 3.0, 1.0), (0.55, 0.11, 0.55, 0.16)
 MANY, SEEN_WELL = 128, 4  # harmonics, and phases of each
-MISSING = 3.0  # times the size of random harmonics: those that so few phases do not show
-FOLDED_SHARE = 8  # the harmonics of the lowest 1/8 of the grid at least show how much folds
+MISSING = 3.0  # safety factor on the harmonics beyond those that the phases show
+FOLDED_SHARE = 8  # folding is measured in at least the lowest 1/8 of the harmonics that the grid shows
 PROBES = 16  # phases off every grid at which a converged series is checked once more
-DISCRETE_SHARE = 0.3  # of the tolerance, for the discretisation of a response that has one
-FINER_WORK = 8  # times the work of the first refinement: it may be refined three times more
-JUDGED_PHASES = 2048  # at most: at which a discretisation is judged, 4 a harmonic where there are fewer
+DISCRETE_SHARE = 0.3  # share of the tolerance for the discretisation of a response that has one
+FINER_WORK = 8  # times the work of the first refinement: room for three more refinements
+JUDGED_PHASES = 2048  # most phases at which a discretisation is judged; 4 per harmonic where that is fewer
 JUDGED_WORK = 1 << 26  # phases times cells: a fraction of a second
-PROBED_TOGETHER = 4  # of them are equally spaced, so that one transform reads the series there
+PROBED_TOGETHER = 4  # probes at equal steps, so that one transform reads the series there
 SETTLED = 0.7  # a doubling leaves a third of the error off the grid; where it leaves more, a line hides in the grid
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 
 @dataclass(frozen=True, slots=True)
 class Demand:
-    """What a series must hold.
+    """What is required of a series.
 
-    highest: the highest harmonic wanted, at least 1. orders: time derivatives wanted (0 displacement, 1 velocity,
-    2 acceleration). tolerance: the largest error of each, relative to its own peak-to-peak.
+    highest: highest harmonic, at least 1.
+    orders: time derivatives (0 displacement, 1 velocity, 2 acceleration).
+    tolerance: largest error of each, relative to its own peak-to-peak.
     """
 
     highest: int
@@ -61,11 +62,13 @@ class Demand:
 
 @dataclass(frozen=True, slots=True)
 class Spectrum:
-    """z over a period at one load: coefficients of harmonics 0 to `highest`, in metres (of a force: in N).
+    """The series of z at one load, in metres (of a force: in N).
 
-    harmonics: complex128 [highest + 1], one-sided (z = Z_0 + 2 Re sum Z_n e^{2 pi i n theta}).
-    errors: largest error of each order of the demand relative to its peak-to-peak. phases: solutions it took.
-    closed: z is one sinusoid in closed form. solver: what solved it, by name.
+    harmonics: complex128 [highest + 1], one-sided: z = Z_0 + 2 Re sum over n > 0 of Z_n e^{2 pi i n theta}.
+    errors: error bound of each order of the demand, relative to its peak-to-peak.
+    phases: number of solutions.
+    closed: True where z is one sinusoid in closed form.
+    solver: name of the solver.
     """
 
     harmonics: Complex
@@ -76,7 +79,7 @@ class Spectrum:
 
     @property
     def memory_bytes(self) -> int:
-        """Bytes that the series holds."""
+        """Memory in bytes."""
         return self.harmonics.nbytes
 
 
@@ -90,17 +93,14 @@ def curves(harmonics: Complex, order: int, points: int) -> Array:
 
 
 def points_for(highest: int) -> int:
-    """Return how many points show a series of `highest` harmonics well: a power of two, at least 4 a period of the
-    last.
-    """
+    """Return how many points resolve `highest` harmonics: a power of two, at least 4 per period of the highest."""
     return max(64, 1 << (4 * highest).bit_length())
 
 
 def solve_spectrum(response: Response, load: float, demand: Demand, keep: int = 0) -> Spectrum:
-    """Return the series of `response` at `load` (N) that keeps `demand`, or the best that the bounds on work allow,
-    with its error.
+    """Return the series of `response` at `load` (N) that meets `demand`, or the best that the bounds on work allow.
 
-    keep: harmonics of the series returned, at least those of the demand; those beyond it are as good as they come.
+    keep: harmonics returned, at least those of the demand. Harmonics beyond the demand have no error bound.
     """
     keep = max(keep, demand.highest)
     closed = response.closed(load)
@@ -115,11 +115,11 @@ def solve_spectrum(response: Response, load: float, demand: Demand, keep: int = 
 
 
 def _refined(coarse: Response, finer: Response, load: float, demand: Demand, keep: int) -> Spectrum:
-    """Return the series of a response whose solver has a discretisation, refined until what that changes is within
-    DISCRETE_SHARE of the tolerance.
+    """Return the series of a response whose solver has a discretisation.
 
-    The series is that of the finer of the last two. The change from the coarser is told as its error: it bounds what is
-    left wherever the error at least halves with the segments, which no continuous profile prevents.
+    The discretisation is halved until the change is within DISCRETE_SHARE of the tolerance. The series is the finer of
+    the last two, and the change is added to its error. This is a bound where the error at least halves with the
+    segments, as it does for every continuous profile.
     """
     rest = Demand(demand.highest, demand.orders, (1.0 - DISCRETE_SHARE) * demand.tolerance)
     most = min(MOST_PHASES, max(256, MOST_WORK // (FINER_WORK * finer.work_at(load))))
@@ -143,7 +143,7 @@ def changes(
 ) -> tuple[tuple[float, ...], bool]:
     """Return the largest change of each order relative to its peak-to-peak, and whether all are within their share.
 
-    usual: a series whose peak-to-peak counts where it is larger.
+    usual: a series whose peak-to-peak is used instead where it is larger.
     """
     points, kept = points_for(demand.highest), demand.highest + 1
     found, good = [], True
@@ -159,12 +159,12 @@ def changes(
 
 
 def fine_enough(contact: Contact, loads: tuple[float, ...], usual: float, demand: Demand) -> Contact:
-    """Return `contact` on a discretisation that keeps its share of `demand` at each of `loads` (N), or the best that a
-    bound on work allows; `contact` itself where its solver has none.
+    """Return `contact` on a discretisation that keeps its share of `demand` at each of `loads` (N).
 
-    usual: load (N) whose peak-to-peak counts where it is larger: at a load under which the motion cancels, errors of
-    it could not be kept. What is read at places and loads of its own (frames, simulations) takes this one; a series
-    refines further by itself where it must.
+    It is the best that JUDGED_WORK allows, and `contact` itself where its solver has no discretisation. Frames and
+    simulations, which read places and loads of their own, use it; a series refines further by itself.
+    usual: load (N) whose peak-to-peak is used instead where it is larger: at a load at which the motion nearly cancels,
+    no relative error could be kept.
     """
     finer = contact.refined()
     phases = min(points_for(demand.highest), JUDGED_PHASES)
@@ -197,9 +197,10 @@ def _grown(response: Response, load: float, demand: Demand, keep: int, most: int
 
 
 def harmonics_of(samples: Array, highest: int) -> Complex:
-    """Return harmonics 0 to `highest` of one period of samples; those above half their number are zero.
+    """Return harmonics 0 to `highest` of one period of samples; those above the Nyquist harmonic are zero.
 
-    The one at half their number is halved: it stands for both of its sides. Left out, a line there would stay unseen.
+    The Nyquist harmonic itself is halved, since it stands for both of its sides. Without it a line there would be
+    missed.
     """
     found = np.fft.rfft(samples) / len(samples)
     found[-1] *= 0.5
@@ -217,9 +218,9 @@ def woven(even: Array, odd: Array) -> Array:
 
 
 def _missing(height: Array, highest: int, order: int) -> float:
-    """Return how much the harmonics of a derivative make that lie beyond what so few phases show.
+    """Return an estimate of the part of derivative `order` in harmonics beyond those that the phases show.
 
-    They are taken to fall as those of a kink, from the largest of the last that are seen, and to have random phases.
+    They are assumed to fall as those of a kink, from the largest of the last that are known, with random phases.
     """
     seen = len(height) // 2
     if highest < seen:
@@ -237,19 +238,17 @@ def _midway(height: Array) -> Array:
 
 
 def error_floor(scale: float, highest: int, order: int) -> float:
-    """Return the error that round-off may leave in a derivative over theta: FLOOR of `scale` (of z: a1 + a2) in
-    the response itself.
-    """
+    """Return the error by round-off in a derivative over theta: FLOOR of `scale` (of z: a1 + a2) in the response."""
     return FLOOR * scale * (2.0 * math.pi * highest) ** order
 
 
 def _errors(height: Array, demand: Demand, scale: float) -> tuple[tuple[float, ...], bool]:
-    """Return the bound of the error of each order relative to its peak-to-peak, and whether all are within the
-    tolerance or the floor.
+    """Return the error bound of each order relative to its peak-to-peak, and whether all are within the tolerance.
 
-    The error is what folds from harmonics round the number of phases and its multiples. The last two doublings changed
-    what folded from half and a quarter of that: by the largest change of the curve itself, or, since few harmonics may
-    by chance change little, by as much as harmonics of random phase would that fold as strongly as the neighbours do.
+    The error is what folds from harmonics around the number of phases and its multiples. The last two doublings removed
+    what folded from half and from a quarter of that number. The bound uses the largest change of the curve. Since few
+    harmonics may change little by chance, it also uses the change by harmonics of random phase that fold as strongly as
+    their neighbours do.
     """
     now, before, earlier = (harmonics_of(height[::step], demand.highest) for step in (1, 2, 4))
     folded = _folded(height, demand.highest), _folded(height[::2], demand.highest)
@@ -272,7 +271,7 @@ def _errors(height: Array, demand: Demand, scale: float) -> tuple[tuple[float, .
 
 
 def _folded(height: Array, highest: int) -> float:
-    """Return the rms size (m) of what the last doubling took from a harmonic, because it had folded there."""
+    """Return the rms change (m) of a harmonic in the last doubling: what had folded into it."""
     half = len(height) // 2
     most = min(max(min(highest, half // 2), half // FOLDED_SHARE, 4), half // 2 - 1)
     took = harmonics_of(height, most)[1:] - harmonics_of(height[::2], most)[1:]
@@ -280,17 +279,17 @@ def _folded(height: Array, highest: int) -> float:
 
 
 def _largest_gap(height: Array, between: Array) -> float:
-    """Return the largest error (m) of the series through `height`, all harmonics kept, at the points between."""
+    """Return the largest error (m) of the full series through `height` at the points halfway, where z is `between`."""
     count = len(height)
     shift = np.exp(1j * math.pi * np.arange(count // 2 + 1) / count)
     return float(np.max(np.abs(np.fft.irfft(np.fft.rfft(height) * shift, count) - between)))
 
 
 def _probed(response: Response, load: float, height: Array, unseen: float, scale: float) -> bool:
-    """Return whether the series through `height` holds at phases off every grid, better than that of half as many
-    phases.
+    """Return whether the series through `height` agrees with exact solutions at phases off every grid.
 
-    unseen: the largest error of the series through every second of `height`. scale: of the response.
+    unseen: largest error of the series through every second of `height`. The error here must be SETTLED of it at most.
+    scale: of the response.
     """
     shifts = (GOLDEN * np.arange(1, PROBES // PROBED_TOGETHER + 1)) % (1.0 / PROBED_TOGETHER)
     places = np.arange(PROBED_TOGETHER) / PROBED_TOGETHER
@@ -304,7 +303,7 @@ def _probed(response: Response, load: float, height: Array, unseen: float, scale
 
 
 def _read_together(series: Complex, shift: float) -> Array:
-    """Return the real part of a series at PROBED_TOGETHER equally spaced phases from `shift` (turns) on."""
+    """Return the real part of a series at PROBED_TOGETHER equally spaced phases, the first at `shift` (turns)."""
     turned = series * np.exp(2j * math.pi * shift * np.arange(len(series)))
     folded = np.zeros(-(-len(series) // PROBED_TOGETHER) * PROBED_TOGETHER, dtype=np.complex128)
     folded[: len(series)] = turned

@@ -1,11 +1,12 @@
-"""The response table: z of a contact over place, load and level, as coefficients that any voice can read.
+"""The response table: z of a contact over place, load and mip level, as coefficients that every voice reads.
 
-Stage   RESPONSE, the value that it makes.
+Stage   RESPONSE: its result.
 Model   z less its mean over a period is a periodic quintic spline over place (`place_spline`) whose coefficients are
         cubics over the load between rows (`load_grid`), one set a mip level (`mip_levels`). The mean is such a cubic
         too. Beyond the last row the motion stays as it is there, which is exact where the contact is full.
-Source  design, sections 1, 8 and 9; docs/table.md tells how to read one.
-Limits  `error` at each load, quantity and number of harmonics; loads beyond `covered` are read as the last of them.
+Source  design, sections 1, 8 and 9; docs/table.md describes how to read a table.
+Limits  `error` bounds the error at each load, for each quantity and number of harmonics. A load beyond `covered` is
+        read as the nearest covered load.
 """
 
 from __future__ import annotations
@@ -31,18 +32,18 @@ LARGEST_LOAD = 1e3  # N: the end of the scene's range
 
 @dataclass(frozen=True)
 class ResponseTable:
-    """One contact, ready to be read along any motion. It never changes.
+    """The table of one contact, read along any motion. It is immutable.
 
-    period: of the texture (m).
-    band: frequency (Hz) up to which everything sounds.
-    lift_load: N, below which the gate fades everything.
-    loads: rows of load (N), float32 [rows], from 0 on.
+    period: period of the texture (m).
+    band: frequency (Hz) up to which every harmonic is heard in full.
+    lift_load: load (N) below which the lift gate fades the output.
+    loads: load grid (N), float32 [rows], rising from 0.
     means: mean of z over a period and its slope over the load, float32 [2, rows], m and m/N.
-    pool: float32, of each level [rows, 2, places + padding], one after the other: spline coefficients of z less its
-        mean (m), and of its slope over the load (m/N).
-    full: beyond the last row the contact is full, and the mean of z is a + b w^1.5.
-    mean_law: a (m) and b (m/N^1.5).
-    scene: the document that it was made for, as JSON, or "{}".
+    pool: spline coefficients of z less its mean (m) and of its slope over the load (m/N), float32; the levels one after
+        the other, each [rows, 2, places + padding].
+    full: True where the contact is full beyond the last row; the mean of z is a + b w^1.5 there.
+    mean_law: a (m) and b (m/N^1.5) of that law.
+    scene: the scene that the table was made for, as JSON, or "{}".
     """
 
     period: float
@@ -150,7 +151,7 @@ class ResponseTable:
 
 
 def rounded(values: Array) -> Floats:
-    """Return `values` as float32, what is too small for a normal float32 as zero."""
+    """Return `values` as float32; values below the smallest normal float32 become zero."""
     found = np.asarray(values, dtype=np.float32)
     found[np.abs(found) < np.finfo(np.float32).tiny] = 0.0
     return found

@@ -1,14 +1,14 @@
-"""The error of a table, at every load it covers, for each quantity and number of harmonics.
+"""The error of a table at every load it covers, for each quantity and number of harmonics.
 
-Stage   RESPONSE, measured while a table is made.
-Model   The error of a quantity is the largest difference over a period of steady scanning, relative to the quantity's
-        own peak-to-peak at that load or at 0.3 N, whichever is larger, both cut at the same harmonic. Told is what the
-        cubic missed in the middle of the interval twice as wide (before it was halved) or of a neighbour's; what folds:
-        a share of what half as many places would have changed; and the images of the splines. Harmonics beyond the
-        fullest level are left out: `beyond` is what those of the next octave add up to, and those after it fall as
-        n^-2.5.
+Stage   RESPONSE: measured while a table is made.
+Model   The error of a quantity is the largest difference over a period of steady scanning. It is relative to the
+        quantity's peak-to-peak at that load or at 0.3 N, whichever is larger, both cut at the same harmonic. The
+        estimate is the sum of three parts. Interpolation over the load: what the cubic missed in the middle of the
+        interval twice as wide (before it was halved), or in that of a neighbour. Folding: a share of the change when
+        half the places are left out. Images of the splines over place. Harmonics beyond the fullest level are left out:
+        `beyond` is the sum of those in the next octave, and those after it fall as n^-2.5.
 Source  design, sections 1 and 8.
-Limits  a bound by experience: tests/synth/response/test_table_error.py measures how often it is passed.
+Limits  The bound is empirical: tests/synth/response/test_table_error.py measures how often it is exceeded.
 """
 
 from __future__ import annotations
@@ -26,21 +26,22 @@ from synth.response.place_spline import TAPS
 from synth.response.spectrum import Complex
 
 QUANTITIES = ("displacement", "velocity", "acceleration")
-USUAL_LOAD = 0.3  # N: lighter motions than those at this load are judged by it, since nobody feels them
+USUAL_LOAD = 0.3  # N: a motion smaller than that at this load is judged by it, since nobody feels it
 FALL = 2.5  # harmonics of a kink of order 3/2 fall as n^-2.5
-FOLDED = 1.5  # times what should fold of such harmonics, by what half as many places changed
-LEAST = 1e-4  # told at least: what a kink that begins between two measurements was seen to leave of few harmonics
-LINE = 0.65  # of the peak-to-peak: the largest harmonic that a curve can have (of a square wave, 0.64)
-FLOOR = 1e-12  # of a1 + a2: what round-off leaves in z
+FOLDED = 1.5  # safety factor on the share of such harmonics that folds
+LEAST = 1e-4  # smallest estimate: the largest error seen where a kink begins between two measurements
+LINE = 0.65  # largest amplitude of a harmonic relative to the peak-to-peak (0.64 for a square wave)
+FLOOR = 1e-12  # round-off of z, relative to a1 + a2
 
 
 @dataclass(frozen=True, slots=True)
 class TableError:
-    """What a table may err by.
+    """Error bounds of a table.
 
-    loads: ends of the intervals of load (N) [rows]. harmonics: numbers of harmonics that errors are told for, rising.
-    largest: relative error [quantity, harmonics, interval], in the order of QUANTITIES. beyond: what harmonics of the
-    octave above the highest add up to [quantity, interval].
+    loads: ends of the intervals of load (N) [rows].
+    harmonics: rising numbers of harmonics for which errors are known.
+    largest: relative error [quantity, harmonics, interval], quantities in the order of QUANTITIES.
+    beyond: relative sum of the harmonics in the octave above the highest [quantity, interval].
     """
 
     loads: Array
@@ -49,9 +50,10 @@ class TableError:
     beyond: np.ndarray[Any, np.dtype[np.float32]]
 
     def at(self, load: float, quantity: str, harmonics: int) -> float:
-        """Return the largest error of `quantity` at `load` (N) with so many harmonics in the band.
+        """Return the largest relative error of `quantity` at `load` (N) with `harmonics` harmonics in the band.
 
-        Loads beyond the last row have the error of the last interval. ValueError for a quantity that is none of three.
+        A load beyond the last row has the error of the last interval. Raises ValueError unless the quantity is one of
+        QUANTITIES.
         """
         order = QUANTITIES.index(quantity)
         interval = int(np.clip(np.searchsorted(self.loads, load, side="right") - 1, 0, len(self.loads) - 2))
@@ -63,19 +65,19 @@ class TableError:
         return float(told + left_out * float(self.beyond[order, interval]))
 
     def over(self, loads: tuple[float, float], quantity: str, harmonics: int) -> float:
-        """Return the largest error of `quantity` between two `loads` (N); other arguments as in `at`."""
+        """Return the largest error of `quantity` between two `loads` (N). Other arguments as in `at`."""
         low, high = loads
         inside = [float(load) for load in self.loads if low < load < high]
         return max(self.at(load, quantity, harmonics) for load in (low, *inside, high))
 
     def largest_told(self, quantity: str, harmonics: int = 32, lightest: float = 0.02) -> float:
-        """Return the largest error told of `quantity` with so many harmonics, over the loads from `lightest` (N) on."""
+        """Return the largest error of `quantity` with `harmonics` harmonics, over all loads from `lightest` (N) on."""
         loads = self.loads[:-1]
         return max(self.at(float(load), quantity, harmonics) for load in loads[loads >= min(lightest, loads[-1])])
 
 
 def told_harmonics(highest: int) -> tuple[int, ...]:
-    """Return the numbers of harmonics that errors are told for: octaves up to `highest`."""
+    """Return the numbers of harmonics for which errors are kept: `highest` and octaves below it, rising."""
     counts = [highest]
     while counts[-1] > 1:
         counts.append(counts[-1] // 2)
@@ -83,9 +85,9 @@ def told_harmonics(highest: int) -> tuple[int, ...]:
 
 
 def swings(series: Complex, counts: tuple[int, ...], peak_to_peak: bool) -> Array:
-    """Return the largest size, or the peak-to-peak, of each derivative over place of `series` [rows, harmonics + 1].
+    """Return the largest value, or the peak-to-peak, of each derivative over place of `series` [rows, harmonics + 1].
 
-    Returns [3, counts, rows]: value, first and second derivative over turns, cut at each of `counts` harmonics.
+    The result is [3, counts, rows]: value, first and second derivative over turns, cut at each of `counts` harmonics.
     """
     found = np.empty((3, len(counts), len(series)))
     for j, count in enumerate(counts):
@@ -101,20 +103,20 @@ def swings(series: Complex, counts: tuple[int, ...], peak_to_peak: bool) -> Arra
 
 
 def relative(errors: Array, extents: Array, counts: tuple[int, ...], scale: float) -> Array:
-    """Return `errors` over `extents` (both of `swings`), 0 where an error is round-off of z; scale: a1 + a2 (m)."""
+    """Return `errors` / `extents` (both as from `swings`), 0 where an error is round-off. scale: a1 + a2 (m)."""
     n = (2.0 * math.pi * np.array(counts)) ** np.arange(3)[:, np.newaxis]
     floor = FLOOR * scale * n[:, :, np.newaxis]
     return np.where(errors <= floor, 0.0, errors / np.maximum(extents, floor))
 
 
 def folding(counts: tuple[int, ...], phases: int) -> Array:
-    """Return of each number of harmonics the share of what half of the `phases` changed that still folds in."""
+    """Return the error left by folding, relative to the change when half the `phases` are left out [counts]."""
     n = np.array(counts)
     return np.asarray(FOLDED * ((phases / 2 - n) / (phases - n)) ** FALL)
 
 
 def images(levels: MipLevels, counts: tuple[int, ...]) -> Array:
-    """Return what the images of the splines add to each quantity, of the levels told under each count [3, counts]."""
+    """Return the error of each quantity by images of the splines, of the levels under each count [3, counts]."""
     found = np.zeros((3, len(counts)))
     for n, places in zip(levels.highest, levels.places, strict=True):
         at = int(np.searchsorted(counts, n))
@@ -124,9 +126,9 @@ def images(levels: MipLevels, counts: tuple[int, ...]) -> Array:
 
 
 def octave_beyond(series: Complex, extents: Array) -> Array:
-    """Return what the harmonics above the first half of `series` [rows, 2 highest + 1] add up to, a quantity each.
+    """Return the sum of the harmonics in the upper half of `series` [rows, 2 highest + 1] for each quantity [3, rows].
 
-    extents: peak-to-peak of each [3, rows]. Returns [3, rows].
+    extents: peak-to-peak of each quantity, to which the sum is relative [3, rows].
     """
     highest = series.shape[1] // 2
     n = 2.0 * math.pi * np.arange(highest + 1, series.shape[1])
@@ -136,6 +138,6 @@ def octave_beyond(series: Complex, extents: Array) -> Array:
 
 
 def widest(missed: Array) -> Array:
-    """Return of each interval (last axis) the larger of its own and its neighbours': a kink drifts over a border."""
+    """Return the largest of each interval (last axis) and its two neighbours: a kink drifts over a border."""
     edge = np.pad(missed, [(0, 0)] * (missed.ndim - 1) + [(1, 1)])
     return np.maximum(missed, np.maximum(edge[..., :-2], edge[..., 2:]))

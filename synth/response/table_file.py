@@ -1,11 +1,12 @@
 """A table as a file: the safetensors container, written and read back.
 
-Stage   RESPONSE, what leaves and enters.
-Model   Eight bytes, the length of the header, little-endian; the header, JSON, with each array's type, shape and place,
-        and in `__metadata__` the format's version, the table's header and its hash; then the arrays, float32,
-        little-endian, without gaps. The hash covers header and arrays, so what was altered is refused.
+Stage   RESPONSE: the file format of its result.
+Model   A file begins with the length of the header: eight bytes, little-endian. The header is JSON. It holds the type,
+        shape and place of each array; `__metadata__` holds the version of the format, the table's own header and its
+        hash. The arrays follow, float32, little-endian, without gaps. The hash covers the table's header and its
+        arrays, so a file that was altered is refused.
 Source  https://github.com/huggingface/safetensors, format; docs/table.md.
-Limits  LARGEST_BYTES; CannotRender with one sentence for whatever is no whole table of this version.
+Limits  A file holds LARGEST_BYTES at most. A file that is not a complete table of this version raises CannotRender.
 """
 
 from __future__ import annotations
@@ -24,8 +25,8 @@ from synth.response.table import ResponseTable
 from synth.response.table_error import TableError
 
 VERSION = "1"
-LARGEST_BYTES = 1 << 26  # of a file: 16 times the largest table that is made; more is refused before it is read
-LARGEST_HEADER = 1 << 23  # of its JSON
+LARGEST_BYTES = 1 << 26  # largest file: 16 times the largest table that is made; a larger one is refused unread
+LARGEST_HEADER = 1 << 23  # bytes of the largest JSON header
 LENGTH = 8  # bytes that hold the length of the header
 METADATA = "__metadata__"
 
@@ -51,7 +52,7 @@ def table_bytes(table: ResponseTable) -> bytes:
 
 
 def read_table(path: Path) -> ResponseTable:
-    """Return the table in the file at `path`; raises CannotRender, OSError."""
+    """Return the table in the file at `path`. Raises CannotRender and OSError."""
     size = path.stat().st_size
     if size > LARGEST_BYTES:
         raise _refused(f"it has {size} bytes, and no table has more than {LARGEST_BYTES}")
@@ -59,7 +60,7 @@ def read_table(path: Path) -> ResponseTable:
 
 
 def table_of_bytes(content: bytes) -> ResponseTable:
-    """Return the table of a file's bytes; raises CannotRender for what is no whole table of this version."""
+    """Return the table that `content` holds. Raises CannotRender unless it is a complete table of this version."""
     length = int.from_bytes(content[:LENGTH], "little")
     if len(content) < LENGTH or length > min(LARGEST_HEADER, len(content) - LENGTH):
         raise _refused("its header is cut, or it is no table")
@@ -87,7 +88,7 @@ def _refused(why: str) -> CannotRender:
 
 
 def _tensors(document: dict[str, Any], body: memoryview) -> dict[str, np.ndarray[Any, np.dtype[np.float32]]]:
-    """Return the arrays that the header tells, in its order; ValueError where they are not all of the body."""
+    """Return the arrays that the header lists, in its order. Raises ValueError unless they fill the body exactly."""
     found, place = {}, 0
     for name, told in document.items():
         begin, end = told["data_offsets"]
@@ -103,7 +104,7 @@ def _tensors(document: dict[str, Any], body: memoryview) -> dict[str, np.ndarray
 
 
 def _table(header: dict[str, Any], tensors: dict[str, np.ndarray[Any, np.dtype[np.float32]]]) -> ResponseTable:
-    """Return the table, each number in the range in which a reader may use it; ValueError where one is not."""
+    """Return the table. Raises ValueError where a number is outside the range that a reader can use."""
     loads, highest, places = tensors["loads"], header["harmonics"], header["places"]
     rows, counts = len(loads), len(header["error_harmonics"])
     shapes = {"loads": (rows,), "means": (2, rows), "errors": (3, counts, rows - 1), "beyond": (3, rows - 1)}

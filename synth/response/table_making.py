@@ -1,13 +1,15 @@
-"""Making a table: rows are solved, their error is measured, and intervals are halved where it asks for it.
+"""Makes a table: rows of load are solved, their error is measured, and intervals are halved where it is too large.
 
-Stage   RESPONSE, from a contact to its table.
-Model   Every interval of load is solved in its middle. What the cubic between its ends missed there is its error, and
-        the middle becomes a row. The intervals whose halves are expected to miss their target are halved next, the
-        worst first, until none is left or the bound on rows or on work is reached. The order is fixed, and no clock is
-        read: the same contact has the same table. The segments of a profile, and the phases, are refined first where
-        the first rows ask for it; what half the segments change there is part of the error.
+Stage   RESPONSE: from a contact to its table.
+Model   The middle of every interval of load is solved. The error of the interval is what the cubic between its ends
+        missed there; the middle then becomes a row. The intervals whose halves are expected to miss their target are
+        halved next, the worst first. This ends when no such interval is left, or at the bound on rows or on work. The
+        order is fixed and no clock is read, so the same contact always gives the same table. Before that, the segments
+        of a profile and the number of phases are refined as far as the first rows require; the change that the last
+        refinement made is part of the error.
 Source  design, sections 1 and 8.
-Limits  MOST_BYTES and MOST_WORK cells: 4 MB and some 0.3 s, 0.6 s for a profile. What that leaves is in the error.
+Limits  MOST_BYTES and MOST_WORK cells: 4 MB, about 0.3 s for two cosines and 0.6 s for a profile. The error that
+        remains at these bounds is reported.
 """
 
 from __future__ import annotations
@@ -39,33 +41,38 @@ from synth.response.table_error import (
 
 Indices = np.ndarray[Any, np.dtype[np.intp]]
 
-LIGHTEST_JUDGED = 0.01  # N: below it a discretisation is told, not bought: a finger only passes there
-HARMONICS = 64  # of the fullest level: below 1 kHz of a 0.8 mm texture at 12.5 mm/s and faster
-HEAVIEST = 5.0  # N: rows reach so far, or to full contact; a finger that presses harder is read as at 5 N
-PHASES_A_HARMONIC = 4  # solved; with 2 the highest harmonics would be those that fold
-MOST_BYTES = 4_000_000  # of coefficients: a table, all levels
-MOST_WORK = 2.4e7  # cells of phases solved: 0.3 s at 12 ns a cell
-OTHER_BYTES = 128  # of a row: its load and means, and the errors of the interval above it
-TARGETS = (5e-4, 1.5e-3, 5e-3)  # of displacement, velocity, acceleration: half of what is promised
-TARGET_HARMONICS = 32  # up to which the targets hold; beyond them that of displacement alone
-HALVED = 2.5  # by so much the error of an interval falls when it is halved, at least where a kink runs through
-SCARCE = 4  # times the intervals to be halved: with fewer rows left than that, only the worst are halved
-REFINED = 3  # times a discretisation is halved at most: each time its error falls by four to eight, its work doubles
-SHARE = 0.5  # of the targets: what a discretisation may err by, and what may fold
-MOST_PHASES_A_HARMONIC = 16  # the phases are doubled up to so many where more folds: rough profiles have many harmonics
-PROFILE_WORK = 2.0  # times as much work for a profile as for two cosines: 0.6 s
-MANY_KINKS = 1.5  # times what a cubic missed in its middle: a profile makes kinks all over an interval, two cosines few
-ROOM = 1.25  # times what is found of two cosines: of 200 scenes some errors at 64 harmonics were 1.24 times as large
-FEWEST_ROWS = 100  # that the bound on work must leave for: fewer would err by more than the discretisation does
-NARROWEST = 1e-4  # of its load: narrower intervals are not halved, whatever their error
+LIGHTEST_JUDGED = 0.01  # N: a discretisation is not refined for lighter loads, which a finger only passes through
+HARMONICS = 64  # of the fullest level: all below 1 kHz for a 0.8 mm texture at 12.5 mm/s and faster
+HEAVIEST = 5.0  # N: the last row, unless full contact comes first; a heavier load is read as 5 N
+PHASES_A_HARMONIC = 4  # phases solved per harmonic; with 2 the highest harmonics would be those that fold
+MOST_BYTES = 4_000_000  # coefficients of a table, all levels
+MOST_WORK = 2.4e7  # cells of phases solved: 0.3 s at 12 ns per cell
+OTHER_BYTES = 128  # per row: its load and means, and the errors of the interval above it
+TARGETS = (5e-4, 1.5e-3, 5e-3)  # errors of displacement, velocity, acceleration: half of what is promised
+TARGET_HARMONICS = 32  # the targets hold up to this number; beyond it only that of displacement
+HALVED = 2.5  # factor by which the error of an interval with a kink falls at least when it is halved
+SCARCE = 4  # fewer rows left than this many per interval to be halved: only the worst intervals are halved
+REFINED = 3  # a discretisation is halved this often at most; each time its error falls by 4 to 8, its work doubles
+SHARE = 0.5  # share of the targets allowed for the discretisation, and for folding
+MOST_PHASES_A_HARMONIC = 16  # largest number after doubling; rough profiles have many harmonics, which fold
+PROFILE_WORK = 2.0  # a profile may take this many times the work of two cosines: 0.6 s
+MANY_KINKS = 1.5  # factor on what a cubic missed in the middle: a profile has kinks all over an interval
+ROOM = 1.25  # safety factor for two cosines: in 200 scenes some errors at 64 harmonics were 1.24 times the estimate
+FEWEST_ROWS = 100  # rows that the work must allow; with fewer the rows would err by more than the discretisation
+NARROWEST = 1e-4  # of its load: an interval this narrow is not halved
 
 
 @dataclass(frozen=True, slots=True)
 class TableBounds:
-    """What a table may cost: harmonics of its fullest level, rows to `heaviest` (N), bytes, and cells of work.
+    """The size and work that a table may take.
 
-    targets: errors of displacement, velocity and acceleration below which no interval of load is halved. phases,
-    places: a harmonic: those solved, and those held.
+    harmonics: of the fullest level.
+    heaviest: load (N) of the last row.
+    nbytes: bytes of its coefficients.
+    work: cells of phases solved.
+    targets: relative errors of displacement, velocity and acceleration below which an interval is not halved.
+    phases: phases solved per harmonic.
+    places: spline coefficients kept per harmonic.
     """
 
     harmonics: int = HARMONICS
@@ -77,7 +84,7 @@ class TableBounds:
     places: float = PLACES_A_HARMONIC
 
     def rows(self, levels: MipLevels, work_of_row: float) -> int:
-        """Return how many rows the bounds allow, at least the first ones and their middles."""
+        """Return how many rows the bounds allow: at least the first rows and the middles between them."""
         bytes_of_row = 8 * sum(places + PADDING for places in levels.places) + OTHER_BYTES
         return int(max(24, min(self.nbytes // bytes_of_row, self.work // work_of_row)))
 
@@ -88,9 +95,12 @@ BOUNDS = TableBounds()
 def make_table(
     response: Response, *, period: float, band: float, lift_load: float, bounds: TableBounds = BOUNDS, scene: str = "{}"
 ) -> ResponseTable:
-    """Return the table of `response` for a texture of `period` (m) and a `band` (Hz); lift_load: N, of the gate.
+    """Return the table of `response`.
 
-    scene: JSON that the table tells with it.
+    period: period of the texture (m).
+    band: frequency (Hz) up to which every harmonic is heard in full.
+    lift_load: load (N) below which the lift gate fades the output.
+    scene: JSON of the scene, kept in the table.
     """
     levels = MipLevels.up_to(bounds.harmonics, bounds.places)
     heaviest, full = heaviest_row(response, bounds.heaviest)
@@ -122,8 +132,9 @@ def make_table(
 
 
 def refined_making(response: Response, bounds: TableBounds, heaviest: float) -> TableMaking:
-    """Return the first rows of a profile's `response` up to `heaviest` (N), of a discretisation and of as many phases
-    as keep their shares of the targets, where the bound on work leaves room for them.
+    """Return the first rows of a profile's `response`, up to `heaviest` (N).
+
+    The discretisation and the phases are refined until each keeps its share of the targets, or the work is too much.
     """
     making = TableMaking(response, bounds, heaviest)
     for _ in range(REFINED):
@@ -144,7 +155,7 @@ def refined_making(response: Response, bounds: TableBounds, heaviest: float) -> 
 
 
 def mean_law(response: Response, heaviest: float) -> tuple[float, float]:
-    """Return a (m) and b (m/N^1.5) of the mean a + b w^1.5 of a full contact, from that at `heaviest` (N)."""
+    """Return a (m) and b (m/N^1.5) of the mean a + b w^1.5 of a contact that is full at `heaviest` (N)."""
     closed = response.closed(heaviest)
     assert closed is not None
     growth = closed.slope * heaviest / 1.5
@@ -152,7 +163,7 @@ def mean_law(response: Response, heaviest: float) -> tuple[float, float]:
 
 
 class TableMaking:
-    """Rows of one response as they grow, and what is known of the error of each interval between two of them."""
+    """The rows of a table while it is made, and the measured error of each interval between two rows."""
 
     def __init__(self, response: Response, bounds: TableBounds, heaviest: float) -> None:
         self.response, self.highest = response, bounds.harmonics
@@ -168,33 +179,33 @@ class TableMaking:
         self.discrete = np.zeros_like(self.extents)
 
     def series(self, values: Array) -> Complex:
-        """Return harmonics 0 to the highest of `values` [rows, phases], one-sided as in `spectrum`."""
+        """Return harmonics 0 to the highest, one-sided as in `spectrum`, of `values` [rows, phases]: [rows, n]."""
         return self._transformed(values)[:, : self.highest + 1]
 
     def _transformed(self, values: Array) -> Complex:
         return np.asarray(np.fft.rfft(values, axis=1)[:, : 2 * self.highest + 1] / values.shape[1])
 
     def compare(self, coarse: TableMaking) -> None:
-        """Take what the discretisation of `coarse`, in segments twice as long, changes of the first rows."""
+        """Measure the discretisation: what `coarse`, of segments twice as long, changes in the first rows."""
         self.discrete = self._relative(self.rows.heights - coarse.rows.heights, self.extents)
 
     @property
     def folded(self) -> Array:
-        """What folds from harmonics that so few phases do not show: relative errors [3, counts, rows]."""
+        """Relative errors that harmonics beyond the phases leave by folding [3, counts, rows]."""
         return self.folds * folding(self.counts, self.phases)[:, np.newaxis]
 
     def keeps(self, errors: Array) -> bool:
-        """Return whether the `errors` of the first rows keep their share of the targets."""
+        """Return whether `errors` [3, counts, first rows] are within their share of the targets."""
         within = np.array(self.counts) <= TARGET_HARMONICS
         worst = errors[:, within][:, :, self.first >= LIGHTEST_JUDGED].max(axis=(1, 2))
         return bool(np.all(worst <= SHARE * self.targets))
 
     def has_room(self, bounds: TableBounds) -> bool:
-        """Return whether enough rows of twice as much work would be within the bounds."""
+        """Return whether FEWEST_ROWS rows of twice the work would be within the bounds."""
         return 2 * FEWEST_ROWS * self.work_of_row <= bounds.work
 
     def _relative(self, gaps: Array, extents: Array) -> Array:
-        """Return the largest size of a change of z [rows, phases] in each quantity, relative to `extents`."""
+        """Return the largest value of a change of z (m) [rows, phases] in each quantity, relative to `extents`."""
         found = swings(self.series(gaps), self.counts, False)
         return relative(found, extents, self.counts, self.response.scale_at(USUAL_LOAD))
 
@@ -206,13 +217,13 @@ class TableMaking:
             chosen = np.flatnonzero(np.isinf(worst) if np.isinf(worst).any() else worst > 1.0)
             if not len(chosen) or room <= 0:
                 return
-            if SCARCE * len(chosen) > room:  # the worst of them: what they leave may need the rows more than the others
+            if SCARCE * len(chosen) > room:  # halves of the worst intervals may need the rows more than the others do
                 chosen = np.sort(chosen[np.argsort(-worst[chosen], kind="stable")][:room])
                 chosen = chosen[worst[chosen] > 0.2 * worst.max()] if np.isfinite(worst.max()) else chosen
             self._halve(chosen)
 
     def error(self, levels: MipLevels) -> TableError:
-        """Return the error of every interval: what its parent missed, what folds at either end, and images."""
+        """Return the error of every interval: interpolation over the load, folding, spline images, discretisation."""
         folded = np.maximum(self.folded[:, :, :-1], self.folded[:, :, 1:])
         unseen = MANY_KINKS if self.response.refined() is not None else 1.0
         largest = LEAST + unseen * widest(self.missed) + folded + images(levels, self.counts)[:, :, np.newaxis]
@@ -224,7 +235,7 @@ class TableMaking:
         return TableError(rounded(self.rows.loads).astype(float), self.counts, rounded(largest), rounded(beyond))
 
     def _worst(self) -> Array:
-        """Return of each interval the largest error that is expected of its halves, over the target."""
+        """Return the largest error expected of the halves of each interval, relative to its target."""
         within = np.array(self.counts) <= TARGET_HARMONICS
         shares = np.where(within, 1.0 / self.targets[:, np.newaxis], 0.0)
         shares[0] = 1.0 / self.targets[0]
@@ -232,7 +243,7 @@ class TableMaking:
         return np.asarray(np.max(np.array(over), axis=0) / HALVED)
 
     def _halve(self, chosen: Indices) -> None:
-        """Solve the middle of each of the `chosen` intervals, measure what the cubic missed there, make it a row."""
+        """Solve the middle of each `chosen` interval, measure what the cubic missed there, and make it a row."""
         low, high = self._ends(chosen)
         guess = halfway(low, high)
         middles = solved_rows(self.response, 0.5 * (low.loads + high.loads), self.phases, guess)
@@ -252,11 +263,11 @@ class TableMaking:
         return low, high
 
     def _extents(self, heights: Array) -> Array:
-        """Return the peak-to-peak of each quantity of rows, at each number of harmonics."""
+        """Return the peak-to-peak of each quantity, at each number of harmonics [3, counts, rows]."""
         return swings(self.series(heights), self.counts, True)
 
     def _measured(self, rows: SolvedRows) -> tuple[Array, Array]:
-        """Return the peak-to-peak that errors are relative to, and what half as many places change, of each row."""
+        """Return the peak-to-peak that errors are relative to, and the change when half the phases are left out."""
         extents = np.maximum(self._extents(rows.heights), self.usual)
         series = self.series(rows.heights)
         half = np.fft.rfft(rows.heights[:, ::2], axis=1) * (2.0 / self.phases)
