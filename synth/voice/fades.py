@@ -1,7 +1,7 @@
-"""Fades of a finite sound, at its start and at its end.
+"""Fades at the start and at the end of a finite sound.
 
-Model   a raised cosine over `output.fade` at the start and at the end of a finite render; half a cosine to an end that
-        cannot wait.
+Model   A raised cosine over `output.fade` at the start and at the end of a finite render. A half cosine where a stream
+        must end within a block that is already rendered.
 Source  design, section 4.
 """
 
@@ -21,26 +21,24 @@ def faded(block: Block, fade_frames: int) -> Block:
 
 
 def end_gains(frames: int) -> Array:
-    """Return the gains [frames] of a half cosine from 1 to 0, which it reaches."""
+    """Return the gains [frames] of a half cosine from 1 to 0; the last is 0."""
     return 0.5 + 0.5 * np.cos(math.pi * np.arange(1, frames + 1) / frames)
 
 
 def under(block: Block, gains: Array) -> Block:
-    """Return `block`, each frame times its gain."""
+    """Return `block` with each frame multiplied by its gain."""
     return np.asarray(block * gains[:, np.newaxis], dtype=np.float32)
 
 
 def fade_envelope(first: int, frames: int, total: int, fade_frames: int) -> Array:
-    """Return the gain [frames] of a finite render of `total` frames from frame `first` on, fades of `fade_frames`
-    frames.
-    """
+    """Return the gains [frames] from frame `first` on of a render of `total` frames with fades of `fade_frames`."""
     n = np.arange(first, first + frames)
     near = np.minimum(n + 0.5, total - n - 0.5) / fade_frames
     return np.asarray(0.5 - 0.5 * np.cos(math.pi * np.clip(near, 0.0, 1.0)))
 
 
 def reduction_warning(decibels: float) -> tuple[str, ...]:
-    """Return what a listener should know of the largest gain reduction, a sentence, or nothing where there was none."""
+    """Return a warning about the largest gain reduction, or none where the limiter did nothing."""
     if decibels <= 0.0:
         return ()
     return (f"The safety limiter turned the sound down by up to {decibels:.1f} dB: give a larger full_scale.",)

@@ -1,12 +1,12 @@
-"""The log of a live voice that a hand moves: what decided its samples, each with its frame; the heart of a recording.
+"""The log of a live session: every event that decided its samples, each with its frame. A recording contains it.
 
-Stage   3 (VOICE), beside `hand_voice`, which writes it; `recording` reads it.
+Stage   3 (VOICE). `hand_voice` writes it, `recording` reads it.
 Model   An event is a list: frame, name, values.
             [frame, "contact", seq, time, position, speed, load]   an update, from this frame on; null: not given
-            [frame, "lift"]                                        the finger was taken off
-            [frame, "scene", scene]                                a change of scene, begun as soon as it could be
-            [frame, "release"]                                     the fade that ends it
-Limits  LARGEST_BYTES of memory; then it is full, and holds the beginning.
+            [frame, "lift"]                                        the finger is lifted
+            [frame, "scene", scene]                                a change of scene, begun as soon as possible
+            [frame, "release"]                                     the fade at the end
+Limits  It takes LARGEST_BYTES of memory at most. When it is full it takes no more events and keeps the earlier ones.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     from synth.motion.motion import Update
 
 FORMAT, VERSION = "ridgewave-recording", 3
-LARGEST_BYTES = 128 << 20  # 470,000 updates: 100 a second for 1.3 h; a longer session holds memory that others need
-EVENT_BYTES = 280  # of an update; of any other event without what it holds besides
-BYTES_PER_CHARACTER = 10  # of a scene, by its text: a number takes 32 bytes and some four characters
+LARGEST_BYTES = 128 << 20  # 470,000 updates, 1.3 h at 100 per second; more would take memory that other sessions need
+EVENT_BYTES = 280  # memory of an update, and of any other event without its document
+BYTES_PER_CHARACTER = 10  # memory of a scene per character of its JSON: a number takes 32 bytes and about 4 characters
 
 Event = list[Any]
 
@@ -39,26 +39,26 @@ class HandLog:
         self.used_bytes = 0
         self.ended_at: int | None = None
         self.cut_frames = 0
-        """The last frames, where they were faded after they had been rendered."""
+        """Number of the last frames that were faded after they had been rendered."""
 
     def contact(self, frame: int, update: Update) -> None:
-        """Note an update."""
+        """Log an update."""
         self._note([frame, "contact", update.seq, update.time, update.position, update.speed, update.load])
 
     def lift(self, frame: int) -> None:
-        """Note that the finger was taken off."""
+        """Log that the finger is lifted."""
         self._note([frame, "lift"])
 
     def release(self, frame: int) -> None:
-        """Note the fade at the end."""
+        """Log the fade at the end."""
         self._note([frame, "release"])
 
     def cut(self, frames: int) -> None:
-        """Note that the last `frames` were faded after they had been rendered."""
+        """Log that the last `frames` were faded after they had been rendered."""
         self.cut_frames = frames
 
     def scene(self, frame: int, document: dict[str, Any]) -> None:
-        """Note a change to the scene of `document`."""
+        """Log a change to the scene of `document`."""
         self._note([frame, "scene", document], BYTES_PER_CHARACTER * len(json.dumps(document)))
 
     def end(self, frame: int) -> None:

@@ -1,14 +1,14 @@
-"""A live voice that a hand moves: the scene's own scan until the first contact, then the motion of the updates.
+"""A live voice moved by a hand: the scene's own scan until the first update, then the motion of the updates.
 
 Stage   3 (VOICE), for the live protocol.
-Model   Updates become position and load at audio rate in `following`. The first contact, and an update that puts the
-        finger elsewhere at once (a jump), are cross-faded as a change of scene is: what sounds goes on as it moved,
-        the next part begins where the update says. An update without a load has that of the one before it, the first
-        that of the scene. A jump that comes while another cross-fade is under way waits for its end; the newest wins.
-        A finger that lands ramps in. `lift` takes the finger off until the next update. What decides the samples goes
-        into a `HandLog`: `recording` plays them again.
+Model   `update_smoothing` turns updates into position and load at audio rate. The first update begins a cross-fade,
+        and so does a jump, an update that puts the finger elsewhere at once. The old motion goes on during the
+        cross-fade; the new one begins where the update says. An update without a load keeps the load of the one before;
+        the first one takes that of the scene. A jump during a cross-fade waits for its end, and the newest wins. A
+        finger that lands is ramped in. `lift` lifts the finger until the next update. A `HandLog` keeps all that
+        decides the samples, and `recording` plays it again.
 Source  design, sections 4 (motion, recording) and 7.
-Limits  an update is heard `motion_delay` after the frame at which it was applied. One hand.
+Limits  An update has its full effect `motion_delay` after the frame at which it was applied. One hand.
 """
 
 from __future__ import annotations
@@ -31,12 +31,15 @@ from synth.voice.limiter import LOOK_AHEAD
 from synth.voice.live_voice import Change, LiveVoice
 from synth.voice.voice import Voice
 
-LANDING_TIME = 0.02  # s in which a finger that lands sounds up: its load sets in within a millisecond, which knocks
+LANDING_TIME = 0.02  # s over which a landing finger is ramped in: its load rises within a millisecond, heard as a knock
 
 
 @dataclass(frozen=True, slots=True)
 class HandChange(Change):
-    """A scene that is ready to be taken over. hand: its voice for a hand, not yet begun."""
+    """A prepared change of scene.
+
+    hand: voice of the scene that follows a hand, at its first frame.
+    """
 
     hand: Voice
 
@@ -44,7 +47,8 @@ class HandChange(Change):
 class HandVoice(LiveVoice):
     """An endless voice for one hand.
 
-    scene, cache, exact: as `LiveVoice`. record: keep a log.
+    scene, cache, exact: as for `LiveVoice`.
+    record: whether a log is kept.
     """
 
     def __init__(
@@ -61,19 +65,19 @@ class HandVoice(LiveVoice):
         self._lifted = False
         self._motion: Motion | None = None
         self._by_hand: set[Voice] = set()
-        self._last_load: float | None = None  # N, at the last frame that a hand led
+        self._last_load: float | None = None  # N, at the last frame that followed the hand
 
     def _scaled(self, solved: Preparation) -> Preparation:
         return with_hand_scale(solved, self._cache)
 
     @property
     def motion_delay(self) -> float:
-        """Seconds from the frame at which an update is applied to its full effect in the sound, at most."""
+        """The longest time (s) from the frame at which an update is applied to its full effect."""
         return LOOK_AHEAD + Follower(self.sample_rate).delay + self.late / self.sample_rate
 
     @property
     def late(self) -> int:
-        """Frames by which what follows a hand is late."""
+        """Frames by which the output is behind the hand's motion, without the limiter."""
         return (self._spare or self._voice).late
 
     @property
@@ -83,12 +87,12 @@ class HandVoice(LiveVoice):
 
     @property
     def touched(self) -> bool:
-        """True from the first contact on."""
+        """True from the first update on."""
         return self._follower is not None or self._jump is not None
 
     @property
     def plan_document(self) -> dict[str, Any]:
-        """The plan of the scene that sounds, or is coming, as a JSON document without the scene and a cost."""
+        """The plan of the present or coming scene as JSON, without the scene and the cost."""
         document = self.plan.document()
         response = document["response"] | {"delay_behind_a_hand_seconds": self.motion_delay}
         return {name: value for name, value in document.items() if name not in ("scene", "cost")} | {
@@ -97,21 +101,21 @@ class HandVoice(LiveVoice):
 
     @property
     def recorded_bytes(self) -> int:
-        """Return the memory that the log takes; 0 without one."""
+        """Memory of the log in bytes, 0 without one."""
         return 0 if self.log is None else self.log.used_bytes
 
     def end_recording(self) -> None:
-        """Have the log end here, as if it were full."""
+        """End the log here, as if it were full."""
         if self.log is not None:
             self.log.end(self.frame)
 
     def recording(self) -> dict[str, Any]:
-        """Return the recording so far as a JSON document (`recording`); the voice was opened with `record`."""
+        """Return the recording so far as a JSON document (see `recording`). The voice must have a log."""
         assert self.log is not None, "the voice keeps no log"
         return {
             "format": FORMAT,
             "version": VERSION,
-            "scene": scene_document(self.first_scene),
+            "scene": scene_document(self._first),
             "full_scale": list(self.full_scale),
             "quantities": list(self.quantities),
             "frames": self.frame if self.log.ended_at is None else self.log.ended_at,
@@ -141,7 +145,7 @@ class HandVoice(LiveVoice):
             self._follower, self._jump = moved, None
 
     def lift(self) -> None:
-        """Take the finger off from the next frame on: the load goes to nothing, until an update brings another."""
+        """Lift the finger from the next frame on: the load goes to 0 until the next update."""
         if self.log is not None:
             self.log.lift(self.frame)
         self._lifted = True
@@ -156,9 +160,9 @@ class HandVoice(LiveVoice):
         super().release()
 
     def cut(self, block: Block, frames: int) -> Block:
-        """Return the first `frames` of `block`, which was rendered last, fading to zero: the sound ends with them.
+        """Return the first `frames` of `block`, the last block rendered, faded to zero. The sound ends with them.
 
-        For an end that cannot wait for the fade of `release`, because the block has been rendered already.
+        It is for an end that cannot wait for the fade of `release`.
         """
         self.frame += frames - len(block)
         if self.log is not None:
@@ -166,19 +170,19 @@ class HandVoice(LiveVoice):
         return faded(block, frames)
 
     def prepare(self, scene: Scene) -> HandChange:
-        """Return `scene` ready to be taken over; SceneError where it changes what is fixed for a stream."""
+        """Return the prepared change to `scene`. Raises SceneError where it changes what is fixed for a stream."""
         require_one_shape(scene)
         change = super().prepare(scene)
         return HandChange(scene, change.solved, change.voice, self._voice_for_hand(scene))
 
     def apply(self, change: Change) -> None:
-        """Take `change` over from the next block on."""
+        """Change to the prepared scene from the next block on."""
         if self.log is not None:
             self.log.scene(self.frame, scene_document(change.scene))
         super().apply(change)
 
     def _voice_for_hand(self, scene: Scene) -> Voice:
-        """Return a voice of `scene` for a hand, with the stream's full scale; slow."""
+        """Return a voice of `scene` that follows a hand, with the stream's full scale. It solves the table: slow."""
         nominal = nominal_scene(scene).model_copy(update={"texture": scene.texture})
         solved = prepare_hand(nominal, self.full_scale, self._cache, exact=self._exact)
         scaled = replace(solved, scene=with_full_scale(nominal, self.full_scale))
@@ -198,7 +202,7 @@ class HandVoice(LiveVoice):
             self._begin_at(self._jump)
 
     def _begin_at(self, update: Update) -> None:
-        """Cross-fade to a finger where `update` says: the first contact, or a jump."""
+        """Cross-fade to the motion that `update` begins: the first update, or a jump."""
         self._jump = None
         if self._follower is None:
             assert self._spare is not None

@@ -1,26 +1,26 @@
-"""The safety limiter: what leaves a voice stays within full scale.
+"""The safety limiter: it keeps the output of a voice within full scale.
 
-Model   Samples within full scale pass unchanged. Before one that would pass full scale, the gain of all channels comes
-        down over LOOK_AHEAD to what holds it at full scale, and comes back over RELEASE_TIME. It is last before every
-        live, device and integer output, and nothing switches it off.
-        A frame needs the gain 1 / peak, peak being its largest channel, or 1 where that is within full scale. The held
-        gain g is the least that the frame or any of the `ahead` frames before it needs, and comes back toward 1.01, a
-        share `recovery` of the way a frame, until it is 1:
+Model   Samples within full scale pass unchanged. Before a sample beyond full scale, the gain of all channels falls over
+        LOOK_AHEAD to the gain that this sample needs, and recovers over RELEASE_TIME. The limiter is the last step
+        before every live, device and integer output, and nothing switches it off.
+        A frame needs the gain 1 / peak, where peak is its largest channel, or 1 where that is within full scale. The
+        held gain g is the least gain that the frame or any of the `ahead` frames before it needs. It recovers toward
+        1.01 by a share `recovery` per frame until it is 1:
 
             g = min(needed by the last ahead + 1 frames, g + (1.01 - g) recovery, 1)
 
-        The gain applied, `ahead` frames later, is g averaged over two windows in a row, which reach over ahead + 1
-        frames together: every g in them allows for the frame, so their average does, and neither the gain nor, but for
-        the corner where g turns, its slope has a step. A frame with a sample that is not finite is given out as
-        silence, approached and left as the highest peak.
+        The gain applied, `ahead` frames later, is g averaged over two windows in turn, which span ahead + 1 frames
+        together. Every g in them is low enough for the frame, so their average is too. The gain has no step, and its
+        slope has none except where g turns. A frame with a sample that is not finite becomes silence and is treated as
+        the highest peak.
         Gains are whole numbers of 2^-40, so the running sums are exact: nothing drifts, blocks split anywhere give the
-        same samples, and whether the gain is back at 1 is a plain comparison.
-Source  design, sections 4 and 8; the times are unverified defaults. A held minimum and box averages are what look-ahead
-        limiters are usually made of; the whole numbers are our own.
-Limits  the limiter is bit-exact again LOOK_AHEAD and 4.7 RELEASE_TIME (0.24 s) after the last sample beyond full scale,
-        at the latest. A steady tone that needs turning down is: 100 Hz at twice full scale comes out with distortion.
-        A peak beyond 2^40 times full scale is cut flat. Work a frame does not grow with `ahead`; while nothing is
-        limited, a block is only looked through and copied.
+        same samples, and a plain comparison tells whether the gain is back at 1.
+Source  design, sections 4 and 8; the times are unverified defaults. A held minimum and box averages are the usual parts
+        of a look-ahead limiter; the whole numbers are our own.
+Limits  The limiter is bit-exact again 0.24 s (LOOK_AHEAD + 4.7 RELEASE_TIME) after the last sample beyond full scale,
+        at the latest. A steady tone beyond full scale is distorted, such as 100 Hz at twice full scale. A peak beyond
+        2^40 times full scale is clipped. The work per frame does not grow with `ahead`; while nothing is limited, a
+        block is only scanned and copied.
 """
 
 from __future__ import annotations
@@ -38,26 +38,25 @@ from synth.kernels import signed_kernel, unfused
 Integers = np.ndarray[Any, np.dtype[np.int64]]
 
 ONE = 1 << 40  # a gain of 1; coarser, rounding would be heard in float32, finer, sums of sums would pass 2^63
-LEAST = 1  # -241 dB: the gain that a frame needs which is not finite; 0 would have no decibels
-AIM = ONE + ONE // 100  # what the gain comes back toward: nearer to ONE it arrives later, farther with a sharper corner
+LEAST = 1  # -241 dB: the gain that a frame needs that is not finite; 0 would have no decibels
+AIM = ONE + ONE // 100  # target of the recovery: nearer to ONE it takes longer, farther the corner at 1 is sharper
 RECOVERY_ONE = 1 << 22  # a recovery of 1; AIM RECOVERY_ONE must stay below 2^63
 LONGEST_AHEAD = 4094  # frames; (ahead / 2 + 1)^2 ONE must stay below 2^63
-SMALLEST_NORMAL = np.float32(2.0**-126)  # what is smaller is denormal, slow on many processors: it becomes zero
+SMALLEST_NORMAL = np.float32(2.0**-126)  # smaller values are denormal, slow on many processors: they become zero
 SILENCE = np.float32(0.0)
 
-# What `numbers` holds.
-GAIN = 0  # g of the last frame taken, in units of 1 / ONE
-FIRST_SUM = 1  # of the gains in the first window
-SECOND_SUM = 2  # of the first sums in the second window: the gain applied, in units of 1 / (ONE windows)
-FRAME = 3  # frames taken so far
-OLDEST = 4  # place of the queue that is to leave first
-QUEUED = 5  # places of the queue in use
-LOWEST = 6  # least SECOND_SUM since it was asked for
-TURNED_DOWN = 7  # frames given out at a gain below 1
-NOT_FINITE = 8  # frames taken that had a sample which is not finite
-NUMBERS = 9
-LOOK_AHEAD = 1.5e-3  # s; shorter, the gain falls so steeply that it is heard as a click; longer, changes come later
-RELEASE_TIME = 0.05  # s; shorter is rougher, longer ducks what follows a peak
+# Entries of `numbers`.
+GAIN = 0  # g of the last input frame, in units of 1 / ONE
+FIRST_SUM = 1  # sum of the gains in the first window
+SECOND_SUM = 2  # sum of the first sums in the second window: the gain applied, in units of 1 / (ONE windows)
+FRAME = 3  # number of input frames so far
+OLDEST = 4  # place of the oldest entry of the queue
+QUEUED = 5  # number of entries in the queue
+LOWEST = 6  # least SECOND_SUM since `take_reduction`
+NOT_FINITE = 7  # number of input frames with a sample that is not finite
+NUMBERS = 8
+LOOK_AHEAD = 1.5e-3  # s; shorter, the gain falls so steeply that it clicks; longer, changes are heard later
+RELEASE_TIME = 0.05  # s; shorter is rougher, longer ducks the sound after a peak
 
 
 @unfused
@@ -72,7 +71,7 @@ def _fits(block: Block) -> bool:
 
 @unfused
 def _pass_on(block: Block, out: Block, pending: Block, numbers: Integers) -> None:
-    """Delay by len(pending) frames, and do nothing else."""
+    """Delay by len(pending) frames and change nothing."""
     ahead = len(pending)
     slot = numbers[FRAME] % max(1, ahead)
     numbers[FRAME] += len(block)
@@ -101,7 +100,7 @@ def _needed(block: Block, i: int, numbers: Integers) -> int:
 
 @unfused
 def _queue(needed: int, queue: Integers, numbers: Integers) -> None:
-    """Drop what has left the window, and what a later frame needs more than; append `needed` of the present frame."""
+    """Append `needed` of the present frame; drop entries that left the window or that a later frame undercuts."""
     places, frame = queue.shape[1], numbers[FRAME]
     if numbers[QUEUED] > 0 and queue[1, numbers[OLDEST]] <= frame - places:
         numbers[OLDEST] = (numbers[OLDEST] + 1) % places
@@ -116,7 +115,7 @@ def _queue(needed: int, queue: Integers, numbers: Integers) -> None:
 
 @unfused
 def _move(numbers: Integers, first: Integers, second: Integers, queue: Integers, recovery: int) -> None:
-    """Move the held gain, and the two averages of it, on by a frame."""
+    """Advance the held gain and its two averages by a frame."""
     back = numbers[GAIN] + (AIM - numbers[GAIN]) * recovery // RECOVERY_ONE
     gain = min(ONE, back, queue[0, numbers[OLDEST]] if numbers[QUEUED] > 0 else ONE)
     one, other = numbers[FRAME] % len(first), numbers[FRAME] % len(second)
@@ -132,11 +131,14 @@ def hold_within(
     block: Block, out: Block, pending: Block, numbers: Integers, first: Integers, second: Integers, queue: Integers,
     recovery: int,
 ) -> None:  # fmt: skip
-    """Take `block` and fill `out`, which may be `block`, with as many frames, `ahead` frames late, none beyond -1..1.
+    """Take in `block` and fill `out` with as many frames, `ahead` frames late, all within -1..1.
 
-    block, out: [frames, channels]. pending: [ahead, channels], the frames that are to come out next. numbers:
-    [NUMBERS]. first, second: the windows, of ahead + 2 places together. queue: [2, ahead + 1], the gains needed, each
-    higher than the one before, and the frames that need them. recovery: in units of 1 / RECOVERY_ONE.
+    block, out: [frames, channels]; they may be the same.
+    pending: the next frames of the output [ahead, channels].
+    numbers: [NUMBERS], see the entries above.
+    first, second: the two windows, of ahead + 2 places together.
+    queue: rising gains that are needed, and the frames that need them [2, ahead + 1].
+    recovery: in units of 1 / RECOVERY_ONE.
     """
     whole = len(first) * len(second) * ONE
     if numbers[SECOND_SUM] == whole and numbers[QUEUED] == 0 and _fits(block):
@@ -157,16 +159,15 @@ def hold_within(
             if level < 1.0:
                 given = np.float32(max(-1.0, min(1.0, given * level)))
             out[i, channel] = given if abs(given) >= SMALLEST_NORMAL else SILENCE
-        numbers[TURNED_DOWN] += level < 1.0
         numbers[LOWEST] = min(numbers[LOWEST], numbers[SECOND_SUM])
         numbers[FRAME] += 1
 
 
 class Limiter:
-    """Holds a stream of blocks within full scale, finite and free of denormals; used by one thread.
+    """Keeps a stream of blocks within full scale, finite and free of denormals. For use by one thread.
 
-    ahead: frames by which the output is late, and over which the gain comes down before a peak; 0 lets it fall at once.
-    Below full scale the samples are those that came, bit for bit but for denormals, which become zero.
+    Samples within full scale pass bit for bit, except that denormals become zero.
+    ahead: frames by which the output is late, over which the gain falls before a peak; with 0 it falls at once.
     """
 
     def __init__(self, channels: int, sample_rate: int, ahead: int = 0) -> None:
@@ -188,17 +189,12 @@ class Limiter:
         return self._decibels(self._numbers[SECOND_SUM])
 
     @property
-    def frames_limited(self) -> int:
-        """Frames that were turned down so far."""
-        return int(self._numbers[TURNED_DOWN])
-
-    @property
     def frames_not_finite(self) -> int:
-        """Frames that came with a sample which is not finite, and left as silence: a mistake upstream."""
+        """Number of input frames with a sample that is not finite, a bug upstream. They became silence."""
         return int(self._numbers[NOT_FINITE])
 
     def take_reduction(self) -> float:
-        """Return the largest gain reduction, in dB, since this was last asked; 0 where there was none."""
+        """Return the largest gain reduction in dB since the last call, 0 where there was none."""
         lowest = self._numbers.item(LOWEST)
         if lowest == self._whole:
             return 0.0
@@ -206,18 +202,18 @@ class Limiter:
         return self._decibels(lowest)
 
     def prime(self, block: Block) -> None:
-        """Take the first `ahead` frames, so that the next block of output begins with them and nothing is late."""
+        """Take in the first `ahead` frames, so that the output begins with them and is not late."""
         assert len(block) == self.ahead, f"a limiter is primed with the {self.ahead} frames that it looks ahead"
         self.process(block)
 
     def process(self, block: Block) -> Block:
-        """Return as many frames as `block` (float32 [frames, channels]) has, `ahead` frames late, none beyond -1..1."""
+        """Return as many frames as `block` (float32 [frames, channels]) has, `ahead` frames late, within -1..1."""
         out = np.empty(block.shape, dtype=np.float32)
         self.process_into(np.ascontiguousarray(block, dtype=np.float32), out)
         return out
 
     def process_into(self, block: Block, out: Block) -> None:
-        """Fill `out`, which may be `block`; both contiguous float32 [frames, channels]. Allocates nothing."""
+        """Fill `out`, which may be `block`. Both are contiguous float32 [frames, channels]. Allocates nothing."""
         if block.shape[1] != self.channels:
             raise ValueError(f"a block of {block.shape[1]} channels came to a limiter of {self.channels}")
         if block.shape != out.shape or not out.flags.carray:
@@ -225,9 +221,9 @@ class Limiter:
         hold_within(block, out, self._pending, self._numbers, self._first, self._second, self._queue, self._recovery)
 
     def limited(self, blocks: Iterable[Block]) -> Iterator[Block]:
-        """Yield a finite sound, none of it late: as many frames as came in all, in blocks of other lengths.
+        """Yield a finite sound without delay: as many frames in all, in blocks of other lengths.
 
-        What is not finite is our bug here, an AssertionError: nobody is hurt by a render that fails.
+        A sample that is not finite is our bug and raises AssertionError here, since a file render may fail.
         """
         late = self.ahead
         for block in chain(blocks, [np.zeros((self.ahead, self.channels), dtype=np.float32)]):

@@ -1,14 +1,14 @@
-"""A voice for streams that do not end: it ramps in, across changes of scene, and out, and stays within full scale.
+"""A voice for endless streams: it ramps in and out, cross-fades between scenes, and stays within full scale.
 
 Stage   3 (VOICE), for sessions and devices.
-Model   A change of scene is prepared beside the music (`prepare`, in any thread) and taken over at the next block
-        (`apply`): the new voice begins where the texture stands, and a raised cosine leads from the old one to it. A
-        change that comes while another is being faded waits; the newest wins. The safety limiter is last; it looks
-        LOOK_AHEAD ahead, so a change is heard that much later.
-Source  design, section 4 (ramps) and 8 (limiter).
-Limits  rate, channels, quantities and full scale stay those of the first scene (where that is silent: those of a usual
-        hand on it). Not thread-safe but for `prepare`,
-        `apply` and `release`, which only leave a note for the next block.
+Model   `prepare` makes a change of scene ready in any thread while the stream plays; `apply` starts it at the next
+        block. The new voice begins at the present phase of the texture, and a raised cosine cross-fades to it. A change
+        during a cross-fade waits, and the newest wins. The safety limiter is last; it looks LOOK_AHEAD ahead, so
+        changes are heard that much later.
+Source  design, sections 4 (ramps) and 8 (limiter).
+Limits  Sample rate, channels, quantities and full scale stay those of the first scene; where that is silent, the full
+        scale is that of a usual hand on it. Only `prepare`, `apply` and `release` are thread-safe: the last two leave a
+        note for the next block.
 """
 
 from __future__ import annotations
@@ -29,15 +29,17 @@ from synth.scene.scene import Scene
 from synth.voice.limiter import Limiter, look_ahead
 from synth.voice.voice import Voice
 
-RAMP_TIME = 0.01  # s of fade in and out: short enough for the 20 ms of a stop, long enough not to click
-CHANGE_TIME = 0.05  # s from one scene to the next; shorter steps become audible on slow waveforms
+RAMP_TIME = 0.01  # s of fade in and out: a stop takes 20 ms at most; shorter fades click
+CHANGE_TIME = 0.05  # s of a cross-fade between scenes; a shorter one is heard as a step on slow waveforms
 
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """A scene that is ready to be taken over.
+    """A prepared change of scene.
 
-    scene: as it was asked for. solved: with the stream's full scale. voice: of it, not yet begun.
+    scene: as requested.
+    solved: the scene prepared with the stream's full scale.
+    voice: its voice, at the first frame.
     """
 
     scene: Scene
@@ -46,10 +48,11 @@ class Change:
 
 
 class LiveVoice:
-    """An endless voice for one listener.
+    """An endless voice for one listener. Raises CannotRender and SceneError as `synth.plan.preparation.prepare` does.
 
-    scene: the first scene; CannotRender and SceneError as `prepare`. cache: responses shared with other
-    voices. exact: what moves reads tables that are made to the tolerance, which takes seconds.
+    scene: the first scene.
+    cache: responses shared with other voices.
+    exact: tables are made to the scene's tolerance, which takes seconds.
     """
 
     def __init__(self, scene: Scene, *, cache: ResponseCache | None = None, exact: bool = False) -> None:
@@ -67,7 +70,7 @@ class LiveVoice:
         self._waiting: Change | None = None
         self._gain = 0.0
         self._rise = RAMP_TIME
-        self._held = 0  # frames for which the gain waits before it moves
+        self._held = 0  # frames before the gain begins to move
         self._reduction = 0.0
         self._released = False
         self.frame = 0
@@ -93,32 +96,27 @@ class LiveVoice:
         return self._voice.full_scale
 
     @property
-    def first_scene(self) -> Scene:
-        """The scene that it began with, as it was asked for."""
-        return self._first
-
-    @property
     def plan(self) -> Plan:
-        """The plan of the scene that sounds, or is coming."""
+        """The plan of the present scene, or of the one that is being faded in."""
         return (self._coming or self._voice).plan
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What a user should know about the scene that sounds, or is coming."""
+        """The warnings of that plan."""
         return (self._coming or self._voice).warnings
 
     @property
     def reduction_db(self) -> float:
-        """The largest gain reduction of the limiter in the last block, in dB."""
+        """The largest gain reduction (dB) of the limiter in the last block."""
         return self._reduction
 
     @property
     def finished(self) -> bool:
-        """True when the voice was released and has faded out, the limiter's look-ahead included."""
+        """True once the voice was released and has faded out, including the limiter's look-ahead."""
         return self._released and self._silent >= max(1, self._ahead)
 
     def prepare(self, scene: Scene) -> Change:
-        """Return `scene` ready to be taken over; SceneError where it changes what is fixed for a stream."""
+        """Return the prepared change to `scene`. Raises SceneError where it changes what is fixed for a stream."""
         faults = fixed_faults(self._first, scene)
         if faults:
             raise SceneError(faults)
@@ -126,7 +124,7 @@ class LiveVoice:
         return Change(scene, solved, Voice(solved, paced=True))
 
     def apply(self, change: Change) -> None:
-        """Take `change` over from the next block on."""
+        """Change to the prepared scene from the next block on."""
         self._waiting = change
 
     def release(self) -> None:
@@ -134,7 +132,7 @@ class LiveVoice:
         self._released = True
 
     def _scaled(self, solved: Preparation) -> Preparation:
-        """Return `solved` with the full scales that the voice keeps."""
+        """Return `solved` with the full scales of the stream."""
         return with_stream_scale(solved, self._cache)
 
     def render(self, frames: int) -> Block:
@@ -154,7 +152,7 @@ class LiveVoice:
         self._reduction = self._limiter.take_reduction()
 
     def _unlimited(self, frames: int) -> Block:
-        """Return the next frames before the limiter, which is `_ahead` frames behind them."""
+        """Return the next frames before the limiter, whose output is `_ahead` frames behind them."""
         block = np.empty((frames, self.channels), dtype=np.float32)
         done = 0
         while done < frames:
@@ -173,7 +171,7 @@ class LiveVoice:
         return max(1, round(CHANGE_TIME * self.sample_rate))
 
     def _begin_change(self) -> None:
-        """Begin the cross-fade to what waits, if anything does."""
+        """Begin the cross-fade to the waiting change, if there is one."""
         change = self._waiting
         if change is not None:
             self._waiting = None
@@ -182,7 +180,7 @@ class LiveVoice:
             self.scene = change.scene
 
     def _cross_to(self, voice: Voice) -> None:
-        """Begin the cross-fade to `voice`, the texture where it stands."""
+        """Begin the cross-fade to `voice` at the present phase of the texture."""
         self._coming, self._crossed = voice, 0
         voice.begin_at(self._voice.phase)
 
@@ -203,11 +201,11 @@ class LiveVoice:
         return voice.render(frames)
 
     def _crossing_done(self, voice: Voice) -> None:
-        """Leave the cross-fade, to `voice` alone."""
+        """End the cross-fade: `voice` goes on alone."""
         self._voice, self._coming = voice, None
 
     def _ramp(self, block: Block) -> None:
-        """Move the gain toward 1, or toward 0 after a release, and apply it."""
+        """Move the gain toward 1, or after a release toward 0, and apply it to `block`."""
         goal = 0.0 if self._released else 1.0
         if self._gain == goal == 1.0:
             return

@@ -1,15 +1,15 @@
-"""Recordings of live sessions: a document that holds what decided every sample, and the samples again.
+"""Recordings of live sessions: a document of all that decided the samples, and a replay that makes them again.
 
 Stage   3 (VOICE), after `hand_voice`.
 Model   A recording is {"format": "ridgewave-recording", "version": 3, "scene", "full_scale", "frames", "faded",
-        "events"}: the scene of the beginning, what 1.0 stood for, how many frames were sent, how many of the last were
-        faded after they had been rendered, and the events of `hand_log`. Played again, each event is applied before
-        the frame that it names. A recording of version 1 was made when a scene without a bandwidth had the full band:
-        its scenes are read so (`scene_before_bands`). Versions 1 and 2 told which loads were solved when; that is left
-        out, so their samples come as near as the table does.
+        "events"}: the first scene, the SI value of 1.0, the number of frames sent, the number of the last frames that
+        were faded after they had been rendered, and the events of `hand_log`. A replay applies each event before its
+        frame. In version 1 a scene without a bandwidth had the full band, so its scenes are read that way
+        (`scene_before_bands`). Versions 1 and 2 also hold when each load was solved. A replay ignores this, so their
+        samples agree to the error of the table.
 Source  design, section 4 (recording).
-Limits  the samples are the same on a machine that computes as the first did: same versions, same kind of processor.
-        A log that became full is played to there.
+Limits  The samples are the same bits with the same versions on the same kind of processor. A log that became full is
+        replayed up to that frame.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ from synth.voice.hand_log import FORMAT, VERSION, Event
 from synth.voice.hand_voice import HandVoice
 
 LONGEST_BLOCK = 1 << 14  # frames rendered together
-VERSIONS = (1, 2, VERSION)  # that are read
-OLD_EVENTS = ("rows", "refine")  # of versions 1 and 2: which loads were solved; a table needs none of it
+VERSIONS = (1, 2, VERSION)  # versions that can be read
+OLD_EVENTS = ("rows", "refine")  # ignored events of versions 1 and 2: when each load was solved
 OTHER_ENGINE = (
     "This recording was made before response tables: the motion and the scene are those of the session, its samples "
     "differ by what the loads between the rows of that time erred by.",
@@ -42,7 +42,7 @@ AS_DOWNLOADED = "Keep the recording as it was downloaded."
 
 
 class Recording:
-    """A recording, read and checked. Raises SceneError for a document that is none, with the place at fault."""
+    """A recording, read and checked. Raises SceneError, with the place at fault, for any other document."""
 
     def __init__(self, document: Mapping[str, Any]) -> None:
         self.scene, self.full_scale, self.frames = _read_head(document)
@@ -56,17 +56,19 @@ class Recording:
         self.events = tuple(map(_in_full_band, kept)) if self.version == 1 else kept
 
     def open(self, cache: ResponseCache | None = None, *, exact: bool = False) -> Replay:
-        """Return what plays it again, at frame 0; solves the first scene.
+        """Return its replay at frame 0. This solves the first scene.
 
-        exact: with tables that are made to the scene's tolerance in place of those that were heard.
+        exact: tables are made to the scene's tolerance, instead of those that were heard.
         """
         return Replay(self, cache, exact=exact)
 
 
 class Replay:
-    """A session that is played again: `render` gives its samples, in blocks of any length.
+    """The replay of a session: `render` returns its samples, in blocks of any length.
 
-    scene: with which it began. frames: how many there are. The other attributes are those of a voice.
+    scene: the first scene.
+    frames: number of frames of the session.
+    sample_rate, channels, quantities, full_scale: as of a voice.
     """
 
     def __init__(self, recording: Recording, cache: ResponseCache | None = None, *, exact: bool = False) -> None:
@@ -83,26 +85,26 @@ class Replay:
 
     @property
     def frame(self) -> int:
-        """The frame that the next block begins at."""
+        """The first frame of the next block."""
         return self._voice.frame
 
     @property
     def late(self) -> int:
-        """Frames by which what follows the hand is late, beside the limiter."""
+        """Frames by which the output is behind the hand's motion, without the limiter."""
         return self._voice.late
 
     @property
     def estimated_error(self) -> dict[str, float]:
-        """The error of each quantity, relative to its peak-to-peak, of the scene that sounds."""
+        """The error of each quantity of the present scene, relative to its peak-to-peak."""
         return self._voice.plan.estimated_error
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What a user should know about the scene that sounds."""
+        """The warnings of the present scene, and of a recording of an earlier version."""
         return (*self._doubts, *self._voice.warnings)
 
     def render(self, frames: int) -> Block:
-        """Return the next `frames` frames, float32 [frames, channels], as they were sent."""
+        """Return the next `frames` frames as they were sent, float32 [frames, channels]."""
         first, block = self.frame, np.empty((frames, self.channels), np.float32)
         done = 0
         while done < frames:
@@ -116,7 +118,7 @@ class Replay:
         return self._ended(block, first)
 
     def _ended(self, block: Block, first: int) -> Block:
-        """Return `block`, which begins at frame `first`, under the fade of the last frames."""
+        """Return `block`, which begins at frame `first`, with the fade of the last frames applied."""
         begin, end = max(first, self._fade_from), min(first + len(block), self.frames)
         if begin < end:
             last = block[begin - first : end - first]
@@ -125,7 +127,7 @@ class Replay:
 
 
 def _apply(event: Event, voice: HandVoice) -> None:
-    """Do to the voice what an event says."""
+    """Apply an event to the voice."""
     name = event[1]
     if name == "contact":
         voice.touch(Update(*event[2:7]))
@@ -138,7 +140,7 @@ def _apply(event: Event, voice: HandVoice) -> None:
 
 
 def _read_head(document: Mapping[str, Any]) -> tuple[Scene, tuple[float, ...], int]:
-    """Return the scene, with its full scale, that full scale, and the number of frames."""
+    """Return the scene (with its full scale), the full scale of each channel, and the number of frames."""
     version = document.get("version")
     if document.get("format") != FORMAT or isinstance(version, bool) or version not in VERSIONS:
         told, allowed = f"{document.get('format')} {shown(version)}", f"{FORMAT} 1 to {VERSION}"
@@ -161,12 +163,12 @@ def _read_head(document: Mapping[str, Any]) -> tuple[Scene, tuple[float, ...], i
 
 
 def _in_full_band(event: Event) -> Event:
-    """Return an event of version 1, its scene as it is written now."""
+    """Return an event of version 1 with its scene as this version writes it."""
     return [*event[:2], scene_before_bands(event[2])] if event[1] == "scene" else event
 
 
 def _read_faded(document: Mapping[str, Any], frames: int) -> int:
-    """Return how many of the last frames were faded after they had been rendered; not told: none."""
+    """Return how many of the last frames were faded after they had been rendered; 0 where it is not given."""
     faded = document.get("faded", 0)
     if not _is_whole(faded) or faded > frames:
         raise _refusal("/faded", shown(faded), f"a whole number of frames, 0 to {frames}", AS_DOWNLOADED)
@@ -183,7 +185,7 @@ def _is_whole(value: object) -> bool:
 
 
 def _checked(event: object, place: int, first: int) -> int:
-    """Return the frame of an event; raises SceneError where it makes no sense after one at frame `first`."""
+    """Return the frame of an event. Raises SceneError where it cannot follow an event at frame `first`."""
     at = f"/events/{place}"
     if not isinstance(event, list) or len(event) < 2 or not isinstance(event[1], str) or event[1] not in VALUES:
         raise _refusal(at, shown(event), f"[frame, one of {', '.join(VALUES)}, values]", AS_DOWNLOADED)

@@ -1,10 +1,9 @@
 """Files whose speed or load varies, rendered from the response solved along their scan.
 
-Stage   3 (VOICE), beside `table_reading`; `frame_solver` and `frame_solver` are its parts of stage 2.
-Model   chunks of `frame_solver`, divided by the full scale of each channel.
+Stage   3 (VOICE), beside `table_reading`.
+Model   Chunks of `frame_solver`, divided by the full scale of each channel.
 Source  design, section 4.
-Limits  those of `frame_solver`. What folds is held by the phases a period that steady series of the recorded loads
-        take for the tolerance.
+Limits  Those of `frame_solver`.
 """
 
 from __future__ import annotations
@@ -20,10 +19,12 @@ from synth.response.series_curve import SeriesCurve
 
 
 class SolvedFrames:
-    """Renders frames of one preparation by solving them; any frame, in any order.
+    """Renders the frames of one preparation by solving them, in any order. Only the last chunk is kept.
 
-    plan: how. heights: z (m) at places (turns) and loads (N); by default that of the scene, at a constant load its
-    series. Nothing but the last chunk is kept, so a voice may seek. chunk: frames that are solved together.
+    plan: how the frames are solved.
+    heights: z (m) at places (turns) and loads (N); by default that of the scene, or its series where the load is
+        constant.
+    chunk: number of frames solved together.
     """
 
     def __init__(self, solved: Preparation, plan: FramePlan, heights: Heights | None = None) -> None:
@@ -42,7 +43,7 @@ class SolvedFrames:
 
     @property
     def memory_bytes(self) -> int:
-        """Bytes of the working memory of a chunk."""
+        """Working memory of a chunk in bytes."""
         return self._solver.memory_bytes
 
     def read(self, first: int, out: Block) -> None:
@@ -57,7 +58,7 @@ class SolvedFrames:
             done += len(part)
 
     def forget(self) -> None:
-        """Keep no chunk: the next frames are solved, whatever was."""
+        """Drop the last chunk, so that the next frames are solved again."""
         self._kept = (-1, self._kept[1])
 
     def _solved_chunk(self, number: int) -> Block:

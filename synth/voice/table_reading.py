@@ -1,11 +1,11 @@
-"""A response table read along a motion: of a hand, or of the scan itself.
+"""Reads a response table along a motion: that of a hand, or the scan's own.
 
 Stage   3 (VOICE).
-Model   The place of the texture is carried from block to block, or follows the position where that is known; each
-        channel is a `TableReader`. What a hand does is not known beforehand, so its frames come `delay` late. A scan's
-        own motion is known: it is read ahead.
+Model   The phase of the texture follows the position where that is known, and otherwise goes on from block to block.
+        Each channel has a `TableReader`. The motion of a hand is not known ahead, so its frames are `delay` late. A
+        scan's own motion is known and is read ahead.
 Source  design, sections 1 and 8; docs/table.md.
-Limits  the error of the table, and of the reader's filter.
+Limits  The errors of the table and of the reader's filter.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from synth.scene.scene import Scene
 
 
 def readers_of(solved: Preparation) -> tuple[TableReader, ...]:
-    """Return what reads each channel of a prepared scene from its table."""
+    """Return the reader of each channel of a prepared scene that has a table."""
     assert solved.table is not None
     rate = solved.scene.output.sample_rate
     return tuple(TableReader.of(solved.table, one.quantity, rate, 1.0 / one.full_scale) for one in solved.channels)
@@ -34,8 +34,10 @@ def readers_of(solved: Preparation) -> tuple[TableReader, ...]:
 class HandReader:
     """Reads the channels of a block along the motion of a hand.
 
-    readers: one a channel, of one rate and band. period: of the texture (m). phase: where the texture stands at the
-    next frame, a 64-bit fraction of a turn. Before its first frame the hand came evenly, at the speed and load there.
+    Before its first frame the hand is taken to have moved steadily, at the speed and load of that frame.
+    readers: one per channel, of one rate and band.
+    period: of the texture (m).
+    phase: of the texture at the next frame, a 64-bit fraction of a turn.
     """
 
     def __init__(self, readers: tuple[TableReader, ...], period: float, rate: int) -> None:
@@ -46,15 +48,15 @@ class HandReader:
 
     @property
     def delay(self) -> int:
-        """Frames by which a block is behind its motion."""
+        """Frames by which the output is behind the motion."""
         return self._readers[0].delay
 
     def twin(self) -> HandReader:
-        """Return another reader of the same tables that has read nothing."""
+        """Return a new reader of the same tables."""
         return HandReader(self._readers, self._period, self._rate)
 
     def read(self, motion: Motion, out: Block) -> None:
-        """Write the block of `motion` to `out` (float32 [frames, channels]), and move on."""
+        """Write the block of `motion` to `out`, float32 [frames, channels]."""
         samples, place = np.ascontiguousarray(motion.samples), np.ascontiguousarray(motion.position)
         if not self._begun:
             self._come_to(motion)
@@ -64,7 +66,7 @@ class HandReader:
         self.phase = after
 
     def _come_to(self, motion: Motion) -> None:
-        """Read what comes before the first frame, unheard: all that its filters look back at."""
+        """Read the steady motion before the first frame, as far as the filters look back, and discard it."""
         self._begun = True
         phase = int(turns_to_phase(motion.position[:1] / self._period)[0]) if len(motion.position) else self.phase
         frames = 2 * self.delay
@@ -79,7 +81,7 @@ class HandReader:
 
 
 class ScanReader:
-    """Reads the channels of a scene's own scan, any frame, in any order; going on where the last call ended is cheap.
+    """Reads the channels of a scene's own scan, frames in any order. Going on after the last call is cheap.
 
     readers: as for `HandReader`.
     """
@@ -99,7 +101,7 @@ class ScanReader:
         """Write the frames from `first` on to `out`, float32 [frames, channels]."""
         if first != self._next:
             self._reader = self._anew()
-            begin = (first - self._lead) // LONGEST_STRIDE * LONGEST_STRIDE  # z is taken at the same frames, always
+            begin = (first - self._lead) // LONGEST_STRIDE * LONGEST_STRIDE  # so z is always read at the same frames
             ahead = np.empty((first + self._delay - begin, out.shape[1]), np.float32)
             self._reader.read(self._motion.at(begin, len(ahead)), ahead)
         self._reader.read(self._motion.at(first + self._delay, len(out)), out)
@@ -107,7 +109,7 @@ class ScanReader:
 
 
 def delayed(values: Any, past: Any) -> Any:
-    """Return `values` [..., frames] late by as many frames as `past` [..., delay] holds; it is brought up to date."""
+    """Return `values` [..., frames] delayed by the frames of `past` [..., delay], which is updated."""
     both = np.concatenate([past, values], axis=-1)
     past[:] = both[..., both.shape[-1] - past.shape[-1] :]
     return both[..., : values.shape[-1]]

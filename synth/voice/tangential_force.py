@@ -1,10 +1,9 @@
 """The tangential force of a voice: read from responses of force, or taken from the simulation.
 
-Stage   3 (VOICE), used by the effect `tangential` alone.
-Model   Steady: the series of the slope force and of friction are one series, read as any other. Moving: each has a
-        response table, and friction is given its direction at each frame. Simulated: both come as frames of the
-        simulation.
-Limits  `error` of a simulated force is what halving the steps changes, a third more.
+Stage   3 (VOICE), used only by the effect `tangential`.
+Model   In a steady scan the slope force and friction are one series. In a motion each has a response table, and the
+        direction of friction is applied at each frame. In a simulation both are read from its frames.
+Limits  The error of a simulated force is 4/3 of the change when the time steps are halved.
 """
 
 from __future__ import annotations
@@ -31,14 +30,14 @@ from synth.response.table import ResponseTable
 from synth.voice.table_reading import HandReader, ScanReader, delayed
 
 QUANTITY = "tangential_force"
-READ_AS = "displacement", "approach"  # how tables are read: the force of the slopes has no mean, friction has one
-LIVE_WORK, FILE_WORK = 2.0, 8.0  # times the work of a contact: of friction a phase takes ten times as long
+READ_AS = "displacement", "approach"  # how the tables are read: the slope force has no mean, friction has one
+LIVE_WORK, FILE_WORK = 2.0, 8.0  # times the work of a contact's table: a phase of friction takes ten times as long
 SIMULATED = (Signal(SLOPE, 0), Signal(PRESS, 0))
 
 
 @dataclass(frozen=True, slots=True)
 class Friction:
-    """The law of friction, and the full scale (N) that is asked for: see the effect `tangential`."""
+    """The law of friction and the requested full scale (N), as in the effect `tangential`."""
 
     friction_coefficient: float
     pressure_exponent: float
@@ -51,7 +50,9 @@ class Friction:
 class Force:
     """One force over place and load.
 
-    series: at the scan's load. table: what a moving voice reads, else None. error: relative to its peak-to-peak.
+    series: harmonics (N) at the scan's load.
+    table: read in a motion; None in a steady scan.
+    error: relative to the peak-to-peak of the force.
     """
 
     series: Complex
@@ -81,7 +82,11 @@ class Force:
 
 @dataclass(slots=True)
 class ForceState:
-    """What a voice keeps. reader: of the tables, if any. past: direction and load (N) of the last frames of a hand."""
+    """The state of a voice.
+
+    reader: of the tables, if there are any.
+    past: direction and load (N) of the last frames of a hand [2, frames].
+    """
 
     reader: HandReader | ScanReader | None
     past: Array | None = None
@@ -89,10 +94,13 @@ class ForceState:
 
 @dataclass(frozen=True, slots=True)
 class TangentialStage:
-    """The effect made ready for one scene.
+    """The effect prepared for one scene.
 
-    law: of friction. solved: the scene. forces: of the slopes and, where it is not Coulomb's, of friction; none where
-    the simulation gives them. steady: what reads a constant scan; its mean (N).
+    law: the law of friction.
+    solved: the prepared scene.
+    forces: the slope force and, unless it is Coulomb's, friction; empty where a simulation provides both.
+    steady: reader and mean (N) of a constant scan, else None.
+    channel: the channel that it adds.
     """
 
     law: Friction
@@ -103,7 +111,7 @@ class TangentialStage:
 
     @classmethod
     def of(cls, solved: Preparation, law: Friction, cache: ResponseCache) -> TangentialStage:
-        """Return the stage of a prepared scene that sounds."""
+        """Return the stage of a prepared scene that is not silent."""
         assert solved.effects is not None and solved.contact is not None and solved.spectrum is not None
         if solved.effects.simulation is not None:
             return cls(law, solved, (), None, _simulated_channel(solved, law))
@@ -193,7 +201,7 @@ class TangentialStage:
         block[:, column] = np.where(np.abs(force) >= SMALLEST, force, 0.0)
 
     def _of_motion(self, state: ForceState, passage: Passage, frames: int) -> Array:
-        """Return the direction of friction and the load (N), faded by the lift gate, as late as the block is."""
+        """Return the direction of friction and the gated load (N) at each frame of the block [2, frames]."""
         scan, motion = self.solved.scene.scan, passage.motion
         speeds = np.full(frames, scan.speed) if motion is None else motion.samples[SPEED]
         loads = np.full(frames, scan.load) if motion is None else motion.samples[LOAD]

@@ -1,11 +1,11 @@
-"""VOICE: a running plan. State that renders block after block.
+"""A voice: the state of a running plan, which renders block after block.
 
 Stage   3 (VOICE).
-Model   At constant speed and load the phase is frame times a 64-bit step, so frame N computed directly is frame N
-        streamed. A scan that moves is solved along its motion, or, where blocks have deadlines, read from the response
-        table; so is a hand.
+Model   At constant speed and load the phase is the frame number times a 64-bit step, so a frame has the same samples
+        whether it is rendered directly or in a stream. A varying scan is solved along its motion, or read from the
+        response table where blocks have deadlines. A hand is read from the table.
 Source  design, sections 1, 4 and 8.
-Limits  float32 at the block: 6e-8 of full scale. Blocks are not limited to full scale; `limiter.Limiter` does that.
+Limits  Blocks are float32: 6e-8 of full scale. They may pass full scale; `limiter.Limiter` keeps them within it.
 """
 
 from __future__ import annotations
@@ -36,17 +36,20 @@ if TYPE_CHECKING:
     from synth.voice.table_reading import HandReader, ScanReader
     from synth.voice.voice_effects import VoiceEffects
 
-BLOCK = 1 << 14  # frames a block of `blocks`: large enough that Python costs nothing, small enough for flat memory
+BLOCK = 1 << 14  # frames per block of `blocks`: large enough to hide the cost of Python, small in memory
 
 
 class Voice:
     """Renders one scene, block after block.
 
-    solved: what `prepare` returned; prepared for a hand, it has no scan of its own. channels: channels of a block.
-    frame: the next frame. phase: where the texture stands at frame 0, a 64-bit fraction of a turn.
-    live: for a hand that does not wait: what follows a hand is made ready now, and automatic full scales hold for one.
-    paced: its blocks have deadlines. exact: a hand reads a table that is made to the tolerance. cache: responses and
-    tables shared with others.
+    solved: result of `prepare`. Prepared for a hand, it has no scan of its own.
+    phase: of the texture at frame 0, a 64-bit fraction of a turn.
+    live: for an interactive hand: its table is made now, and automatic full scales allow for it.
+    paced: blocks have deadlines.
+    exact: the table of a hand is made to the tolerance.
+    cache: responses and tables shared with other voices.
+    frame: the next frame.
+    channels: number of channels of a block.
     """
 
     def __init__(
@@ -74,7 +77,7 @@ class Voice:
         self._steady = []
         self._scan: SolvedFrames | ScanReader | None = None
         if solved.spectrum is None or solved.simulated or solved.by_hand:
-            pass  # silence, or the simulation takes the place of the response, or there is no scan but a hand's
+            pass  # silence, or a simulation replaces the response, or only a hand moves the finger
         elif not solved.moving:
             self._steady = [(c.reader, 1.0 / c.full_scale, c.level) for c in solved.channels if c.reader is not None]
         elif solved.frames is not None:
@@ -98,7 +101,7 @@ class Voice:
 
     @property
     def sample_rate(self) -> int:
-        """Frames a second."""
+        """Frames per second."""
         return self.scene.output.sample_rate
 
     @property
@@ -113,23 +116,23 @@ class Voice:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What a user should know before listening."""
+        """The warnings of the plan."""
         return self.plan.warnings
 
     @property
     def plan(self) -> Plan:
-        """The plan that this voice runs: that of a hand once one moves it."""
+        """The plan of this voice; once a hand moves it, the plan for a hand."""
         solved = self._for_hand if self._by_hand and self._for_hand is not None else self.solved
         return plan_of(replace(solved, scene=self.scene))
 
     @property
     def frames_together(self) -> int:
-        """Frames that are solved together, 0 where no frame is solved."""
+        """Number of frames solved together, 0 where frames are not solved."""
         return self._scan.chunk if isinstance(self._scan, SolvedFrames) else 0
 
     @property
     def phase(self) -> int:
-        """Where the texture stands at the next frame, a 64-bit fraction of a turn."""
+        """Phase of the texture at the next frame, a 64-bit fraction of a turn."""
         if self._by_hand and self._hand is not None:
             return self._hand.phase
         if self._by_hand and self._hand_effects is not None:
@@ -140,7 +143,7 @@ class Voice:
 
     @property
     def memory_bytes(self) -> int:
-        """Bytes of what was prepared, tables included, and of what the voice alone keeps."""
+        """Memory in bytes of what was prepared, tables included, and of the voice's own state."""
         parts = [self.solved]
         if self._for_hand is not None and not self.solved.by_hand:
             parts.append(self._for_hand)
@@ -150,15 +153,16 @@ class Voice:
 
     @property
     def late(self) -> int:
-        """Frames by which what follows a hand is late."""
+        """Frames by which the output is behind the motion of a hand."""
         reading = 0 if self._hand is None else self._hand.delay
         return max(reading, 0 if self._hand_effects is None else self._hand_effects.late)
 
     def render(self, frames: int, motion: Motion | None = None) -> Block:
         """Return the next `frames` frames, float32 [frames, channels], value / full_scale.
 
-        motion: what the hand does at these frames; without it the scene's own scan goes on (after a motion: from where
-        the hand left the texture). Raises ValueError if the motion has another number of frames.
+        motion: motion of the hand at these frames. Without it the scene's own scan goes on, from where the hand left
+            the texture.
+        Raises ValueError if the motion has another number of frames.
         """
         if motion is not None and motion.samples.shape[1] != frames:
             raise ValueError(f"a motion of {motion.frames} frames cannot fill a block of {frames}")
@@ -197,7 +201,7 @@ class Voice:
         if not motion.complete:
             speed_unknown = len(motion.position) > 0 and math.isnan(self._before[0])
             motion = completed(motion, self.sample_rate, self._before)
-            if speed_unknown:  # the hand is felt from the second place on: how fast it comes is known there
+            if speed_unknown:  # the speed is known from the second position on; the first frame is silent
                 out[0] = 0.0
                 motion, out = Motion(motion.samples[:, 1:], motion.position[1:]), out[1:]
         if not len(out):
@@ -215,14 +219,14 @@ class Voice:
         self._stand_at(phase)
 
     def _stand_at(self, phase: int) -> None:
-        """Have the texture stand at `phase` where a hand takes over."""
+        """Set the phase of the texture where a hand takes over."""
         if self._hand is not None:
             self._hand.phase = phase
         if self._hand_effects is not None:
             self._hand_effects.begin_at(phase)
 
     def _ready_for_hand(self) -> None:
-        """Make what follows a hand: the reader of the table, unless a simulation takes its place; the effects."""
+        """Make the table reader (unless a simulation replaces it) and the effects that follow a hand."""
         if self._for_hand is None:
             self._for_hand = prepare_hand(self.scene, self.full_scale, self._cache, exact=self._exact)
         hand = self._for_hand
@@ -232,10 +236,7 @@ class Voice:
             self._hand_effects = _effects_of(hand, 0, paced=self._live)
 
     def twin(self) -> Voice:
-        """Return a voice that a hand may lead on from here: the same scene, gain and table, nothing rendered yet.
-
-        With effects it begins anew and takes milliseconds.
-        """
+        """Return a new voice of the same scene, gain and table for a hand. With effects this takes milliseconds."""
         made = copy(self)
         made.frame, made._before = 0, np.full(4, math.nan)
         if self._hand is not None:
@@ -246,7 +247,7 @@ class Voice:
         return made
 
     def begin_at(self, phase: int) -> None:
-        """Have the texture stand at `phase` (a 64-bit fraction of a turn) at frame 0; the voice has not begun."""
+        """Set the phase of the texture (a 64-bit fraction of a turn) at frame 0, before the first block."""
         assert self.frame == 0, "the voice has begun"
         self._phase = phase
         if self._effects is not None:
@@ -254,38 +255,39 @@ class Voice:
         self._stand_at(phase)
 
     def seek(self, frame: int) -> None:
-        """Go to `frame` of the scene's own scan; ValueError after a hand has moved it."""
+        """Go to `frame` of the scene's own scan. Raises ValueError after a hand has moved the voice."""
         if self._by_hand:
             raise ValueError("a voice that a hand has moved cannot seek: its phase depends on the motion so far")
         self.frame = frame
 
 
 def _scan_reader(solved: Preparation) -> ScanReader:
-    """Return what reads the scan of a prepared scene from its table; only a voice that reads tables loads it."""
+    """Return the table reader of the scan. The import is here, so that only a voice that reads tables pays for it."""
     from synth.voice.table_reading import ScanReader, readers_of
 
     return ScanReader(readers_of(solved), solved.scene)
 
 
 def _hand_reader(solved: Preparation) -> HandReader:
-    """Return what reads the table of a prepared scene along a hand."""
+    """Return the table reader that follows a hand."""
     from synth.voice.table_reading import HandReader, readers_of
 
     return HandReader(readers_of(solved), solved.scene.texture.period, solved.scene.output.sample_rate)
 
 
 def _effects_of(solved: Preparation, phase: int, *, paced: bool) -> VoiceEffects:
-    """Return the effects of a voice; only a scene that has some loads them."""
+    """Return the effects of a voice. The import is here, so that only a scene with effects pays for it."""
     from synth.voice.voice_effects import VoiceEffects
 
     return VoiceEffects(solved, phase, paced=paced)
 
 
 def open_voice(scene: SceneLike, *, cache: ResponseCache | None = None, live: bool = False) -> Voice:
-    """Return a voice for `scene`, its response solved (milliseconds to seconds; the time is spent without the GIL).
+    """Return a voice for `scene`. This solves its response: milliseconds to seconds, spent without the GIL.
 
-    scene: a Scene, a mapping, the path of a JSON file, or a name of the catalogue. cache: responses solved before.
-    live: for a hand that does not wait, see `Voice`.
+    scene: a Scene, a mapping, the path of a JSON file, or a name of the catalogue.
+    cache: responses solved before.
+    live: for an interactive hand, see `Voice`.
     Raises SceneError where the scene is at fault, CannotRender where it cannot be carried out.
 
     Example: block = synth.open_voice("grating-1mm-31um").render(480)  # float32 [480, 1], in units of full_scale
@@ -297,12 +299,12 @@ def open_voice(scene: SceneLike, *, cache: ResponseCache | None = None, live: bo
 
 
 def total_frames(scene: Scene) -> int:
-    """Return how many frames `output.duration` is."""
+    """Return the number of frames in `output.duration`."""
     return round(scene.output.duration * scene.output.sample_rate)
 
 
 def blocks(voice: Voice, frames: int = BLOCK) -> Iterator[Block]:
-    """Yield the whole duration of a voice's scene in blocks, with the fades that `output.fade` asks for."""
+    """Yield the whole duration of a voice's scene in blocks, with the fades of `output.fade`."""
     total = total_frames(voice.scene)
     fade = round(voice.scene.output.fade * voice.sample_rate)
     while voice.frame < total:

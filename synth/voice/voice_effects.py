@@ -1,9 +1,9 @@
-"""The effects of a voice: the simulation that runs along with it, and the stages that add channels.
+"""The effects of a voice: its simulation, and the stages that add channels.
 
-Stage   3 (VOICE), loaded by `voice` for a scene that has any.
-Model   A simulation takes the place of the response and fills the channels of z. The stages then write their own
-        channels, in order.
-Limits  frames that follow a hand are late by the margin of the simulation's filters; `late` tells it.
+Stage   3 (VOICE), loaded by `voice` for a scene with effects.
+Model   A simulation replaces the response and fills the channels of z. The stages then write their own channels, in
+        order.
+Limits  Frames that follow a hand are `late` by the margin of the simulation's filters.
 """
 
 from __future__ import annotations
@@ -20,15 +20,16 @@ from synth.motion.motion import LOAD, Motion
 from synth.plan.preparation import Preparation
 from synth.response.lift_gate import SMALLEST
 
-PACED_SETTLING = 0.05  # s: what a stream simulates before its first frame, within a block's time
+PACED_SETTLING = 0.05  # s that a stream simulates before its first frame: it must fit in the time of a block
 
 
 class VoiceEffects:
-    """The effects of one preparation, at work.
+    """The running effects of one voice.
 
-    phase: where the texture stands at frame 0, a 64-bit fraction of a turn. paced: its blocks have deadlines, so that
-    no more than PACED_SETTLING is simulated before the first. `place` is where the texture stands at the next frame of
-    a hand.
+    solved: the prepared scene.
+    phase: of the texture at frame 0, a 64-bit fraction of a turn.
+    paced: blocks have deadlines, so at most PACED_SETTLING is simulated before the first.
+    place: phase of the texture at the next frame of a hand, uint64 [1].
     """
 
     def __init__(self, solved: Preparation, phase: int, *, paced: bool) -> None:
@@ -51,13 +52,13 @@ class VoiceEffects:
 
     @property
     def _whole(self) -> tuple[Signal, ...]:
-        """The signal of z itself, where a channel is the approach and the simulation takes the response's place."""
+        """The signal of z itself, for a channel that is the approach."""
         assert self._plan is not None
         asked = any(channel.is_approach for channel in self.solved.channels)
         return (Signal(WHOLE, 0),) if asked else ()
 
     def begin_at(self, phase: int) -> None:
-        """Have the texture stand at `phase` at frame 0; nothing was rendered yet."""
+        """Set the phase of the texture at frame 0, before the first block."""
         self.place[0] = phase
         self._running = self._run_from(phase)
         for stage, state in self._stages:
@@ -65,19 +66,20 @@ class VoiceEffects:
 
     @property
     def late(self) -> int:
-        """Frames by which what follows a hand is late."""
+        """Frames by which the output is behind the motion of a hand."""
         simulated = 0 if self._running is None else self._running.margin
         return max([simulated, *(stage.delay(state) for stage, state in self._stages)])
 
     @property
     def memory_bytes(self) -> int:
-        """Bytes of what the voice alone keeps."""
+        """Memory of the simulation's state in bytes."""
         return 0 if self._plan is None else self._plan.simulation.voice_bytes
 
     def along(self, frame: int, phase: int, step: int, motion: Motion | None, out: Block) -> None:
-        """Put the effects into a block of the scan's own motion, from `frame` on.
+        """Apply the effects to a block of the scan's own motion, from `frame` on.
 
-        phase, step: of a constant scan, at the first frame and a frame; motion: of a scan that is not.
+        phase, step: of a constant scan: phase at the first frame, turns per frame.
+        motion: of a varying scan.
         """
         rows = None
         if self._running is not None:
@@ -88,7 +90,7 @@ class VoiceEffects:
         self._step(rows, out, frame=frame, phase=phase, step=step, motion=motion, by_hand=False)
 
     def after(self, motion: Motion, out: Block) -> None:
-        """Put the effects into a block that follows a hand."""
+        """Apply the effects to a block that follows a hand."""
         scene = self.solved.scene
         phases, place = phases_after(motion, int(self.place[0]), scene.output.sample_rate, scene.texture.period)
         rows = None

@@ -40,7 +40,7 @@ def test_what_is_within_full_scale_passes_bit_for_bit(ahead: int) -> None:
     passed = limiter.process(block)
     assert np.array_equal(passed[ahead:].view(np.uint32), block[: len(block) - ahead].view(np.uint32))
     assert not passed[:ahead].any()
-    assert (limiter.reduction_db, limiter.take_reduction(), limiter.frames_limited) == (0.0, 0.0, 0)
+    assert (limiter.reduction_db, limiter.take_reduction()) == (0.0, 0.0)
 
 
 @pytest.mark.parametrize("ahead", [0, AHEAD])
@@ -53,7 +53,6 @@ def test_after_a_peak_the_sound_is_bit_exact_again_in_the_stated_time(ahead: int
     assert 5000 - ahead <= changed[0] <= 5000
     assert 0.8 * RECOVERED < changed[-1] - 5000 < RECOVERED + ahead
     assert limiter.reduction_db == 0.0
-    assert 0 < limiter.frames_limited <= RECOVERED + 2 * ahead
 
 
 @pytest.mark.parametrize("ahead", [0, AHEAD])
@@ -93,7 +92,6 @@ def test_it_is_its_slow_twin_however_the_blocks_are_cut(
     assert np.array_equal(whole, wanted)
     assert np.isfinite(whole).all() and np.max(np.abs(whole)) <= 1.0
     assert not ((whole != 0) & (np.abs(whole) < DENORMAL)).any(), "a denormal left"
-    assert limiter.frames_limited == sum(gain < 1.0 for gain in gains)
     assert limiter.frames_not_finite == np.count_nonzero(~np.isfinite(block).all(axis=1))
     assert limiter.take_reduction() == pytest.approx(-20.0 * np.log10(min(gains)), rel=1e-9, abs=1e-12)
 
