@@ -32,9 +32,9 @@ from synth.plan.preparation import Preparation, prepare
 from synth.plan.scene_table import bounds_for, table_of_scene
 from synth.response.lift_gate import gate
 from synth.response.phases import phase_step
-from synth.response.reading import TableReader
 from synth.response.series_curve import SeriesCurve
 from synth.response.spectrum import Complex, Demand, curves, fine_enough, harmonics_of
+from synth.response.table_reader import TableReader
 from synth.scene.output_section import BAND
 from synth.scene.scene import Scene
 from synth.surfaces import profile_of

@@ -15,9 +15,9 @@ import numpy as np
 from synth.contact.geometry import Geometry
 from synth.contact.load_balance import Contact
 from synth.contact.stiffness import Stiffness
-from synth.response.reading import TableReader
 from synth.response.table import ResponseTable
 from synth.response.table_making import make_table
+from synth.response.table_reader import TableReader
 from synth.scene.scene import parse_scene
 from tests.bench.timing import Figure, alternated, figure
 

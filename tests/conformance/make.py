@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from synth.plan.scene_table import table_of_scene
-from synth.response.reading import TableReader
 from synth.response.table_file import table_bytes
 from synth.response.table_making import TableBounds
+from synth.response.table_reader import TableReader
 from synth.scene.scene import parse_scene
 
 HERE = Path(__file__).parent

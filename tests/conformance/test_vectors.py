@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from synth.response.reading import TableReader
 from synth.response.table_file import read_table
+from synth.response.table_reader import TableReader
 from tests.conformance.numpy_reader import read
 
 HERE = Path(__file__).parent

@@ -6,8 +6,8 @@ from functools import cache
 
 import numpy as np
 
-from synth.response.reading import TableReader
 from synth.response.table import ResponseTable
+from synth.response.table_reader import TableReader
 from tests.synth.engine_cases import Real, scene_of
 from tests.synth.response.table_study import table_of
 

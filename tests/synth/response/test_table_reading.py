@@ -7,8 +7,8 @@ import pytest
 
 from synth.response.mip_levels import WIDTH, MipLevels
 from synth.response.phases import turns_to_phase
-from synth.response.reading import TableReader
 from synth.response.reading_filter import reading_filter
+from synth.response.table_reader import TableReader
 from tests.reference import slow_table_reading as slow
 from tests.synth.engine_cases import contact_of, scene_of
 from tests.synth.response.motions import QUANTITIES, RATE, moves, read, table, wild

@@ -1,21 +1,28 @@
-"""The compiled loop of a table reader: z at every few frames of a motion, then the filter.
+"""Reads a table along any motion: position and load at every frame in, one quantity at every frame out.
 
 Stage   RESPONSE: reading its result.
-Model   docs/table.md. z = gate(w) swing(theta, w, |u|), or gate(w) (swing + mean(w)) for the approach. The swing is z
-        less its mean: a quintic spline over place, a cubic over the load, and a fade of two levels over the speed. The
-        filter is that of `reading_filter`.
-Source  The readable twin is tests/reference/slow_table_reading.py.
-Limits  An output that is not a number, or beyond float32, becomes zero.
+Model   docs/table.md. A compiled loop reads z at every few frames; the filter of `reading_filter` makes the quantity
+        from it, so every term of a changing load and speed counts. z = gate(w) swing(theta, w, |u|), or
+        gate(w) (swing + mean(w)) for the approach. The swing is z less its mean: a quintic spline over place, a cubic
+        over the load, and a fade of two levels over the speed. The output is `delay` frames behind the motion. Before
+        the first frame the finger stands where it begins.
+Source  design, section 1. The readable twin of the loop is tests/reference/slow_table_reading.py.
+Limits  The errors of the table and of the filter. An output that is not a number, or beyond float32, becomes zero.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
+from synth.arrays import Array
 from synth.kernels import inlined, signed_kernel
 from synth.response.lift_gate import PLACE, SMALLEST, gate, smooth_step
 from synth.response.phases import fill_phases
 from synth.response.place_spline import PADDING, spline_value
+from synth.response.reading_filter import ReadingFilter, reading_filter
+from synth.response.table import Floats, ResponseTable
 
 LARGEST = 3.4e38  # what a float32 holds
 
@@ -23,6 +30,61 @@ COUNT, STARTED, HISTORY = 0, 1, 2  # entries of `state`; the last samples of z f
 SCALE, LIFT, GAIN, HOLD, WITH_MEAN, FULL, LAW, LAW_SLOPE, MOST, RATE, PERIOD = range(11)  # entries of `rules`
 FADE, SILENT, BEGIN, PLACES, STEEPNESS = range(5)  # columns of `levels`
 SPEED, LOAD = 0, 2  # rows of `motion`
+
+
+@dataclass(frozen=True, slots=True)
+class TableReader:
+    """Reads one quantity of a table at one rate. It keeps no state: `start` returns one, `read` updates it.
+
+    table: the table.
+    filter: from z to the quantity.
+    numbers: arguments of `read_block`: pool, levels, rows, weights, rules.
+    """
+
+    table: ResponseTable
+    filter: ReadingFilter
+    numbers: tuple[Array | Floats, ...]
+
+    @classmethod
+    def of(cls, table: ResponseTable, quantity: str, rate: int, gain: float = 1.0) -> TableReader:
+        """Return the reader of `quantity`, in SI times `gain`, at `rate` (Hz).
+
+        quantity: displacement, velocity, acceleration or approach.
+        """
+        chosen = reading_filter(quantity, rate, table.band)
+        fades = table.levels.fades
+        levels = np.stack([*fades, *table.layout.T.astype(float), 1.0 / (fades[1] - fades[0])], axis=1)
+        rows = np.concatenate([table.loads[np.newaxis], table.means]).astype(float)
+        weights = np.ascontiguousarray(chosen.weights.T)
+        rules = np.zeros(11)
+        rules[RATE], rules[PERIOD] = rate, table.period
+        rules[SCALE] = 1.0 / (table.period * table.band)
+        rules[LIFT], rules[GAIN], rules[HOLD] = table.lift_load, gain, chosen.hold
+        rules[WITH_MEAN], rules[FULL] = quantity == "approach", table.full
+        rules[LAW], rules[LAW_SLOPE] = table.mean_law
+        rules[MOST] = table.covered[1]
+        return cls(table, chosen, (table.pool, np.ascontiguousarray(levels), rows, weights, rules))
+
+    @property
+    def delay(self) -> int:
+        """Frames by which the output is behind the motion: frame n of a block belongs to frame n - delay of it."""
+        return self.filter.delay
+
+    def start(self) -> Array:
+        """Return the state of a reader that has read nothing."""
+        return np.zeros(HISTORY + self.filter.taps)
+
+    def read(self, state: Array, motion: Array, position: Array, phase: int, out: Floats, column: int) -> int:
+        """Write the next frames of the quantity to a column of `out`, update `state`, and return the next phase.
+
+        motion: float64 [5, frames], as in `motion.Motion`.
+        position: of the texture (m) at each frame. Where it is empty, the texture goes on from `phase` at the speed of
+            the motion.
+        phase: 64-bit fraction of a turn.
+        out: float32 [frames, columns].
+        """
+        after: int = read_block(*self.numbers, motion, position, phase, state, out, column)
+        return after
 
 
 @inlined
