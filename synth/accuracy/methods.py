@@ -32,6 +32,7 @@ from synth.plan.preparation import Preparation, prepare
 from synth.plan.scene_table import bounds_for, table_of_scene
 from synth.response.lift_gate import gate
 from synth.response.phases import phase_step
+from synth.response.response_cache import ResponseCache
 from synth.response.series_curve import SeriesCurve
 from synth.response.spectrum import Complex, Demand, curves, fine_enough, harmonics_of
 from synth.response.table_reader import TableReader
@@ -171,7 +172,7 @@ def chosen_method(case: Case, channel: int) -> Method:
         return _closed(case)
 
     def set_up() -> Ready:
-        made = prepare(case.scene).channels[channel].reader
+        made = prepare(case.scene, ResponseCache()).channels[channel].reader
         assert made is not None
         return read_by(case, made)
 

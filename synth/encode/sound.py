@@ -140,7 +140,8 @@ class Sound:
 def render(scene: SceneLike, *, cache: ResponseCache | None = None) -> Sound:
     """Render the whole duration of a scene.
 
-    scene: a Scene, a mapping, the path of a JSON file, or a name of the catalogue. cache: responses solved before.
+    scene: a Scene, a mapping, the path of a JSON file, or a name of the catalogue.
+    cache: responses solved before; by default those of this process.
     Returns a `Sound`; its `values` are in SI units. Source: Fagiani & Barbieri (2016), eqs 1-5.
     Raises SceneError where the scene is at fault, CannotRender where it cannot be carried out.
 

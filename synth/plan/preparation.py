@@ -33,7 +33,7 @@ from synth.plan.motion_peak import differs_from_cruise, peaks_along
 from synth.plan.process_start import begun
 from synth.plan.scene_table import kept_table, read_error
 from synth.response.mean_approach import Mean, mean_curve
-from synth.response.response_cache import ResponseCache
+from synth.response.response_cache import SHARED, ResponseCache
 from synth.response.spectrum import Demand, Spectrum, curves, fine_enough, points_for, solve_spectrum
 from synth.response.table import ResponseTable
 from synth.response.table_making import HEAVIEST
@@ -171,7 +171,7 @@ def prepare(
     that the tolerance asks for. exact: what moves reads a table that is made to the tolerance, however long that takes.
     """
     begun()
-    kept = cache or ResponseCache()
+    kept = cache or SHARED
     output = (scene.output.channel_list, scene.output.sample_rate, scene.output.bandwidth)
     parts = (scene.finger, scene.texture, scene.scan, scene.effects, output, scene.accuracy)
     paced = paced and (bool(scene.effects) or scene.scan.stroke is not None or scene.scan.trajectory is not None)

@@ -26,7 +26,7 @@ from synth.contact.stiffness import Stiffness
 from synth.plan.channels import PEAK
 from synth.plan.effect_choice import outputs_of, with_added_scales
 from synth.plan.preparation import HAND_LOADS, Preparation, harmonics_below, prepare
-from synth.response.response_cache import ResponseCache
+from synth.response.response_cache import SHARED, ResponseCache
 from synth.response.spectrum import Complex, Demand, curves, points_for, solve_spectrum
 from synth.scene.scene import Channel, Scene
 
@@ -77,7 +77,7 @@ def with_stream_scale(solved: Preparation, cache: ResponseCache | None = None) -
 def with_hand_scale(solved: Preparation, cache: ResponseCache | None = None) -> Preparation:
     """Return `solved` with automatic full scales that hold for the usual loads and speeds of a hand."""
     kept = with_stream_scale(solved, cache)
-    return _with_room(kept, asked_scales(solved.scene), cache or ResponseCache())
+    return _with_room(kept, asked_scales(solved.scene), cache or SHARED)
 
 
 def _scaled(solved: Preparation, hand: Preparation) -> Preparation:

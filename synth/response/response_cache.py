@@ -96,3 +96,7 @@ class ResponseCache:
 
     def _forget(self, key: Hashable) -> None:
         self._used -= self._sizes.pop(key)
+
+
+SHARED = ResponseCache(64 << 20)
+"""The cache of callers that pass none: a scene that a process opens twice is solved once."""

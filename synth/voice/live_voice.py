@@ -24,7 +24,7 @@ from synth.plan.effect_choice import added_quantities
 from synth.plan.plan import Plan
 from synth.plan.preparation import Preparation, prepare
 from synth.plan.usual_hand import with_full_scale, with_stream_scale
-from synth.response.response_cache import ResponseCache
+from synth.response.response_cache import SHARED, ResponseCache
 from synth.scene.scene import Scene
 from synth.voice.limiter import Limiter, look_ahead
 from synth.voice.voice import Voice
@@ -56,7 +56,7 @@ class LiveVoice:
     """
 
     def __init__(self, scene: Scene, *, cache: ResponseCache | None = None, exact: bool = False) -> None:
-        self._cache, self._exact = cache or ResponseCache(), exact
+        self._cache, self._exact = cache or SHARED, exact
         self._first = scene
         self.scene = scene
         self._voice = Voice(self._scaled(prepare(scene, self._cache, paced=True, exact=exact)), paced=True)

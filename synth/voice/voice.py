@@ -26,7 +26,7 @@ from synth.plan.plan import Plan, plan_of
 from synth.plan.preparation import Preparation, prepare
 from synth.plan.usual_hand import prepare_hand, with_hand_scale
 from synth.response.phases import phase_step, turns_to_phase
-from synth.response.response_cache import ResponseCache
+from synth.response.response_cache import SHARED, ResponseCache
 from synth.scene.scene import Scene
 from synth.scene.source import SceneLike, scene_from
 from synth.voice.fades import fade_envelope
@@ -63,7 +63,7 @@ class Voice:
         cache: ResponseCache | None = None,
     ) -> None:
         self._exact = exact
-        self._cache = cache or ResponseCache()
+        self._cache = cache or SHARED
         self.solved = solved = with_hand_scale(solved, self._cache) if live else solved
         self.scene = solved.scene
         self.frame = 0
@@ -286,13 +286,13 @@ def open_voice(scene: SceneLike, *, cache: ResponseCache | None = None, live: bo
     """Return a voice for `scene`. This solves its response: milliseconds to seconds, spent without the GIL.
 
     scene: a Scene, a mapping, the path of a JSON file, or a name of the catalogue.
-    cache: responses solved before.
+    cache: responses solved before; by default those of this process.
     live: for an interactive hand, see `Voice`.
     Raises SceneError where the scene is at fault, CannotRender where it cannot be carried out.
 
     Example: block = synth.open_voice("grating-1mm-31um").render(480)  # float32 [480, 1], in units of full_scale
     """
-    kept, asked = cache or ResponseCache(), scene_from(scene)
+    kept, asked = cache or SHARED, scene_from(scene)
     if live:
         require_one_shape(asked)
     return Voice(prepare(asked, kept, paced=live), live=live, cache=kept)

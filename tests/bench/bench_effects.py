@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from synth import Voice, open_voice, parse_scene
+from synth import ResponseCache, Voice, open_voice, parse_scene
 from synth.effects.simulation.running import Simulation
 from synth.effects.simulation.skin_steps import SkinStepper
 from synth.effects.simulation.steps import ROWS
@@ -57,7 +57,8 @@ def scene_with(*names: str) -> Scene:
 
 def opened_live(scene: Scene) -> Voice:
     """Return a voice that takes no more steps than can be played live."""
-    return Voice(prepare(scene, paced=True), paced=True)
+    own = ResponseCache()
+    return Voice(prepare(scene, own, paced=True), paced=True, cache=own)
 
 
 def limit_of(name: str) -> float:

@@ -6,7 +6,7 @@ import statistics
 from collections.abc import Callable
 from time import thread_time
 
-from synth import open_voice, parse_scene
+from synth import ResponseCache, open_voice, parse_scene
 from synth.voice.voice import Voice
 from tests.bench.bench_voice import FRAMES, hand
 from tests.bench.timing import Figure, figure, repeated
@@ -22,7 +22,7 @@ def figures(quick: bool) -> list[Figure]:
 def response(quantity: str, repeats: int) -> Figure:
     """Return how long a voice of the default scene takes to open, and how much of that the core worked on it."""
     scene = parse_scene({"output": {"quantity": quantity, "bandwidth": "full"}})
-    return opening(f"response, {quantity}", lambda: open_voice(scene), repeats, 50.0)
+    return opening(f"response, {quantity}", lambda: open_voice(scene, cache=ResponseCache()), repeats, 50.0)
 
 
 def first_block(quantity: str, repeats: int) -> Figure:
@@ -30,7 +30,7 @@ def first_block(quantity: str, repeats: int) -> Figure:
     scene, motion = parse_scene({"output": {"quantity": quantity}}), hand()[0]
 
     def opened() -> Voice:
-        voice = open_voice(scene, live=True)
+        voice = open_voice(scene, cache=ResponseCache(), live=True)
         voice.render(FRAMES, motion)
         return voice
 

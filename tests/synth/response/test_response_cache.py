@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import pytest
 
+import synth
 from synth.response.response_cache import ResponseCache
 
 
@@ -95,3 +96,13 @@ def test_two_threads_that_ask_at_once_build_once() -> None:
     assert len(builds) == 1
     assert len({id(thing) for thing in got}) == 1 and len(got) == 4
     assert other.memory_bytes == 6
+
+
+def test_a_scene_that_is_opened_twice_is_solved_once_and_explained_in_full() -> None:
+    """Calls without a cache share one of the process; a plan's cost is measured with none."""
+    scene = synth.parse_scene({"texture": {"period": "0.777 mm"}})
+    first = synth.open_voice(scene).solved.spectrum
+    assert synth.open_voice(scene).solved.spectrum is first
+    assert synth.open_voice(scene, cache=ResponseCache()).solved.spectrum is not first
+    cost = synth.explain(scene).cost
+    assert cost is not None and cost.setup_seconds > 1e-3
