@@ -9,6 +9,7 @@ Limits: one reader a session. What the reader's own buffers hold is out of reach
 
 from __future__ import annotations
 
+import asyncio
 import time
 from collections.abc import AsyncGenerator
 from concurrent.futures import Executor
@@ -29,6 +30,7 @@ class Reader:
 
     def __init__(self, metrics: Metrics) -> None:
         self.stream: VoiceStream | None = None
+        self.left = asyncio.Event()
         self._metrics = metrics
         self._bell = Bell()
         self._grace = grace_seconds(at_once=False)

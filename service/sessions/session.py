@@ -36,6 +36,8 @@ class StreamReader(Protocol):
     """The reader of an HTTP session, as the session sees it."""
 
     stream: VoiceStream | None
+    left: asyncio.Event
+    """Set once its answer is over."""
 
     def end(self, *, at_once: bool = False) -> None:
         """Fade out and end; at_once: a reader that does not read gets 10 ms."""

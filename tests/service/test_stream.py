@@ -128,6 +128,13 @@ def test_a_second_reader_is_refused_until_the_first_has_left(running: Running) -
         np.testing.assert_array_equal(listener.frames(4800), live(4800))
 
 
+def test_a_reader_that_comes_while_the_one_before_leaves_is_let_in(running: Running) -> None:
+    session = running.open_session()
+    for _ in range(5):
+        with running.listening(session) as listener:
+            listener.frames(480)
+
+
 def test_a_reader_that_leaves_is_noticed_at_once_and_costs_nothing_more(running: Running) -> None:
     session = running.open_session()
     with running.listening(session) as listener:

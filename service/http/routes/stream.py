@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+from contextlib import suppress
 from typing import Annotated
 
 from fastapi import APIRouter, Query, Request
@@ -22,6 +24,7 @@ from service.sessions.session import Session
 from synth.encode.formats import SoundFormat, media_type
 
 router = APIRouter(tags=["sessions"])
+LEAVING_SECONDS = 0.25  # for a busy service to notice that the reader before has hung up
 
 
 class StreamParameters(BaseModel):
@@ -88,7 +91,10 @@ async def stream(request: Request, session_id: str, parameters: Annotated[Stream
 
 
 async def _claim(session: Session, metrics: Metrics) -> Reader:
-    """Return the session's one reader, ready; raises Problem (409) where there is one already."""
+    """Return the session's one reader, ready; raises Problem (409) where another stays for LEAVING_SECONDS."""
+    if session.reader is not None:
+        with suppress(TimeoutError):
+            await asyncio.wait_for(session.reader.left.wait(), LEAVING_SECONDS)
     if session.reader is not None:
         raise Problem("busy", "The session has a reader. Close its stream first, or open another session.")
     reader = session.reader = Reader(metrics)
@@ -104,3 +110,4 @@ def _release(session: Session, reader: Reader) -> None:
     if session.reader is reader:
         session.reader = None
         session.touch()
+    reader.left.set()
