@@ -56,6 +56,12 @@ def few_repeats(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(f"synth.accuracy.{module}.perf_counter", thread_time)
 
 
+@pytest.fixture
+def short_patience(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave the slow methods out."""
+    monkeypatch.setattr("synth.accuracy.report.PATIENCE", 0.1)
+
+
 def scene_of_kind(kind: str) -> Any:
     return scene_of(**(QUICK | ({"texture": KINDS[kind]} if KINDS[kind] else {})))
 
@@ -93,6 +99,7 @@ def test_what_two_cosines_alone_have_is_left_out_elsewhere_with_the_reason() -> 
     assert rows("exact", "exact solver") and not rows("exact", "exact solver", kind="grating")
 
 
+@pytest.mark.usefixtures("short_patience")
 def test_full_contact_adds_the_closed_form_and_the_plan_takes_it() -> None:
     made = measure_accuracy(scene_of(**(QUICK | {"scan": {"speed": 0.6, "load": 30}})))
     closed = [row for row in made.methods if row.family == "closed"]
@@ -255,6 +262,7 @@ def test_the_document_is_json_with_every_field() -> None:
     assert all(row["times_real_time"] == 1.0 / row["seconds_per_second"] for row in made["methods"])
 
 
+@pytest.mark.usefixtures("short_patience")
 def test_another_threshold_moves_the_margins_alone() -> None:
     accuracy = {"accuracy": {"threshold": "pen"}}
     other = measure_accuracy(scene_of(**(QUICK | accuracy)))
@@ -280,6 +288,7 @@ def test_what_a_process_takes_once_is_told_apart_from_the_set_up() -> None:
     assert 0.1 < made.process_seconds < 1000.0 and 0.0 <= made.compile_seconds < made.process_seconds
 
 
+@pytest.mark.usefixtures("short_patience")
 def test_progress_is_told_before_each_method() -> None:
     told: list[tuple[str, int, int]] = []
     scene = scene_of(**(QUICK | {"output": {"sample_rate": 1000, "bandwidth": 400}, "scan": {"speed": 0.1}}))
@@ -303,8 +312,8 @@ def test_nothing_is_measured_where_nothing_moves(sections: dict[str, Any]) -> No
         measure_accuracy(scene_of(**sections, output=output))
 
 
-def test_what_would_take_too_long_is_left_out_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("synth.accuracy.report.PATIENCE", 0.1)
+@pytest.mark.usefixtures("short_patience")
+def test_what_would_take_too_long_is_left_out_by_name() -> None:
     scene = scene_of(**(QUICK | {"scan": {"speed": 1e-3}, "output": {"sample_rate": 8000, "bandwidth": 100}}))
     listed = {method.name for method in methods_of(case_of(scene, 0))}
     made = measure_accuracy(scene)
@@ -313,6 +322,7 @@ def test_what_would_take_too_long_is_left_out_by_name(monkeypatch: pytest.Monkey
     assert {row.method for row in made.methods} | {left.method for left in late} >= listed
 
 
+@pytest.mark.usefixtures("short_patience")
 def test_a_stroke_is_measured_at_its_speed_and_load() -> None:
     stroke = scene_of(**(QUICK | {"scan": {"stroke": {"speed": 0.6, "load": 0.01}}}))
     assert measure_accuracy(stroke).peak_to_peak == pytest.approx(report().peak_to_peak, rel=1e-12)
