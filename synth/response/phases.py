@@ -16,8 +16,9 @@ import numpy as np
 from synth.arrays import Array
 from synth.kernels import inlined, two_product
 
-TURN = 2.0**64
 HALF_TURN = 2.0**63
+WORD = 2.0**32
+INTEGER, INTEGER_BITS = 1.5 * 2.0**52, np.uint64(0x4338 << 48)  # a double whose last digit is 1, and its bits
 
 SPEED, SPEED_RATE = 0, 1  # rows of `motion`
 
@@ -31,26 +32,31 @@ def rest_of_step(step, rate, period):
 
 
 @inlined
-def fraction_of_turn(turns, small):
-    """Return turns + small as a uint64 fraction of a turn, exact to 2^-65; `small` is the low part of the sum."""
-    coarse = (turns - np.rint(turns)) * HALF_TURN
-    whole = np.rint(coarse)
-    fine = np.rint((small - np.rint(small)) * TURN + 2.0 * (coarse - whole))
-    return np.uint64((np.int64(whole) << np.int64(1)) + np.int64(fine))
-
-
-@inlined
 def fill_steps(speed, speed_rate, rate, period, steps):
-    """Write the turns from each frame to the next, as uint64 fractions of a turn."""
+    """Write the turns from each frame to the next, as uint64 fractions of a turn, exact to 2^-65.
+
+    The upper and the lower 32 bits are made apart: what is added to INTEGER leaves its integer in the low bits of the
+    sum. A loop of conversions to 64 bits would not be vectorised without AVX-512.
+    """
     step = 1.0 / (rate * period)  # turns a frame for 1 m/s
     step_rest, bend = rest_of_step(step, rate, period), 0.5 * step / rate
     step1 = np.float64(np.float32(step))  # halves of 24 and 29 bits: their products are exact
     step2 = step - step1
+    upper, lower = np.empty(len(steps)), np.empty(len(steps))
     for i in range(len(steps)):
         speed1 = np.float64(np.float32(speed[i]))
         speed2 = speed[i] - speed1
+        coarse = speed1 * step1
         small = speed1 * step2 + speed2 * step1 + (speed2 * step2 + speed[i] * step_rest + speed_rate[i] * bend)
-        steps[i] = fraction_of_turn(speed1 * step1, small)
+        coarse = (coarse - np.rint(coarse)) * WORD
+        whole = np.rint(coarse)
+        rest = (coarse - whole) + (small - np.rint(small)) * WORD
+        carried = np.rint(rest)
+        upper[i] = whole + carried + INTEGER
+        lower[i] = (rest - carried) * WORD + INTEGER
+    high, low = upper.view(np.uint64), lower.view(np.uint64)
+    for i in range(len(steps)):
+        steps[i] = ((high[i] - INTEGER_BITS) << np.uint64(32)) + (low[i] - INTEGER_BITS)
 
 
 @inlined
