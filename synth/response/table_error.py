@@ -109,10 +109,18 @@ def relative(errors: Array, extents: Array, counts: tuple[int, ...], scale: floa
     return np.where(errors <= floor, 0.0, errors / np.maximum(extents, floor))
 
 
-def folding(counts: tuple[int, ...], phases: int) -> Array:
-    """Return the error left by folding, relative to the change when half the `phases` are left out [counts]."""
-    n = np.array(counts)
-    return np.asarray(FOLDED * ((phases / 2 - n) / (phases - n)) ** FALL)
+def folded_swings(change: Complex, counts: tuple[int, ...], phases: int) -> Array:
+    """Return the error that folding leaves at `phases` phases, as from `swings`.
+
+    change: of each harmonic when every second phase is left out [rows, harmonics + 1]: harmonic `phases` / 2 - n then
+        folds to harmonic n. With all phases it is harmonic `phases` - n, which is smaller by the power FALL in a smooth
+        series. A series with strong lines may fold to any harmonic, so the largest are taken to fold to the highest.
+    """
+    n = np.arange(1, change.shape[1])
+    left = change[:, 1:] * (FOLDED * (np.maximum(phases / 2 - n, 0.0) / (phases - n)) ** FALL)
+    left = np.take_along_axis(left, np.argsort(np.abs(left), axis=1), axis=1)
+    worst = [np.pad(left[:, len(n) - count :], [(0, 0), (1, 0)]) for count in counts]
+    return np.concatenate([swings(one, (count,), False) for one, count in zip(worst, counts, strict=True)], axis=1)
 
 
 def images(levels: MipLevels, counts: tuple[int, ...]) -> Array:

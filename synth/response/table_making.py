@@ -30,7 +30,7 @@ from synth.response.table_error import (
     LEAST,
     USUAL_LOAD,
     TableError,
-    folding,
+    folded_swings,
     images,
     octave_beyond,
     relative,
@@ -41,7 +41,8 @@ from synth.response.table_error import (
 
 Indices = np.ndarray[Any, np.dtype[np.intp]]
 
-LIGHTEST_JUDGED = 0.01  # N: a discretisation is not refined for lighter loads, which a finger only passes through
+LIGHTEST_JUDGED = 0.02  # N: a discretisation is not refined for lighter loads, which a finger only passes through
+LIGHT_SHARE = 0.1  # weight of errors at lighter loads when intervals are chosen; with 1 they may take half of the rows
 HARMONICS = 64  # of the fullest level: all below 1 kHz for a 0.8 mm texture at 12.5 mm/s and faster
 HEAVIEST = 5.0  # N: the last row, unless full contact comes first; a heavier load is read as 5 N
 PHASES_A_HARMONIC = 4  # phases solved per harmonic; with 2 the highest harmonics would be those that fold
@@ -52,12 +53,12 @@ TARGETS = (5e-4, 1.5e-3, 5e-3)  # errors of displacement, velocity, acceleration
 TARGET_HARMONICS = 32  # the targets hold up to this number; beyond it only that of displacement
 HALVED = 2.5  # factor by which the error of an interval with a kink falls at least when it is halved
 SCARCE = 4  # fewer rows left than this many per interval to be halved: only the worst intervals are halved
-REFINED = 3  # a discretisation is halved this often at most; each time its error falls by 4 to 8, its work doubles
+REFINED = 4  # doublings of segments or phases; each time the error of segments falls by 4 to 8, the work doubles
 SHARE = 0.5  # share of the targets allowed for the discretisation, and for folding
-MOST_PHASES_A_HARMONIC = 16  # largest number after doubling; rough profiles have many harmonics, which fold
 PROFILE_WORK = 2.0  # a profile may take this many times the work of two cosines: 0.6 s
 MANY_KINKS = 1.5  # factor on what a cubic missed in the middle: a profile has kinks all over an interval
 ROOM = 1.25  # safety factor for two cosines: in 200 scenes some errors at 64 harmonics were 1.24 times the estimate
+SCARCE_ROOM = 2.5  # the same where rows ran out: in 500 scenes two errors were 1.8 and 2.1 times the estimate
 FEWEST_ROWS = 100  # rows that the work must allow; with fewer the rows would err by more than the discretisation
 NARROWEST = 1e-4  # of its load: an interval this narrow is not halved
 
@@ -104,11 +105,9 @@ def make_table(
     """
     levels = MipLevels.up_to(bounds.harmonics, bounds.places)
     heaviest, full = heaviest_row(response, bounds.heaviest)
-    if response.refined() is None:
-        making = TableMaking(response, bounds, heaviest)
-    else:
+    if response.refined() is not None:
         bounds = replace(bounds, work=PROFILE_WORK * bounds.work)
-        making = refined_making(response, bounds, heaviest)
+    making = refined_making(response, bounds, heaviest)
     making.halve(bounds.rows(levels, making.work_of_row))
     rows = making.rows
     values, slopes = making.series(rows.heights), making.series(rows.slopes)
@@ -132,25 +131,23 @@ def make_table(
 
 
 def refined_making(response: Response, bounds: TableBounds, heaviest: float) -> TableMaking:
-    """Return the first rows of a profile's `response`, up to `heaviest` (N).
+    """Return the first rows of `response`, up to `heaviest` (N).
 
-    The discretisation and the phases are refined until each keeps its share of the targets, or the work is too much.
+    The segments of a profile and the phases are doubled, each time whichever errs by more, until both keep their share
+    of the targets or the work is too much.
     """
     making = TableMaking(response, bounds, heaviest)
+    finer = response.refined()
+    if finer is not None:
+        making = making.on(finer)
     for _ in range(REFINED):
-        finer = making.response.refined()
+        discrete, folded = making.excess(making.discrete), making.excess(making.folds)
+        if max(discrete, folded) <= SHARE or not making.has_room:
+            break
+        finer = making.response.refined() if discrete > folded else making.response
         if finer is None:
             break
-        coarse, making = making, TableMaking(finer, bounds, heaviest)
-        making.compare(coarse)
-        if making.keeps(making.discrete) or not making.has_room(bounds):
-            break
-    while not making.keeps(making.folded) and making.phases < MOST_PHASES_A_HARMONIC * bounds.harmonics:
-        if not making.has_room(bounds):
-            break
-        discrete, bounds = making.discrete, replace(bounds, phases=2 * bounds.phases)
-        making = TableMaking(making.response, bounds, heaviest)
-        making.discrete = discrete
+        making = making.on(finer)
     return making
 
 
@@ -166,7 +163,8 @@ class TableMaking:
     """The rows of a table while it is made, and the measured error of each interval between two rows."""
 
     def __init__(self, response: Response, bounds: TableBounds, heaviest: float) -> None:
-        self.response, self.highest = response, bounds.harmonics
+        self.response, self.bounds, self.heaviest = response, bounds, heaviest
+        self.highest = bounds.harmonics
         self.targets = np.array(bounds.targets)
         self.phases = 1 << (bounds.phases * bounds.harmonics - 1).bit_length()
         self.counts = told_harmonics(bounds.harmonics)
@@ -175,8 +173,19 @@ class TableMaking:
         self.extents, self.folds = self._measured(self.rows)
         self.missed = np.full((3, len(self.counts), len(self.rows.loads) - 1), np.inf)
         self.work_of_row = self.phases * response.work_at(min(USUAL_LOAD, heaviest))
+        self.scarce = False
         self.first = self.rows.loads
         self.discrete = np.zeros_like(self.extents)
+
+    def on(self, response: Response) -> TableMaking:
+        """Return the first rows of `response`, the same one with finer segments; or this one, at twice the phases."""
+        if response is self.response:
+            finer = TableMaking(response, replace(self.bounds, phases=2 * self.bounds.phases), self.heaviest)
+            finer.discrete = self.discrete
+        else:
+            finer = TableMaking(response, self.bounds, self.heaviest)
+            finer.discrete = finer.relative_to_extents(finer.rows.heights - self.rows.heights, finer.extents)
+        return finer
 
     def series(self, values: Array) -> Complex:
         """Return harmonics 0 to the highest, one-sided as in `spectrum`, of `values` [rows, phases]: [rows, n]."""
@@ -185,26 +194,18 @@ class TableMaking:
     def _transformed(self, values: Array) -> Complex:
         return np.asarray(np.fft.rfft(values, axis=1)[:, : 2 * self.highest + 1] / values.shape[1])
 
-    def compare(self, coarse: TableMaking) -> None:
-        """Measure the discretisation: what `coarse`, of segments twice as long, changes in the first rows."""
-        self.discrete = self._relative(self.rows.heights - coarse.rows.heights, self.extents)
-
-    @property
-    def folded(self) -> Array:
-        """Relative errors that harmonics beyond the phases leave by folding [3, counts, rows]."""
-        return self.folds * folding(self.counts, self.phases)[:, np.newaxis]
-
-    def keeps(self, errors: Array) -> bool:
-        """Return whether `errors` [3, counts, first rows] are within their share of the targets."""
+    def excess(self, errors: Array) -> float:
+        """Return the largest of `errors` [3, counts, first rows] of usual loads, relative to its target."""
         within = np.array(self.counts) <= TARGET_HARMONICS
         worst = errors[:, within][:, :, self.first >= LIGHTEST_JUDGED].max(axis=(1, 2))
-        return bool(np.all(worst <= SHARE * self.targets))
+        return float(np.max(worst / self.targets))
 
-    def has_room(self, bounds: TableBounds) -> bool:
-        """Return whether FEWEST_ROWS rows of twice the work would be within the bounds."""
-        return 2 * FEWEST_ROWS * self.work_of_row <= bounds.work
+    @property
+    def has_room(self) -> bool:
+        """Whether FEWEST_ROWS rows of twice the work would be within the bounds."""
+        return 2 * FEWEST_ROWS * self.work_of_row <= self.bounds.work
 
-    def _relative(self, gaps: Array, extents: Array) -> Array:
+    def relative_to_extents(self, gaps: Array, extents: Array) -> Array:
         """Return the largest value of a change of z (m) [rows, phases] in each quantity, relative to `extents`."""
         found = swings(self.series(gaps), self.counts, False)
         return relative(found, extents, self.counts, self.response.scale_at(USUAL_LOAD))
@@ -215,6 +216,7 @@ class TableMaking:
             worst, room = self._worst(), most_rows - len(self.rows.loads)
             worst[np.diff(self.rows.loads) < NARROWEST * self.rows.loads[1:]] = 0.0
             chosen = np.flatnonzero(np.isinf(worst) if np.isinf(worst).any() else worst > 1.0)
+            self.scarce = len(chosen) > 0 and room <= 0
             if not len(chosen) or room <= 0:
                 return
             if SCARCE * len(chosen) > room:  # halves of the worst intervals may need the rows more than the others do
@@ -224,14 +226,15 @@ class TableMaking:
 
     def error(self, levels: MipLevels) -> TableError:
         """Return the error of every interval: interpolation over the load, folding, spline images, discretisation."""
-        folded = np.maximum(self.folded[:, :, :-1], self.folded[:, :, 1:])
+        folded = np.maximum(self.folds[:, :, :-1], self.folds[:, :, 1:])
         unseen = MANY_KINKS if self.response.refined() is not None else 1.0
         largest = LEAST + unseen * widest(self.missed) + folded + images(levels, self.counts)[:, :, np.newaxis]
         octave = np.clip(np.searchsorted(self.first, self.rows.loads[:-1], side="right") - 1, 0, len(self.first) - 2)
         largest += np.maximum(self.discrete[:, :, octave], self.discrete[:, :, octave + 1])
         beyond = octave_beyond(self._transformed(self.rows.heights), self.extents[:, -1])
         beyond = np.maximum(beyond[:, :-1], beyond[:, 1:])
-        largest *= ROOM if self.response.refined() is None else 1.0
+        if self.response.refined() is None:
+            largest *= SCARCE_ROOM if self.scarce else ROOM
         return TableError(rounded(self.rows.loads).astype(float), self.counts, rounded(largest), rounded(beyond))
 
     def _worst(self) -> Array:
@@ -240,7 +243,8 @@ class TableMaking:
         shares = np.where(within, 1.0 / self.targets[:, np.newaxis], 0.0)
         shares[0] = 1.0 / self.targets[0]
         over = [share * self.missed[k, j] for (k, j), share in np.ndenumerate(shares) if share > 0.0]
-        return np.asarray(np.max(np.array(over), axis=0) / HALVED)
+        weights = np.where(self.rows.loads[1:] <= LIGHTEST_JUDGED, LIGHT_SHARE, 1.0) / HALVED
+        return np.asarray(weights * np.max(np.array(over), axis=0))
 
     def _halve(self, chosen: Indices) -> None:
         """Solve the middle of each `chosen` interval, measure what the cubic missed there, and make it a row."""
@@ -248,7 +252,7 @@ class TableMaking:
         guess = halfway(low, high)
         middles = solved_rows(self.response, 0.5 * (low.loads + high.loads), self.phases, guess)
         extents, folds = self._measured(middles)
-        missed = self._relative(guess - middles.heights, extents)
+        missed = self.relative_to_extents(guess - middles.heights, extents)
         both = np.repeat(self.missed, 1 + np.isin(np.arange(self.missed.shape[2]), chosen), axis=2)
         at = chosen + np.arange(len(chosen))
         both[:, :, at] = both[:, :, at + 1] = missed
@@ -267,12 +271,10 @@ class TableMaking:
         return swings(self.series(heights), self.counts, True)
 
     def _measured(self, rows: SolvedRows) -> tuple[Array, Array]:
-        """Return the peak-to-peak that errors are relative to, and the change when half the phases are left out."""
+        """Return the peak-to-peak that errors are relative to, and the error that folding leaves."""
         extents = np.maximum(self._extents(rows.heights), self.usual)
-        series = self.series(rows.heights)
-        half = np.fft.rfft(rows.heights[:, ::2], axis=1) * (2.0 / self.phases)
-        change = np.zeros_like(series)
-        kept = min(half.shape[1] - 1, series.shape[1])
-        change[:, :kept] = series[:, :kept] - half[:, :kept]
-        gaps = swings(change, self.counts, False)
+        half = self.series(rows.heights[:, ::2])
+        change = np.zeros((len(half), self.highest + 1), dtype=np.complex128)
+        change[:, : half.shape[1]] = self.series(rows.heights)[:, : half.shape[1]] - half
+        gaps = folded_swings(change, self.counts, self.phases)
         return extents, relative(gaps, extents, self.counts, self.response.scale_at(USUAL_LOAD))

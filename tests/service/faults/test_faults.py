@@ -36,7 +36,7 @@ from tests.service.harness import Child, roomy_environment, until
 MODULE = "tests.service.faults.serve_inspected"
 KEPT_SECONDS = 1.0  # that the server keeps the session of a broken connection in these tests
 GROWTH = 0.05  # of the resident memory
-SETTLE_SECONDS = 30.0  # for what a fault leaves: two pings of five seconds, and what closing a dead peer takes
+SETTLE_SECONDS = 30.0  # for what a fault leaves: unanswered pings, and what closing a dead peer takes
 ATTEMPTS = 3
 CALM_SECONDS = 1.0
 SLOW_READER = 4408  # close code

@@ -82,8 +82,7 @@ def test_displacement_is_within_twice_that_everywhere(scenes: range) -> None:
 def test_the_told_error_is_a_bound_and_tables_are_bounded(scenes: range) -> None:
     errors = np.concatenate([one.errors.ravel() for one in study(scenes)])
     told = np.concatenate([one.told.ravel() for one in study(scenes)])
-    assert np.mean(errors > told) <= 2e-3
-    assert np.max(errors / told) <= 1.5
+    assert np.max(errors / told) <= 1.0
     assert max(one.nbytes for one in study(scenes)) <= 4_000_000
 
 
@@ -92,8 +91,7 @@ def test_tables_of_profiles_keep_their_limits_up_to_32_harmonics_and_tell_a_boun
     found = found_of(name)
     for quantity, limit in {"displacement": 2e-3, "velocity": 1e-2, "acceleration": 2e-2}.items():
         assert largest((found,), quantity, WITHIN).max() <= limit
-    assert np.mean(found.errors > found.told) <= 0.01
-    assert np.max(found.errors / found.told) <= 1.5
+    assert np.max(found.errors / found.told) <= 1.0
 
 
 @pytest.mark.parametrize("name", TEXTURES)
