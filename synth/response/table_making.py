@@ -58,7 +58,7 @@ SHARE = 0.5  # share of the targets allowed for the discretisation, and for fold
 PROFILE_WORK = 2.0  # a profile may take this many times the work of two cosines: 0.6 s
 MANY_KINKS = 1.5  # factor on what a cubic missed in the middle: a profile has kinks all over an interval
 ROOM = 1.25  # safety factor for two cosines: in 200 scenes some errors at 64 harmonics were 1.24 times the estimate
-SCARCE_ROOM = 2.5  # the same where rows ran out: in 500 scenes two errors were 1.8 and 2.1 times the estimate
+UNSETTLED = 2.0  # factor on what was missed where rows ran out: errors in a half were up to 1.65 times the estimate
 FEWEST_ROWS = 100  # rows that the work must allow; with fewer the rows would err by more than the discretisation
 NARROWEST = 1e-4  # of its load: an interval this narrow is not halved
 
@@ -173,7 +173,6 @@ class TableMaking:
         self.extents, self.folds = self._measured(self.rows)
         self.missed = np.full((3, len(self.counts), len(self.rows.loads) - 1), np.inf)
         self.work_of_row = self.phases * response.work_at(min(USUAL_LOAD, heaviest))
-        self.scarce = False
         self.first = self.rows.loads
         self.discrete = np.zeros_like(self.extents)
 
@@ -216,7 +215,6 @@ class TableMaking:
             worst, room = self._worst(), most_rows - len(self.rows.loads)
             worst[np.diff(self.rows.loads) < NARROWEST * self.rows.loads[1:]] = 0.0
             chosen = np.flatnonzero(np.isinf(worst) if np.isinf(worst).any() else worst > 1.0)
-            self.scarce = len(chosen) > 0 and room <= 0
             if not len(chosen) or room <= 0:
                 return
             if SCARCE * len(chosen) > room:  # halves of the worst intervals may need the rows more than the others do
@@ -227,14 +225,14 @@ class TableMaking:
     def error(self, levels: MipLevels) -> TableError:
         """Return the error of every interval: interpolation over the load, folding, spline images, discretisation."""
         folded = np.maximum(self.folds[:, :, :-1], self.folds[:, :, 1:])
-        unseen = MANY_KINKS if self.response.refined() is not None else 1.0
-        largest = LEAST + unseen * widest(self.missed) + folded + images(levels, self.counts)[:, :, np.newaxis]
+        missed = self.missed * np.where(self._worst() > 1.0, UNSETTLED, 1.0)
+        missed *= MANY_KINKS if self.response.refined() is not None else 1.0
+        largest = LEAST + widest(missed) + folded + images(levels, self.counts)[:, :, np.newaxis]
         octave = np.clip(np.searchsorted(self.first, self.rows.loads[:-1], side="right") - 1, 0, len(self.first) - 2)
         largest += np.maximum(self.discrete[:, :, octave], self.discrete[:, :, octave + 1])
         beyond = octave_beyond(self._transformed(self.rows.heights), self.extents[:, -1])
         beyond = np.maximum(beyond[:, :-1], beyond[:, 1:])
-        if self.response.refined() is None:
-            largest *= SCARCE_ROOM if self.scarce else ROOM
+        largest *= ROOM if self.response.refined() is None else 1.0
         return TableError(rounded(self.rows.loads).astype(float), self.counts, rounded(largest), rounded(beyond))
 
     def _worst(self) -> Array:
