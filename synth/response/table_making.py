@@ -54,7 +54,8 @@ TARGET_HARMONICS = 32  # the targets hold up to this number; beyond it only that
 HALVED = 2.5  # factor by which the error of an interval with a kink falls at least when it is halved
 SCARCE = 4  # fewer rows left than this many per interval to be halved: only the worst intervals are halved
 REFINED = 4  # doublings of segments or phases; each time the error of segments falls by 4 to 8, the work doubles
-SHARE = 0.5  # share of the targets allowed for the discretisation, and for folding
+SHARE = 0.5  # of the targets, allowed for the discretisation
+SHARE_OF_FOLDS = 3.0  # the same for folding, whose estimate is 2 to 3 times the error; twice the phases halve the rows
 PROFILE_WORK = 2.0  # a profile may take this many times the work of two cosines: 0.6 s
 MANY_KINKS = 1.5  # factor on what a cubic missed in the middle: a profile has kinks all over an interval
 ROOM = 1.25  # safety factor for two cosines: in 200 scenes some errors at 64 harmonics were 1.24 times the estimate
@@ -141,8 +142,8 @@ def refined_making(response: Response, bounds: TableBounds, heaviest: float) -> 
     if finer is not None:
         making = making.on(finer)
     for _ in range(REFINED):
-        discrete, folded = making.excess(making.discrete), making.excess(making.folds)
-        if max(discrete, folded) <= SHARE or not making.has_room:
+        discrete, folded = making.excess(making.discrete) / SHARE, making.excess(making.folds) / SHARE_OF_FOLDS
+        if max(discrete, folded) <= 1.0 or not making.has_room:
             break
         finer = making.response.refined() if discrete > folded else making.response
         if finer is None:
