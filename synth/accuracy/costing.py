@@ -28,6 +28,7 @@ TIMED_FRAMES = 1 << 14
 REPEATS = 5
 TRIED_FRAMES, SLOW = 1 << 10, 0.05  # frames that are tried first; s that they may take, to be timed in full
 UNFELT_AGAINST = 1e-6  # the tolerance that "imperceptible" is compared with
+SAVED = ("setup_seconds", "ns_per_frame", "memory_bytes")  # of a plan's cost
 
 
 def explain(scene: SceneLike, *, cache: ResponseCache | None = None) -> Plan:
@@ -68,27 +69,24 @@ def _measured(scene: Scene, cache: ResponseCache | None) -> Plan:
 
 def _seconds_a_frame(voice: Voice) -> float:
     """Return the time of a frame: that of the fastest of some blocks, or of one chunk of solved frames."""
-    if voice.frames_together:
-        started = perf_counter()
-        voice.render(voice.frames_together)
-        return (perf_counter() - started) / voice.frames_together
-    started = perf_counter()
-    voice.render(TRIED_FRAMES)
-    if perf_counter() - started > SLOW:  # a file that takes many steps: going on takes as long a frame
-        started = perf_counter()
-        voice.render(TRIED_FRAMES)
-        return (perf_counter() - started) / TRIED_FRAMES
-    voice.render(TIMED_FRAMES)
-    fastest = float("inf")
+    frames, repeats = voice.frames_together, 1
+    if not frames:
+        tried = _seconds_of(voice, TRIED_FRAMES)
+        frames, repeats = (TRIED_FRAMES, 1) if tried > SLOW else (TIMED_FRAMES, REPEATS)
     # a simulation begins some way before the frame that it is sent to: going on costs what a frame costs
-    goes_on = voice.solved.effects is not None and voice.scene.scan.trajectory is None
-    for _ in range(REPEATS):
+    goes_on = repeats == 1 or (voice.solved.effects is not None and voice.scene.scan.trajectory is None)
+    times = []
+    for _ in range(repeats):
         if not goes_on:
             voice.seek(0)
-        started = perf_counter()
-        voice.render(TIMED_FRAMES)
-        fastest = min(fastest, perf_counter() - started)
-    return fastest / TIMED_FRAMES
+        times.append(_seconds_of(voice, frames))
+    return min(times) / frames
+
+
+def _seconds_of(voice: Voice, frames: int) -> float:
+    started = perf_counter()
+    voice.render(frames)
+    return perf_counter() - started
 
 
 def _unfelt(scene: Scene, plan: Plan) -> dict[str, Any]:
@@ -100,20 +98,16 @@ def _unfelt(scene: Scene, plan: Plan) -> dict[str, Any]:
         return told
     accuracy = scene.accuracy.model_copy(update={"tolerance": UNFELT_AGAINST})
     plan, tight = _measured(scene, None), _measured(scene.model_copy(update={"accuracy": accuracy}), None)
-    assert plan.cost is not None and tight.cost is not None
-    phases = tight.response["phases_solved"] - plan.response["phases_solved"]
-    told["saved"] = {
-        "phases_solved": phases,
-        "setup_seconds": tight.cost.setup_seconds - plan.cost.setup_seconds,
-        "ns_per_frame": tight.cost.ns_per_frame - plan.cost.ns_per_frame,
-        "memory_bytes": tight.cost.memory_bytes - plan.cost.memory_bytes,
+    told["saved"] = saved = {
+        "phases_solved": tight.response["phases_solved"] - plan.response["phases_solved"],
+        **{name: getattr(tight.cost, name) - getattr(plan.cost, name) for name in SAVED},
     }
     words = (
-        (phases, f"{phases} solved phases"),
-        (told["saved"]["setup_seconds"], f"{1e3 * told['saved']['setup_seconds']:.3g} ms of set-up"),
-        (told["saved"]["ns_per_frame"], f"{told['saved']['ns_per_frame']:.3g} ns a frame"),
-        (told["saved"]["memory_bytes"], f"{told['saved']['memory_bytes'] / 1024:.3g} KiB"),
+        f"{saved['phases_solved']} solved phases",
+        f"{1e3 * saved['setup_seconds']:.3g} ms of set-up",
+        f"{saved['ns_per_frame']:.3g} ns a frame",
+        f"{saved['memory_bytes'] / 1024:.3g} KiB",
     )
-    saved = [text for amount, text in words if amount > 0]
-    told["sentence"] += f" Against {UNFELT_AGAINST:g} it saves {', '.join(saved) or 'nothing'}."
+    listed = ", ".join(text for text, amount in zip(words, saved.values(), strict=True) if amount > 0)
+    told["sentence"] += f" Against {UNFELT_AGAINST:g} it saves {listed or 'nothing'}."
     return told

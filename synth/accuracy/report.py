@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from time import perf_counter
 from typing import Any, TypeVar
@@ -63,10 +63,6 @@ class Measured:
     times_real_time: float
     memory_bytes: int
     pareto: bool
-
-    def seconds_for(self, duration: float) -> float:
-        """Return the seconds that `duration` seconds of sound take, set-up included."""
-        return self.setup_seconds + duration * self.seconds_per_second
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,14 +144,14 @@ def measure_accuracy(
     case = case_of(_steady(scene), channel)
     reference, chosen = Reference.of(case), chosen_method(case, channel)
     others = (method for method in methods_of(case) if method.name != chosen.name)
-    listed = [*baseline_methods(case), *others, chosen]
-    rows, left_out = _measured_all(case, listed, reference, progress)
-    planned = scene.output.channel_list[channel]
+    made = _measured_all(case, [*baseline_methods(case), *others, chosen], reference, progress)
+    rows = [one for one in made if isinstance(one, Measured)]
+    left_out = [one for one in made if isinstance(one, LeftOutMethod)]
     duration = scene.output.duration
     return AccuracyReport(
         scene=scene_document(scene),
-        quantity=planned.quantity,
-        unit=UNITS[planned.quantity],
+        quantity=case.quantity,
+        unit=UNITS[case.quantity],
         peak_to_peak=case.extent,
         duration=duration,
         sample_rate=case.rate,
@@ -172,24 +168,19 @@ def measure_accuracy(
 
 def _measured_all(
     case: Case, listed: Sequence[Method], reference: Reference, progress: Progress | None
-) -> tuple[list[Measured], list[LeftOutMethod]]:
-    """Return what each method of `listed` errs by and costs, and what was left out; the quickest are measured first."""
-    rows: dict[str, Measured] = {}
-    left_out: dict[str, LeftOutMethod] = {}
-    began = perf_counter()
+) -> list[Measured | LeftOutMethod]:
+    """Return what each method of `listed` errs by and costs, or why it was left out; the quickest come first."""
+    made: dict[str, Measured | LeftOutMethod] = {}
+    began, told = perf_counter(), progress or (lambda *_done: None)
     for done, method in enumerate(sorted(listed, key=lambda one: one.seconds)):
-        if progress is not None:
-            progress(method.name, done, len(listed))
-        patience = PATIENCE if perf_counter() - began < BUDGET else HASTE
-        if method.seconds <= patience:
-            rows[method.name] = _measured(case, method, reference)
+        told(method.name, done, len(listed))
+        if method.seconds <= (PATIENCE if perf_counter() - began < BUDGET else HASTE):
+            made[method.name] = _measured(case, method, reference)
         else:
             reason = f"It would take {method.seconds:.3g} s to measure."
-            left_out[method.name] = LeftOutMethod(method.name, method.family, reason)
-    if progress is not None:
-        progress(listed[-1].name, len(listed), len(listed))
-    names = [method.name for method in listed]
-    return [rows[name] for name in names if name in rows], [left_out[name] for name in names if name in left_out]
+            made[method.name] = LeftOutMethod(method.name, method.family, reason)
+    told(listed[-1].name, len(listed), len(listed))
+    return [made[method.name] for method in listed]
 
 
 def _not_there(case: Case) -> Iterator[LeftOutMethod]:
@@ -226,9 +217,8 @@ def _channel_of(scene: Scene, quantity: str | None) -> int:
 
 def _steady(scene: Scene) -> Scene:
     """Return `scene` as a constant scan; raises CannotRender where that is silent."""
-    if scene.scan.stroke is not None or scene.scan.trajectory is not None:
-        update = {"stroke": None, "trajectory": None, "speed": scene.scan.speed, "load": scene.scan.load}
-        scene = scene.model_copy(update={"scan": scene.scan.model_copy(update=update)})
+    scan = scene.scan.model_copy(update={"stroke": None, "trajectory": None})
+    scene = scene.model_copy(update={"scan": scan})
     silence = prepare(scene).silence
     if silence:
         raise CannotRender(f"{silence} There is nothing to measure.")
@@ -290,21 +280,11 @@ def _decibels(ratio: float) -> float:
     return 20.0 * math.log10(ratio) if ratio > 0.0 else -math.inf
 
 
-def _with_front(rows: Iterable[Measured], duration: float) -> tuple[Measured, ...]:
+def _with_front(rows: Sequence[Measured], duration: float) -> tuple[Measured, ...]:
     """Return the rows, `pareto` true where none is nearer and cheaper, set-up and `duration` seconds together."""
-    listed = list(rows)
-    return tuple(
-        replace(
-            row,
-            pareto=not any(
-                other.max_error <= row.max_error
-                and other.seconds_for(duration) <= row.seconds_for(duration)
-                and (other.max_error, other.seconds_for(duration)) != (row.max_error, row.seconds_for(duration))
-                for other in listed
-            ),
-        )
-        for row in listed
-    )
+    pairs = [(row.max_error, row.setup_seconds + duration * row.seconds_per_second) for row in rows]
+    beaten = [any(other != own and other[0] <= own[0] and other[1] <= own[1] for other in pairs) for own in pairs]
+    return tuple(replace(row, pareto=not one) for row, one in zip(rows, beaten, strict=True))
 
 
 def _finite(row: dict[str, Any]) -> dict[str, Any]:
