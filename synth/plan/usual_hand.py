@@ -25,7 +25,8 @@ from synth.contact.load_balance import Contact
 from synth.contact.stiffness import Stiffness
 from synth.plan.channels import PEAK
 from synth.plan.effect_choice import outputs_of, with_added_scales
-from synth.plan.preparation import HAND_LOADS, Preparation, harmonics_below, prepare
+from synth.plan.preparation import Preparation, prepare
+from synth.plan.request import HAND_LOADS, harmonics_below
 from synth.response.response_cache import SHARED, ResponseCache
 from synth.response.spectrum import Complex, Demand, curves, points_for, solve_spectrum
 from synth.scene.scene import Channel, Scene
