@@ -5,19 +5,29 @@ Model   the scene is prepared and a voice renders blocks of it; the fastest of R
         frames that are solved, one chunk). Of a tolerance that is "imperceptible", the same is done at UNFELT_AGAINST,
         to tell what it saved.
         What a process takes once, whatever it computes, is told apart: its start, its imports, its kernels.
+        What a researcher asks first stands beside the cost: k of eqs 4-5 (or as given) and the groups of eqs 6-7 at the
+        scan's load; the length that touches, mean over PHASES of a period, over `finger.contact_length`; the rms of
+        each quantity about its mean; 20 log10 of the strongest line of the motion over the detection threshold at its
+        frequency (`perception.threshold`).
+Source  Fagiani & Barbieri (2016), eqs 4-7.
 Limits  the cost is that of this machine at this moment; with a warm cache the set-up costs next to nothing. What was
-        saved is not measured of a recording: it would take minutes.
+        saved is not measured of a recording: it would take minutes. Stiffness, groups, rms and level are those of the
+        scan's own speed and load; rms and level are None where a simulation takes the place of the response.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+import math
+from dataclasses import asdict, replace
 from time import perf_counter
 from typing import Any
 
-from synth.plan.contact_summary import contact_summary
+import numpy as np
+
+from synth.contact.groups import Groups
+from synth.perception.threshold import threshold_displacement
 from synth.plan.plan import Cost, Plan
-from synth.plan.preparation import prepare
+from synth.plan.preparation import Preparation, prepare
 from synth.plan.process_start import compile_seconds, kernel_seconds, process_seconds
 from synth.response.response_cache import ResponseCache
 from synth.scene.scene import Scene
@@ -28,6 +38,7 @@ TIMED_FRAMES = 1 << 14
 REPEATS = 5
 TRIED_FRAMES, SLOW = 1 << 10, 0.05  # frames that are tried first; s that they may take, to be timed in full
 UNFELT_AGAINST = 1e-6  # the tolerance that "imperceptible" is compared with
+PHASES = 256  # the mean touching length to some thousandths of itself
 SAVED = ("setup_seconds", "ns_per_frame", "memory_bytes")  # of a plan's cost
 
 
@@ -64,7 +75,7 @@ def _measured(scene: Scene, cache: ResponseCache | None) -> Plan:
         compile_seconds=compile_seconds(),
     )
     plan = voice.plan
-    return replace(plan, response=plan.response | contact_summary(voice.solved), cost=cost)
+    return replace(plan, response=plan.response | _contact_summary(voice.solved), cost=cost)
 
 
 def _seconds_a_frame(voice: Voice) -> float:
@@ -110,4 +121,27 @@ def _unfelt(scene: Scene, plan: Plan) -> dict[str, Any]:
     )
     listed = ", ".join(text for text, amount in zip(words, saved.values(), strict=True) if amount > 0)
     told["sentence"] += f" Against {UNFELT_AGAINST:g} it saves {listed or 'nothing'}."
+    return told
+
+
+def _contact_summary(solved: Preparation) -> dict[str, Any]:
+    """Return stiffness (N/m), contact_fraction, rms (a quantity, SI), sensation_level_db and groups; None: unknown."""
+    told: dict[str, Any] = dict.fromkeys(("stiffness", "contact_fraction", "rms", "sensation_level_db", "groups"))
+    contact, load = solved.contact, solved.scene.scan.load
+    if contact is None or load <= 0.0:
+        return told
+    turns = np.arange(PHASES) / PHASES
+    _depth, touching = contact.measure(turns, contact.approach(turns, load)[0], load)
+    length = float(np.mean(touching)) * contact.geometry_at(load).contact_length
+    told["stiffness"] = contact.stiffness_at(load)
+    told["contact_fraction"] = length / solved.scene.finger.contact_length
+    groups = Groups.of_contact(contact.geometry, contact.stiffness, load)
+    told["groups"] = None if groups is None else asdict(groups)
+    if solved.spectrum is not None and not solved.simulated and solved.turns:
+        series = {channel.quantity: solved.steady.series(channel.order)[1:] for channel in solved.channels}
+        told["rms"] = {name: math.sqrt(2.0 * float(np.sum(np.abs(one) ** 2))) for name, one in series.items()}
+        lines = 2.0 * np.abs(solved.steady.series(0)[1:])
+        felt = threshold_displacement(abs(solved.turns) * np.arange(1, len(lines) + 1), solved.scene.accuracy.threshold)
+        strongest = float(np.max(lines / felt, initial=0.0))
+        told["sensation_level_db"] = 20.0 * math.log10(strongest) if strongest > 0.0 else None
     return told

@@ -26,11 +26,10 @@ from synth.arrays import Array, Block
 from synth.contact.load_balance import Contact
 from synth.contact.profile_solver import SegmentGrid
 from synth.motion.motion import LOAD, SPEED, Motion
-from synth.plan.channels import ChannelPlan
-from synth.plan.frame_solver import FramePlan
+from synth.plan.frame_solver import FrameSolver
 from synth.plan.preparation import Preparation, prepare
 from synth.plan.scene_table import bounds_for, table_of_scene
-from synth.response.lift_gate import gate
+from synth.response.mean_approach import mean_curve
 from synth.response.phases import phase_step
 from synth.response.response_cache import ResponseCache
 from synth.response.series_curve import SeriesCurve
@@ -39,7 +38,6 @@ from synth.response.table_reader import TableReader
 from synth.scene.output_section import BAND
 from synth.scene.scene import Scene
 from synth.surfaces import profile_of
-from synth.voice.solved_frames import SolvedFrames
 from synth.voice.table_reading import HandReader
 
 OVERSAMPLINGS = (1, 2, 4, 8, 16, 32)
@@ -96,10 +94,7 @@ class Case:
 
     def derived(self, series: Complex) -> Complex:
         """Return the series (SI) of the channel from that of z (m), its mean left out."""
-        lifted = float(gate(self.load, self.scene.scan.lift_load))
-        found = series * lifted * (2j * math.pi * np.arange(len(series)) * self.solved.turns) ** self.order
-        found[0] = 0.0
-        return found
+        return self.solved.steady.series(self.order, series)
 
     def solved_period(self, solve: Solve, count: int) -> tuple[Callable[[int], Array], int]:
         """Return `Ready.period` of frames that are solved `count` times each, and the phases of a period."""
@@ -108,8 +103,7 @@ class Case:
         def period(points: int) -> Array:
             """Return the channel as float32 samples near full scale are."""
             series = self.series(solve(np.arange(phases) / phases))
-            shifted = series * np.exp(1j * math.pi * np.arange(len(series)) / points)
-            return (curves(shifted, 0, points) / self.extent).astype(np.float32).astype(float) * self.extent
+            return (curve_between(series, points) / self.extent).astype(np.float32).astype(float) * self.extent
 
         return period, phases
 
@@ -181,6 +175,11 @@ def chosen_method(case: Case, channel: int) -> Method:
     return Method(f"sum of harmonics, {spectrum.phases} phases", "harmonics", set_up)
 
 
+def curve_between(series: Complex, points: int) -> Array:
+    """Return the values of `series` at the phases (i + 1/2) / points of a period."""
+    return curves(series * np.exp(1j * math.pi * np.arange(len(series)) / points), 0, points)
+
+
 def read_by(case: Case, curve: SeriesCurve, setup: float | None = None) -> Ready:
     """Return the reader of a constant scan, ready; setup: as of `Ready`."""
     gain = 1.0 / case.extent
@@ -210,16 +209,10 @@ def _framed(case: Case, name: str, family: str, count: int) -> Method:
     period, phases = case.solved_period(case.heights, count)
 
     def set_up() -> Ready:
-        plain = ChannelPlan("", case.order, case.extent, 0.0, case.extent, None)
-        solved = replace(case.solved, contact=case.contact, channels=(plain,))
-        renderer = SolvedFrames(solved, FramePlan(count, 1, (), scale, 0.0), case.contact.heights)
-        out = np.empty((renderer.chunk, 1), np.float32)
-
-        def run() -> None:
-            renderer.forget()
-            renderer.read(0, out)
-
-        return Ready(renderer.chunk, case.contact.grid.nbytes + renderer.memory_bytes, run, period)
+        mean = mean_curve(case.contact, (case.load, case.load), case.load, case.solved.tolerance)
+        solver = FrameSolver(case.contact.heights, case.scene, mean, case.rate, count=count, scale=scale)
+        held = case.contact.grid.nbytes + solver.memory_bytes
+        return Ready(solver.chunk, held, lambda: solver.solved(0, (case.order,)), period)
 
     return Method(name, family, set_up, seconds_a_phase(case.heights) * (phases + 2 * 4096 * count / scale))
 

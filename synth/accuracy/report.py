@@ -26,13 +26,13 @@ import numpy as np
 
 from synth.accuracy.baseline import baseline_methods
 from synth.accuracy.costing import explain
-from synth.accuracy.methods import Case, Method, case_of, chosen_method, methods_of
+from synth.accuracy.methods import Case, Method, case_of, chosen_method, curve_between, methods_of
 from synth.arrays import Array
 from synth.errors import CannotRender, Fault, InvalidRequest, shown
 from synth.perception.threshold import threshold_displacement
 from synth.plan.channels import UNITS
 from synth.plan.preparation import prepare
-from synth.response.spectrum import Complex, Demand, curves, solve_spectrum
+from synth.response.spectrum import Complex, Demand, solve_spectrum
 from synth.scene.scene import Scene, scene_document
 from synth.scene.source import SceneLike, scene_from
 
@@ -120,10 +120,6 @@ class Reference:
         demand = Demand(case.solved.highest, (case.order,), REFERENCE_TOLERANCE)
         found = solve_spectrum(case.contact, case.load, demand)
         return cls(case.derived(found.harmonics), found.errors[0])
-
-    def curve(self, points: int) -> Array:
-        """Return its values at the phases (i + 1/2) / points of a period."""
-        return curves(self.series * np.exp(1j * math.pi * np.arange(len(self.series)) / points), 0, points)
 
 
 def measure_accuracy(
@@ -228,7 +224,7 @@ def _steady(scene: Scene) -> Scene:
 def _measured(case: Case, method: Method, reference: Reference) -> Measured:
     ready, setup = _timed(method.set_up)
     values = ready.period(max(SEEN_PHASES, 1 << (8 * case.solved.highest).bit_length()))
-    error = values - reference.curve(len(values))
+    error = values - curve_between(reference.series, len(values))
     a_second = _timed(ready.run)[1] * case.rate / ready.frames
     displacement, worst, margin = _spectral_errors(case, error, reference)
     return Measured(

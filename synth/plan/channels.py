@@ -64,9 +64,9 @@ class SteadyScan(Request):
 
     spectrum: Spectrum
 
-    def series(self, order: int) -> Complex:
-        """Return the series of a quantity in SI units, the lift gate included."""
-        kept = self.spectrum.harmonics[: self.highest + 1] * self._gate
+    def series(self, order: int, harmonics: Complex | None = None) -> Complex:
+        """Return the series of a quantity in SI units, the lift gate included; harmonics: of z, or those it has."""
+        kept = (self.spectrum.harmonics if harmonics is None else harmonics)[: self.highest + 1] * self._gate
         kept[0] = 0.0
         return kept * (2j * math.pi * np.arange(len(kept)) * self.turns) ** order if order else kept
 
@@ -125,11 +125,6 @@ class SteadyScan(Request):
 def spendable(tolerance: float) -> float:
     """Return what of the tolerance the series may use: the rounding to float32 comes on top."""
     return max(tolerance - ROUNDING, 0.3 * tolerance)
-
-
-def silent_channel(channel: Channel) -> ChannelPlan:
-    """Return a channel of a scene that is silent."""
-    return ChannelPlan(channel.quantity, ORDERS[channel.quantity], channel.full_scale or 1.0, 0.0, 0.0, None)
 
 
 def extent_and_peak(series: Complex) -> tuple[float, float]:

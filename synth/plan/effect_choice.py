@@ -65,11 +65,6 @@ class SimulationCase(Request):
         """The load (N) at which the contact is pressed."""
         return max(self.load, self.scene.scan.lift_load)
 
-    @property
-    def stiffness(self) -> float:
-        """What a small motion meets at the load (N/m)."""
-        return stiffness_round(self.contact, self.pressed)
-
 
 def stiffness_round(contact: Contact, load: float) -> float:
     """Return the mean of -dF/dz (N/m) over a period at `load` (N): what a small motion meets."""

@@ -7,7 +7,7 @@ Source  design, sections 2 and 5. Errors are those measured while the response w
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 from synth.effects.effect import Price
@@ -39,9 +39,7 @@ class Simulated:
 
     def document(self) -> dict[str, Any]:
         """Return it as JSON."""
-        settings = {} if self.settings is None else {"settings": self.settings}
-        price = {} if self.price is None else {"price": asdict(self.price)}
-        return {"name": self.name, "reason": self.reason} | settings | price
+        return {name: value for name, value in asdict(self).items() if value is not None}
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,14 +72,10 @@ class Plan:
 
     def document(self) -> dict[str, Any]:
         """Return the plan as a JSON document (design, section 5)."""
-        cost = self.cost
-        return {
-            "scene": self.scene,
+        return {field.name: getattr(self, field.name) for field in fields(self)} | {
             "simulated": [part.document() for part in self.simulated],
             "left_out": [asdict(part) for part in self.left_out],
-            "response": self.response,
-            "estimated_error": self.estimated_error,
-            "cost": None if cost is None else asdict(cost),
+            "cost": None if self.cost is None else asdict(self.cost),
             "warnings": list(self.warnings),
         }
 

@@ -22,7 +22,7 @@ from synth.effects.effect import AddedChannel, Kind
 from synth.motion.motion import LARGEST_LOAD
 from synth.motion.scan_motion import ScanMotion
 from synth.perception.threshold import imperceptible_tolerance
-from synth.plan.channels import APPROACH, NEARLY, ChannelPlan, SteadyScan, silent_channel, spendable
+from synth.plan.channels import APPROACH, NEARLY, ChannelPlan, SteadyScan, spendable
 from synth.plan.effect_choice import SimulationCase, outputs_of
 from synth.plan.effect_choice import asked as asked_effects
 from synth.plan.effects_preparation import PreparedEffects, effects_of, left_out, shape_for, simulated_channel
@@ -32,6 +32,7 @@ from synth.plan.process_start import begun
 from synth.plan.request import Request
 from synth.plan.scene_table import kept_table, read_error
 from synth.response.mean_approach import Mean, mean_curve
+from synth.response.reading_filter import ORDERS
 from synth.response.response_cache import SHARED, ResponseCache
 from synth.response.spectrum import Demand, Spectrum, curves, fine_enough, points_for, solve_spectrum
 from synth.response.table import ResponseTable
@@ -161,7 +162,10 @@ def _silent(solved: Preparation, silence: str) -> Preparation:
     scene = solved.scene
     return replace(
         solved,
-        channels=tuple(silent_channel(channel) for channel in scene.output.channel_list),
+        channels=tuple(
+            ChannelPlan(one.quantity, ORDERS[one.quantity], one.full_scale or 1.0, 0.0, 0.0, None)
+            for one in scene.output.channel_list
+        ),
         warnings=(*solved.warnings, silence),
         silence=silence,
         effects=left_out(scene, silence) if scene.effects else None,

@@ -33,7 +33,14 @@ from synth.effects.simulation.steps import Stepper, StiffnessLaw
 from synth.effects.simulation.terms import Terms
 from synth.errors import CannotRender
 from synth.motion.scan_motion import LIFT_TIME, ScanMotion
-from synth.plan.effect_choice import MEAN_PHASES, OF_ONE_SHAPE, SimulationCase, outputs_of, relative_change
+from synth.plan.effect_choice import (
+    MEAN_PHASES,
+    OF_ONE_SHAPE,
+    SimulationCase,
+    outputs_of,
+    relative_change,
+    stiffness_round,
+)
 from synth.response.mean_approach import mean_curve
 
 PILOT, LONGEST_PILOT = 0.05, 20.0  # s: of whole periods at least, and where a period takes longer than that
@@ -345,5 +352,5 @@ def _filters_of(case: SimulationCase, terms: Terms, steps: int) -> Decimator:
     if narrow < kept:
         widening = WIDENING_AFTER_HAND if case.by_hand else WIDENING
         kept, removed = narrow, min(widening * narrow, MOVING_BAND[1])
-    heavy = terms.mass * (math.pi * kept * rate) ** 2 > case.stiffness
+    heavy = terms.mass * (math.pi * kept * rate) ** 2 > stiffness_round(case.contact, case.pressed)
     return Decimator.of(orders, rate, steps, (kept, removed), _attenuation_of(case), of_mass=heavy)
