@@ -5,7 +5,7 @@ Model   integral over [0, L] of max(h - z, 0) dx = w L / k of eq. 1 on equally s
         a phase at a time. Frames are solved at each output frame, or oversampled and then band-limited; a table holds
         one period, solved once, and is read as every series is. Points and solutions grow together.
 Source  Fagiani & Barbieri (2016), eqs 1-5.
-Limits  times are those of `brentq` at TIMED phases, times the number of phases. Errors are those of the same roots, in
+Limits  times are those of `brentq` at PROBES phases, times the number of phases. Errors are those of the same roots, in
         closed form: with the heights falling, h_1 >= h_2 >= ..., and weights v_i, the root is the largest over k of
         (v_1 h_1 + ... + v_k h_k - target) / (v_1 + ... + v_k). The filter that steps oversampled frames down is not
         counted: it is 1 % of the solutions.
@@ -14,10 +14,8 @@ Limits  times are those of `brentq` at TIMED phases, times the number of phases.
 from __future__ import annotations
 
 import math
-import statistics
 from collections.abc import Iterator
 from functools import cache
-from time import perf_counter
 
 import numpy as np
 
@@ -30,8 +28,7 @@ SIZES = tuple((25 * 2**power, 2 ** round(0.45 * power)) for power in range(8))
 """Points a ridge and solutions a frame: folding falls as the power 2.5 of the solutions, the rule's error as the square
 of the points. The largest takes 3 ms a phase."""
 TABLED = 512  # times the solutions a frame: phases of a table
-TIMED = 16  # phases of which the time of one is taken
-REPEATS = 3  # timings of `brentq`, whose median it is
+TIMED = 16  # phases of a run of frames
 
 
 class Trapezoid:
@@ -50,14 +47,6 @@ class Trapezoid:
         from_middle = self._places - 0.5 * geometry.contact_length
         self._finger = -geometry.ridge_amplitude * ridges - 0.5 * contact.dome * from_middle**2
         self.nbytes = self._places.nbytes + self._weights.nbytes + self._finger.nbytes
-
-    def seconds_a_phase(self) -> float:
-        """Return the seconds that `brentq` takes for a phase."""
-        marks = [perf_counter()]
-        for _ in range(REPEATS):
-            self.solved(np.arange(TIMED) / TIMED)
-            marks.append(perf_counter())
-        return statistics.median(np.diff(marks)) / TIMED
 
     def solved(self, phases: Array) -> Array:
         """Return z (m) at each of `phases` (turns), as somebody solves it who has only this."""
@@ -108,7 +97,6 @@ def _framed(case: Case, rule: Trapezoid, name: str, count: int) -> Method:
 def _tabled(case: Case, rule: Trapezoid, name: str, phases: int) -> Method:
     @cache
     def set_up() -> Ready:
-        curve = SeriesCurve(case.series(rule.roots(np.arange(phases) / phases), phases // 2))
-        return read_by(case, curve, setup=phases * rule.seconds_a_phase())
+        return read_by(case, SeriesCurve(case.series(rule.roots, phases)), setup=phases * seconds_a_phase(rule.solved))
 
     return Method(name, "baseline", set_up, phases * seconds_a_phase(rule.roots))

@@ -37,7 +37,6 @@ from synth.response.spectrum import Complex, Demand, curves, fine_enough, harmon
 from synth.response.table_reader import TableReader
 from synth.scene.output_section import BAND
 from synth.scene.scene import Scene
-from synth.surfaces import profile_of
 from synth.voice.table_reading import HandReader
 
 OVERSAMPLINGS = (1, 2, 4, 8, 16, 32)
@@ -47,7 +46,7 @@ TABLE_SIZES = (0.25, 1.0, 4.0)  # times as well as a live voice's table; 16 time
 TABLE_SECONDS = 0.5  # that a table of a live voice takes, about
 REFINED = 0.1  # of the tolerance: more would show in the errors of what is read from the solver
 TIMED_FRAMES = 1 << 14  # of a reader
-PROBES = 8  # phases of which the time of one is taken
+PROBES = 16  # phases of which the time of one is taken
 MOST_PLACES = 1 << 16  # of a period at which frames of a voice stand
 
 Solve = Callable[[Array], Array]
@@ -87,10 +86,10 @@ class Case:
         """Return z (m) at `phases` (turns)."""
         return self.contact.approach(phases, self.load)[0]
 
-    def series(self, heights: Array, highest: int | None = None) -> Complex:
-        """Return the series (SI) of the channel from z (m) at equal steps of a period, cut at `highest` or the band."""
-        wanted = self.solved.highest if highest is None else min(highest, self.solved.highest)
-        return self.derived(harmonics_of(heights, wanted))
+    def series(self, solve: Solve, phases: int) -> Complex:
+        """Return the series (SI) of the channel from z at so many equal steps of a period, cut at the band."""
+        heights = solve(np.arange(phases) / phases)
+        return self.derived(harmonics_of(heights, min(phases // 2, self.solved.highest)))
 
     def derived(self, series: Complex) -> Complex:
         """Return the series (SI) of the channel from that of z (m), its mean left out."""
@@ -102,8 +101,8 @@ class Case:
 
         def period(points: int) -> Array:
             """Return the channel as float32 samples near full scale are."""
-            series = self.series(solve(np.arange(phases) / phases))
-            return (curve_between(series, points) / self.extent).astype(np.float32).astype(float) * self.extent
+            values = curve_between(self.series(solve, phases), points)
+            return (values / self.extent).astype(np.float32).astype(float) * self.extent
 
         return period, phases
 
@@ -219,9 +218,7 @@ def _framed(case: Case, name: str, family: str, count: int) -> Method:
 
 def _sampled(case: Case) -> Iterator[Method]:
     """Yield the solver on a polyline: what folds falls as the power 2.5 of the solutions, its error as the square."""
-    geometry = case.contact.geometry
-    if geometry.profile is None:
-        geometry = replace(geometry, profile=profile_of(case.scene), texture_phase=0.0)
+    geometry = case.contact.geometry.as_profile()
     least = SegmentGrid.of_geometry(replace(geometry, segments=1)).segments
     for power in range(SAMPLED_SIZES):
         segments, count = least << power, OVERSAMPLINGS[min(round(0.8 * power), len(OVERSAMPLINGS) - 1)]
@@ -231,7 +228,7 @@ def _sampled(case: Case) -> Iterator[Method]:
 
 def _series(case: Case, phases: int, seconds: float) -> Method:
     def set_up() -> Ready:
-        return read_by(case, SeriesCurve(case.series(case.heights(np.arange(phases) / phases), phases // 2)))
+        return read_by(case, SeriesCurve(case.series(case.heights, phases)))
 
     return Method(f"sum of harmonics, {phases} phases", "harmonics", set_up, seconds)
 

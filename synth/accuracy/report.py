@@ -107,19 +107,11 @@ class AccuracyReport:
         return _finite(made)
 
 
-@dataclass(frozen=True, slots=True)
-class Reference:
-    """The truth: the series of the channel (SI), and a bound of its error relative to the peak-to-peak."""
-
-    series: Complex
-    error: float
-
-    @classmethod
-    def of(cls, case: Case) -> Reference:
-        """Solve it."""
-        demand = Demand(case.solved.highest, (case.order,), REFERENCE_TOLERANCE)
-        found = solve_spectrum(case.contact, case.load, demand)
-        return cls(case.derived(found.harmonics), found.errors[0])
+def reference_of(case: Case) -> tuple[Complex, float]:
+    """Return the truth: the series of the channel (SI), and a bound of its error relative to the peak-to-peak."""
+    demand = Demand(case.solved.highest, (case.order,), REFERENCE_TOLERANCE)
+    found = solve_spectrum(case.contact, case.load, demand)
+    return case.derived(found.harmonics), found.errors[0]
 
 
 def measure_accuracy(
@@ -138,7 +130,7 @@ def measure_accuracy(
     cost = explain(scene).cost
     assert cost is not None
     case = case_of(_steady(scene), channel)
-    reference, chosen = Reference.of(case), chosen_method(case, channel)
+    (reference, bound), chosen = reference_of(case), chosen_method(case, channel)
     others = (method for method in methods_of(case) if method.name != chosen.name)
     made = _measured_all(case, [*baseline_methods(case), *others, chosen], reference, progress)
     rows = [one for one in made if isinstance(one, Measured)]
@@ -152,7 +144,7 @@ def measure_accuracy(
         duration=duration,
         sample_rate=case.rate,
         threshold=scene.accuracy.threshold,
-        reference_error=reference.error,
+        reference_error=bound,
         chosen=chosen.name,
         repeats=REPEATS,
         process_seconds=cost.process_seconds,
@@ -163,7 +155,7 @@ def measure_accuracy(
 
 
 def _measured_all(
-    case: Case, listed: Sequence[Method], reference: Reference, progress: Progress | None
+    case: Case, listed: Sequence[Method], reference: Complex, progress: Progress | None
 ) -> list[Measured | LeftOutMethod]:
     """Return what each method of `listed` errs by and costs, or why it was left out; the quickest come first."""
     made: dict[str, Measured | LeftOutMethod] = {}
@@ -221,10 +213,10 @@ def _steady(scene: Scene) -> Scene:
     return scene
 
 
-def _measured(case: Case, method: Method, reference: Reference) -> Measured:
+def _measured(case: Case, method: Method, reference: Complex) -> Measured:
     ready, setup = _timed(method.set_up)
     values = ready.period(max(SEEN_PHASES, 1 << (8 * case.solved.highest).bit_length()))
-    error = values - curve_between(reference.series, len(values))
+    error = values - curve_between(reference, len(values))
     a_second = _timed(ready.run)[1] * case.rate / ready.frames
     displacement, worst, margin = _spectral_errors(case, error, reference)
     return Measured(
@@ -254,7 +246,7 @@ def _timed(work: Callable[[], T]) -> tuple[T, float]:
     return made, statistics.median(times)
 
 
-def _spectral_errors(case: Case, error: Array, reference: Reference) -> tuple[float, float, float]:
+def _spectral_errors(case: Case, error: Array, reference: Complex) -> tuple[float, float, float]:
     """Return the largest error as a displacement (m), that of a harmonic in the band in dB, and the margin in dB."""
     lines = np.fft.rfft(error) / len(error)
     n = np.arange(1, len(lines))
@@ -264,7 +256,7 @@ def _spectral_errors(case: Case, error: Array, reference: Reference) -> tuple[fl
     displaced = np.concatenate([[0.0], lines[1:] / per_turn])
     largest = float(np.max(np.abs(np.fft.irfft(displaced, len(error)) * len(error))))
     in_band = sizes[: case.solved.highest]
-    strongest = 2.0 * float(np.max(np.abs(reference.series)))
+    strongest = 2.0 * float(np.max(np.abs(reference)))
     worst = _decibels(float(np.max(in_band)) / strongest)
     folded = np.abs(n * fundamental - np.rint(n * fundamental / case.rate) * case.rate)
     folded = np.maximum(folded, 1.0)

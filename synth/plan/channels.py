@@ -89,10 +89,8 @@ class SteadyScan(Request):
         if still:
             peak = self.scene.texture.amplitude * (2.0 * math.pi * abs(self.turns)) ** order
         level = float(self.spectrum.harmonics[0].real) * self._gate if channel.quantity == APPROACH else 0.0
-        if level and order not in peaks:
-            peak += abs(level)
-        elif level:
-            peak = peaks[WITH_MEAN]
+        if level:
+            peak = peaks.get(WITH_MEAN, peak + abs(level))
         full_scale = channel.full_scale or (peak / PEAK if peak > STILL else 1.0)
         error = ROUNDING * max(1.0, abs(level) / extent) if extent > 0.0 else 0.0
         if extent > 0.0 and not self.moving and order in self.orders:

@@ -131,13 +131,12 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool) -> Preparati
         return _silent(solved, silence)
     contact = Contact.of(geometry, Stiffness.of_scene(scene))
     if scene.accuracy.tolerance == "imperceptible":
-        tolerance = _imperceptible(contact, asked, cache)
+        tolerance = _imperceptible(contact, asked)
     contact, shapes, demand = _shaped(asked, contact, tolerance)
-    spectrum = _solved(contact, scene, demand, asked.reach, cache)
+    key = ("spectrum", contact.key, _pressed(scene), demand, asked.reach)
+    spectrum = cache.get(key, lambda: solve_spectrum(contact, _pressed(scene), demand, asked.reach))
     solved = replace(solved, tolerance=tolerance, contact=contact)
-    own = not asked.by_hand and asked.moving and (differs_from_cruise(scene) or _asks_approach(scene))
-    mean = mean_curve(contact, asked.loads, _pressed(scene), tolerance) if own else None
-    peaks = _peaks_of_motion(asked, contact, mean)
+    mean, peaks = _own_motion(asked, contact, tolerance)
     steady = SteadyScan(*asked.request, spectrum)
     silence = steady.silence(peaks)
     if silence and not asked.by_hand:
@@ -232,38 +231,36 @@ def _with_effects(solved: Preparation, shapes: PreparedEffects, cache: ResponseC
     return replace(solved, effects=effects, channels=channels, warnings=warnings)
 
 
-def _peaks_of_motion(asked: Request, contact: Contact, mean: Mean | None) -> dict[int, float]:
-    """Return the peak of each order along the scan's own motion, nothing where it is that at its speed and load."""
-    scene = asked.scene
-    if mean is None or all(channel.full_scale for channel in scene.output.channel_list):
-        return {}
-    known = tuple(sorted({0, *asked.orders, *({WITH_MEAN} if _asks_approach(scene) else ())}))
-    return dict(zip(known, peaks_along(contact, scene, mean, known).tolist(), strict=True))
-
-
-def _asks_approach(scene: Scene) -> bool:
-    return any(channel.quantity == APPROACH for channel in scene.output.channel_list)
+def _own_motion(asked: Request, contact: Contact, tolerance: float) -> tuple[Mean | None, dict[int, float]]:
+    """Return the mean of z and the peak of each order along the scan's own motion, nothing where its own speed and load
+    tell them.
+    """
+    scene, listed = asked.scene, asked.scene.output.channel_list
+    approach = any(channel.quantity == APPROACH for channel in listed)
+    if asked.by_hand or not asked.moving or not (approach or differs_from_cruise(scene)):
+        return None, {}
+    mean = mean_curve(contact, asked.loads, _pressed(scene), tolerance)
+    if all(channel.full_scale for channel in listed):
+        return mean, {}
+    known = tuple(sorted({0, *asked.orders, *({WITH_MEAN} if approach else ())}))
+    return mean, dict(zip(known, peaks_along(contact, scene, mean, known).tolist(), strict=True))
 
 
 def _silence(asked: Request, geometry: Geometry) -> str:
-    scene = asked.scene
+    output = asked.scene.output
     if geometry.still:
         return "The texture has no height (texture.amplitude is 0 m): nothing moves."
-    if scene.scan.load == 0.0:
+    if asked.scene.scan.load == 0.0:
         return "The finger does not touch (the load is 0 N): nothing moves."
-    if asked.highest == 0:
-        return (
-            f"Every harmonic is above the band: u / lambda2 is {abs(asked.turns):.6g} Hz, "
-            f"and what is below {scene.output.band_limit:.6g} Hz is rendered.{_wider_band(scene)}"
-        )
-    return ""
-
-
-def _wider_band(scene: Scene) -> str:
-    output = scene.output
-    if abs(scene.scan.speed) / scene.texture.period >= BAND * output.sample_rate or output.bandwidth == FULL_BAND:
+    if asked.highest > 0:
         return ""
-    return ' Write output.bandwidth "full" for all that the sample rate holds.'
+    text = (
+        f"Every harmonic is above the band: u / lambda2 is {abs(asked.turns):.6g} Hz, "
+        f"and what is below {output.band_limit:.6g} Hz is rendered."
+    )
+    if abs(asked.turns) < BAND * output.sample_rate and output.bandwidth != FULL_BAND:
+        text += ' Write output.bandwidth "full" for all that the sample rate holds.'
+    return text
 
 
 def _pressed(scene: Scene) -> float:
@@ -271,15 +268,9 @@ def _pressed(scene: Scene) -> float:
     return scene.scan.load if scene.scan.load > 0.0 else scene.scan.lift_load
 
 
-def _solved(contact: Contact, scene: Scene, demand: Demand, keep: int, cache: ResponseCache) -> Spectrum:
-    load = _pressed(scene)
-    key = ("spectrum", contact.key, load, demand, keep)
-    return cache.get(key, lambda: solve_spectrum(contact, load, demand, keep))
-
-
-def _imperceptible(contact: Contact, asked: Request, cache: ResponseCache) -> float:
+def _imperceptible(contact: Contact, asked: Request) -> float:
     """Return the tolerance of which nothing is felt at the harmonics; `contact` is not yet in its shape."""
-    spectrum = _solved(contact, asked.scene, Demand(asked.highest, asked.orders, 1e-2), 0, cache)
+    spectrum = solve_spectrum(contact, _pressed(asked.scene), Demand(asked.highest, asked.orders, 1e-2))
     turns, tolerance = abs(asked.turns), LOOSEST
     harmonics = np.arange(1, len(spectrum.harmonics)) * max(turns, 1e-9)
     for order in asked.orders:
