@@ -59,13 +59,15 @@ class FramePlan:
     """How frames are solved.
 
     count, stride: so many solutions in so many frames. errors: of each order of the demand, relative to its
-    peak-to-peak. scale: of the filter's frequencies, as a part of those of the whole band.
+    peak-to-peak. scale: of the filter's frequencies, as a part of those of the whole band. work: predicted seconds of
+    a processor for a second of the motion.
     """
 
     count: int
     stride: int
     errors: tuple[float, ...]
     scale: float
+    work: float
 
 
 def plan_frames(contact: Contact, scene: Scene, demand: Demand, tolerance: float, scale: float) -> FramePlan | None:
@@ -99,8 +101,10 @@ def plan_frames(contact: Contact, scene: Scene, demand: Demand, tolerance: float
     if 4.0 * MARGIN / (scale * stride) * count > MOST_TOGETHER:
         return None
     solution = EXACT_CELL * contact.cells if varies else CURVE_READ
-    seconds = 1e-9 * count * rate * (solution + FRAME_SETUP) * (motion.duration - motion.start)
-    return None if varies and seconds > PATIENCE else FramePlan(count, stride, errors, scale)
+    work = 1e-9 * count * rate * (solution + FRAME_SETUP)
+    if varies and work * (motion.duration - motion.start) > PATIENCE:
+        return None
+    return FramePlan(count, stride, errors, scale, work)
 
 
 class FrameSolver:

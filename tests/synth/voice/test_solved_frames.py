@@ -33,7 +33,7 @@ def steady(speed: float, oversampling: int, **sections: Any) -> tuple[SolvedFram
     )
     solved = prepare(scene)
     channels = tuple(replace(channel, full_scale=1.0) for channel in solved.channels)
-    plan = FramePlan(oversampling, 1, (0.0,) * 3, 1.0)
+    plan = FramePlan(oversampling, 1, (0.0,) * 3, 1.0, 0.0)
     return SolvedFrames(replace(solved, channels=channels), plan, contact_of(scene).heights), scene
 
 
