@@ -5,19 +5,29 @@ Model   the scene is prepared and a voice renders blocks of it; the fastest of R
         frames that are solved, one chunk). Of a tolerance that is "imperceptible", the same is done at UNFELT_AGAINST,
         to tell what it saved.
         What a process takes once, whatever it computes, is told apart: its start, its imports, its kernels.
+        What a researcher asks first stands beside the cost: k of eqs 4-5 (or as given) and the groups of eqs 6-7 at the
+        scan's load; the length that touches, mean over PHASES of a period, over `finger.contact_length`; the rms of
+        each quantity about its mean; 20 log10 of the strongest line of the motion over the detection threshold at its
+        frequency (`perception.threshold`).
+Source  Fagiani & Barbieri (2016), eqs 4-7.
 Limits  the cost is that of this machine at this moment; with a warm cache the set-up costs next to nothing. What was
-        saved is not measured of a recording: it would take minutes.
+        saved is not measured of a recording: it would take minutes. Stiffness, groups, rms and level are those of the
+        scan's own speed and load; rms and level are None where a simulation takes the place of the response.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+import math
+from dataclasses import asdict, replace
 from time import perf_counter
 from typing import Any
 
-from synth.plan.contact_summary import contact_summary
+import numpy as np
+
+from synth.contact.groups import Groups
+from synth.perception.threshold import threshold_displacement
 from synth.plan.plan import Cost, Plan
-from synth.plan.preparation import prepare
+from synth.plan.preparation import Preparation, prepare
 from synth.plan.process_start import compile_seconds, kernel_seconds, process_seconds
 from synth.response.response_cache import ResponseCache
 from synth.scene.scene import Scene
@@ -28,6 +38,8 @@ TIMED_FRAMES = 1 << 14
 REPEATS = 5
 TRIED_FRAMES, SLOW = 1 << 10, 0.05  # frames that are tried first; s that they may take, to be timed in full
 UNFELT_AGAINST = 1e-6  # the tolerance that "imperceptible" is compared with
+PHASES = 256  # the mean touching length to some thousandths of itself
+SAVED = ("setup_seconds", "ns_per_frame", "memory_bytes")  # of a plan's cost
 
 
 def explain(scene: SceneLike, *, cache: ResponseCache | None = None) -> Plan:
@@ -63,32 +75,29 @@ def _measured(scene: Scene, cache: ResponseCache | None) -> Plan:
         compile_seconds=compile_seconds(),
     )
     plan = voice.plan
-    return replace(plan, response=plan.response | contact_summary(voice.solved), cost=cost)
+    return replace(plan, response=plan.response | _contact_summary(voice.solved), cost=cost)
 
 
 def _seconds_a_frame(voice: Voice) -> float:
     """Return the time of a frame: that of the fastest of some blocks, or of one chunk of solved frames."""
-    if voice.frames_together:
-        started = perf_counter()
-        voice.render(voice.frames_together)
-        return (perf_counter() - started) / voice.frames_together
-    started = perf_counter()
-    voice.render(TRIED_FRAMES)
-    if perf_counter() - started > SLOW:  # a file that takes many steps: going on takes as long a frame
-        started = perf_counter()
-        voice.render(TRIED_FRAMES)
-        return (perf_counter() - started) / TRIED_FRAMES
-    voice.render(TIMED_FRAMES)
-    fastest = float("inf")
+    frames, repeats = voice.frames_together, 1
+    if not frames:
+        tried = _seconds_of(voice, TRIED_FRAMES)
+        frames, repeats = (TRIED_FRAMES, 1) if tried > SLOW else (TIMED_FRAMES, REPEATS)
     # a simulation begins some way before the frame that it is sent to: going on costs what a frame costs
-    goes_on = voice.solved.effects is not None and voice.scene.scan.trajectory is None
-    for _ in range(REPEATS):
+    goes_on = repeats == 1 or (voice.solved.effects is not None and voice.scene.scan.trajectory is None)
+    times = []
+    for _ in range(repeats):
         if not goes_on:
             voice.seek(0)
-        started = perf_counter()
-        voice.render(TIMED_FRAMES)
-        fastest = min(fastest, perf_counter() - started)
-    return fastest / TIMED_FRAMES
+        times.append(_seconds_of(voice, frames))
+    return min(times) / frames
+
+
+def _seconds_of(voice: Voice, frames: int) -> float:
+    started = perf_counter()
+    voice.render(frames)
+    return perf_counter() - started
 
 
 def _unfelt(scene: Scene, plan: Plan) -> dict[str, Any]:
@@ -100,20 +109,39 @@ def _unfelt(scene: Scene, plan: Plan) -> dict[str, Any]:
         return told
     accuracy = scene.accuracy.model_copy(update={"tolerance": UNFELT_AGAINST})
     plan, tight = _measured(scene, None), _measured(scene.model_copy(update={"accuracy": accuracy}), None)
-    assert plan.cost is not None and tight.cost is not None
-    phases = tight.response["phases_solved"] - plan.response["phases_solved"]
-    told["saved"] = {
-        "phases_solved": phases,
-        "setup_seconds": tight.cost.setup_seconds - plan.cost.setup_seconds,
-        "ns_per_frame": tight.cost.ns_per_frame - plan.cost.ns_per_frame,
-        "memory_bytes": tight.cost.memory_bytes - plan.cost.memory_bytes,
+    told["saved"] = saved = {
+        "phases_solved": tight.response["phases_solved"] - plan.response["phases_solved"],
+        **{name: getattr(tight.cost, name) - getattr(plan.cost, name) for name in SAVED},
     }
     words = (
-        (phases, f"{phases} solved phases"),
-        (told["saved"]["setup_seconds"], f"{1e3 * told['saved']['setup_seconds']:.3g} ms of set-up"),
-        (told["saved"]["ns_per_frame"], f"{told['saved']['ns_per_frame']:.3g} ns a frame"),
-        (told["saved"]["memory_bytes"], f"{told['saved']['memory_bytes'] / 1024:.3g} KiB"),
+        f"{saved['phases_solved']} solved phases",
+        f"{1e3 * saved['setup_seconds']:.3g} ms of set-up",
+        f"{saved['ns_per_frame']:.3g} ns a frame",
+        f"{saved['memory_bytes'] / 1024:.3g} KiB",
     )
-    saved = [text for amount, text in words if amount > 0]
-    told["sentence"] += f" Against {UNFELT_AGAINST:g} it saves {', '.join(saved) or 'nothing'}."
+    listed = ", ".join(text for text, amount in zip(words, saved.values(), strict=True) if amount > 0)
+    told["sentence"] += f" Against {UNFELT_AGAINST:g} it saves {listed or 'nothing'}."
+    return told
+
+
+def _contact_summary(solved: Preparation) -> dict[str, Any]:
+    """Return stiffness (N/m), contact_fraction, rms (a quantity, SI), sensation_level_db and groups; None: unknown."""
+    told: dict[str, Any] = dict.fromkeys(("stiffness", "contact_fraction", "rms", "sensation_level_db", "groups"))
+    contact, load = solved.contact, solved.scene.scan.load
+    if contact is None or load <= 0.0:
+        return told
+    turns = np.arange(PHASES) / PHASES
+    _depth, touching = contact.measure(turns, contact.approach(turns, load)[0], load)
+    length = float(np.mean(touching)) * contact.geometry_at(load).contact_length
+    told["stiffness"] = contact.stiffness_at(load)
+    told["contact_fraction"] = length / solved.scene.finger.contact_length
+    groups = Groups.of_contact(contact.geometry, contact.stiffness, load)
+    told["groups"] = None if groups is None else asdict(groups)
+    if solved.spectrum is not None and not solved.simulated and solved.turns:
+        series = {channel.quantity: solved.steady.series(channel.order)[1:] for channel in solved.channels}
+        told["rms"] = {name: math.sqrt(2.0 * float(np.sum(np.abs(one) ** 2))) for name, one in series.items()}
+        lines = 2.0 * np.abs(solved.steady.series(0)[1:])
+        felt = threshold_displacement(abs(solved.turns) * np.arange(1, len(lines) + 1), solved.scene.accuracy.threshold)
+        strongest = float(np.max(lines / felt, initial=0.0))
+        told["sensation_level_db"] = 20.0 * math.log10(strongest) if strongest > 0.0 else None
     return told

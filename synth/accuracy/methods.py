@@ -22,15 +22,14 @@ from time import perf_counter
 
 import numpy as np
 
-from synth.arrays import Array
+from synth.arrays import Array, Block
 from synth.contact.load_balance import Contact
 from synth.contact.profile_solver import SegmentGrid
 from synth.motion.motion import LOAD, SPEED, Motion
-from synth.plan.channels import ChannelPlan
-from synth.plan.frame_solver import FramePlan
+from synth.plan.frame_solver import FrameSolver
 from synth.plan.preparation import Preparation, prepare
 from synth.plan.scene_table import bounds_for, table_of_scene
-from synth.response.lift_gate import gate
+from synth.response.mean_approach import mean_curve
 from synth.response.phases import phase_step
 from synth.response.response_cache import ResponseCache
 from synth.response.series_curve import SeriesCurve
@@ -38,8 +37,6 @@ from synth.response.spectrum import Complex, Demand, curves, fine_enough, harmon
 from synth.response.table_reader import TableReader
 from synth.scene.output_section import BAND
 from synth.scene.scene import Scene
-from synth.surfaces import profile_of
-from synth.voice.solved_frames import SolvedFrames
 from synth.voice.table_reading import HandReader
 
 OVERSAMPLINGS = (1, 2, 4, 8, 16, 32)
@@ -49,8 +46,11 @@ TABLE_SIZES = (0.25, 1.0, 4.0)  # times as well as a live voice's table; 16 time
 TABLE_SECONDS = 0.5  # that a table of a live voice takes, about
 REFINED = 0.1  # of the tolerance: more would show in the errors of what is read from the solver
 TIMED_FRAMES = 1 << 14  # of a reader
-PROBES = 8  # phases of which the time of one is taken
+PROBES = 16  # phases of which the time of one is taken
 MOST_PLACES = 1 << 16  # of a period at which frames of a voice stand
+
+Solve = Callable[[Array], Array]
+"""z (m) at phases (turns)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,34 +82,29 @@ class Case:
         """Frames in a period of the texture."""
         return self.rate / abs(self.solved.turns)
 
-    @property
-    def lifted(self) -> float:
-        """What the gate of a lifting finger leaves."""
-        lift = self.scene.scan.lift_load
-        return float(gate(self.load, lift)) if self.load < lift else 1.0
+    def heights(self, phases: Array) -> Array:
+        """Return z (m) at `phases` (turns)."""
+        return self.contact.approach(phases, self.load)[0]
 
-    def series(self, heights: Array, highest: int | None = None) -> Complex:
-        """Return the series (SI) of the channel from z (m) at equal steps of a period, cut at `highest` or the band."""
-        wanted = self.solved.highest if highest is None else min(highest, self.solved.highest)
-        return self.derived(harmonics_of(heights, wanted))
+    def series(self, solve: Solve, phases: int) -> Complex:
+        """Return the series (SI) of the channel from z at so many equal steps of a period, cut at the band."""
+        heights = solve(np.arange(phases) / phases)
+        return self.derived(harmonics_of(heights, min(phases // 2, self.solved.highest)))
 
     def derived(self, series: Complex) -> Complex:
         """Return the series (SI) of the channel from that of z (m), its mean left out."""
-        n = np.arange(len(series))
-        found = series * self.lifted * (2j * math.pi * n * self.solved.turns) ** self.order
-        found[0] = 0.0
-        return found
+        return self.solved.steady.series(self.order, series)
 
-    def heights(self, phases: int, contact: Contact | None = None) -> Array:
-        """Return z (m) at `phases` equal steps of a period."""
-        return (contact or self.contact).approach(np.arange(phases) / phases, self.load)[0]
+    def solved_period(self, solve: Solve, count: int) -> tuple[Callable[[int], Array], int]:
+        """Return `Ready.period` of frames that are solved `count` times each, and the phases of a period."""
+        phases = max(8, round(self.period_frames * count))
 
-    def seconds_a_phase(self, contact: Contact | None = None) -> float:
-        """Return about how long a solution takes."""
-        self.heights(PROBES, contact)
-        began = perf_counter()
-        self.heights(PROBES, contact)
-        return (perf_counter() - began) / PROBES
+        def period(points: int) -> Array:
+            """Return the channel as float32 samples near full scale are."""
+            values = curve_between(self.series(solve, phases), points)
+            return (values / self.extent).astype(np.float32).astype(float) * self.extent
+
+        return period, phases
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,12 +149,12 @@ def methods_of(case: Case) -> Iterator[Method]:
     exact = case.contact.grid
     name = f"segments solver, {exact.segments} a period" if isinstance(exact, SegmentGrid) else exact.name
     for count in OVERSAMPLINGS:
-        yield _framed(case, f"{name}, oversampling {count}", "exact", case.contact, count)
+        yield _framed(case, f"{name}, oversampling {count}", "exact", count)
     for size in TABLE_SIZES:
         yield _table(case, size)
-    a_phase = case.seconds_a_phase()
+    a_phase = seconds_a_phase(case.heights)
     for phases in SERIES_PHASES:
-        yield _series(case, phases, a_phase)
+        yield _series(case, phases, phases * a_phase)
     if case.contact.closed(case.load) is not None:
         yield _closed(case)
 
@@ -179,14 +174,13 @@ def chosen_method(case: Case, channel: int) -> Method:
     return Method(f"sum of harmonics, {spectrum.phases} phases", "harmonics", set_up)
 
 
-def of_series(case: Case, series: Complex, points: int) -> Array:
-    """Return a series (SI) at the phases (i + 1/2) / points, as float32 samples near full scale are."""
-    shifted = series * np.exp(1j * math.pi * np.arange(len(series)) / points)
-    return (curves(shifted, 0, points) / case.extent).astype(np.float32).astype(float) * case.extent
+def curve_between(series: Complex, points: int) -> Array:
+    """Return the values of `series` at the phases (i + 1/2) / points of a period."""
+    return curves(series * np.exp(1j * math.pi * np.arange(len(series)) / points), 0, points)
 
 
-def read_by(case: Case, curve: SeriesCurve) -> Ready:
-    """Return the reader of a constant scan, ready."""
+def read_by(case: Case, curve: SeriesCurve, setup: float | None = None) -> Ready:
+    """Return the reader of a constant scan, ready; setup: as of `Ready`."""
     gain = 1.0 / case.extent
 
     def period(points: int) -> Array:
@@ -196,50 +190,47 @@ def read_by(case: Case, curve: SeriesCurve) -> Ready:
 
     out = np.empty((TIMED_FRAMES, 1), np.float32)
     step = phase_step(case.scene.scan.speed, case.scene.texture.period, case.rate)
-    return Ready(TIMED_FRAMES, curve.nbytes, lambda: curve.read(0, step, gain, out, 0), period)
+    return Ready(TIMED_FRAMES, curve.nbytes, lambda: curve.read(0, step, gain, out, 0), period, setup)
 
 
-def _framed(case: Case, name: str, family: str, contact: Contact, count: int) -> Method:
-    phases = max(8, round(case.period_frames * count))
-    plain = ChannelPlan("", case.order, case.extent, 0.0, case.extent, None)
+def seconds_a_phase(solve: Solve) -> float:
+    """Return about how long a solution takes."""
+    phases = np.arange(PROBES) / PROBES
+    solve(phases)
+    began = perf_counter()
+    solve(phases)
+    return (perf_counter() - began) / PROBES
+
+
+def _framed(case: Case, name: str, family: str, count: int) -> Method:
+    """Return frames that the contact of `case` is solved for, `count` times each."""
     scale = min(1.0, case.scene.output.band_limit / (BAND * case.rate))
+    period, phases = case.solved_period(case.heights, count)
 
     def set_up() -> Ready:
-        solved = replace(case.solved, contact=contact, channels=(plain,))
-        renderer = SolvedFrames(solved, FramePlan(count, 1, (), scale, 0.0), contact.heights)
-        out = np.empty((renderer.chunk, 1), np.float32)
+        mean = mean_curve(case.contact, (case.load, case.load), case.load, case.solved.tolerance)
+        solver = FrameSolver(case.contact.heights, case.scene, mean, case.rate, count=count, scale=scale)
+        held = case.contact.grid.nbytes + solver.memory_bytes
+        return Ready(solver.chunk, held, lambda: solver.solved(0, (case.order,)), period)
 
-        def run() -> None:
-            renderer.forget()
-            renderer.read(0, out)
-
-        def period(points: int) -> Array:
-            return of_series(case, case.series(case.heights(phases, contact)), points)
-
-        return Ready(renderer.chunk, contact.grid.nbytes + renderer.memory_bytes, run, period)
-
-    chunk = 2 * 4096 * count / scale
-    return Method(name, family, set_up, case.seconds_a_phase(contact) * (phases + chunk))
+    return Method(name, family, set_up, seconds_a_phase(case.heights) * (phases + 2 * 4096 * count / scale))
 
 
 def _sampled(case: Case) -> Iterator[Method]:
     """Yield the solver on a polyline: what folds falls as the power 2.5 of the solutions, its error as the square."""
-    geometry = case.contact.geometry
-    if geometry.profile is None:
-        geometry = replace(geometry, profile=profile_of(case.scene), texture_phase=0.0)
+    geometry = case.contact.geometry.as_profile()
     least = SegmentGrid.of_geometry(replace(geometry, segments=1)).segments
     for power in range(SAMPLED_SIZES):
         segments, count = least << power, OVERSAMPLINGS[min(round(0.8 * power), len(OVERSAMPLINGS) - 1)]
-        contact = case.contact.on(replace(geometry, segments=segments))
-        name = f"sampled solver, {segments} segments, {count} a frame"
-        yield _framed(case, name, "sampled", contact, count)
+        coarse = replace(case, contact=case.contact.on(replace(geometry, segments=segments)))
+        yield _framed(coarse, f"sampled solver, {segments} segments, {count} a frame", "sampled", count)
 
 
-def _series(case: Case, phases: int, a_phase: float) -> Method:
+def _series(case: Case, phases: int, seconds: float) -> Method:
     def set_up() -> Ready:
-        return read_by(case, SeriesCurve(case.series(case.heights(phases), phases // 2)))
+        return read_by(case, SeriesCurve(case.series(case.heights, phases)))
 
-    return Method(f"sum of harmonics, {phases} phases", "harmonics", set_up, phases * a_phase)
+    return Method(f"sum of harmonics, {phases} phases", "harmonics", set_up, seconds)
 
 
 def _closed(case: Case) -> Method:
@@ -269,27 +260,25 @@ def _table(case: Case, size: float) -> Method:
 
 def _live(case: Case, reader: TableReader) -> Ready:
     """Return the reading of a table along the scan, block by block, as a live voice reads it."""
-    turns = case.solved.turns / case.rate
-    whole = Fraction(turns).limit_denominator(MOST_PLACES)  # periods in so many frames, to 1e-10 of them
-    places, lap = whole.denominator, whole.numerator
     texture = case.scene.texture.period
+    whole = Fraction(case.solved.turns / case.rate).limit_denominator(MOST_PLACES)
+    places, lap = whole.denominator, whole.numerator  # so many frames in so many periods, to 1e-10 of them
 
-    def motion(speed: float, frames: int) -> Motion:
+    def hand_along(speed: float, frames: int) -> tuple[HandReader, Motion, Block]:
         samples = np.zeros((5, frames))
         samples[SPEED], samples[LOAD] = speed, case.load
-        return Motion(samples, np.empty(0))
+        hand = HandReader((reader,), texture, case.rate)
+        return hand, Motion(samples, np.empty(0)), np.empty((frames, 1), np.float32)
 
     def period(points: int) -> Array:
-        hand = HandReader((reader,), texture, case.rate)
+        hand, motion, out = hand_along(lap / places * case.rate * texture, places)
         hand.phase = 2**63 // places
-        out = np.empty((places, 1), np.float32)
-        hand.read(motion(lap / places * case.rate * texture, places), out)
+        hand.read(motion, out)
         values = np.empty(places)
         values[(np.arange(places) - hand.delay) * lap % places] = out[:, 0]
         lines = np.fft.rfft(values) * case.extent
         lines[0] = lines[case.solved.highest + 1 :] = 0.0
         return np.fft.irfft(lines, places)
 
-    hand = HandReader((reader,), texture, case.rate)
-    steady, out = motion(case.scene.scan.speed, TIMED_FRAMES), np.empty((TIMED_FRAMES, 1), np.float32)
+    hand, steady, out = hand_along(case.scene.scan.speed, TIMED_FRAMES)
     return Ready(TIMED_FRAMES, reader.table.nbytes, lambda: hand.read(steady, out), period)

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from time import perf_counter
 from typing import Any, TypeVar
@@ -26,13 +26,13 @@ import numpy as np
 
 from synth.accuracy.baseline import baseline_methods
 from synth.accuracy.costing import explain
-from synth.accuracy.methods import Case, Method, case_of, chosen_method, methods_of
+from synth.accuracy.methods import Case, Method, case_of, chosen_method, curve_between, methods_of
 from synth.arrays import Array
 from synth.errors import CannotRender, Fault, InvalidRequest, shown
 from synth.perception.threshold import threshold_displacement
 from synth.plan.channels import UNITS
 from synth.plan.preparation import prepare
-from synth.response.spectrum import Complex, Demand, curves, solve_spectrum
+from synth.response.spectrum import Complex, Demand, solve_spectrum
 from synth.scene.scene import Scene, scene_document
 from synth.scene.source import SceneLike, scene_from
 
@@ -63,10 +63,6 @@ class Measured:
     times_real_time: float
     memory_bytes: int
     pareto: bool
-
-    def seconds_for(self, duration: float) -> float:
-        """Return the seconds that `duration` seconds of sound take, set-up included."""
-        return self.setup_seconds + duration * self.seconds_per_second
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,23 +107,11 @@ class AccuracyReport:
         return _finite(made)
 
 
-@dataclass(frozen=True, slots=True)
-class Reference:
-    """The truth: the series of the channel (SI), and a bound of its error relative to the peak-to-peak."""
-
-    series: Complex
-    error: float
-
-    @classmethod
-    def of(cls, case: Case) -> Reference:
-        """Solve it."""
-        demand = Demand(case.solved.highest, (case.order,), REFERENCE_TOLERANCE)
-        found = solve_spectrum(case.contact, case.load, demand)
-        return cls(case.derived(found.harmonics), found.errors[0])
-
-    def curve(self, points: int) -> Array:
-        """Return its values at the phases (i + 1/2) / points of a period."""
-        return curves(self.series * np.exp(1j * math.pi * np.arange(len(self.series)) / points), 0, points)
+def reference_of(case: Case) -> tuple[Complex, float]:
+    """Return the truth: the series of the channel (SI), and a bound of its error relative to the peak-to-peak."""
+    demand = Demand(case.solved.highest, (case.order,), REFERENCE_TOLERANCE)
+    found = solve_spectrum(case.contact, case.load, demand)
+    return case.derived(found.harmonics), found.errors[0]
 
 
 def measure_accuracy(
@@ -146,21 +130,21 @@ def measure_accuracy(
     cost = explain(scene).cost
     assert cost is not None
     case = case_of(_steady(scene), channel)
-    reference, chosen = Reference.of(case), chosen_method(case, channel)
+    (reference, bound), chosen = reference_of(case), chosen_method(case, channel)
     others = (method for method in methods_of(case) if method.name != chosen.name)
-    listed = [*baseline_methods(case), *others, chosen]
-    rows, left_out = _measured_all(case, listed, reference, progress)
-    planned = scene.output.channel_list[channel]
+    made = _measured_all(case, [*baseline_methods(case), *others, chosen], reference, progress)
+    rows = [one for one in made if isinstance(one, Measured)]
+    left_out = [one for one in made if isinstance(one, LeftOutMethod)]
     duration = scene.output.duration
     return AccuracyReport(
         scene=scene_document(scene),
-        quantity=planned.quantity,
-        unit=UNITS[planned.quantity],
+        quantity=case.quantity,
+        unit=UNITS[case.quantity],
         peak_to_peak=case.extent,
         duration=duration,
         sample_rate=case.rate,
         threshold=scene.accuracy.threshold,
-        reference_error=reference.error,
+        reference_error=bound,
         chosen=chosen.name,
         repeats=REPEATS,
         process_seconds=cost.process_seconds,
@@ -171,25 +155,20 @@ def measure_accuracy(
 
 
 def _measured_all(
-    case: Case, listed: Sequence[Method], reference: Reference, progress: Progress | None
-) -> tuple[list[Measured], list[LeftOutMethod]]:
-    """Return what each method of `listed` errs by and costs, and what was left out; the quickest are measured first."""
-    rows: dict[str, Measured] = {}
-    left_out: dict[str, LeftOutMethod] = {}
-    began = perf_counter()
+    case: Case, listed: Sequence[Method], reference: Complex, progress: Progress | None
+) -> list[Measured | LeftOutMethod]:
+    """Return what each method of `listed` errs by and costs, or why it was left out; the quickest come first."""
+    made: dict[str, Measured | LeftOutMethod] = {}
+    began, told = perf_counter(), progress or (lambda *_done: None)
     for done, method in enumerate(sorted(listed, key=lambda one: one.seconds)):
-        if progress is not None:
-            progress(method.name, done, len(listed))
-        patience = PATIENCE if perf_counter() - began < BUDGET else HASTE
-        if method.seconds <= patience:
-            rows[method.name] = _measured(case, method, reference)
+        told(method.name, done, len(listed))
+        if method.seconds <= (PATIENCE if perf_counter() - began < BUDGET else HASTE):
+            made[method.name] = _measured(case, method, reference)
         else:
             reason = f"It would take {method.seconds:.3g} s to measure."
-            left_out[method.name] = LeftOutMethod(method.name, method.family, reason)
-    if progress is not None:
-        progress(listed[-1].name, len(listed), len(listed))
-    names = [method.name for method in listed]
-    return [rows[name] for name in names if name in rows], [left_out[name] for name in names if name in left_out]
+            made[method.name] = LeftOutMethod(method.name, method.family, reason)
+    told(listed[-1].name, len(listed), len(listed))
+    return [made[method.name] for method in listed]
 
 
 def _not_there(case: Case) -> Iterator[LeftOutMethod]:
@@ -226,19 +205,18 @@ def _channel_of(scene: Scene, quantity: str | None) -> int:
 
 def _steady(scene: Scene) -> Scene:
     """Return `scene` as a constant scan; raises CannotRender where that is silent."""
-    if scene.scan.stroke is not None or scene.scan.trajectory is not None:
-        update = {"stroke": None, "trajectory": None, "speed": scene.scan.speed, "load": scene.scan.load}
-        scene = scene.model_copy(update={"scan": scene.scan.model_copy(update=update)})
+    scan = scene.scan.model_copy(update={"stroke": None, "trajectory": None})
+    scene = scene.model_copy(update={"scan": scan})
     silence = prepare(scene).silence
     if silence:
         raise CannotRender(f"{silence} There is nothing to measure.")
     return scene
 
 
-def _measured(case: Case, method: Method, reference: Reference) -> Measured:
+def _measured(case: Case, method: Method, reference: Complex) -> Measured:
     ready, setup = _timed(method.set_up)
     values = ready.period(max(SEEN_PHASES, 1 << (8 * case.solved.highest).bit_length()))
-    error = values - reference.curve(len(values))
+    error = values - curve_between(reference, len(values))
     a_second = _timed(ready.run)[1] * case.rate / ready.frames
     displacement, worst, margin = _spectral_errors(case, error, reference)
     return Measured(
@@ -268,7 +246,7 @@ def _timed(work: Callable[[], T]) -> tuple[T, float]:
     return made, statistics.median(times)
 
 
-def _spectral_errors(case: Case, error: Array, reference: Reference) -> tuple[float, float, float]:
+def _spectral_errors(case: Case, error: Array, reference: Complex) -> tuple[float, float, float]:
     """Return the largest error as a displacement (m), that of a harmonic in the band in dB, and the margin in dB."""
     lines = np.fft.rfft(error) / len(error)
     n = np.arange(1, len(lines))
@@ -278,7 +256,7 @@ def _spectral_errors(case: Case, error: Array, reference: Reference) -> tuple[fl
     displaced = np.concatenate([[0.0], lines[1:] / per_turn])
     largest = float(np.max(np.abs(np.fft.irfft(displaced, len(error)) * len(error))))
     in_band = sizes[: case.solved.highest]
-    strongest = 2.0 * float(np.max(np.abs(reference.series)))
+    strongest = 2.0 * float(np.max(np.abs(reference)))
     worst = _decibels(float(np.max(in_band)) / strongest)
     folded = np.abs(n * fundamental - np.rint(n * fundamental / case.rate) * case.rate)
     folded = np.maximum(folded, 1.0)
@@ -290,21 +268,11 @@ def _decibels(ratio: float) -> float:
     return 20.0 * math.log10(ratio) if ratio > 0.0 else -math.inf
 
 
-def _with_front(rows: Iterable[Measured], duration: float) -> tuple[Measured, ...]:
+def _with_front(rows: Sequence[Measured], duration: float) -> tuple[Measured, ...]:
     """Return the rows, `pareto` true where none is nearer and cheaper, set-up and `duration` seconds together."""
-    listed = list(rows)
-    return tuple(
-        replace(
-            row,
-            pareto=not any(
-                other.max_error <= row.max_error
-                and other.seconds_for(duration) <= row.seconds_for(duration)
-                and (other.max_error, other.seconds_for(duration)) != (row.max_error, row.seconds_for(duration))
-                for other in listed
-            ),
-        )
-        for row in listed
-    )
+    pairs = [(row.max_error, row.setup_seconds + duration * row.seconds_per_second) for row in rows]
+    beaten = [any(other != own and other[0] <= own[0] and other[1] <= own[1] for other in pairs) for own in pairs]
+    return tuple(replace(row, pareto=not one) for row, one in zip(rows, beaten, strict=True))
 
 
 def _finite(row: dict[str, Any]) -> dict[str, Any]:

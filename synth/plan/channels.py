@@ -18,13 +18,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.plan.frame_solver import WITH_MEAN
+from synth.plan.request import Request
 from synth.response.lift_gate import gate
+from synth.response.reading_filter import ORDERS
 from synth.response.series_curve import SeriesCurve
 from synth.response.spectrum import Complex, Spectrum, curves, error_floor, points_for
-from synth.scene.scene import Channel, Scene
+from synth.scene.scene import Channel
 
 APPROACH = "approach"
-ORDERS = {APPROACH: 0, "displacement": 0, "velocity": 1, "acceleration": 2}
 UNITS = {APPROACH: "m", "displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
 NEARLY = 1.05  # times the tolerance: less than this is not worth a warning, since the error is itself an estimate
 ROUNDING = 6e-8  # of the peak: float32
@@ -58,33 +59,21 @@ class ChannelPlan:
 
 
 @dataclass(frozen=True, slots=True)
-class SteadyScan:
-    """The scan's own speed and load: what a channel is planned from.
+class SteadyScan(Request):
+    """The scan's own speed and load: what a channel is planned from. spectrum: the series at the scan's load."""
 
-    spectrum: the series at the scan's load. highest: harmonics in the band. orders: derivatives whose errors the
-    spectrum holds. moving: the scan changes by itself, so its channels have no reader of a steady scan.
-    """
-
-    scene: Scene
     spectrum: Spectrum
-    highest: int
-    orders: tuple[int, ...]
-    moving: bool
 
-    def series(self, order: int) -> Complex:
-        """Return the series of a quantity in SI units, the lift gate included."""
-        kept = self.spectrum.harmonics[: self.highest + 1] * self._gate
+    def series(self, order: int, harmonics: Complex | None = None) -> Complex:
+        """Return the series of a quantity in SI units, the lift gate included; harmonics: of z, or those it has."""
+        kept = (self.spectrum.harmonics if harmonics is None else harmonics)[: self.highest + 1] * self._gate
         kept[0] = 0.0
-        return kept * (2j * math.pi * np.arange(len(kept)) * self._turns) ** order if order else kept
-
-    @property
-    def _turns(self) -> float:
-        return self.scene.scan.speed / self.scene.texture.period
+        return kept * (2j * math.pi * np.arange(len(kept)) * self.turns) ** order if order else kept
 
     @property
     def _gate(self) -> float:
         scan = self.scene.scan  # what holds a finger that pulls is no affair of the gate
-        return float(gate(scan.load, scan.lift_load)) if 0.0 <= scan.load < scan.lift_load else 1.0
+        return float(gate(scan.load, scan.lift_load)) if scan.load >= 0.0 else 1.0
 
     def planned(self, channel: Channel, peaks: Mapping[int, float], *, still: bool = False) -> ChannelPlan:
         """Return one channel, its reader made and its error added up.
@@ -98,12 +87,10 @@ class SteadyScan:
         extent, peak = extent_and_peak(series)
         peak = peaks.get(order, peak)
         if still:
-            peak = self.scene.texture.amplitude * (2.0 * math.pi * abs(self._turns)) ** order
+            peak = self.scene.texture.amplitude * (2.0 * math.pi * abs(self.turns)) ** order
         level = float(self.spectrum.harmonics[0].real) * self._gate if channel.quantity == APPROACH else 0.0
-        if level and order not in peaks:
-            peak += abs(level)
-        elif level:
-            peak = peaks[WITH_MEAN]
+        if level:
+            peak = peaks.get(WITH_MEAN, peak + abs(level))
         full_scale = channel.full_scale or (peak / PEAK if peak > STILL else 1.0)
         error = ROUNDING * max(1.0, abs(level) / extent) if extent > 0.0 else 0.0
         if extent > 0.0 and not self.moving and order in self.orders:
@@ -114,7 +101,7 @@ class SteadyScan:
     def warning(self, channel: ChannelPlan, tolerance: float) -> str:
         """Return what to tell where a channel misses the tolerance by more than round-off, or ""."""
         height = self.scene.finger.ridge_amplitude + self.scene.texture.amplitude
-        floor = error_floor(height, max(self.highest, 1), channel.order) * abs(self._turns) ** channel.order
+        floor = error_floor(height, max(self.highest, 1), channel.order) * abs(self.turns) ** channel.order
         if (channel.error - tolerance) * channel.extent <= floor:
             return ""
         return (
@@ -136,11 +123,6 @@ class SteadyScan:
 def spendable(tolerance: float) -> float:
     """Return what of the tolerance the series may use: the rounding to float32 comes on top."""
     return max(tolerance - ROUNDING, 0.3 * tolerance)
-
-
-def silent_channel(channel: Channel) -> ChannelPlan:
-    """Return a channel of a scene that is silent."""
-    return ChannelPlan(channel.quantity, ORDERS[channel.quantity], channel.full_scale or 1.0, 0.0, 0.0, None)
 
 
 def extent_and_peak(series: Complex) -> tuple[float, float]:

@@ -45,7 +45,6 @@ HALVINGS = 30  # of a sample's distance: leaves 1e-9 of it
 DIGITS = 9  # of heights and edges as they are told
 
 Phase = list[float]
-Booleans = np.ndarray[Any, np.dtype[np.bool_]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,14 +105,14 @@ def picture(
     approach = contact.approach(turns, load)[0] if chosen else np.empty(0)
     return Picture(
         period=nominal.texture_period,
-        texture=surfaces.texture(np.arange(points, dtype=np.float64) * (nominal.texture_period / points)),
+        texture=np.asarray(nominal.texture(np.arange(points) * (nominal.texture_period / points))),
         begin=begin,
         length=length,
         finger=surfaces.finger(np.linspace(begin, begin + length, points)),
         load=load,
         foundation=contact.stiffness_at(load) / length if load > 0.0 else None,
         approach=approach,
-        touching=_touching(surfaces, turns, approach) if load > 0.0 else ([],) * chosen,
+        touching=patches(surfaces, turns, approach) if load > 0.0 else ([],) * chosen,
         left_out=tuple(name for name in scene.effects if effect_called(name).kind != Kind.SHAPE),
     )
 
@@ -134,15 +133,6 @@ class Surfaces:
         both = (geometry.ridge_amplitude, geometry.ridge_period), geometry.equivalent
         return min(period for amplitude, period in both if amplitude > 0.0)
 
-    @property
-    def periods(self) -> int:
-        """The most patches that a phase is likely to have."""
-        return math.ceil(self.length / self.shortest) + 1
-
-    def texture(self, places: Array) -> Array:
-        """Return the texture (m) at s = `places` (m)."""
-        return np.asarray(self.geometry.texture(places))
-
     def finger(self, places: Array) -> Array:
         """Return the finger (m) at x = `places` (m)."""
         turns = places / self.geometry.ridge_period % 1.0
@@ -153,14 +143,17 @@ class Surfaces:
     def overlap(self, places: Array, turns: Array, approach: Array) -> Array:
         """Return h - z (m) at x = `places` (m), where the texture has moved by `turns` periods under z = `approach`."""
         moved = places - turns * self.geometry.texture_period
-        return np.asarray(self.texture(moved) + self.finger(places) - approach)
+        return np.asarray(self.geometry.texture(moved) + self.finger(places) - approach)
 
 
-def patches(surfaces: Surfaces, turns: Array, approach: Array) -> tuple[Phase, ...]:
-    """Return where the surfaces touch at each phase: begin, end, begin, end, ... (m), rising.
+def patches(surfaces: Surfaces, turns: Array, approach: Array) -> tuple[Phase, ...] | None:
+    """Return where the surfaces touch at each phase: begin, end, begin, end, ... (m), rising; None for too many.
 
     turns, approach: [phases], in texture periods and m.
     """
+    likely = math.ceil(surfaces.length / surfaces.shortest) + 1  # patches of a phase
+    if likely > MOST_PATCHES_A_PHASE or likely * len(turns) > MOST_PATCHES:
+        return None
     count = max(4, math.ceil(SAMPLES_A_PERIOD * surfaces.length / surfaces.shortest)) + 1
     found: list[Phase] = []
     rows = max(1, CHUNK // (2 * count))
@@ -177,8 +170,11 @@ def _patches(surfaces: Surfaces, turns: Array, approach: Array, count: int) -> l
     touches = heights > 0.0
     row, left = np.nonzero(touches[:, 1:] != touches[:, :-1])
     low, high = places[row, left], places[row, left + 1]
-    edges = _edges(surfaces, turns[row, 0], approach[row, 0], low, high, touches[row, left])
-    inner = np.split(edges, np.searchsorted(row, np.arange(1, len(turns))))
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        as_low = (surfaces.overlap(middle, turns[row, 0], approach[row, 0]) > 0.0) == touches[row, left]
+        low, high = np.where(as_low, middle, low), np.where(as_low, high, middle)
+    inner = np.split(0.5 * (low + high), np.searchsorted(row, np.arange(1, len(turns))))
     return [
         [surfaces.begin] * bool(first) + between.tolist() + [end] * bool(last)
         for first, between, last in zip(touches[:, 0], inner, touches[:, -1], strict=True)
@@ -215,16 +211,6 @@ def _vertex(before: Array, here: Array, behind: Array) -> Array:
     return np.asarray(np.divide(-rise, bend, out=np.full_like(bend, 0.0), where=bend != 0.0))
 
 
-def _edges(surfaces: Surfaces, turns: Array, approach: Array, low: Array, high: Array, touching: Booleans) -> Array:
-    """Return where h - z changes its sign between `low` and `high` (m), [edges]; touching: whether it is above 0 at
-    `low`."""
-    for _ in range(HALVINGS):
-        middle = 0.5 * (low + high)
-        as_low = (surfaces.overlap(middle, turns, approach) > 0.0) == touching
-        low, high = np.where(as_low, middle, low), np.where(as_low, high, middle)
-    return np.asarray(0.5 * (low + high))
-
-
 def _contact_of(scene: Scene, cache: ResponseCache | None) -> Contact:
     """Return the contact of `scene` in the shape that its plan has."""
     geometry = Geometry.of_scene(scene)
@@ -242,14 +228,6 @@ def _contact_of(scene: Scene, cache: ResponseCache | None) -> Contact:
         assert isinstance(effect, ShapeEffect)
         contact = effect.shaped(contact, settings)
     return contact
-
-
-def _touching(surfaces: Surfaces, turns: Array, approach: Array) -> tuple[Phase, ...] | None:
-    """Return the patches of each phase, or None where there are too many."""
-    periods = surfaces.periods
-    if periods > MOST_PATCHES_A_PHASE or periods * len(turns) > MOST_PATCHES:
-        return None
-    return patches(surfaces, turns, approach)
 
 
 def _affordable(cells: int, phases: int | None) -> int:

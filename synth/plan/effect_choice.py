@@ -10,7 +10,7 @@ Limits  an estimate, within a factor of two of what a whole render changes by.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,10 +18,11 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.contact.load_balance import Contact
-from synth.effects.effect import BalanceEffect, Effect, Kind, OutputEffect, ShapeEffect
-from synth.effects.simulation.terms import Terms
+from synth.effects.effect import Effect, Kind, OutputEffect
 from synth.errors import CannotRender
-from synth.response.spectrum import Demand, curves, points_for, solve_spectrum
+from synth.plan.request import Request
+from synth.response.reading_filter import ORDERS
+from synth.response.table_error import QUANTITIES
 from synth.scene.effect_registry import declaration
 from synth.scene.effects_section import AUTO, FrozenMapping
 from synth.scene.scene import Scene
@@ -32,28 +33,20 @@ OF_ONE_SHAPE = (
     "them out, or keep the load constant."
 )
 PUT_IN = 0.4  # of the tolerance: between a tenth, below which nobody would miss it, and all of it
-JUDGED_TO = 0.05  # of the tolerance: error of the series by which a shape is judged
 MEAN_PHASES = 64  # of a period over which the contact is averaged: more would move its stiffness by less than 1 %
-QUANTITIES: Mapping[int, str] = {0: "displacement", 1: "velocity", 2: "acceleration"}
 
 
 @dataclass(frozen=True, slots=True)
-class SimulationCase:
-    """What is to be simulated: the scene, its contact, and what is wanted of it.
+class SimulationCase(Request):
+    """What is to be simulated: a request, its contact in its shape, and the tolerance as a number."""
 
-    orders: time derivatives of z, rising. tolerance: as a number. loads: smallest and largest (N). moving: its speed or
-    load changes. live: its blocks have deadlines. forces: the horizontal forces are wanted too.
-    """
-
-    scene: Scene
     contact: Contact
-    orders: tuple[int, ...]
     tolerance: float
-    loads: tuple[float, float]
-    moving: bool
-    by_hand: bool
-    live: bool
-    forces: bool
+
+    @property
+    def orders(self) -> tuple[int, ...]:
+        """The time derivatives of the channels, rising, of a finger that stands still too."""
+        return tuple(sorted({ORDERS[channel.quantity] for channel in self.scene.output.channel_list}))
 
     @property
     def nominal(self) -> Scene:
@@ -71,16 +64,6 @@ class SimulationCase:
     def pressed(self) -> float:
         """The load (N) at which the contact is pressed."""
         return max(self.load, self.scene.scan.lift_load)
-
-    @property
-    def turns(self) -> float:
-        """Texture periods a second, signed."""
-        return self.scene.scan.speed / self.scene.texture.period
-
-    @property
-    def stiffness(self) -> float:
-        """What a small motion meets at the load (N/m)."""
-        return stiffness_round(self.contact, self.pressed)
 
 
 def stiffness_round(contact: Contact, load: float) -> float:
@@ -101,21 +84,22 @@ class SimulatedEffect:
 
 
 @dataclass(frozen=True, slots=True)
-class LeftOutEffect:
-    """An effect that is left out: its name, why, and what it would change, relative."""
+class LeftOut:
+    """One thing that is not simulated: why, and how much of the output it would change (relative, or None: nothing)."""
 
     name: str
     reason: str
-    change: float
+    effect_on_output: float | None
 
 
 def asked(scene: Scene, kind: Kind) -> Iterator[tuple[Effect, Any, bool]]:
     """Yield the effects of one kind that `scene` names, in order, with their settings, and whether they are left to
     us.
     """
-    for effect in in_order([effect for effect in map(effect_called, scene.effects) if effect.kind == kind]):
-        settings = scene.effects[effect.name]
-        yield effect, effect.settings() if settings == AUTO else settings, settings == AUTO
+    for name in sorted(scene.effects):
+        effect, settings = effect_called(name), scene.effects[name]
+        if effect.kind == kind:
+            yield effect, effect.settings() if settings == AUTO else settings, settings == AUTO
 
 
 def require_one_shape(scene: Scene) -> None:
@@ -131,69 +115,18 @@ def effect_called(name: str) -> Effect:
     return effect
 
 
-def in_order(effects: list[Effect]) -> list[Effect]:
-    """Return effects of one kind in the order of their names, each behind those that it declares to come after."""
-    waiting, ordered = sorted(effects, key=lambda effect: effect.name), []
-    while waiting:
-        names = {effect.name for effect in waiting}
-        ready = next(effect for effect in waiting if not names.intersection(effect.after))
-        waiting.remove(ready)
-        ordered.append(ready)
-    return ordered
-
-
 def judged(
     effect: Effect, settings: Any, orders: tuple[int, ...], change: tuple[float, ...], turns: float, tolerance: float
-) -> SimulatedEffect | LeftOutEffect:
+) -> SimulatedEffect | LeftOut:
     """Return `effect` as called for or spared, by what it changes of each order, relative to its peak-to-peak."""
     largest = max(change)
     words = (
         f"It moves the {QUANTITIES[orders[change.index(largest)]]} by {largest:.2g} of its peak-to-peak at "
         f"{abs(turns):.4g} Hz, tolerance {tolerance:.2g}."
     )
-    return (
-        SimulatedEffect(effect, settings, words)
-        if largest > PUT_IN * tolerance
-        else LeftOutEffect(effect.name, words, largest)
-    )
-
-
-def shape_of(
-    contact: Contact, scene: Scene, demand: Demand, loads: tuple[float, ...], turns: float
-) -> tuple[Contact, list[SimulatedEffect], list[LeftOutEffect]]:
-    """Return the contact with the shapes that `scene` calls for, those effects, and those left out.
-
-    demand: what a series of this scene must hold. loads: N, at which a change is judged. turns: texture periods a
-    second.
-    """
-    called: list[SimulatedEffect] = []
-    spared: list[LeftOutEffect] = []
-    for effect, settings, auto in asked(scene, Kind.SHAPE):
-        assert isinstance(effect, ShapeEffect)
-        shaped = effect.shaped(contact, settings)
-        verdict: SimulatedEffect | LeftOutEffect = SimulatedEffect(effect, settings)
-        if auto:
-            relative = _shape_change(contact, shaped, demand, loads)
-            verdict = judged(effect, settings, demand.orders, relative, turns, demand.tolerance)
-        if isinstance(verdict, SimulatedEffect):
-            contact = shaped
-            called.append(verdict)
-        else:
-            spared.append(verdict)
-    return contact, called, spared
-
-
-def terms_of(scene: Scene) -> tuple[Terms, list[SimulatedEffect], list[tuple[BalanceEffect, Any]]]:
-    """Return the terms of the balance that `scene` sets, those effects, and the effects that it leaves to us."""
-    terms, called, open_ones = Terms(), [], []
-    for effect, settings, auto in asked(scene, Kind.BALANCE):
-        assert isinstance(effect, BalanceEffect)
-        if auto:
-            open_ones.append((effect, settings))
-        else:
-            terms = effect.balanced(terms, settings)
-            called.append(SimulatedEffect(effect, settings))
-    return terms, called, open_ones
+    if largest > PUT_IN * tolerance:
+        return SimulatedEffect(effect, settings, words)
+    return LeftOut(effect.name, words, largest)
 
 
 def outputs_of(scene: Scene) -> list[tuple[OutputEffect[Any], Any]]:
@@ -218,18 +151,6 @@ def with_added_scales(scene: Scene, full_scale: tuple[float | None, ...]) -> Sce
         chosen[effect.name] = effect.scaled(settings, full_scale[place : place + count])
         place += count
     return scene.model_copy(update={"effects": FrozenMapping(chosen)})
-
-
-def _shape_change(plain: Contact, shaped: Contact, demand: Demand, loads: tuple[float, ...]) -> tuple[float, ...]:
-    """Return the largest change of each order over `loads`, relative to its peak-to-peak in the plain contact."""
-    finer = Demand(demand.highest, demand.orders, JUDGED_TO * demand.tolerance)
-    largest = [0.0] * len(demand.orders)
-    for load in loads:
-        series = [solve_spectrum(contact, load, finer).harmonics for contact in (plain, shaped)]
-        for place, order in enumerate(demand.orders):
-            before, after = (curves(one[: demand.highest + 1], order, points_for(demand.highest)) for one in series)
-            largest[place] = max(largest[place], relative_change(before, after))
-    return tuple(largest)
 
 
 def relative_change(before: Array, after: Array) -> float:

@@ -13,26 +13,27 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from synth.contact.load_balance import Contact
-from synth.effects.effect import AddedChannel, Kind, OutputStage
-from synth.plan.channels import PEAK, STILL, ChannelPlan
+from synth.effects.effect import AddedChannel, BalanceEffect, Kind, OutputStage, ShapeEffect
+from synth.effects.simulation.terms import Terms
+from synth.plan.channels import NEARLY, PEAK, STILL, ChannelPlan
 from synth.plan.effect_choice import (
-    QUANTITIES,
-    LeftOutEffect,
+    LeftOut,
     SimulatedEffect,
     SimulationCase,
     asked,
     judged,
     outputs_of,
-    shape_of,
-    terms_of,
+    relative_change,
 )
-from synth.response.spectrum import Demand
+from synth.response.spectrum import Demand, curves, points_for, solve_spectrum
+from synth.response.table_error import QUANTITIES
 from synth.scene.scene import Scene
 
 if TYPE_CHECKING:
     from synth.plan.simulation_plan import SimulationPlan
 
-NEARLY = 1.05  # times the tolerance: less than this is not worth a warning, since the error is itself an estimate
+LET_GO = "The finger pulls harder than what holds it: it has let go, and nothing moves."
+JUDGED_TO = 0.05  # of the tolerance: error of the series by which a shape is judged
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +46,7 @@ class PreparedEffects:
     """
 
     called: tuple[SimulatedEffect, ...]
-    spared: tuple[LeftOutEffect, ...]
+    spared: tuple[LeftOut, ...]
     simulation: SimulationPlan | None = None
     stages: tuple[OutputStage, ...] = ()
     silent: tuple[AddedChannel, ...] = ()
@@ -59,11 +60,11 @@ class PreparedEffects:
         """Return what a listener should know: what misses the tolerance."""
         late = {channel.quantity: channel.error for channel in self.channels}
         gone: tuple[str, ...] = ()
-        if self.simulation is not None and self.simulation.let_go:
-            gone = ("The finger pulls harder than what holds it: it has let go, and nothing moves.",)
         if self.simulation is not None:
             pairs = zip(self.simulation.orders, self.simulation.errors, strict=True)
             late |= {QUANTITIES[order]: error for order, error in pairs}
+            if self.simulation.let_go:
+                gone = (LET_GO,)
         return gone + tuple(
             f"The {quantity.replace('_', ' ')} reaches an error of {error:.2g} of its peak-to-peak, not the "
             f"{tolerance:.2g} asked for: effects are simulated step by step."
@@ -91,21 +92,44 @@ class PreparedEffects:
 def shape_for(
     contact: Contact, scene: Scene, demand: Demand, loads: tuple[float, float], turns: float
 ) -> tuple[Contact, PreparedEffects]:
-    """Return the contact in the shape that `scene` calls for, and the effects that shape it."""
-    low, high = (max(load, scene.scan.lift_load) for load in loads)
-    judged_at = tuple(sorted({low, max(scene.scan.load, scene.scan.lift_load), high}))
-    shaped, called, spared = shape_of(contact, scene, demand, judged_at, turns)
-    return shaped, PreparedEffects(tuple(called), tuple(spared))
+    """Return the contact in the shape that `scene` calls for, and the effects that shape it.
+
+    demand: what a series of this scene must hold. loads: N, of the scan; turns: texture periods a second.
+    """
+    judged_at = sorted({max(load, scene.scan.lift_load) for load in (*loads, scene.scan.load)})
+    called: list[SimulatedEffect] = []
+    spared: list[LeftOut] = []
+    for effect, settings, auto in asked(scene, Kind.SHAPE):
+        assert isinstance(effect, ShapeEffect)
+        shaped = effect.shaped(contact, settings)
+        verdict: SimulatedEffect | LeftOut = SimulatedEffect(effect, settings)
+        if auto:
+            relative = _shape_change(contact, shaped, demand, judged_at)
+            verdict = judged(effect, settings, demand.orders, relative, turns, demand.tolerance)
+        if isinstance(verdict, SimulatedEffect):
+            contact = shaped
+            called.append(verdict)
+        else:
+            spared.append(verdict)
+    return contact, PreparedEffects(tuple(called), tuple(spared))
+
+
+def _shape_change(plain: Contact, shaped: Contact, demand: Demand, loads: list[float]) -> tuple[float, ...]:
+    """Return the largest change of each order over `loads`, relative to its peak-to-peak in the plain contact."""
+    finer = Demand(demand.highest, demand.orders, JUDGED_TO * demand.tolerance)
+    points, kept = points_for(demand.highest), slice(demand.highest + 1)
+    pairs = [[solve_spectrum(one, load, finer).harmonics[kept] for one in (plain, shaped)] for load in loads]
+    return tuple(
+        max(relative_change(*(curves(series, order, points) for series in pair)) for pair in pairs)
+        for order in demand.orders
+    )
 
 
 def effects_of(case: SimulationCase, shapes: PreparedEffects) -> PreparedEffects:
     """Return the effects of `case`, whose contact is in its shape; their stages are still to be made."""
-    called, spared, plan = list(shapes.called), list(shapes.spared), None
-    if any(True for _ in asked(case.scene, Kind.BALANCE)):
-        plan, more, without = _simulated(case)
-        called, spared = called + more, spared + without
+    plan, called, spared = _simulated(case)
     called += [SimulatedEffect(effect, settings) for effect, settings in outputs_of(case.scene)]
-    return PreparedEffects(tuple(called), tuple(spared), plan)
+    return PreparedEffects((*shapes.called, *called), (*shapes.spared, *spared), plan)
 
 
 def left_out(scene: Scene, silence: str) -> PreparedEffects:
@@ -114,7 +138,7 @@ def left_out(scene: Scene, silence: str) -> PreparedEffects:
     for effect, settings in outputs_of(scene):
         for quantity, scale in zip(effect.channels(settings), effect.scales(settings), strict=True):
             silent.append(AddedChannel(quantity, scale or 1.0, 0.0, 0.0, "silence"))
-    spared = tuple(LeftOutEffect(name, silence, 0.0) for name in scene.effects)
+    spared = tuple(LeftOut(name, silence, 0.0) for name in scene.effects)
     return PreparedEffects((), spared, silent=tuple(silent))
 
 
@@ -134,12 +158,21 @@ def simulated_channel(base: ChannelPlan, full_scale: float | None, plan: Simulat
     return ChannelPlan(base.quantity, base.order, scale, plan.errors[place], extent, None, base.level)
 
 
-def _simulated(case: SimulationCase) -> tuple[SimulationPlan | None, list[SimulatedEffect], list[LeftOutEffect]]:
+def _simulated(case: SimulationCase) -> tuple[SimulationPlan | None, list[SimulatedEffect], list[LeftOut]]:
     """Return the simulation of the effects on the balance, those that are called for, and those left out."""
+    terms, called, open_ones = Terms(), [], []
+    spared: list[LeftOut] = []
+    for effect, settings, auto in asked(case.scene, Kind.BALANCE):
+        assert isinstance(effect, BalanceEffect)
+        if auto:
+            open_ones.append((effect, settings))
+        else:
+            terms = effect.balanced(terms, settings)
+            called.append(SimulatedEffect(effect, settings))
+    if not called and not open_ones:
+        return None, [], []
     from synth.plan.simulation_plan import plan_simulation
 
-    terms, called, open_ones = terms_of(case.scene)
-    spared: list[LeftOutEffect] = []
     plan = None if terms.quasi_static else plan_simulation(case, terms)
     for effect, settings in open_ones:
         candidate = effect.balanced(terms, settings)

@@ -30,7 +30,7 @@ from synth.contact.load_balance import Contact
 from synth.motion.motion import LOAD
 from synth.motion.scan_motion import ScanMotion
 from synth.response.mean_approach import Mean
-from synth.response.spectrum import Demand, Spectrum, solve_spectrum
+from synth.response.spectrum import Demand, solve_spectrum
 from synth.scene.scene import Scene
 
 Heights = Callable[[Array, Array], Array]
@@ -81,7 +81,9 @@ def plan_frames(contact: Contact, scene: Scene, demand: Demand, tolerance: float
     varies = motion.load_range()[0] != motion.load_range()[1]
     probed = np.geomspace(low, high, PROBED_LOADS) if high > low else [low]
     series = [solve_spectrum(contact, float(load), demand) for load in probed]
-    phases = max(FEWEST_PHASES, *(_phases_for(one, demand.tolerance) for one in series))
+    # fewer hold the tolerance than the series took, since those were doubled until it did
+    spared = [min(max((max(one.errors) / demand.tolerance) ** (1.0 / FALL), 0.5), 1.0) for one in series]
+    phases = max(FEWEST_PHASES, *(one.phases * part for one, part in zip(series, spared, strict=True)))
     errors = tuple(
         max(one.errors[place] * (one.phases / phases) ** FALL for one in series) for place in range(len(demand.orders))
     )
@@ -92,7 +94,8 @@ def plan_frames(contact: Contact, scene: Scene, demand: Demand, tolerance: float
         count = math.ceil((demand.highest * fastest + scene.output.band_limit) / rate)
         errors = series[0].errors
     else:
-        count = max(_solutions_for_landing(demand.orders, tolerance), math.ceil(phases * fastest / rate))
+        landing = max(FOLDED[order] for order in demand.orders) / (FOLDED_SHARE * tolerance)
+        count = max(math.ceil(SEEN * landing ** (1.0 / FALL)), math.ceil(phases * fastest / rate))
         folded = (FOLDED[order] * (SEEN / count) ** FALL for order in demand.orders)
         errors = tuple(one + other for one, other in zip(errors, folded, strict=True))
     if 4.0 * MARGIN / (scale * stride) * count > MOST_TOGETHER:
@@ -102,18 +105,6 @@ def plan_frames(contact: Contact, scene: Scene, demand: Demand, tolerance: float
     if varies and work * (motion.duration - motion.start) > PATIENCE:
         return None
     return FramePlan(count, stride, errors, scale, work)
-
-
-def _solutions_for_landing(orders: tuple[int, ...], tolerance: float) -> int:
-    """Return how many solutions a frame hold the tolerance where the load changes quickly."""
-    most = max(FOLDED[order] for order in orders) / (FOLDED_SHARE * tolerance)
-    return math.ceil(SEEN * float(most ** (1.0 / FALL)))
-
-
-def _phases_for(series: Spectrum, tolerance: float) -> float:
-    """Return how many phases hold the tolerance: fewer than the series took, since those were doubled until it did."""
-    spared = (max(series.errors) / tolerance) ** (1.0 / FALL)
-    return float(series.phases * min(max(spared, 0.5), 1.0))
 
 
 class FrameSolver:

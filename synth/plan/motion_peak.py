@@ -44,15 +44,16 @@ def peaks_along(contact: Contact, scene: Scene, mean: Mean, orders: tuple[int, .
 
     mean: of z over a period, as `frame_solver` takes it.
     """
-    output = scene.output
+    output, stroke = scene.output, scene.scan.stroke
     rate = min(output.sample_rate, max(100, math.ceil(output.band_limit / BAND)))
     solver = FrameSolver(contact.heights, scene, mean, rate, count=OVERSAMPLING, scale=1.0)
-    seconds = 1e-9 * solver.solutions * (EXACT_CELL * contact.cells + FRAME_SETUP)
-    most = max(1, math.floor(PATIENCE / seconds))
-    chunks = range(math.ceil(_length(scene) * rate / solver.chunk))
+    # after so many seconds the motion is over, or comes again
+    length = stroke.period if stroke is not None else ScanMotion(scene).duration + LIFT_TIME
+    chunks = list(range(math.ceil(length * rate / solver.chunk)))
+    most = max(1, math.floor(PATIENCE / (1e-9 * solver.solutions * (EXACT_CELL * contact.cells + FRAME_SETUP))))
     if len(chunks) > most:
-        return _peaks_where_loud(contact, scene, orders, solver, rate, most)
-    return _largest(solver, list(chunks), orders)
+        chunks = _loud_chunks(contact, scene, orders, length, solver.chunk / rate, most)
+    return np.asarray(np.max([np.max(np.abs(solver.solved(number, orders)), axis=1) for number in chunks], axis=0))
 
 
 def differs_from_cruise(scene: Scene) -> bool:
@@ -63,31 +64,22 @@ def differs_from_cruise(scene: Scene) -> bool:
     return stroke.length < FEW_PERIODS * scene.texture.period or stroke.turn_time < QUICK_TURN
 
 
-def _length(scene: Scene) -> float:
-    """Return after how many seconds the motion is over, or comes again."""
-    stroke = scene.scan.stroke
-    return stroke.period if stroke is not None else ScanMotion(scene).duration + LIFT_TIME
+def _loud_chunks(
+    contact: Contact, scene: Scene, orders: tuple[int, ...], length: float, chunk: float, most: int
+) -> list[int]:
+    """Return the chunks that are likely to be the loudest, `most` of them for all orders together.
 
-
-def _largest(solver: FrameSolver, chunks: list[int], orders: tuple[int, ...]) -> Array:
-    return np.asarray(np.max([np.max(np.abs(solver.solved(number, orders)), axis=1) for number in chunks], axis=0))
-
-
-def _peaks_where_loud(
-    contact: Contact, scene: Scene, orders: tuple[int, ...], solver: FrameSolver, rate: int, most: int
-) -> Array:
-    """Return the peaks of the chunks that are likely to be the loudest, `most` of them for all orders together."""
-    length = _length(scene)
+    length, chunk: seconds of the motion and of a chunk.
+    """
     look_rate = max(1, math.floor(min(LOOK_RATE, LOOKS / length)))
     looks = max(1, math.floor(length * look_rate))
-    likely = _likely(contact, scene, orders, ScanMotion(scene, look_rate).at(0, looks).samples)
-    chunk = (np.arange(looks) / look_rate * rate / solver.chunk).astype(int)
-    wanted: list[int] = []
-    for values in likely:
-        loudest = np.zeros(chunk[-1] + 1)
-        np.maximum.at(loudest, chunk, values)
-        wanted += np.argsort(loudest)[::-1][: max(1, most // len(orders))].tolist()
-    return _largest(solver, sorted(set(wanted)), orders)
+    numbers = (np.arange(looks) / look_rate / chunk).astype(int)
+    wanted: set[int] = set()
+    for values in _likely(contact, scene, orders, ScanMotion(scene, look_rate).at(0, looks).samples):
+        loudest = np.zeros(numbers[-1] + 1)
+        np.maximum.at(loudest, numbers, values)
+        wanted.update(np.argsort(loudest)[::-1][: max(1, most // len(orders))].tolist())
+    return sorted(wanted)
 
 
 def _likely(contact: Contact, scene: Scene, orders: tuple[int, ...], samples: Array) -> list[Array]:

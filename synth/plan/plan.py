@@ -7,14 +7,16 @@ Source  design, sections 2 and 5. Errors are those measured while the response w
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 from synth.effects.effect import Price
 from synth.plan.channels import UNITS
-from synth.plan.effect_choice import QUANTITIES
-from synth.plan.preparation import N_MAX, Preparation
+from synth.plan.effect_choice import LeftOut
+from synth.plan.preparation import Preparation
+from synth.plan.request import N_MAX
 from synth.plan.warnings import plan_doubts
+from synth.response.table_error import QUANTITIES
 from synth.scene.effect_registry import effect_names, unit_of
 from synth.scene.output_section import BAND
 from synth.scene.scene import scene_document
@@ -37,18 +39,7 @@ class Simulated:
 
     def document(self) -> dict[str, Any]:
         """Return it as JSON."""
-        settings = {} if self.settings is None else {"settings": self.settings}
-        price = {} if self.price is None else {"price": asdict(self.price)}
-        return {"name": self.name, "reason": self.reason} | settings | price
-
-
-@dataclass(frozen=True, slots=True)
-class LeftOut:
-    """One thing that is not simulated: why, and how much of the output it would change (relative, or None: nothing)."""
-
-    name: str
-    reason: str
-    effect_on_output: float | None
+        return {name: value for name, value in asdict(self).items() if value is not None}
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,19 +72,12 @@ class Plan:
 
     def document(self) -> dict[str, Any]:
         """Return the plan as a JSON document (design, section 5)."""
-        cost = self.cost
-        return {
-            "scene": self.scene,
+        return {field.name: getattr(self, field.name) for field in fields(self)} | {
             "simulated": [part.document() for part in self.simulated],
-            "left_out": [
-                {"name": part.name, "reason": part.reason, "effect_on_output": part.effect_on_output}
-                for part in self.left_out
-            ],
-            "response": self.response,
-            "estimated_error": self.estimated_error,
-            "cost": None if cost is None else asdict(cost),
+            "left_out": [asdict(part) for part in self.left_out],
+            "cost": None if self.cost is None else asdict(self.cost),
             "warnings": list(self.warnings),
-        }  # fmt: skip
+        }
 
 
 def plan_of(solved: Preparation) -> Plan:
@@ -113,24 +97,34 @@ def plan_of(solved: Preparation) -> Plan:
 
 
 def _simulated(solved: Preparation) -> tuple[Simulated, ...]:
+    """Return what is simulated, in the order in which it runs."""
     if solved.spectrum is None:
         return ()
-    response = () if solved.simulated else _response_parts(solved)
-    return (*response, *_simulation_part(solved), *_effect_parts(solved))
-
-
-def _simulation_part(solved: Preparation) -> tuple[Simulated, ...]:
     plan = None if solved.effects is None else solved.effects.simulation
-    if plan is None:
-        return ()
-    part = max(plan.change)
+    called = () if solved.effects is None else solved.effects.called
+    own = [_simulation_part(solved, plan)] if plan is not None else _response_parts(solved)
+    return (
+        *own,
+        *(
+            Simulated(
+                one.effect.name,
+                f"{one.effect.reason(solved.scene, one.settings)} {one.reason}".strip(),
+                one.settings.document(),
+                one.effect.price,
+            )
+            for one in called
+        ),
+    )
+
+
+def _simulation_part(solved: Preparation, plan: SimulationPlan) -> Simulated:
     steps = (
         f"z is simulated {plan.simulation.steps} steps a frame, in the place of the response, since that changes it by "
-        f"{part:.2g} of its peak-to-peak."
+        f"{max(plan.change):.2g} of its peak-to-peak."
     )
     if plan.work > 1.0:
         steps += f" A second of sound takes {plan.work:.2g} s of a processor."
-    return (Simulated("simulation", f"{steps} {_beginning(solved, plan)}"),)
+    return Simulated("simulation", f"{steps} {_beginning(solved, plan)}")
 
 
 def _beginning(solved: Preparation, plan: SimulationPlan) -> str:
@@ -144,126 +138,78 @@ def _beginning(solved: Preparation, plan: SimulationPlan) -> str:
         return "It begins where the finger comes down, on the elastic contact."
     if plan.simulation.steady is None:
         return f"It begins {plan.simulation.settling:.2g} s ahead, on the elastic contact."
-    if plan.repeats:
+    if plan.pilot.repeats:
         return "It begins in its periodic state: each texture period is like the first."
     return "The motion does not repeat with the texture, so the error counts by how much its periods differ."
 
 
-def _effect_parts(solved: Preparation) -> tuple[Simulated, ...]:
-    """Return the effects that are simulated, in the order in which they run."""
-    if solved.effects is None:
-        return ()
-    return tuple(
-        Simulated(
-            one.effect.name,
-            f"{one.effect.reason(solved.scene, one.settings)} {one.reason}".strip(),
-            one.settings.document(),
-            one.effect.price,
+def _response_parts(solved: Preparation) -> list[Simulated]:
+    """Return the response at the scan's own speed and load, and what follows a motion where they vary."""
+    spectrum, frames, table = solved.spectrum, solved.frames, solved.table
+    assert spectrum is not None
+    how = "The load flattens the whole contact, so z is one sinusoid in closed form."
+    if not spectrum.closed:
+        how = (
+            f"z is solved at {spectrum.phases} phases of the texture period ({spectrum.solver}) and kept "
+            f"as {solved.highest} harmonics, so that each output quantity keeps {solved.tolerance:.3g} of its "
+            "peak-to-peak."
         )
-        for one in solved.effects.called
-    )
-
-
-def _response_parts(solved: Preparation) -> tuple[Simulated, ...]:
-    assert solved.spectrum is not None
-    return (Simulated("contact response", _how_solved(solved)), *_moving_parts(solved))
-
-
-def _how_solved(solved: Preparation) -> str:
-    """Return how the response at the scan's own speed and load is found, as a sentence."""
-    assert solved.spectrum is not None
-    if solved.spectrum.closed:
-        return "The load flattens the whole contact, so z is one sinusoid in closed form."
-    return (
-        f"z is solved at {solved.spectrum.phases} phases of the texture period ({solved.spectrum.solver}) and kept "
-        f"as {solved.highest} harmonics, so that each output quantity keeps {solved.tolerance:.3g} of its peak-to-peak."
-    )
-
-
-def _moving_parts(solved: Preparation) -> tuple[Simulated, ...]:
-    """Return what follows a motion, where speed or load vary."""
-    low, high = solved.loads
+    parts = [Simulated("contact response", how)]
     varies = "A hand moves and presses as it likes" if solved.by_hand else "The speed varies"
     if solved.load_varies and not solved.by_hand:
+        low, high = solved.loads
         varies = f"The load varies between {low:.4g} N and {high:.4g} N"
-    if solved.frames is not None:
-        frames = solved.frames
+    if frames is not None:
         every = "a frame" if frames.stride == 1 else f"in {frames.stride} frames"
-        return (Simulated("solved frames", f"{varies}, and z is solved {frames.count} times {every}."),)
-    if solved.table is None:
-        return ()
-    table = solved.table
-    reason = (
-        f"{varies}, so z is read from a table of {len(table.loads)} loads and {len(table.levels.highest)} levels, up "
-        f"to {table.harmonics} harmonics and {table.covered[1]:.4g} N; a heavier load is read as that."
-    )
-    return (Simulated("response table", reason),)
+        parts.append(Simulated("solved frames", f"{varies}, and z is solved {frames.count} times {every}."))
+    if table is not None:
+        reason = (
+            f"{varies}, so z is read from a table of {len(table.loads)} loads and {len(table.levels.highest)} levels, "
+            f"up to {table.harmonics} harmonics and {table.covered[1]:.4g} N; a heavier load is read as that."
+        )
+        parts.append(Simulated("response table", reason))
+    return parts
 
 
 def _left_out(solved: Preparation) -> tuple[LeftOut, ...]:
-    spared = () if solved.effects is None else solved.effects.spared
-    effects = tuple(LeftOut(one.name, one.reason, one.change) for one in spared)
-    effects += tuple(
-        LeftOut(name, "The scene does not call for it.", None)
-        for name in effect_names()
-        if name not in solved.scene.effects
-    )
-    if solved.spectrum is None:
-        return (LeftOut("contact response", solved.silence, None), *effects)
-    return (*_above_the_band(solved), *_not_moving(solved), *effects)
-
-
-def _not_moving(solved: Preparation) -> tuple[LeftOut, ...]:
-    if solved.moving or solved.simulated:
-        return ()
-    return (LeftOut("response table", "Neither speed nor load varies: one series serves.", None),)
-
-
-def _above_the_band(solved: Preparation) -> tuple[LeftOut, ...]:
     output = solved.scene.output
-    if output.bandwidth_hz >= BAND * output.sample_rate:
-        return ()
-    reason = f'output.bandwidth is {output.bandwidth_hz:.6g} Hz; "full" keeps what the sample rate holds.'
-    return (LeftOut("components above the band", reason, None),)
+    parts: list[LeftOut] = []
+    if solved.spectrum is None:
+        parts.append(LeftOut("contact response", solved.silence, None))
+    elif output.bandwidth_hz < BAND * output.sample_rate:
+        reason = f'output.bandwidth is {output.bandwidth_hz:.6g} Hz; "full" keeps what the sample rate holds.'
+        parts.append(LeftOut("components above the band", reason, None))
+    if solved.spectrum is not None and not solved.moving and not solved.simulated:
+        parts.append(LeftOut("response table", "Neither speed nor load varies: one series serves.", None))
+    parts += () if solved.effects is None else solved.effects.spared
+    others = [name for name in effect_names() if name not in solved.scene.effects]
+    return (*parts, *(LeftOut(name, "The scene does not call for it.", None) for name in others))
 
 
 def _response(solved: Preparation) -> dict[str, Any]:
-    spectrum = solved.spectrum
-    return {
+    """Return how the response is found, with its channels, and the simulation and the table where there are any."""
+    spectrum, table, reach = solved.spectrum, solved.table, solved.reach if solved.moving else N_MAX
+    told = {
         "method": _method(solved),
         "solver": "" if spectrum is None else spectrum.solver,
         "tolerance": solved.tolerance,
         "fundamental_hz": abs(solved.turns),
         "harmonics": solved.highest if spectrum is not None else 0,
-        "n_max": _most_harmonics(solved),
+        "n_max": reach if table is None else table.harmonics,
         "band_limit_hz": solved.scene.output.band_limit,
         "phases_solved": 0 if spectrum is None else spectrum.phases,
-        "channels": [
-            {
-                "quantity": channel.quantity,
-                "unit": UNITS[channel.quantity],
-                "full_scale": channel.full_scale,
-                "peak_to_peak": channel.extent,
-                "reader": "simulation" if solved.simulated else "" if channel.reader is None else channel.reader.name,
-            }
-            for channel in solved.channels
-        ] + _added_channels(solved),
-    } | _simulation(solved) | _table(solved)  # fmt: skip
-
-
-def _most_harmonics(solved: Preparation) -> int:
-    if solved.table is not None:
-        return solved.table.harmonics
-    return solved.reach if solved.moving else N_MAX
-
-
-def _table(solved: Preparation) -> dict[str, Any]:
-    """Return what the response table of a moving voice holds, if it has one."""
-    table = solved.table
-    if table is None:
-        return {}
-    return {
-        "table": {
+        "channels": _channels(solved),
+    }
+    plan = None if solved.effects is None else solved.effects.simulation
+    if plan is not None:
+        told["simulation"] = {
+            "steps_a_frame": plan.simulation.steps,
+            "processor_seconds_a_second": plan.work,
+            "delay_behind_a_hand_seconds": plan.simulation.filters.margin / solved.scene.output.sample_rate,
+            "changes": {QUANTITIES[order]: one for order, one in zip(plan.orders, plan.change, strict=True)},
+        }
+    if table is not None:
+        told["table"] = {
             "hash": table.hash,
             "bytes": table.nbytes,
             "loads": len(table.loads),
@@ -271,36 +217,26 @@ def _table(solved: Preparation) -> dict[str, Any]:
             "covered_loads": list(table.covered),
             "error_loads": list(solved.told_loads),
         }
-    }
+    return told
 
 
-def _added_channels(solved: Preparation) -> list[dict[str, Any]]:
+def _channels(solved: Preparation) -> list[dict[str, Any]]:
+    """Return the channels of the response and those that effects add."""
+    added = {} if solved.effects is None else {one.quantity: one.method for one in solved.effects.channels}
+    readers = {
+        channel.quantity: "simulation" if solved.simulated else "" if channel.reader is None else channel.reader.name
+        for channel in solved.channels
+    } | added
     return [
         {
             "quantity": channel.quantity,
-            "unit": unit_of(channel.quantity),
+            "unit": UNITS.get(channel.quantity) or unit_of(channel.quantity),
             "full_scale": channel.full_scale,
             "peak_to_peak": channel.extent,
-            "reader": channel.method,
+            "reader": readers[channel.quantity],
         }
-        for channel in (() if solved.effects is None else solved.effects.channels)
+        for channel in solved.all_channels
     ]
-
-
-def _simulation(solved: Preparation) -> dict[str, Any]:
-    """Return how effects on the balance are simulated, if there are any."""
-    plan = None if solved.effects is None else solved.effects.simulation
-    if plan is None:
-        return {}
-    rate = solved.scene.output.sample_rate
-    return {
-        "simulation": {
-            "steps_a_frame": plan.simulation.steps,
-            "processor_seconds_a_second": plan.work,
-            "delay_behind_a_hand_seconds": plan.simulation.filters.margin / rate,
-            "changes": {name: one for name, one in zip(map(QUANTITIES.get, plan.orders), plan.change, strict=True)},
-        }
-    }
 
 
 def _method(solved: Preparation) -> str:

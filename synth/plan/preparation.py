@@ -5,13 +5,11 @@ Model   Harmonics below 0.40 of the rate (and below the bandwidth) at the scan's
         from their series, which is solved to the tolerance, less the rounding to float32. A scan that moves is solved
         along its motion (`frame_solver`), or, by hand and where blocks have deadlines, read from the response table.
 Source  design, section 4.
-Limits  no more than N_MAX harmonics; a moving scan at a constant load keeps those up to MOVING_REACH times its fastest
-        speed's, which `reach` tells.
+Limits  no more harmonics than `request` says.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Hashable
 from dataclasses import dataclass, replace
 
@@ -24,100 +22,47 @@ from synth.effects.effect import AddedChannel, Kind
 from synth.motion.motion import LARGEST_LOAD
 from synth.motion.scan_motion import ScanMotion
 from synth.perception.threshold import imperceptible_tolerance
-from synth.plan.channels import APPROACH, NEARLY, ORDERS, UNITS, ChannelPlan, SteadyScan, silent_channel, spendable
+from synth.plan.channels import APPROACH, NEARLY, ChannelPlan, SteadyScan, spendable
 from synth.plan.effect_choice import SimulationCase, outputs_of
 from synth.plan.effect_choice import asked as asked_effects
 from synth.plan.effects_preparation import PreparedEffects, effects_of, left_out, shape_for, simulated_channel
 from synth.plan.frame_solver import WITH_MEAN, FramePlan, plan_frames
 from synth.plan.motion_peak import differs_from_cruise, peaks_along
 from synth.plan.process_start import begun
+from synth.plan.request import Request
 from synth.plan.scene_table import kept_table, read_error
 from synth.response.mean_approach import Mean, mean_curve
+from synth.response.reading_filter import ORDERS
 from synth.response.response_cache import SHARED, ResponseCache
 from synth.response.spectrum import Demand, Spectrum, curves, fine_enough, points_for, solve_spectrum
 from synth.response.table import ResponseTable
+from synth.response.table_error import QUANTITIES
 from synth.response.table_making import HEAVIEST
 from synth.scene.output_section import BAND, FULL_BAND
 from synth.scene.scene import Scene
 
-N_MAX = 4096  # harmonics (design, section 4); more cost time in proportion and are far above what skin feels
-MOVING_REACH = 8  # a moving scan keeps the harmonics of this many times its fastest speed's: at u / 8 nothing is lost
-FEWEST_MOVING = 64  # harmonics that a moving scan keeps at least, however fast: it is slow where it turns
 SERIES_SHARE = 0.7  # of the tolerance of a moving scan, for its series; what folds where it lands takes the rest
 TIGHTEST, LOOSEST = 1e-7, 3e-2  # between which "imperceptible" is translated: the range of accuracy.tolerance
-HAND_LOADS = (0.05, 1.8)  # N of usual hands (Fagiani & Barbieri, 2016, section 2)
 FELT = 0.1  # of the peak-to-peak: a hand tells amplitudes apart by 0.1 to 0.25, so less is not worth a warning
 EXACT = 1e-6  # the tolerance of "exact": what folds below 0.40 of the rate (design, section 4)
 
 
 @dataclass(frozen=True, slots=True)
-class PreparationRequest:
-    """What a scene asks for, before anything is solved.
-
-    by_hand: a hand moves, and `scene` holds its nominal scan. paced: see `prepare`. loads: smallest and largest load of
-    the scan (N).
-    """
-
-    scene: Scene
-    by_hand: bool
-    paced: bool
-    loads: tuple[float, float]
-
-    @property
-    def turns(self) -> float:
-        """Texture periods a second at the scan's speed, signed."""
-        return self.scene.scan.speed / self.scene.texture.period
-
-    @property
-    def moving(self) -> bool:
-        """True where the scan changes speed or load by itself, or a hand does."""
-        scan = self.scene.scan
-        return self.by_hand or scan.stroke is not None or scan.trajectory is not None
-
-    @property
-    def highest(self) -> int:
-        """Harmonics kept at the scan's speed; at least one of a moving scan, which is slower elsewhere."""
-        return max(harmonics_below(abs(self.turns), self.scene.output.band_limit), int(self.moving))
-
-    @property
-    def reach(self) -> int:
-        """Harmonics that a moving voice keeps at most."""
-        return min(N_MAX, max(MOVING_REACH * self.highest, FEWEST_MOVING)) if self.moving else self.highest
-
-    @property
-    def orders(self) -> tuple[int, ...]:
-        """The time derivatives that the channels need, rising; a finger that stands still needs none."""
-        orders = {ORDERS[channel.quantity] for channel in self.scene.output.channel_list}
-        return tuple(sorted(orders)) if self.moving or self.scene.scan.speed != 0.0 else (0,)
-
-    @property
-    def load_varies(self) -> bool:
-        """True where the scan, or a hand, changes its load."""
-        return self.loads[0] != self.loads[1]
-
-    @property
-    def told_loads(self) -> tuple[float, float]:
-        """The loads (N) over which the error of a table is told: those of the scan, or of usual hands."""
-        low, high = ScanMotion(self.scene).recorded_loads()
-        return (min(low, HAND_LOADS[0]), max(high, HAND_LOADS[1])) if self.by_hand else (low, high)
-
-
-@dataclass(frozen=True, slots=True)
-class Preparation(PreparationRequest):
+class Preparation(Request):
     """A scene, solved.
 
-    tolerance: as a number. contact: None where nothing is solved. spectrum: the series at the scan's load, None where
-    nothing sounds; silence: why, or "". mean: of z over a period (m), over the cube root of the load, where the scan's
-    own motion decides the full scale, or the approach is asked for. frames: how a moving scan is solved, None where a
-    table is read. table: what a moving voice reads, None where none does. effects: what the scene's effects became,
-    None where it has none.
+    tolerance: as a number. warnings: sentences. contact: None where nothing is solved. spectrum: the series at the
+    scan's load, None where nothing sounds; silence: why, or "". mean: of z over a period (m), over the cube root of the
+    load, where the scan's own motion decides the full scale, or the approach is asked for. frames: how a moving scan is
+    solved, None where a table is read. table: what a moving voice reads, None where none does. effects: what the
+    scene's effects became, None where it has none.
     """
 
     tolerance: float
-    contact: Contact | None
-    spectrum: Spectrum | None
-    channels: tuple[ChannelPlan, ...]
-    warnings: tuple[str, ...]
+    warnings: tuple[str, ...] = ()
+    contact: Contact | None = None
+    spectrum: Spectrum | None = None
+    channels: tuple[ChannelPlan, ...] = ()
     silence: str = ""
     mean: Mean | None = None
     frames: FramePlan | None = None
@@ -138,7 +83,7 @@ class Preparation(PreparationRequest):
     def steady(self) -> SteadyScan:
         """The scan's own speed and load, of a scene that sounds."""
         assert self.spectrum is not None
-        return SteadyScan(self.scene, self.spectrum, self.highest, self.orders, self.moving)
+        return SteadyScan(*self.request, self.spectrum)
 
     @property
     def memory_bytes(self) -> int:
@@ -147,13 +92,6 @@ class Preparation(PreparationRequest):
         held += sum(channel.reader.nbytes for channel in self.channels if channel.reader is not None)
         held += 0 if self.effects is None else self.effects.memory_bytes
         return held + (0 if self.contact is None else self.contact.nbytes) + 1024
-
-
-def harmonics_below(frequency: float, limit: float, most: int = N_MAX) -> int:
-    """Return how many harmonics of `frequency` (Hz, at least 0) lie below `limit` (Hz), `most` at most."""
-    if frequency * most < limit:
-        return most
-    return max(0, math.ceil(limit / frequency * (1.0 - 1e-12)) - 1)
 
 
 def prepare(
@@ -179,66 +117,61 @@ def prepare(
 
     def build() -> Preparation:
         loads = (0.0, LARGEST_LOAD) if by_hand else ScanMotion(scene).load_range()
-        return _prepared(PreparationRequest(scene, by_hand, paced, loads), kept, exact=exact)
+        return _prepared(Request(scene, by_hand, paced, loads), kept, exact=exact)
 
     return replace(kept.get(key, build), scene=scene)
 
 
-def _prepared(asked: PreparationRequest, cache: ResponseCache, *, exact: bool) -> Preparation:
-    scene, listed = asked.scene, asked.scene.output.channel_list
-    warnings = ScanMotion(scene).warnings()
-    geometry = Geometry.of_scene(scene)
+def _prepared(asked: Request, cache: ResponseCache, *, exact: bool) -> Preparation:
+    scene, geometry = asked.scene, Geometry.of_scene(asked.scene)
+    tolerance = scene.accuracy.tolerance if isinstance(scene.accuracy.tolerance, float) else EXACT
+    solved = Preparation(*asked.request, tolerance, ScanMotion(scene).warnings())
     silence = _silence(asked, geometry)
     if silence:
-        return _silent(asked, silence, warnings, None, _number(scene))
+        return _silent(solved, silence)
     contact = Contact.of(geometry, Stiffness.of_scene(scene))
-    tolerance = _tolerance(asked, contact, cache)
+    if scene.accuracy.tolerance == "imperceptible":
+        tolerance = _imperceptible(contact, asked)
     contact, shapes, demand = _shaped(asked, contact, tolerance)
-    spectrum = _solved(contact, scene, demand, asked.reach, cache)
-    steady = SteadyScan(scene, spectrum, asked.highest, asked.orders, asked.moving)
-    own = not asked.by_hand and asked.moving and (differs_from_cruise(scene) or _asks_approach(scene))
-    mean = mean_curve(contact, asked.loads, _pressed(scene), tolerance) if own else None
-    peaks = _peaks_of_motion(asked, contact, mean)
+    key = ("spectrum", contact.key, _pressed(scene), demand, asked.reach)
+    spectrum = cache.get(key, lambda: solve_spectrum(contact, _pressed(scene), demand, asked.reach))
+    solved = replace(solved, tolerance=tolerance, contact=contact)
+    mean, peaks = _own_motion(asked, contact, tolerance)
+    steady = SteadyScan(*asked.request, spectrum)
     silence = steady.silence(peaks)
     if silence and not asked.by_hand:
-        return _silent(asked, silence, warnings, contact, tolerance)
-    channels = tuple(steady.planned(channel, peaks, still=bool(silence)) for channel in listed)
-    warnings += tuple(text for text in (steady.warning(channel, tolerance) for channel in channels) if text)
+        return _silent(solved, silence)
+    channels = tuple(steady.planned(one, peaks, still=bool(silence)) for one in scene.output.channel_list)
+    missed = tuple(text for text in (steady.warning(channel, tolerance) for channel in channels) if text)
     if scene.accuracy.tolerance == "imperceptible" and tolerance <= TIGHTEST:
-        warnings += (f"A tolerance of {TIGHTEST:g}, the tightest there is, may leave an error that is felt.",)
+        missed += (f"A tolerance of {TIGHTEST:g}, the tightest there is, may leave an error that is felt.",)
     frames = None
-    if asked.moving and not asked.by_hand and not asked.paced:
+    if asked.moving and not asked.live:
         scale = min(1.0, scene.output.band_limit / (BAND * scene.output.sample_rate))
         frames = plan_frames(contact, scene, demand, tolerance, scale)
-    own_parts = asked.scene, asked.by_hand, asked.paced, asked.loads
-    solved = Preparation(*own_parts, tolerance, contact, spectrum, channels, warnings, mean=mean, frames=frames)
+    warnings = solved.warnings + missed
+    solved = replace(solved, spectrum=spectrum, channels=channels, warnings=warnings, mean=mean, frames=frames)
     if shapes is not None:
         solved = _with_effects(solved, shapes, cache)
     return _with_motion(solved, cache, exact=exact) if solved.moving and not solved.simulated else solved
 
 
-def _silent(
-    asked: PreparationRequest, silence: str, warnings: tuple[str, ...], contact: Contact | None, tolerance: float
-) -> Preparation:
+def _silent(solved: Preparation, silence: str) -> Preparation:
     """Return the preparation of a scene in which nothing sounds."""
-    scene, own_parts = asked.scene, (asked.scene, asked.by_hand, asked.paced, asked.loads)
-    channels = tuple(silent_channel(channel) for channel in scene.output.channel_list)
-    effects = left_out(scene, silence) if scene.effects else None
-    told = (*warnings, silence)
-    return Preparation(*own_parts, tolerance, contact, None, channels, told, silence=silence, effects=effects)
+    scene = solved.scene
+    return replace(
+        solved,
+        channels=tuple(
+            ChannelPlan(one.quantity, ORDERS[one.quantity], one.full_scale or 1.0, 0.0, 0.0, None)
+            for one in scene.output.channel_list
+        ),
+        warnings=(*solved.warnings, silence),
+        silence=silence,
+        effects=left_out(scene, silence) if scene.effects else None,
+    )
 
 
-def _tolerance(asked: PreparationRequest, contact: Contact, cache: ResponseCache) -> float:
-    """Return the tolerance as a number; `contact` is not yet in the shape that effects give it."""
-    if asked.scene.accuracy.tolerance != "imperceptible":
-        return _number(asked.scene)
-    rough = _solved(contact, asked.scene, Demand(asked.highest, asked.orders, 1e-2), 0, cache)
-    return _imperceptible(rough, asked)
-
-
-def _shaped(
-    asked: PreparationRequest, contact: Contact, tolerance: float
-) -> tuple[Contact, PreparedEffects | None, Demand]:
+def _shaped(asked: Request, contact: Contact, tolerance: float) -> tuple[Contact, PreparedEffects | None, Demand]:
     """Return the contact in the shape that the scene's effects ask for, those effects, and what series must hold."""
     scene, loads, shapes = asked.scene, asked.loads, None
     if scene.effects:
@@ -247,10 +180,10 @@ def _shaped(
         contact.geometry_at(max(*loads, scene.scan.lift_load))  # refuses a shape that is too long under it
     share = SERIES_SHARE if asked.moving else 1.0
     demand = Demand(asked.highest if asked.load_varies else asked.reach, asked.orders, share * spendable(tolerance))
-    reads_table = asked.by_hand or asked.paced  # which refines by itself
-    if any(asked_effects(scene, Kind.BALANCE)) or (asked.load_varies and not reads_table):
-        judged = _judged(scene, (0.0, HEAVIEST) if asked.by_hand else loads)
-        contact = fine_enough(contact, judged, _pressed(scene), demand)
+    if any(asked_effects(scene, Kind.BALANCE)) or (asked.load_varies and not asked.live):  # a table refines by itself
+        pressed, ends = _pressed(scene), (0.0, HEAVIEST) if asked.by_hand else loads
+        judged = tuple(sorted({max(load, scene.scan.lift_load) for load in (*ends, pressed)}))
+        contact = fine_enough(contact, judged, pressed, demand)
     return contact, shapes, demand
 
 
@@ -264,8 +197,9 @@ def _with_motion(solved: Preparation, cache: ResponseCache, *, exact: bool) -> P
         rate = solved.scene.output.sample_rate
         table = kept_table(solved.contact, solved.scene, cache, tolerance=solved.tolerance if exact else None)
         low, high = solved.told_loads
-        told = {ORDERS[name]: name for name in UNITS if name != APPROACH}
-        errors = {n: read_error(table, name, rate, (low, high), solved.highest) for n, name in told.items()}
+        errors = {
+            order: read_error(table, name, rate, (low, high), solved.highest) for order, name in enumerate(QUANTITIES)
+        }
         limit = NEARLY * solved.tolerance if exact else max(FELT, solved.tolerance)
         where = f" at loads from {low:.4g} to {high:.4g} N"
     channels = tuple(replace(one, error=one.error + errors[one.order]) for one in solved.channels)
@@ -281,17 +215,7 @@ def _with_motion(solved: Preparation, cache: ResponseCache, *, exact: bool) -> P
 def _with_effects(solved: Preparation, shapes: PreparedEffects, cache: ResponseCache) -> Preparation:
     """Return `solved` with its effects, its channels as they are with them."""
     assert solved.contact is not None
-    case = SimulationCase(
-        scene=solved.scene,
-        contact=solved.contact,
-        orders=tuple(sorted({channel.order for channel in solved.channels})),
-        tolerance=solved.tolerance,
-        loads=solved.loads,
-        moving=solved.moving,
-        by_hand=solved.by_hand,
-        live=solved.paced or solved.by_hand,
-        forces=bool(outputs_of(solved.scene)),
-    )
+    case = SimulationCase(*solved.request, solved.contact, solved.tolerance)
     effects = effects_of(case, shapes)
     solved = replace(solved, effects=effects)
     stages = tuple(effect.prepare(solved, settings, cache) for effect, settings in outputs_of(solved.scene))
@@ -307,43 +231,36 @@ def _with_effects(solved: Preparation, shapes: PreparedEffects, cache: ResponseC
     return replace(solved, effects=effects, channels=channels, warnings=warnings)
 
 
-def _peaks_of_motion(asked: PreparationRequest, contact: Contact, mean: Mean | None) -> dict[int, float]:
-    """Return the peak of each order along the scan's own motion, nothing where it is that at its speed and load."""
-    scene = asked.scene
-    if mean is None or all(channel.full_scale for channel in scene.output.channel_list):
-        return {}
-    known = tuple(sorted({0, *asked.orders, *({WITH_MEAN} if _asks_approach(scene) else ())}))
-    return dict(zip(known, peaks_along(contact, scene, mean, known).tolist(), strict=True))
+def _own_motion(asked: Request, contact: Contact, tolerance: float) -> tuple[Mean | None, dict[int, float]]:
+    """Return the mean of z and the peak of each order along the scan's own motion, nothing where its own speed and load
+    tell them.
+    """
+    scene, listed = asked.scene, asked.scene.output.channel_list
+    approach = any(channel.quantity == APPROACH for channel in listed)
+    if asked.by_hand or not asked.moving or not (approach or differs_from_cruise(scene)):
+        return None, {}
+    mean = mean_curve(contact, asked.loads, _pressed(scene), tolerance)
+    if all(channel.full_scale for channel in listed):
+        return mean, {}
+    known = tuple(sorted({0, *asked.orders, *({WITH_MEAN} if approach else ())}))
+    return mean, dict(zip(known, peaks_along(contact, scene, mean, known).tolist(), strict=True))
 
 
-def _asks_approach(scene: Scene) -> bool:
-    return any(channel.quantity == APPROACH for channel in scene.output.channel_list)
-
-
-def _number(scene: Scene) -> float:
-    asked = scene.accuracy.tolerance
-    return asked if isinstance(asked, float) else EXACT
-
-
-def _silence(asked: PreparationRequest, geometry: Geometry) -> str:
-    scene = asked.scene
+def _silence(asked: Request, geometry: Geometry) -> str:
+    output = asked.scene.output
     if geometry.still:
         return "The texture has no height (texture.amplitude is 0 m): nothing moves."
-    if scene.scan.load == 0.0:
+    if asked.scene.scan.load == 0.0:
         return "The finger does not touch (the load is 0 N): nothing moves."
-    if asked.highest == 0:
-        return (
-            f"Every harmonic is above the band: u / lambda2 is {abs(asked.turns):.6g} Hz, "
-            f"and what is below {scene.output.band_limit:.6g} Hz is rendered.{_wider_band(scene)}"
-        )
-    return ""
-
-
-def _wider_band(scene: Scene) -> str:
-    output = scene.output
-    if abs(scene.scan.speed) / scene.texture.period >= BAND * output.sample_rate or output.bandwidth == FULL_BAND:
+    if asked.highest > 0:
         return ""
-    return ' Write output.bandwidth "full" for all that the sample rate holds.'
+    text = (
+        f"Every harmonic is above the band: u / lambda2 is {abs(asked.turns):.6g} Hz, "
+        f"and what is below {output.band_limit:.6g} Hz is rendered."
+    )
+    if abs(asked.turns) < BAND * output.sample_rate and output.bandwidth != FULL_BAND:
+        text += ' Write output.bandwidth "full" for all that the sample rate holds.'
+    return text
 
 
 def _pressed(scene: Scene) -> float:
@@ -351,19 +268,9 @@ def _pressed(scene: Scene) -> float:
     return scene.scan.load if scene.scan.load > 0.0 else scene.scan.lift_load
 
 
-def _judged(scene: Scene, loads: tuple[float, float]) -> tuple[float, ...]:
-    """Return the loads (N) at which a discretisation is judged: the scan's own, its lightest and its heaviest."""
-    return tuple(sorted({max(load, scene.scan.lift_load) for load in (*loads, _pressed(scene))}))
-
-
-def _solved(contact: Contact, scene: Scene, demand: Demand, keep: int, cache: ResponseCache) -> Spectrum:
-    load = _pressed(scene)
-    key = ("spectrum", contact.key, load, demand, keep)
-    return cache.get(key, lambda: solve_spectrum(contact, load, demand, keep))
-
-
-def _imperceptible(spectrum: Spectrum, asked: PreparationRequest) -> float:
-    """Return the tolerance of which nothing is felt at the harmonics."""
+def _imperceptible(contact: Contact, asked: Request) -> float:
+    """Return the tolerance of which nothing is felt at the harmonics; `contact` is not yet in its shape."""
+    spectrum = solve_spectrum(contact, _pressed(asked.scene), Demand(asked.highest, asked.orders, 1e-2))
     turns, tolerance = abs(asked.turns), LOOSEST
     harmonics = np.arange(1, len(spectrum.harmonics)) * max(turns, 1e-9)
     for order in asked.orders:

@@ -4,75 +4,44 @@ Model   `begun` notes the processor time of the process when the first scene is 
         imported. numba announces when it loads a kernel from disk, and when it compiles one; the times are added up.
 Source  numba's event API (`numba.core.event`): "numba:compiler_lock" is held to load and to compile a kernel,
         "numba:compile" to compile it.
-Limits  in a process that did other work before its first scene, that work is counted as its start.
+Limits  in a process that did other work before its first scene, that work is counted as its start. A kernel counts
+        when it is ready.
 """
 
 from __future__ import annotations
 
-import threading
-from time import perf_counter, process_time
-from typing import Any
+from time import process_time
 
 from numba.core import event
 
 
-class _Time(event.Listener):
+class _Timer(event.TimingListener):
     """Seconds in which at least one event of a kind was under way."""
 
     def __init__(self, kind: str) -> None:
-        self._lock, self._open, self._since, self._total = threading.Lock(), 0, 0.0, 0.0
+        super().__init__()  # type: ignore[no-untyped-call]
         event.register(kind, self)  # type: ignore[no-untyped-call]
 
-    def on_start(self, event: Any) -> None:
-        """Take note of a beginning."""
-        with self._lock:
-            if self._open == 0:
-                self._since = perf_counter()
-            self._open += 1
-
-    def on_end(self, event: Any) -> None:
-        """Take note of an end."""
-        with self._lock:
-            self._open -= 1
-            if self._open == 0:
-                self._total += perf_counter() - self._since
-
-    @property
     def seconds(self) -> float:
-        """Seconds so far."""
-        with self._lock:
-            return self._total + (perf_counter() - self._since if self._open else 0.0)
+        """Return the seconds so far."""
+        return float(self.duration) if self.done else 0.0
 
-    @property
     def under_way(self) -> bool:
-        """True while such an event is under way."""
-        return self._open > 0
+        """Return whether such an event is under way."""
+        return bool(self._depth > 0)
 
 
-_kernels = _Time("numba:compiler_lock")
-_compiling = _Time("numba:compile")
+_kernels, _compiling = _Timer("numba:compiler_lock"), _Timer("numba:compile")
 _started: list[float] = []
+kernel_seconds = _kernels.seconds  # that this process has spent so far on loading and compiling kernels
+compile_seconds = _compiling.seconds  # the part of them in which kernels were compiled; 0 where all came from disk
+compiling = _compiling.under_way
 
 
 def begun() -> None:
     """Note that the imports are over, and the first scene is about to be prepared; later calls do nothing."""
     if not _started:
         _started.append(process_time())
-
-
-def kernel_seconds() -> float:
-    """Return the seconds that this process has spent so far on loading and compiling kernels."""
-    return _kernels.seconds
-
-
-def compile_seconds() -> float:
-    """Return the part of `kernel_seconds` in which kernels were compiled; 0 where all came from disk."""
-    return _compiling.seconds
-
-
-def compiling() -> bool:
-    """Return whether a kernel is being compiled now."""
-    return _compiling.under_way
 
 
 def process_seconds() -> float:

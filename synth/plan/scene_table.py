@@ -12,6 +12,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import replace
+from functools import partial
 
 from synth.contact.forces import Response
 from synth.contact.geometry import Geometry
@@ -77,8 +78,10 @@ def kept_table(
 
 
 def _kept(response: Response, scene: Scene, cache: ResponseCache, bounds: TableBounds) -> ResponseTable:
-    key = ("response table", response.key, scene.texture.period, band_of(scene), scene.scan.lift_load, bounds)
-    return cache.get(key, lambda: _made(response, scene, bounds))
+    period, band, lift_load = scene.texture.period, band_of(scene), scene.scan.lift_load
+    make = partial(make_table, response, period=period, band=band, lift_load=lift_load, bounds=bounds)
+    key = ("response table", response.key, period, band, lift_load, bounds)
+    return cache.get(key, lambda: make(scene=_told_text(scene)))
 
 
 def bounds_for(scene: Scene) -> TableBounds:
@@ -97,28 +100,14 @@ def read_error(table: ResponseTable, quantity: str, rate: int, loads: tuple[floa
     return table.error.over(loads, told, highest) + reading_filter(quantity, rate, table.band).error
 
 
-def _made(response: Response, scene: Scene, bounds: TableBounds) -> ResponseTable:
-    return make_table(
-        response,
-        period=scene.texture.period,
-        band=band_of(scene),
-        lift_load=scene.scan.lift_load,
-        bounds=bounds,
-        scene=_told_text(scene),
-    )
-
-
 def band_of(scene: Scene) -> float:
     """Return the frequency (Hz) up to which a table of `scene` sounds in full."""
     most = RATE_SHARE * scene.output.sample_rate
     return most if scene.output.bandwidth == FULL_BAND else min(scene.output.bandwidth_hz, most)
 
 
-def told_scene(scene: Scene) -> dict[str, object]:
-    """Return the parts of the scene's document that decide its table."""
-    document = scene_document(scene)
-    return {name: document[name] for name in ("finger", "texture", "effects") if name in document}
-
-
 def _told_text(scene: Scene) -> str:
-    return json.dumps(told_scene(scene), sort_keys=True)
+    """Return the parts of the scene's document that decide its table, as JSON."""
+    document = scene_document(scene)
+    told = {name: document[name] for name in ("finger", "texture", "effects") if name in document}
+    return json.dumps(told, sort_keys=True)

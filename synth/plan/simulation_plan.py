@@ -33,7 +33,14 @@ from synth.effects.simulation.steps import Stepper, StiffnessLaw
 from synth.effects.simulation.terms import Terms
 from synth.errors import CannotRender
 from synth.motion.scan_motion import LIFT_TIME, ScanMotion
-from synth.plan.effect_choice import MEAN_PHASES, OF_ONE_SHAPE, SimulationCase, relative_change
+from synth.plan.effect_choice import (
+    MEAN_PHASES,
+    OF_ONE_SHAPE,
+    SimulationCase,
+    outputs_of,
+    relative_change,
+    stiffness_round,
+)
 from synth.response.mean_approach import mean_curve
 
 PILOT, LONGEST_PILOT = 0.05, 20.0  # s: of whole periods at least, and where a period takes longer than that
@@ -63,13 +70,26 @@ LEFT_BY_POINTS = 0.55  # of what half as fine a contact changes: order 1.5, by k
 
 @dataclass(frozen=True, slots=True)
 class Pilot:
-    """A run at the scan's speed and load: float64 [orders, frames] of z; the offset of displacement (m). own: the same
-    along the first part of a stroke or a recording, no frames otherwise.
+    """A simulation in the state in which it begins, and a run of it at the scan's speed and load.
+
+    moved: z, float64 [orders, frames]. offset: of displacement (m). own: the same along the first part of a stroke or a
+    recording, no frames otherwise.
     """
 
+    simulation: Simulation
     moved: Array
     offset: float
     own: Array
+
+    @property
+    def repeats(self) -> bool:
+        """False where the motion does not repeat: in other steps it would begin elsewhere, which says nothing."""
+        return self.simulation.steady is None or self.simulation.steady.repeats
+
+    @property
+    def work(self) -> float:
+        """How long (s) its steps take, as predicted."""
+        return float(_work(self.simulation) * self.moved.shape[1] / self.simulation.scene.output.sample_rate)
 
     def differs_from(self, other: Pilot) -> tuple[float, ...]:
         """Return the largest difference of each order from another pilot, relative to the peak-to-peak."""
@@ -79,33 +99,20 @@ class Pilot:
         return tuple(map(max, steady, map(relative_change, self.own, other.own)))
 
 
-@dataclass(frozen=True, slots=True)
-class Candidate:
-    """A simulation in the state in which it begins, and its pilot."""
+def started(simulation: Simulation, case: SimulationCase) -> Pilot:
+    """Return the pilot of `simulation` in its periodic state, searched for from the one that it has, if any.
 
-    simulation: Simulation
-    pilot: Pilot
-
-    @classmethod
-    def of(cls, case: SimulationCase, simulation: Simulation) -> Candidate:
-        """Return the simulation in its periodic state, searched for from the one that it has, if any.
-
-        Where nothing moves a start is that state. None, too, where a period is too long to be run several times. Skin
-        that forgets within a small part of a period is run for so long ahead instead.
-        """
-        memory = FORGOTTEN * simulation.stepper.memory
-        if simulation.stepper.mass == 0.0 and 0.0 < memory <= min(AHEAD, 0.5 / max(abs(case.turns), 1e-9)):
-            simulation = replace(simulation, settling=memory)
-        elif case.turns != 0.0 and simulation.rate <= LONGEST * abs(case.turns):
-            crossings = case.scene.texture.period / case.scene.finger.ridge_period
-            asked = (case.turns, case.nominal.scan.load, steps_of_period(simulation, case), crossings, case.tolerance)
-            simulation = replace(simulation, steady=steady_of(simulation.stepper, *asked, simulation.steady))
-        return cls(simulation, run_pilot(simulation, case))
-
-    @property
-    def repeats(self) -> bool:
-        """False where the motion does not repeat: in other steps it would begin elsewhere, which says nothing."""
-        return self.simulation.steady is None or self.simulation.steady.repeats
+    Where nothing moves a start is that state. None, too, where a period is too long to be run several times. Skin that
+    forgets within a small part of a period is run for so long ahead instead.
+    """
+    memory = FORGOTTEN * simulation.stepper.memory
+    if simulation.stepper.mass == 0.0 and 0.0 < memory <= min(AHEAD, 0.5 / max(abs(case.turns), 1e-9)):
+        simulation = replace(simulation, settling=memory)
+    elif case.turns != 0.0 and simulation.rate <= LONGEST * abs(case.turns):
+        crossings = case.scene.texture.period / case.scene.finger.ridge_period
+        asked = (case.turns, case.nominal.scan.load, steps_of_period(simulation, case), crossings, case.tolerance)
+        simulation = replace(simulation, steady=steady_of(simulation.stepper, *asked, simulation.steady))
+    return run_pilot(simulation, case)
 
 
 def steps_of_period(simulation: Simulation, case: SimulationCase) -> int:
@@ -117,27 +124,33 @@ def steps_of_period(simulation: Simulation, case: SimulationCase) -> int:
 class SimulationPlan:
     """How a scene is simulated.
 
-    simulation: ready to run. change, errors, extents, peaks: of each order asked for: what the effects change,
-    relative; the error, relative to the peak-to-peak; peak-to-peak and peak (SI) at the scan's speed and load, the peak
-    of a recording along it. pilot: the run that showed it; nominal, finer: what it ran, and the same in steps of half
-    the length. repeats: the motion repeats with the texture.
+    simulation: ready to run. change, errors, peaks: of each order asked for: what the effects change, relative; the
+    error, relative to the peak-to-peak; the peak (SI) at the scan's speed and load, or along a recording. pilot: the
+    run that showed it. finer: the same in steps of half the length.
     """
 
     simulation: Simulation
     orders: tuple[int, ...]
     change: tuple[float, ...]
     errors: tuple[float, ...]
-    extents: tuple[float, ...]
     peaks: tuple[float, ...]
     pilot: Pilot
-    nominal: Simulation
     finer: Simulation
-    repeats: bool
+
+    @property
+    def nominal(self) -> Simulation:
+        """What the pilot ran."""
+        return self.pilot.simulation
+
+    @property
+    def extents(self) -> tuple[float, ...]:
+        """Peak-to-peak (SI) of each order at the scan's speed and load."""
+        return tuple(np.ptp(self.pilot.moved, axis=1).tolist())
 
     @property
     def signals(self) -> tuple[Signal, ...]:
-        """What a voice asks of the simulation: a signal for each order."""
-        return signals_of(self.orders)
+        """What a voice asks of the simulation: z about its mean, of every order."""
+        return tuple(Signal(RESPONSE, order) for order in self.orders)
 
     @property
     def let_go(self) -> bool:
@@ -146,7 +159,7 @@ class SimulationPlan:
 
     def change_from(self, other: SimulationPlan) -> tuple[float, ...]:
         """Return by how much each order differs from another simulation of the same scan, relative to that one."""
-        return tuple(relative_change(*pair) for pair in zip(other.pilot.moved, self.pilot.moved, strict=True))
+        return tuple(map(relative_change, other.pilot.moved, self.pilot.moved))
 
     @property
     def work(self) -> float:
@@ -156,75 +169,56 @@ class SimulationPlan:
 
 def plan_simulation(case: SimulationCase, terms: Terms) -> SimulationPlan:
     """Return how `case` is simulated with `terms`; CannotRender where the contact changes its shape with the load."""
-    if not case.contact.of_one_shape and case.loads[0] != case.loads[1]:
+    if not case.contact.of_one_shape and case.load_varies:
         raise CannotRender(OF_ONE_SHAPE)
-    counts = _points(case, terms)
-    tried = Candidate.of(case, first_simulation(case, terms, counts[0]))
+    busy, patience = (BUSY, PATIENCE) if case.live else (BUSY_FILE, PATIENCE_FILE)
+    counts = _points(case, terms, busy)
+    tried = started(_first_simulation(case, terms, counts[0]), case)
     of_points = _table_errors(case, tried)
     for count in counts[1:]:
         before = tried
-        tried = Candidate.of(case, replace(tried.simulation, stepper=stepper_of(case, terms, count)))
-        of_points = tuple(LEFT_BY_POINTS * one for one in tried.pilot.differs_from(before.pilot))
+        tried = started(replace(tried.simulation, stepper=_stepper_of(case, terms, count)), case)
+        of_points = tuple(LEFT_BY_POINTS * one for one in tried.differs_from(before))
         enough = not tried.repeats or max(of_points) <= POINTS_SHARE * case.tolerance
-        if enough or 2.0 * _pilot_work(tried) > (PATIENCE if case.live else PATIENCE_FILE):
+        if enough or 2.0 * tried.work > patience:
             break
     while True:
-        filters = filters_of(case, terms, 2 * tried.simulation.steps)
-        finer = Candidate.of(case, replace(tried.simulation, steps=2 * tried.simulation.steps, filters=filters))
-        of_steps = finer.pilot.differs_from(tried.pilot)
-        if not tried.repeats or max(of_steps) <= SETTLED * case.tolerance or _dear(case, finer):
-            return _planned(case, tried, finer.simulation, of_steps, of_points)
+        steps = 2 * tried.simulation.steps
+        finer = started(replace(tried.simulation, steps=steps, filters=_filters_of(case, terms, steps)), case)
+        of_steps = finer.differs_from(tried)
+        dear = _work(finer.simulation) > busy or 2.0 * finer.work > patience
+        if not tried.repeats or max(of_steps) <= SETTLED * case.tolerance or dear:
+            break
         tried = finer
+    change, peaks = _change_and_peaks(case, tried)
+    filtered = 10.0 ** (-_attenuation_of(case) / 20.0)
+    parts = zip(of_steps, of_points, _start_errors(case, tried), strict=True)
+    errors = tuple(4.0 / 3.0 * steps + sum(others) + filtered for steps, *others in parts)
+    ready = replace(tried.simulation, scene=case.scene, offset=tried.offset)
+    return SimulationPlan(ready, case.orders, change, errors, peaks, tried, finer.simulation)
 
 
-def _points(case: SimulationCase, terms: Terms) -> list[int]:
+def _points(case: SimulationCase, terms: Terms, busy: float) -> list[int]:
     """Return the numbers of points to try, each half of the next; the last is what steps leave time for."""
     if terms.skin is None:
         return [0]
     steps = max(2.0 * case.scene.output.sample_rate, FEWEST_STEPS)
-    room = (BUSY if case.live else BUSY_FILE) / steps / terms.skin.point_time
-    counts = [min(max(FEWEST_POINTS, int(room)), MOST_POINTS)]
+    counts = [min(max(FEWEST_POINTS, int(busy / steps / terms.skin.point_time)), MOST_POINTS)]
     while counts[0] > 2 * FEWEST_POINTS or len(counts) == 1:
         counts.insert(0, (counts[0] + 1) // 2)
     return counts
 
 
-def _table_errors(case: SimulationCase, tried: Candidate) -> tuple[float, ...]:
+def _table_errors(case: SimulationCase, tried: Pilot) -> tuple[float, ...]:
     """Return what the error of a table makes of each order, from what half as fine a one changes; 0 without one."""
     coarser = tried.simulation.stepper.coarser()
     if coarser is None or not tried.repeats:
         return (0.0,) * len(case.orders)
-    other = Candidate.of(case, replace(tried.simulation, stepper=coarser))
-    return tuple(LEFT_BY_POINTS * one for one in other.pilot.differs_from(tried.pilot))
+    other = started(replace(tried.simulation, stepper=coarser), case)
+    return tuple(LEFT_BY_POINTS * one for one in other.differs_from(tried))
 
 
-def _planned(
-    case: SimulationCase,
-    tried: Candidate,
-    finer: Simulation,
-    of_steps: tuple[float, ...],
-    of_points: tuple[float, ...],
-) -> SimulationPlan:
-    """Return the plan, its errors added up."""
-    simulation, pilot = tried.simulation, tried.pilot
-    change, peaks = change_and_peaks(case, tried)
-    filtered = 10.0 ** (-attenuation_of(case) / 20.0)
-    parts = zip(of_steps, of_points, _start_errors(case, tried), strict=True)
-    return SimulationPlan(
-        simulation=replace(simulation, scene=case.scene, offset=pilot.offset),
-        orders=case.orders,
-        change=change,
-        errors=tuple(4.0 / 3.0 * steps + sum(others) + filtered for steps, *others in parts),
-        extents=tuple(np.ptp(pilot.moved, axis=1).tolist()),
-        peaks=peaks,
-        pilot=pilot,
-        nominal=simulation,
-        finer=finer,
-        repeats=tried.repeats,
-    )
-
-
-def _start_errors(case: SimulationCase, tried: Candidate) -> tuple[float, ...]:
+def _start_errors(case: SimulationCase, tried: Pilot) -> tuple[float, ...]:
     """Return by how much a constant scan may differ from what it settles to, or comes to later, of each order."""
     simulation, steady = tried.simulation, tried.simulation.steady
     if steady is not None:
@@ -234,7 +228,7 @@ def _start_errors(case: SimulationCase, tried: Candidate) -> tuple[float, ...]:
         memory = simulation.stepper.memory
         others = [replace(simulation, settling=2.0 * simulation.settling)]
         factor = 1.0 / -math.expm1(-simulation.settling / memory) if memory > 0.0 else 1.0
-    differences = [run_pilot(other, case).differs_from(tried.pilot) for other in others]
+    differences = [run_pilot(other, case).differs_from(tried) for other in others]
     return tuple(factor * max(each) for each in zip(*differences, strict=True))
 
 
@@ -243,21 +237,10 @@ def _work(simulation: Simulation) -> float:
     return simulation.rate * simulation.stepper.step_time
 
 
-def _pilot_work(tried: Candidate) -> float:
-    """Return how long (s) the steps of a pilot take, as predicted."""
-    frames = tried.pilot.moved.shape[1]
-    return float(_work(tried.simulation) * frames / tried.simulation.scene.output.sample_rate)
-
-
-def _dear(case: SimulationCase, finer: Candidate) -> bool:
-    """Return whether the steps of `finer` take too long, or the pilot of half of them."""
-    busy, patience = (BUSY, PATIENCE) if case.live else (BUSY_FILE, PATIENCE_FILE)
-    return _work(finer.simulation) > busy or 2.0 * _pilot_work(finer) > patience
-
-
-def signals_of(orders: tuple[int, ...]) -> tuple[Signal, ...]:
-    """Return z about its mean, of every order."""
-    return tuple(Signal(RESPONSE, order) for order in orders)
+def _run(simulation: Simulation, case: SimulationCase, frames: int) -> Array:
+    """Return the first frames of a run: float64 [orders, frames]."""
+    signals = tuple(Signal(RESPONSE, order) for order in case.orders)
+    return Running(simulation, signals).along(0, frames)
 
 
 def run_pilot(simulation: Simulation, case: SimulationCase) -> Pilot:
@@ -265,7 +248,7 @@ def run_pilot(simulation: Simulation, case: SimulationCase) -> Pilot:
     rate = case.scene.output.sample_rate
     period = 1.0 / abs(case.turns) if case.turns else PILOT
     whole = rate * min(period * max(1.0, math.ceil(PILOT / period)), LONGEST_PILOT)
-    moved = Running(simulation, signals_of(case.orders)).along(0, max(64, math.ceil(whole) + 1))
+    moved = _run(simulation, case, max(64, math.ceil(whole) + 1))
     offset = 0.0
     if case.orders[0] == 0:
         times = np.append(np.arange(math.ceil(whole)), whole)
@@ -273,48 +256,43 @@ def run_pilot(simulation: Simulation, case: SimulationCase) -> Pilot:
         offset = float(moved[0, 0] + np.trapezoid(risen, times) / whole)
         moved[0] -= offset
     own = np.empty((len(case.orders), 0))
-    scan = case.scene.scan
-    if not case.by_hand and (scan.stroke is not None or scan.trajectory is not None):
-        own = run_own(replace(simulation, offset=offset), case, OWN)
-    return Pilot(moved, offset, own)
+    if case.moving and not case.by_hand:
+        own = _run_own(replace(simulation, offset=offset), case, OWN)
+    return Pilot(simulation, moved, offset, own)
 
 
-def run_own(simulation: Simulation, case: SimulationCase, longest: float) -> Array:
+def _run_own(simulation: Simulation, case: SimulationCase, longest: float) -> Array:
     """Return the scan's own motion, `longest` seconds of it at most: float64 [orders, frames]."""
     output = case.scene.output
-    seconds = min(output.duration, longest)
-    if case.scene.scan.trajectory is not None:
-        seconds = min(seconds, ScanMotion(case.scene).duration + LIFT_TIME)
-    run = Running(replace(simulation, scene=case.scene), signals_of(case.orders))
-    return run.along(0, max(1, round(seconds * output.sample_rate)))
+    seconds = min(output.duration, longest, ScanMotion(case.scene).duration + LIFT_TIME)
+    return _run(replace(simulation, scene=case.scene), case, max(1, round(seconds * output.sample_rate)))
 
 
-def change_and_peaks(case: SimulationCase, tried: Candidate) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def _change_and_peaks(case: SimulationCase, tried: Pilot) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return what the effects change of each order, relative to the elastic peak-to-peak, and its peak (SI): at the
     scan's speed and load, or, where they change more there, along a recording, whose peak it always is.
     """
-    simulation, moved = tried.simulation, tried.pilot.moved
+    simulation, moved = tried.simulation, tried.moved
     elastic = replace(simulation, stepper=simulation.stepper.elastic, steady=None, settling=0.0)
     still = run_pilot(elastic, case)
-    change = [relative_change(*pair) for pair in zip(still.moved, moved, strict=True)]
+    change = tuple(map(relative_change, still.moved, moved))
     if case.scene.scan.trajectory is not None and not case.by_hand:
-        moved = run_own(replace(simulation, offset=tried.pilot.offset), case, LONGEST_OWN)
-        still_own = run_own(replace(elastic, offset=still.offset), case, LONGEST_OWN)
-        pairs = zip(change, still_own, moved, strict=True)
-        change = [max(steady, relative_change(before, after)) for steady, before, after in pairs]
-    return tuple(change), tuple(np.max(np.abs(moved), axis=1).tolist())
+        moved = _run_own(replace(simulation, offset=tried.offset), case, LONGEST_OWN)
+        still_own = _run_own(replace(elastic, offset=still.offset), case, LONGEST_OWN)
+        change = tuple(map(max, change, map(relative_change, still_own, moved)))
+    return change, tuple(np.max(np.abs(moved), axis=1).tolist())
 
 
-def first_simulation(case: SimulationCase, terms: Terms, points: int) -> Simulation:
+def _first_simulation(case: SimulationCase, terms: Terms, points: int) -> Simulation:
     """Return the simulation of `case` with `terms` in as few steps as may do, and skin at so many points."""
     steps = max(2, math.ceil(FEWEST_STEPS / case.scene.output.sample_rate))
     low, high = case.loads
-    between = (case.pressed, case.pressed) if low == high else (max(low, 0.0), max(high, case.pressed))
+    between = (max(low, 0.0), max(high, case.pressed)) if case.load_varies else (case.pressed, case.pressed)
     return Simulation(
-        stepper=stepper_of(case, terms, points),
+        stepper=_stepper_of(case, terms, points),
         scene=case.nominal,
         steps=steps,
-        filters=filters_of(case, terms, steps),
+        filters=_filters_of(case, terms, steps),
         reference=mean_curve(case.contact, between, case.pressed, max(case.tolerance, HAND_MEAN * case.by_hand)),
         offset=0.0,
         held=terms.adhesion is not None,
@@ -322,34 +300,31 @@ def first_simulation(case: SimulationCase, terms: Terms, points: int) -> Simulat
     )
 
 
-def stepper_of(case: SimulationCase, terms: Terms, points: int) -> Stepper:
+def _stepper_of(case: SimulationCase, terms: Terms, points: int) -> Stepper:
     """Return what simulates `case` with `terms`, skin at so many points."""
-    contact, load = case.contact, case.pressed
+    contact, load, forces = case.contact, case.pressed, bool(outputs_of(case.scene))
     stiffness = StiffnessLaw.of(contact, load, case.scene.scan.lift_load)
     if terms.skin is not None:  # what a scene has no use for is not loaded
         from synth.effects.simulation.skin_points import SkinPoints
         from synth.effects.simulation.skin_steps import SkinStepper
 
         found = SkinPoints.of_contact(contact, load, points)
-        return SkinStepper(found, terms.skin, stiffness, terms.mass, terms.damping, case.forces)
+        return SkinStepper(found, terms.skin, stiffness, terms.mass, terms.damping, forces)
     from synth.effects.simulation.energy_table import EnergyTable
     from synth.effects.simulation.table_steps import TableStepper
 
-    lightest, heaviest = _loads(case)
-    length = contact.geometry_at(load).contact_length
-    reach = 0.0 if terms.adhesion is None else terms.adhesion.reach
-    pull = 0.0 if terms.adhesion is None else terms.adhesion.stress * contact.width_at(load) * length
-    sunk = 0.0 if terms.adhesion is None else reach + _sunk(contact, load, heaviest, pull)
+    # a finger only passes lighter loads than these
+    low, high = (LIGHTEST, max(HEAVIEST_HAND, 4.0 * load)) if case.by_hand else case.loads
+    lightest, heaviest = min(max(low, LIGHTEST), load), max(high, load)
+    reach = pull = sunk = 0.0
+    if terms.adhesion is not None:
+        reach = terms.adhesion.reach
+        pull = terms.adhesion.stress * contact.width_at(load) * contact.geometry_at(load).contact_length
+        sunk = reach + _sunk(contact, load, heaviest, pull)
     exact = LOOSEST_TABLE if case.by_hand else min(max(TABLE_SHARE * case.tolerance, TIGHTEST_TABLE), LOOSEST_TABLE)
     table = EnergyTable.of(contact, load, lightest, heaviest, below=sunk, above=reach, tolerance=exact)
     period = contact.geometry.texture_period
-    return TableStepper(table, stiffness, terms.mass, terms.damping, pull, reach, period, case.forces)
-
-
-def _loads(case: SimulationCase) -> tuple[float, float]:
-    """Return between which loads (N) the stepper's contact must be right: a finger only passes lighter ones."""
-    low, high = (LIGHTEST, HEAVIEST_HAND) if case.by_hand else case.loads
-    return min(max(low, LIGHTEST), case.pressed), max(high, 4.0 * case.pressed if case.by_hand else case.pressed)
+    return TableStepper(table, stiffness, terms.mass, terms.damping, pull, reach, period, forces)
 
 
 def _sunk(contact: Contact, load: float, heaviest: float, pull: float) -> float:
@@ -363,22 +338,19 @@ def _sunk(contact: Contact, load: float, heaviest: float, pull: float) -> float:
     return float(np.max(pressed - pulled))
 
 
-def band_of(case: SimulationCase) -> tuple[float, float]:
-    """Return the ends of what is kept and of what is removed, as parts of the rate."""
-    passing, stopping = MOVING_BAND if case.moving else STEADY_BAND
-    part = case.scene.output.bandwidth_hz / case.scene.output.sample_rate
-    widening = WIDENING_AFTER_HAND if case.by_hand else WIDENING
-    return (part, min(widening * part, MOVING_BAND[1])) if part < passing else (passing, stopping)
-
-
-def attenuation_of(case: SimulationCase) -> float:
+def _attenuation_of(case: SimulationCase) -> float:
     """Return by how much (dB) what is removed is removed: to a tenth of the tolerance."""
     return min(max(-20.0 * math.log10(0.1 * case.tolerance), LEAST_ATTENUATION), MOST_ATTENUATION)
 
 
-def filters_of(case: SimulationCase, terms: Terms, steps: int) -> Decimator:
+def _filters_of(case: SimulationCase, terms: Terms, steps: int) -> Decimator:
     """Return what makes frames of `steps` steps; a mass that the band shows has made up what its steps lose."""
     orders = tuple(sorted({0, *case.orders}))
-    rate, band = case.scene.output.sample_rate, band_of(case)
-    heavy = terms.mass * (math.pi * band[0] * rate) ** 2 > case.stiffness
-    return Decimator.of(orders, rate, steps, band, attenuation_of(case), of_mass=heavy)
+    rate = case.scene.output.sample_rate
+    kept, removed = MOVING_BAND if case.moving else STEADY_BAND  # parts of the rate
+    narrow = case.scene.output.bandwidth_hz / rate
+    if narrow < kept:
+        widening = WIDENING_AFTER_HAND if case.by_hand else WIDENING
+        kept, removed = narrow, min(widening * narrow, MOVING_BAND[1])
+    heavy = terms.mass * (math.pi * kept * rate) ** 2 > stiffness_round(case.contact, case.pressed)
+    return Decimator.of(orders, rate, steps, (kept, removed), _attenuation_of(case), of_mass=heavy)

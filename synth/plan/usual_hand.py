@@ -25,18 +25,16 @@ from synth.contact.load_balance import Contact
 from synth.contact.stiffness import Stiffness
 from synth.plan.channels import PEAK
 from synth.plan.effect_choice import outputs_of, with_added_scales
-from synth.plan.preparation import HAND_LOADS, Preparation, harmonics_below, prepare
+from synth.plan.preparation import Preparation, prepare
+from synth.plan.request import HAND_LOADS, harmonics_below
 from synth.response.response_cache import SHARED, ResponseCache
 from synth.response.spectrum import Complex, Demand, curves, points_for, solve_spectrum
 from synth.scene.scene import Channel, Scene
 
 HAND_SPEED, HAND_LOAD = 0.08, 0.3  # m/s and N of a usual hand
 HAND_SPEEDS = (0.01, 0.16)  # m/s of usual hands, or to the scene's own; faster is limited, slower upper ends are louder
-PROBED_LOADS, PROBED_LANDINGS, PROBED_SPEEDS = (
-    12,
-    5,
-    9,
-)  # whose peaks are known; more: opening takes longer (4 ms a load)
+# whose peaks are known; more: opening takes longer (4 ms a load)
+PROBED_LOADS, PROBED_LANDINGS, PROBED_SPEEDS = 12, 5, 9
 MOVING_BAND = 0.49 / 0.40  # of the band: levels fade from it to 1.4 times it (`mip_levels`): as loud as all up to here
 MOST_HARMONICS = 1024  # of those peaks: slow hands on coarse textures are not the loudest
 PROBE_TOLERANCE = 3e-2  # of their series
@@ -71,41 +69,31 @@ def with_stream_scale(solved: Preparation, cache: ResponseCache | None = None) -
     """
     kept = [None if channel.extent == 0.0 else channel.full_scale for channel in solved.all_channels]
     known = tuple(one or scale for one, scale in zip(asked_scales(solved.scene), kept, strict=True))
-    return _scaled(solved, prepare_hand(solved.scene, known, cache)) if None in known else solved
+    if None not in known:
+        return solved
+    hand, effects = prepare_hand(solved.scene, known, cache), solved.effects
+    pairs = zip(solved.channels, hand.channels, strict=True)
+    channels = tuple(replace(now, full_scale=then.full_scale) for now, then in pairs)
+    if effects is not None and hand.effects is not None:
+        effects = effects.scaled_as(hand.effects)
+    return replace(solved, channels=channels, effects=effects)
 
 
 def with_hand_scale(solved: Preparation, cache: ResponseCache | None = None) -> Preparation:
     """Return `solved` with automatic full scales that hold for the usual loads and speeds of a hand."""
-    kept = with_stream_scale(solved, cache)
-    return _with_room(kept, asked_scales(solved.scene), cache or SHARED)
-
-
-def _scaled(solved: Preparation, hand: Preparation) -> Preparation:
-    """Return `solved` with the full scales of `hand`."""
-    pairs = zip(solved.channels, hand.channels, strict=True)
-    channels = tuple(replace(now, full_scale=then.full_scale) for now, then in pairs)
-    if solved.effects is None or hand.effects is None:
-        return replace(solved, channels=channels)
-    return replace(solved, channels=channels, effects=solved.effects.scaled_as(hand.effects))
-
-
-def _with_room(solved: Preparation, asked: tuple[float | None, ...], cache: ResponseCache) -> Preparation:
-    """Return `solved` with room for a usual hand in each full scale that is not asked for."""
+    solved, asked = with_stream_scale(solved, cache), asked_scales(solved.scene)
     if None not in asked:
         return solved
     scene = nominal_scene(solved.scene)
-    peaks = usual_peaks(scene, solved.contact, cache)
-    channels = []
+    peaks = usual_peaks(scene, solved.contact, cache or SHARED)
+    channels, effects = [], solved.effects
     for channel, scale in zip(solved.channels, asked, strict=False):
-        place = OF_APPROACH if channel.is_approach else channel.order
+        place, room = OF_APPROACH if channel.is_approach else channel.order, channel.full_scale
         if scale is None and solved.simulated:
-            own = peaks.own[place]
-            more = peaks.usual[place] / own if own > 0.0 else 1.0
-            channel = replace(channel, full_scale=channel.full_scale * more)
+            room *= peaks.usual[place] / peaks.own[place] if peaks.own[place] > 0.0 else 1.0
         elif scale is None:
-            channel = replace(channel, full_scale=max(channel.full_scale, peaks.usual[place] / PEAK))
-        channels.append(channel)
-    effects = solved.effects
+            room = max(room, peaks.usual[place] / PEAK)
+        channels.append(replace(channel, full_scale=room))
     if effects is not None and None in asked[len(channels) :]:
         effects = effects.louder(max(1.0, HAND_LOADS[1] / max(scene.scan.load, scene.scan.lift_load)))
     return replace(solved, channels=tuple(channels), effects=effects)

@@ -18,8 +18,8 @@ import math
 
 import numpy as np
 
-from synth.perception.threshold import LARGEST_LINE, Array, threshold_displacement
-from synth.plan.channels import PEAK, ChannelPlan
+from synth.perception.threshold import LARGEST_LINE, threshold_displacement
+from synth.plan.channels import PEAK
 from synth.plan.preparation import Preparation
 from synth.response.spectrum import curves, points_for
 from synth.scene.doubtful_values import doubts
@@ -42,9 +42,14 @@ def _unfelt(solved: Preparation) -> tuple[str, ...]:
     if solved.spectrum is None or not solved.turns or solved.highest < 1 or varies or forces:
         return ()
     frequencies = abs(solved.turns) * np.arange(1, solved.highest + 1)
-    felt = _thresholds(solved, frequencies)
-    if solved.simulated:
-        levels = np.min([_simulated_levels(solved, channel, frequencies, felt) for channel in solved.channels], axis=0)
+    threshold = solved.scene.accuracy.threshold
+    felt = threshold_displacement(frequencies, threshold)
+    if solved.moving:
+        lower = np.geomspace(LOWEST, np.maximum(frequencies, LOWEST), STEPS)
+        felt = np.minimum(felt, threshold_displacement(lower, threshold).min(axis=0))
+    if solved.simulated:  # the largest line that the peak-to-peak of each channel can hold
+        held = [one.extent / (2.0 * math.pi * frequencies) ** one.order for one in solved.channels]
+        levels = LARGEST_LINE * 0.5 * np.min(held, axis=0) / felt
     else:
         levels = 2.0 * np.abs(solved.steady.series(0)[1:]) / felt
     levels = np.where(frequencies < LOWEST, 0.0, levels)
@@ -56,24 +61,7 @@ def _unfelt(solved: Preparation) -> tuple[str, ...]:
         return (f"Nobody feels this as a vibration: all of it is below {LOWEST:g} Hz.",)
     below = f"{-20.0 * math.log10(levels[strongest]):.0f} dB"
     at = "" if solved.simulated or solved.moving else f", at {frequencies[strongest]:.3g} Hz,"
-    threshold = solved.scene.accuracy.threshold
     return (f'Nobody feels this: the strongest harmonic{at} is {below} below the detection threshold "{threshold}".',)
-
-
-def _simulated_levels(solved: Preparation, channel: ChannelPlan, frequencies: Array, felt: Array) -> Array:
-    """Return, for each harmonic, the largest that the peak-to-peak of a channel can hold, relative to `felt`."""
-    largest = LARGEST_LINE * 0.5 * channel.extent / (2.0 * math.pi * frequencies) ** channel.order
-    return np.asarray(largest / felt)
-
-
-def _thresholds(solved: Preparation, frequencies: Array) -> Array:
-    """Return the displacement (m) that is just felt of each harmonic."""
-    name = solved.scene.accuracy.threshold
-    felt = threshold_displacement(frequencies, name)
-    if not solved.moving:
-        return felt
-    below = np.geomspace(LOWEST, np.maximum(frequencies, LOWEST), STEPS)
-    return np.asarray(np.minimum(felt, threshold_displacement(below, name).min(axis=0)))
 
 
 def _unmakeable(solved: Preparation) -> tuple[str, ...]:

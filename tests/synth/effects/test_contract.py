@@ -18,7 +18,6 @@ import pytest
 from synth import LiveVoice, open_voice, parse_scene
 from synth.effects.effect import Effect, Kind
 from synth.errors import CannotRender, SceneError
-from synth.plan.effect_choice import in_order
 from synth.response.response_cache import ResponseCache
 from synth.scene.effect_registry import declaration, effect_names
 from synth.scene.section import rule_of
@@ -140,14 +139,6 @@ def test_the_plan_names_what_runs_and_what_it_costs(names: tuple[str, ...]) -> N
     assert set(document["estimated_error"]) >= {"displacement"}
     told = {part["name"]: part["price"] for part in document["simulated"] if "price" in part}
     assert told == {name: asdict(declaration(name).price) for name in names}  # type: ignore[attr-defined]
-
-
-def test_effects_follow_their_names_but_for_what_must_come_before() -> None:
-    def named(name: str, *after: str) -> Any:
-        return type("One", (type(declaration("inertia")),), {"name": name, "after": after})()
-
-    found = in_order([named("c"), named("a", "d", "not there"), named("d"), named("b", "c")])
-    assert [one.name for one in found] == ["c", "b", "d", "a"]
 
 
 def test_effects_on_one_thing_are_refused_together_and_all_others_combine() -> None:

@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Block
-from synth.plan.preparation import N_MAX, harmonics_below
+from synth.plan.request import N_MAX, harmonics_below
 from synth.scene.scene import Scene
 from synth.voice.voice import Voice, open_voice
 from tests.reference.stiffness_oracle import stiffness

@@ -17,7 +17,7 @@ import pytest
 
 from synth.arrays import Block
 from synth.motion.motion import Motion
-from synth.plan.preparation import N_MAX
+from synth.plan.request import N_MAX
 from synth.response.reading_filter import reading_filter
 from synth.scene.scene import Scene
 from synth.voice.limiter import Limiter

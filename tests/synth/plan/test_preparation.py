@@ -10,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from synth.perception.threshold import THRESHOLDS, imperceptible_tolerance, threshold_displacement
-from synth.plan.preparation import EXACT, N_MAX, harmonics_below, prepare
+from synth.plan.preparation import EXACT, prepare
+from synth.plan.request import N_MAX, harmonics_below
 from synth.response.response_cache import ResponseCache
 from synth.scene.output_section import THRESHOLD_NAME
 from synth.voice.voice import open_voice

@@ -63,7 +63,7 @@ def check_periods(scene: Scene, frames: int, seconds: float = 0.3) -> None:
     sound = physical(voice, count * frames)
     told, simulation = voice.plan.estimated_error, voice.solved.effects.simulation  # type: ignore[union-attr]
     assert simulation is not None
-    repeats, plan_extents = simulation.repeats, simulation.extents
+    repeats, plan_extents = simulation.pilot.repeats, simulation.extents
     for channel, quantity in enumerate(voice.quantities):
         parts = sound[:, channel].reshape(count, frames)
         extent = max(np.ptp(parts[-1]), plan_extents[channel] if not repeats else 0.0)
