@@ -1,6 +1,6 @@
 """Sound out: float32 blocks into WAV, FLAC and PCM, as files, as whole bodies and as endless streams.
 
-STAGE 4 (encode). Pure but for `open_writer`, which writes files, and `read_metadata`, which reads them.
+STAGE 4 (encode). Pure but for `open_writer`, which writes files.
 Model: one integer rule for every format (`synth.encode.samples`), headers written by hand (`synth.encode.riff`), FLAC
     by libsndfile (`synth.encode.flac`), the scene and the physical full scale in each file
     (`synth.encode.sound_metadata`), files that appear only when complete (`synth.encode.file_writer`,
@@ -16,7 +16,7 @@ from pathlib import Path
 from synth.encode.file_writer import Writer, open_writer
 from synth.encode.riff import wav_header
 from synth.encode.samples import Block, SoundFormat, block_bytes, quantise
-from synth.encode.sound_metadata import Metadata, read_metadata
+from synth.encode.sound_metadata import Metadata
 from synth.errors import Fault, InvalidRequest, shown
 
 __all__ = [
@@ -31,7 +31,6 @@ __all__ = [
     "media_type",
     "open_writer",
     "quantise",
-    "read_metadata",
     "stream_block",
     "stream_header",
 ]

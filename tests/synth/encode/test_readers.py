@@ -23,11 +23,11 @@ from synth.encode.formats import (
     encode_all,
     open_writer,
     quantise,
-    read_metadata,
     stream_block,
     stream_header,
 )
 from synth.encode.riff import wav_header
+from tests.file_metadata import read_metadata
 
 WAVS = [SoundFormat.WAV, SoundFormat.WAV16, SoundFormat.WAV24]
 every_file = pytest.mark.parametrize(
