@@ -10,7 +10,6 @@ Limits  two effects that replace the same part of the model are refused together
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from pydantic import ValidationError
@@ -47,14 +46,10 @@ class FrozenMapping(Mapping[str, Any]):
         return f"FrozenMapping({self._items!r})"
 
 
-@dataclass(frozen=True)
 class Effects(Rule):
     """An object of effects by name: null is not simulated, an object is its settings, "auto" is where it matters."""
 
-    @property
-    def allowed(self) -> str:
-        """The form of the object."""
-        return 'an object of effects by name, each null, "auto" or an object of settings'
+    allowed = 'an object of effects by name, each null, "auto" or an object of settings'
 
     def read(self, value: object) -> FrozenMapping:
         """Return the effects that are not null: "auto", or the section of its settings."""

@@ -8,11 +8,10 @@ Limits: rates, durations and tolerances as fixed by the project's design; the ra
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationError, ValidationInfo
-from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+from pydantic_core import PydanticCustomError
 
 from synth.scene.quantity import Dimension, show_quantity
 from synth.scene.rules import (
@@ -59,14 +58,10 @@ MOST_CHANNELS = 16
 memory."""
 
 
-@dataclass(frozen=True)
 class FullScale(Rule):
     """A value of the section's own quantity."""
 
-    @property
-    def allowed(self) -> str:
-        """The range of each quantity."""
-        return "; ".join(f"{name} {rule.allowed}" for name, rule in FULL_SCALE_RANGES.items())
+    allowed = "; ".join(f"{name} {rule.allowed}" for name, rule in FULL_SCALE_RANGES.items())
 
     def read(self, value: object, quantity: object = None) -> float:
         """Return the value in SI; where the quantity is not known, any quantity will do."""
@@ -85,13 +80,9 @@ class FullScale(Rule):
         texts = [rule.schema()["anyOf"][1] for rule in FULL_SCALE_RANGES.values()]
         return {"anyOf": [numbers, *texts]}
 
-    def __get_pydantic_core_schema__(self, _source: object, _handler: object) -> CoreSchema:
-        """Read with the quantity of the same section, which is declared before."""
-
-        def read(value: object, found: ValidationInfo) -> float:
-            return self.read(value, found.data.get("quantity"))
-
-        return core_schema.with_info_plain_validator_function(read)
+    def read_in(self, value: object, found: ValidationInfo) -> float:
+        """Return the value in SI, of the quantity of the same section, which is declared before."""
+        return self.read(value, found.data.get("quantity"))
 
 
 class Channel(Section):
@@ -106,14 +97,10 @@ class Channel(Section):
     )
 
 
-@dataclass(frozen=True)
 class Channels(Rule):
     """A list of quantities, or of objects with a quantity and its full scale."""
 
-    @property
-    def allowed(self) -> str:
-        """The number of channels and what one may be."""
-        return f"a list of 1 to {MOST_CHANNELS} channels, each a quantity ({QUANTITY_NAME.allowed}) or an object"
+    allowed = f"a list of 1 to {MOST_CHANNELS} channels, each a quantity ({QUANTITY_NAME.allowed}) or an object"
 
     def read(self, value: object) -> tuple[Channel, ...]:
         """Return the channels."""

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -40,14 +39,10 @@ class Heights(tuple[float, ...]):
         return int(known)
 
 
-@dataclass(frozen=True)
 class HeightFile(Rule):
     """The path of a file of heights."""
 
-    @property
-    def allowed(self) -> str:
-        """Which files."""
-        return FORMS
+    allowed = FORMS
 
     def read(self, value: object) -> str:
         """Return the path."""

@@ -104,7 +104,6 @@ class MeasuredProfile(Profile):
         return math.sqrt(square), math.sqrt(float(np.mean(self._slopes**2)))
 
 
-@dataclass(frozen=True)
 class HeightList(QuantityList):
     """The heights, as a list or as they were read from a file."""
 
