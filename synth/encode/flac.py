@@ -55,7 +55,7 @@ class FlacEncoder:
 
     def discard(self) -> None:
         """Give libsndfile's memory back after a failure; what it would still write goes nowhere."""
-        self._keeper.muted = True
+        self._keeper.fault = self._keeper.fault or CannotRender("the file is given up")
         with contextlib.suppress(RuntimeError):  # it may repeat the error that brought us here
             self._file.close()
 
@@ -78,11 +78,10 @@ class _FaultKeeper:
     def __init__(self, stream: BinaryIO) -> None:
         self._stream = stream
         self._start = stream.tell()
-        self._fault: BaseException | None = None
-        self.muted = False
+        self.fault: BaseException | None = None
 
     def write(self, samples: bytes) -> int:
-        return self._kept(lambda: self._stream.write(samples), void=len(samples) if self.muted else 0)
+        return self._kept(lambda: self._stream.write(samples))
 
     def seek(self, offset: int, whence: int = 0) -> int:
         from_start = self._start if whence == os.SEEK_SET else 0
@@ -92,17 +91,16 @@ class _FaultKeeper:
         return self._kept(lambda: self._stream.tell() - self._start)
 
     def raise_fault(self) -> None:
-        if self._fault is not None:
-            raise self._fault
+        if self.fault is not None:
+            raise self.fault
 
-    def _kept(self, action: Callable[[], int], void: int = 0) -> int:
-        if self.muted or self._fault is not None:
-            return void
-        try:
-            return action()
-        except BaseException as error:  # an interrupt must not be lost in C either
-            self._fault = error
-            return void
+    def _kept(self, action: Callable[[], int]) -> int:
+        if self.fault is None:
+            try:
+                return action()
+            except BaseException as error:  # an interrupt must not be lost in C either
+                self.fault = error
+        return 0
 
 
 def _check(channels: int, comment: str) -> None:

@@ -89,22 +89,23 @@ class PartFile:
             self._part.unlink(missing_ok=True)
 
 
-def cannot_write(target: Path | str, error: OSError, shown: str | None = None) -> CannotRender:
+def cannot_write(target: Path | None, error: OSError, shown: str | None = None) -> CannotRender:
     """Return the sentence that names the target and the reason.
 
-    target: a path, or the name of what has none. shown: what it is called in place of its path, which is not told then.
+    target: None for a stream, which has a name alone. shown: what it is called in place of its path, which is not told
+    then.
     """
     code = error.errno or 0
     if code in REASONS:
         reason = REASONS[code]
-    elif isinstance(target, Path) and code == errno.EISDIR:
+    elif target and code == errno.EISDIR:
         reason = "it is a folder. Name a file in it"
-    elif isinstance(target, Path) and code in (errno.ENOENT, errno.ENOTDIR):
+    elif target and code in (errno.ENOENT, errno.ENOTDIR):
         folder = "its folder" if shown else f"the folder {target.parent}"
         reason = f"{folder} does not exist. Make it first"
-    elif isinstance(target, Path) and code == errno.EEXIST:
+    elif target and code == errno.EEXIST:
         reason = "it is being written, or a recording was cut off and left its .part file. Choose another name"
-    elif isinstance(target, Path) and code in (errno.EACCES, errno.EPERM):
+    elif target and code in (errno.EACCES, errno.EPERM):
         place = target if os.path.exists(target) else target.parent
         reason = f"{'it' if shown else place} is not writable for this user"
     else:
