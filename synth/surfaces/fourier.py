@@ -39,14 +39,6 @@ class FourierProfile(Profile):
     def orders(self) -> tuple[Array, Array]:
         """Amplitudes (m) and phases (rad) of orders 1 to N."""
 
-    def __eq__(self, other: object) -> bool:
-        """Tell whether `other` has the same heights."""
-        return isinstance(other, FourierProfile) and self.key == other.key
-
-    def __hash__(self) -> int:
-        """Return the hash of the key."""
-        return hash(self.key)
-
     @cached_property
     def _coefficients(self) -> np.ndarray:
         amplitudes, phases = self.orders

@@ -50,14 +50,6 @@ class MeasuredProfile(Profile):
         digest = blake2b(np.ascontiguousarray(self.points, np.float64).tobytes(), digest_size=16).hexdigest()
         return self.kind, digest, len(self.points), self.spacing, self.phase
 
-    def __eq__(self, other: object) -> bool:
-        """Tell whether `other` has the same heights."""
-        return isinstance(other, MeasuredProfile) and self.key == other.key
-
-    def __hash__(self) -> int:
-        """Return the hash of the key."""
-        return hash(self.key)
-
     @cached_property
     def about_mean(self) -> Array:
         """The heights (m) about their mean line, the first once more at the end: float64 [n + 1]."""

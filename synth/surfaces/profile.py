@@ -30,16 +30,8 @@ class Cosine:
     """A profile in closed form: amplitude (m) times cos(2 pi x / period + phase), period in m, phase in rad."""
 
     amplitude: float
-    phase: float
     period: float
-
-
-@dataclass(frozen=True, slots=True)
-class Equivalent:
-    """The sinusoid of equal Rq and equal rms slope: amplitude and period in m."""
-
-    amplitude: float
-    period: float
+    phase: float = 0.0
 
 
 class Profile(ABC):
@@ -54,7 +46,13 @@ class Profile(ABC):
     @property
     @abstractmethod
     def key(self) -> Hashable:
-        """Everything that decides the heights, for a cache."""
+        """Everything that decides the heights, for a cache and for comparisons."""
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Profile) and self.key == other.key
+
+    def __hash__(self) -> int:
+        return hash(self.key)
 
     @abstractmethod
     def heights(self, places: Array) -> Array:
@@ -90,12 +88,12 @@ class Profile(ABC):
     def rms(self) -> tuple[float, float]:
         """Rq (m) and the root mean square of the slope, over a period."""
 
-    def equivalent(self) -> Equivalent:
+    def equivalent(self) -> Cosine:
         """Return the sinusoid of equal Rq and rms slope; that of a flat profile has no height and the same period."""
         height, slope = self.rms
         if not height or not slope:
-            return Equivalent(0.0, self.period)
-        return Equivalent(math.sqrt(2.0) * height, 2.0 * math.pi * height / slope)
+            return Cosine(0.0, self.period)
+        return Cosine(math.sqrt(2.0) * height, 2.0 * math.pi * height / slope)
 
 
 def turns_of(places: Array, period: float, phase: float) -> Array:

@@ -16,7 +16,7 @@ import numpy as np
 
 from synth.scene.section import Section
 from synth.scene.texture_registry import SHARED, Kind
-from synth.surfaces.profile import Array, Cosine, Equivalent, Profile
+from synth.surfaces.profile import Array, Cosine, Profile
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,16 +56,16 @@ class Sinusoid(Profile):
     @property
     def cosine(self) -> Cosine:
         """Itself."""
-        return Cosine(self.amplitude, self.phase, self.period)
+        return Cosine(self.amplitude, self.period, self.phase)
 
     @property
     def rms(self) -> tuple[float, float]:
         """Rq (m) and rms slope."""
         return self.amplitude / math.sqrt(2.0), self.slope_bound / math.sqrt(2.0)
 
-    def equivalent(self) -> Equivalent:
+    def equivalent(self) -> Cosine:
         """Return itself, without rounding."""
-        return Equivalent(self.amplitude, self.period)
+        return self.cosine
 
 
 KIND = Kind(
