@@ -23,10 +23,8 @@ from synth.scene.rules import Choice, Fields, Quantity, Refusal, refusal
 from synth.scene.section import Section, without
 from synth.scene.texture_registry import (
     KINDS,
-    SHARED,
     STEEPEST,
     Kind,
-    declared_field,
     kind_of,
     kinds_with,
     special_fields,
@@ -193,12 +191,12 @@ if TYPE_CHECKING:
         """
 
 else:
+    _OF_KINDS = [kind_of(name).fields for name in reversed(KINDS) if kind_of(name).fields is not Section]
     Texture = create_model(
         "Texture",
-        __base__=TextureFields,
+        __base__=(*_OF_KINDS, TextureFields),  # fields come in the reverse of this order
         __module__=__name__,
         __doc__=TextureFields.__doc__,
-        **{name: declared_field(name) for name in special_fields() if name not in SHARED},
     )
 
 

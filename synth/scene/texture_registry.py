@@ -15,13 +15,10 @@ from functools import cache
 from importlib import import_module
 from itertools import chain
 from types import MappingProxyType
-from typing import Annotated, Any
-
-from pydantic import Field
-from pydantic.fields import FieldInfo
+from typing import Any
 
 from synth.scene.rules import Fields, Refusal
-from synth.scene.section import Section, rule_of
+from synth.scene.section import Section
 
 KINDS: Mapping[str, str] = MappingProxyType(
     {
@@ -92,15 +89,6 @@ def kind_of(name: str) -> Kind:
 def special_fields() -> tuple[str, ...]:
     """Return the names of all fields that only some kinds have."""
     return tuple(dict.fromkeys(chain(SHARED, *(kind_of(name).fields.model_fields for name in KINDS))))
-
-
-def declared_field(name: str) -> tuple[Any, FieldInfo]:
-    """Return the type, with its rule, and the declaration of a field that belongs to one kind."""
-    section = next(kind_of(kind).fields for kind in KINDS if name in kind_of(kind).fields.model_fields)
-    found = section.model_fields[name]
-    return Annotated[found.annotation, rule_of(section, name)], Field(
-        default=found.default, description=found.description
-    )
 
 
 def kinds_with(name: str) -> tuple[str, ...]:
