@@ -185,19 +185,18 @@ def open_writer(
     metadata: Metadata | None = None,
     *,
     frames: int | None = None,
-    sync: bool = False,
     exclusive: bool = False,
     shown: str | None = None,
 ) -> Writer:
     """Open a writer on a path (atomic, see `synth.encode.part_file`) or on a binary stream, which is left open.
 
     frames: the length, where it is known. A stream that cannot seek needs it for exact sizes, else the WAV is endless.
-    sync: also wait until the disk has it. exclusive: refuse a name that exists or is being written.
+    exclusive: refuse a name that exists or is being written.
     shown: what refusals call the file in place of its path.
     Raises CannotRender at once where the target cannot be written: before anything is rendered.
     """
     if isinstance(target, str | Path):
-        place: PartFile | LentStream = PartFile(Path(target), exclusive=exclusive, sync=sync, shown=shown)
+        place: PartFile | LentStream = PartFile(Path(target), exclusive=exclusive, shown=shown)
     else:
         place = LentStream(target)
     return Writer(place, sound_format, sample_rate, channels, metadata, frames)

@@ -6,8 +6,8 @@ Model: the bytes go to NAME.TOKEN.part beside the target (a fresh token each tim
     followed, and its target replaced. What is not a regular file (a pipe, /dev/null) is written directly.
     `exclusive` serves the file sink: the name must be free, no link is followed, and NAME.part itself, created only
     where it does not exist, reserves the name among all processes.
-Limits: a process that is killed outright leaves its .part file behind. The rename is atomic, but lasts through a
-    power cut only with `sync`.
+Limits: a process that is killed outright leaves its .part file behind. The rename is atomic, but does not wait for the
+    disk, so that a power cut may undo it.
 """
 
 from __future__ import annotations
@@ -40,11 +40,10 @@ class PartFile:
     shown: what refusals call the target, where whoever reads them must not learn its path; None: its path.
     """
 
-    def __init__(self, target: Path, *, exclusive: bool = False, sync: bool = False, shown: str | None = None) -> None:
+    def __init__(self, target: Path, *, exclusive: bool = False, shown: str | None = None) -> None:
         """Open it; raise CannotRender with its name and the reason where the target could not be written later."""
         self.target = target
         self.shown = shown
-        self._sync = sync
         self._part: Path | None = None
         try:
             self.stream = self._opened(exclusive)
@@ -72,8 +71,6 @@ class PartFile:
         """Give the file its name; on failure nothing is left and the OSError comes out."""
         try:
             self.stream.flush()
-            if self._sync and self._part is not None:
-                os.fsync(self.stream.fileno())
             self.stream.close()
             if self._part is not None:
                 os.replace(self._part, self.target)

@@ -101,7 +101,7 @@ def test_a_link_is_followed(tmp_path: Path) -> None:
 
 def test_the_file_gets_the_usual_permissions(tmp_path: Path) -> None:
     (tmp_path / "usual").write_bytes(b"")
-    with open_writer(tmp_path / "sound.wav", SoundFormat.WAV, 48000, 1, sync=True) as writer:
+    with open_writer(tmp_path / "sound.wav", SoundFormat.WAV, 48000, 1) as writer:
         writer.write(sound(10))
     assert (tmp_path / "sound.wav").stat().st_mode == (tmp_path / "usual").stat().st_mode
 
