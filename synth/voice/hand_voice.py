@@ -18,7 +18,7 @@ from typing import Any
 
 from synth.arrays import Block
 from synth.motion.motion import LOAD, Motion, Update
-from synth.motion.update_smoothing import Follower
+from synth.motion.update_smoothing import DELAY, Follower
 from synth.plan.effect_choice import require_one_shape
 from synth.plan.preparation import Preparation
 from synth.plan.usual_hand import nominal_scene, prepare_hand, with_full_scale, with_hand_scale
@@ -73,7 +73,7 @@ class HandVoice(LiveVoice):
     @property
     def motion_delay(self) -> float:
         """The longest time (s) from the frame at which an update is applied to its full effect."""
-        return LOOK_AHEAD + Follower(self.sample_rate).delay + self.late / self.sample_rate
+        return LOOK_AHEAD + DELAY + self.late / self.sample_rate
 
     @property
     def late(self) -> int:
@@ -126,8 +126,7 @@ class HandVoice(LiveVoice):
 
     def touch(self, update: Update) -> None:
         """Apply `update` from the next frame on."""
-        if self.log is not None:
-            self.log.contact(self.frame, update)
+        self._note("contact", *update)
         if update.load is None:
             update = update._replace(load=self._load)
         else:
@@ -146,8 +145,7 @@ class HandVoice(LiveVoice):
 
     def lift(self) -> None:
         """Lift the finger from the next frame on: the load goes to 0 until the next update."""
-        if self.log is not None:
-            self.log.lift(self.frame)
+        self._note("lift")
         self._lifted = True
         if self._follower is not None:
             self._follower.release()
@@ -155,8 +153,8 @@ class HandVoice(LiveVoice):
     def release(self) -> None:
         """Fade out, beginning with the next block."""
         self._held = 0
-        if self.log is not None and not self._released:
-            self.log.release(self.frame)
+        if not self._released:
+            self._note("release")
         super().release()
 
     def cut(self, block: Block, frames: int) -> Block:
@@ -166,7 +164,7 @@ class HandVoice(LiveVoice):
         """
         self.frame += frames - len(block)
         if self.log is not None:
-            self.log.cut(frames)
+            self.log.cut_frames = frames
         return faded(block, frames)
 
     def prepare(self, scene: Scene) -> HandChange:
@@ -177,9 +175,12 @@ class HandVoice(LiveVoice):
 
     def apply(self, change: Change) -> None:
         """Change to the prepared scene from the next block on."""
-        if self.log is not None:
-            self.log.scene(self.frame, scene_document(change.scene))
+        self._note("scene", scene_document(change.scene))
         super().apply(change)
+
+    def _note(self, name: str, *values: Any) -> None:
+        if self.log is not None:
+            self.log.note(self.frame, name, *values)
 
     def _voice_for_hand(self, scene: Scene) -> Voice:
         """Return a voice of `scene` that follows a hand, with the stream's full scale. It solves the table: slow."""
