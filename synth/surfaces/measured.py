@@ -24,7 +24,7 @@ from synth.scene.rules import Fields, Quantity, QuantityList, Refusal, refusal
 from synth.scene.section import Section
 from synth.scene.texture_registry import STEEPEST, Kind
 from synth.surfaces.height_file import LARGEST_HEIGHT, MOST_INLINE, HeightFile, Heights, heights_of_file, written
-from synth.surfaces.profile import Array, Profile, places_of, turns_of
+from synth.surfaces.profile import Array, Bounds, Profile, places_of, turns_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,24 +64,15 @@ class MeasuredProfile(Profile):
         low, high = self.about_mean[before], self.about_mean[before + 1]
         return np.asarray(low + (at - before) * (high - low))
 
-    @property
-    def extent(self) -> tuple[float, float]:
-        """Lowest and highest height (m), exact."""
-        return float(self.about_mean.min()), float(self.about_mean.max())
-
     @cached_property
     def _slopes(self) -> Array:
         return np.diff(self.about_mean) / self.spacing
 
     @property
-    def slope_bound(self) -> float:
-        """Largest slope, exact."""
-        return float(np.max(np.abs(self._slopes)))
-
-    @property
-    def curvature_bound(self) -> float:
-        """Infinite, unless the profile is flat."""
-        return math.inf if self.slope_bound else 0.0
+    def bounds(self) -> Bounds:
+        """Exact bounds; the curvature is infinite, unless the profile is flat."""
+        slope = float(np.max(np.abs(self._slopes)))
+        return Bounds(float(self.about_mean.min()), float(self.about_mean.max()), slope, math.inf if slope else 0.0)
 
     @cached_property
     def corners(self) -> Array:

@@ -15,7 +15,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Hashable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -32,6 +32,15 @@ class Cosine:
     amplitude: float
     period: float
     phase: float = 0.0
+
+
+class Bounds(NamedTuple):
+    """Lowest and highest height (m), of |dh/dx|, and of |d2h/dx2| (1/m), which is infinite where there are corners."""
+
+    lowest: float
+    highest: float
+    slope: float
+    curvature: float
 
 
 class Profile(ABC):
@@ -60,18 +69,23 @@ class Profile(ABC):
 
     @property
     @abstractmethod
+    def bounds(self) -> Bounds:
+        """What the heights and their derivatives stay within."""
+
+    @property
     def extent(self) -> tuple[float, float]:
         """Bounds of the heights (m), lowest and highest."""
+        return self.bounds[:2]
 
     @property
-    @abstractmethod
     def slope_bound(self) -> float:
         """Bound of |dh/dx|."""
+        return self.bounds.slope
 
     @property
-    @abstractmethod
     def curvature_bound(self) -> float:
-        """Bound of |d2h/dx2| (1/m); infinite where the profile has corners."""
+        """Bound of |d2h/dx2| (1/m)."""
+        return self.bounds.curvature
 
     @property
     def corners(self) -> Array:
