@@ -13,7 +13,7 @@ Limits  An update has its full effect `motion_delay` after the frame at which it
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from synth.arrays import Block
@@ -32,16 +32,6 @@ from synth.voice.live_voice import Change, LiveVoice
 from synth.voice.voice import Voice
 
 LANDING_TIME = 0.02  # s over which a landing finger is ramped in: its load rises within a millisecond, heard as a knock
-
-
-@dataclass(frozen=True, slots=True)
-class HandChange(Change):
-    """A prepared change of scene.
-
-    hand: voice of the scene that follows a hand, at its first frame.
-    """
-
-    hand: Voice
 
 
 class HandVoice(LiveVoice):
@@ -167,11 +157,10 @@ class HandVoice(LiveVoice):
             self.log.cut_frames = frames
         return faded(block, frames)
 
-    def prepare(self, scene: Scene) -> HandChange:
+    def prepare(self, scene: Scene) -> Change:
         """Return the prepared change to `scene`. Raises SceneError where it changes what is fixed for a stream."""
         require_one_shape(scene)
-        change = super().prepare(scene)
-        return HandChange(scene, change.solved, change.voice, self._voice_for_hand(scene))
+        return replace(super().prepare(scene), hand=self._voice_for_hand(scene))
 
     def apply(self, change: Change) -> None:
         """Change to the prepared scene from the next block on."""
@@ -191,12 +180,12 @@ class HandVoice(LiveVoice):
 
     def _begin_change(self) -> None:
         change = self._waiting
-        if isinstance(change, HandChange) and self._follower is not None:
-            self._waiting = None
-            self.scene = change.scene
-            self._cross_to_hand(change.hand)
-            return
-        if isinstance(change, HandChange):
+        if change is not None and change.hand is not None:
+            if self._follower is not None:
+                self._waiting = None
+                self.scene = change.scene
+                self._cross_to_hand(change.hand)
+                return
             self._spare = change.hand
         super()._begin_change()
         if self._coming is None and self._jump is not None:

@@ -40,11 +40,13 @@ class Change:
     scene: as requested.
     solved: the scene prepared with the stream's full scale.
     voice: its voice, at the first frame.
+    hand: of a voice for a hand, the voice of the scene that follows it, at its first frame.
     """
 
     scene: Scene
     solved: Preparation
     voice: Voice
+    hand: Voice | None = None
 
 
 class LiveVoice:

@@ -68,6 +68,7 @@ class Replay:
 
     scene: the first scene.
     frames: number of frames of the session.
+    voice: the voice that renders the scene of the present frame.
     sample_rate, channels, quantities, full_scale: as of a voice.
     """
 
@@ -75,10 +76,10 @@ class Replay:
         self.scene, self.frames = recording.scene, recording.frames
         self._events, self._next = recording.events, 0
         self._fade_from, self._fade = self.frames - recording.faded, end_gains(recording.faded)
-        self._voice = HandVoice(recording.scene, cache=cache, exact=exact)
+        self.voice = HandVoice(recording.scene, cache=cache, exact=exact)
         self._doubts = OTHER_ENGINE if recording.version < VERSION else ()
-        self.sample_rate, self.channels = self._voice.sample_rate, self._voice.channels
-        self.quantities, self.full_scale = self._voice.quantities, self._voice.full_scale
+        self.sample_rate, self.channels = self.voice.sample_rate, self.voice.channels
+        self.quantities, self.full_scale = self.voice.quantities, self.voice.full_scale
         if len(self.full_scale) != len(recording.full_scale):
             told = ", ".join(f"{scale:g}" for scale in recording.full_scale)
             raise _refusal("/full_scale", told, f"{self.channels} numbers, one a channel", AS_DOWNLOADED)
@@ -86,22 +87,12 @@ class Replay:
     @property
     def frame(self) -> int:
         """The first frame of the next block."""
-        return self._voice.frame
-
-    @property
-    def late(self) -> int:
-        """Frames by which the output is behind the hand's motion, without the limiter."""
-        return self._voice.late
-
-    @property
-    def estimated_error(self) -> dict[str, float]:
-        """The error of each quantity of the present scene, relative to its peak-to-peak."""
-        return self._voice.plan.estimated_error
+        return self.voice.frame
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """The warnings of the present scene, and of a recording of an earlier version."""
-        return (*self._doubts, *self._voice.warnings)
+        return (*self._doubts, *self.voice.warnings)
 
     def render(self, frames: int) -> Block:
         """Return the next `frames` frames as they were sent, float32 [frames, channels]."""
@@ -109,11 +100,11 @@ class Replay:
         done = 0
         while done < frames:
             while self._next < len(self._events) and self._events[self._next][0] <= self.frame:
-                _apply(self._events[self._next], self._voice)
+                _apply(self._events[self._next], self.voice)
                 self._next += 1
             ahead = self._events[self._next][0] - self.frame if self._next < len(self._events) else frames
             count = min(frames - done, ahead, LONGEST_BLOCK)
-            block[done : done + count] = self._voice.render(count)
+            block[done : done + count] = self.voice.render(count)
             done += count
         return self._ended(block, first)
 
