@@ -12,7 +12,7 @@ from __future__ import annotations
 import contextlib
 import os
 from collections.abc import Callable
-from typing import Any, BinaryIO
+from typing import BinaryIO
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from synth.encode.sound_metadata import FLAC_COMMENT_BYTES, Metadata
 from synth.errors import CannotRender, Fault, InvalidRequest
 
 MOST_CHANNELS = 8  # the format's own bound
+NO_LIBRARY = "FLAC needs libsndfile: pip install soundfile, and where it brings no library apt-get install libsndfile1."
 
 
 class FlacEncoder:
@@ -30,7 +31,10 @@ class FlacEncoder:
         """Raise InvalidRequest for more than 8 channels, CannotRender where libsndfile is missing or refuses."""
         comment = "" if metadata is None else metadata.text().decode("ascii")
         _check(channels, comment)
-        soundfile = _soundfile()
+        try:
+            import soundfile
+        except (ImportError, OSError) as error:  # OSError: the Python part is there, the library is not
+            raise CannotRender(NO_LIBRARY) from error
         self._keeper = _FaultKeeper(stream)
         try:
             self._file = soundfile.SoundFile(
@@ -109,14 +113,3 @@ def _check(channels: int, comment: str) -> None:
         raise InvalidRequest([Fault("/output/channels", f"{channels} channels", f"1 to {MOST_CHANNELS} in FLAC", hint)])
     if len(comment) > FLAC_COMMENT_BYTES:
         raise CannotRender(f"the scene is {len(comment)} bytes of JSON and a FLAC file holds 16 MB of it: write WAV.")
-
-
-def _soundfile() -> Any:
-    try:
-        import soundfile
-    except (ImportError, OSError) as error:  # OSError: the Python part is there, the library is not
-        reason = (
-            "FLAC needs libsndfile: pip install soundfile, and where it brings no library apt-get install libsndfile1"
-        )
-        raise CannotRender(f"{reason}.") from error
-    return soundfile

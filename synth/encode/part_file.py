@@ -16,7 +16,6 @@ import contextlib
 import errno
 import os
 import secrets
-import stat
 from pathlib import Path
 from typing import BinaryIO
 
@@ -56,10 +55,9 @@ class PartFile:
                 raise NameTaken(f"cannot write {self.shown or self.target}: it exists already. Choose another name.")
             self._part = self.target.with_name(f"{self.target.name}.part")
         else:
-            mode = _mode(self.target)
-            if mode is not None and stat.S_ISDIR(mode):
+            if self.target.is_dir():
                 raise IsADirectoryError(errno.EISDIR, "is a folder")
-            if mode is not None and not stat.S_ISREG(mode):
+            if self.target.exists() and not self.target.is_file():
                 return open(self.target, "wb")
             self.target = Path(os.path.realpath(self.target))
             name = self.target.name.encode()[:NAME_BYTES].decode(errors="ignore")
@@ -109,11 +107,3 @@ def cannot_write(target: Path | None, error: OSError, shown: str | None = None) 
         reason = error.strerror or "the system refuses it"
     kind = NameTaken if code == errno.EEXIST else CannotRender
     return kind(f"cannot write {shown or target}: {reason}.")
-
-
-def _mode(target: Path) -> int | None:
-    """Return the mode of what stands at `target` (links followed), None where nothing does."""
-    try:
-        return target.stat().st_mode
-    except FileNotFoundError:
-        return None
