@@ -27,10 +27,8 @@ from synth.scene.surface_sections import Finger, Texture, amplitude_of
 from synth.scene.text import object_from_text, pointer
 
 __all__ = [
-    "Accuracy",
     "Channel",
     "FieldLine",
-    "Finger",
     "Output",
     "QuantityName",
     "Scan",

@@ -39,16 +39,6 @@ STEEPEST = 20.0
 """Largest slope of a surface, 87 degrees: a steeper wall is a step, which a period's points cannot hold, or a slip."""
 
 
-def as_given(fields: Mapping[str, Any], _values: Mapping[str, Any] | None = None) -> dict[str, Any]:
-    """Return the fields as they are."""
-    return dict(fields)
-
-
-def no_refusals(_values: Mapping[str, Any], _given: Fields) -> list[Refusal]:
-    """Find nothing wrong between fields."""
-    return []
-
-
 @dataclass(frozen=True, slots=True)
 class Kind:
     """What a scene needs to know of a kind of texture.
@@ -67,10 +57,10 @@ class Kind:
     shared: tuple[str, ...] = ("period",)
     defaults: Mapping[str, Any] = dataclass_field(default_factory=dict)
     steep: str = "amplitude"
-    refusals: Callable[[Mapping[str, Any], Fields], list[Refusal]] = no_refusals
+    refusals: Callable[[Mapping[str, Any], Fields], list[Refusal]] = lambda _values, _given: []
     pairs: tuple[tuple[str, str], ...] = ()
-    local: Callable[[Mapping[str, Any]], dict[str, Any]] = as_given
-    written: Callable[[Mapping[str, Any], Mapping[str, Any]], dict[str, Any]] = as_given
+    local: Callable[[Mapping[str, Any]], dict[str, Any]] = dict
+    written: Callable[[Mapping[str, Any], Mapping[str, Any]], dict[str, Any]] = lambda fields, _values: dict(fields)
 
     @property
     def names(self) -> tuple[str, ...]:

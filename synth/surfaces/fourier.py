@@ -94,6 +94,5 @@ class FourierProfile(Profile):
         """Rq (m) and rms slope, in closed form."""
         amplitudes, _ = self.orders
         numbers = 2.0 * math.pi / self.period * np.arange(1, len(amplitudes) + 1)
-        return float(np.linalg.norm(amplitudes)) / math.sqrt(2.0), float(
-            np.linalg.norm(numbers * amplitudes)
-        ) / math.sqrt(2.0)
+        height, slope = np.linalg.norm(amplitudes), np.linalg.norm(numbers * amplitudes)
+        return float(height) / math.sqrt(2.0), float(slope) / math.sqrt(2.0)

@@ -46,7 +46,10 @@ class Recording:
 
     def __init__(self, document: Mapping[str, Any]) -> None:
         self.scene, self.full_scale, self.frames = _read_head(document)
-        self.faded = _read_faded(document, self.frames)
+        self.faded = document.get("faded", 0)  # of the last frames, those faded after they had been rendered
+        if not _is_whole(self.faded) or self.faded > self.frames:
+            allowed = f"a whole number of frames, 0 to {self.frames}"
+            raise _refusal("/faded", shown(self.faded), allowed, AS_DOWNLOADED)
         events: list[Event] = document["events"]
         first = 0
         for place, event in enumerate(events):
@@ -156,15 +159,6 @@ def _read_head(document: Mapping[str, Any]) -> tuple[Scene, tuple[float, ...], i
 def _in_full_band(event: Event) -> Event:
     """Return an event of version 1 with its scene as this version writes it."""
     return [*event[:2], scene_before_bands(event[2])] if event[1] == "scene" else event
-
-
-def _read_faded(document: Mapping[str, Any], frames: int) -> int:
-    """Return how many of the last frames were faded after they had been rendered; 0 where it is not given."""
-    faded = document.get("faded", 0)
-    if not _is_whole(faded) or faded > frames:
-        raise _refusal("/faded", shown(faded), f"a whole number of frames, 0 to {frames}", AS_DOWNLOADED)
-    assert isinstance(faded, int)
-    return faded
 
 
 def _is_number(value: object) -> bool:
