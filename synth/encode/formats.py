@@ -26,12 +26,12 @@ __all__ = [
     "Metadata",
     "SoundFormat",
     "Writer",
+    "block_bytes",
     "choose_format",
     "encode_all",
     "media_type",
     "open_writer",
     "quantise",
-    "stream_block",
     "stream_header",
 ]
 
@@ -88,7 +88,7 @@ def encode_all(block: Block, sound_format: SoundFormat, sample_rate: int, metada
 def stream_header(
     sound_format: SoundFormat, sample_rate: int, channels: int, metadata: Metadata | None = None
 ) -> bytes:
-    """Return what opens an endless stream: a WAV header without an end, nothing for raw formats.
+    """Return what opens an endless stream of `block_bytes`: a WAV header without an end, nothing for raw formats.
 
     Raises InvalidRequest for FLAC, whose header counts its frames.
     """
@@ -98,8 +98,3 @@ def stream_header(
     if sound_format.container == "raw":
         return b""
     return wav_header(sound_format, sample_rate, channels, metadata, None)
-
-
-def stream_block(block: Block, sound_format: SoundFormat) -> bytes:
-    """Return the bytes of one block float32 [frames, channels] of a stream that `stream_header` opened."""
-    return block_bytes(block, sound_format)

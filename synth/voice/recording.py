@@ -88,24 +88,19 @@ class Replay:
             raise _refusal("/full_scale", told, f"{self.channels} numbers, one a channel", AS_DOWNLOADED)
 
     @property
-    def frame(self) -> int:
-        """The first frame of the next block."""
-        return self.voice.frame
-
-    @property
     def warnings(self) -> tuple[str, ...]:
         """The warnings of the present scene, and of a recording of an earlier version."""
         return (*self._doubts, *self.voice.warnings)
 
     def render(self, frames: int) -> Block:
         """Return the next `frames` frames as they were sent, float32 [frames, channels]."""
-        first, block = self.frame, np.empty((frames, self.channels), np.float32)
+        first, block = self.voice.frame, np.empty((frames, self.channels), np.float32)
         done = 0
         while done < frames:
-            while self._next < len(self._events) and self._events[self._next][0] <= self.frame:
+            while self._next < len(self._events) and self._events[self._next][0] <= self.voice.frame:
                 _apply(self._events[self._next], self.voice)
                 self._next += 1
-            ahead = self._events[self._next][0] - self.frame if self._next < len(self._events) else frames
+            ahead = self._events[self._next][0] - self.voice.frame if self._next < len(self._events) else frames
             count = min(frames - done, ahead, LONGEST_BLOCK)
             block[done : done + count] = self.voice.render(count)
             done += count

@@ -65,8 +65,8 @@ def played(document: dict[str, Any], seed: int) -> Block:
     random = np.random.default_rng(seed)
     replay = Recording(document).open()
     parts = []
-    while replay.frame < replay.frames:
-        parts.append(replay.render(min(int(random.integers(1, 3000)), replay.frames - replay.frame)))
+    while replay.voice.frame < replay.frames:
+        parts.append(replay.render(min(int(random.integers(1, 3000)), replay.frames - replay.voice.frame)))
     return np.concatenate(parts)
 
 
