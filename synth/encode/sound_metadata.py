@@ -58,14 +58,11 @@ class Metadata:
     def __post_init__(self) -> None:
         assert len(self.full_scale) == len(self.quantities), "a full scale and a quantity for each channel"
 
-    def document(self) -> dict[str, Any]:
-        """Return the JSON document that the file holds."""
+    def text(self) -> bytes:
+        """Return the JSON text, ASCII, without spaces to spare; NaN or infinity in it is our bug (ValueError)."""
         channels = [
             {"quantity": quantity, "full_scale": float(full_scale), "unit": UNITS[quantity]}
             for quantity, full_scale in zip(self.quantities, self.full_scale, strict=True)
         ]
-        return {"version": VERSION, "generator": self.generator, "channels": channels, "scene": self.scene}
-
-    def text(self) -> bytes:
-        """Return the JSON text, ASCII, without spaces to spare; NaN or infinity in it is our bug (ValueError)."""
-        return json.dumps(self.document(), allow_nan=False, separators=(",", ":")).encode("ascii")
+        document = {"version": VERSION, "generator": self.generator, "channels": channels, "scene": self.scene}
+        return json.dumps(document, allow_nan=False, separators=(",", ":")).encode("ascii")

@@ -85,16 +85,20 @@ class FullScale(Rule):
         return self.read(value, found.data.get("quantity"))
 
 
+FullScaleField = Annotated[
+    float | None,
+    FullScale(),
+    Field(description="Value of the quantity that becomes 1.0 in the audio; by default the peak becomes 0.8."),
+]
+
+
 class Channel(Section):
     """One channel of the output. Text alone is the channel's quantity."""
 
     quantity: Annotated[QuantityName, QUANTITY_NAME] = Field(
         default="acceleration", description="What the samples of this channel are."
     )
-    full_scale: Annotated[float | None, FullScale()] = Field(
-        default=None,
-        description="Value of the quantity that becomes 1.0 in the audio; by default the peak becomes 0.8.",
-    )
+    full_scale: FullScaleField = None
 
 
 class Channels(Rule):
@@ -144,10 +148,7 @@ class Output(Section):
     duration: Annotated[float, Quantity(Dimension.TIME, 1e-3, 86400.0)] = Field(
         default=2.0, description="Length of a finite render; a live stream goes on until it is stopped."
     )
-    full_scale: Annotated[float | None, FullScale()] = Field(
-        default=None,
-        description="Value of the quantity that becomes 1.0 in the audio; by default the peak becomes 0.8.",
-    )
+    full_scale: FullScaleField = None
     bandwidth: Annotated[
         float | Literal["full"],
         QuantityOrName(Quantity(Dimension.FREQUENCY, 1.0, 96e3), Choice((FULL_BAND,))),

@@ -143,14 +143,12 @@ def _from_text(text: str, dimension: Dimension) -> float:
         raise QuantityError("the text is not a number with a unit", _how_to_write(dimension))
     number, unit = found.groups()
     if not unit:
-        raise QuantityError("the text has no unit", f"{_add_a_unit(number, dimension)} {_how_to_write(dimension)}")
+        with_unit = f"{number} {dimension.example.split(maxsplit=1)[1]}"
+        hint = f'Add a unit, such as "{with_unit}". {_how_to_write(dimension)}'
+        raise QuantityError("the text has no unit", hint)
     if unit not in dimension.units:
         raise QuantityError(f"{unit!r} is not a unit of {dimension.name.lower()}", _how_to_write(dimension))
     return float(_EXACT.multiply(Decimal(number), Decimal(dimension.units[unit])))
-
-
-def _add_a_unit(number: str, dimension: Dimension) -> str:
-    return f'Add a unit, such as "{number} {dimension.example.split(maxsplit=1)[1]}".'
 
 
 def _how_to_write(dimension: Dimension) -> str:

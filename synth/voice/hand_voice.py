@@ -222,14 +222,11 @@ class HandVoice(LiveVoice):
             return voice.render(frames)
         if self._leaving is not None and voice is self._voice:
             return voice.render(frames, self._leaving.motion(frames))
-        return voice.render(frames, self._followed(frames) if self._motion is None else self._motion)
-
-    def _followed(self, frames: int) -> Motion:
-        """Return the next frames of the hand's motion."""
-        assert self._follower is not None
-        motion = self._motion = self._follower.motion(frames)
-        self._last_load = motion.samples.item(LOAD, -1)
-        return motion
+        if self._motion is None:
+            assert self._follower is not None
+            self._motion = self._follower.motion(frames)
+            self._last_load = self._motion.samples.item(LOAD, -1)
+        return voice.render(frames, self._motion)
 
     def _crossing_done(self, voice: Voice) -> None:
         self._by_hand.discard(self._voice)
