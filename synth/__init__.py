@@ -14,15 +14,18 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from synth.accuracy.costing import explain
-    from synth.accuracy.report import measure_accuracy
-    from synth.encode.sound import Sound, render
-    from synth.motion.motion import Motion
-    from synth.plan.plan import Plan
-    from synth.response.response_cache import ResponseCache
-    from synth.scene.scene import Scene, parse_scene
-    from synth.voice.live_voice import LiveVoice
-    from synth.voice.voice import Voice, open_voice
+    from synth.accuracy.costing import explain as explain
+    from synth.accuracy.report import measure_accuracy as measure_accuracy
+    from synth.encode.sound import Sound as Sound
+    from synth.encode.sound import render as render
+    from synth.motion.motion import Motion as Motion
+    from synth.plan.plan import Plan as Plan
+    from synth.response.response_cache import ResponseCache as ResponseCache
+    from synth.scene.scene import Scene as Scene
+    from synth.scene.scene import parse_scene as parse_scene
+    from synth.voice.live_voice import LiveVoice as LiveVoice
+    from synth.voice.voice import Voice as Voice
+    from synth.voice.voice import open_voice as open_voice
 
 _HOMES = {
     "LiveVoice": "synth.voice.live_voice",
@@ -39,20 +42,7 @@ _HOMES = {
     "render": "synth.encode.sound",
 }
 
-__all__ = [
-    "LiveVoice",
-    "Motion",
-    "Plan",
-    "ResponseCache",
-    "Scene",
-    "Sound",
-    "Voice",
-    "explain",
-    "measure_accuracy",
-    "open_voice",
-    "parse_scene",
-    "render",
-]
+__all__ = [*_HOMES]
 
 
 def __getattr__(name: str) -> Any:

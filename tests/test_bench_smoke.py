@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from synth.encode.formats import read_metadata
+from tests.file_metadata import read_metadata
 from tests.listen.cases import CASES
 from tests.listen.report import numbers
 

@@ -27,7 +27,7 @@ from service.engine import Engine, FiniteVoice, Limiter
 from service.http.content_negotiation import choose_format
 from service.http.sound_headers import describe, metadata_of
 from service.problems import Problem, of, refused
-from synth.encode.formats import Block, SoundFormat, encode_all, media_type, open_writer, stream_block
+from synth.encode.formats import Block, SoundFormat, block_bytes, encode_all, media_type, open_writer
 from synth.encode.riff import padding, wav_header
 from synth.errors import CannotRender, Fault, InvalidRequest, SceneError, shown
 from synth.scene.scene import Scene, channel_count, object_from_text, parse_scene, parse_scene_text
@@ -227,7 +227,7 @@ def _streamed(render: Render, beginning: list[Block]) -> Iterator[Message]:
     yield render.answer(len(header) + samples + len(end))
     yield header
     for block in _blocks(render, beginning):
-        yield stream_block(block, render.sound_format)
+        yield block_bytes(block, render.sound_format)
     yield end
 
 

@@ -18,7 +18,7 @@ from service.operations.metrics import Metrics
 from service.operations.settings import Settings
 from service.sessions.pacer import Bell, Pacer
 from service.sessions.voice_stream import VoiceStream, grace_seconds
-from synth.encode.formats import Block, Metadata, SoundFormat, stream_block, stream_header
+from synth.encode.formats import Block, Metadata, SoundFormat, block_bytes, stream_header
 from synth.encode.riff import padding, wav_header
 from synth.voice.fades import faded
 
@@ -60,7 +60,7 @@ class Reader:
         yield header
         async for block in self._blocks(frames, settings, pool):
             sent += len(block)
-            yield stream_block(block, sound_format)
+            yield block_bytes(block, sound_format)
         if frames is not None:
             frame_bytes = channels * sound_format.bytes_per_sample
             for size in _portions((frames - sent) * frame_bytes):

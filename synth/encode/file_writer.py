@@ -12,7 +12,7 @@ import contextlib
 from collections.abc import Iterator
 from pathlib import Path
 from types import TracebackType
-from typing import BinaryIO, Protocol, Self
+from typing import BinaryIO, Self
 
 from synth.encode.flac import FlacEncoder
 from synth.encode.part_file import PartFile, cannot_write
@@ -24,17 +24,21 @@ from synth.errors import CannotRender
 CHUNK_FRAMES = 65536  # frames encoded at once: large enough to be fast, small enough to stay in cache
 
 
-class Encoder(Protocol):
-    """Turns blocks into the bytes of one file."""
+class LentStream:
+    """A stream of the caller's in the place of a `PartFile`: it is left open, with what was written so far."""
 
-    def write(self, block: Block) -> None:
-        """Encode and write `block` [frames, channels]."""
+    def __init__(self, stream: BinaryIO) -> None:
+        self.stream = stream
+        name = getattr(stream, "name", None)  # of a temporary file: the number of its descriptor
+        self.shown = name if isinstance(name, str) else "the sound"
+        self.target = None
 
-    def finish(self) -> None:
-        """Write what comes after the samples, and correct what came before them."""
+    def commit(self) -> None:
+        """Hand on what is buffered."""
+        self.stream.flush()
 
     def discard(self) -> None:
-        """Give up."""
+        """Do nothing."""
 
 
 class PcmEncoder:
@@ -96,30 +100,29 @@ class Writer:
     CannotRender, after which nothing is left and the writer is closed.
     """
 
-    def __init__(self, place: PartFile | BinaryIO, sound_format: SoundFormat, channels: int) -> None:
+    def __init__(
+        self,
+        place: PartFile | LentStream,
+        sound_format: SoundFormat,
+        sample_rate: int,
+        channels: int,
+        metadata: Metadata | None,
+        frames: int | None,
+    ) -> None:
         """Use `open_writer` instead."""
         self._place = place
         self._channels = channels
-        self._encoder: Encoder | None = None
+        self._encoder: FlacEncoder | PcmEncoder | None = None
         self._open = True
-        self.sound_format = sound_format
         self.frames = 0
-
-    @property
-    def path(self) -> Path | None:
-        """Return the final path, None for a stream."""
-        return self._place.target if isinstance(self._place, PartFile) else None
-
-    def begin(self, sample_rate: int, metadata: Metadata | None, frames: int | None) -> None:
-        """Write what comes before the samples."""
-        stream = self._place.stream if isinstance(self._place, PartFile) else self._place
         with self._undone_on_failure():
-            if self.sound_format is SoundFormat.FLAC:
-                if not stream.seekable():
-                    raise CannotRender(f"cannot write FLAC to {self._shown}: it cannot seek. Write a file, or WAV.")
-                self._encoder = FlacEncoder(stream, sample_rate, self._channels, metadata)
+            if sound_format is SoundFormat.FLAC:
+                if not place.stream.seekable():
+                    name = place.shown or place.target
+                    raise CannotRender(f"cannot write FLAC to {name}: it cannot seek. Write a file, or WAV.")
+                self._encoder = FlacEncoder(place.stream, sample_rate, channels, metadata)
             else:
-                self._encoder = PcmEncoder(stream, self.sound_format, sample_rate, self._channels, metadata, frames)
+                self._encoder = PcmEncoder(place.stream, sound_format, sample_rate, channels, metadata, frames)
 
     def write(self, block: Block) -> None:
         """Append `block`, float32 [frames, channels]; any number of frames, none too."""
@@ -138,10 +141,7 @@ class Writer:
         with self._undone_on_failure():
             self._encoder.finish()
             self._open = False
-            if isinstance(self._place, PartFile):
-                self._place.commit()
-            else:
-                self._place.flush()
+            self._place.commit()
 
     def abort(self) -> None:
         """Remove what was written (a stream of the caller's stays as it is); after `close` it does nothing."""
@@ -152,15 +152,7 @@ class Writer:
         self._open = False
         if self._encoder is not None:
             self._encoder.discard()
-        if isinstance(self._place, PartFile):
-            self._place.discard()
-
-    @property
-    def _shown(self) -> str:
-        if isinstance(self._place, PartFile):
-            return self._place.shown or str(self._place.target)
-        name = getattr(self._place, "name", None)  # of a temporary file: the number of its descriptor
-        return name if isinstance(name, str) else "the sound"
+        self._place.discard()
 
     @contextlib.contextmanager
     def _undone_on_failure(self) -> Iterator[None]:
@@ -168,8 +160,7 @@ class Writer:
             yield
         except OSError as error:
             self._undo()
-            shown = self._place.shown if isinstance(self._place, PartFile) else None
-            raise cannot_write(self.path or self._shown, error, shown) from error
+            raise cannot_write(self._place.target, error, self._place.shown) from error
         except BaseException:
             self._undo()
             raise
@@ -194,21 +185,18 @@ def open_writer(
     metadata: Metadata | None = None,
     *,
     frames: int | None = None,
-    sync: bool = False,
     exclusive: bool = False,
     shown: str | None = None,
 ) -> Writer:
     """Open a writer on a path (atomic, see `synth.encode.part_file`) or on a binary stream, which is left open.
 
     frames: the length, where it is known. A stream that cannot seek needs it for exact sizes, else the WAV is endless.
-    sync: also wait until the disk has it. exclusive: refuse a name that exists or is being written.
+    exclusive: refuse a name that exists or is being written.
     shown: what refusals call the file in place of its path.
     Raises CannotRender at once where the target cannot be written: before anything is rendered.
     """
     if isinstance(target, str | Path):
-        place: PartFile | BinaryIO = PartFile(Path(target), exclusive=exclusive, sync=sync, shown=shown)
+        place: PartFile | LentStream = PartFile(Path(target), exclusive=exclusive, shown=shown)
     else:
-        place = target
-    writer = Writer(place, sound_format, channels)
-    writer.begin(sample_rate, metadata, frames)
-    return writer
+        place = LentStream(target)
+    return Writer(place, sound_format, sample_rate, channels, metadata, frames)

@@ -12,7 +12,7 @@ from __future__ import annotations
 import contextlib
 import os
 from collections.abc import Callable
-from typing import Any, BinaryIO
+from typing import BinaryIO
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from synth.encode.sound_metadata import FLAC_COMMENT_BYTES, Metadata
 from synth.errors import CannotRender, Fault, InvalidRequest
 
 MOST_CHANNELS = 8  # the format's own bound
+NO_LIBRARY = "FLAC needs libsndfile: pip install soundfile, and where it brings no library apt-get install libsndfile1."
 
 
 class FlacEncoder:
@@ -30,7 +31,10 @@ class FlacEncoder:
         """Raise InvalidRequest for more than 8 channels, CannotRender where libsndfile is missing or refuses."""
         comment = "" if metadata is None else metadata.text().decode("ascii")
         _check(channels, comment)
-        soundfile = _soundfile()
+        try:
+            import soundfile
+        except (ImportError, OSError) as error:  # OSError: the Python part is there, the library is not
+            raise CannotRender(NO_LIBRARY) from error
         self._keeper = _FaultKeeper(stream)
         try:
             self._file = soundfile.SoundFile(
@@ -55,7 +59,7 @@ class FlacEncoder:
 
     def discard(self) -> None:
         """Give libsndfile's memory back after a failure; what it would still write goes nowhere."""
-        self._keeper.muted = True
+        self._keeper.fault = self._keeper.fault or CannotRender("the file is given up")
         with contextlib.suppress(RuntimeError):  # it may repeat the error that brought us here
             self._file.close()
 
@@ -78,11 +82,10 @@ class _FaultKeeper:
     def __init__(self, stream: BinaryIO) -> None:
         self._stream = stream
         self._start = stream.tell()
-        self._fault: BaseException | None = None
-        self.muted = False
+        self.fault: BaseException | None = None
 
     def write(self, samples: bytes) -> int:
-        return self._kept(lambda: self._stream.write(samples), void=len(samples) if self.muted else 0)
+        return self._kept(lambda: self._stream.write(samples))
 
     def seek(self, offset: int, whence: int = 0) -> int:
         from_start = self._start if whence == os.SEEK_SET else 0
@@ -92,17 +95,16 @@ class _FaultKeeper:
         return self._kept(lambda: self._stream.tell() - self._start)
 
     def raise_fault(self) -> None:
-        if self._fault is not None:
-            raise self._fault
+        if self.fault is not None:
+            raise self.fault
 
-    def _kept(self, action: Callable[[], int], void: int = 0) -> int:
-        if self.muted or self._fault is not None:
-            return void
-        try:
-            return action()
-        except BaseException as error:  # an interrupt must not be lost in C either
-            self._fault = error
-            return void
+    def _kept(self, action: Callable[[], int]) -> int:
+        if self.fault is None:
+            try:
+                return action()
+            except BaseException as error:  # an interrupt must not be lost in C either
+                self.fault = error
+        return 0
 
 
 def _check(channels: int, comment: str) -> None:
@@ -111,14 +113,3 @@ def _check(channels: int, comment: str) -> None:
         raise InvalidRequest([Fault("/output/channels", f"{channels} channels", f"1 to {MOST_CHANNELS} in FLAC", hint)])
     if len(comment) > FLAC_COMMENT_BYTES:
         raise CannotRender(f"the scene is {len(comment)} bytes of JSON and a FLAC file holds 16 MB of it: write WAV.")
-
-
-def _soundfile() -> Any:
-    try:
-        import soundfile
-    except (ImportError, OSError) as error:  # OSError: the Python part is there, the library is not
-        reason = (
-            "FLAC needs libsndfile: pip install soundfile, and where it brings no library apt-get install libsndfile1"
-        )
-        raise CannotRender(f"{reason}.") from error
-    return soundfile

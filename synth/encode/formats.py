@@ -1,6 +1,6 @@
 """Sound out: float32 blocks into WAV, FLAC and PCM, as files, as whole bodies and as endless streams.
 
-STAGE 4 (encode). Pure but for `open_writer`, which writes files, and `read_metadata`, which reads them.
+STAGE 4 (encode). Pure but for `open_writer`, which writes files.
 Model: one integer rule for every format (`synth.encode.samples`), headers written by hand (`synth.encode.riff`), FLAC
     by libsndfile (`synth.encode.flac`), the scene and the physical full scale in each file
     (`synth.encode.sound_metadata`), files that appear only when complete (`synth.encode.file_writer`,
@@ -16,7 +16,7 @@ from pathlib import Path
 from synth.encode.file_writer import Writer, open_writer
 from synth.encode.riff import wav_header
 from synth.encode.samples import Block, SoundFormat, block_bytes, quantise
-from synth.encode.sound_metadata import Metadata, read_metadata
+from synth.encode.sound_metadata import Metadata
 from synth.errors import Fault, InvalidRequest, shown
 
 __all__ = [
@@ -26,13 +26,12 @@ __all__ = [
     "Metadata",
     "SoundFormat",
     "Writer",
+    "block_bytes",
     "choose_format",
     "encode_all",
     "media_type",
     "open_writer",
     "quantise",
-    "read_metadata",
-    "stream_block",
     "stream_header",
 ]
 
@@ -89,7 +88,7 @@ def encode_all(block: Block, sound_format: SoundFormat, sample_rate: int, metada
 def stream_header(
     sound_format: SoundFormat, sample_rate: int, channels: int, metadata: Metadata | None = None
 ) -> bytes:
-    """Return what opens an endless stream: a WAV header without an end, nothing for raw formats.
+    """Return what opens an endless stream of `block_bytes`: a WAV header without an end, nothing for raw formats.
 
     Raises InvalidRequest for FLAC, whose header counts its frames.
     """
@@ -99,8 +98,3 @@ def stream_header(
     if sound_format.container == "raw":
         return b""
     return wav_header(sound_format, sample_rate, channels, metadata, None)
-
-
-def stream_block(block: Block, sound_format: SoundFormat) -> bytes:
-    """Return the bytes of one block float32 [frames, channels] of a stream that `stream_header` opened."""
-    return block_bytes(block, sound_format)

@@ -6,8 +6,8 @@ Model: the bytes go to NAME.TOKEN.part beside the target (a fresh token each tim
     followed, and its target replaced. What is not a regular file (a pipe, /dev/null) is written directly.
     `exclusive` serves the file sink: the name must be free, no link is followed, and NAME.part itself, created only
     where it does not exist, reserves the name among all processes.
-Limits: a process that is killed outright leaves its .part file behind. The rename is atomic, but lasts through a
-    power cut only with `sync`.
+Limits: a process that is killed outright leaves its .part file behind. The rename is atomic, but does not wait for the
+    disk, so that a power cut may undo it.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ import contextlib
 import errno
 import os
 import secrets
-import stat
 from pathlib import Path
 from typing import BinaryIO
 
@@ -40,11 +39,10 @@ class PartFile:
     shown: what refusals call the target, where whoever reads them must not learn its path; None: its path.
     """
 
-    def __init__(self, target: Path, *, exclusive: bool = False, sync: bool = False, shown: str | None = None) -> None:
+    def __init__(self, target: Path, *, exclusive: bool = False, shown: str | None = None) -> None:
         """Open it; raise CannotRender with its name and the reason where the target could not be written later."""
         self.target = target
         self.shown = shown
-        self._sync = sync
         self._part: Path | None = None
         try:
             self.stream = self._opened(exclusive)
@@ -57,10 +55,9 @@ class PartFile:
                 raise NameTaken(f"cannot write {self.shown or self.target}: it exists already. Choose another name.")
             self._part = self.target.with_name(f"{self.target.name}.part")
         else:
-            mode = _mode(self.target)
-            if mode is not None and stat.S_ISDIR(mode):
+            if self.target.is_dir():
                 raise IsADirectoryError(errno.EISDIR, "is a folder")
-            if mode is not None and not stat.S_ISREG(mode):
+            if self.target.exists() and not self.target.is_file():
                 return open(self.target, "wb")
             self.target = Path(os.path.realpath(self.target))
             name = self.target.name.encode()[:NAME_BYTES].decode(errors="ignore")
@@ -72,8 +69,6 @@ class PartFile:
         """Give the file its name; on failure nothing is left and the OSError comes out."""
         try:
             self.stream.flush()
-            if self._sync and self._part is not None:
-                os.fsync(self.stream.fileno())
             self.stream.close()
             if self._part is not None:
                 os.replace(self._part, self.target)
@@ -89,33 +84,26 @@ class PartFile:
             self._part.unlink(missing_ok=True)
 
 
-def cannot_write(target: Path | str, error: OSError, shown: str | None = None) -> CannotRender:
+def cannot_write(target: Path | None, error: OSError, shown: str | None = None) -> CannotRender:
     """Return the sentence that names the target and the reason.
 
-    target: a path, or the name of what has none. shown: what it is called in place of its path, which is not told then.
+    target: None for a stream, which has a name alone. shown: what it is called in place of its path, which is not told
+    then.
     """
     code = error.errno or 0
     if code in REASONS:
         reason = REASONS[code]
-    elif isinstance(target, Path) and code == errno.EISDIR:
+    elif target and code == errno.EISDIR:
         reason = "it is a folder. Name a file in it"
-    elif isinstance(target, Path) and code in (errno.ENOENT, errno.ENOTDIR):
+    elif target and code in (errno.ENOENT, errno.ENOTDIR):
         folder = "its folder" if shown else f"the folder {target.parent}"
         reason = f"{folder} does not exist. Make it first"
-    elif isinstance(target, Path) and code == errno.EEXIST:
+    elif target and code == errno.EEXIST:
         reason = "it is being written, or a recording was cut off and left its .part file. Choose another name"
-    elif isinstance(target, Path) and code in (errno.EACCES, errno.EPERM):
+    elif target and code in (errno.EACCES, errno.EPERM):
         place = target if os.path.exists(target) else target.parent
         reason = f"{'it' if shown else place} is not writable for this user"
     else:
         reason = error.strerror or "the system refuses it"
     kind = NameTaken if code == errno.EEXIST else CannotRender
     return kind(f"cannot write {shown or target}: {reason}.")
-
-
-def _mode(target: Path) -> int | None:
-    """Return the mode of what stands at `target` (links followed), None where nothing does."""
-    try:
-        return target.stat().st_mode
-    except FileNotFoundError:
-        return None

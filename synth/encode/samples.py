@@ -11,8 +11,8 @@ Limits: an integer sample is off by half a step at most inside [-1, 1 - step]: 1
 
 from __future__ import annotations
 
-import math
 from enum import StrEnum
+from typing import Self
 
 import numpy as np
 import numpy.typing as npt
@@ -21,38 +21,31 @@ Block = npt.NDArray[np.float32]
 
 
 class SoundFormat(StrEnum):
-    """A container with its sample type; the value is the `format` word of the HTTP calls."""
+    """A container with its sample type; the value is the `format` word of the HTTP calls.
 
-    WAV = "wav"  # WAV, float32 little-endian: what a render holds, unrounded
-    WAV16 = "wav16"  # WAV, 16 bit integers
-    WAV24 = "wav24"  # WAV, 24 bit integers
-    FLAC = "flac"  # FLAC, 24 bit integers, the same ones as WAV24
-    L16 = "l16"  # no container, 16 bit integers big-endian (RFC 3551 audio/L16)
-    F32LE = "f32le"  # no container, float32 little-endian
+    container: "wav", "flac" or "raw". bits, bytes_per_sample: of a sample of one channel, before compression.
+    is_float: samples stay float32, without clipping and rounding.
+    """
 
-    @property
-    def container(self) -> str:
-        """Return "wav", "flac" or "raw"."""
-        if self in (SoundFormat.L16, SoundFormat.F32LE):
-            return "raw"
-        return "flac" if self is SoundFormat.FLAC else "wav"
+    container: str
+    bits: int
+    bytes_per_sample: int
+    is_float: bool
 
-    @property
-    def bits(self) -> int:
-        """Return the bits of one sample: 16, 24 or 32."""
-        if self in (SoundFormat.WAV, SoundFormat.F32LE):
-            return 32
-        return 16 if self in (SoundFormat.WAV16, SoundFormat.L16) else 24
+    def __new__(cls, word: str, container: str = "", bits: int = 0) -> Self:
+        """Make a member; later calls look one up by its word alone."""
+        member = str.__new__(cls, word)
+        member._value_ = word
+        member.container, member.bits = container, bits
+        member.bytes_per_sample, member.is_float = bits // 8, bits == 32
+        return member
 
-    @property
-    def is_float(self) -> bool:
-        """Return whether samples stay float32 (no clipping, no rounding)."""
-        return self.bits == 32
-
-    @property
-    def bytes_per_sample(self) -> int:
-        """Return the bytes of one sample of one channel (before compression, for FLAC)."""
-        return self.bits // 8
+    WAV = "wav", "wav", 32  # WAV, float32 little-endian: what a render holds, unrounded
+    WAV16 = "wav16", "wav", 16  # WAV, integers
+    WAV24 = "wav24", "wav", 24
+    FLAC = "flac", "flac", 24  # FLAC, the integers of WAV24
+    L16 = "l16", "raw", 16  # no container, integers big-endian (RFC 3551 audio/L16)
+    F32LE = "f32le", "raw", 32  # no container, float32 little-endian
 
 
 def quantise(block: Block, bits: int) -> npt.NDArray[np.int32]:
@@ -70,12 +63,6 @@ def quantise(block: Block, bits: int) -> npt.NDArray[np.int32]:
     return scaled.astype(np.int32)
 
 
-def _all_finite(block: Block) -> bool:
-    """Return whether `block` holds neither NaN nor infinity; the sum of squares says so in most cases, and quickly."""
-    samples = block.ravel()
-    return math.isfinite(np.dot(samples, samples)) or bool(np.isfinite(samples).all())
-
-
 def block_bytes(block: Block, sound_format: SoundFormat) -> bytes:
     """Return the interleaved samples of `block` [frames, channels] as they stand in a WAV `data` chunk or a raw stream.
 
@@ -84,7 +71,7 @@ def block_bytes(block: Block, sound_format: SoundFormat) -> bytes:
     assert block.ndim == 2, f"a block is [frames, channels], not {block.ndim}-dimensional"
     if sound_format.is_float:
         assert block.dtype == np.float32, f"blocks are float32, not {block.dtype}"
-        assert _all_finite(block), "a voice let NaN or infinity out"
+        assert np.isfinite(block).all(), "a voice let NaN or infinity out"
         return block.astype("<f4", copy=False).tobytes()
     assert sound_format is not SoundFormat.FLAC, "FLAC is written through a writer"
     integers = quantise(block, sound_format.bits)

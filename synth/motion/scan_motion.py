@@ -21,13 +21,22 @@ LIFT_TIME = 0.02  # s in which the finger comes down before a trajectory and lea
 
 
 class ScanMotion:
-    """The motion of a scene's scan at any frame; rate: frames a second, those of the output unless given."""
+    """The motion of a scene's scan at any frame; rate: frames a second, those of the output unless given.
+
+    start: time (s) at which a recording begins, 0 for a scan that is none. duration: s of a recording, else infinite.
+    """
 
     def __init__(self, scene: Scene, rate: float | None = None) -> None:
         self.rate = float(rate or scene.output.sample_rate)
         self.scan = scene.scan
         self._recorded = RecordedMotion.of(scene) if scene.scan.trajectory is not None else None
-        self._stroke = _stroke_motion() if scene.scan.stroke is not None else None
+        self._stroke: Callable[..., Motion] | None = None
+        if scene.scan.stroke is not None:  # only a scan that is one loads it
+            from synth.motion.stroke_motion import stroke_motion
+
+            self._stroke = stroke_motion
+        self.start = 0.0 if self._recorded is None else self._recorded.start
+        self.duration = np.inf if self._recorded is None else self._recorded.end
 
     def at(self, first: int, frames: int) -> Motion:
         """Return the motion of `frames` frames from frame `first` on; frame n is at t = n / rate."""
@@ -60,16 +69,6 @@ class ScanMotion:
         """Return what of a recording is rendered otherwise than it was recorded."""
         return () if self._recorded is None else self._recorded.warnings
 
-    @property
-    def start(self) -> float:
-        """Time (s) at which the recording begins, 0 for a scan that is none."""
-        return 0.0 if self._recorded is None else self._recorded.start
-
-    @property
-    def duration(self) -> float:
-        """Seconds of the recording, infinite for a scan that never ends."""
-        return np.inf if self._recorded is None else self._recorded.end
-
     def _along(self, recorded: RecordedMotion, t: Array) -> Motion:
         """Return a recorded motion at the times `t` (s)."""
         samples = np.zeros((5, len(t)))
@@ -89,10 +88,3 @@ class ScanMotion:
         samples[LOAD_RATE] = slope * window + value * first
         samples[LOAD_BEND] = bend * window + 2.0 * slope * first + value * second
         return Motion(samples, places)
-
-
-def _stroke_motion() -> Callable[..., Motion]:
-    """Return what makes the motion of a stroke; only a scan that is one loads it."""
-    from synth.motion.stroke_motion import stroke_motion
-
-    return stroke_motion

@@ -51,7 +51,8 @@ class Follower:
     """The state of one followed hand; nothing is queued, the newest update wins.
 
     lowest_load: N, that of the scene's effects (`scene_effects.lowest_load`); loads stay within it and LARGEST_LOAD.
-    The same calls at the same frames give the same bits, whatever the blocks.
+    Place and speed are DELAY late for being smooth, the load is 3 / LOAD_DECAY late. The same calls at the same frames
+    give the same bits, whatever the blocks.
     """
 
     __slots__ = ("lowest", "sample_rate", "state")
@@ -62,16 +63,6 @@ class Follower:
         hand = np.array([0.0, UNKNOWN, math.inf, 0.0])
         (place, places), (load, loads) = new_curve(), new_curve()
         self.state = np.concatenate([hand, place, load, places, loads, new_track()])  # one: it is copied at each update
-
-    @property
-    def frame(self) -> int:
-        """The next frame."""
-        return int(self.state[FRAME])
-
-    @property
-    def delay(self) -> float:
-        """Seconds that place and speed are late for being smooth; the load is 3 / LOAD_DECAY late."""
-        return DELAY
 
     def begin(self, position: float, speed: float, load: float) -> None:
         """Begin as a hand that already moves at `position` (m) and `speed` (m/s) with `load` (N), and goes on so."""

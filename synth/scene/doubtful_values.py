@@ -8,41 +8,57 @@ Model: a number without a unit is in SI units, and a page that counts in millime
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from typing import TypeGuard
 
 from synth.errors import Fault, shown
-from synth.scene.rules import Quantity, Rule
+from synth.scene.rules import Quantity
 from synth.scene.scene import Scene
-from synth.scene.section import Section, inner_section, rule_of
+from synth.scene.section import Section, inner_section, rule_of, without
 
 
 def doubts(scene: Scene) -> tuple[str, ...]:
     """Return a sentence for each value of `scene` that is beyond what is usual."""
     return tuple(
-        f"{path} is {value:g} {rule.unit}, and more than {rule.show(rule.usual)} is unusual. A number without a unit "
-        f"is in {rule.unit}{_meant(value, rule)}."
-        for path, value, rule in _quantities(scene, "")
+        f"{'.'.join(path)} is {value:g} {rule.unit}, and more than {rule.show(rule.usual)} is unusual. A number "
+        f"without a unit is in {rule.unit}{_meant(value, rule)}."
+        for path, value, rule in _numbers(Scene, dict(scene))
         if abs(value) > rule.usual
     )
 
 
 def bare_doubts(patch: Mapping[str, object]) -> list[Fault]:
     """Return a fault for each number of a partial scene that has no unit and would be unusual in SI units."""
-    return list(_bare(Scene, patch, ""))
+    return [
+        Fault(
+            f"/{'/'.join(path)}",
+            shown(value),
+            f"a number with its unit beyond {rule.show(rule.usual)}",
+            f'It would be {value:g} {rule.unit}{_meant(value, rule)}, or "{value:g} {rule.unit}".',
+        )
+        for path, value, rule in _numbers(Scene, patch)
+        if rule.usual < abs(value) <= rule.high
+    ]
 
 
-def _bare(section: type[Section], given: Mapping[str, object], above: str) -> Iterator[Fault]:
+def _numbers(
+    section: type[Section], given: Mapping[str, object], *above: str
+) -> Iterator[tuple[tuple[str, ...], float, Quantity]]:
+    """Yield path, value and rule of each number in `given`, which holds fields of `section`."""
     for name, value in given.items():
-        if name not in section.model_fields:
-            continue
-        inner = inner_section(section, name)
+        inner = inner_section(section, name) if name in section.model_fields else None
+        if isinstance(value, Section):
+            fields = dict(value)  # in a stroke, speed and load of the scan are the stroke's own
+            value = fields if fields.get("stroke") is None else without(fields, "speed", "load")
         if inner is not None and isinstance(value, Mapping):
-            yield from _bare(inner, value, f"{above}/{name}")
-        elif inner is None and isinstance(value, int | float) and not isinstance(value, bool):
+            yield from _numbers(inner, value, *above, name)
+        elif inner is None and name in section.model_fields and _is_number(value):
             rule = rule_of(section, name)
-            if isinstance(rule, Quantity) and rule.usual < abs(value) <= rule.high:
-                allowed = f"a number with its unit beyond {rule.show(rule.usual)}"
-                hint = f'It would be {value:g} {rule.unit}{_meant(value, rule)}, or "{value:g} {rule.unit}".'
-                yield Fault(f"{above}/{name}", shown(value), allowed, hint)
+            if isinstance(rule, Quantity):
+                yield (*above, name), value, rule
+
+
+def _is_number(value: object) -> TypeGuard[float]:
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _meant(value: float, rule: Quantity) -> str:
@@ -52,16 +68,3 @@ def _meant(value: float, rule: Quantity) -> str:
         if unit != rule.unit and rule.low <= meant and abs(meant) <= rule.usual:
             return f': write "{value:g} {unit}" if that was meant'
     return ""
-
-
-def _quantities(section: Section, above: str) -> Iterator[tuple[str, float, Quantity]]:
-    kind = type(section)
-    unwritten = ("speed", "load") if getattr(section, "stroke", None) is not None else ()  # they are the stroke's own
-    for name in kind.model_fields:
-        value = None if name in unwritten else getattr(section, name)
-        if isinstance(value, Section):
-            yield from _quantities(value, f"{above}{name}.")
-        elif isinstance(value, int | float) and inner_section(kind, name) is None:
-            rule: Rule = rule_of(kind, name)
-            if isinstance(rule, Quantity):
-                yield f"{above}{name}", value, rule

@@ -10,14 +10,13 @@ Limits  two effects that replace the same part of the model are refused together
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from pydantic import ValidationError
 
 from synth.scene.effect_registry import Declaration, declaration, effect_names
 from synth.scene.rules import MOST_FAULTS, Refusal, Rule, nearest, refusal, refusals_of, refuse, refused
-from synth.scene.section import section_schema
+from synth.scene.section import plain, section_schema
 
 AUTO = "auto"
 """Written in place of settings: simulated only where it changes the output by more than the tolerance."""
@@ -47,14 +46,10 @@ class FrozenMapping(Mapping[str, Any]):
         return f"FrozenMapping({self._items!r})"
 
 
-@dataclass(frozen=True)
 class Effects(Rule):
     """An object of effects by name: null is not simulated, an object is its settings, "auto" is where it matters."""
 
-    @property
-    def allowed(self) -> str:
-        """The form of the object."""
-        return 'an object of effects by name, each null, "auto" or an object of settings'
+    allowed = 'an object of effects by name, each null, "auto" or an object of settings'
 
     def read(self, value: object) -> FrozenMapping:
         """Return the effects that are not null: "auto", or the section of its settings."""
@@ -135,13 +130,8 @@ def _clashes(chosen: Mapping[str, Any]) -> Iterator[Refusal]:
         if other != name:
             allowed = f"one effect that replaces {effect.replaces}"
             hint = f'"{other}" replaces {effect.replaces} too, and both cannot hold. Leave one of them out.'
-            yield refusal([name], plain_settings(chosen[name]), allowed, hint)
+            yield refusal([name], plain(chosen[name]), allowed, hint)
         elif chosen[name] != AUTO:
             clash = effect.clash(chosen[name], {key: value for key, value in chosen.items() if key != name})
             if clash is not None:
-                yield refusal([name], plain_settings(chosen[name]), *clash)
-
-
-def plain_settings(settings: Any) -> Any:
-    """Return the settings of an effect as they may be written."""
-    return settings if settings == AUTO else settings.document()
+                yield refusal([name], plain(chosen[name]), *clash)

@@ -8,11 +8,10 @@ Limits: rates, durations and tolerances as fixed by the project's design; the ra
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationError, ValidationInfo
-from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+from pydantic_core import PydanticCustomError
 
 from synth.scene.quantity import Dimension, show_quantity
 from synth.scene.rules import (
@@ -59,14 +58,10 @@ MOST_CHANNELS = 16
 memory."""
 
 
-@dataclass(frozen=True)
 class FullScale(Rule):
     """A value of the section's own quantity."""
 
-    @property
-    def allowed(self) -> str:
-        """The range of each quantity."""
-        return "; ".join(f"{name} {rule.allowed}" for name, rule in FULL_SCALE_RANGES.items())
+    allowed = "; ".join(f"{name} {rule.allowed}" for name, rule in FULL_SCALE_RANGES.items())
 
     def read(self, value: object, quantity: object = None) -> float:
         """Return the value in SI; where the quantity is not known, any quantity will do."""
@@ -85,13 +80,16 @@ class FullScale(Rule):
         texts = [rule.schema()["anyOf"][1] for rule in FULL_SCALE_RANGES.values()]
         return {"anyOf": [numbers, *texts]}
 
-    def __get_pydantic_core_schema__(self, _source: object, _handler: object) -> CoreSchema:
-        """Read with the quantity of the same section, which is declared before."""
+    def read_in(self, value: object, found: ValidationInfo) -> float:
+        """Return the value in SI, of the quantity of the same section, which is declared before."""
+        return self.read(value, found.data.get("quantity"))
 
-        def read(value: object, found: ValidationInfo) -> float:
-            return self.read(value, found.data.get("quantity"))
 
-        return core_schema.with_info_plain_validator_function(read)
+FullScaleField = Annotated[
+    float | None,
+    FullScale(),
+    Field(description="Value of the quantity that becomes 1.0 in the audio; by default the peak becomes 0.8."),
+]
 
 
 class Channel(Section):
@@ -100,20 +98,13 @@ class Channel(Section):
     quantity: Annotated[QuantityName, QUANTITY_NAME] = Field(
         default="acceleration", description="What the samples of this channel are."
     )
-    full_scale: Annotated[float | None, FullScale()] = Field(
-        default=None,
-        description="Value of the quantity that becomes 1.0 in the audio; by default the peak becomes 0.8.",
-    )
+    full_scale: FullScaleField = None
 
 
-@dataclass(frozen=True)
 class Channels(Rule):
     """A list of quantities, or of objects with a quantity and its full scale."""
 
-    @property
-    def allowed(self) -> str:
-        """The number of channels and what one may be."""
-        return f"a list of 1 to {MOST_CHANNELS} channels, each a quantity ({QUANTITY_NAME.allowed}) or an object"
+    allowed = f"a list of 1 to {MOST_CHANNELS} channels, each a quantity ({QUANTITY_NAME.allowed}) or an object"
 
     def read(self, value: object) -> tuple[Channel, ...]:
         """Return the channels."""
@@ -157,10 +148,7 @@ class Output(Section):
     duration: Annotated[float, Quantity(Dimension.TIME, 1e-3, 86400.0)] = Field(
         default=2.0, description="Length of a finite render; a live stream goes on until it is stopped."
     )
-    full_scale: Annotated[float | None, FullScale()] = Field(
-        default=None,
-        description="Value of the quantity that becomes 1.0 in the audio; by default the peak becomes 0.8.",
-    )
+    full_scale: FullScaleField = None
     bandwidth: Annotated[
         float | Literal["full"],
         QuantityOrName(Quantity(Dimension.FREQUENCY, 1.0, 96e3), Choice((FULL_BAND,))),

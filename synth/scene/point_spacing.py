@@ -16,11 +16,10 @@ Limits  no place moves by more than what its run covers; no time of a load by mo
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
-Array = np.ndarray[Any, np.dtype[np.float64]]
+from synth.arrays import Array
 
 AROUND = (
     0.04  # s on either side: longer than a tracker's interval (8 ms), shorter than a stroke's turn; longer: a pause

@@ -11,12 +11,9 @@ from __future__ import annotations
 import math
 import re
 import sys
-from collections.abc import Mapping
-from dataclasses import dataclass
 from decimal import Context, Decimal
 from enum import Enum
 from numbers import Real
-from types import MappingProxyType
 
 SMALLEST_NORMAL = sys.float_info.min
 """Magnitudes below this (2.2e-308) are read as zero: denormal numbers slow every filter that they reach."""
@@ -28,76 +25,54 @@ STANDARD_GRAVITY = "9.80665"
 """m/s^2 in one g, exact by definition (3rd General Conference on Weights and Measures, 1901)."""
 
 
-@dataclass(frozen=True, eq=False)
-class _Measure:
-    """SI unit, units with their exact decimal factors to SI, units to show numbers in (largest first), an example."""
-
-    unit: str
-    units: dict[str, str]
-    shown: tuple[str, ...]
-    example: str
-
-
 class Dimension(Enum):
-    """What a number measures, and in which units it may be written."""
+    """What a number measures, and in which units it may be written.
 
-    LENGTH = _Measure(
+    unit: the SI unit that a bare number is in; "" where numbers have none. units: those that text may carry, each with
+    its exact decimal factor to SI. shown_units: those that numbers are shown in, largest first. example: a quantity of
+    this dimension as a person would write it.
+    """
+
+    LENGTH = (
         "m",
         {"m": "1", "cm": "1e-2", "mm": "1e-3", "um": "1e-6", "nm": "1e-9"},
         ("m", "mm", "um", "nm"),
         "0.8 mm",
     )
-    SPEED = _Measure(
+    SPEED = (
         "m/s",
         {"m/s": "1", "cm/s": "1e-2", "mm/s": "1e-3", "um/s": "1e-6"},
         ("m/s", "mm/s", "um/s"),
         "80 mm/s",
     )
-    LOAD = _Measure("N", {"N": "1", "mN": "1e-3", "uN": "1e-6"}, ("N", "mN", "uN"), "0.3 N")
-    PRESSURE = _Measure(
+    LOAD = ("N", {"N": "1", "mN": "1e-3", "uN": "1e-6"}, ("N", "mN", "uN"), "0.3 N")
+    PRESSURE = (
         "Pa",
         {"Pa": "1", "kPa": "1e3", "MPa": "1e6", "GPa": "1e9"},
         ("GPa", "MPa", "kPa", "Pa"),
         "101.2 kPa",
     )
-    FREQUENCY = _Measure("Hz", {"Hz": "1", "kHz": "1e3"}, ("Hz",), "48 kHz")
-    TIME = _Measure(
+    FREQUENCY = ("Hz", {"Hz": "1", "kHz": "1e3"}, ("Hz",), "48 kHz")
+    TIME = (
         "s",
         {"s": "1", "ms": "1e-3", "us": "1e-6", "min": "60", "h": "3600"},
         ("s", "ms", "us"),
         "500 ms",
     )
-    ACCELERATION = _Measure(
+    ACCELERATION = (
         "m/s^2",
         {"m/s^2": "1", "m/s2": "1", "mm/s^2": "1e-3", "mm/s2": "1e-3", "g": STANDARD_GRAVITY},
         ("m/s^2",),
         "20 m/s^2",
     )
-    MASS = _Measure("kg", {"kg": "1", "g": "1e-3", "mg": "1e-6"}, ("kg", "g", "mg"), "5 g")
-    DAMPING = _Measure("N s/m", {"N s/m": "1", "mN s/m": "1e-3"}, ("N s/m", "mN s/m"), "3 N s/m")
-    STIFFNESS = _Measure("N/m", {"N/m": "1", "N/mm": "1e3", "kN/m": "1e3"}, ("N/m",), "36000 N/m")
-    ANGLE = _Measure("rad", {"rad": "1", "deg": str(Decimal(math.pi / 180.0))}, ("rad",), "90 deg")
-    NONE = _Measure("", {}, (), "0.5")
+    MASS = ("kg", {"kg": "1", "g": "1e-3", "mg": "1e-6"}, ("kg", "g", "mg"), "5 g")
+    DAMPING = ("N s/m", {"N s/m": "1", "mN s/m": "1e-3"}, ("N s/m", "mN s/m"), "3 N s/m")
+    STIFFNESS = ("N/m", {"N/m": "1", "N/mm": "1e3", "kN/m": "1e3"}, ("N/m",), "36000 N/m")
+    ANGLE = ("rad", {"rad": "1", "deg": str(Decimal(math.pi / 180.0))}, ("rad",), "90 deg")
+    NONE = ("", dict[str, str](), (), "0.5")
 
-    @property
-    def unit(self) -> str:
-        """The SI unit that a bare number is in; "" where numbers have none."""
-        return self.value.unit
-
-    @property
-    def units(self) -> Mapping[str, str]:
-        """The units that text may carry, with the exact decimal factor of each to SI."""
-        return MappingProxyType(self.value.units)
-
-    @property
-    def shown_units(self) -> tuple[str, ...]:
-        """The units that `show_quantity` chooses from, largest first."""
-        return self.value.shown
-
-    @property
-    def example(self) -> str:
-        """A quantity of this dimension as a person would write it."""
-        return self.value.example
+    def __init__(self, unit: str, units: dict[str, str], shown_units: tuple[str, ...], example: str) -> None:
+        self.unit, self.units, self.shown_units, self.example = unit, units, shown_units, example
 
 
 _NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?"
@@ -168,14 +143,12 @@ def _from_text(text: str, dimension: Dimension) -> float:
         raise QuantityError("the text is not a number with a unit", _how_to_write(dimension))
     number, unit = found.groups()
     if not unit:
-        raise QuantityError("the text has no unit", f"{_add_a_unit(number, dimension)} {_how_to_write(dimension)}")
+        with_unit = f"{number} {dimension.example.split(maxsplit=1)[1]}"
+        hint = f'Add a unit, such as "{with_unit}". {_how_to_write(dimension)}'
+        raise QuantityError("the text has no unit", hint)
     if unit not in dimension.units:
         raise QuantityError(f"{unit!r} is not a unit of {dimension.name.lower()}", _how_to_write(dimension))
     return float(_EXACT.multiply(Decimal(number), Decimal(dimension.units[unit])))
-
-
-def _add_a_unit(number: str, dimension: Dimension) -> str:
-    return f'Add a unit, such as "{number} {dimension.example.split(maxsplit=1)[1]}".'
 
 
 def _how_to_write(dimension: Dimension) -> str:

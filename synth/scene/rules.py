@@ -14,7 +14,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from pydantic import ValidationError
+from pydantic import ValidationError, ValidationInfo
 from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError, core_schema
 
 from synth.scene.quantity import (
@@ -76,17 +76,13 @@ def nearest(name: str, known: Iterable[str]) -> str | None:
 
 
 class Rule(ABC):
-    """What one field may hold."""
+    """What one field may hold.
 
-    @property
-    def unit(self) -> str:
-        """The SI unit of a bare number; "" where there is none."""
-        return ""
+    allowed: what is allowed, with its unit, as text. unit: SI unit of a bare number; "" where there is none.
+    """
 
-    @property
-    @abstractmethod
-    def allowed(self) -> str:
-        """What is allowed, with its unit, as text."""
+    allowed: str
+    unit = ""
 
     @abstractmethod
     def read(self, value: object) -> object:
@@ -100,12 +96,16 @@ class Rule(ABC):
         """Return a value of the field as a person would write it."""
         return str(value)
 
+    def read_in(self, value: object, _found: ValidationInfo) -> object:
+        """Return the value in a scene of which so much has been found."""
+        return self.read(value)
+
     def __get_pydantic_core_schema__(self, _source: object, _handler: object) -> CoreSchema:
         """Make pydantic read the field with this rule and nothing else."""
-        return core_schema.no_info_plain_validator_function(self.read)
+        return core_schema.with_info_plain_validator_function(self.read_in)
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class Quantity(Rule):
     """A number in SI or text with its unit, from `low` to `high`, both in SI and both allowed.
 
@@ -118,16 +118,9 @@ class Quantity(Rule):
     whole: bool = False
     usual: float = math.inf
 
-    @property
-    def unit(self) -> str:
-        """The SI unit of a bare number."""
-        return self.dimension.unit
-
-    @property
-    def allowed(self) -> str:
-        """The range with its units."""
-        whole = ", a whole number" if self.whole else ""
-        return f"{self.show(self.low)} to {self.show(self.high)}{whole}"
+    def __post_init__(self) -> None:
+        self.unit = self.dimension.unit
+        self.allowed = f"{self.show(self.low)} to {self.show(self.high)}{', a whole number' if self.whole else ''}"
 
     def show(self, value: Any) -> str:
         """Return `value`, in SI, with a handy unit."""
@@ -152,7 +145,8 @@ class Quantity(Rule):
         number = {"type": "integer" if self.whole else "number", "minimum": self.low, "maximum": self.high}
         if self.dimension is Dimension.NONE:
             return {"anyOf": [number]}
-        return {"anyOf": [number, _text_schema(self.dimension)]}
+        text = {"type": "string", "maxLength": LONGEST_TEXT, "pattern": text_pattern(self.dimension)}
+        return {"anyOf": [number, text]}
 
     def _range_hint(self, value: object, number: float) -> str:
         bound = f"at least {self.show(self.low)}" if number < self.low else f"at most {self.show(self.high)}"
@@ -161,11 +155,7 @@ class Quantity(Rule):
         return f'Write {bound}; a number without a unit is in {self.unit}, "{self.dimension.example}" carries its own.'
 
 
-def _text_schema(dimension: Dimension) -> dict[str, Any]:
-    return {"type": "string", "maxLength": LONGEST_TEXT, "pattern": text_pattern(dimension)}
-
-
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class QuantityList(Rule):
     """A list of `fewest` to `most` values of one quantity."""
 
@@ -173,15 +163,9 @@ class QuantityList(Rule):
     fewest: int
     most: int
 
-    @property
-    def unit(self) -> str:
-        """The SI unit of a bare number in the list."""
-        return self.item.unit
-
-    @property
-    def allowed(self) -> str:
-        """How many, and the range of each."""
-        return f"a list of {self.fewest} to {self.most} numbers, each {self.item.allowed}"
+    def __post_init__(self) -> None:
+        self.unit = self.item.unit
+        self.allowed = f"a list of {self.fewest} to {self.most} numbers, each {self.item.allowed}"
 
     def show(self, value: Any) -> str:
         """Return the list with units."""
@@ -215,16 +199,14 @@ class QuantityList(Rule):
         return {"anyOf": [{"type": "array", "items": self.item.schema(), **bounds}]}
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class Choice(Rule):
     """One of a few names."""
 
     names: tuple[str, ...]
 
-    @property
-    def allowed(self) -> str:
-        """The names, quoted."""
-        return ", ".join(f'"{name}"' for name in self.names)
+    def __post_init__(self) -> None:
+        self.allowed = ", ".join(f'"{name}"' for name in self.names)
 
     def read(self, value: object) -> str:
         """Return the name."""
@@ -238,22 +220,16 @@ class Choice(Rule):
         return {"anyOf": [{"enum": list(self.names)}]}
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class QuantityOrName(Rule):
     """A quantity, or one of a few names in its place."""
 
     quantity: Quantity
     names: Choice
 
-    @property
-    def unit(self) -> str:
-        """The SI unit of a bare number."""
-        return self.quantity.unit
-
-    @property
-    def allowed(self) -> str:
-        """The range, then the names."""
-        return f"{self.quantity.allowed}, {self.names.allowed}"
+    def __post_init__(self) -> None:
+        self.unit = self.quantity.unit
+        self.allowed = f"{self.quantity.allowed}, {self.names.allowed}"
 
     def read(self, value: object) -> float | str:
         """Return the number or the name."""

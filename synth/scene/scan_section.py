@@ -12,12 +12,12 @@ Limits: a stroke must have room for its turns; recorded points must be 1 us apar
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 from typing import Annotated, Any
 
 from pydantic import Field, ValidationInfo
-from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+from pydantic_core import PydanticCustomError
 
 from synth.scene.quantity import Dimension, show_quantity
 from synth.scene.rules import (
@@ -65,13 +65,9 @@ class Load(Quantity):
         lowest = (found.context or {}).get(LOWEST_LOAD, self.low)
         return replace(self, low=lowest) if lowest < self.low else self
 
-    def __get_pydantic_core_schema__(self, _source: object, _handler: object) -> CoreSchema:
-        """Read with the lowest load of the scene."""
-
-        def read(value: object, found: ValidationInfo) -> float:
-            return self.down_to(found).read(value)
-
-        return core_schema.with_info_plain_validator_function(read)
+    def read_in(self, value: object, found: ValidationInfo) -> float:
+        """Return the load in N."""
+        return self.down_to(found).read(value)
 
 
 LOAD = Load(Dimension.LOAD, 0.0, 1e3, usual=20.0)  # ten times what the paper calls useful
@@ -88,17 +84,13 @@ POINT_RULES = (
 PointRules = tuple[Quantity, Quantity, Quantity]
 
 
-@dataclass(frozen=True)
 class Trajectory(Rule):
     """Recorded points [t, position, load], each number in SI or text with its unit."""
 
-    @property
-    def allowed(self) -> str:
-        """The number of points and the three ranges."""
-        time, position, load = (rule.allowed for rule in POINT_RULES)
-        return (
-            f"{FEWEST_POINTS} to {MOST_POINTS} points [t, position, load]: t {time}, position {position}, load {load}"
-        )
+    allowed = (
+        f"{FEWEST_POINTS} to {MOST_POINTS} points [t, position, load]: "
+        f"t {POINT_RULES[0].allowed}, position {POINT_RULES[1].allowed}, load {POINT_RULES[2].allowed}"
+    )
 
     def read(self, value: object, rules: PointRules = POINT_RULES) -> tuple[Point, ...]:
         """Return the points in SI, times rising; rules: of time, position and load."""
@@ -131,13 +123,9 @@ class Trajectory(Rule):
             },
         }]}  # fmt: skip
 
-    def __get_pydantic_core_schema__(self, _source: object, _handler: object) -> CoreSchema:
-        """Read with the lowest load of the scene."""
-
-        def read(value: object, found: ValidationInfo) -> tuple[Point, ...]:
-            return self.read(value, (*POINT_RULES[:2], LOAD.down_to(found)))
-
-        return core_schema.with_info_plain_validator_function(read)
+    def read_in(self, value: object, found: ValidationInfo) -> tuple[Point, ...]:
+        """Return the points in SI, with loads down to the lowest of the scene."""
+        return self.read(value, (*POINT_RULES[:2], LOAD.down_to(found)))
 
 
 def _read_point(point: object, index: int, rules: PointRules, refusals: list[Refusal]) -> Point | None:

@@ -2,7 +2,7 @@
 
 Stage: 1 (SCENE). Everything downstream takes a `Scene` and trusts it.
 Model: a scene is written as JSON; a number is SI, text carries its unit, null or absent is the default. The fields are
-declared in scene_surfaces.py, scene_scan.py, scene_effects.py and scene_output.py; docs/scene.md tells users.
+declared in the files called after the sections; docs/scene.md tells users.
 Limits: a document that cannot be read is refused with all of its faults at once (the first 100 of them).
 """
 
@@ -27,10 +27,8 @@ from synth.scene.surface_sections import Finger, Texture, amplitude_of
 from synth.scene.text import object_from_text, pointer
 
 __all__ = [
-    "Accuracy",
     "Channel",
     "FieldLine",
-    "Finger",
     "Output",
     "QuantityName",
     "Scan",
@@ -71,8 +69,9 @@ def parse_scene(document: object) -> Scene:
         return document
     if isinstance(document, str):
         document = lookup(document).document
+    effects = document.get("effects") if isinstance(document, Mapping) else None
     try:
-        return Scene.model_validate(document, context={LOWEST_LOAD: _lowest_load(document)})
+        return Scene.model_validate(document, context={LOWEST_LOAD: lowest_load(effects)})
     except ValidationError as error:
         raise SceneError(list(_faults(error))) from error
 
@@ -81,10 +80,6 @@ def parse_scene_text(text: str | bytes) -> Scene:
     """Return the scene that JSON `text` describes; raises SceneError as `parse_scene` does, and for text that is no
     JSON object or has a field twice."""
     return parse_scene(object_from_text(text))
-
-
-def _lowest_load(document: object) -> float:
-    return lowest_load(document.get("effects")) if isinstance(document, Mapping) else 0.0
 
 
 def channel_count(scene: Scene) -> int:

@@ -1,6 +1,6 @@
 """An object of named fields, of which a scene is made: how it is read, written and described.
 
-Stage: 1 (SCENE). A section (scene_surfaces.py, scene_scan.py, scene_output.py) declares each field once, as a type with
+Stage: 1 (SCENE). A section declares each field once, as a type with
 its rule, a default and a sentence; validation, JSON Schema and the check of docs/scene.md all read that declaration.
 Model: `Section` gathers the refusals of all its fields and of what is wrong between them: one answer names every fault.
 """

@@ -39,13 +39,10 @@ def document_of(source: str | os.PathLike[str]) -> dict[str, object]:
     A text is a name if the catalogue has it, or if it has no ending, names no folder, and no file is called so.
     """
     path = Path(source)
-    if isinstance(source, str) and _is_name(source, path):
+    looks_like_a_name = path.suffix != ".json" and len(path.parts) == 1 and not path.exists()
+    if isinstance(source, str) and (source in catalogue_names() or looks_like_a_name):
         return dict(lookup(source).document)
     return object_from_text(_read(path))
-
-
-def _is_name(source: str, path: Path) -> bool:
-    return source in catalogue_names() or (path.suffix != ".json" and len(path.parts) == 1 and not path.exists())
 
 
 def _read(path: Path) -> bytes:

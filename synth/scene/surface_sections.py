@@ -13,21 +13,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field, create_model
 
 from synth.scene.catalogue import catalogue_names, lookup
 from synth.scene.quantity import Dimension
-from synth.scene.rules import Choice, Fields, Quantity, Refusal, Rule, refusal
+from synth.scene.rules import Choice, Fields, Quantity, Refusal, refusal
 from synth.scene.section import Section, without
 from synth.scene.texture_registry import (
     KINDS,
-    SHARED,
     STEEPEST,
     Kind,
-    declared_field,
     kind_of,
     kinds_with,
     special_fields,
@@ -98,32 +95,10 @@ class Finger(Section):
         return without(super().document(), "roughness", *(("stiffness",) if self.stiffness is None else ()))
 
 
-@dataclass(frozen=True)
-class TextureKind(Rule):
-    """A kind of texture, or the name of a texture in the catalogue, which fills in the fields that are not given."""
-
-    @property
-    def allowed(self) -> str:
-        """The kinds and the catalogue's names."""
-        return self._names.allowed
-
-    def read(self, value: object) -> str:
-        """Return the kind; names of the catalogue have been replaced by then."""
-        return self._names.read(value)
-
-    def schema(self) -> dict[str, Any]:
-        """Return the kinds and the names."""
-        return self._names.schema()
-
-    @property
-    def _names(self) -> Choice:
-        return Choice((*KINDS, *catalogue_names()))
-
-
 class TextureFields(Section):
     """The sample under the finger: its form, rigid or elastic."""
 
-    kind: Annotated[str, TextureKind()] = Field(
+    kind: Annotated[str, Choice((*KINDS, *catalogue_names()))] = Field(
         default="sinusoid", description="Form of the surface, or a name of the catalogue for the fields not given here."
     )
     period: Annotated[float, Quantity(Dimension.LENGTH, 1e-6, 1.0, usual=0.05)] = Field(
@@ -216,12 +191,12 @@ if TYPE_CHECKING:
         """
 
 else:
+    _OF_KINDS = [kind_of(name).fields for name in reversed(KINDS) if kind_of(name).fields is not Section]
     Texture = create_model(
         "Texture",
-        __base__=TextureFields,
+        __base__=(*_OF_KINDS, TextureFields),  # fields come in the reverse of this order
         __module__=__name__,
         __doc__=TextureFields.__doc__,
-        **{name: declared_field(name) for name in special_fields() if name not in SHARED},
     )
 
 

@@ -15,13 +15,10 @@ from functools import cache
 from importlib import import_module
 from itertools import chain
 from types import MappingProxyType
-from typing import Annotated, Any
-
-from pydantic import Field
-from pydantic.fields import FieldInfo
+from typing import Any
 
 from synth.scene.rules import Fields, Refusal
-from synth.scene.section import Section, rule_of
+from synth.scene.section import Section
 
 KINDS: Mapping[str, str] = MappingProxyType(
     {
@@ -42,16 +39,6 @@ STEEPEST = 20.0
 """Largest slope of a surface, 87 degrees: a steeper wall is a step, which a period's points cannot hold, or a slip."""
 
 
-def as_given(fields: Mapping[str, Any], _values: Mapping[str, Any] | None = None) -> dict[str, Any]:
-    """Return the fields as they are."""
-    return dict(fields)
-
-
-def no_refusals(_values: Mapping[str, Any], _given: Fields) -> list[Refusal]:
-    """Find nothing wrong between fields."""
-    return []
-
-
 @dataclass(frozen=True, slots=True)
 class Kind:
     """What a scene needs to know of a kind of texture.
@@ -70,10 +57,10 @@ class Kind:
     shared: tuple[str, ...] = ("period",)
     defaults: Mapping[str, Any] = dataclass_field(default_factory=dict)
     steep: str = "amplitude"
-    refusals: Callable[[Mapping[str, Any], Fields], list[Refusal]] = no_refusals
+    refusals: Callable[[Mapping[str, Any], Fields], list[Refusal]] = lambda _values, _given: []
     pairs: tuple[tuple[str, str], ...] = ()
-    local: Callable[[Mapping[str, Any]], dict[str, Any]] = as_given
-    written: Callable[[Mapping[str, Any], Mapping[str, Any]], dict[str, Any]] = as_given
+    local: Callable[[Mapping[str, Any]], dict[str, Any]] = dict
+    written: Callable[[Mapping[str, Any], Mapping[str, Any]], dict[str, Any]] = lambda fields, _values: dict(fields)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -92,15 +79,6 @@ def kind_of(name: str) -> Kind:
 def special_fields() -> tuple[str, ...]:
     """Return the names of all fields that only some kinds have."""
     return tuple(dict.fromkeys(chain(SHARED, *(kind_of(name).fields.model_fields for name in KINDS))))
-
-
-def declared_field(name: str) -> tuple[Any, FieldInfo]:
-    """Return the type, with its rule, and the declaration of a field that belongs to one kind."""
-    section = next(kind_of(kind).fields for kind in KINDS if name in kind_of(kind).fields.model_fields)
-    found = section.model_fields[name]
-    return Annotated[found.annotation, rule_of(section, name)], Field(
-        default=found.default, description=found.description
-    )
 
 
 def kinds_with(name: str) -> tuple[str, ...]:

@@ -18,7 +18,7 @@ from functools import cached_property
 
 import numpy as np
 
-from synth.surfaces.profile import Array, Profile, turns_of
+from synth.surfaces.profile import Array, Bounds, Profile, turns_of
 
 DIRECT = 64  # orders; more at every place cost more than a table, fewer would be read from one needlessly
 TABLE = 16  # heights a shortest wave: with 8 points the error is (2 pi / TABLE)^8 / 936, and 2^8 times that with half
@@ -38,14 +38,6 @@ class FourierProfile(Profile):
     @abstractmethod
     def orders(self) -> tuple[Array, Array]:
         """Amplitudes (m) and phases (rad) of orders 1 to N."""
-
-    def __eq__(self, other: object) -> bool:
-        """Tell whether `other` has the same heights."""
-        return isinstance(other, FourierProfile) and self.key == other.key
-
-    def __hash__(self) -> int:
-        """Return the hash of the key."""
-        return hash(self.key)
 
     @cached_property
     def _coefficients(self) -> np.ndarray:
@@ -87,36 +79,20 @@ class FourierProfile(Profile):
         return total
 
     @cached_property
-    def _bounds(self) -> tuple[float, float, float, float]:
-        """Lowest and highest height (m), bounds of slope and curvature."""
+    def bounds(self) -> Bounds:
+        """Bounds from the derivatives at many places."""
         points = max(FINE * 2 ** math.ceil(math.log2(len(self._coefficients))), LEAST_FINE)
         wider = 1.0 / math.cos(math.pi * len(self._coefficients) / points)
         heights, slopes, bends = (self._sampled(points, derivative) for derivative in (0, 1, 2))
         slope, bend = (float(np.max(np.abs(values))) * wider for values in (slopes, bends))
         above = bend * (2.0 * math.pi / points) ** 2 / 8.0
         rate = 2.0 * math.pi / self.period
-        return float(heights.min()) - above, float(heights.max()) + above, slope * rate, bend * rate**2
-
-    @property
-    def extent(self) -> tuple[float, float]:
-        """Bounds of the heights (m)."""
-        return self._bounds[:2]
-
-    @property
-    def slope_bound(self) -> float:
-        """Bound of the slope."""
-        return self._bounds[2]
-
-    @property
-    def curvature_bound(self) -> float:
-        """Bound of the second derivative (1/m)."""
-        return self._bounds[3]
+        return Bounds(float(heights.min()) - above, float(heights.max()) + above, slope * rate, bend * rate**2)
 
     @property
     def rms(self) -> tuple[float, float]:
         """Rq (m) and rms slope, in closed form."""
         amplitudes, _ = self.orders
         numbers = 2.0 * math.pi / self.period * np.arange(1, len(amplitudes) + 1)
-        return float(np.linalg.norm(amplitudes)) / math.sqrt(2.0), float(
-            np.linalg.norm(numbers * amplitudes)
-        ) / math.sqrt(2.0)
+        height, slope = np.linalg.norm(amplitudes), np.linalg.norm(numbers * amplitudes)
+        return float(height) / math.sqrt(2.0), float(slope) / math.sqrt(2.0)

@@ -23,7 +23,7 @@ from synth.scene.quantity import Dimension, show_quantity
 from synth.scene.rules import Fields, Quantity, Refusal, refusal
 from synth.scene.section import Section
 from synth.scene.texture_registry import Kind
-from synth.surfaces.profile import NO_CORNERS, Array, Profile, places_of, turns_of
+from synth.surfaces.profile import NO_CORNERS, Array, Bounds, Profile, places_of, turns_of
 
 USUAL_RAMP = 0.25  # of the narrower of top and groove at half height, where neither ramp nor radius is given; a choice
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(48)  # of an arc's angle: Rq to 1e-14
@@ -67,23 +67,15 @@ class Grating(Profile):
         return np.asarray(np.copysign(0.5 * self.height - drop, inward) - self._mean)
 
     @property
-    def extent(self) -> tuple[float, float]:
-        """Lowest and highest height (m), exact."""
-        return -0.5 * self.height - self._mean, 0.5 * self.height - self._mean
-
-    @property
-    def slope_bound(self) -> float:
-        """Slope of the flanks, where they are steepest."""
-        if not self.height:
-            return 0.0
-        return self.height / self.ramp if self.ramp else 0.5 * self.flank / (self.radius - 0.5 * self.height)
-
-    @property
-    def curvature_bound(self) -> float:
-        """Largest second derivative (1/m): of the arcs, where they meet; infinite with a ramp."""
-        if not self.height:
-            return 0.0
-        return math.inf if self.ramp is not None else (1.0 + self.slope_bound**2) ** 1.5 / self.radius
+    def bounds(self) -> Bounds:
+        """Exact bounds: flanks are steepest, and arcs most curved, at half height; a ramp has corners."""
+        slope, bend = 0.0, 0.0
+        if self.height and self.ramp is not None:
+            slope, bend = self.height / self.ramp, math.inf
+        elif self.height:
+            slope = 0.5 * self.flank / (self.radius - 0.5 * self.height)
+            bend = (1.0 + slope**2) ** 1.5 / self.radius
+        return Bounds(-0.5 * self.height - self._mean, 0.5 * self.height - self._mean, slope, bend)
 
     @property
     def corners(self) -> Array:

@@ -51,7 +51,7 @@ class Harmonics(FourierProfile):
         """The first order, where it is alone."""
         if any(self.amplitudes[1:]):
             return None
-        return Cosine(self.amplitudes[0], self.phases[0] + self.shift, self.period)
+        return Cosine(self.amplitudes[0], self.period, self.phases[0] + self.shift)
 
 
 class HarmonicsFields(Section):

@@ -15,7 +15,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Hashable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -30,16 +30,17 @@ class Cosine:
     """A profile in closed form: amplitude (m) times cos(2 pi x / period + phase), period in m, phase in rad."""
 
     amplitude: float
-    phase: float
     period: float
+    phase: float = 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class Equivalent:
-    """The sinusoid of equal Rq and equal rms slope: amplitude and period in m."""
+class Bounds(NamedTuple):
+    """Lowest and highest height (m), of |dh/dx|, and of |d2h/dx2| (1/m), which is infinite where there are corners."""
 
-    amplitude: float
-    period: float
+    lowest: float
+    highest: float
+    slope: float
+    curvature: float
 
 
 class Profile(ABC):
@@ -54,7 +55,13 @@ class Profile(ABC):
     @property
     @abstractmethod
     def key(self) -> Hashable:
-        """Everything that decides the heights, for a cache."""
+        """Everything that decides the heights, for a cache and for comparisons."""
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Profile) and self.key == other.key
+
+    def __hash__(self) -> int:
+        return hash(self.key)
 
     @abstractmethod
     def heights(self, places: Array) -> Array:
@@ -62,18 +69,23 @@ class Profile(ABC):
 
     @property
     @abstractmethod
+    def bounds(self) -> Bounds:
+        """What the heights and their derivatives stay within."""
+
+    @property
     def extent(self) -> tuple[float, float]:
         """Bounds of the heights (m), lowest and highest."""
+        return self.bounds[:2]
 
     @property
-    @abstractmethod
     def slope_bound(self) -> float:
         """Bound of |dh/dx|."""
+        return self.bounds.slope
 
     @property
-    @abstractmethod
     def curvature_bound(self) -> float:
-        """Bound of |d2h/dx2| (1/m); infinite where the profile has corners."""
+        """Bound of |d2h/dx2| (1/m)."""
+        return self.bounds.curvature
 
     @property
     def corners(self) -> Array:
@@ -90,12 +102,12 @@ class Profile(ABC):
     def rms(self) -> tuple[float, float]:
         """Rq (m) and the root mean square of the slope, over a period."""
 
-    def equivalent(self) -> Equivalent:
+    def equivalent(self) -> Cosine:
         """Return the sinusoid of equal Rq and rms slope; that of a flat profile has no height and the same period."""
         height, slope = self.rms
         if not height or not slope:
-            return Equivalent(0.0, self.period)
-        return Equivalent(math.sqrt(2.0) * height, 2.0 * math.pi * height / slope)
+            return Cosine(0.0, self.period)
+        return Cosine(math.sqrt(2.0) * height, 2.0 * math.pi * height / slope)
 
 
 def turns_of(places: Array, period: float, phase: float) -> Array:

@@ -16,7 +16,7 @@ import numpy as np
 
 from synth.scene.section import Section
 from synth.scene.texture_registry import SHARED, Kind
-from synth.surfaces.profile import Array, Cosine, Equivalent, Profile
+from synth.surfaces.profile import Array, Bounds, Cosine, Profile
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,33 +39,24 @@ class Sinusoid(Profile):
         return np.asarray(self.amplitude * np.cos(2.0 * math.pi * turns + self.phase))
 
     @property
-    def extent(self) -> tuple[float, float]:
-        """Lowest and highest height (m), exact."""
-        return -self.amplitude, self.amplitude
-
-    @property
-    def slope_bound(self) -> float:
-        """Largest slope, exact."""
-        return 2.0 * math.pi / self.period * self.amplitude
-
-    @property
-    def curvature_bound(self) -> float:
-        """Largest second derivative (1/m), exact."""
-        return (2.0 * math.pi / self.period) ** 2 * self.amplitude
+    def bounds(self) -> Bounds:
+        """Exact bounds."""
+        rate = 2.0 * math.pi / self.period
+        return Bounds(-self.amplitude, self.amplitude, rate * self.amplitude, rate**2 * self.amplitude)
 
     @property
     def cosine(self) -> Cosine:
         """Itself."""
-        return Cosine(self.amplitude, self.phase, self.period)
+        return Cosine(self.amplitude, self.period, self.phase)
 
     @property
     def rms(self) -> tuple[float, float]:
         """Rq (m) and rms slope."""
         return self.amplitude / math.sqrt(2.0), self.slope_bound / math.sqrt(2.0)
 
-    def equivalent(self) -> Equivalent:
+    def equivalent(self) -> Cosine:
         """Return itself, without rounding."""
-        return Equivalent(self.amplitude, self.period)
+        return self.cosine
 
 
 KIND = Kind(

@@ -13,10 +13,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from synth.motion.motion import Update
+from typing import Any
 
 FORMAT, VERSION = "ridgewave-recording", 3
 LARGEST_BYTES = 128 << 20  # 470,000 updates, 1.3 h at 100 per second; more would take memory that other sessions need
@@ -41,34 +38,16 @@ class HandLog:
         self.cut_frames = 0
         """Number of the last frames that were faded after they had been rendered."""
 
-    def contact(self, frame: int, update: Update) -> None:
-        """Log an update."""
-        self._note([frame, "contact", update.seq, update.time, update.position, update.speed, update.load])
-
-    def lift(self, frame: int) -> None:
-        """Log that the finger is lifted."""
-        self._note([frame, "lift"])
-
-    def release(self, frame: int) -> None:
-        """Log the fade at the end."""
-        self._note([frame, "release"])
-
-    def cut(self, frames: int) -> None:
-        """Log that the last `frames` were faded after they had been rendered."""
-        self.cut_frames = frames
-
-    def scene(self, frame: int, document: dict[str, Any]) -> None:
-        """Log a change to the scene of `document`."""
-        self._note([frame, "scene", document], BYTES_PER_CHARACTER * len(json.dumps(document)))
+    def note(self, frame: int, name: str, *values: Any) -> None:
+        """Log an event. The log ends here where it has no room for it."""
+        needed = EVENT_BYTES + (BYTES_PER_CHARACTER * len(json.dumps(values[0])) if name == "scene" else 0)
+        if self.used_bytes + needed > LARGEST_BYTES:
+            self.end(frame)
+        if self.ended_at is None:
+            self.events.append([frame, name, *values])
+            self.used_bytes += needed
 
     def end(self, frame: int) -> None:
         """Take no more events, from `frame` on."""
         if self.ended_at is None:
             self.ended_at = frame
-
-    def _note(self, event: Event, more_bytes: int = 0) -> None:
-        if self.used_bytes + EVENT_BYTES + more_bytes > LARGEST_BYTES:
-            self.end(event[0])
-        if self.ended_at is None:
-            self.events.append(event)
-            self.used_bytes += EVENT_BYTES + more_bytes

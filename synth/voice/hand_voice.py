@@ -13,12 +13,12 @@ Limits  An update has its full effect `motion_delay` after the frame at which it
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from synth.arrays import Block
 from synth.motion.motion import LOAD, Motion, Update
-from synth.motion.update_smoothing import Follower
+from synth.motion.update_smoothing import DELAY, Follower
 from synth.plan.effect_choice import require_one_shape
 from synth.plan.preparation import Preparation
 from synth.plan.usual_hand import nominal_scene, prepare_hand, with_full_scale, with_hand_scale
@@ -32,16 +32,6 @@ from synth.voice.live_voice import Change, LiveVoice
 from synth.voice.voice import Voice
 
 LANDING_TIME = 0.02  # s over which a landing finger is ramped in: its load rises within a millisecond, heard as a knock
-
-
-@dataclass(frozen=True, slots=True)
-class HandChange(Change):
-    """A prepared change of scene.
-
-    hand: voice of the scene that follows a hand, at its first frame.
-    """
-
-    hand: Voice
 
 
 class HandVoice(LiveVoice):
@@ -73,7 +63,7 @@ class HandVoice(LiveVoice):
     @property
     def motion_delay(self) -> float:
         """The longest time (s) from the frame at which an update is applied to its full effect."""
-        return LOOK_AHEAD + Follower(self.sample_rate).delay + self.late / self.sample_rate
+        return LOOK_AHEAD + DELAY + self.late / self.sample_rate
 
     @property
     def late(self) -> int:
@@ -126,8 +116,7 @@ class HandVoice(LiveVoice):
 
     def touch(self, update: Update) -> None:
         """Apply `update` from the next frame on."""
-        if self.log is not None:
-            self.log.contact(self.frame, update)
+        self._note("contact", *update)
         if update.load is None:
             update = update._replace(load=self._load)
         else:
@@ -146,8 +135,7 @@ class HandVoice(LiveVoice):
 
     def lift(self) -> None:
         """Lift the finger from the next frame on: the load goes to 0 until the next update."""
-        if self.log is not None:
-            self.log.lift(self.frame)
+        self._note("lift")
         self._lifted = True
         if self._follower is not None:
             self._follower.release()
@@ -155,8 +143,8 @@ class HandVoice(LiveVoice):
     def release(self) -> None:
         """Fade out, beginning with the next block."""
         self._held = 0
-        if self.log is not None and not self._released:
-            self.log.release(self.frame)
+        if not self._released:
+            self._note("release")
         super().release()
 
     def cut(self, block: Block, frames: int) -> Block:
@@ -166,20 +154,22 @@ class HandVoice(LiveVoice):
         """
         self.frame += frames - len(block)
         if self.log is not None:
-            self.log.cut(frames)
+            self.log.cut_frames = frames
         return faded(block, frames)
 
-    def prepare(self, scene: Scene) -> HandChange:
+    def prepare(self, scene: Scene) -> Change:
         """Return the prepared change to `scene`. Raises SceneError where it changes what is fixed for a stream."""
         require_one_shape(scene)
-        change = super().prepare(scene)
-        return HandChange(scene, change.solved, change.voice, self._voice_for_hand(scene))
+        return replace(super().prepare(scene), hand=self._voice_for_hand(scene))
 
     def apply(self, change: Change) -> None:
         """Change to the prepared scene from the next block on."""
-        if self.log is not None:
-            self.log.scene(self.frame, scene_document(change.scene))
+        self._note("scene", scene_document(change.scene))
         super().apply(change)
+
+    def _note(self, name: str, *values: Any) -> None:
+        if self.log is not None:
+            self.log.note(self.frame, name, *values)
 
     def _voice_for_hand(self, scene: Scene) -> Voice:
         """Return a voice of `scene` that follows a hand, with the stream's full scale. It solves the table: slow."""
@@ -190,12 +180,12 @@ class HandVoice(LiveVoice):
 
     def _begin_change(self) -> None:
         change = self._waiting
-        if isinstance(change, HandChange) and self._follower is not None:
-            self._waiting = None
-            self.scene = change.scene
-            self._cross_to_hand(change.hand)
-            return
-        if isinstance(change, HandChange):
+        if change is not None and change.hand is not None:
+            if self._follower is not None:
+                self._waiting = None
+                self.scene = change.scene
+                self._cross_to_hand(change.hand)
+                return
             self._spare = change.hand
         super()._begin_change()
         if self._coming is None and self._jump is not None:
@@ -232,14 +222,11 @@ class HandVoice(LiveVoice):
             return voice.render(frames)
         if self._leaving is not None and voice is self._voice:
             return voice.render(frames, self._leaving.motion(frames))
-        return voice.render(frames, self._followed(frames) if self._motion is None else self._motion)
-
-    def _followed(self, frames: int) -> Motion:
-        """Return the next frames of the hand's motion."""
-        assert self._follower is not None
-        motion = self._motion = self._follower.motion(frames)
-        self._last_load = motion.samples.item(LOAD, -1)
-        return motion
+        if self._motion is None:
+            assert self._follower is not None
+            self._motion = self._follower.motion(frames)
+            self._last_load = self._motion.samples.item(LOAD, -1)
+        return voice.render(frames, self._motion)
 
     def _crossing_done(self, voice: Voice) -> None:
         self._by_hand.discard(self._voice)

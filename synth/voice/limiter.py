@@ -184,11 +184,6 @@ class Limiter:
         self._numbers[[GAIN, FIRST_SUM, SECOND_SUM, LOWEST]] = ONE, len(self._first) * ONE, self._whole, self._whole
 
     @property
-    def reduction_db(self) -> float:
-        """The present gain reduction in dB, 0 where the limiter does nothing."""
-        return self._decibels(self._numbers[SECOND_SUM])
-
-    @property
     def frames_not_finite(self) -> int:
         """Number of input frames with a sample that is not finite, a bug upstream. They became silence."""
         return int(self._numbers[NOT_FINITE])
@@ -199,12 +194,7 @@ class Limiter:
         if lowest == self._whole:
             return 0.0
         self._numbers[LOWEST] = self._whole
-        return self._decibels(lowest)
-
-    def prime(self, block: Block) -> None:
-        """Take in the first `ahead` frames, so that the output begins with them and is not late."""
-        assert len(block) == self.ahead, f"a limiter is primed with the {self.ahead} frames that it looks ahead"
-        self.process(block)
+        return -20.0 * math.log10(lowest / self._whole)
 
     def process(self, block: Block) -> Block:
         """Return as many frames as `block` (float32 [frames, channels]) has, `ahead` frames late, within -1..1."""
@@ -232,9 +222,6 @@ class Limiter:
             late -= min(late, len(block))
             if len(ready):
                 yield ready
-
-    def _decibels(self, level: int) -> float:
-        return 0.0 if level == self._whole else -20.0 * math.log10(level / self._whole)
 
 
 def look_ahead(sample_rate: int) -> int:

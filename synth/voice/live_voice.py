@@ -40,11 +40,13 @@ class Change:
     scene: as requested.
     solved: the scene prepared with the stream's full scale.
     voice: its voice, at the first frame.
+    hand: of a voice for a hand, the voice of the scene that follows it, at its first frame.
     """
 
     scene: Scene
     solved: Preparation
     voice: Voice
+    hand: Voice | None = None
 
 
 class LiveVoice:
@@ -53,6 +55,8 @@ class LiveVoice:
     scene: the first scene.
     cache: responses shared with other voices.
     exact: tables are made to the scene's tolerance, which takes seconds.
+    sample_rate, channels, quantities, full_scale: as of a voice; they do not change.
+    reduction_db: the largest gain reduction (dB) of the limiter in the last block.
     """
 
     def __init__(self, scene: Scene, *, cache: ResponseCache | None = None, exact: bool = False) -> None:
@@ -60,9 +64,11 @@ class LiveVoice:
         self._first = scene
         self.scene = scene
         self._voice = Voice(self._scaled(prepare(scene, self._cache, paced=True, exact=exact)), paced=True)
-        self._ahead = look_ahead(self._voice.sample_rate)
-        self._channels = self._voice.channels
-        self._limiter = Limiter(self._voice.channels, self._voice.sample_rate, self._ahead)
+        self.sample_rate, self.channels = self._voice.sample_rate, self._voice.channels
+        self.quantities, self.full_scale = self._voice.quantities, self._voice.full_scale
+        self._ahead = look_ahead(self.sample_rate)
+        self._limiter = Limiter(self.channels, self.sample_rate, self._ahead)
+        self._crossing_frames = max(1, round(CHANGE_TIME * self.sample_rate))
         self._silent = 0
         self._primed = False
         self._coming: Voice | None = None
@@ -71,29 +77,9 @@ class LiveVoice:
         self._gain = 0.0
         self._rise = RAMP_TIME
         self._held = 0  # frames before the gain begins to move
-        self._reduction = 0.0
+        self.reduction_db = 0.0
         self._released = False
         self.frame = 0
-
-    @property
-    def sample_rate(self) -> int:
-        """Frames a second."""
-        return self._voice.sample_rate
-
-    @property
-    def channels(self) -> int:
-        """Channels of a block."""
-        return self._channels
-
-    @property
-    def quantities(self) -> tuple[str, ...]:
-        """Quantity of each channel."""
-        return self._voice.quantities
-
-    @property
-    def full_scale(self) -> tuple[float, ...]:
-        """SI value that is 1.0 in the audio, of each channel; it does not change."""
-        return self._voice.full_scale
 
     @property
     def plan(self) -> Plan:
@@ -104,11 +90,6 @@ class LiveVoice:
     def warnings(self) -> tuple[str, ...]:
         """The warnings of that plan."""
         return (self._coming or self._voice).warnings
-
-    @property
-    def reduction_db(self) -> float:
-        """The largest gain reduction (dB) of the limiter in the last block."""
-        return self._reduction
 
     @property
     def finished(self) -> bool:
@@ -142,14 +123,11 @@ class LiveVoice:
             return np.zeros((frames, self.channels), dtype=np.float32)
         if not self._primed:
             self._primed = True
-            self._limiter.prime(self._unlimited(self._ahead))
+            self._limiter.process(self._unlimited(self._ahead))  # so that the output is not late
         block = self._unlimited(frames)
-        self._limit(block)
-        return block
-
-    def _limit(self, block: Block) -> None:
         self._limiter.process_into(block, block)
-        self._reduction = self._limiter.take_reduction()
+        self.reduction_db = self._limiter.take_reduction()
+        return block
 
     def _unlimited(self, frames: int) -> Block:
         """Return the next frames before the limiter, whose output is `_ahead` frames behind them."""
@@ -165,10 +143,6 @@ class LiveVoice:
             done += count
         self._ramp(block)
         return block
-
-    @property
-    def _crossing_frames(self) -> int:
-        return max(1, round(CHANGE_TIME * self.sample_rate))
 
     def _begin_change(self) -> None:
         """Begin the cross-fade to the waiting change, if there is one."""

@@ -46,7 +46,10 @@ class Recording:
 
     def __init__(self, document: Mapping[str, Any]) -> None:
         self.scene, self.full_scale, self.frames = _read_head(document)
-        self.faded = _read_faded(document, self.frames)
+        self.faded = document.get("faded", 0)  # of the last frames, those faded after they had been rendered
+        if not _is_whole(self.faded) or self.faded > self.frames:
+            allowed = f"a whole number of frames, 0 to {self.frames}"
+            raise _refusal("/faded", shown(self.faded), allowed, AS_DOWNLOADED)
         events: list[Event] = document["events"]
         first = 0
         for place, event in enumerate(events):
@@ -68,6 +71,7 @@ class Replay:
 
     scene: the first scene.
     frames: number of frames of the session.
+    voice: the voice that renders the scene of the present frame.
     sample_rate, channels, quantities, full_scale: as of a voice.
     """
 
@@ -75,45 +79,30 @@ class Replay:
         self.scene, self.frames = recording.scene, recording.frames
         self._events, self._next = recording.events, 0
         self._fade_from, self._fade = self.frames - recording.faded, end_gains(recording.faded)
-        self._voice = HandVoice(recording.scene, cache=cache, exact=exact)
+        self.voice = HandVoice(recording.scene, cache=cache, exact=exact)
         self._doubts = OTHER_ENGINE if recording.version < VERSION else ()
-        self.sample_rate, self.channels = self._voice.sample_rate, self._voice.channels
-        self.quantities, self.full_scale = self._voice.quantities, self._voice.full_scale
+        self.sample_rate, self.channels = self.voice.sample_rate, self.voice.channels
+        self.quantities, self.full_scale = self.voice.quantities, self.voice.full_scale
         if len(self.full_scale) != len(recording.full_scale):
             told = ", ".join(f"{scale:g}" for scale in recording.full_scale)
             raise _refusal("/full_scale", told, f"{self.channels} numbers, one a channel", AS_DOWNLOADED)
 
     @property
-    def frame(self) -> int:
-        """The first frame of the next block."""
-        return self._voice.frame
-
-    @property
-    def late(self) -> int:
-        """Frames by which the output is behind the hand's motion, without the limiter."""
-        return self._voice.late
-
-    @property
-    def estimated_error(self) -> dict[str, float]:
-        """The error of each quantity of the present scene, relative to its peak-to-peak."""
-        return self._voice.plan.estimated_error
-
-    @property
     def warnings(self) -> tuple[str, ...]:
         """The warnings of the present scene, and of a recording of an earlier version."""
-        return (*self._doubts, *self._voice.warnings)
+        return (*self._doubts, *self.voice.warnings)
 
     def render(self, frames: int) -> Block:
         """Return the next `frames` frames as they were sent, float32 [frames, channels]."""
-        first, block = self.frame, np.empty((frames, self.channels), np.float32)
+        first, block = self.voice.frame, np.empty((frames, self.channels), np.float32)
         done = 0
         while done < frames:
-            while self._next < len(self._events) and self._events[self._next][0] <= self.frame:
-                _apply(self._events[self._next], self._voice)
+            while self._next < len(self._events) and self._events[self._next][0] <= self.voice.frame:
+                _apply(self._events[self._next], self.voice)
                 self._next += 1
-            ahead = self._events[self._next][0] - self.frame if self._next < len(self._events) else frames
+            ahead = self._events[self._next][0] - self.voice.frame if self._next < len(self._events) else frames
             count = min(frames - done, ahead, LONGEST_BLOCK)
-            block[done : done + count] = self._voice.render(count)
+            block[done : done + count] = self.voice.render(count)
             done += count
         return self._ended(block, first)
 
@@ -165,15 +154,6 @@ def _read_head(document: Mapping[str, Any]) -> tuple[Scene, tuple[float, ...], i
 def _in_full_band(event: Event) -> Event:
     """Return an event of version 1 with its scene as this version writes it."""
     return [*event[:2], scene_before_bands(event[2])] if event[1] == "scene" else event
-
-
-def _read_faded(document: Mapping[str, Any], frames: int) -> int:
-    """Return how many of the last frames were faded after they had been rendered; 0 where it is not given."""
-    faded = document.get("faded", 0)
-    if not _is_whole(faded) or faded > frames:
-        raise _refusal("/faded", shown(faded), f"a whole number of frames, 0 to {frames}", AS_DOWNLOADED)
-    assert isinstance(faded, int)
-    return faded
 
 
 def _is_number(value: object) -> bool:

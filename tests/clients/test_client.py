@@ -25,9 +25,9 @@ from clients import (
     StreamEnded,
 )
 from service.app import create_app
-from synth.encode.formats import read_metadata
 from synth.errors import InvalidRequest
 from synth.scene.scene import parse_scene
+from tests.file_metadata import read_metadata
 from tests.service.harness import Running, serving, settings_of
 from tests.service.plain_engine import FULL_SCALE, TABLE, PlainEngine, sine
 

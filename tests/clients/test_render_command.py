@@ -16,9 +16,9 @@ import pytest
 import soundfile
 
 from synth import render
-from synth.encode.formats import read_metadata
 from synth.scene.scene import parse_scene, scene_document
 from tests.conftest import RunsRidgewave
+from tests.file_metadata import read_metadata
 
 SCENE = {
     "texture": {"period": "0.9 mm"},

@@ -11,7 +11,8 @@ import pytest
 import soundfile
 
 from synth import open_voice, parse_scene, render
-from synth.encode.formats import quantise, read_metadata
+from synth.encode.formats import quantise
+from tests.file_metadata import read_metadata
 from tests.service.harness import START, Running, kept_engine, problem, serving, until
 
 RATE = 8000

@@ -15,9 +15,9 @@ import pytest
 import soundfile
 
 from service.sinks import FileSink
-from synth.encode.formats import read_metadata
 from synth.errors import CannotRender
 from synth.scene.scene import parse_scene
+from tests.file_metadata import read_metadata
 from tests.service.harness import Running, problem, serving, until
 from tests.service.plain_engine import FULL_SCALE, PlainEngine, PlainLive
 

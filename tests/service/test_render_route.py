@@ -14,8 +14,9 @@ from fastapi import FastAPI
 
 from service.app import create_app
 from service.compute.render_steps import WHOLE_SAMPLES
-from synth.encode.formats import SoundFormat, encode_all, quantise, read_metadata
+from synth.encode.formats import SoundFormat, encode_all, quantise
 from synth.scene.scene import parse_scene
+from tests.file_metadata import read_metadata
 from tests.service.harness import ask, problem, settings_of
 from tests.service.plain_engine import FULL_SCALE, PlainEngine, sine
 

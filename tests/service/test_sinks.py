@@ -17,8 +17,9 @@ from service.sinks import Claims, DeviceBusy, DeviceSink, FileSink, Sink, list_d
 from service.sinks.device_access import within
 from service.sinks.device_list import DeviceDescription, find_device
 from service.sinks.ring_buffer import Ring
-from synth.encode.formats import Block, Metadata, SoundFormat, encode_all, read_metadata
+from synth.encode.formats import Block, Metadata, SoundFormat, encode_all
 from synth.errors import CannotRender, InvalidRequest
+from tests.file_metadata import read_metadata
 from tests.service.harness import until
 
 METADATA = Metadata((2.0,), ("velocity",), {"scan": {"load": 0.3}})

@@ -13,8 +13,9 @@ import numpy.typing as npt
 import pytest
 import soundfile
 
-from synth.encode.formats import SoundFormat, quantise, read_metadata
+from synth.encode.formats import SoundFormat, quantise
 from synth.scene.scene import parse_scene
+from tests.file_metadata import read_metadata
 from tests.service.harness import Running, problem, serving, until
 from tests.service.plain_engine import FULL_SCALE, LEVEL, PlainEngine, PlainLive
 

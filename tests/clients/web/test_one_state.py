@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from synth.scene.scene import Scene
-from synth.voice.hand_voice import HandChange, HandVoice
+from synth.voice.hand_voice import HandVoice
+from synth.voice.live_voice import Change
 from tests.clients.web.browser import watched
 from tests.clients.web.conftest import HOUSE, moved_in
 from tests.clients.web.places import serving_pages
@@ -133,7 +134,7 @@ def test_the_message_ends_when_the_change_is_applied(
 ) -> None:
     gate, prepare = threading.Event(), HandVoice.prepare
 
-    def slowly(voice: HandVoice, scene: Scene) -> HandChange:
+    def slowly(voice: HandVoice, scene: Scene) -> Change:
         gate.wait(PATIENCE)
         return prepare(voice, scene)
 

@@ -13,11 +13,11 @@ from synth.encode.formats import (
     Block,
     Metadata,
     SoundFormat,
+    block_bytes,
     choose_format,
     encode_all,
     media_type,
     quantise,
-    stream_block,
     stream_header,
 )
 from synth.errors import InvalidRequest
@@ -108,19 +108,19 @@ def test_endless_wav_has_ones_in_both_sizes_and_no_count() -> None:
     ],
 )
 def test_a_block_of_a_stream(sound_format: SoundFormat, samples: bytes) -> None:
-    assert stream_block(mono(), sound_format) == samples
+    assert block_bytes(mono(), sound_format) == samples
 
 
 def test_channels_are_interleaved() -> None:
     block = np.array([[0.5, -0.5], [0.25, -0.25]], dtype=np.float32)
-    assert stream_block(block, SoundFormat.L16) == b"\x40\x00\xc0\x00\x20\x00\xe0\x00"
-    assert stream_block(np.asfortranarray(block), SoundFormat.L16) == b"\x40\x00\xc0\x00\x20\x00\xe0\x00"
+    assert block_bytes(block, SoundFormat.L16) == b"\x40\x00\xc0\x00\x20\x00\xe0\x00"
+    assert block_bytes(np.asfortranarray(block), SoundFormat.L16) == b"\x40\x00\xc0\x00\x20\x00\xe0\x00"
 
 
 @pytest.mark.parametrize("sound_format", [SoundFormat.L16, SoundFormat.F32LE])
 def test_raw_formats_are_samples_and_nothing_else(sound_format: SoundFormat) -> None:
     assert stream_header(sound_format, 48000, 1, METADATA) == b""
-    assert encode_all(mono(), sound_format, 48000, METADATA) == stream_block(mono(), sound_format)
+    assert encode_all(mono(), sound_format, 48000, METADATA) == block_bytes(mono(), sound_format)
 
 
 def test_flac_opens_as_flac_with_rate_channels_bits_and_length() -> None:
@@ -196,11 +196,11 @@ def test_the_rule_is_exact(samples: list[float], bits: int) -> None:
 @given(st.lists(st.floats(-2, 2, width=32), min_size=1, max_size=50))
 def test_stream_file_and_byte_order_hold_the_same_integers(samples: list[float]) -> None:
     block = np.array(samples, dtype=np.float32)[:, np.newaxis]
-    little = stream_block(block, SoundFormat.WAV16)
+    little = block_bytes(block, SoundFormat.WAV16)
     assert encode_all(block, SoundFormat.WAV16, 8000)[-len(little) :] == little
-    big = stream_block(block, SoundFormat.L16)
+    big = block_bytes(block, SoundFormat.L16)
     np.testing.assert_array_equal(np.frombuffer(little, "<i2"), np.frombuffer(big, ">i2"))
-    packed = np.frombuffer(stream_block(block, SoundFormat.WAV24), np.uint8).reshape(-1, 3)
+    packed = np.frombuffer(block_bytes(block, SoundFormat.WAV24), np.uint8).reshape(-1, 3)
     wide = np.pad(packed, ((0, 0), (1, 0))).copy().view("<i4")[:, 0] >> 8
     np.testing.assert_array_equal(wide, quantise(block, 24)[:, 0])
 
@@ -208,7 +208,7 @@ def test_stream_file_and_byte_order_hold_the_same_integers(samples: list[float])
 def test_the_input_is_left_alone() -> None:
     block = np.array([[0.3], [2.0]], dtype=np.float32)
     for sound_format in set(SoundFormat) - {SoundFormat.FLAC}:
-        stream_block(block, sound_format)
+        block_bytes(block, sound_format)
     assert block.tolist() == np.array([[0.3], [2.0]], dtype=np.float32).tolist()
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from synth.encode.formats import Block, Metadata, SoundFormat, encode_all, open_writer, stream_block, stream_header
+from synth.encode.formats import Block, Metadata, SoundFormat, block_bytes, encode_all, open_writer, stream_header
 from synth.errors import CannotRender
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -101,7 +101,7 @@ def test_a_link_is_followed(tmp_path: Path) -> None:
 
 def test_the_file_gets_the_usual_permissions(tmp_path: Path) -> None:
     (tmp_path / "usual").write_bytes(b"")
-    with open_writer(tmp_path / "sound.wav", SoundFormat.WAV, 48000, 1, sync=True) as writer:
+    with open_writer(tmp_path / "sound.wav", SoundFormat.WAV, 48000, 1) as writer:
         writer.write(sound(10))
     assert (tmp_path / "sound.wav").stat().st_mode == (tmp_path / "usual").stat().st_mode
 
@@ -194,7 +194,7 @@ def test_a_pipe_gets_exact_sizes_where_the_length_is_known_and_an_endless_header
             body = pipe.read()
         if frames is None:
             expected = stream_header(SoundFormat.WAV16, 48000, 1, METADATA)
-            assert body == expected + stream_block(sound(1000), SoundFormat.WAV16)
+            assert body == expected + block_bytes(sound(1000), SoundFormat.WAV16)
         else:
             assert body == encode_all(sound(1000), SoundFormat.WAV16, 48000, METADATA)
 

@@ -20,14 +20,14 @@ from synth.encode.formats import (
     Block,
     Metadata,
     SoundFormat,
+    block_bytes,
     encode_all,
     open_writer,
     quantise,
-    read_metadata,
-    stream_block,
     stream_header,
 )
 from synth.encode.riff import wav_header
+from tests.file_metadata import read_metadata
 
 WAVS = [SoundFormat.WAV, SoundFormat.WAV16, SoundFormat.WAV24]
 every_file = pytest.mark.parametrize(
@@ -54,7 +54,7 @@ def written(folder: Path, channels: int, sound_format: SoundFormat, endless: boo
     path = folder / f"sound.{sound_format.container}"
     if endless:
         header = stream_header(sound_format, 48000, channels, metadata)
-        path.write_bytes(header + stream_block(block, sound_format))
+        path.write_bytes(header + block_bytes(block, sound_format))
     else:
         path.write_bytes(encode_all(block, sound_format, 48000, metadata))
     return path
@@ -97,7 +97,7 @@ def test_wave_reads_integers(tmp_path: Path, channels: int, sound_format: SoundF
             sound_format.bits,
         )
         assert endless or file.getnframes() == 4801
-        assert file.readframes(10000) == stream_block(sound(channels), sound_format)
+        assert file.readframes(10000) == block_bytes(sound(channels), sound_format)
 
 
 @every_file

@@ -11,8 +11,8 @@ import pytest
 
 import synth
 from synth import Sound, explain, open_voice, parse_scene, render
-from synth.encode.formats import read_metadata
 from synth.errors import InvalidRequest, SceneError
+from tests.file_metadata import read_metadata
 
 DOCUMENT: dict[str, Any] = {
     "texture": {"kind": "grating-1mm-31um"},

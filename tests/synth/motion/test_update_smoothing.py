@@ -15,7 +15,7 @@ from synth.motion import update_curve as following_curve
 from synth.motion import update_smoothing as following
 from synth.motion import update_timing as following_track
 from synth.motion.motion import LARGEST_LOAD, LOAD, SPEED, SPEED_RATE, Update
-from synth.motion.update_smoothing import DELAY, GLIDE_DECAY, LOAD_DECAY, Follower
+from synth.motion.update_smoothing import DELAY, FRAME, GLIDE_DECAY, LOAD_DECAY, Follower
 from tests.reference.slow_following import Numbers, SlowFollower
 from tests.synth.engine_cases import Real
 
@@ -143,7 +143,7 @@ def test_blocks_of_any_size_give_the_same_bits(events: list[Event], rising: bool
         else:
             follower.apply(update)
     assert np.concatenate(parts, axis=1).tobytes() == whole.tobytes()
-    assert follower.frame == whole.shape[1]
+    assert follower.state[FRAME] == whole.shape[1]
 
 
 @given(updates())
@@ -191,9 +191,8 @@ def test_at_constant_speed_the_delay_is_all_that_is_late(speed: float, interval:
         parts.append(filled(follower, BLOCK)[:2])
     found, speeds = np.concatenate(parts[120:], axis=1)
     now = np.arange(120 * BLOCK, 200 * BLOCK) / RATE
-    np.testing.assert_allclose(found, speed * (now - follower.delay), rtol=0, atol=2e-5)
+    np.testing.assert_allclose(found, speed * (now - DELAY), rtol=0, atol=2e-5)
     np.testing.assert_allclose(speeds, speed, rtol=0.01)
-    assert follower.delay == DELAY
 
 
 def test_updates_that_arrive_late_do_not_shake_a_steady_hand() -> None:
@@ -321,7 +320,7 @@ def test_a_teleport_is_told_and_the_copy_goes_on_as_before() -> None:
     assert follower.apply(at_position(20, 0.3))
     assert follower.motion(BLOCK).position == pytest.approx(np.full(BLOCK, 0.3))
     assert np.array_equal(before.motion(BLOCK).samples, other.motion(BLOCK).samples)
-    assert follower.frame == before.frame
+    assert follower.state[FRAME] == before.state[FRAME]
 
 
 def test_swift_hands_are_no_teleports() -> None:

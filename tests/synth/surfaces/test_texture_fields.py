@@ -18,7 +18,7 @@ from synth.scene.section import rule_of
 from synth.scene.source import scene_from
 from synth.scene.texture_registry import KINDS, SHARED, kind_of, kinds_with, special_fields
 from synth.surfaces import profile_of
-from synth.surfaces.height_file import LARGEST_FILE, MOST_INLINE
+from synth.surfaces.measured import LARGEST_FILE, MOST_INLINE
 from tests.synth.scene.scene_cases import faults_of
 
 WAVE = [0.0, 20e-6, 0.0, -20e-6]

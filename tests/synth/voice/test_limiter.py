@@ -40,7 +40,7 @@ def test_what_is_within_full_scale_passes_bit_for_bit(ahead: int) -> None:
     passed = limiter.process(block)
     assert np.array_equal(passed[ahead:].view(np.uint32), block[: len(block) - ahead].view(np.uint32))
     assert not passed[:ahead].any()
-    assert (limiter.reduction_db, limiter.take_reduction()) == (0.0, 0.0)
+    assert limiter.take_reduction() == 0.0
 
 
 @pytest.mark.parametrize("ahead", [0, AHEAD])
@@ -52,7 +52,9 @@ def test_after_a_peak_the_sound_is_bit_exact_again_in_the_stated_time(ahead: int
     changed = np.flatnonzero((passed != block[: len(passed)]).any(axis=1))
     assert 5000 - ahead <= changed[0] <= 5000
     assert 0.8 * RECOVERED < changed[-1] - 5000 < RECOVERED + ahead
-    assert limiter.reduction_db == 0.0
+    limiter.take_reduction()
+    limiter.process(block[:1])
+    assert limiter.take_reduction() == 0.0
 
 
 @pytest.mark.parametrize("ahead", [0, AHEAD])
@@ -177,11 +179,10 @@ def test_what_is_not_finite_leaves_as_silence_and_is_counted(bad: float, ahead: 
 def test_the_largest_reduction_is_told_once() -> None:
     limiter = Limiter(1, RATE, AHEAD)
     limiter.process(np.array([[10.0]] + [[0.1]] * (20 * AHEAD), dtype=np.float32))
-    assert 0.0 < limiter.reduction_db < 15.0, "it does not come back"
     assert limiter.take_reduction() == pytest.approx(20.0)
     assert limiter.take_reduction() == 0.0
     limiter.process(noise(1, 1, 0.1))
-    assert limiter.take_reduction() == limiter.reduction_db > 0.0
+    assert 0.0 < limiter.take_reduction() < 15.0, "it does not come back"
 
 
 def test_blocks_that_do_not_fit_are_refused() -> None:
@@ -198,7 +199,7 @@ def test_a_primed_limiter_is_not_late_and_knows_of_a_peak_at_its_first_frame() -
     block = noise(3000, 2, 0.9)
     block[0] = block[2 * AHEAD] = 8.0
     late, limiter = Limiter(2, RATE, AHEAD), Limiter(2, RATE, AHEAD)
-    limiter.prime(block[:AHEAD])
+    limiter.process(block[:AHEAD])
     limited = limiter.process(block[AHEAD:])
     assert np.array_equal(limited, late.process(block)[AHEAD:])
     assert limited[0].tolist() == [1.0, 1.0]

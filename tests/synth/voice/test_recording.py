@@ -65,8 +65,8 @@ def played(document: dict[str, Any], seed: int) -> Block:
     random = np.random.default_rng(seed)
     replay = Recording(document).open()
     parts = []
-    while replay.frame < replay.frames:
-        parts.append(replay.render(min(int(random.integers(1, 3000)), replay.frames - replay.frame)))
+    while replay.voice.frame < replay.frames:
+        parts.append(replay.render(min(int(random.integers(1, 3000)), replay.frames - replay.voice.frame)))
     return np.concatenate(parts)
 
 
@@ -184,8 +184,8 @@ def test_an_exact_replay_keeps_the_tolerance_and_the_one_that_was_heard_what_its
     wanted = direct(touch_of(scene), places[some], loads[some], mean_phases=256)
     for replay, allowed in ((heard, None), (exact, 1e-3)):
         sound = replay.render(replay.frames)[:, 0].astype(float) * replay.full_scale[0]
-        late = replay.late  # the limiter began ahead
-        told = replay.estimated_error["displacement"]
+        late = replay.voice.late  # the limiter began ahead
+        told = replay.voice.plan.estimated_error["displacement"]
         error = np.max(np.abs(sound[some + late] - wanted)) / np.ptp(wanted)
         assert error <= told, (error, told)
         assert allowed is None or told <= allowed
