@@ -58,8 +58,7 @@ SHARE = 0.5  # of the targets, allowed for the discretisation
 SHARE_OF_FOLDS = 3.0  # the same for folding, whose estimate is 2 to 3 times the error; twice the phases halve the rows
 PROFILE_WORK = 2.0  # a profile may take this many times the work of two cosines: 0.6 s
 MANY_KINKS = 1.5  # factor on what a cubic missed in the middle: a profile has kinks all over an interval
-ROOM = 1.25  # safety factor for two cosines: in 200 scenes some errors at 64 harmonics were 1.24 times the estimate
-UNSETTLED = 2.0  # factor on what was missed where rows ran out: errors in a half were up to 1.65 times the estimate
+ROOM = 1.25  # safety factor for two cosines: in 470 scenes some errors at 64 harmonics were 1.08 times the estimate
 FEWEST_ROWS = 100  # rows that the work must allow; with fewer the rows would err by more than the discretisation
 NARROWEST = 1e-4  # of its load: an interval this narrow is not halved
 
@@ -226,9 +225,8 @@ class TableMaking:
     def error(self, levels: MipLevels) -> TableError:
         """Return the error of every interval: interpolation over the load, folding, spline images, discretisation."""
         folded = np.maximum(self.folds[:, :, :-1], self.folds[:, :, 1:])
-        missed = self.missed * np.where(self._worst() > 1.0, UNSETTLED, 1.0)
-        missed *= MANY_KINKS if self.response.refined() is not None else 1.0
-        largest = LEAST + widest(missed) + folded + images(levels, self.counts)[:, :, np.newaxis]
+        unseen = MANY_KINKS if self.response.refined() is not None else 1.0
+        largest = LEAST + unseen * widest(self.missed) + folded + images(levels, self.counts)[:, :, np.newaxis]
         octave = np.clip(np.searchsorted(self.first, self.rows.loads[:-1], side="right") - 1, 0, len(self.first) - 2)
         largest += np.maximum(self.discrete[:, :, octave], self.discrete[:, :, octave + 1])
         beyond = octave_beyond(self._transformed(self.rows.heights), self.extents[:, -1])
