@@ -25,7 +25,17 @@ import numpy as np
 from synth.arrays import Array
 from synth.effects.simulation.decimation import Decimator
 from synth.effects.simulation.periodic import PeriodicState
-from synth.effects.simulation.steps import ATTACHED, HEIGHT, REACTION, ROWS, SLOPE_FORCE, TOUCH_LOAD, Phases, Stepper
+from synth.effects.simulation.steps import (
+    ATTACHED,
+    HEIGHT,
+    NUMBERS,
+    REACTION,
+    ROWS,
+    SLOPE_FORCE,
+    TOUCH_LOAD,
+    Phases,
+    Stepper,
+)
 from synth.kernels import signed_kernel
 from synth.motion.motion import LOAD, LOAD_RATE, SPEED, Motion
 from synth.motion.scan_motion import LIFT_TIME, ScanMotion
@@ -80,7 +90,8 @@ class Simulation:
     @property
     def voice_bytes(self) -> int:
         """Bytes of what each voice keeps: a state, and the steps that the filter looks back at."""
-        return self.stepper.state_bytes + 8 * ROWS * 2 * self.filters.margin * self.steps
+        state = 8 * (1 + NUMBERS + math.prod(self.stepper.shape))
+        return state + 8 * ROWS * 2 * self.filters.margin * self.steps
 
     def signal(self, kind: int, rows: Array, loads: Array) -> Array:
         """Return a signal from the rows of some steps, not yet faded."""

@@ -185,7 +185,7 @@ def test_runs_of_any_split_give_the_same_bits() -> None:
     for mass, damping, pull in ((1e-4, 0.3, 0.0), (0.0, 0.0, 0.05), (1e-4, 0.3, 0.05)):
         steps = stepper(mass, damping, pull, forces=True, lightest=0.05, heaviest=0.6)
         state = steps.start(0, 0.3, 50.0, 1.0 / 48000)
-        whole = run(steps, state.copied(), turns, loads)
+        whole = run(steps, state.resumed(1.0 / 48000), turns, loads)
         ends = [0, *np.sort(random.choice(3000, 20, replace=False)), 3000]
         parts = [run(steps, state, turns[a:b], loads[a:b]) for a, b in itertools.pairwise(ends)]
         assert np.array_equal(np.concatenate(parts, axis=1), whole)
