@@ -51,10 +51,6 @@ class StiffnessLaw:
         power = 1.0 - contact.stiffness.load_exponent if contact.of_one_shape else 0.0
         return cls(contact.stiffness_at(load) / load**power, power, lightest)
 
-    def at(self, load: float) -> float:
-        """Return k (N/m) at `load` (N)."""
-        return float(self.coefficient * max(load, self.lightest) ** self.power)
-
 
 @dataclass(slots=True)
 class State:

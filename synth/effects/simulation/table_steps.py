@@ -87,23 +87,12 @@ class TableStepper(Stepper):
     reach: float
     texture_period: float
     with_forces: bool = True
+    step_time = TABLE_STEP
 
     @property
     def nbytes(self) -> int:
         """Bytes that it holds."""
         return self.table.nbytes
-
-    @property
-    def coefficients(self) -> Array:
-        """What the compiled loop reads."""
-        law = self.stiffness
-        contact = (self.mass, self.damping, self.pull, self.reach, self.texture_period)
-        return np.array([law.coefficient, law.power, law.lightest, *contact])
-
-    @property
-    def step_time(self) -> float:
-        """See `Stepper`."""
-        return TABLE_STEP
 
     @property
     def at_rest(self) -> TableStepper:
@@ -117,8 +106,10 @@ class TableStepper(Stepper):
 
     def run(self, state: State, phases: Phases, loads: Array, out: Array) -> None:
         """Go on to each of `phases` and `loads` (N) in turn, and write the rows of `out` (`steps`)."""
-        table = (self.table.nodes, self.table.curves, self.table.grid)
-        run_steps(*table, self.coefficients, state.numbers, state.phase, phases, loads, out, self.with_forces)
+        table, law = (self.table.nodes, self.table.curves, self.table.grid), self.stiffness
+        contact = (self.mass, self.damping, self.pull, self.reach, self.texture_period)
+        coefficients = np.array([law.coefficient, law.power, law.lightest, *contact])
+        run_steps(*table, coefficients, state.numbers, state.phase, phases, loads, out, self.with_forces)
 
     def coarser(self) -> TableStepper:
         """See `Stepper`."""

@@ -64,10 +64,16 @@ def read(steps: TableStepper, phase: int, z: float) -> Real:
     return steps.table.read(np.array([phase / 2**64]), np.array([z]))[:, 0]
 
 
+def stiffness_at(steps: TableStepper, load: float) -> float:
+    """Return k (N/m) at `load` (N)."""
+    law = steps.stiffness
+    return float(law.coefficient * max(load, law.lightest) ** law.power)
+
+
 def energy(steps: TableStepper, state: State, load: float) -> float:
     """Return m v^2 / 2 + k E + w z (J)."""
     z, v = float(state.numbers[0]), float(state.numbers[1])
-    stiffness = steps.stiffness.at(load)
+    stiffness = stiffness_at(steps, load)
     return float(0.5 * steps.mass * v**2 + stiffness * read(steps, int(state.phase[0]), z)[3] + load * z)
 
 
