@@ -17,7 +17,6 @@ from synth.arrays import Array, Block
 from synth.contact.forces import FrictionForce, Response, SlopeForce
 from synth.effects.effect import AddedChannel, Passage
 from synth.effects.simulation.running import PRESS, SLOPE, Running, Signal, gates_of
-from synth.effects.tangential import QUANTITY, TangentialSettings
 from synth.motion.motion import LOAD, SPEED
 from synth.plan.channels import PEAK, ROUNDING, STILL, extent_and_peak, spendable
 from synth.plan.preparation import SERIES_SHARE, Preparation
@@ -30,9 +29,21 @@ from synth.response.table import ResponseTable
 from synth.response.table_reader import TableReader
 from synth.voice.table_reading import HandReader, ScanReader, delayed
 
+QUANTITY = "tangential_force"
 READ_AS = "displacement", "approach"  # how the tables are read: the slope force has no mean, friction has one
 LIVE_WORK, FILE_WORK = 2.0, 8.0  # times the work of a contact's table: a phase of friction takes ten times as long
 SIMULATED = (Signal(SLOPE, 0), Signal(PRESS, 0))
+
+
+@dataclass(frozen=True, slots=True)
+class Friction:
+    """The law of friction and the requested full scale (N), as in the effect `tangential`."""
+
+    friction_coefficient: float
+    pressure_exponent: float
+    reference_pressure: float
+    reversal_speed: float
+    full_scale: float | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,14 +105,14 @@ class TangentialStage:
     channel: the channel that it adds.
     """
 
-    law: TangentialSettings
+    law: Friction
     solved: Preparation
     forces: tuple[Force, ...]
     steady: tuple[SeriesCurve, float] | None
     channel: AddedChannel
 
     @classmethod
-    def of(cls, solved: Preparation, law: TangentialSettings, cache: ResponseCache) -> TangentialStage:
+    def of(cls, solved: Preparation, law: Friction, cache: ResponseCache) -> TangentialStage:
         """Return the stage of a prepared scene that is not silent."""
         assert solved.effects is not None and solved.contact is not None and solved.spectrum is not None
         if solved.effects.simulation is not None:
@@ -216,7 +227,7 @@ class TangentialStage:
         return np.asarray(read[:, 0] + direction * friction)
 
 
-def _simulated_channel(solved: Preparation, law: TangentialSettings) -> AddedChannel:
+def _simulated_channel(solved: Preparation, law: Friction) -> AddedChannel:
     """Return the channel of a simulated force: its peak and error at the scan's own speed and load."""
     assert solved.effects is not None and solved.effects.simulation is not None
     plan = solved.effects.simulation

@@ -151,7 +151,7 @@ class _Range:
         scale = contact.geometry_at(load).height_scale
         harmonics = np.fft.rfft(middle)[:BASE_HARMONICS] / BASE_PHASES
         harmonics *= np.cos(0.5 * np.pi * np.arange(BASE_HARMONICS) / BASE_HARMONICS) ** 2
-        base = _curve(harmonics, phases)
+        base = np.fft.irfft(harmonics, BASE_PHASES) * BASE_PHASES
         highest = solver.solve(phases, 0.0).height
         motion = max(*(float(np.ptp(heights)) for heights in (middle, light, heavy)), SMALLEST_MOTION * scale)
         below += motion
@@ -183,7 +183,7 @@ class _Range:
     def table(self, rows: int, cells: int, probes: _Probes, tolerance: float) -> EnergyTable:
         """Return the table of `rows` phases and `cells` steps of d, exact at its nodes, with its error at `probes`."""
         turns, edges = np.arange(rows) / rows, np.linspace(self.bottom, self.top, cells + 1)
-        base = _curve(self.harmonics, turns)
+        base = np.fft.irfft(self.harmonics, rows) * rows
         heights = (base[:, None] + edges).ravel()
         measured = self.contact.measure(np.repeat(turns, len(edges)), heights, self.load)
         depth, touching = (part.reshape(rows, len(edges)).T for part in measured)
@@ -215,12 +215,6 @@ def splines(values: Array) -> Array:
 def _values(coefficients: Array) -> Array:
     """Return the values of which `splines` are the coefficients along the second axis."""
     return np.asarray((coefficients[:, :-3] + 4.0 * coefficients[:, 1:-2] + coefficients[:, 2:-1]) / 6.0)
-
-
-def _curve(harmonics: Complex, turns: Array) -> Array:
-    """Return the series at each of `turns`."""
-    waves = np.exp(2j * np.pi * np.outer(turns, np.arange(1, len(harmonics))))
-    return np.asarray(harmonics[0].real + 2.0 * (waves @ harmonics[1:]).real)
 
 
 @inner
