@@ -16,16 +16,16 @@ Limits  as `profile_solver`. Measured at a z below z0 (a finger thrown onto the 
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
 from synth.arrays import Array
+from synth.contact.exact_solver import Approaches
 from synth.contact.geometry import Geometry
-from synth.contact.load_balance import LEAST_TOUCHING, Contact
-from synth.contact.solvers import PhaseSolver, solver_of
+from synth.contact.load_balance import Contact, PhaseSolver, solver_of
 from synth.contact.stiffness import Stiffness
 from synth.errors import CannotRender
 
@@ -106,55 +106,37 @@ class Fingertip:
         """Return L (m), over which it would touch at `load` (N)."""
         return float(self.length * (load / self.reference_load) ** self.length_exponent)
 
-    def foundation_at(self, load: float) -> float:
-        """Return kappa (Pa/m) at `load` (N)."""
-        return float(self.foundation * (load / self.reference_load) ** self.foundation_exponent)
+    def foundation_at(self, load: Any) -> Any:
+        """Return kappa (Pa/m) at `load` (N), of any shape."""
+        return self.foundation * (load / self.reference_load) ** self.foundation_exponent
 
     def area(self, load: float) -> float:
         """Return w / kappa (m^2) at `load` (N): the integral of max(h - d - z, 0)."""
-        return load / self.foundation_at(load) if load > 0.0 else 0.0
+        return float(load / self.foundation_at(load)) if load > 0.0 else 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class RoundContact(Contact):
     """A contact under a round finger. geometry, stiffness: those of the nominal length; grid: the solver at no load."""
 
+    of_one_shape = False
     finger: Fingertip
 
     @classmethod
     def of(
-        cls,
-        geometry: Geometry,
-        stiffness: Stiffness,
-        grid: PhaseSolver | None = None,
-        radius: float | None = None,
-        reference_load: float = 1.0,
+        cls, geometry: Geometry, stiffness: Stiffness, radius: float | None = None, reference_load: float = 1.0
     ) -> RoundContact:
         """Return the contact of a finger of `radius` (m); CannotRender where it is too flat to be solved at any load.
 
         radius: None for that of a smooth finger that touches the nominal length at `reference_load` (N). geometry,
-        stiffness: over the nominal length; both surfaces need a period, one of them a height. grid: the solver at no
-        load, laid out unless given.
+        stiffness: over the nominal length; both surfaces need a period, one of them a height.
         """
         finger, geometry = Fingertip.of(stiffness, radius, reference_load), geometry.as_profile()
-        if grid is None:
-            grid = solver_of(_spanned(geometry, finger, 0.0), 1.0 / finger.radius)
-        return cls(geometry, stiffness, grid, finger)
+        return cls(geometry, stiffness, solver_of(_spanned(geometry, finger, 0.0), 1.0 / finger.radius), finger)
 
     def on(self, geometry: Geometry) -> RoundContact:
         """Return this contact on other surfaces."""
-        grid = solver_of(_spanned(geometry, self.finger, 0.0), self.dome)
-        return RoundContact(geometry, self.stiffness, grid, self.finger)
-
-    @property
-    def key(self) -> Hashable:
-        """What z depends on, for a cache."""
-        return self.geometry, self.stiffness, self.finger
-
-    @property
-    def of_one_shape(self) -> bool:
-        """False: each load has its own solver."""
-        return False
+        return replace(self, geometry=geometry, grid=solver_of(_spanned(geometry, self.finger, 0.0), self.dome))
 
     @property
     def dome(self) -> float:
@@ -179,7 +161,7 @@ class RoundContact(Contact):
 
     def stiffness_at(self, load: float) -> float:
         """Return kappa D (N/m) at `load` (N): the force for a metre of that mean."""
-        return self.finger.foundation_at(load) * self.geometry_at(load).contact_length
+        return float(self.finger.foundation_at(load) * self.geometry_at(load).contact_length)
 
     def heights(self, phases: Array, loads: Array) -> Array:
         """Return z (m) at each of `phases` (turns) and `loads` (N, above 0), one load a phase.
@@ -187,22 +169,11 @@ class RoundContact(Contact):
         All are solved over the length of the heaviest, beyond which none touches.
         """
         geometry = self.geometry_at(float(np.max(loads)))
-        finger = self.finger
-        foundation = finger.foundation * (loads / finger.reference_load) ** finger.foundation_exponent
-        indentations = loads / foundation / geometry.contact_length
+        indentations = loads / self.finger.foundation_at(loads) / geometry.contact_length
         return solver_of(geometry, self.dome).solve(phases, indentations).height
 
-    def closed(self, load: float) -> None:
-        """Return None: a round finger has no full contact."""
-        return None
-
-    def approach(self, phases: Array, load: float, guess: Array | None = None) -> tuple[Array, Array]:
-        """Return z (m) and dz/dw (m/N) at each of `phases` (turns) and `load` (N); see `Contact.approach`."""
-        geometry = self.geometry_at(load)
-        indentation = self.finger.area(load) / geometry.contact_length
-        solved = solver_of(geometry, self.dome).solve(phases, indentation, guess)
-        slope = (1.0 - self.finger.foundation_exponent) * indentation / load if load > 0.0 else 0.0
-        return solved.height, np.asarray(-slope / np.maximum(solved.touching, LEAST_TOUCHING))
+    def _growth(self, phases: Array, solved: Approaches, load: float) -> float:
+        return (1.0 - self.finger.foundation_exponent) * self.indentation(load) / load
 
 
 @lru_cache(maxsize=SPANS_KEPT)

@@ -15,20 +15,17 @@ Limits  as `profile_solver` at the length of that load. The ends stay hard edges
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from synth.arrays import Array
 from synth.contact.exact_solver import Approaches
-from synth.contact.full_contact import FullContact
 from synth.contact.geometry import Geometry
-from synth.contact.load_balance import LEAST_TOUCHING, Contact
-from synth.contact.profile_solver import SegmentGrid, balance
-from synth.contact.solvers import PhaseSolver, solver_of
+from synth.contact.load_balance import Contact, PhaseSolver, solver_of
+from synth.contact.profile_solver import SegmentGrid
 from synth.contact.stiffness import Stiffness
-from synth.kernels import kernel
 
 SHORTEST, LONGEST = 10e-6, 0.1  # m: the range of a scene's contact length, beyond which no other part expects one
 
@@ -44,14 +41,9 @@ class Growth:
     shortest: float = SHORTEST
     longest: float = LONGEST
 
-    def __post_init__(self) -> None:
-        assert 0.0 <= self.exponent <= 1.0 and self.reference_load > 0.0
-        assert 0.0 < self.shortest <= self.longest
-
-    def length(self, nominal: float, load: float) -> float:
-        """Return L (m) at `load` (N) of a contact of `nominal` length (m)."""
-        grown = nominal * (load / self.reference_load) ** self.exponent
-        return float(min(max(grown, self.shortest), self.longest))
+    def length(self, nominal: float, load: Any) -> Any:
+        """Return L (m) at `load` (N), of any shape, of a contact of `nominal` length (m)."""
+        return np.clip(nominal * (load / self.reference_load) ** self.exponent, self.shortest, self.longest)
 
     def exponent_at(self, nominal: float, load: float) -> float:
         """Return d log L / d log w at `load` (N): 0 where L is kept from growing."""
@@ -62,38 +54,19 @@ class Growth:
 class GrowingContact(Contact):
     """A contact of the length that `growth` gives; geometry, stiffness and grid are those of the nominal length."""
 
+    of_one_shape = False
+    of_one_surface = False  # an end takes its place from the load
     growth: Growth = Growth()
 
     @classmethod
-    def of(
-        cls, geometry: Geometry, stiffness: Stiffness, grid: PhaseSolver | None = None, growth: Growth | None = None
-    ) -> GrowingContact:
-        """Return the contact; geometry, stiffness, grid (laid out unless given): those of the nominal length."""
+    def of(cls, geometry: Geometry, stiffness: Stiffness, growth: Growth | None = None) -> GrowingContact:
+        """Return the contact; geometry, stiffness: those of the nominal length."""
         geometry = geometry.as_profile()
-        return cls(geometry, stiffness, grid or solver_of(geometry), growth or Growth())
-
-    def on(self, geometry: Geometry) -> GrowingContact:
-        """Return this contact on other surfaces."""
-        return GrowingContact.of(geometry, self.stiffness, growth=self.growth)
-
-    @property
-    def key(self) -> Hashable:
-        """What z depends on, for a cache."""
-        return self.geometry, self.stiffness, self.growth
-
-    @property
-    def of_one_shape(self) -> bool:
-        """False: each load has its own solver."""
-        return False
-
-    @property
-    def of_one_surface(self) -> bool:
-        """False: an end takes its place from the load."""
-        return False
+        return cls(geometry, stiffness, solver_of(geometry), growth or Growth())
 
     def length(self, load: float) -> float:
         """Return L (m) at `load` (N)."""
-        return self.growth.length(self.geometry.contact_length, load)
+        return float(self.growth.length(self.geometry.contact_length, load))
 
     def geometry_at(self, load: float) -> Geometry:
         """Return the surfaces over the contact at `load` (N), whose x = 0 is the end of the contact."""
@@ -119,8 +92,7 @@ class GrowingContact(Contact):
         turns its finger and its texture.
         """
         growth, nominal = self.growth, self.geometry.contact_length
-        grown = nominal * (loads / growth.reference_load) ** growth.exponent
-        lengths = np.minimum(np.maximum(grown, growth.shortest), growth.longest)
+        lengths = growth.length(nominal, loads)
         law = self.stiffness
         deep, shallow = loads**law.load_exponent, (nominal / lengths) ** law.length_exponent
         indentations = law.indentation(1.0) * deep * shallow
@@ -132,33 +104,12 @@ class GrowingContact(Contact):
         numbers[:, 1] = lengths * (grid.segments / textures)
         numbers[:, 2] -= begins / textures % 1.0 * grid.segments
         numbers[:, 4] += 2.0 * math.pi * (begins / ridges % 1.0)
-        found = np.empty(len(phases))
-        solve_lengths(grid.pieces, numbers, phases, indentations / grid.height_scale, found)
-        return found * grid.height_scale
+        return grid.solve(phases, indentations, numbers=numbers).height
 
-    def closed(self, load: float) -> FullContact | None:
-        """Return None: a length that grows has no full contact of one slope."""
-        return None
-
-    def _slope(self, phases: Array, solved: Approaches, load: float) -> Array:
-        if load <= 0.0:
-            return np.zeros_like(solved.touching)
+    def _growth(self, phases: Array, solved: Approaches, load: float) -> Array:
         exponent, geometry = self.growth.exponent_at(self.geometry.contact_length, load), self.geometry_at(load)
         ends = [geometry.heights(end, phases) - solved.height for end in (0.0, geometry.contact_length)]
         gained = 0.5 * exponent / load * (np.maximum(ends[0], 0.0) + np.maximum(ends[1], 0.0))
         law = self.stiffness
         power = law.load_exponent + (1.0 - law.length_exponent) * exponent
-        slope = power * self.indentation(load) / load - gained
-        return np.asarray(-slope / np.maximum(solved.touching, LEAST_TOUCHING))
-
-
-@kernel
-def solve_lengths(pieces, numbers, phases, targets, heights):
-    """Write z / (a1 + a2) at each phase; numbers: float64 [phases, 6], those of `SegmentGrid` of each contact."""
-    texture, finger, blocks, _numbers = pieces
-    work = np.empty((3, blocks.shape[1] + 1))
-    begin = math.nan
-    for i in range(len(phases)):
-        here = (texture, finger, blocks, numbers[i])
-        begin, _part, _steps = balance(here, work, phases[i], targets[i], begin)
-        heights[i] = begin
+        return np.asarray(power * self.indentation(load) / load - gained)

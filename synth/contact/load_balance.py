@@ -1,49 +1,78 @@
 """One contact, ready to be solved at any phase and load: geometry, stiffness and solver of a scene, in one place.
 
 Model   eq. 1, with z(theta, w) at an indentation w / k; dz/dw = -m (w / k) / (w |C| / L), with k from eqs 4-5
-        and m = 1.5, or with a k that is given and m = 1.
+        and m = 1.5, or with a k that is given and m = 1. Two cosines over one length have elementary antiderivatives
+        and are solved to round-off (`exact_solver`). Any other profile, and any finger that is round or grows, becomes
+        a polyline of `Geometry.segments` segments a period (`profile_solver`), which can be refined.
 Source  Fagiani & Barbieri (2016), eqs 1, 4, 5.
-Limits  a contact whose shape depends on the load answers through the same methods with a solver for each load.
+Limits  a contact whose shape depends on the load answers through the same methods with a solver for each load; those
+        that were asked for last are kept.
 """
 
 from __future__ import annotations
 
 from collections.abc import Hashable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
+from functools import lru_cache
+from typing import ClassVar, Self
 
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.exact_solver import Approaches
+from synth.contact.exact_solver import Approaches, Grid
 from synth.contact.full_contact import FullContact, full_contact
 from synth.contact.geometry import Geometry
-from synth.contact.solvers import PhaseSolver, refined, solver_of
+from synth.contact.profile_solver import SegmentGrid
 from synth.contact.stiffness import Stiffness
 
 LEAST_TOUCHING = 1e-12  # of the length: keeps dz/dw finite where nothing touches
+FINEST = 1 << 17  # segments of a period and of a contact; more take seconds to lay out and change z by 1e-8 of a1 + a2
+MOST_KEPT = 4  # solvers, some 12 MB each at their finest; rows of load are solved one at a time
+
+PhaseSolver = Grid | SegmentGrid
+"""One contact, ready to be solved at any phase."""
+
+
+@lru_cache(maxsize=MOST_KEPT)
+def solver_of(geometry: Geometry, dome: float = 0.0) -> PhaseSolver:
+    """Return the solver of `geometry`, laid out; dome: 1 / R (1/m) of a round finger, whose texture is a profile."""
+    return Grid.of_geometry(geometry) if geometry.profile is None else SegmentGrid.of_geometry(geometry, dome)
 
 
 @dataclass(frozen=True, slots=True)
 class Contact:
-    """Geometry and stiffness of one scene, and the solver that takes them: that of `solvers` unless given."""
+    """Geometry and stiffness of one scene, and the solver that takes them."""
+
+    of_one_shape: ClassVar[bool] = True
+    """Solver and shape are those of every load, and w / k is that of the one contact length."""
+    of_one_surface: ClassVar[bool] = True
+    """What touches at one phase and z is the same at every load."""
 
     geometry: Geometry
     stiffness: Stiffness
     grid: PhaseSolver
 
     @classmethod
-    def of(cls, geometry: Geometry, stiffness: Stiffness, grid: PhaseSolver | None = None) -> Contact:
+    def of(cls, geometry: Geometry, stiffness: Stiffness) -> Contact:
         """Return the contact, its grid laid out once."""
-        return cls(geometry, stiffness, grid or solver_of(geometry))
+        return cls(geometry, stiffness, solver_of(geometry))
 
     def refined(self) -> Contact | None:
-        """Return the contact on a finer discretisation; None where its solver has none."""
-        geometry = refined(self.geometry, self.grid)
-        return None if geometry is None else self.on(geometry)
+        """Return the contact on segments of half the length; None where its solver is exact.
 
-    def on(self, geometry: Geometry) -> Contact:
+        None too where the segments, halved once at least, are FINEST a period, or over the contact, or more.
+        """
+        geometry = self.geometry
+        if not isinstance(self.grid, SegmentGrid):
+            return None
+        periods = max(1.0, geometry.contact_length / geometry.texture_period)
+        if geometry.segments is not None and periods * self.grid.segments >= FINEST:
+            return None
+        return self.on(replace(geometry, segments=2 * self.grid.segments))
+
+    def on(self, geometry: Geometry) -> Self:
         """Return this contact on other surfaces."""
-        return Contact.of(geometry, self.stiffness)
+        return replace(self, geometry=geometry, grid=solver_of(geometry))
 
     def as_profile(self) -> Contact:
         """Return this contact with a profile for its texture: what is told of the pressure is told of segments."""
@@ -52,17 +81,7 @@ class Contact:
     @property
     def key(self) -> Hashable:
         """What z depends on, for a cache."""
-        return self.geometry, self.stiffness
-
-    @property
-    def of_one_shape(self) -> bool:
-        """True where solver and shape are those of every load, and w / k is that of the one contact length."""
-        return True
-
-    @property
-    def of_one_surface(self) -> bool:
-        """True where what touches at one phase and z is the same at every load."""
-        return True
+        return tuple(getattr(self, one.name) for one in fields(self) if one.name != "grid")
 
     @property
     def cells(self) -> int:
@@ -134,5 +153,9 @@ class Contact:
         """Return dz/dw (m/N) of what was `solved` at each of `phases` and `load`."""
         if load <= 0.0:
             return np.zeros_like(solved.touching)
-        slope = self.stiffness.load_exponent * self.indentation(load) / load
-        return -slope / np.maximum(solved.touching, LEAST_TOUCHING)
+        gained = self._growth(phases, solved, load)
+        return np.asarray(-gained / np.maximum(solved.touching, LEAST_TOUCHING))
+
+    def _growth(self, phases: Array, solved: Approaches, load: float) -> Array | float:
+        """Return -dF/dw (m/N) at the z that was `solved` and `load`, F the mean of max(h - z, 0) less w / k."""
+        return self.stiffness.load_exponent * self.indentation(load) / load

@@ -11,8 +11,6 @@ Limits  exact for the polyline to 1e-12 of itself; against the profile see `prof
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from synth.arrays import Array
@@ -22,42 +20,18 @@ from synth.kernels import kernel, summing
 LEVEL = 1e-3  # of y: where a segment rises by less, a series gives the mean of a power, to 1e-14 of itself
 
 
-@dataclass(frozen=True, slots=True)
-class SlopeSums:
-    """S (m), T, N_1 (m) and N_0, one of each a phase."""
-
-    slope: Array
-    rise: Array
-    depth: Array
-    touching: Array
+def slope_integrals(grid: SegmentGrid, length: float, phases: Array, heights: Array) -> Array:
+    """Return S (m), T, N_1 (m) and N_0 at each phase (turns) and z (m): float64 [4, phases]; length: L (m)."""
+    sums, scale = np.empty((4, len(phases))), grid.height_scale
+    sum_segment_slopes(grid.pieces, phases, heights / scale, sums)
+    return np.asarray(sums * [[scale * scale / length], [scale / length], [scale], [1.0]])
 
 
-@dataclass(frozen=True, slots=True)
-class PowerSums:
-    """N_g (m^g) and N_(g-1) (m^(g-1)), one of each a phase."""
-
-    power: Array
-    below: Array
-
-
-@dataclass(frozen=True, slots=True)
-class PressureField:
-    """The segments of one contact. grid: as it is solved; length: L (m)."""
-
-    grid: SegmentGrid
-    length: float
-
-    def slopes(self, phases: Array, heights: Array) -> SlopeSums:
-        """Return S, T, N_1 and N_0 at each phase (turns) and z (m)."""
-        sums, scale = np.empty((4, len(phases))), self.grid.height_scale
-        sum_segment_slopes(self.grid.pieces, phases, heights / scale, sums)
-        return SlopeSums(scale * scale / self.length * sums[0], scale / self.length * sums[1], scale * sums[2], sums[3])
-
-    def powers(self, phases: Array, heights: Array, exponent: float) -> PowerSums:
-        """Return N_g and N_(g-1) at each phase (turns) and z (m), for g = `exponent` above 0."""
-        sums, scale = np.empty((2, len(phases))), self.grid.height_scale
-        sum_segment_powers(self.grid.pieces, phases, heights / scale, exponent, sums)
-        return PowerSums(scale**exponent * sums[0], scale ** (exponent - 1.0) * sums[1])
+def power_integrals(grid: SegmentGrid, phases: Array, heights: Array, exponent: float) -> Array:
+    """Return N_g (m^g) and N_(g-1) at each phase (turns) and z (m), for g = `exponent` above 0: float64 [2, phases]."""
+    sums, scale = np.empty((2, len(phases))), grid.height_scale
+    sum_segment_powers(grid.pieces, phases, heights / scale, exponent, sums)
+    return np.asarray(sums * [[scale**exponent], [scale ** (exponent - 1.0)]])
 
 
 @kernel

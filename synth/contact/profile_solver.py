@@ -101,13 +101,20 @@ class SegmentGrid:
         """Bytes that the grid holds."""
         return int(self.texture.nbytes + self.finger.nbytes + self.blocks.nbytes)
 
-    def solve(self, phases: Array, indentation: float | Array, guess: Array | None = None) -> Approaches:
-        """See `PhaseSolver`; begins from `guess` or the phases before."""
+    def solve(
+        self,
+        phases: Array,
+        indentation: float | Array,
+        guess: Array | None = None,
+        numbers: Array | None = None,
+    ) -> Approaches:
+        """See `Grid`; begins from `guess` or the phases before. numbers: of another contact at each phase."""
         count = len(phases)
         height, touching, iterations = np.empty(count), np.empty(count), np.zeros(count, dtype=np.int64)
         begin = np.empty(0) if guess is None else guess / self.height_scale
         targets = np.atleast_1d(np.asarray(indentation, dtype=float)) / self.height_scale
-        solve_segments(self.pieces, phases, targets, begin, height, touching, iterations)
+        each = self.numbers[np.newaxis] if numbers is None else numbers
+        solve_segments(self.pieces, each, phases, targets, begin, height, touching, iterations)
         return Approaches(height * self.height_scale, touching, iterations)
 
     def measure(self, phases: Array, heights: Array) -> tuple[Array, Array]:
@@ -333,16 +340,19 @@ def settle(pieces, work, inner, run, count, cosine, sine, ends, target, guess):
 
 
 @kernel
-def solve_segments(pieces, phases, targets, guess, height, touching, iterations):
+def solve_segments(pieces, numbers, phases, targets, guess, height, touching, iterations):
     """Write z / (a1 + a2), the touching part of L and the number of iterations at each phase.
 
-    pieces: `SegmentGrid.pieces`, here and in the kernels above. targets: w / k / (a1 + a2), one, or one a phase.
+    pieces: `SegmentGrid.pieces`, here and in the kernels above. numbers: float64 [1, 6], of the grid, or [phases, 6],
+    of a contact a phase on the same polyline. targets: w / k / (a1 + a2), one, or one a phase.
     """
-    work = np.empty((3, pieces[2].shape[1] + 1))
+    texture, finger, blocks, _numbers = pieces
+    work = np.empty((3, blocks.shape[1] + 1))
     for i in range(len(phases)):
         target = targets[i] if len(targets) > 1 else targets[0]
+        here = (texture, finger, blocks, numbers[i] if len(numbers) > 1 else numbers[0])
         begin = first_guess(guess, height, i, math.nan)
-        height[i], touching[i], iterations[i] = balance(pieces, work, phases[i], target, begin)
+        height[i], touching[i], iterations[i] = balance(here, work, phases[i], target, begin)
 
 
 @kernel

@@ -58,23 +58,18 @@ class ContactGrowth(ShapeEffect):
 
     def reason(self, scene: Scene, settings: GrowthSettings) -> str:
         """See `Effect`."""
-        length = show_quantity(float(f"{1e3 * self.length(scene, settings):.4g}") / 1e3, Dimension.LENGTH)
-        return (
-            f"The contact length follows the load to the power {settings.exponent:.3g}: {length} at "
-            f"{scene.scan.load:.4g} N."
-        )
-
-    def length(self, scene: Scene, settings: GrowthSettings) -> float:
-        """Return L (m) at the scan's load."""
         grown = scene.finger.contact_length * (scene.scan.load / settings.reference_load) ** settings.exponent
-        return float(min(max(grown, settings.shortest), settings.longest))
+        length = 1e3 * min(max(grown, settings.shortest), settings.longest)
+        return (
+            f"The contact length follows the load to the power {settings.exponent:.3g}: "
+            f"{show_quantity(float(f'{length:.4g}') / 1e3, Dimension.LENGTH)} at {scene.scan.load:.4g} N."
+        )
 
     def shaped(self, contact: Contact, settings: GrowthSettings) -> Contact:
         """See `ShapeEffect`."""
         from synth.contact.growing_contact import GrowingContact, Growth
 
-        growth = Growth(settings.exponent, settings.reference_load, settings.shortest, settings.longest)
-        return GrowingContact.of(contact.geometry, contact.stiffness, growth=growth)
+        return GrowingContact.of(contact.geometry, contact.stiffness, Growth(**settings.document()))
 
 
 EFFECT = ContactGrowth()

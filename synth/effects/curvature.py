@@ -62,10 +62,7 @@ class Curvature(ShapeEffect):
         """See `ShapeEffect`."""
         from synth.contact.curved_contact import RoundContact
 
-        reference_load = settings.reference_load
-        return RoundContact.of(
-            contact.geometry, contact.stiffness, radius=settings.radius, reference_load=reference_load
-        )
+        return RoundContact.of(contact.geometry, contact.stiffness, settings.radius, settings.reference_load)
 
 
 EFFECT = Curvature()

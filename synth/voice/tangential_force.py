@@ -16,7 +16,7 @@ import numpy as np
 from synth.arrays import Array, Block
 from synth.contact.forces import FrictionForce, Response, SlopeForce
 from synth.effects.effect import AddedChannel, Passage
-from synth.effects.simulation.running import PRESS, SLOPE, Running, Signal
+from synth.effects.simulation.running import PRESS, SLOPE, Running, Signal, gates_of
 from synth.motion.motion import LOAD, SPEED
 from synth.plan.channels import PEAK, ROUNDING, STILL, extent_and_peak, spendable
 from synth.plan.preparation import SERIES_SHARE, Preparation
@@ -50,12 +50,14 @@ class Friction:
 class Force:
     """One force over place and load.
 
-    series: harmonics (N) at the scan's load.
+    series: harmonics (N) at the scan's load, the mean left out.
+    mean: over a period at that load (N).
     table: read in a motion; None in a steady scan.
     error: relative to the peak-to-peak of the force.
     """
 
     series: Complex
+    mean: float
     table: ResponseTable | None
     error: float
 
@@ -67,12 +69,12 @@ class Force:
         key = ("force", force.key, load, demand)
         spectrum: Spectrum = cache.get(key, lambda: solve_spectrum(force, load, demand))
         series, error = spectrum.harmonics[: highest + 1].copy(), spectrum.errors[0]
-        series[0] = 0.0
+        mean, series[0] = float(series[0].real), 0.0
         if not solved.moving:
-            return cls(series, None, error)
+            return cls(series, mean, None, error)
         work, rate = LIVE_WORK if solved.by_hand or solved.paced else FILE_WORK, solved.scene.output.sample_rate
         table = kept_table(force, solved.scene, cache, work=work)
-        return cls(series, table, read_error(table, READ_AS[0], rate, solved.told_loads, highest))
+        return cls(series, mean, table, read_error(table, READ_AS[0], rate, solved.told_loads, highest))
 
     @property
     def left_over(self) -> float:
@@ -123,7 +125,7 @@ class TangentialStage:
         if law.pressure_exponent != 1.0 and law.friction_coefficient > 0.0:
             response = FrictionForce(contact, law.friction_coefficient, law.pressure_exponent, law.reference_pressure)
             forces.append(Force.of(solved, response, cache))
-            mean = response.mean(scan.load)
+            mean = forces[1].mean
             series = series + direction * forces[1].series
             left_over += abs(direction) * forces[1].left_over
         lifted, level = float(gate(scan.load, scan.lift_load)), direction * mean
@@ -204,8 +206,8 @@ class TangentialStage:
         """Return the direction of friction and the gated load (N) at each frame of the block [2, frames]."""
         scan, motion = self.solved.scene.scan, passage.motion
         speeds = np.full(frames, scan.speed) if motion is None else motion.samples[SPEED]
-        loads = np.full(frames, scan.load) if motion is None else motion.samples[LOAD]
-        both = np.array([np.tanh(speeds / self.law.reversal_speed), loads * _gates(loads, scan.lift_load)])
+        loads = np.full(frames, scan.load) if motion is None else np.ascontiguousarray(motion.samples[LOAD])
+        both = np.array([np.tanh(speeds / self.law.reversal_speed), loads * gates_of(loads, scan.lift_load)])
         late = self.delay(state) or passage.late
         if not late:
             return both
@@ -223,11 +225,6 @@ class TangentialStage:
             state.reader.read(passage.frame, read)
         friction = self.law.friction_coefficient * load if len(self.forces) == 1 else read[:, 1]
         return np.asarray(read[:, 0] + direction * friction)
-
-
-def _gates(loads: Array, lift: float) -> Array:
-    s = np.clip(loads / lift, 0.0, 1.0)
-    return np.asarray(s**3 * (10.0 + s * (6.0 * s - 15.0)))
 
 
 def _simulated_channel(solved: Preparation, law: Friction) -> AddedChannel:

@@ -58,7 +58,7 @@ class Decimator:
         beta = 0.1102 * (asked - 8.7)  # Kaiser's fit, for 50 dB and more
         assert steps >= 2, "differences of steps that are too far apart"
         before = np.arange(margin * steps, -margin * steps - 1, -1) / steps  # frames by which a step is earlier
-        low = _windowed_sinc(before, passing + stopping, beta, float(margin))
+        low = np.sinc((passing + stopping) * before) * np.kaiser(len(before), beta)
         if of_mass:
             low = _made_up(low, math.pi * min(1.2 * stopping / steps, 0.5))
         low /= np.sum(low)
@@ -95,13 +95,6 @@ def _made_up(taps: Array, highest: float) -> Array:
     return np.asarray(np.fft.irfft(np.fft.rfft(taps, size) * gain, size)[: len(taps)])
 
 
-def _windowed_sinc(t: Array, width: float, beta: float, margin: float) -> Array:
-    """Return sinc(width t) times the Kaiser window I0(beta sqrt(1 - (t / margin)^2)), at `t` (frames)."""
-    from scipy.special import i0
-
-    return np.asarray(np.sinc(width * t) * i0(beta * np.sqrt(np.maximum(1.0 - (t / margin) ** 2, 0.0))))
-
-
 def _difference(order: int) -> Array:
     """Return the central difference of `order` (0, 1, 2) over REACH steps on each side, to be convolved with.
 
@@ -110,8 +103,7 @@ def _difference(order: int) -> Array:
     if order == 0:
         return np.pad(np.ones(1), REACH)
     j = np.arange(1, REACH + 1)
-    binomial = np.array([math.comb(2 * REACH, REACH - int(one)) / math.comb(2 * REACH, REACH) for one in j])
-    sizes = (-1.0) ** (j + 1) * binomial / j
+    sizes = -np.cumprod((j - 1.0 - REACH) / (j + REACH)) / j
     if order == 1:
         return np.concatenate([-sizes[::-1], [0.0], sizes])
     sizes = 2.0 * sizes / j

@@ -91,7 +91,7 @@ class EnergyTable:
         bottom, width, cells, bits = self.grid.tolist()
         return replace(
             self,
-            nodes=np.stack([splines(nodes[..., what]) for what in (DEPTH, TOUCHING, ENERGY)], axis=-1),
+            nodes=splines(nodes),
             curves=splines(curves),
             grid=np.array([bottom, 2.0 * width, cells / 2.0, bits - 1.0]),
         )
@@ -143,12 +143,15 @@ class _Range:
     def of(cls, contact: Contact, load: float, lightest: float, heaviest: float, below: float, above: float) -> _Range:
         """Return the range of the heights between the loads and what is below and above; see `EnergyTable.of`."""
         solver, phases = contact.solver(load), np.arange(BASE_PHASES) / BASE_PHASES
-        pressed = [_indentation(contact, w, load) for w in (load, lightest, heaviest)]
+        pressed = [
+            contact.indentation(w) if contact.of_one_shape else w / contact.stiffness_at(load)
+            for w in (load, lightest, heaviest)
+        ]
         middle, light, heavy = (solver.solve(phases, indentation).height for indentation in pressed)
         scale = contact.geometry_at(load).height_scale
         harmonics = np.fft.rfft(middle)[:BASE_HARMONICS] / BASE_PHASES
         harmonics *= np.cos(0.5 * np.pi * np.arange(BASE_HARMONICS) / BASE_HARMONICS) ** 2
-        base = _curve(harmonics, phases)
+        base = np.fft.irfft(harmonics, BASE_PHASES) * BASE_PHASES
         highest = solver.solve(phases, 0.0).height
         motion = max(*(float(np.ptp(heights)) for heights in (middle, light, heavy)), SMALLEST_MOTION * scale)
         below += motion
@@ -180,7 +183,7 @@ class _Range:
     def table(self, rows: int, cells: int, probes: _Probes, tolerance: float) -> EnergyTable:
         """Return the table of `rows` phases and `cells` steps of d, exact at its nodes, with its error at `probes`."""
         turns, edges = np.arange(rows) / rows, np.linspace(self.bottom, self.top, cells + 1)
-        base = _curve(self.harmonics, turns)
+        base = np.fft.irfft(self.harmonics, rows) * rows
         heights = (base[:, None] + edges).ravel()
         measured = self.contact.measure(np.repeat(turns, len(edges)), heights, self.load)
         depth, touching = (part.reshape(rows, len(edges)).T for part in measured)
@@ -190,7 +193,7 @@ class _Range:
         pieces = 0.5 * (depth[:-1] + depth[1:]) + width / 12.0 * np.diff(touching, axis=0)
         energy[:-1] = np.cumsum(pieces[::-1], axis=0)[::-1]
         highest = self.contact.solver(self.load).solve(turns, 0.0).height
-        nodes = np.stack([splines(depth), splines(width * touching), splines(energy)], axis=-1)
+        nodes = splines(np.stack([depth, width * touching, energy], axis=-1))
         grid = np.array([self.bottom, width, cells, math.log2(rows)])
         table = EnergyTable(nodes, splines(np.stack([base, highest])), grid, 0.0, self.motion)
         wrong = np.abs(table.read(probes.phases, probes.heights)[0] - probes.depth) / probes.touching
@@ -198,30 +201,20 @@ class _Range:
 
 
 def splines(values: Array) -> Array:
-    """Return the coefficients of the periodic cubic splines through rows of `values`, with three more at the ends.
+    """Return the coefficients of periodic cubic splines through `values` along the second axis, with three more there.
 
     A value is (c[j - 1] + 4 c[j] + c[j + 1]) / 6, and c[j - 1] stands at place j.
     """
-    count = values.shape[-1]
+    count = values.shape[1]
     gain = (2.0 + np.cos(2.0 * np.pi * np.arange(count // 2 + 1) / count)) / 3.0
-    found = np.fft.irfft(np.fft.rfft(values, axis=-1) / gain, count, axis=-1)
-    return np.ascontiguousarray(np.concatenate([found[..., -1:], found, found[..., :2]], axis=-1))
+    lines = np.fft.rfft(np.moveaxis(values, 1, -1)) / gain
+    found = np.moveaxis(np.fft.irfft(lines, count), -1, 1)
+    return np.ascontiguousarray(np.concatenate([found[:, -1:], found, found[:, :2]], axis=1))
 
 
 def _values(coefficients: Array) -> Array:
     """Return the values of which `splines` are the coefficients along the second axis."""
     return np.asarray((coefficients[:, :-3] + 4.0 * coefficients[:, 1:-2] + coefficients[:, 2:-1]) / 6.0)
-
-
-def _curve(harmonics: Complex, turns: Array) -> Array:
-    """Return the series at each of `turns`."""
-    waves = np.exp(2j * np.pi * np.outer(turns, np.arange(1, len(harmonics))))
-    return np.asarray(harmonics[0].real + 2.0 * (waves @ harmonics[1:]).real)
-
-
-def _indentation(contact: Contact, load: float, shape: float) -> float:
-    """Return w / k (m) at `load` (N) of the contact that keeps its shape at `shape` (N)."""
-    return contact.indentation(load) if contact.of_one_shape else load / contact.stiffness_at(shape)
 
 
 @inner

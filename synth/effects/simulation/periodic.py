@@ -78,11 +78,11 @@ class PeriodicState:
         seconds = math.ldexp(float(ahead), -64) / abs(self.turns)
         count = math.ceil(seconds / step - 1e-6)
         if count:
-            state = stepper.resumed(state, seconds / count)
+            state = state.resumed(seconds / count)
             moves = [begin + sign * (ahead * (i + 1) // count) for i in range(count)]
             phases = np.array([one % 2**64 for one in moves], dtype=np.uint64)
             stepper.run(state, phases, np.full(count, self.load), np.empty((ROWS, count)))
-        return stepper.resumed(state, step)
+        return state.resumed(step)
 
     def later(self, stepper: Stepper, steps: int) -> tuple[list[PeriodicState], float]:
         """Return the same motion as it stands later, in so many steps a period, and a factor.
@@ -131,7 +131,7 @@ class Period:
 
     def on(self, stepper: Stepper, state: Any, count: int) -> Any:
         """Return the state `count` periods later."""
-        state, rows = stepper.resumed(state, self.step), np.empty((ROWS, len(self.phases)))
+        state, rows = state.resumed(self.step), np.empty((ROWS, len(self.phases)))
         for _ in range(count):
             stepper.run(state, self.phases, self.loads, rows)
         return state
@@ -139,10 +139,10 @@ class Period:
     def recorded(self, stepper: Stepper, state: Any) -> tuple[PeriodicState, Any, float]:
         """Return the states of the period that begins with `state`, the state at its end, and the peak-to-peak of z."""
         places, count = [], len(self.phases)
-        state, rows = stepper.resumed(state, self.step), np.empty((ROWS, count))
+        state, rows = state.resumed(self.step), np.empty((ROWS, count))
         ends, extremes = np.linspace(0, count, min(PLACES, count) + 1).astype(int).tolist(), []
         for begin, end in pairwise(ends):
-            places.append((int(self.phases[begin - 1]), stepper.resumed(state, self.step)))
+            places.append((int(self.phases[begin - 1]), state.resumed(self.step)))
             part = rows[:, : end - begin].copy()
             stepper.run(state, self.phases[begin:end], self.loads[begin:end], part)
             extremes += [part[HEIGHT].min(), part[HEIGHT].max()]

@@ -25,7 +25,17 @@ import numpy as np
 from synth.arrays import Array
 from synth.effects.simulation.decimation import Decimator
 from synth.effects.simulation.periodic import PeriodicState
-from synth.effects.simulation.steps import ATTACHED, HEIGHT, REACTION, ROWS, SLOPE_FORCE, TOUCH_LOAD, Phases, Stepper
+from synth.effects.simulation.steps import (
+    ATTACHED,
+    HEIGHT,
+    NUMBERS,
+    REACTION,
+    ROWS,
+    SLOPE_FORCE,
+    TOUCH_LOAD,
+    Phases,
+    Stepper,
+)
 from synth.kernels import signed_kernel
 from synth.motion.motion import LOAD, LOAD_RATE, SPEED, Motion
 from synth.motion.scan_motion import LIFT_TIME, ScanMotion
@@ -80,7 +90,8 @@ class Simulation:
     @property
     def voice_bytes(self) -> int:
         """Bytes of what each voice keeps: a state, and the steps that the filter looks back at."""
-        return self.stepper.state_bytes + 8 * ROWS * 2 * self.filters.margin * self.steps
+        state = 8 * (1 + NUMBERS + math.prod(self.stepper.shape))
+        return state + 8 * ROWS * 2 * self.filters.margin * self.steps
 
     def signal(self, kind: int, rows: Array, loads: Array) -> Array:
         """Return a signal from the rows of some steps, not yet faded."""
@@ -171,15 +182,11 @@ class Running:
             phases = turns_to_phase(motion.position / scene.texture.period)
             both = (np.pad(one, (early, 0), "edge")[:count] for one in (phases, motion.samples[LOAD]))
             return next(both), next(both)
-        step = self._step_of_phase()
+        step = phase_step(scene.scan.speed, scene.texture.period, self.simulation.rate)
         phase = np.uint64((self._phase + step * first) % 2**64)
         with np.errstate(over="ignore"):
             phases = phase + np.uint64(step) * np.arange(count, dtype=np.uint64)
         return phases, np.full(count, scene.scan.load)
-
-    def _step_of_phase(self) -> int:
-        scene = self.simulation.scene
-        return phase_step(scene.scan.speed, scene.texture.period, self.simulation.rate)
 
     # -- after a hand
 
@@ -217,13 +224,10 @@ class Running:
         return np.concatenate([self._kept, new], axis=1)
 
     def _gates(self, attached: Array, loads: Array) -> Array:
-        gates = np.empty(len(loads))
         if self.simulation.held:
             there = attached * (np.abs(loads) >= TOUCH_LOAD)
-            fade_held(there, self._touching, 1.0 / (LIFT_TIME * self.simulation.rate), gates)
-        else:
-            fade_with_load(loads, self.simulation.scene.scan.lift_load, gates)
-        return gates
+            return np.asarray(held_gates(there, self._touching, 1.0 / (LIFT_TIME * self.simulation.rate)))
+        return np.asarray(gates_of(loads, self.simulation.scene.scan.lift_load))
 
     def _filtered(self, values: Array, frames: int) -> Array:
         """Return the frames, and keep what the next ones look back at."""
@@ -244,25 +248,15 @@ def _last_of(phases: Phases, samples: Array) -> tuple[int, float, float, float]:
 
 def phases_after(motion: Motion, phase: int, rate: int, period: float) -> tuple[Phases, int]:
     """Return where the texture stands at the frames of a hand's `motion`, and after them; phase: at its first frame."""
-    phases, after = placed(
-        np.ascontiguousarray(motion.samples),
-        np.ascontiguousarray(motion.position),
-        np.uint64(phase),
-        float(rate),
-        period,
-    )
-    return phases, int(after)
+    samples, position = np.ascontiguousarray(motion.samples), np.ascontiguousarray(motion.position)
+    phases = np.empty(motion.frames, np.uint64)
+    return phases, int(place_frames(samples, position, np.uint64(phase), float(rate), period, phases))
 
 
-@signed_kernel("Tuple((u8[::1], u8))(f8[:,::1], f8[::1], u8, f8, f8)")
-def placed(motion, position, phase, rate, period):
-    """Return the phase of each frame and the phase after the last: `response.phases`, compiled.
-
-    motion: as `motion.Motion.samples`. position: metres at each frame, or empty; where it is given the phase is the
-    position over `period` (m), whatever `phase` was. rate: frames a second.
-    """
-    phases = np.empty(motion.shape[1], dtype=np.uint64)
-    return phases, fill_phases(motion, position, phase, rate, period, 0, 1, phases)
+@signed_kernel("u8(f8[:,::1], f8[::1], u8, f8, f8, u8[::1])")
+def place_frames(motion, position, phase, rate, period, phases):
+    """Write the phase of each frame, and return that after the last: `response.phases`, compiled."""
+    return fill_phases(motion, position, phase, rate, period, 0, 1, phases)
 
 
 @signed_kernel("void(u8[::1], f8[:,::1], u8, f8[::1], i8, f8, f8, u8[::1], f8[::1])")
@@ -289,22 +283,25 @@ def fill_between(phases, samples, phase, before, steps, turn, frame, fine_phases
         phase, speed, load, rate = phases[i], samples[0, i], now, now_rate
 
 
-@signed_kernel("void(f8[::1], f8, f8[::1])")
-def fade_with_load(loads, lift, gates):
-    """Write the lift gate at each load."""
+@signed_kernel("f8[::1](f8[::1], f8)")
+def gates_of(loads, lift):
+    """Return the lift gate at each load."""
+    gates = np.empty(len(loads))
     for i in range(len(loads)):
         gates[i] = gate(loads[i], lift)
+    return gates
 
 
-@signed_kernel("void(f8[::1], f8[::1], f8, f8[::1])")
-def fade_held(attached, touching, step, gates):
-    """Write a gate that goes to 1 while the finger is attached and to 0 while it is not, at `step` a step.
+@signed_kernel("f8[::1](f8[::1], f8[::1], f8)")
+def held_gates(attached, touching, step):
+    """Return a gate that goes to 1 while the finger is attached and to 0 while it is not, at `step` a step.
 
     touching: [1], how far it has come; below 0 it begins where it is.
     """
+    gates = np.empty(len(attached))
     if touching[0] < 0.0:
         touching[0] = attached[0]
     for i in range(len(attached)):
         touching[0] = min(1.0, touching[0] + step) if attached[i] > 0.0 else max(0.0, touching[0] - step)
-        s = touching[0]
-        gates[i] = s * s * s * (10.0 + s * (6.0 * s - 15.0))
+        gates[i] = gate(touching[0], 1.0)
+    return gates

@@ -9,9 +9,9 @@ Model   sum of p dx = w (or m z'' + c z' = sum of p dx - w), p = kappa A max(h -
         A step h that moves z by s has (2 m / h^2 + c / h) s - 2 m v0 / h + w = sum of p dx and v1 = 2 s / h - v0:
         base + alpha (z - z0) = mean over L of max(g - z, 0), relative to a1 + a2: the right side is convex and falls,
         and Newton's method goes from z extrapolated. Pressure meets load, and the texture its slope, where the pressure
-        of the step belongs (`SkinStep.when`): with one time at half the step, as long as h is well below tau; for
-        relaxing skin, and without memory, at its end. There, with a mass, it is the means of both ends that meet.
-        HEIGHT is that at the end of the step, REACTION and SLOPE_FORCE of the pressure of the step.
+        of the step belongs (`when` of `Skin.coefficients`): with one time at half the step, as long as h is well below
+        tau; for relaxing skin, and without memory, at its end. There, with a mass, it is the means of both ends that
+        meet. HEIGHT is that at the end of the step, REACTION and SLOPE_FORCE of the pressure of the step.
 Source  Fagiani & Barbieri (2016), eqs 1, 4, 5; Newton is Michelot's projection on the simplex (1986).
 Limits  second order in h on moving surfaces (tests/synth/effects/simulation/test_skin_physics.py): 240 steps a period
         of the texture leave 7e-4 of the peak-to-peak of z, 120 leave 3e-3 (4 ms, 80 mm/s). First order: a damper
@@ -26,15 +26,30 @@ Limits  second order in h on moving surfaces (tests/synth/effects/simulation/tes
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from synth.arrays import Array
 from synth.effects.simulation.skin_points import SkinPoints, write_heights, write_rates
-from synth.effects.simulation.steps import ATTACHED, HEIGHT, REACTION, ROWS, SLOPE_FORCE, Phases, Stepper, StiffnessLaw
-from synth.effects.simulation.terms import DECAY, FOLLOW, HARDNESS, KEEP, LOSE, Skin, SkinStep
+from synth.effects.simulation.steps import (
+    ATTACHED,
+    EARLIER,
+    HEIGHT,
+    LOAD,
+    PRESSING,
+    REACTION,
+    ROWS,
+    SLOPE_FORCE,
+    SPEED,
+    STEP,
+    Phases,
+    State,
+    Stepper,
+    StiffnessLaw,
+    Z,
+)
+from synth.effects.simulation.terms import DECAY, FOLLOW, HARDNESS, KEEP, LOSE, Skin
 from synth.kernels import inner, signed_kernel, summing
 from synth.response.phases import HALF_TURN
 
@@ -43,38 +58,12 @@ SETTLED = 1e-17  # of 1 + |z|: what the bend of the area leaves in z after the l
 MOST_PASSES = 80  # never reached in the suite; it bounds the time of a step
 BELOW = 1e-9  # of 1 + |z|: z begins this far below its lower bound at least: rounding must not put the bound above z
 TURNS = 0.5 / HALF_TURN  # of one step of a phase taken as a signed number
-Z, VELOCITY, LOAD, PRESSING, NUMBERS = 0, 4, 5, 6, 7
-"""Places in the numbers of a state: z and the three before it, z' (m/s), load (N), sum of the pressure (N); how many
-they are."""
 TINY = 1e-200  # of a1 + a2: memories round to multiples of 1e-216, so that none becomes a slow denormal number
 FLAT = 1e-30  # of a1 + a2: the least rise of a piece, so that a level one is all above z or all below
 
 HELD, FREE = 0, 1  # the two states of a point
 SURFACE, HELD_FREE, FREE_FREE, POINTS = 0, 1, 2, 3  # rows of `nodes`: h, efree of the two states, g
 CUTS, PLACES, FIRST, SECOND = 0, 1, 2, 3  # rows of `pieces`: g at the cut, its place in [0, 1], 1 / |rise| either side
-
-
-@dataclass(slots=True)
-class SkinState:
-    """Where a finger of viscous skin stands: after every run, at its last step.
-
-    phase: uint64 [1]. numbers: float64 [7], heights relative to a1 + a2, the rest in SI units. elements: float64 [2, 1
-    + memories, points], the two states of every point, relative to a1 + a2.
-    """
-
-    coefficients: SkinStep
-    phase: Phases
-    numbers: Array
-    elements: Array
-
-    def copied(self) -> SkinState:
-        """Return a state that goes on from here by itself."""
-        return SkinState(self.coefficients, self.phase.copy(), self.numbers.copy(), self.elements.copy())
-
-    @property
-    def nbytes(self) -> int:
-        """Bytes that it holds."""
-        return self.phase.nbytes + self.numbers.nbytes + self.elements.nbytes
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,6 +79,7 @@ class SkinStepper(Stepper):
     mass: float = 0.0
     damping: float = 0.0
     with_force: bool = False
+    pull = 0.0
 
     @property
     def nbytes(self) -> int:
@@ -97,9 +87,14 @@ class SkinStepper(Stepper):
         return self.points.nbytes
 
     @property
-    def state_bytes(self) -> int:
-        """Bytes of one state."""
-        return 8 * (1 + NUMBERS + 2 * (1 + self.law.memories) * self.points.count)
+    def scale(self) -> float:
+        """See `Stepper`."""
+        return self.points.height_scale
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """See `Stepper`: the two states of every point, indentation and memories of each."""
+        return 2, 1 + self.law.memories, self.points.count
 
     @property
     def step_time(self) -> float:
@@ -107,7 +102,7 @@ class SkinStepper(Stepper):
         return self.points.count * self.law.point_time
 
     @property
-    def elastic(self) -> SkinStepper:
+    def at_rest(self) -> SkinStepper:
         """See `Stepper`."""
         return replace(self, law=Skin((0.0,)), mass=0.0, damping=0.0, with_force=False)
 
@@ -120,58 +115,25 @@ class SkinStepper(Stepper):
         """See `Stepper`."""
         return replace(self, law=replace(self.law, times=tuple(min(time, longest) for time in self.law.times)))
 
-    def taken_over(self, state: SkinState) -> SkinState:
+    def taken_over(self, state: State) -> State:
         """See `Stepper`: along the same length."""
         places, known = (np.linspace(0.0, 1.0, count) for count in (self.points.count, state.elements.shape[-1]))
         elements = np.apply_along_axis(lambda row: np.interp(places, known, row), -1, state.elements)
         return replace(state, elements=elements)
 
-    def start(self, phase: int, load: float, turns: float, step: float) -> SkinState:
-        """Return relaxed skin in the elastic contact at `phase` and `load` (N); see `Stepper`."""
-        load, elastic = max(load, self.stiffness.lightest), self.elastic
-        half = round(math.ldexp(0.5 * turns * step, 64))
-        ways = np.array([(phase + move) % 2**64 for move in (-half, half, 0)], dtype=np.uint64)
-        elements = np.zeros((2, 1 + self.law.memories, self.points.count))
-        still = SkinState(elastic.law.coefficients(step), ways[:1].copy(), np.zeros(NUMBERS), elements[:, :1].copy())
-        rows = np.empty((ROWS, len(ways)))
-        still.numbers[LOAD] = load
-        elastic.run(still, ways, np.full(len(ways), load), rows)
-        before, after, _here = rows[HEIGHT]
-        elements[:, :1] = still.elements
-        numbers = np.array([still.numbers[Z]] * 4 + [(after - before) / step, load, load])
-        return SkinState(self.law.coefficients(step), ways[2:].copy(), numbers, elements)
-
-    def resumed(self, state: SkinState, step: float) -> SkinState:
-        """See `Stepper`."""
-        state = state.copied()
-        state.coefficients = self.law.coefficients(step)
-        return state
-
-    def run(self, state: SkinState, phases: Phases, loads: Array, out: Array) -> None:
+    def run(self, state: State, phases: Phases, loads: Array, out: Array) -> None:
         """Go on to each of `phases` and `loads` (N); see `Stepper`."""
         assert out.shape == (ROWS, len(phases)) and len(loads) == len(phases), f"{out.shape} for {len(phases)} phases"
-        step, law = state.coefficients, self.stiffness
+        step, law = float(state.numbers[STEP]), self.stiffness
+        head, terms, when = self.law.coefficients(step)
         contact = np.array([
             self.points.height_scale, self.points.texture_period, self.mass, self.damping,
             law.coefficient, law.power, law.lightest,
         ])  # fmt: skip
         run_steps(
-            self.points.rows, self.points.table, contact, step.step, step.when, step.head, step.terms,
+            self.points.rows, self.points.table, contact, step, when, head, terms,
             self.with_force, state.phase, state.numbers, state.elements, phases, loads, out,
         )  # fmt: skip
-
-    def apart(self, before: SkinState, after: SkinState, seconds: float) -> Array:
-        """See `Stepper`."""
-        moved, scale = after.numbers - before.numbers, self.points.height_scale
-        velocity = moved[VELOCITY : VELOCITY + 1] * seconds / (2.0 * math.pi)
-        return np.concatenate([scale * moved[:1], velocity, scale * (after.elements - before.elements).ravel()])
-
-    def mixed(self, states: Sequence[SkinState], parts: Array) -> SkinState:
-        """See `Stepper`."""
-        state = states[-1].copied()
-        state.numbers = np.tensordot(parts, [one.numbers for one in states], 1)
-        state.elements = np.tensordot(parts, [one.elements for one in states], 1)
-        return state
 
 
 @inner
@@ -318,11 +280,12 @@ def run_steps(
     """Simulate a step to each of `phases` and `loads`, and write ROWS rows of `out`.
 
     rows, table: `SkinPoints`. contact: a1 + a2 (m), texture period (m), mass (kg), damping (N s/m), and `StiffnessLaw`.
-    step to terms: `SkinStep`. with_force: SLOPE_FORCE is wanted. phase to elements: `SkinState`.
+    step: s. when, head, terms: of `Skin.coefficients`. with_force: SLOPE_FORCE is wanted. phase to elements: `State`.
     """
     scale, period, mass, damping = contact[0], contact[1], contact[2], contact[3]
     coefficient, power, lightest, count = contact[4], contact[5], contact[6], rows.shape[1]
     nodes, pieces, rates = np.empty((4, count)), np.empty((4, count - 1)), np.empty(count)
+    earlier = numbers[EARLIER:]
     new_part = 0.5 if mass > 0.0 and when == 1.0 else 1.0  # of this step's pressure, in the one that balances
     for i in range(len(phases)):
         load = max(loads[i], lightest)
@@ -334,18 +297,18 @@ def run_steps(
         free_indentations(elements, head[KEEP], terms, nodes)
         mean = modified_profile(nodes, pieces)
         z0 = numbers[Z]
-        moved = (1.0 - new_part) * numbers[PRESSING] + 2.0 * mass * numbers[VELOCITY] / step
+        moved = (1.0 - new_part) * numbers[PRESSING] + 2.0 * mass * numbers[SPEED] / step
         base = (balanced - moved) / (new_part * full)
         alpha = scale * (2.0 * mass / step + damping) / step / (new_part * full)
         lowest = (mean - base + alpha * z0) / (1.0 + alpha)
         lowest -= BELOW * (1.0 + abs(lowest))
-        begin = 4.0 * (numbers[Z] + numbers[Z + 2]) - 6.0 * numbers[Z + 1] - numbers[Z + 3]  # a cubic through four
+        begin = 4.0 * (z0 + earlier[1]) - 6.0 * earlier[0] - earlier[2]  # a cubic through four
         z = settled_height(nodes, pieces, base, alpha, z0, begin, lowest)
         if abs(z - z0) <= AT_REST * (1.0 + abs(z0)):
             z = z0
-        numbers[Z + 3], numbers[Z + 2], numbers[Z + 1], numbers[Z] = numbers[Z + 2], numbers[Z + 1], z0, z
+        earlier[2], earlier[1], earlier[0], numbers[Z] = earlier[1], earlier[0], z0, z
         if mass > 0.0:
-            numbers[VELOCITY] = 2.0 * scale * (z - z0) / step - numbers[VELOCITY]
+            numbers[SPEED] = 2.0 * scale * (z - z0) / step - numbers[SPEED]
         if new_part < 1.0:  # measured: what the balance says would carry its rounding from step to step for ever
             numbers[PRESSING] = full * modified_area(nodes, pieces, z)[0]
         else:

@@ -24,7 +24,6 @@ Limits  solved to round-off. With adhesion a step may have several solutions: th
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -48,13 +47,18 @@ from synth.effects.simulation.energy_table import (
 from synth.effects.simulation.steps import (
     ATTACHED,
     HEIGHT,
+    HELD,
+    LOAD,
     REACTION,
-    ROWS,
     SLOPE_FORCE,
+    SPEED,
+    STEP,
     TOUCH_LOAD,
     Phases,
+    State,
     Stepper,
     StiffnessLaw,
+    Z,
 )
 from synth.kernels import inlined, inner, signed_kernel
 
@@ -64,28 +68,7 @@ MOST_ITERATIONS = 100  # bisection ends before
 MARCH = 1.6  # growth of the strides toward a solution; above 2 they would pass over neighbouring ones
 FURTHEST, OVER = 16.0, 1.05  # of the first one: times what passes over nothing, and where the slope leads
 TABLE_STEP = 150e-9  # s of a step, as predicted (`tests.bench effects`)
-Z, SPEED, LOAD, HELD, STEP = range(5)  # of TableState.numbers
 COEFFICIENT, POWER, LIGHTEST, MASS, DAMPING, PULL, RANGE, PERIOD = range(8)  # of the coefficients of a stepper
-
-
-@dataclass(slots=True)
-class TableState:
-    """Where a finger stands.
-
-    numbers: z (m), velocity (m/s), load (N), 1 while it touches or is held, step (s). phase: [1].
-    """
-
-    numbers: Array
-    phase: Phases
-
-    def copied(self) -> TableState:
-        """Return a state that goes on from here by itself."""
-        return TableState(self.numbers.copy(), self.phase.copy())
-
-    @property
-    def nbytes(self) -> int:
-        """Bytes that it holds."""
-        return self.numbers.nbytes + self.phase.nbytes
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,6 +87,7 @@ class TableStepper(Stepper):
     reach: float
     texture_period: float
     with_forces: bool = True
+    step_time = TABLE_STEP
 
     @property
     def nbytes(self) -> int:
@@ -111,25 +95,8 @@ class TableStepper(Stepper):
         return self.table.nbytes
 
     @property
-    def state_bytes(self) -> int:
-        """Bytes of one state."""
-        return 8 * (5 + 1)
-
-    @property
-    def coefficients(self) -> Array:
-        """What the compiled loop reads."""
-        law = self.stiffness
-        contact = (self.mass, self.damping, self.pull, self.reach, self.texture_period)
-        return np.array([law.coefficient, law.power, law.lightest, *contact])
-
-    @property
-    def step_time(self) -> float:
-        """See `Stepper`."""
-        return TABLE_STEP
-
-    @property
     def at_rest(self) -> TableStepper:
-        """The same contact without mass."""
+        """See `Stepper`."""
         return replace(self, mass=0.0, damping=0.0, with_forces=False)
 
     @property
@@ -137,49 +104,16 @@ class TableStepper(Stepper):
         """See `Stepper`."""
         return replace(self.at_rest, pull=0.0)
 
-    def start(self, phase: int, load: float, turns: float, step: float) -> TableState:
-        """Return the state of a finger in equilibrium at `phase` and `load` (N).
-
-        With mass it has the velocity of the equilibrium at `turns` texture periods a second (signed). With adhesion
-        a finger that pulls is held where it can be; at no load at all it has let go. step: s.
-        """
-        half = round(math.ldexp(0.5 * turns * step, 64))
-        ways = np.array([(phase + move) % 2**64 for move in (-half, half, 0)], dtype=np.uint64)
-        state = TableState(np.zeros(5), ways[:1].copy())
-        loads, rows = np.full(3, load), np.empty((ROWS, 3))
-        state.numbers[[LOAD, HELD, STEP]] = load, 1.0, step
-        self.elastic.run(state, ways[:1], loads[:1], rows[:, :1].copy())
-        state.numbers[HELD] = 1.0 if load != 0.0 or self.pull == 0.0 else 0.0
-        self.at_rest.run(state, ways, loads, rows)
-        if self.mass > 0.0 and state.numbers[HELD] > 0.0:
-            state.numbers[SPEED] = (rows[HEIGHT, 1] - rows[HEIGHT, 0]) / step
-        return state
-
-    def resumed(self, state: TableState, step: float) -> TableState:
-        """See `Stepper`."""
-        state = state.copied()
-        state.numbers[STEP] = step
-        return state
-
-    def run(self, state: TableState, phases: Phases, loads: Array, out: Array) -> None:
+    def run(self, state: State, phases: Phases, loads: Array, out: Array) -> None:
         """Go on to each of `phases` and `loads` (N) in turn, and write the rows of `out` (`steps`)."""
-        table = (self.table.nodes, self.table.curves, self.table.grid)
-        run_steps(*table, self.coefficients, state.numbers, state.phase, phases, loads, out, self.with_forces)
+        table, law = (self.table.nodes, self.table.curves, self.table.grid), self.stiffness
+        contact = (self.mass, self.damping, self.pull, self.reach, self.texture_period)
+        coefficients = np.array([law.coefficient, law.power, law.lightest, *contact])
+        run_steps(*table, coefficients, state.numbers, state.phase, phases, loads, out, self.with_forces)
 
     def coarser(self) -> TableStepper:
         """See `Stepper`."""
         return replace(self, table=self.table.coarser())
-
-    def apart(self, before: TableState, after: TableState, seconds: float) -> Array:
-        """See `Stepper`."""
-        return (after.numbers - before.numbers)[[Z, SPEED]] * [1.0, seconds / (2.0 * math.pi)]
-
-    def mixed(self, states: Sequence[TableState], parts: Array) -> TableState:
-        """See `Stepper`; a finger that has let go stays away."""
-        state = states[-1].copied()
-        if all(one.numbers[HELD] > 0.0 for one in states):
-            state.numbers[[Z, SPEED]] = parts @ np.stack([one.numbers[[Z, SPEED]] for one in states])
-        return state
 
 
 @inlined

@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from synth.arrays import Array
 
 SKIN_POINT, SKIN_MEMORY = 2.0e-9, 0.6e-9  # s of a step: of a point, of what it remembers (`tests.bench effects`)
-KEEP, HARDNESS = 0, 1  # places in the head of `SkinStep.head`
-LOSE, DECAY, FOLLOW = 0, 1, 2  # rows of `SkinStep.terms`
+KEEP, HARDNESS = 0, 1  # places in the head of `Skin.coefficients`
+LOSE, DECAY, FOLLOW = 0, 1, 2  # rows of its terms
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,20 +35,6 @@ class Adhesion:
 
     stress: float
     reach: float
-
-
-@dataclass(frozen=True, slots=True)
-class SkinStep:
-    """One step of an element of skin; step: s.
-
-    head: float64 [2], keep and A. terms: float64 [3, n], lose, E and r of each q. when: the part of the step after
-    which an element that is pressed in evenly has the pressure p of the step: there p meets the load.
-    """
-
-    step: float
-    head: Array
-    terms: Array
-    when: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,34 +63,31 @@ class Skin:
         """Relaxed modulus over the modulus at once (g0)."""
         return 1.0 - math.fsum(self.weights)
 
-    def coefficients(self, step: float) -> SkinStep:
-        """Return the coefficients of steps of `step` seconds."""
+    def coefficients(self, step: float) -> tuple[Array, Array, float]:
+        """Return head, terms and `when` of steps of `step` seconds.
+
+        head: float64 [2], keep and A. terms: float64 [3, memories], lose, E and r of each q. when: the part of the step
+        after which an element that is pressed in evenly has the pressure p of the step: there p meets the load.
+        """
         if not self.weights:
             steps = step / self.times[0] if self.times[0] > 0.0 else math.inf
-            head = np.array([math.exp(-steps), -1.0 / math.expm1(-steps)])
-            return SkinStep(step, head, np.empty((3, 0)), when_pressed(steps))
+            return np.array([math.exp(-steps), -1.0 / math.expm1(-steps)]), np.empty((3, 0)), when_pressed(steps)
         weights, lasting = np.array(self.weights), step / np.array(self.times)
         decay, follow = np.exp(-lasting), -np.expm1(-lasting) / lasting
         stiffness = self.relaxed_part + float(weights @ follow)  # at the end of a step, of the one at once
         head = np.array([float(weights @ follow) / stiffness, stiffness / self.relaxed_part])
-        return SkinStep(step, head, np.stack([weights * decay / stiffness, decay, follow]), when=1.0)
+        return head, np.stack([weights * decay / stiffness, decay, follow]), 1.0
 
     @property
     def slowest(self) -> float:
         """The longest time (s) in which it creeps at a held load: longer than a relaxing skin relaxes in.
 
-        It creeps as exp(s t) where g0 + sum of g_i s / (s + 1 / tau_i) = 0, a polynomial with real roots.
+        At a held load g0 e + sum of gi qi is constant, so q' = -(I - 1 g^T) diag(1 / taui) q.
         """
         if not self.weights:
             return max(self.times)
-        rates = [np.array([1.0, 1.0 / time]) for time in self.times]
-        total = self.relaxed_part * np.poly([-1.0 / time for time in self.times])
-        for place, weight in enumerate(self.weights):
-            others = np.array([weight, 0.0])
-            for rate in rates[:place] + rates[place + 1 :]:
-                others = np.polymul(others, rate)
-            total = np.polyadd(total, others)
-        return float(1.0 / np.min(np.abs(np.roots(total).real)))
+        creep = (np.eye(self.memories) - np.array(self.weights)) / np.array(self.times)
+        return float(1.0 / np.min(np.abs(np.linalg.eigvals(creep))))
 
 
 def when_pressed(steps: float) -> float:

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from synth.contact.load_balance import FINEST
 from synth.contact.profile_solver import SegmentGrid
-from synth.contact.solvers import FINEST
 from synth.plan.usual_hand import prepare_hand
 from synth.response.table_error import QUANTITIES, TableError
 from synth.response.table_making import HARMONICS

@@ -9,8 +9,8 @@ import numpy.typing as npt
 
 from synth.contact.load_balance import Contact
 from synth.effects.simulation.skin_points import SkinPoints
-from synth.effects.simulation.skin_steps import SkinState, SkinStepper
-from synth.effects.simulation.steps import HEIGHT, ROWS, Phases, StiffnessLaw
+from synth.effects.simulation.skin_steps import SkinStepper
+from synth.effects.simulation.steps import HEIGHT, ROWS, Phases, State, StiffnessLaw
 from synth.effects.simulation.terms import Skin
 from tests.reference import skin_oracle as twin
 from tests.synth.engine_cases import contact_of, scene_of
@@ -63,7 +63,7 @@ def turned(turns: Real) -> Phases:
 
 def scanned(
     stepper: SkinStepper, turns: Real, loads: float | Real, step: float, first: float = 0.0
-) -> tuple[SkinState, Real]:
+) -> tuple[State, Real]:
     """Return state and rows of a finger that starts at `first` turns, relaxed, and goes through `turns`."""
     loads = np.broadcast_to(np.asarray(loads, dtype=float), turns.shape).copy()
     speed = float(turns[0] - first) / step
@@ -78,6 +78,6 @@ def steady(speed: float, step: float, count: int) -> Real:
     return np.asarray(speed / PERIOD * step * np.arange(1, count + 1))
 
 
-def indentations(state: SkinState) -> Real:
+def indentations(state: State) -> Real:
     """Return what every element is pressed in by, relative to a1 + a2."""
     return np.asarray(np.max(state.elements[:, 0], axis=0))

@@ -9,8 +9,8 @@ import numpy as np
 
 from synth.contact.load_balance import Contact
 from synth.effects.simulation.energy_table import EnergyTable
-from synth.effects.simulation.steps import ROWS, StiffnessLaw
-from synth.effects.simulation.table_steps import TableState, TableStepper
+from synth.effects.simulation.steps import ROWS, State, StiffnessLaw
+from synth.effects.simulation.table_steps import TableStepper
 from synth.response.phases import turns_to_phase
 from tests.synth.effects.simulation.test_energy_table import SCENES
 from tests.synth.engine_cases import Real, contact_of, scene_of
@@ -46,7 +46,7 @@ def stepper(
     return TableStepper(table, stiffness, mass, damping, pull, reach, period, forces)
 
 
-def run(steps: TableStepper, state: TableState, turns: Any, loads: Any) -> Real:
+def run(steps: TableStepper, state: State, turns: Any, loads: Any) -> Real:
     out = np.zeros((ROWS, len(turns)))
     phases = turns_to_phase(np.asarray(turns, dtype=float))
     steps.run(state, phases, np.broadcast_to(np.asarray(loads, dtype=float), len(turns)).copy(), out)
@@ -64,17 +64,23 @@ def read(steps: TableStepper, phase: int, z: float) -> Real:
     return steps.table.read(np.array([phase / 2**64]), np.array([z]))[:, 0]
 
 
-def energy(steps: TableStepper, state: TableState, load: float) -> float:
+def stiffness_at(steps: TableStepper, load: float) -> float:
+    """Return k (N/m) at `load` (N)."""
+    law = steps.stiffness
+    return float(law.coefficient * max(load, law.lightest) ** law.power)
+
+
+def energy(steps: TableStepper, state: State, load: float) -> float:
     """Return m v^2 / 2 + k E + w z (J)."""
     z, v = float(state.numbers[0]), float(state.numbers[1])
-    stiffness = steps.stiffness.at(load)
+    stiffness = stiffness_at(steps, load)
     return float(0.5 * steps.mass * v**2 + stiffness * read(steps, int(state.phase[0]), z)[3] + load * z)
 
 
 PHASE = 12345678901234567890
 
 
-def released(steps: TableStepper, rate: float, height: float, load: float = LOAD) -> tuple[TableState, float]:
+def released(steps: TableStepper, rate: float, height: float, load: float = LOAD) -> tuple[State, float]:
     """Return a finger at rest `height` above its equilibrium, and the energy of the equilibrium."""
     state = steps.start(PHASE, load, 0.0, 1.0 / rate)
     floor = energy(steps, state, load)

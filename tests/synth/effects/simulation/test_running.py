@@ -34,7 +34,7 @@ class Known:
 
     attached: float = 1.0
     nbytes: int = 0
-    state_bytes: int = 8
+    shape: tuple[int, ...] = (0,)
 
     def start(self, phase: int, load: float, turns: float, step: float) -> dict[str, int]:
         return {"steps": 0}

@@ -13,8 +13,7 @@ from scipy.linalg import expm
 from synth.contact.exact_solver import Grid
 from synth.contact.full_contact import full_contact
 from synth.effects.simulation.skin_points import SkinPoints
-from synth.effects.simulation.skin_steps import VELOCITY
-from synth.effects.simulation.steps import ATTACHED, HEIGHT, REACTION, ROWS, SLOPE_FORCE, Stepper
+from synth.effects.simulation.steps import ATTACHED, HEIGHT, REACTION, ROWS, SLOPE_FORCE, SPEED, Stepper
 from synth.effects.simulation.terms import Skin
 from tests.reference import skin_oracle as twin
 from tests.synth.effects.simulation.skin_cases import (
@@ -82,7 +81,7 @@ def test_runs_of_any_lengths_give_the_same_bits(law: Skin, settings: dict[str, f
     stepper: Stepper = stepper_of(law, 257, with_force=True, **settings)
     turns, loads = wandering(300, 3)
     state = stepper.start(5, 0.2, 40.0, 1 / 48000)
-    whole, parts, again = state.copied(), state.copied(), np.empty((ROWS, 300))
+    whole, parts, again = state.resumed(1 / 48000), state.resumed(1 / 48000), np.empty((ROWS, 300))
     once = np.empty((ROWS, 300))
     stepper.run(whole, turned(turns), loads, once)
     begin = 0
@@ -146,7 +145,7 @@ def test_light_skin_that_rests_for_long_keeps_no_denormal_numbers() -> None:
         state, _ = scanned(stepper, steady(0.08, 1e-3, 100), LOAD, 1e-3)
         still = np.full(3000, 0.31)
         stepper.run(state, turned(still), np.full(3000, 0.01), np.empty((ROWS, 3000)))
-        state.coefficients = law.coefficients(5.0)
+        state = state.resumed(5.0)
         stepper.run(state, turned(still), np.full(3000, 0.01), np.empty((ROWS, 3000)))
         kept = np.abs(state.elements[state.elements != 0.0])
         assert kept.size and kept.min() > 1e-300
@@ -294,7 +293,7 @@ def test_a_mass_swings_on_the_skin_as_the_damped_oscillator(time: float) -> None
     stepper = stepper_of_stiffness(Skin((time,)), 65, STIFFNESS, mass=mass, damping=damping)
     count = 600
     state, out = stepper.start(0, DEEP, 0.0, step), np.empty((ROWS, count))
-    state.numbers[VELOCITY] = 1e-3  # m/s: the blow that sets it swinging
+    state.numbers[SPEED] = 1e-3  # m/s: the blow that sets it swinging
     rest = state.numbers[0] * stepper.points.height_scale
     stepper.run(state, turned(np.zeros(count)), np.full(count, DEEP), out)
     decay = (damping + STIFFNESS * time) / (2.0 * mass)

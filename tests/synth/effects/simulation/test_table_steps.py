@@ -22,6 +22,7 @@ from tests.synth.effects.simulation.table_cases import (
     run,
     scanned,
     stepper,
+    stiffness_at,
     table_of,
 )
 from tests.synth.effects.simulation.test_energy_table import SCENES
@@ -87,7 +88,7 @@ def test_small_oscillations_have_the_frequency_of_the_touching_part() -> None:
     steps, rate = stepper(1e-3), 192000
     state, _floor = released(steps, rate, 1e-10)
     touching = read(steps, PHASE, float(state.numbers[0]))[1]
-    expected = math.sqrt(steps.stiffness.at(LOAD) * touching / steps.mass) / (2.0 * math.pi)
+    expected = math.sqrt(stiffness_at(steps, LOAD) * touching / steps.mass) / (2.0 * math.pi)
     z = run(steps, state, np.full(rate, PHASE / 2**64), LOAD)[HEIGHT]
     z -= z.mean()
     crossings = np.flatnonzero((z[:-1] < 0.0) & (z[1:] >= 0.0))
@@ -185,7 +186,7 @@ def test_runs_of_any_split_give_the_same_bits() -> None:
     for mass, damping, pull in ((1e-4, 0.3, 0.0), (0.0, 0.0, 0.05), (1e-4, 0.3, 0.05)):
         steps = stepper(mass, damping, pull, forces=True, lightest=0.05, heaviest=0.6)
         state = steps.start(0, 0.3, 50.0, 1.0 / 48000)
-        whole = run(steps, state.copied(), turns, loads)
+        whole = run(steps, state.resumed(1.0 / 48000), turns, loads)
         ends = [0, *np.sort(random.choice(3000, 20, replace=False)), 3000]
         parts = [run(steps, state, turns[a:b], loads[a:b]) for a, b in itertools.pairwise(ends)]
         assert np.array_equal(np.concatenate(parts, axis=1), whole)
