@@ -58,7 +58,8 @@ class ContactGrowth(ShapeEffect):
 
     def reason(self, scene: Scene, settings: GrowthSettings) -> str:
         """See `Effect`."""
-        grown = scene.finger.contact_length * (scene.scan.load / settings.reference_load) ** settings.exponent
+        pressed = max(scene.scan.load, 0.0) / settings.reference_load
+        grown = scene.finger.contact_length * pressed**settings.exponent
         length = 1e3 * min(max(grown, settings.shortest), settings.longest)
         return (
             f"The contact length follows the load to the power {settings.exponent:.3g}: "

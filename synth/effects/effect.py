@@ -7,7 +7,7 @@ Model   All of the model is one balance, m z'' + c z' = sum of the pressure over
         BALANCE   replaces a term of the balance (`simulation.terms`): mass, damping, the law of the pressure. z is then
                   simulated step by step, by one simulation for all such effects together.
         OUTPUT    reads what is there and adds channels, or changes those before it, block by block.
-        Effects of one kind follow each other in the order of their names, or as they declare (`after`). Two that
+        Effects of one kind follow each other in the order of their names. Two that
         replace the same thing are refused (`Declaration.replaces`); everything else combines, each acting on what
         those before it left.
 Source  style: reason, prepare, start, step; kinds SHAPE and BALANCE have no step of their own, since a contact has one
@@ -60,8 +60,8 @@ class Price:
 class Effect(ABC):
     """One physical cause, as `effect_registry.Declaration` says.
 
-    kind: how it enters. after: names of effects of its kind that must come before it, where a scene has them. price:
-    what it costs, roughly.
+    kind: how it enters.
+    price: what it costs, roughly.
     """
 
     name: str
@@ -69,7 +69,6 @@ class Effect(ABC):
     settings: type[Section]
     kind: Kind
     price: Price
-    after: tuple[str, ...] = ()
     replaces: str = ""
     without_auto: str = ""
     lowest_load: float = 0.0

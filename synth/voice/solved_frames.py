@@ -57,10 +57,6 @@ class SolvedFrames:
             out[done : done + len(part)] = part
             done += len(part)
 
-    def forget(self) -> None:
-        """Drop the last chunk, so that the next frames are solved again."""
-        self._kept = (-1, self._kept[1])
-
     def _solved_chunk(self, number: int) -> Block:
         found = self._solver.solved(
             number, tuple(WITH_MEAN if channel.is_approach else channel.order for channel in self.solved.channels)

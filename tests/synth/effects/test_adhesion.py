@@ -73,6 +73,14 @@ def test_a_constant_pull_beyond_the_pull_off_is_silence() -> None:
     assert not np.any(open_voice(scene).render(1000))
 
 
+@pytest.mark.parametrize("shape", ["contact_growth", "curvature"])
+def test_a_contact_whose_shape_follows_the_load_may_be_pulled(shape: str) -> None:
+    scene = scene_of("default", {"adhesion": STRONG, shape: {}}, scan={"load": "-0.05 N"})
+    voice = open_voice(scene)
+    assert shape in [one.name for one in voice.plan.simulated]
+    assert np.isfinite(voice.render(1000)).all()
+
+
 def pulled(lowest: float, seconds: float) -> tuple[dict[str, Any], Real, Real]:
     """Return a recording that presses, pulls down to `lowest` (N) and presses again; position and load of it.
 
