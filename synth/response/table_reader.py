@@ -21,10 +21,12 @@ from synth.kernels import inlined, signed_kernel
 from synth.response.lift_gate import PLACE, SMALLEST, gate, smooth_step
 from synth.response.phases import fill_phases
 from synth.response.place_spline import PADDING, spline_value
-from synth.response.reading_filter import ReadingFilter, reading_filter
+from synth.response.reading_filter import TAPS, ReadingFilter, reading_filter
 from synth.response.table import Floats, ResponseTable
 
 LARGEST = 3.4e38  # what a float32 holds
+
+USUAL_WIDTH = TAPS - 1  # differences per output, of the usual filter
 
 COUNT, STARTED, HISTORY = 0, 1, 2  # entries of `state`; the last samples of z follow from HISTORY on
 SCALE, LIFT, GAIN, HOLD, WITH_MEAN, FULL, LAW, LAW_SLOPE, MOST, RATE, PERIOD = range(11)  # entries of `rules`
@@ -195,6 +197,35 @@ def close_gate(lift, motion, first, stride, values):
 
 
 @inlined
+def heard(value):
+    """Return `value`, or zero where it is not a number, or float32 holds it only as a denormal or not at all."""
+    return value if SMALLEST <= abs(value) <= LARGEST else 0.0
+
+
+@inlined
+def weighted(z, changes, weights, hold, gain, column):
+    """Write gain (hold z + the weighted sum of the changes) of each step to `column`."""
+    for step in range(len(column)):
+        column[step] = hold * z[step]
+    for m in range(len(weights)):
+        for step in range(len(column)):
+            column[step] += weights[m] * changes[step + m]
+    for step in range(len(column)):
+        column[step] = heard(gain * column[step])
+
+
+@inlined
+def seven_weighted(z, changes, weights, hold, gain, column):
+    """Do what `weighted` does for seven weights, in one pass and half the time: the same sums in the same order."""
+    a, b, c, d = weights[0], weights[1], weights[2], weights[3]
+    e, f, g = weights[4], weights[5], weights[6]
+    for i in range(len(column)):
+        value = hold * z[i] + a * changes[i] + b * changes[i + 1] + c * changes[i + 2] + d * changes[i + 3]
+        value = value + e * changes[i + 4] + f * changes[i + 5] + g * changes[i + 6]
+        column[i] = heard(gain * value)
+
+
+@inlined
 def filter_samples(z, weights, hold, gain, skipped, out):
     """Filter z, one sample per step, to one output per frame. The first `skipped` frames of the first step are past.
 
@@ -207,15 +238,10 @@ def filter_samples(z, weights, hold, gain, skipped, out):
     for i in range(len(changes)):
         changes[i] = z[i + 1] - z[i]
     for j in range(stride):
-        for step in range(steps):
-            column[step] = hold * z[step + middle]
-        for m in range(width):
-            weight = weights[m, j]
-            for step in range(steps):
-                column[step] += weight * changes[step + m]
-        for step in range(steps):
-            value = gain * column[step]
-            column[step] = value if SMALLEST <= abs(value) <= LARGEST else 0.0
+        if width == USUAL_WIDTH:
+            seven_weighted(z[middle:], changes, weights[:, j], hold, gain, column)
+        else:
+            weighted(z[middle:], changes, weights[:, j], hold, gain, column)
         first = j - skipped
         for step in range(1 if first < 0 else 0, steps if (steps - 1) * stride + first < frames else steps - 1):
             out[step * stride + first] = column[step]
