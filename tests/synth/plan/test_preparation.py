@@ -128,9 +128,11 @@ def test_what_was_prepared_comes_from_the_cache() -> None:
     again = prepare(scene_of(), cache)
     assert cache.misses == misses
     assert again.spectrum is first.spectrum
-    other = prepare(scene_of(output={"duration": 7.0, "fade": 1.0, "full_scale": 3.0}), cache)
-    assert cache.misses == misses and other.scene.output.duration == 7.0
-    assert other.spectrum is first.spectrum is not None and other.channels[0].full_scale == 3.0
+    longer = prepare(scene_of(output={"duration": 7.0, "fade": 1.0}), cache)
+    assert cache.misses == misses and longer.scene.output.duration == 7.0
+    scaled = prepare(scene_of(output={"full_scale": 3.0}), cache)
+    assert scaled.spectrum is first.spectrum is not None and scaled.channels[0].full_scale == 3.0
+    misses = cache.misses
     prepare(scene_of(scan={"load": 0.31}), cache)
     assert cache.misses > misses
 
