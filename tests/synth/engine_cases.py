@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from synth.arrays import Block
 from synth.contact.geometry import Geometry
 from synth.contact.load_balance import Contact
 from synth.contact.stiffness import Stiffness
@@ -81,3 +82,8 @@ def random_document(random: np.random.Generator, rate: int, tolerance: float = 1
 def physical(voice: Voice, frames: int) -> Real:
     """Return the next `frames` frames of `voice` in SI units, float64 [frames, channels]."""
     return np.asarray(voice.render(frames).astype(float) * np.array(voice.full_scale))
+
+
+def largest_step(samples: Block | Real) -> float:
+    """Return the largest change from frame to frame of one channel, [frames] or [frames, 1]."""
+    return float(np.max(np.abs(np.diff(samples.astype(float), axis=0))))

@@ -15,7 +15,6 @@ from synth.contact.geometry import Geometry
 from synth.contact.growing_contact import GrowingContact, Growth
 from synth.contact.load_balance import Contact
 from synth.contact.stiffness import Stiffness
-from synth.response.series_curve import SeriesCurve
 from synth.response.spectrum import FLOOR, Demand, curves, points_for, solve_spectrum
 from tests.few import few
 from tests.reference.pressure_oracle import Surfaces, balanced, power_mean, slope_mean
@@ -270,14 +269,6 @@ def test_the_mean_of_friction_is_that_of_a_period(load: float) -> None:
     for tolerance in (1e-3, 1e-5):
         series = solve_spectrum(friction_of(DEFAULT, 0.7), load, Demand(20, (0,), tolerance))
         assert series.harmonics[0].real == pytest.approx(wanted, rel=tolerance)
-
-
-def test_readers_take_a_force_as_they_take_a_contact() -> None:
-    force = SlopeForce(DEFAULT)
-    series = solve_spectrum(force, 0.3, Demand(20, (0,), 1e-4))
-    found = SeriesCurve(series.harmonics).heights(period(64), np.full(64, 0.3))
-    wanted = force.approach(period(64), 0.3)[0]
-    assert np.max(np.abs(found - wanted)) <= 0.1 * np.max(np.abs(wanted))
 
 
 def test_keys_tell_forces_apart() -> None:

@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from synth import Motion, open_voice, parse_scene
-from synth.arrays import Array
+from synth import Motion, parse_scene
 from synth.errors import SceneError
 from synth.scene.effect_registry import effect_names
 from synth.scene.scene import Scene
@@ -44,12 +43,6 @@ def together() -> list[tuple[str, ...]]:
 
 TOGETHER = together()
 LARGEST_SETS = [names for names in TOGETHER if not any(set(names) < set(other) for other in TOGETHER)]
-
-
-def rendered(document: dict[str, Any], frames: int = 800) -> Array:
-    """Return the first frames of a scene, in SI units, float64 [frames, channels]."""
-    voice = open_voice(parse_scene(document))
-    return np.asarray(voice.render(frames).astype(float) * np.array(voice.full_scale))
 
 
 def hand(frames: int, rate: int, begin: int = 0) -> Motion:

@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 
 from synth import Voice, parse_scene
-from synth.arrays import Array
 from synth.plan.preparation import prepare
 from synth.scene.effect_registry import declaration, effect_names
 from synth.scene.effects_section import AUTO
 from synth.scene.scene import Scene
 from tests.few import thorough
+from tests.synth.engine_cases import physical, spread
 
 LEFT_TO_US = [name for name in effect_names() if not declaration(name).without_auto]
 SCENES, SOME = 100, 12
@@ -28,16 +28,13 @@ LONGEST = 8000  # frames: a period of the slowest scan
 
 def random_scene(random: np.random.Generator, name: str) -> dict[str, Any]:
     """Return a scene in which `name` may matter or not: slow and fast, light and heavy, coarse and fine."""
-
-    def spread(low: float, high: float) -> float:
-        return float(np.exp(random.uniform(np.log(low), np.log(high))))
-
-    period = spread(0.2e-3, 4e-3)
-    fundamental = spread(1.0, 400.0)
-    load = float(random.choice([1.0, spread(0.02, 3.0), spread(0.02, 3.0)]))  # at 1 N contact_growth changes nothing
+    period = spread(random, 0.2e-3, 4e-3)
+    fundamental = spread(random, 1.0, 400.0)
+    loads = [1.0, spread(random, 0.02, 3.0), spread(random, 0.02, 3.0)]  # N; at 1 N contact_growth changes nothing
+    load = float(random.choice(loads))
     return {
-        "finger": {"contact_length": spread(2e-3, 1e-2)},
-        "texture": {"period": period, "amplitude": spread(2e-6, 6e-5)},
+        "finger": {"contact_length": spread(random, 2e-3, 1e-2)},
+        "texture": {"period": period, "amplitude": spread(random, 2e-6, 6e-5)},
         "scan": {"speed": fundamental * period * float(random.choice([-1.0, 1.0])), "load": load},
         "output": {
             "quantity": str(random.choice(["displacement", "velocity", "acceleration"])),
@@ -45,7 +42,7 @@ def random_scene(random: np.random.Generator, name: str) -> dict[str, Any]:
             "bandwidth": float(random.choice([200.0, 1000.0, 3000.0])),
             "full_scale": None,
         },
-        "accuracy": {"tolerance": spread(1e-4, 3e-2)},
+        "accuracy": {"tolerance": spread(random, 1e-4, 3e-2)},
         "effects": {name: AUTO},
     }
 
@@ -53,12 +50,6 @@ def random_scene(random: np.random.Generator, name: str) -> dict[str, Any]:
 def paced(scene: Scene) -> Voice:
     """Return a voice of as many steps as can be played live: a file takes minutes for the tightest tolerances."""
     return Voice(prepare(scene, paced=True), paced=True)
-
-
-def rendered(document: dict[str, Any], frames: int) -> Array:
-    """Return one channel in SI units."""
-    voice = paced(parse_scene(document))
-    return np.asarray(voice.render(frames)[:, 0].astype(float) * voice.full_scale[0])
 
 
 @pytest.mark.parametrize("number", [*range(SOME), *map(thorough, range(SOME, SCENES))])
@@ -69,8 +60,8 @@ def test_what_is_left_out_would_not_be_missed_and_what_is_put_in_would(number: i
     scene = parse_scene(document)
     frames = min(LONGEST, max(800, round(2.2 * RATE * scene.texture.period / abs(scene.scan.speed))))
     plan = paced(scene).plan.document()
-    without = rendered(document | {"effects": {}}, frames)
-    forced = rendered(document | {"effects": {name: {}}}, frames)
+    without = physical(paced(parse_scene(document | {"effects": {}})), frames)
+    forced = physical(paced(parse_scene(document | {"effects": {name: {}}})), frames)
     extent = float(np.ptp(without))
     change = float(np.max(np.abs(forced - without))) / extent if extent > 0.0 else float(np.max(np.abs(forced)))
     tolerance = scene.accuracy.tolerance

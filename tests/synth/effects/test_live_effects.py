@@ -13,6 +13,7 @@ from synth.errors import CannotRender, SceneError
 from synth.response.response_cache import ResponseCache
 from synth.scene.scene import Scene, parse_scene
 from synth.voice.hand_voice import HandVoice
+from tests.synth.engine_cases import largest_step
 
 RATE = 8000
 CACHE = ResponseCache()
@@ -30,10 +31,6 @@ CHANGES: dict[str, dict[str, Any]] = {
 
 def scene(effects: dict[str, Any] | None = None, **sections: Any) -> Scene:
     return parse_scene({"output": OUTPUT, "accuracy": {"tolerance": 1e-2}, **sections, "effects": effects or {}})
-
-
-def largest_step(block: Block) -> float:
-    return float(np.max(np.abs(np.diff(block[:, 0].astype(float)))))
 
 
 @pytest.mark.parametrize("name", CHANGES)

@@ -10,15 +10,12 @@ import pytest
 from scipy.special import roots_legendre
 
 from synth.arrays import Array
-from synth.contact.geometry import Geometry
-from synth.contact.load_balance import Contact
-from synth.contact.stiffness import Stiffness
 from synth.errors import InvalidRequest
 from synth.plan.contact_picture import DIGITS, MOST_PATCHES, PHASES, POINTS, Picture, picture
 from synth.plan.preparation import prepare
 from synth.response.response_cache import ResponseCache
 from synth.scene.scene import Scene, parse_scene
-from tests.synth.engine_cases import spread
+from tests.synth.engine_cases import contact_of, spread
 
 ROUNDED = 10.0**-DIGITS
 SCENES: dict[str, dict[str, Any]] = {
@@ -134,8 +131,7 @@ def test_random_contacts_carry_their_load(seed: int) -> None:
 
 def test_z_is_that_of_the_solver_to_the_last_digit() -> None:
     scene = parse_scene({})
-    contact = Contact.of(Geometry.of_scene(scene), Stiffness.of_scene(scene))
-    wanted, _slope = contact.approach(np.arange(PHASES) / PHASES, scene.scan.load)
+    wanted, _slope = contact_of(scene).approach(np.arange(PHASES) / PHASES, scene.scan.load)
     assert picture(scene).document()["response"]["heights"] == wanted.tolist()
 
 

@@ -1,4 +1,4 @@
-"""Preparation: how many harmonics, which tolerance, which full scale, what is kept, and when nothing sounds."""
+"""Preparation: how many harmonics, which tolerance, which full scale (of a scan that changes too), what is kept."""
 
 from __future__ import annotations
 
@@ -10,13 +10,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from synth.perception.threshold import THRESHOLDS, imperceptible_tolerance, threshold_displacement
+from synth.plan import motion_peak
+from synth.plan.motion_peak import peaks_along
 from synth.plan.preparation import EXACT, prepare
 from synth.plan.request import N_MAX, harmonics_below
 from synth.response.response_cache import ResponseCache
 from synth.scene.output_section import THRESHOLD_NAME
-from synth.voice.voice import open_voice
+from synth.scene.scene import Scene
+from synth.voice.voice import blocks, open_voice
 from tests.reference.synthesis_oracle import highest_harmonic, synthesise
-from tests.synth.engine_cases import QUANTITIES, physical, scene_of, touch_of
+from tests.synth.engine_cases import QUANTITIES, Real, physical, scene_of, touch_of
+from tests.synth.voice.recorded_cases import Points, random_recording
 
 
 @given(st.floats(1e-6, 1e5), st.floats(1.0, 1e5))
@@ -126,16 +130,11 @@ def test_what_was_prepared_comes_from_the_cache() -> None:
     assert again.spectrum is first.spectrum
     longer = prepare(scene_of(output={"duration": 7.0, "fade": 1.0}), cache)
     assert cache.misses == misses and longer.scene.output.duration == 7.0
+    scaled = prepare(scene_of(output={"full_scale": 3.0}), cache)
+    assert scaled.spectrum is first.spectrum is not None and scaled.channels[0].full_scale == 3.0
+    misses = cache.misses
     prepare(scene_of(scan={"load": 0.31}), cache)
     assert cache.misses > misses
-
-
-def test_a_change_of_full_scale_solves_nothing_anew() -> None:
-    cache = ResponseCache()
-    first = prepare(scene_of(), cache)
-    other = prepare(scene_of(output={"full_scale": 3.0}), cache)
-    assert other.spectrum is not None and other.spectrum is first.spectrum
-    assert other.channels[0].full_scale == 3.0
 
 
 def test_a_tolerance_that_was_not_reached_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -144,3 +143,53 @@ def test_a_tolerance_that_was_not_reached_is_told(monkeypatch: pytest.MonkeyPatc
     assert solved.channels[0].error > 1e-5
     assert any("acceleration reaches an error" in warning for warning in solved.warnings)
     assert not prepare(scene_of(accuracy={"tolerance": 3e-2}, output={"quantity": "displacement"})).warnings
+
+
+GETS_LOUDER = [[0, 0, 0.1], [0.1, 0.008, 0.3], [0.2, 0.016, 1.0], [0.3, 0.02, 0.2]]
+
+
+def recording(points: Points, **output: object) -> Scene:
+    lasting = {"duration": points[-1][0] + 0.03, "channels": list(QUANTITIES), **output}
+    return scene_of(finger={"contact_length": "3 mm"}, scan={"trajectory": points}, output=lasting)
+
+
+def peaks(scene: Scene) -> Real:
+    return np.asarray(np.max(np.abs(np.concatenate(list(blocks(open_voice(scene))))), axis=0), dtype=float)
+
+
+def test_a_recording_is_scaled_by_its_loudest_place_and_not_by_its_largest_load() -> None:
+    """It had peaked at 76 in a float file: pressed by 1 N the texture hardly moves the finger."""
+    scene = scene_of(scan={"trajectory": GETS_LOUDER}, output={"duration": 0.3})
+    assert peaks(scene) == pytest.approx([0.8], rel=0.02)
+
+
+@pytest.mark.parametrize(
+    "seeds", [range(3), pytest.param(range(3, 500), marks=pytest.mark.thorough)], ids=["some", "all"]
+)
+def test_recordings_peak_at_four_fifths(seeds: range) -> None:
+    for seed in seeds:
+        points = random_recording(seed)
+        found = peaks(recording(points, sample_rate=8000))
+        touches = any(load > 0.0 for _time, _place, load in points)
+        assert np.all(found <= 0.9), seed
+        assert np.all(found >= 0.7) if touches else not found.any(), seed
+
+
+def test_a_long_recording_is_solved_where_it_is_loud(monkeypatch: pytest.MonkeyPatch) -> None:
+    """0.1 s of 3 s are ten times as fast: they are found though a fifth of the recording is solved."""
+    places = np.cumsum(0.02 * np.where((np.arange(150) > 100) & (np.arange(150) < 105), 0.1, 0.01))
+    points = [[0.02 * number, place, 0.3] for number, place in enumerate(places)]
+    solved = prepare(recording(points, sample_rate=8000))
+    assert solved.contact is not None and solved.mean is not None
+    whole = peaks_along(solved.contact, solved.scene, solved.mean, (0, 1, 2))
+    monkeypatch.setattr(motion_peak, "PATIENCE", 0.02)
+    part = peaks_along(solved.contact, solved.scene, solved.mean, (0, 1, 2))
+    assert part == pytest.approx(whole, rel=0.1)
+
+
+@pytest.mark.parametrize("length", ["0.2 mm", "1 mm", "30 mm"])
+def test_strokes_peak_at_four_fifths(length: str) -> None:
+    stroke = {"length": length, "speed": "80 mm/s"}
+    scene = scene_of(scan={"stroke": stroke}, output={"channels": list(QUANTITIES), "duration": 0.8})
+    found = peaks(scene)
+    assert np.all(found <= 0.9) and np.all(found >= 0.6)

@@ -121,12 +121,6 @@ def test_what_is_left_out_beyond_the_highest_level_is_told() -> None:
     assert error.at(0.3, "displacement", 1000) < 0.1
 
 
-def test_the_same_contact_has_the_same_table() -> None:
-    scene = random_scene(3)
-    assert table_of(scene).hash == table_of(scene).hash
-    assert table_of(scene).hash != table_of(random_scene(4)).hash
-
-
 def test_a_load_is_told_the_error_of_its_own_interval() -> None:
     largest = np.arange(1, 28, dtype=np.float32).reshape(3, 3, 3)[..., ::-1]  # [quantity, harmonics, interval]
     told = TableError(np.array([0.0, 0.1, 0.4, 2.0]), (1, 2, 4), largest, np.ones((3, 3), np.float32))

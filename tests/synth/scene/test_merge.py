@@ -11,10 +11,11 @@ from hypothesis import strategies as st
 
 from synth.errors import SceneError
 from synth.scene.scene import Scene, merge_patch, parse_scene, scene_document
+from tests.synth.scene.scene_cases import RISING
 
-RISING = [[0, 0, 0.3], [0.1, 0.008, 0.3], [0.2, 0.016, 0.4], [0.3, 0.02, 0.2]]
 STROKE = {"scan": {"stroke": {"length": 0.02, "load": 0.5}, "lift_load": 0.002}}
 RECORDED = {"scan": {"trajectory": RISING, "lift_load": 0.002}}
+STARTS: list[dict[str, Any]] = [{}, STROKE, RECORDED, {"output": {"channels": ["velocity"]}}]
 
 RFC_7396_APPENDIX_A: list[tuple[dict[str, Any], dict[str, Any], dict[str, Any]]] = [
     ({"a": "b"}, {"a": "c"}, {"a": "c"}),
@@ -35,127 +36,66 @@ def test_a_patch_is_merged_as_in_appendix_a_of_the_rfc(document: Any, patch: Any
     assert merge_patch(document, patch) == result
 
 
-@pytest.mark.parametrize(
-    ("document", "patch", "result"),
-    [
-        pytest.param(
-            {"texture": {"period": 1e-3, "phase": 0}},
-            {"texture": {"kind": "sinusoid", "amplitude": 1e-5}},
-            {"texture": {"kind": "sinusoid", "amplitude": 1e-5}},
-            id="a kind replaces the texture",
-        ),
-        pytest.param(
-            {"texture": {"kind": "sinusoid", "period": 1e-3}},
-            {"texture": {"kind": None}},
-            {"texture": {"period": 1e-3}},
-            id="a null kind replaces nothing",
-        ),
-        pytest.param(STROKE, {"scan": {"speed": 0.1}}, {"scan": {"speed": 0.1}}, id="a speed ends a stroke"),
-        pytest.param(RECORDED, {"scan": {"load": 0.1}}, {"scan": {"load": 0.1}}, id="a load ends a trajectory"),
-        pytest.param(
-            STROKE,
-            {"scan": {"speed": None, "lift_load": 0.005}},
-            {"scan": {"stroke": {"length": 0.02, "load": 0.5}, "lift_load": 0.005}},
-            id="a null speed does not end a stroke",
-        ),
-        pytest.param(
-            STROKE,
-            {"scan": {"stroke": {"speed": 0.2}}},
-            {"scan": {"stroke": {"speed": 0.2}}},
-            id="a stroke replaces a stroke",
-        ),
-        pytest.param(
-            STROKE,
-            {"scan": {"trajectory": RISING}},
-            {"scan": {"trajectory": RISING}},
-            id="a trajectory replaces a stroke",
-        ),
-        pytest.param(
-            {"scan": {"speed": 0.1, "load": 1, "lift_load": 0.002}},
-            {"scan": {"stroke": {}}},
-            {"scan": {"stroke": {}}},
-            id="a stroke replaces a constant scan",
-        ),
-        pytest.param(
-            {"scan": {"speed": 0.1, "stroke": None}},
-            {"scan": {"load": 1}},
-            {"scan": {"speed": 0.1, "stroke": None, "load": 1}},
-            id="a null stroke in the document is no stroke",
-        ),
-        pytest.param(
-            STROKE,
-            {"scan": {"stroke": None, "trajectory": None, "speed": 0.1}},
-            {"scan": {"speed": 0.1}},
-            id="constant, with the other kinds put out",
-        ),
-        pytest.param(
-            {"texture": {"roughness": 1e-5, "period": 1e-3}},
-            {"texture": {"amplitude": 2e-5}},
-            {"texture": {"amplitude": 2e-5, "period": 1e-3}},
-            id="an amplitude displaces a roughness",
-        ),
-        pytest.param(
-            {"texture": {"amplitude": 2e-5}},
-            {"texture": {"roughness": 1e-5}},
-            {"texture": {"roughness": 1e-5}},
-            id="a roughness displaces an amplitude",
-        ),
-        pytest.param(
-            {"finger": {"ridge_amplitude": 2e-5}},
-            {"finger": {"roughness": 1e-5}},
-            {"finger": {"roughness": 1e-5}},
-            id="a roughness displaces a ridge amplitude",
-        ),
-        pytest.param(
-            {"finger": {"roughness": 1e-5}},
-            {"finger": {"ridge_amplitude": 2e-5}},
-            {"finger": {"ridge_amplitude": 2e-5}},
-            id="a ridge amplitude displaces a roughness",
-        ),
-        pytest.param(
-            {"texture": {"amplitude": 2e-5}},
-            {"texture": {"roughness": None}},
-            {"texture": {"amplitude": 2e-5}},
-            id="a null roughness displaces nothing",
-        ),
-        pytest.param(
-            {"output": {"quantity": "velocity", "full_scale": 1, "fade": 0.1}},
-            {"output": {"channels": ["velocity"]}},
-            {"output": {"channels": ["velocity"], "fade": 0.1}},
-            id="channels displace a quantity",
-        ),
-        pytest.param(
-            {"output": {"channels": ["velocity"], "fade": 0.1}},
-            {"output": {"quantity": "velocity"}},
-            {"output": {"quantity": "velocity", "fade": 0.1}},
-            id="a quantity displaces channels",
-        ),
-        pytest.param(
-            {"output": {"quantity": "velocity", "full_scale": 1}},
-            {"output": {"quantity": "displacement"}},
-            {"output": {"quantity": "displacement"}},
-            id="another quantity displaces the full scale",
-        ),
-        pytest.param(
-            {"output": {"quantity": "velocity", "full_scale": 1}},
-            {"output": {"quantity": "velocity"}},
-            {"output": {"quantity": "velocity", "full_scale": 1}},
-            id="the same quantity keeps the full scale",
-        ),
-    ],
-)
-def test_fields_displace_each_other(document: Any, patch: Any, result: Any) -> None:
-    merged = merge_patch(document, patch)
-    assert merged == result
+Part = dict[str, Any]
+LIFTED = {"lift_load": 0.005}
+DISPLACED: dict[str, tuple[str, Part, Part, Part]] = {
+    "a kind replaces the texture": (
+        "texture", {"period": 1e-3, "phase": 0}, {"kind": "sinusoid", "amplitude": 1e-5},
+        {"kind": "sinusoid", "amplitude": 1e-5},
+    ),
+    "a null kind replaces nothing": ("texture", {"kind": "sinusoid", "period": 1e-3}, {"kind": None}, {"period": 1e-3}),
+    "a speed ends a stroke": ("scan", STROKE["scan"], {"speed": 0.1}, {"speed": 0.1}),
+    "a load ends a trajectory": ("scan", RECORDED["scan"], {"load": 0.1}, {"load": 0.1}),
+    "a null speed ends no stroke": ("scan", STROKE["scan"], {"speed": None, **LIFTED}, STROKE["scan"] | LIFTED),
+    "a stroke replaces a stroke": ("scan", STROKE["scan"], {"stroke": {"speed": 0.2}}, {"stroke": {"speed": 0.2}}),
+    "a trajectory replaces a stroke": ("scan", STROKE["scan"], {"trajectory": RISING}, {"trajectory": RISING}),
+    "a stroke replaces a constant scan": (
+        "scan", {"speed": 0.1, "load": 1, "lift_load": 0.002}, {"stroke": {}}, {"stroke": {}},
+    ),
+    "a null stroke in the document is no stroke": (
+        "scan", {"speed": 0.1, "stroke": None}, {"load": 1}, {"speed": 0.1, "stroke": None, "load": 1},
+    ),
+    "constant, with the other kinds put out": (
+        "scan", STROKE["scan"], {"stroke": None, "trajectory": None, "speed": 0.1}, {"speed": 0.1},
+    ),
+    "an amplitude displaces a roughness": (
+        "texture", {"roughness": 1e-5, "period": 1e-3}, {"amplitude": 2e-5}, {"amplitude": 2e-5, "period": 1e-3},
+    ),
+    "a roughness displaces an amplitude": ("texture", {"amplitude": 2e-5}, {"roughness": 1e-5}, {"roughness": 1e-5}),
+    "a roughness displaces a ridge amplitude": (
+        "finger", {"ridge_amplitude": 2e-5}, {"roughness": 1e-5}, {"roughness": 1e-5},
+    ),
+    "a ridge amplitude displaces a roughness": (
+        "finger", {"roughness": 1e-5}, {"ridge_amplitude": 2e-5}, {"ridge_amplitude": 2e-5},
+    ),
+    "a null roughness displaces nothing": ("texture", {"amplitude": 2e-5}, {"roughness": None}, {"amplitude": 2e-5}),
+    "channels displace a quantity": (
+        "output", {"quantity": "velocity", "full_scale": 1, "fade": 0.1}, {"channels": ["velocity"]},
+        {"channels": ["velocity"], "fade": 0.1},
+    ),
+    "a quantity displaces channels": (
+        "output", {"channels": ["velocity"], "fade": 0.1}, {"quantity": "velocity"},
+        {"quantity": "velocity", "fade": 0.1},
+    ),
+    "another quantity displaces the full scale": (
+        "output", {"quantity": "velocity", "full_scale": 1}, {"quantity": "displacement"}, {"quantity": "displacement"},
+    ),
+    "the same quantity keeps the full scale": (
+        "output", {"quantity": "velocity", "full_scale": 1}, {"quantity": "velocity"},
+        {"quantity": "velocity", "full_scale": 1},
+    ),
+    "the default quantity written out keeps it too": (
+        "output", {"full_scale": 3.0}, {"quantity": "acceleration"}, {"quantity": "acceleration", "full_scale": 3.0},
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", DISPLACED)
+def test_fields_displace_each_other(name: str) -> None:
+    section, document, patch, result = DISPLACED[name]
+    merged = merge_patch({section: document}, {section: patch})
+    assert merged == {section: result}
     parse_scene(merged)
-
-
-def test_the_default_quantity_written_out_keeps_the_full_scale() -> None:
-    document = {"output": {"full_scale": 3.0}}
-    assert merge_patch(document, {"output": {"quantity": "acceleration"}})["output"] == {
-        "quantity": "acceleration",
-        "full_scale": 3.0,
-    }
 
 
 def test_a_patch_that_names_two_kinds_of_scan_is_left_for_the_scene_to_refuse() -> None:
@@ -164,7 +104,7 @@ def test_a_patch_that_names_two_kinds_of_scan_is_left_for_the_scene_to_refuse() 
         parse_scene(merged)
 
 
-@pytest.mark.parametrize("start", [{}, STROKE, RECORDED, {"output": {"channels": ["velocity"]}}])
+@pytest.mark.parametrize("start", STARTS)
 def test_a_patch_on_a_complete_document_is_a_scene(start: dict[str, Any]) -> None:
     complete = scene_document(parse_scene(start))
     changed = parse_scene(merge_patch(complete, {"scan": {"speed": 0.1}, "texture": {"kind": "grating-5mm-200um"}}))
@@ -173,8 +113,8 @@ def test_a_patch_on_a_complete_document_is_a_scene(start: dict[str, Any]) -> Non
     assert changed.output == parse_scene(start).output
 
 
-@pytest.mark.parametrize("start", [{}, STROKE, RECORDED, {"output": {"channels": ["velocity"]}}])
-@pytest.mark.parametrize("other", [{}, STROKE, RECORDED, {"output": {"channels": ["velocity"]}}])
+@pytest.mark.parametrize("start", STARTS)
+@pytest.mark.parametrize("other", STARTS)
 def test_a_complete_document_as_a_patch_makes_its_own_scene(start: dict[str, Any], other: dict[str, Any]) -> None:
     complete = scene_document(parse_scene(other))
     assert parse_scene(merge_patch(scene_document(parse_scene(start)), complete)) == parse_scene(other)

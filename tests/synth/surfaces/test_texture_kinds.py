@@ -13,13 +13,13 @@ import pytest
 
 import ridgewave as rw
 from synth import LiveVoice
-from synth.contact.geometry import Geometry
 from synth.contact.stiffness import Stiffness
-from synth.response.spectrum import Demand, curves
+from synth.response.spectrum import Demand, curves, solve_spectrum
 from synth.surfaces import profile_of
 from synth.voice.hand_voice import HandVoice
 from tests.few import thorough
 from tests.reference.kinds_oracle import approach
+from tests.synth.engine_cases import contact_of
 from tests.synth.surfaces.texture_cases import random_texture
 
 FEW = 1
@@ -105,11 +105,7 @@ def test_in_full_contact_a_rough_surface_keeps_the_slope_of_its_hurst_exponent()
     texture |= {"shortest": "1.6 mm", "seed": 5}
     finger = {"ridge_amplitude": "1 um", "contact_length": "0.1 mm", "ridge_period": "0.1 mm"}
     scene = rw.parse_scene({"finger": finger, "texture": texture, "scan": {"load": 100.0}})
-    from synth.contact.load_balance import Contact
-    from synth.response.spectrum import solve_spectrum
-
-    contact = Contact.of(Geometry.of_scene(scene), Stiffness.of_scene(scene))
-    found = np.abs(solve_spectrum(contact, 100.0, Demand(25, (0,), 1e-4)).harmonics[2:26])
+    found = np.abs(solve_spectrum(contact_of(scene), 100.0, Demand(25, (0,), 1e-4)).harmonics[2:26])
     n = np.arange(2, 26)
     sinc = np.abs(np.sinc(n * 0.1 / 40.0))
     slope = np.polyfit(np.log(n), 2.0 * np.log(found / sinc), 1)[0]

@@ -10,7 +10,7 @@ import pytest
 from synth.motion.motion import Motion, Update
 from synth.motion.update_smoothing import Follower
 from synth.voice.voice import Voice, open_voice
-from tests.synth.engine_cases import Real, scene_of
+from tests.synth.engine_cases import Real, largest_step, scene_of
 
 RATE, BLOCK = 48000, 480
 SPEED, LOAD = 0.08, 0.3
@@ -54,10 +54,6 @@ def heard(voice: Voice, contacts: list[Contact], follower: Follower | None = Non
 
 def steady(count: int, first: int = 0) -> list[Contact]:
     return [(SPEED * 0.01 * n, LOAD) for n in range(first, first + count)]
-
-
-def largest_step(samples: Real) -> float:
-    return float(np.abs(np.diff(samples)).max())
 
 
 def stopping(n: int) -> float:

@@ -12,7 +12,7 @@ from synth.effects.simulation.periodic import Period
 from synth.effects.simulation.skin_steps import SkinStepper
 from synth.effects.simulation.steps import HEIGHT, ROWS
 from synth.scene.scene import Scene
-from tests.synth.engine_cases import QUANTITIES, physical
+from tests.synth.engine_cases import QUANTITIES, physical, spread
 
 THREE = {"viscous_skin": {"model": "three_time_constants"}}
 KINDS: dict[str, tuple[str, ...]] = {
@@ -29,24 +29,20 @@ OTHERS = [(kind, seed) for kind in KINDS for seed in range(50) if (kind, seed) n
 ROUNDING = 4e-7  # of the largest value: float32
 
 
-def between(random: np.random.Generator, low: float, high: float) -> float:
-    return float(np.exp(random.uniform(np.log(low), np.log(high))))
-
-
 def drawn(kind: str, seed: int) -> tuple[Scene, int]:
     """Return a random scene with the effects of `kind`, and the frames of three of its periods."""
     random = np.random.default_rng([seed, *map(ord, kind)])
     settings: dict[str, Any] = {
-        "inertia": {"mass": between(random, 1e-3, 1.0), "damping": between(random, 0.01, 2.0)},
-        "adhesion": {"stress": between(random, 500.0, 5e4), "reach": between(random, 5e-7, 5e-5)},
-        "kelvin_voigt": {"time_constant": between(random, 2e-4, 2e-2)},
+        "inertia": {"mass": spread(random, 1e-3, 1.0), "damping": spread(random, 0.01, 2.0)},
+        "adhesion": {"stress": spread(random, 500.0, 5e4), "reach": spread(random, 5e-7, 5e-5)},
+        "kelvin_voigt": {"time_constant": spread(random, 2e-4, 2e-2)},
         "three_time_constants": THREE["viscous_skin"],
     }
-    rate, period = int(random.choice([8000, 11025, 44100, 48000, 96000])), between(random, 1e-4, 5e-3)
-    frames = 3 * max(4, round(rate / between(random, 20.0, 600.0))) + 1  # a period is no whole number of frames
+    rate, period = int(random.choice([8000, 11025, 44100, 48000, 96000])), spread(random, 1e-4, 5e-3)
+    frames = 3 * max(4, round(rate / spread(random, 20.0, 600.0))) + 1  # a period is no whole number of frames
     scene = {
-        "texture": {"period": period, "amplitude": between(random, 4e-6, 6e-5)},
-        "scan": {"speed": 3.0 * period * rate / frames, "load": between(random, 0.05, 3.0)},
+        "texture": {"period": period, "amplitude": spread(random, 4e-6, 6e-5)},
+        "scan": {"speed": 3.0 * period * rate / frames, "load": spread(random, 0.05, 3.0)},
         "effects": {"viscous_skin" if one in SKINS else one: settings[one] for one in KINDS[kind]},
         "output": {"channels": list(QUANTITIES), "sample_rate": rate, "bandwidth": "full"},
         "accuracy": {"tolerance": 1e-2},
