@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from synth.contact.full_contact import full_contact, mean_sine_factor
 from synth.contact.geometry import Geometry
+from synth.contact.load_balance import full_contact, mean_sine_factor
 from synth.contact.stiffness import Stiffness
 from tests.reference.stiffness_oracle import contact_in_metres
 from tests.synth.engine_cases import random_document, scene_of, touch_of

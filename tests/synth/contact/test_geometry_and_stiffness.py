@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from synth.contact.geometry import Geometry
-from synth.contact.groups import Groups
-from synth.contact.stiffness import Stiffness
+from synth.contact.stiffness import Groups, Stiffness
 from synth.scene.scene import amplitude_of
 from tests.reference import stiffness_oracle
 from tests.synth.engine_cases import random_document, scene_of, touch_of

@@ -10,7 +10,7 @@ import numpy as np
 from synth import Motion, open_voice, parse_scene
 from synth.arrays import Array
 from synth.errors import SceneError
-from synth.scene.effect_registry import effect_names
+from synth.scene.effects_section import effect_names
 from synth.scene.scene import Scene
 
 ALONE = effect_names()

@@ -11,7 +11,7 @@ import pytest
 from scipy.linalg import expm
 
 from synth.contact.exact_solver import Grid
-from synth.contact.full_contact import full_contact
+from synth.contact.load_balance import full_contact
 from synth.effects.simulation.skin_points import SkinPoints
 from synth.effects.simulation.steps import ATTACHED, HEIGHT, REACTION, ROWS, SLOPE_FORCE, SPEED, Stepper
 from synth.effects.simulation.terms import Skin
