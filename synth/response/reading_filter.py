@@ -77,6 +77,7 @@ def usual_weights(order: int) -> tuple[tuple[float, ...], ...]:
     return tuple(tuple(float(one) for one in row) for row in found)
 
 
+@cache
 def reading_filter(quantity: str, rate: int, band: float) -> ReadingFilter:
     """Return the filter of `quantity` (one of ORDERS) at `rate` (Hz) for frequencies up to WIDTH times `band` (Hz).
 
