@@ -128,16 +128,6 @@ class Contact:
         return tuple(getattr(self, one.name) for one in fields(self) if one.name != "grid")
 
     @property
-    def cells(self) -> int:
-        """Cells that a phase is solved on: the work of a phase."""
-        return self.grid.cells
-
-    @property
-    def nbytes(self) -> int:
-        """Bytes that the contact holds."""
-        return self.grid.nbytes
-
-    @property
     def dome(self) -> float:
         """1 / R (1/m) of a parabola about the middle of the length that is taken off h; 0: the finger is flat."""
         return 0.0
@@ -180,7 +170,10 @@ class Contact:
         guess: z at each phase, for a solver to begin from; None: from the phases before.
         """
         solved = self.solver(load).solve(phases, self.indentation(load), guess)
-        return solved.height, self._slope(phases, solved, load)
+        if load <= 0.0:
+            return solved.height, np.zeros_like(solved.touching)
+        gained = self._growth(phases, solved, load)
+        return solved.height, np.asarray(-gained / np.maximum(solved.touching, LEAST_TOUCHING))
 
     def heights(self, phases: Array, loads: Array) -> Array:
         """Return z (m) at each of `phases` (turns) and `loads` (N, above 0), one load a phase."""
@@ -192,13 +185,6 @@ class Contact:
         load: N, at which the shape of the contact is taken. The reaction is `stiffness_at(load)` times that mean.
         """
         return self.solver(load).measure(phases, heights)
-
-    def _slope(self, phases: Array, solved: Approaches, load: float) -> Array:
-        """Return dz/dw (m/N) of what was `solved` at each of `phases` and `load`."""
-        if load <= 0.0:
-            return np.zeros_like(solved.touching)
-        gained = self._growth(phases, solved, load)
-        return np.asarray(-gained / np.maximum(solved.touching, LEAST_TOUCHING))
 
     def _growth(self, phases: Array, solved: Approaches, load: float) -> Array | float:
         """Return -dF/dw (m/N) at the z that was `solved` and `load`, F the mean of max(h - z, 0) less w / k."""

@@ -92,11 +92,6 @@ class Stiffness:
             return load / self.given
         return load * self.half_width(load) / (FOUNDATION * self.contact_modulus * self.contact_length**2)
 
-    def load(self, indentation: float) -> float:
-        """Return the load (N) whose mean indentation w / k is `indentation` (m): the inverse of `indentation`."""
-        at_one_newton = self.indentation(1.0)
-        return float((indentation / at_one_newton) ** (1.0 / self.load_exponent))
-
 
 @dataclass(frozen=True, slots=True)
 class Groups:

@@ -211,7 +211,7 @@ def _response(solved: Preparation) -> dict[str, Any]:
     if table is not None:
         told["table"] = {
             "hash": table.hash,
-            "bytes": table.nbytes,
+            "bytes": table.memory_bytes,
             "loads": len(table.loads),
             "levels": len(table.levels.highest),
             "covered_loads": list(table.covered),

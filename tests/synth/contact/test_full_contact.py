@@ -12,7 +12,7 @@ from synth.contact.geometry import Geometry
 from synth.contact.load_balance import full_contact, mean_sine_factor
 from synth.contact.stiffness import Stiffness
 from tests.reference.stiffness_oracle import contact_in_metres
-from tests.synth.engine_cases import random_document, scene_of, touch_of
+from tests.synth.engine_cases import load_of, random_document, scene_of, touch_of
 
 HEAVY = 40.0  # N: flattens every scene of these tests
 
@@ -38,7 +38,7 @@ def test_it_is_never_claimed_where_a_part_of_the_contact_is_free() -> None:
     for _ in range(60):
         scene = scene_of(**random_document(random, 48000))
         geometry, law = Geometry.of_scene(scene), Stiffness.of_scene(scene)
-        load = law.load(random.uniform(0.5, 1.5) * geometry.height_scale)
+        load = load_of(law, random.uniform(0.5, 1.5) * geometry.height_scale)
         if full_contact(geometry, law, load) is not None:
             claimed += 1
             wanted = contact_in_metres(replace(touch_of(scene), load=load), np.arange(16) / 16, dtype=np.float64)

