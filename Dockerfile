@@ -49,12 +49,12 @@ WORKDIR /home/ridgewave
 RUN for scene in /opt/ridgewave/examples/*.json; do \
         ridgewave render "$scene" --duration 0.1 -o /tmp/warm.wav || exit 1; \
     done \
-    && for effect in $(python -c 'from synth.scene.effect_registry import effect_names as names; print(*names())'); do \
+    && for effect in $(python -c 'from synth.scene.effects_section import effect_names as names; print(*names())'); do \
         ridgewave render /opt/ridgewave/examples/paper-finger.json --duration 0.1 --set "effects.$effect={}" \
             -o /tmp/warm.wav || exit 1; \
     done \
     && python -c 'from service.engine import SynthEngine; from service.lifespan import open_live_voices as compiled; \
-from synth.scene.effect_registry import effect_names; engine = SynthEngine(0); \
+from synth.scene.effects_section import effect_names; engine = SynthEngine(0); \
 [compiled(engine, {"output": {"quantity": name}}) for name in ("displacement", "velocity", "acceleration")]; \
 [compiled(engine, {"effects": {name: {}}}) for name in effect_names()]' \
     && rm /tmp/warm.wav

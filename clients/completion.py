@@ -40,7 +40,7 @@ def textures(prefix: str, **_rest: Any) -> list[str]:
 
 def fields(prefix: str, **_rest: Any) -> list[str]:
     """Return the fields of a scene, each with its "="; nothing once that is typed."""
-    from synth.scene.effect_registry import effect_names
+    from synth.scene.effects_section import effect_names
     from synth.scene.scene import scene_fields
 
     if "=" in prefix:

@@ -12,7 +12,7 @@ from clients.progress import Waiting
 from clients.scene_argument import read_scene
 from clients.tables import print_table
 from synth import explain
-from synth.scene.effect_registry import declaration
+from synth.scene.effects_section import declaration
 from synth.scene.rules import Quantity
 from synth.scene.section import rule_of
 

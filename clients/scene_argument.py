@@ -15,8 +15,9 @@ from typing import Any, NoReturn
 from clients.outcome import invalid_request
 from synth.errors import Fault, InvalidRequest
 from synth.scene.doubtful_values import bare_doubts
-from synth.scene.scene import Scene, merge_patch, object_from_text, parse_scene
-from synth.scene.source import LARGEST_BYTES, document_of
+from synth.scene.merge import merge_patch
+from synth.scene.scene import LARGEST_BYTES, Scene, document_of, parse_scene
+from synth.scene.text import object_from_text
 from synth.scene.texture_registry import with_files
 
 

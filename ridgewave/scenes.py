@@ -11,8 +11,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from synth.scene.merge import merge_patch
-from synth.scene.scene import Scene, parse_scene, scene_document
-from synth.scene.source import SceneLike, document_of
+from synth.scene.scene import Scene, SceneLike, document_of, parse_scene, scene_document
 
 if TYPE_CHECKING:
     from synth.encode.sound import Sound

@@ -281,7 +281,7 @@ class SynthEngine:
         """See `Engine`."""
         from synth.plan.contact_picture import picture
 
-        return picture(scene, points, phases, cache=self._cache).document()
+        return picture(scene, points, phases, cache=self._cache)
 
     def accuracy(self, scene: Scene, quantity: str | None, given_up: threading.Event) -> dict[str, Any]:
         """See `Engine`."""

@@ -21,7 +21,7 @@ from typing import Any
 from numba import njit
 
 Function = Callable[..., Any]
-
+Decorator = Callable[[Function], Function]
 
 HERE = Path(__file__).parent
 FOLDERS = ("contact", "response", "motion", "effects/simulation", "voice", "surfaces")  # those with compiled loops
@@ -41,54 +41,31 @@ def forget_stale_kernels(root: Path, names: tuple[str, ...]) -> None:
 
 forget_stale_kernels(HERE, FOLDERS)
 
-
 ALL: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}  # a wrapper for C: no one asks
 KEPT: dict[str, Any] = {**ALL, "cache": True}
 INNER: dict[str, Any] = {**ALL, "no_cpython_wrapper": True}  # nor for Python: half of a small function's compilation
 FUSED = {"contract"}
 
 
-def kernel(function: Function) -> Function:
-    """Return `function` compiled, GIL-free and kept on disk."""
-    compiled: Function = njit(**KEPT, fastmath=FUSED)(function)
-    return compiled
+kernel: Decorator = njit(**KEPT, fastmath=FUSED)
+"""Compiles a function, GIL-free and kept on disk."""
+inner: Decorator = njit(**INNER, fastmath=FUSED)
+"""Compiles a part of the kernels that call it; Python cannot call it."""
+inlined: Decorator = njit(**INNER, forceinline=True, fastmath=FUSED)
+"""Compiles a function into whatever kernel calls it, at every place; Python cannot call it."""
+summing: Decorator = njit(**INNER, fastmath={*FUSED, "reassoc", "nsz"})
+"""Compiles as `inner` does, with sums in whatever order is fastest: for loops that only add."""
+unfused: Decorator = njit(**INNER)
+"""Compiles as `inner` does, with every product and every sum rounded by itself."""
 
 
-def signed_kernel(signature: str, *, fused: bool = True) -> Callable[[Function], Function]:
+def signed_kernel(signature: str, *, fused: bool = True) -> Decorator:
     """Return what compiles a function of `signature` as `kernel` does, when its module is first imported.
 
     fused: False compiles as `unfused` does. What runs while something plays has a signature: nothing is compiled then.
     """
-
-    def compiled(function: Function) -> Function:
-        made: Function = njit(signature, **KEPT, fastmath=FUSED if fused else set())(function)
-        return made
-
-    return compiled
-
-
-def inner(function: Function) -> Function:
-    """Return `function` compiled as a part of the kernels that call it; Python cannot call it."""
-    compiled: Function = njit(**INNER, fastmath=FUSED)(function)
-    return compiled
-
-
-def inlined(function: Function) -> Function:
-    """Return `function` compiled into whatever kernel calls it, at every place; Python cannot call it."""
-    compiled: Function = njit(**INNER, forceinline=True, fastmath=FUSED)(function)
-    return compiled
-
-
-def summing(function: Function) -> Function:
-    """Return `function` compiled as `inner` does, with sums in whatever order is fastest: for loops that only add."""
-    compiled: Function = njit(**INNER, fastmath={*FUSED, "reassoc", "nsz"})(function)
-    return compiled
-
-
-def unfused(function: Function) -> Function:
-    """Return `function` compiled as `inner` does, with every product and every sum rounded by itself."""
-    compiled: Function = njit(**INNER)(function)
-    return compiled
+    made: Decorator = njit(signature, **KEPT, fastmath=FUSED if fused else set())
+    return made
 
 
 @unfused

@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from synth.scene.effect_registry import declaration, effect_names
+from synth.scene.effects_section import declaration, effect_names
 from synth.scene.scene import parse_scene
 from synth.scene.section import plain, rule_of
 from tests.listen.cases import CASES, PAIRS
@@ -159,7 +159,7 @@ import sys
 import synth.effects
 synth.effects.__path__.append(sys.argv[1])
 from synth import explain, open_voice, parse_scene
-from synth.scene.effect_registry import effect_names
+from synth.scene.effects_section import effect_names
 from synth.errors import SceneError
 from synth.scene.scene import scene_schema
 

@@ -8,16 +8,10 @@ from pathlib import Path
 import pytest
 
 from synth.scene.catalogue import catalogue_names
+from synth.scene.merge import merge_patch
 from synth.scene.quantity import Dimension
-from synth.scene.scene import (
-    FieldLine,
-    Scene,
-    merge_patch,
-    object_from_text,
-    parse_scene,
-    parse_scene_text,
-    scene_fields,
-)
+from synth.scene.scene import FieldLine, Scene, parse_scene, parse_scene_text, scene_fields
+from synth.scene.text import object_from_text
 
 PAGE = (Path(__file__).resolve().parents[1] / "docs" / "scene.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"^```json\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE)

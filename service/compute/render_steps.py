@@ -30,7 +30,8 @@ from service.problems import Problem, of, refused
 from synth.encode.formats import Block, SoundFormat, block_bytes, encode_all, media_type, open_writer
 from synth.encode.riff import padding, wav_header
 from synth.errors import CannotRender, Fault, InvalidRequest, SceneError, shown
-from synth.scene.scene import Scene, channel_count, object_from_text, parse_scene, parse_scene_text
+from synth.scene.scene import Scene, channel_count, parse_scene, parse_scene_text
+from synth.scene.text import object_from_text
 from synth.voice.fades import reduction_warning
 
 WHOLE_SAMPLES = 1 << 20  # 4 MB of float32, 22 s of mono at 48 kHz: small enough to hold twice

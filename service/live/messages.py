@@ -17,8 +17,7 @@ from service import problems
 from service.problems import Problem
 from service.sessions.session_ids import LONGEST_ID
 from synth.errors import Fault, SceneError, shown
-from synth.scene.scene import object_from_text
-from synth.scene.text import pointer
+from synth.scene.text import object_from_text, pointer
 
 PROTOCOL = "ridgewave.v1"
 FORMATS = ("f32le", "s16le")

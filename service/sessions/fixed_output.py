@@ -11,7 +11,9 @@ from typing import Any
 
 from service.problems import Problem
 from synth.errors import Fault, SceneError
-from synth.scene.scene import Output, Scene, merge_patch, parse_scene, scene_document
+from synth.scene.merge import merge_patch
+from synth.scene.output_section import Output
+from synth.scene.scene import Scene, parse_scene, scene_document
 
 
 def changed_scene(scene: Scene, patch: Mapping[str, object], full_scale: tuple[float, ...]) -> Scene:

@@ -27,7 +27,8 @@ from service.sessions.scene_changes import Changes, Waiting, merged
 from service.sessions.voice_stream import VoiceStream
 from service.sinks.player import Player
 from synth.errors import RidgewaveError
-from synth.scene.scene import Scene, object_from_text, scene_document
+from synth.scene.scene import Scene, scene_document
+from synth.scene.text import object_from_text
 
 log = logging.getLogger("ridgewave.service")
 

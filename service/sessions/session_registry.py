@@ -24,7 +24,8 @@ from service.sessions.session import Owner, Session
 from service.sessions.session_ids import new_id, not_found
 from service.sessions.voice_stream import Kind, VoiceStream
 from service.sinks.player import Player
-from synth.scene.scene import Scene, object_from_text, parse_scene
+from synth.scene.scene import Scene, parse_scene
+from synth.scene.text import object_from_text
 
 EXPIRED_AT_A_TIME = 4  # a look: a hundred whose network broke at once would make those who play late by 30 ms
 FULL = {

@@ -24,14 +24,13 @@ from typing import Any
 
 import numpy as np
 
-from synth.contact.groups import Groups
+from synth.contact.stiffness import Groups
 from synth.perception.threshold import threshold_displacement
 from synth.plan.plan import Cost, Plan
 from synth.plan.preparation import Preparation, prepare
 from synth.plan.process_start import compile_seconds, kernel_seconds, process_seconds
 from synth.response.response_cache import ResponseCache
-from synth.scene.scene import Scene
-from synth.scene.source import SceneLike, scene_from
+from synth.scene.scene import Scene, SceneLike, scene_from
 from synth.voice.voice import Voice
 
 TIMED_FRAMES = 1 << 14

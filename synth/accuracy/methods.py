@@ -281,4 +281,4 @@ def _live(case: Case, reader: TableReader) -> Ready:
         return np.fft.irfft(lines, places)
 
     hand, steady, out = hand_along(case.scene.scan.speed, TIMED_FRAMES)
-    return Ready(TIMED_FRAMES, reader.table.nbytes, lambda: hand.read(steady, out), period)
+    return Ready(TIMED_FRAMES, reader.table.memory_bytes, lambda: hand.read(steady, out), period)

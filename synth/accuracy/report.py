@@ -33,8 +33,7 @@ from synth.perception.threshold import threshold_displacement
 from synth.plan.channels import UNITS
 from synth.plan.preparation import prepare
 from synth.response.spectrum import Complex, Demand, solve_spectrum
-from synth.scene.scene import Scene, scene_document
-from synth.scene.source import SceneLike, scene_from
+from synth.scene.scene import Scene, SceneLike, scene_document, scene_from
 
 REPEATS = 5
 PATIENCE, HASTE = 6.0, 0.5  # s that a method may take to be set up, run and judged once, and after BUDGET

@@ -108,11 +108,6 @@ class Geometry:
         """L / lambda2: the number of texture periods in the contact."""
         return self.contact_length / self.texture_period
 
-    @property
-    def still(self) -> bool:
-        """True where the texture has no height: z is then constant at a constant load."""
-        return self.texture_amplitude == 0.0
-
     def part(self, begin: float, length: float) -> Geometry:
         """Return the same surfaces over `length` (m) from x = `begin` (m, which may be negative) on.
 
@@ -134,10 +129,11 @@ class Geometry:
             return self.profile.heights((turns + self.texture_phase / (2.0 * math.pi)) * self.texture_period)
         return self.texture_amplitude * np.cos(2.0 * math.pi * turns + self.texture_phase)
 
-    def heights(self, place: float, phases: Any) -> Any:
-        """Return h (m) at x = `place` (m) and each of `phases` (turns of the texture period)."""
-        ridge = 2.0 * math.pi * (place / self.ridge_period % 1.0) + self.ridge_phase
-        if self.profile is not None:
-            return self.texture(place - phases * self.texture_period) - self.ridge_amplitude * math.cos(ridge)
-        texture = 2.0 * math.pi * (place / self.texture_period % 1.0 - phases) + self.texture_phase
-        return self.texture_amplitude * np.cos(texture) - self.ridge_amplitude * math.cos(ridge)
+    def finger(self, places: Any) -> Any:
+        """Return the heights (m) of the ridges at x = `places` (m), of any shape, as they come into h."""
+        ridges = 2.0 * math.pi * (places / self.ridge_period % 1.0) + self.ridge_phase
+        return -self.ridge_amplitude * np.cos(ridges)
+
+    def heights(self, places: Any, phases: Any) -> Any:
+        """Return h (m) at x = `places` (m) and `phases` (turns of the texture period)."""
+        return self.texture(places - phases * self.texture_period) + self.finger(places)

@@ -4,13 +4,18 @@ Model   eq. 1, with z(theta, w) at an indentation w / k; dz/dw = -m (w / k) / (w
         and m = 1.5, or with a k that is given and m = 1. Two cosines over one length have elementary antiderivatives
         and are solved to round-off (`exact_solver`). Any other profile, and any finger that is round or grows, becomes
         a polyline of `Geometry.segments` segments a period (`profile_solver`), which can be refined.
-Source  Fagiani & Barbieri (2016), eqs 1, 4, 5.
+        In full contact F(z) = mean(h) - z, so z = mean(h) - w / k: one sinusoid of amplitude a2 |sinc(L / lambda2)|,
+        whatever the ridges do.
+Source  Fagiani & Barbieri (2016), eqs 1, 2, 4, 5; sinc(x) = sin(pi x) / (pi x).
 Limits  a contact whose shape depends on the load answers through the same methods with a solver for each load; those
-        that were asked for last are kept.
+        that were asked for last are kept. The closed form is for textures of one cosine and the stiffness of eqs 4-5,
+        where z stays below every height for the whole period: the bound is sufficient, so contacts that are only just
+        full are left to the solver.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Hashable
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache
@@ -20,7 +25,6 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.contact.exact_solver import Approaches, Grid
-from synth.contact.full_contact import FullContact, full_contact
 from synth.contact.geometry import Geometry
 from synth.contact.profile_solver import SegmentGrid
 from synth.contact.stiffness import Stiffness
@@ -37,6 +41,46 @@ PhaseSolver = Grid | SegmentGrid
 def solver_of(geometry: Geometry, dome: float = 0.0) -> PhaseSolver:
     """Return the solver of `geometry`, laid out; dome: 1 / R (1/m) of a round finger, whose texture is a profile."""
     return Grid.of_geometry(geometry) if geometry.profile is None else SegmentGrid.of_geometry(geometry, dome)
+
+
+@dataclass(frozen=True, slots=True)
+class FullContact:
+    """z of a full contact: mean (m), first Fourier coefficient (m, one-sided as in `spectrum`), and the slope of the
+    mean with the load (m/N).
+    """
+
+    mean: float
+    first: complex
+    slope: float
+
+
+def mean_sine_factor(turns: float) -> float:
+    """Return sinc(turns) = sin(pi turns) / (pi turns), exactly zero at whole numbers of turns."""
+    whole = round(turns)
+    rest = turns - whole
+    if whole != 0 and rest == 0.0:
+        return 0.0
+    sign = -1.0 if whole % 2 else 1.0
+    return sign * math.sin(math.pi * rest) / (math.pi * turns) if turns else 1.0
+
+
+def full_contact(geometry: Geometry, stiffness: Stiffness, load: float) -> FullContact | None:
+    """Return z of the full contact at `load` (N), or None where the contact may not be full at every phase."""
+    # no one sinusoid, or a mean that tables do not take to grow as w^1.5: the solver takes one step
+    if geometry.profile is not None or stiffness.given is not None:
+        return None
+    a1, a2 = geometry.ridge_amplitude, geometry.texture_amplitude
+    indentation = stiffness.indentation(load)
+    ridge_mean = a1 * mean_sine_factor(2.0 * geometry.ridges)  # mean of a1 cos(2 pi x / lambda1) over L
+    swing = a2 * abs(mean_sine_factor(geometry.texture_periods))
+    if not indentation >= a1 + a2 - ridge_mean + swing:
+        return None
+    angle = math.pi * (geometry.texture_periods % 2.0) + geometry.texture_phase
+    first = 0.5 * a2 * mean_sine_factor(geometry.texture_periods)
+    turned = complex(first * math.cos(angle), -first * math.sin(angle))
+    if load == 0.0:
+        return FullContact(-ridge_mean - indentation, turned, 0.0)
+    return FullContact(-ridge_mean - indentation, turned, -1.5 * indentation / load)
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,16 +128,6 @@ class Contact:
         return tuple(getattr(self, one.name) for one in fields(self) if one.name != "grid")
 
     @property
-    def cells(self) -> int:
-        """Cells that a phase is solved on: the work of a phase."""
-        return self.grid.cells
-
-    @property
-    def nbytes(self) -> int:
-        """Bytes that the contact holds."""
-        return self.grid.nbytes
-
-    @property
     def dome(self) -> float:
         """1 / R (1/m) of a parabola about the middle of the length that is taken off h; 0: the finger is flat."""
         return 0.0
@@ -136,7 +170,10 @@ class Contact:
         guess: z at each phase, for a solver to begin from; None: from the phases before.
         """
         solved = self.solver(load).solve(phases, self.indentation(load), guess)
-        return solved.height, self._slope(phases, solved, load)
+        if load <= 0.0:
+            return solved.height, np.zeros_like(solved.touching)
+        gained = self._growth(phases, solved, load)
+        return solved.height, np.asarray(-gained / np.maximum(solved.touching, LEAST_TOUCHING))
 
     def heights(self, phases: Array, loads: Array) -> Array:
         """Return z (m) at each of `phases` (turns) and `loads` (N, above 0), one load a phase."""
@@ -148,13 +185,6 @@ class Contact:
         load: N, at which the shape of the contact is taken. The reaction is `stiffness_at(load)` times that mean.
         """
         return self.solver(load).measure(phases, heights)
-
-    def _slope(self, phases: Array, solved: Approaches, load: float) -> Array:
-        """Return dz/dw (m/N) of what was `solved` at each of `phases` and `load`."""
-        if load <= 0.0:
-            return np.zeros_like(solved.touching)
-        gained = self._growth(phases, solved, load)
-        return np.asarray(-gained / np.maximum(solved.touching, LEAST_TOUCHING))
 
     def _growth(self, phases: Array, solved: Approaches, load: float) -> Array | float:
         """Return -dF/dw (m/N) at the z that was `solved` and `load`, F the mean of max(h - z, 0) less w / k."""

@@ -58,7 +58,7 @@ class Price:
 
 
 class Effect(ABC):
-    """One physical cause, as `effect_registry.Declaration` says.
+    """One physical cause, as `effects_section.Declaration` says.
 
     kind: how it enters.
     price: what it costs, roughly.

@@ -93,9 +93,9 @@ class Tangential(OutputEffect["Preparation"]):
 
     def prepare(self, solved: Preparation, settings: TangentialSettings, cache: ResponseCache) -> TangentialStage:
         """See `OutputEffect`."""
-        from synth.voice.tangential_force import Friction, TangentialStage
+        from synth.voice.tangential_force import TangentialStage
 
-        return TangentialStage.of(solved, Friction(**settings.document()), cache)
+        return TangentialStage.of(solved, settings, cache)
 
 
 EFFECT = Tangential()

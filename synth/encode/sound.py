@@ -21,7 +21,7 @@ from synth.errors import CannotRender
 if TYPE_CHECKING:
     from synth.plan.plan import Plan
     from synth.response.response_cache import ResponseCache
-    from synth.scene.source import SceneLike
+    from synth.scene.scene import SceneLike
 
 Real = npt.NDArray[np.float64]
 PLOTTED_SECONDS = 0.05  # s that a plot shows: some periods of a usual texture
@@ -91,8 +91,7 @@ class Sound:
         Raises InvalidRequest for another ending or subtype, CannotRender where the file cannot be written.
         """
         from synth.encode.formats import Metadata, choose_format, open_writer
-        from synth.scene.scene import scene_document
-        from synth.scene.source import scene_from
+        from synth.scene.scene import scene_document, scene_from
         from synth.voice.limiter import Limiter
 
         target = Path(path)
@@ -147,7 +146,7 @@ def render(scene: SceneLike, *, cache: ResponseCache | None = None) -> Sound:
 
     Example: synth.render("grating-1mm-31um").save("coarse.wav")
     """
-    from synth.scene.source import scene_from
+    from synth.scene.scene import scene_from
     from synth.voice.voice import blocks, open_voice
 
     voice = open_voice(scene_from(scene), cache=cache)

@@ -13,8 +13,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.kernels import signed_kernel, two_product
 from synth.motion.motion import LOAD, SPEED, SPEED_RATE, Motion
-from synth.scene.scan_section import TURN_REACH
-from synth.scene.scene import Stroke
+from synth.scene.scan_section import TURN_REACH, Stroke
 
 
 @signed_kernel("void(f8, f8, f8, i8, f8, f8[:,::1], f8[::1])")

@@ -47,46 +47,15 @@ DIGITS = 9  # of heights and edges as they are told
 Phase = list[float]
 
 
-@dataclass(frozen=True, slots=True)
-class Picture:
-    """One contact to be drawn: lengths in metres, over x of eq. 2.
-
-    texture: [points], over one period, its end left out. finger: [points], over the contact, both ends in. approach:
-    [phases], z. foundation: k / L (N/m^2), None at no load. touching: begins and ends of the patches of each phase,
-    rising; None where they are too many. left_out: names of effects.
-    """
-
-    period: float
-    texture: Array
-    begin: float
-    length: float
-    finger: Array
-    load: float
-    foundation: float | None
-    approach: Array
-    touching: tuple[Phase, ...] | None
-    left_out: tuple[str, ...]
-
-    def document(self) -> dict[str, Any]:
-        """Return it as the JSON document of `/v1/picture`."""
-        return {
-            "texture": {"period": self.period, "heights": _told(self.texture)},
-            "finger": {"begin": self.begin, "length": self.length, "heights": _told(self.finger)},
-            "response": {
-                "load": self.load,
-                "foundation": self.foundation,
-                "heights": [float(height) for height in self.approach],
-            },
-            "touching": None if self.touching is None else [_told(edges) for edges in self.touching],
-            "left_out": list(self.left_out),
-        }
-
-
 def picture(
     scene: Scene, points: int | None = None, phases: int | None = None, cache: ResponseCache | None = None
-) -> Picture:
-    """Return the picture of `scene` at the load of its scan.
+) -> dict[str, Any]:
+    """Return the picture of `scene` at the load of its scan, as the JSON document of `/v1/picture`.
 
+    Lengths are in metres, over x of eq. 2. Heights of the texture are over one period, its end left out; those of the
+    finger over the contact, both ends in; those of the response are z at each phase. foundation: k / L (N/m^2), None
+    at no load. touching: begins and ends of the patches of each phase, rising; None where they are too many. left_out:
+    names of effects.
     points: None for POINTS. phases: None for PHASES, or as many as are cheap. Raises InvalidRequest for numbers out of
     range, for phases that would cost too much, and where neither surface has a height; CannotRender for a shape that
     cannot be solved.
@@ -103,18 +72,20 @@ def picture(
     chosen = _affordable(contact.work_at(load), phases)
     turns = np.arange(chosen) / max(chosen, 1)
     approach = contact.approach(turns, load)[0] if chosen else np.empty(0)
-    return Picture(
-        period=nominal.texture_period,
-        texture=np.asarray(nominal.texture(np.arange(points) * (nominal.texture_period / points))),
-        begin=begin,
-        length=length,
-        finger=surfaces.finger(np.linspace(begin, begin + length, points)),
-        load=load,
-        foundation=contact.stiffness_at(load) / length if load > 0.0 else None,
-        approach=approach,
-        touching=patches(surfaces, turns, approach) if load > 0.0 else ([],) * chosen,
-        left_out=tuple(name for name in scene.effects if effect_called(name).kind != Kind.SHAPE),
-    )
+    texture = nominal.texture(np.arange(points) * (nominal.texture_period / points))
+    finger = surfaces.finger(np.linspace(begin, begin + length, points))
+    touching = patches(surfaces, turns, approach) if load > 0.0 else ([],) * chosen
+    return {
+        "texture": {"period": nominal.texture_period, "heights": _told(texture)},
+        "finger": {"begin": begin, "length": length, "heights": _told(finger)},
+        "response": {
+            "load": load,
+            "foundation": contact.stiffness_at(load) / length if load > 0.0 else None,
+            "heights": approach.tolist(),
+        },
+        "touching": None if touching is None else [_told(edges) for edges in touching],
+        "left_out": [name for name in scene.effects if effect_called(name).kind != Kind.SHAPE],
+    }
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,10 +106,8 @@ class Surfaces:
 
     def finger(self, places: Array) -> Array:
         """Return the finger (m) at x = `places` (m)."""
-        turns = places / self.geometry.ridge_period % 1.0
         from_middle = places - 0.5 * self.geometry.contact_length
-        ridges = self.geometry.ridge_amplitude * np.cos(2.0 * math.pi * turns + self.geometry.ridge_phase)
-        return np.asarray(-ridges - 0.5 * self.dome * from_middle**2)
+        return np.asarray(self.geometry.finger(places) - 0.5 * self.dome * from_middle**2)
 
     def overlap(self, places: Array, turns: Array, approach: Array) -> Array:
         """Return h - z (m) at x = `places` (m), where the texture has moved by `turns` periods under z = `approach`."""

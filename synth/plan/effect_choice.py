@@ -23,8 +23,7 @@ from synth.errors import CannotRender
 from synth.plan.request import Request
 from synth.response.reading_filter import ORDERS
 from synth.response.table_error import QUANTITIES
-from synth.scene.effect_registry import declaration
-from synth.scene.effects_section import AUTO, FrozenMapping
+from synth.scene.effects_section import AUTO, FrozenMapping, declaration
 from synth.scene.scene import Scene
 
 OF_ONE_SHAPE = (

@@ -100,7 +100,7 @@ def plan_frames(contact: Contact, scene: Scene, demand: Demand, tolerance: float
         errors = tuple(one + other for one, other in zip(errors, folded, strict=True))
     if 4.0 * MARGIN / (scale * stride) * count > MOST_TOGETHER:
         return None
-    solution = EXACT_CELL * contact.cells if varies else CURVE_READ
+    solution = EXACT_CELL * contact.grid.cells if varies else CURVE_READ
     work = 1e-9 * count * rate * (solution + FRAME_SETUP)
     if varies and work * (motion.duration - motion.start) > PATIENCE:
         return None

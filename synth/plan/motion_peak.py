@@ -50,7 +50,7 @@ def peaks_along(contact: Contact, scene: Scene, mean: Mean, orders: tuple[int, .
     # after so many seconds the motion is over, or comes again
     length = stroke.period if stroke is not None else ScanMotion(scene).duration + LIFT_TIME
     chunks = list(range(math.ceil(length * rate / solver.chunk)))
-    most = max(1, math.floor(PATIENCE / (1e-9 * solver.solutions * (EXACT_CELL * contact.cells + FRAME_SETUP))))
+    most = max(1, math.floor(PATIENCE / (1e-9 * solver.solutions * (EXACT_CELL * contact.grid.cells + FRAME_SETUP))))
     if len(chunks) > most:
         chunks = _loud_chunks(contact, scene, orders, length, solver.chunk / rate, most)
     return np.asarray(np.max([np.max(np.abs(solver.solved(number, orders)), axis=1) for number in chunks], axis=0))

@@ -17,7 +17,7 @@ from synth.plan.preparation import Preparation
 from synth.plan.request import N_MAX
 from synth.plan.warnings import plan_doubts
 from synth.response.table_error import QUANTITIES
-from synth.scene.effect_registry import effect_names, unit_of
+from synth.scene.effects_section import effect_names, unit_of
 from synth.scene.output_section import BAND
 from synth.scene.scene import scene_document
 
@@ -211,7 +211,7 @@ def _response(solved: Preparation) -> dict[str, Any]:
     if table is not None:
         told["table"] = {
             "hash": table.hash,
-            "bytes": table.nbytes,
+            "bytes": table.memory_bytes,
             "loads": len(table.loads),
             "levels": len(table.levels.highest),
             "covered_loads": list(table.covered),

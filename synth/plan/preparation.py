@@ -91,7 +91,7 @@ class Preparation(Request):
         held = 0 if self.spectrum is None else self.spectrum.memory_bytes
         held += sum(channel.reader.nbytes for channel in self.channels if channel.reader is not None)
         held += 0 if self.effects is None else self.effects.memory_bytes
-        return held + (0 if self.contact is None else self.contact.nbytes) + 1024
+        return held + (0 if self.contact is None else self.contact.grid.nbytes) + 1024
 
 
 def prepare(
@@ -248,7 +248,7 @@ def _own_motion(asked: Request, contact: Contact, tolerance: float) -> tuple[Mea
 
 def _silence(asked: Request, geometry: Geometry) -> str:
     output = asked.scene.output
-    if geometry.still:
+    if geometry.texture_amplitude == 0.0:
         return "The texture has no height (texture.amplitude is 0 m): nothing moves."
     if asked.scene.scan.load == 0.0:
         return "The finger does not touch (the load is 0 N): nothing moves."

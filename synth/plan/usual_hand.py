@@ -29,7 +29,8 @@ from synth.plan.preparation import Preparation, prepare
 from synth.plan.request import HAND_LOADS, harmonics_below
 from synth.response.response_cache import SHARED, ResponseCache
 from synth.response.spectrum import Complex, Demand, curves, points_for, solve_spectrum
-from synth.scene.scene import Channel, Scene
+from synth.scene.output_section import Channel
+from synth.scene.scene import Scene
 
 HAND_SPEED, HAND_LOAD = 0.08, 0.3  # m/s and N of a usual hand
 HAND_SPEEDS = (0.01, 0.16)  # m/s of usual hands, or to the scene's own; faster is limited, slower upper ends are louder

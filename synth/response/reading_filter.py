@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
+from numpy.polynomial import Polynomial
 
 from synth.arrays import Array
 from synth.response.mip_levels import WIDTH
@@ -76,6 +77,7 @@ def usual_weights(order: int) -> tuple[tuple[float, ...], ...]:
     return tuple(tuple(float(one) for one in row) for row in found)
 
 
+@cache
 def reading_filter(quantity: str, rate: int, band: float) -> ReadingFilter:
     """Return the filter of `quantity` (one of ORDERS) at `rate` (Hz) for frequencies up to WIDTH times `band` (Hz).
 
@@ -139,18 +141,10 @@ def designed(order: int, part: float, taps: int, highest: float) -> Array:
     """
     degrees = np.arange(1, EXACT_DEGREE + 1)
     rises = np.diff(steps_of(taps) ** degrees[:, np.newaxis], axis=1)
-    wanted = np.array([_power(part, int(degree), order) for degree in degrees])
+    wanted = np.array([Polynomial.basis(degree).deriv(order)(part) for degree in degrees])
     basis, aim = responses(taps, order, part, highest)
     rows, right = np.concatenate([basis.real, basis.imag]), np.concatenate([aim.real, aim.imag])
     start = np.linalg.lstsq(rises, wanted, rcond=None)[0]
     free = np.linalg.svd(rises)[2][len(degrees) :].T  # changes of the weights that leave these polynomials exact
     rest = np.linalg.lstsq(rows @ free, right - rows @ start, rcond=None)[0]
     return np.asarray(start + free @ rest)
-
-
-def _power(x: float, degree: int, order: int) -> float:
-    """Return the `order`-th derivative of x^degree."""
-    if order > degree:
-        return 0.0
-    factor = math.prod(range(degree - order + 1, degree + 1))
-    return float(factor * x ** (degree - order))

@@ -37,17 +37,10 @@ class ResponseCache:
         self.hits = 0
         self.misses = 0
         self._entries: OrderedDict[Hashable, Kept] = OrderedDict()
-        self._sizes: dict[Hashable, int] = {}
-        self._used = 0
+        self.used_bytes = 0
         self._in_use: WeakValueDictionary[Hashable, Kept] = WeakValueDictionary()
         self._lock = threading.Lock()
         self._building: dict[Hashable, threading.Lock] = {}
-
-    @property
-    def used_bytes(self) -> int:
-        """Bytes held now."""
-        with self._lock:
-            return self._used
 
     def get(self, key: Hashable, build: Callable[[], T]) -> T:
         """Return what is kept under `key`, building it at the first call; errors of `build` reach every caller's own
@@ -69,11 +62,9 @@ class ResponseCache:
     def find(self, key: Hashable) -> Kept | None:
         """Return what is kept under `key`, None where nothing is."""
         with self._lock:
-            entry = self._entries.get(key)
-            if entry is not None:
+            if key in self._entries:
                 self._entries.move_to_end(key)
-            else:
-                entry = self._in_use.get(key)
+            entry = self._entries.get(key, self._in_use.get(key))
             self.hits += entry is not None
             return entry
 
@@ -83,19 +74,13 @@ class ResponseCache:
             self._building.pop(key, None)
             with suppress(TypeError):  # what has slots only is small, and is solved again
                 self._in_use[key] = made
-            size = made.memory_bytes
-            if size > self.max_bytes:
-                return
             if key in self._entries:  # built twice: it had been dropped while a caller waited to look for it
-                self._forget(key)
-            self._entries[key] = made
-            self._sizes[key] = size
-            self._used += size
-            while self._used > self.max_bytes:
-                self._forget(self._entries.popitem(last=False)[0])
-
-    def _forget(self, key: Hashable) -> None:
-        self._used -= self._sizes.pop(key)
+                self.used_bytes -= self._entries.pop(key).memory_bytes
+            if made.memory_bytes <= self.max_bytes:
+                self._entries[key] = made
+                self.used_bytes += made.memory_bytes
+            while self.used_bytes > self.max_bytes:
+                self.used_bytes -= self._entries.popitem(last=False)[1].memory_bytes
 
 
 SHARED = ResponseCache(64 << 20)

@@ -41,7 +41,6 @@ DISCRETE_SHARE = 0.3  # share of the tolerance for the discretisation of a respo
 FINER_WORK = 8  # times the work of the first refinement: room for three more refinements
 JUDGED_PHASES = 2048  # most phases at which a discretisation is judged; 4 per harmonic where that is fewer
 JUDGED_WORK = 1 << 26  # phases times cells: a fraction of a second
-PROBED_TOGETHER = 4  # probes at equal steps, so that one transform reads the series there
 SETTLED = 0.7  # a doubling leaves a third of the error off the grid; where it leaves more, a line hides in the grid
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
@@ -291,21 +290,11 @@ def _probed(response: Response, load: float, height: Array, unseen: float, scale
     unseen: largest error of the series through every second of `height`. The error here must be SETTLED of it at most.
     scale: of the response.
     """
-    shifts = (GOLDEN * np.arange(1, PROBES // PROBED_TOGETHER + 1)) % (1.0 / PROBED_TOGETHER)
-    places = np.arange(PROBED_TOGETHER) / PROBED_TOGETHER
-    exact, _slope = response.approach((places[:, np.newaxis] + shifts).ravel(), load)
-    count = len(height)
-    series = np.fft.rfft(height) / count
+    places = np.sort(np.arange(1, PROBES + 1) * GOLDEN % 1.0)
+    exact, _slope = response.approach(places, load)
+    series = np.fft.rfft(height) / len(height)
     series[1:-1] *= 2.0
-    read = np.array([_read_together(series, float(shift)) for shift in shifts]).T.ravel()
+    n = np.arange(len(series))
+    read = [float(np.dot(series, np.exp(2j * math.pi * place * n)).real) for place in places]
     gap = float(np.max(np.abs(read - exact)))
     return gap <= SETTLED * unseen + FLOOR * scale
-
-
-def _read_together(series: Complex, shift: float) -> Array:
-    """Return the real part of a series at PROBED_TOGETHER equally spaced phases, the first at `shift` (turns)."""
-    turned = series * np.exp(2j * math.pi * shift * np.arange(len(series)))
-    folded = np.zeros(-(-len(series) // PROBED_TOGETHER) * PROBED_TOGETHER, dtype=np.complex128)
-    folded[: len(series)] = turned
-    sums = folded.reshape(-1, PROBED_TOGETHER).sum(axis=0)
-    return np.asarray((np.fft.ifft(sums) * PROBED_TOGETHER).real)

@@ -70,14 +70,9 @@ class ResponseTable:
         return self.levels.highest[0]
 
     @property
-    def nbytes(self) -> int:
+    def memory_bytes(self) -> int:
         """Bytes that the table holds: those of its file, and the padding."""
         return self.pool.nbytes + self.means.nbytes + self.loads.nbytes + self.error.largest.nbytes
-
-    @property
-    def memory_bytes(self) -> int:
-        """The same, for a cache."""
-        return self.nbytes
 
     @cached_property
     def layout(self) -> np.ndarray[Any, np.dtype[np.int64]]:
@@ -134,20 +129,6 @@ class ResponseTable:
             digest.update(f"{name} {tensor.shape}".encode())
             digest.update(np.ascontiguousarray(tensor, dtype="<f4").tobytes())
         return digest.hexdigest()
-
-    def mean(self, load: float) -> float:
-        """Return the mean of z over a period (m) at `load` (N)."""
-        last = float(self.loads[-1])
-        if load >= last:
-            beyond = min(load, self.covered[1])
-            return self.mean_law[0] + self.mean_law[1] * beyond**1.5 if self.full else float(self.means[0, -1])
-        r = int(np.searchsorted(self.loads, load, side="right")) - 1
-        low, high = float(self.loads[r]), float(self.loads[r + 1])
-        s, width = (load - low) / (high - low), high - low
-        rest = 1.0 - s
-        value, slope = self.means[:, r : r + 2].astype(float)
-        left = (1.0 + 2.0 * s) * rest * rest * value[0] + s * rest * rest * width * slope[0]
-        return float(left + s * s * (3.0 - 2.0 * s) * value[1] - s * s * rest * width * slope[1])
 
 
 def rounded(values: Array) -> Floats:

@@ -18,10 +18,10 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.kernels import inlined, signed_kernel
-from synth.response.lift_gate import PLACE, SMALLEST, gate, smooth_step
 from synth.response.phases import fill_phases
 from synth.response.place_spline import PADDING, spline_value
 from synth.response.reading_filter import TAPS, ReadingFilter, reading_filter
+from synth.response.series_curve import PLACE, SMALLEST, gate
 from synth.response.table import Floats, ResponseTable
 
 LARGEST = 3.4e38  # what a float32 holds
@@ -117,6 +117,13 @@ def load_weights(above, width):
     s = above / width
     rest = 1.0 - s
     return (1.0 + 2.0 * s) * rest * rest, s * rest * rest * width, s * s * (3.0 - 2.0 * s), -s * s * rest * width
+
+
+@inlined
+def smooth_step(s):
+    """Return 3 s^2 - 2 s^3 for s clipped to 0..1."""
+    s = min(max(s, 0.0), 1.0)
+    return s * s * (3.0 - 2.0 * s)
 
 
 @inlined

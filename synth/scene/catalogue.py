@@ -30,86 +30,66 @@ class CatalogueEntry:
     source: str
 
 
-_GRATINGS: tuple[tuple[str, str, str, str, str, str], ...] = (
+_GRATINGS: tuple[tuple[str, str, dict[str, str], str], ...] = (
     (
         "grating-100um-10um",
         "Fine: at the lower end of what is felt as a pattern",
-        "100 um",
-        "amplitude",
-        "5 um",
+        {"period": "100 um", "amplitude": "5 um"},
         f"period: elements above 100 um are felt through a spatial mechanism too, {_BENSMAIA}; {_CHOSEN_HEIGHT}",
     ),
     (
         "grating-200um-20um",
         "The duplex boundary: finer ones are felt by vibration alone",
-        "200 um",
-        "amplitude",
-        "10 um",
+        {"period": "200 um", "amplitude": "10 um"},
         f"period: below 200 um roughness follows Pacinian-weighted vibration power, {_BENSMAIA}; {_CHOSEN_HEIGHT}",
     ),
     (
         "grating-250um-31um",
         "Half the usual ridge period: locks to the ridges, second harmonic of them",
-        "250 um",
-        "roughness",
-        "10 um",
+        {"period": "250 um", "roughness": "10 um"},
         f"period and Ra 10 um: {_OWN_TABLE}",
     ),
     (
         "grating-400um-30um",
         "Between the locked periods: a quiet one",
-        "400 um",
-        "amplitude",
-        "15 um",
+        {"period": "400 um", "amplitude": "15 um"},
         "chosen for this catalogue to cover periods just below the ridge period (no source)",
     ),
     (
         "grating-500um-40um",
         "The usual ridge period: the strongest locking",
-        "500 um",
-        "amplitude",
-        "20 um",
+        {"period": "500 um", "amplitude": "20 um"},
         "period: equal to the usual ridge period of about 0.5 mm, Handbook of Fingerprint Recognition 2009, ch. 3"
         f" (doi 10.1007/978-1-84882-254-2_3); {_CHOSEN_HEIGHT}",
     ),
     (
         "grating-800um-40um",
         "The texture of the default scene",
-        "800 um",
-        "amplitude",
-        "20 um",
+        {"period": "800 um", "amplitude": "20 um"},
         "chosen for this catalogue to cover the default scene, whose period locks to no ridge period (no source)",
     ),
     (
         "grating-1mm-31um",
         "Twice the usual ridge period: locks to the ridges",
-        "1 mm",
-        "roughness",
-        "10 um",
+        {"period": "1 mm", "roughness": "10 um"},
         f"period and Ra 10 um: {_OWN_TABLE}",
     ),
     (
         "grating-2mm-157um",
         "Coarse and deep: felt as a pattern as much as a vibration",
-        "2 mm",
-        "roughness",
-        "50 um",
+        {"period": "2 mm", "roughness": "50 um"},
         f"period and Ra 50 um: {_OWN_TABLE}",
     ),
     (
         "grating-5mm-200um",
         "Two periods in a usual contact length",
-        "5 mm",
-        "amplitude",
-        "100 um",
+        {"period": "5 mm", "amplitude": "100 um"},
         "chosen for this catalogue to cover periods of the order of the contact length (no source)",
     ),
     (
         "grating-20mm-400um",
         "Longer than the contact: the finger rides up and down the profile",
-        "20 mm",
-        "amplitude",
-        "200 um",
+        {"period": "20 mm", "amplitude": "200 um"},
         "chosen for this catalogue to cover periods beyond the contact length (no source)",
     ),
 )
@@ -118,8 +98,8 @@ _GRATINGS: tuple[tuple[str, str, str, str, str, str], ...] = (
 def catalogue() -> tuple[CatalogueEntry, ...]:
     """Return every entry, finest first. Each call makes new ones, so that nobody's change is seen by others."""
     return tuple(
-        CatalogueEntry(name, title, {"texture": {"kind": "sinusoid", "period": period, measure: size}}, source)
-        for name, title, period, measure, size, source in _GRATINGS
+        CatalogueEntry(name, title, {"texture": {"kind": "sinusoid", **texture}}, source)
+        for name, title, texture, source in _GRATINGS
     )
 
 

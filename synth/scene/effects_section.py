@@ -1,7 +1,10 @@
 """The `effects` of a scene: which physical causes beyond the contact are simulated, and with what settings.
 
-Stage   1 (SCENE). Names come from `effect_registry`; of an effect that a scene does not name, nothing is read.
-Model   null or absent: not simulated. An object: simulated with these settings, read as the section that the effect
+Stage   1 (SCENE): a scene names effects and sets them. What they do is called for by later stages (`effect`).
+Model   Every module of `synth/effects` but their interface is one effect, called by the module's name, and holds it
+        as EFFECT. A new file there is a new effect; nothing else has to change. A name is known without reading its
+        module, and of an effect that a scene does not name, nothing is read.
+        null or absent: not simulated. An object: simulated with these settings, read as the section that the effect
         declares. "auto": simulated where it changes the output by more than the tolerance.
 Limits  two effects that replace the same part of the model are refused together; so is what an effect itself refuses
         beside others (`Declaration.clash`).
@@ -10,16 +13,62 @@ Limits  two effects that replace the same part of the model are refused together
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
+from functools import cache
+from importlib import import_module
+from pkgutil import iter_modules
+from typing import Any, Protocol
 
 from pydantic import ValidationError
 
-from synth.scene.effect_registry import Declaration, declaration, effect_names
 from synth.scene.rules import MOST_FAULTS, Refusal, Rule, nearest, refusal, refusals_of, refuse, refused
-from synth.scene.section import plain, section_schema
+from synth.scene.section import Section, plain, section_schema
 
+FOLDER = "synth.effects"
+INTERFACE = "effect"  # the module that says what an effect is
 AUTO = "auto"
 """Written in place of settings: simulated only where it changes the output by more than the tolerance."""
+
+
+class Declaration(Protocol):
+    """What a scene needs to know of an effect.
+
+    name: of its module. summary: what it simulates, a sentence. settings: the section that its settings are read as.
+    replaces: what of the model it puts something else in place of, in words, or "": two effects cannot replace one
+    thing. without_auto: why "auto" makes no sense for it, or "". lowest_load: N, the smallest load that a scene with it
+    may ask for; 0 but where something holds a finger that pulls. units: SI unit of each quantity that it adds.
+    """
+
+    name: str
+    summary: str
+    settings: type[Section]
+    replaces: str
+    without_auto: str
+    lowest_load: float
+    units: Mapping[str, str]
+
+    def added(self, settings: Any) -> int:
+        """Return how many channels it adds."""
+
+    def clash(self, settings: Any, others: Mapping[str, Any]) -> tuple[str, str] | None:
+        """Return what is allowed and what to write instead, where these settings cannot go with the other effects."""
+
+
+@cache
+def effect_names() -> tuple[str, ...]:
+    """Return the names of all effects, in alphabetical order; reads no effect."""
+    modules = iter_modules(import_module(FOLDER).__path__)
+    return tuple(sorted(module.name for module in modules if not module.ispkg and module.name != INTERFACE))
+
+
+def unit_of(quantity: str) -> str:
+    """Return the SI unit of a quantity that some effect adds as a channel."""
+    return next(effect.units[quantity] for effect in map(declaration, effect_names()) if quantity in effect.units)
+
+
+def declaration(name: str) -> Declaration:
+    """Return the effect called `name`, one of `effect_names`."""
+    effect: Declaration = import_module(f"{FOLDER}.{name}").EFFECT
+    return effect
 
 
 class FrozenMapping(Mapping[str, Any]):

@@ -13,7 +13,8 @@ from synth.scene.texture_registry import kind_of
 from synth.surfaces.profile import Profile
 
 if TYPE_CHECKING:  # a scene asks the kinds for their fields while it is being declared
-    from synth.scene.scene import Scene, Texture
+    from synth.scene.scene import Scene
+    from synth.scene.surface_sections import Texture
 
 
 def profile_of(scene: Scene) -> Profile:

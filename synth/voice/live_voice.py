@@ -196,24 +196,20 @@ class LiveVoice:
 
 def fixed_faults(first: Scene, scene: Scene) -> list[Fault]:
     """Return a fault for each field that a stream fixes and `scene` changes."""
-    faults = []
-    old, new = first.output, scene.output
-    if old.sample_rate != new.sample_rate:
-        faults.append(_fixed("/output/sample_rate", f"{new.sample_rate} Hz", f"{old.sample_rate} Hz"))
-    quantities = [[channel.quantity for channel in output.channel_list] for output in (old, new)]
-    if quantities[0] != quantities[1]:
-        pointer = "/output/channels" if new.channels else "/output/quantity"
-        faults.append(_fixed(pointer, ", ".join(quantities[1]), ", ".join(quantities[0])))
-    added = [added_quantities(one) for one in (first, scene)]
-    if added[0] != added[1]:
-        words = [", ".join(one) or "no channel" for one in added]
-        faults.append(_fixed("/effects", f"effects that add {words[1]}", f"effects that add {words[0]}"))
-    scales = [[channel.full_scale for channel in output.channel_list] for output in (old, new)]
-    pointer = "/output/channels" if new.channels else "/output/full_scale"
-    if scales[0] != scales[1] and pointer not in {fault.pointer for fault in faults}:
-        faults.append(_fixed(pointer, str(scales[1]), str(scales[0])))
-    return faults
+    listed = scene.output.channels is not None
 
+    def told(one: Scene) -> list[tuple[str, str]]:
+        channels, added = one.output.channel_list, ", ".join(added_quantities(one)) or "no channel"
+        return [
+            ("/output/sample_rate", f"{one.output.sample_rate} Hz"),
+            ("/output/channels" if listed else "/output/quantity", ", ".join(channel.quantity for channel in channels)),
+            ("/effects", f"effects that add {added}"),
+            ("/output/channels" if listed else "/output/full_scale", str([channel.full_scale for channel in channels])),
+        ]
 
-def _fixed(pointer: str, value: str, kept: str) -> Fault:
-    return Fault(pointer, value, f"{kept}, as the stream began", "Open a new session for another one.")
+    faults: dict[str, Fault] = {}
+    for (pointer, value), (_pointer, kept) in zip(told(scene), told(first), strict=True):
+        if value != kept and pointer not in faults:
+            hint = "Open a new session for another one."
+            faults[pointer] = Fault(pointer, value, f"{kept}, as the stream began", hint)
+    return list(faults.values())

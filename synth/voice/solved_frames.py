@@ -13,9 +13,8 @@ import numpy as np
 from synth.arrays import Block
 from synth.plan.frame_solver import WITH_MEAN, FramePlan, FrameSolver, Heights
 from synth.plan.preparation import Preparation
-from synth.response.lift_gate import SMALLEST
 from synth.response.mean_approach import mean_curve
-from synth.response.series_curve import SeriesCurve
+from synth.response.series_curve import SMALLEST, SeriesCurve
 
 
 class SolvedFrames:

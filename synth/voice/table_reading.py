@@ -51,10 +51,6 @@ class HandReader:
         """Frames by which the output is behind the motion."""
         return self._readers[0].delay
 
-    def twin(self) -> HandReader:
-        """Return a new reader of the same tables."""
-        return HandReader(self._readers, self._period, self._rate)
-
     def read(self, motion: Motion, out: Block) -> None:
         """Write the block of `motion` to `out`, float32 [frames, channels]."""
         samples, place = np.ascontiguousarray(motion.samples), np.ascontiguousarray(motion.position)
@@ -89,7 +85,6 @@ class ScanReader:
     def __init__(self, readers: tuple[TableReader, ...], scene: Scene) -> None:
         self._readers, self._scene = readers, scene
         self._motion = ScanMotion(scene)
-        self._lead = 2 * max(reader.delay for reader in readers)
         self._delay = readers[0].delay
         self._next: int | None = None
         self._reader = self._anew()
@@ -101,7 +96,8 @@ class ScanReader:
         """Write the frames from `first` on to `out`, float32 [frames, channels]."""
         if first != self._next:
             self._reader = self._anew()
-            begin = (first - self._lead) // LONGEST_STRIDE * LONGEST_STRIDE  # so z is always read at the same frames
+            begin = first - 2 * self._delay
+            begin -= begin % LONGEST_STRIDE  # so z is always read at the same frames
             ahead = np.empty((first + self._delay - begin, out.shape[1]), np.float32)
             self._reader.read(self._motion.at(begin, len(ahead)), ahead)
         self._reader.read(self._motion.at(first + self._delay, len(out)), out)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -21,9 +22,8 @@ from synth.motion.motion import LOAD, SPEED
 from synth.plan.channels import PEAK, ROUNDING, STILL, extent_and_peak, spendable
 from synth.plan.preparation import SERIES_SHARE, Preparation
 from synth.plan.scene_table import kept_table, read_error
-from synth.response.lift_gate import SMALLEST, gate
 from synth.response.response_cache import ResponseCache
-from synth.response.series_curve import SeriesCurve
+from synth.response.series_curve import SMALLEST, SeriesCurve, gate
 from synth.response.spectrum import Complex, Demand, Spectrum, curves, points_for, solve_spectrum
 from synth.response.table import ResponseTable
 from synth.response.table_reader import TableReader
@@ -33,17 +33,6 @@ QUANTITY = "tangential_force"
 READ_AS = "displacement", "approach"  # how the tables are read: the slope force has no mean, friction has one
 LIVE_WORK, FILE_WORK = 2.0, 8.0  # times the work of a contact's table: a phase of friction takes ten times as long
 SIMULATED = (Signal(SLOPE, 0), Signal(PRESS, 0))
-
-
-@dataclass(frozen=True, slots=True)
-class Friction:
-    """The law of friction and the requested full scale (N), as in the effect `tangential`."""
-
-    friction_coefficient: float
-    pressure_exponent: float
-    reference_pressure: float
-    reversal_speed: float
-    full_scale: float | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,21 +87,21 @@ class ForceState:
 class TangentialStage:
     """The effect prepared for one scene.
 
-    law: the law of friction.
+    law: the settings of the effect `tangential`: the law of friction, and the requested full scale (N).
     solved: the prepared scene.
     forces: the slope force and, unless it is Coulomb's, friction; empty where a simulation provides both.
     steady: reader and mean (N) of a constant scan, else None.
     channel: the channel that it adds.
     """
 
-    law: Friction
+    law: Any
     solved: Preparation
     forces: tuple[Force, ...]
     steady: tuple[SeriesCurve, float] | None
     channel: AddedChannel
 
     @classmethod
-    def of(cls, solved: Preparation, law: Friction, cache: ResponseCache) -> TangentialStage:
+    def of(cls, solved: Preparation, law: Any, cache: ResponseCache) -> TangentialStage:
         """Return the stage of a prepared scene that is not silent."""
         assert solved.effects is not None and solved.contact is not None and solved.spectrum is not None
         if solved.effects.simulation is not None:
@@ -227,7 +216,7 @@ class TangentialStage:
         return np.asarray(read[:, 0] + direction * friction)
 
 
-def _simulated_channel(solved: Preparation, law: Friction) -> AddedChannel:
+def _simulated_channel(solved: Preparation, law: Any) -> AddedChannel:
     """Return the channel of a simulated force: its peak and error at the scan's own speed and load."""
     assert solved.effects is not None and solved.effects.simulation is not None
     plan = solved.effects.simulation

@@ -27,8 +27,7 @@ from synth.plan.preparation import Preparation, prepare
 from synth.plan.usual_hand import prepare_hand, with_hand_scale
 from synth.response.phases import phase_step, turns_to_phase
 from synth.response.response_cache import SHARED, ResponseCache
-from synth.scene.scene import Scene
-from synth.scene.source import SceneLike, scene_from
+from synth.scene.scene import Scene, SceneLike, scene_from
 from synth.voice.fades import fade_envelope
 from synth.voice.solved_frames import SolvedFrames
 
@@ -83,7 +82,9 @@ class Voice:
         elif solved.frames is not None:
             self._scan = SolvedFrames(solved, solved.frames)
         else:
-            self._scan = _scan_reader(solved)
+            from synth.voice.table_reading import ScanReader, readers_of  # only a voice that reads tables pays for it
+
+            self._scan = ScanReader(readers_of(solved), solved.scene)
         self._effects: VoiceEffects | None = None
         if solved.effects is not None and solved.spectrum is not None and not solved.by_hand:
             self._effects = _effects_of(solved, phase, paced=live or paced)
@@ -147,7 +148,7 @@ class Voice:
         parts = [self.solved]
         if self._for_hand is not None and not self.solved.by_hand:
             parts.append(self._for_hand)
-        held = sum(part.memory_bytes + (0 if part.table is None else part.table.nbytes) for part in parts)
+        held = sum(part.memory_bytes + (0 if part.table is None else part.table.memory_bytes) for part in parts)
         held += self._scan.memory_bytes if isinstance(self._scan, SolvedFrames) else 0
         return held + sum(one.memory_bytes for one in (self._effects, self._hand_effects) if one is not None)
 
@@ -231,7 +232,9 @@ class Voice:
             self._for_hand = prepare_hand(self.scene, self.full_scale, self._cache, exact=self._exact)
         hand = self._for_hand
         if hand.table is not None:
-            self._hand = _hand_reader(hand)
+            from synth.voice.table_reading import HandReader, readers_of
+
+            self._hand = HandReader(readers_of(hand), hand.scene.texture.period, self.sample_rate)
         if hand.effects is not None:
             self._hand_effects = _effects_of(hand, 0, paced=self._live)
 
@@ -239,11 +242,8 @@ class Voice:
         """Return a new voice of the same scene, gain and table for a hand. With effects this takes milliseconds."""
         made = copy(self)
         made.frame, made._before = 0, np.full(4, math.nan)
-        if self._hand is not None:
-            made._hand = self._hand.twin()
-        if self._hand_effects is not None:
-            assert self._for_hand is not None
-            made._hand_effects = _effects_of(self._for_hand, 0, paced=self._live)
+        if self._for_hand is not None and not self._still:
+            made._ready_for_hand()
         return made
 
     def begin_at(self, phase: int) -> None:
@@ -259,20 +259,6 @@ class Voice:
         if self._by_hand:
             raise ValueError("a voice that a hand has moved cannot seek: its phase depends on the motion so far")
         self.frame = frame
-
-
-def _scan_reader(solved: Preparation) -> ScanReader:
-    """Return the table reader of the scan. The import is here, so that only a voice that reads tables pays for it."""
-    from synth.voice.table_reading import ScanReader, readers_of
-
-    return ScanReader(readers_of(solved), solved.scene)
-
-
-def _hand_reader(solved: Preparation) -> HandReader:
-    """Return the table reader that follows a hand."""
-    from synth.voice.table_reading import HandReader, readers_of
-
-    return HandReader(readers_of(solved), solved.scene.texture.period, solved.scene.output.sample_rate)
 
 
 def _effects_of(solved: Preparation, phase: int, *, paced: bool) -> VoiceEffects:

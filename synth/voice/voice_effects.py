@@ -18,7 +18,7 @@ from synth.effects.effect import Passage
 from synth.effects.simulation.running import WHOLE, Running, Signal, phases_after
 from synth.motion.motion import LOAD, Motion
 from synth.plan.preparation import Preparation
-from synth.response.lift_gate import SMALLEST
+from synth.response.series_curve import SMALLEST
 
 PACED_SETTLING = 0.05  # s that a stream simulates before its first frame: it must fit in the time of a block
 

@@ -24,7 +24,7 @@ from synth.effects.simulation.steps import ROWS
 from synth.errors import SceneError
 from synth.plan.preparation import prepare
 from synth.response.phases import phase_step
-from synth.scene.effect_registry import effect_names
+from synth.scene.effects_section import effect_names
 from synth.scene.scene import Scene
 from synth.voice.voice import BLOCK
 from tests.bench.timing import Figure, alternated, figure

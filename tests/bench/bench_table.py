@@ -38,7 +38,7 @@ def figures(quick: bool) -> list[Figure]:
     how = f"default scene, {len(table.loads)} rows, {len(table.levels.highest)} levels"
     lines = [
         figure("table, made", [processor_seconds(made) for _ in range(1 if quick else 15)], "s", SECONDS, how),
-        figure("table, size", [table.nbytes / 1e6], "MB", MEGABYTES, how),
+        figure("table, size", [table.memory_bytes / 1e6], "MB", MEGABYTES, how),
     ]
     for name, quantity, speed, load in motions():
         lines += reading(table, name, quantity, speed, load, 5 if quick else 401)

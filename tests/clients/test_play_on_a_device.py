@@ -14,7 +14,8 @@ import numpy.typing as npt
 import pytest
 
 from synth.scene.catalogue import lookup
-from synth.scene.scene import merge_patch, parse_scene
+from synth.scene.merge import merge_patch
+from synth.scene.scene import parse_scene
 from synth.voice.live_voice import LiveVoice
 from tests.conftest import RunsRidgewave
 from tests.service.alsa_recorder import DEVICE, PIPE_BYTES, AlsaRecorder, require_portaudio, sounding

@@ -27,6 +27,11 @@ def scene_of(**sections: Any) -> Scene:
     return parse_scene(sections | {"output": {"bandwidth": "full"} | sections.get("output", {})})
 
 
+def load_of(law: Stiffness, indentation: float) -> float:
+    """Return the load (N) whose mean indentation w / k is `indentation` (m)."""
+    return float((indentation / law.indentation(1.0)) ** (1.0 / law.load_exponent))
+
+
 def touch_of(scene: Scene) -> Touch:
     """Return the touch of `scene` for the oracles."""
     finger, texture = scene.finger, scene.texture

@@ -11,7 +11,7 @@ from starlette.responses import JSONResponse, Response
 from service.http import openapi
 from service.http.request_body import read_body
 from service.lifespan import service_of
-from synth.scene.scene import QuantityName
+from synth.scene.output_section import QuantityName
 
 router = APIRouter(tags=["render"])
 PROBLEMS = ("too-large", "not-json", "scene-refused", "request-refused", "cannot-render", "full", "closing")

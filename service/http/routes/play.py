@@ -18,7 +18,7 @@ from service.sessions.session import Session
 from service.sinks import DeviceBusy, list_devices
 from service.sinks.player import Player
 from synth.errors import CannotRender, NameTaken, SceneError, shown
-from synth.scene.scene import object_from_text
+from synth.scene.text import object_from_text
 
 router = APIRouter(tags=["play"])
 

@@ -115,7 +115,7 @@ class EnergyTable:
         """
         span = _Range.of(contact, load, min(lightest, load), max(heaviest, load), below, above)
         probes = span.probes(tolerance)
-        most, work = min(MOST_NODES, MOST_WORK // contact.cells), 0
+        most, work = min(MOST_NODES, MOST_WORK // contact.grid.cells), 0
         wanted = math.ceil(math.log2(CELLS_OF_MOTION * (span.top - span.bottom) / span.motion))
         rows, cells = FEWEST_ROWS, 1 << min(max(wanted, FEWEST_CELLS), MOST_CELLS)
         tables: list[EnergyTable] = []

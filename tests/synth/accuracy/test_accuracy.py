@@ -206,7 +206,7 @@ def test_the_table_errs_by_no_more_than_it_tells_a_live_voice(kind: str) -> None
     told = read_error(table, "displacement", 8000, (0.01, 0.01), case.solved.highest)
     (row,) = rows("table", "to a 2000th", kind=kind)
     assert row.max_error <= told
-    assert row.memory_bytes == table.nbytes
+    assert row.memory_bytes == table.memory_bytes
 
 
 def test_backwards_the_table_reads_what_it_reads_forwards() -> None:

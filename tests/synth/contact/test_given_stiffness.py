@@ -19,7 +19,7 @@ from synth.errors import SceneError
 from synth.scene.scene import Scene, parse_scene, scene_document
 from synth.surfaces import profile_of
 from tests.reference.kinds_oracle import DOMED_POINTS, approach, level
-from tests.synth.engine_cases import Real, contact_of
+from tests.synth.engine_cases import Real, contact_of, load_of
 from tests.synth.response.shaped_cases import THETA, differences
 
 K = 3.6e5
@@ -36,7 +36,7 @@ def test_the_law_is_w_over_k_and_k_is_that_of_each_metre() -> None:
     for load in (1e-6, 0.3, 50.0):
         assert law.stiffness(load) == K
         assert law.indentation(load) == load / K
-        assert law.load(law.indentation(load)) == pytest.approx(load, rel=1e-15)
+        assert load_of(law, law.indentation(load)) == pytest.approx(load, rel=1e-15)
     assert law.over(2.5e-3).stiffness(1.0) == pytest.approx(0.25 * K, rel=1e-15)
     assert law.over(2.5e-3).over(0.01).stiffness(1.0) == pytest.approx(K, rel=1e-15)
 

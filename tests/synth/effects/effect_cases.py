@@ -9,7 +9,7 @@ import numpy as np
 
 from synth import Motion, parse_scene
 from synth.errors import SceneError
-from synth.scene.effect_registry import effect_names
+from synth.scene.effects_section import effect_names
 from synth.scene.scene import Scene
 
 ALONE = effect_names()

@@ -14,8 +14,7 @@ import pytest
 
 from synth import Voice, parse_scene
 from synth.plan.preparation import prepare
-from synth.scene.effect_registry import declaration, effect_names
-from synth.scene.effects_section import AUTO
+from synth.scene.effects_section import AUTO, declaration, effect_names
 from synth.scene.scene import Scene
 from tests.few import thorough
 from tests.synth.engine_cases import physical, spread

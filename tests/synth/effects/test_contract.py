@@ -20,7 +20,7 @@ from synth import LiveVoice, open_voice, parse_scene
 from synth.effects.effect import Effect, Kind
 from synth.errors import CannotRender, SceneError
 from synth.response.response_cache import ResponseCache
-from synth.scene.effect_registry import declaration, effect_names
+from synth.scene.effects_section import declaration, effect_names
 from synth.scene.section import rule_of
 from tests.few import paired
 from tests.synth.effects.effect_cases import ALONE, LARGEST_SETS, TOGETHER, hand, quick_scene, scene_with

@@ -21,7 +21,7 @@ from synth.voice.voice import open_voice
 from tests.few import paired
 from tests.reference.stiffness_oracle import contact_in_metres
 from tests.reference.synthesis_oracle import synthesise
-from tests.synth.engine_cases import QUANTITIES, physical, scene_of, touch_of
+from tests.synth.engine_cases import QUANTITIES, load_of, physical, scene_of, touch_of
 from tests.synth.hard.bounds import FLOOR
 
 TALL = 60e-6  # a1 + a2 of the default scene
@@ -54,7 +54,7 @@ def test_a_little_off_whole_periods_moves_by_the_closed_form(off: float) -> None
 def test_a_contact_that_is_nearly_full_moves_as_little_as_the_oracle_says(part: float) -> None:
     """`part` of the indentation that closes every gap: motions of 6e-3 to 4e-6 of the amplitudes."""
     law = Stiffness.of_scene(whole())
-    scene = whole(load=law.load(part * TALL), channels=MAGNIFIED, bandwidth=LIMIT)
+    scene = whole(load=load_of(law, part * TALL), channels=MAGNIFIED, bandwidth=LIMIT)
     wanted = synthesise(touch_of(scene), scene.scan.speed, LIMIT, relative_error=1e-4)
     found = physical(open_voice(scene), 2400)
     for channel, quantity in enumerate(QUANTITIES):
@@ -67,7 +67,7 @@ def test_a_contact_that_is_nearly_full_moves_as_little_as_the_oracle_says(part: 
 def test_where_the_last_gap_closes_nothing_is_left_but_round_off(part: float, periods: float) -> None:
     """Seen through a scale of 1e-12 m: z itself is held to 1e-12 (a1 + a2), the oracle's last gaps to less."""
     law = Stiffness.of_scene(whole(periods))
-    scene = whole(periods, law.load(part * TALL), channels=MAGNIFIED, bandwidth=LIMIT)
+    scene = whole(periods, load_of(law, part * TALL), channels=MAGNIFIED, bandwidth=LIMIT)
     found = physical(open_voice(scene), 4800)
     truth = contact_in_metres(touch_of(scene), np.arange(256) / 256).approach
     left = float(np.max(np.abs(truth - truth.mean()))) if part < 1.0 else 0.0
@@ -80,7 +80,7 @@ def test_where_the_last_gap_closes_nothing_is_left_but_round_off(part: float, pe
 @pytest.mark.parametrize(("part", "quantity"), paired([0.9999, 1.0, 100.0], QUANTITIES))
 def test_no_automatic_gain_makes_noise_of_what_is_left(part: float, quantity: str) -> None:
     law = Stiffness.of_scene(whole())
-    scene = whole(load=law.load(part * TALL), quantity=quantity)
+    scene = whole(load=load_of(law, part * TALL), quantity=quantity)
     voice = open_voice(scene)
     assert not voice.render(4800).any()
     assert "less than 1 nm" in voice.warnings[0]

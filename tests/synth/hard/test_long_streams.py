@@ -10,7 +10,8 @@ import pytest
 
 from synth.motion.motion import Motion
 from synth.motion.scan_motion import ScanMotion
-from synth.scene.scene import Scene, Stroke
+from synth.scene.scan_section import Stroke
+from synth.scene.scene import Scene
 from synth.voice.voice import open_voice
 from tests.few import paired
 from tests.reference.synthesis_oracle import SteadySpectrum, synthesise

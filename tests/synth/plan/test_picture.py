@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from scipy.special import roots_legendre
 
 from synth.arrays import Array
 from synth.errors import InvalidRequest
-from synth.plan.contact_picture import DIGITS, MOST_PATCHES, PHASES, POINTS, Picture, picture
+from synth.plan.contact_picture import DIGITS, MOST_PATCHES, PHASES, POINTS, picture
 from synth.plan.preparation import prepare
 from synth.response.response_cache import ResponseCache
 from synth.scene.scene import Scene, parse_scene
@@ -37,7 +38,14 @@ SCENES: dict[str, dict[str, Any]] = {
 }
 
 
-def overlap(scene: Scene, made: Picture, x: Array, phase: float, z: float) -> Array:
+def drawn(scene: Scene, **asked: Any) -> SimpleNamespace:
+    """Return what a picture of `scene` tells, by name."""
+    told = picture(scene, **asked)
+    finger, response = told["finger"], told["response"]
+    return SimpleNamespace(**told | finger | response, approach=np.array(response["heights"]))
+
+
+def overlap(scene: Scene, made: SimpleNamespace, x: Array, phase: float, z: float) -> Array:
     """Return h - z (m) of eq. 2, and of a round finger, written out."""
     finger, texture = scene.finger, scene.texture
     p = phase * texture.period
@@ -55,7 +63,7 @@ CACHE = ResponseCache()
 NODES, WEIGHTS = roots_legendre(16)
 
 
-def carried(scene: Scene, made: Picture, place: int) -> float:
+def carried(scene: Scene, made: SimpleNamespace, place: int) -> float:
     """Return the force (N) of the overlap within the patches of one phase."""
     assert made.touching is not None and made.foundation is not None
     edges, total = made.touching[place], 0.0
@@ -66,13 +74,13 @@ def carried(scene: Scene, made: Picture, place: int) -> float:
         x = 0.5 * (cuts[1:] + cuts[:-1])[:, np.newaxis] + half * NODES
         deep = overlap(scene, made, x, place / len(made.approach), float(made.approach[place]))
         total += float(np.sum(half * WEIGHTS * deep))
-    return made.foundation * total
+    return float(made.foundation * total)
 
 
 @pytest.mark.parametrize("name", SCENES)
 def test_the_patches_carry_the_load(name: str) -> None:
     scene = parse_scene(SCENES[name])
-    made = picture(scene, phases=24, cache=CACHE)
+    made = drawn(scene, phases=24, cache=CACHE)
     for place in range(24):
         allowed = 1e-4 if scene.effects else 1e-7  # a round or a growing finger is solved on segments
         assert carried(scene, made, place) == pytest.approx(scene.scan.load, rel=allowed), place
@@ -81,7 +89,7 @@ def test_the_patches_carry_the_load(name: str) -> None:
 @pytest.mark.parametrize("name", SCENES)
 def test_outside_the_patches_there_is_a_gap_and_inside_there_is_none(name: str) -> None:
     scene = parse_scene(SCENES[name])
-    made = picture(scene, phases=12, cache=CACHE)
+    made = drawn(scene, phases=12, cache=CACHE)
     assert made.touching is not None
     x = np.linspace(made.begin, made.begin + made.length, 40_001)
     rounding = 1e-12 * (scene.finger.ridge_amplitude + scene.texture.amplitude) + 1e-18
@@ -97,7 +105,7 @@ def test_outside_the_patches_there_is_a_gap_and_inside_there_is_none(name: str) 
 @pytest.mark.parametrize("name", ["default", "light", "heavy", "nearly locked", "grown", "round"])
 def test_the_patches_are_as_long_as_the_solver_says(name: str) -> None:
     scene = parse_scene(SCENES[name])
-    made = picture(scene, phases=16, cache=CACHE)
+    made = drawn(scene, phases=16, cache=CACHE)
     contact = prepare(scene, CACHE).contact
     assert contact is not None and made.touching is not None
     _depth, touching = contact.measure(np.arange(16) / 16, made.approach, scene.scan.load)
@@ -124,7 +132,7 @@ def test_random_contacts_carry_their_load(seed: int) -> None:
             "scan": {"load": spread(random, 1e-4, 3)},
         }
         scene = parse_scene(document)
-        made = picture(scene, phases=6)
+        made = drawn(scene, phases=6)
         for place in range(6):
             assert carried(scene, made, place) == pytest.approx(scene.scan.load, rel=1e-6), (document, place)
 
@@ -132,14 +140,14 @@ def test_random_contacts_carry_their_load(seed: int) -> None:
 def test_z_is_that_of_the_solver_to_the_last_digit() -> None:
     scene = parse_scene({})
     wanted, _slope = contact_of(scene).approach(np.arange(PHASES) / PHASES, scene.scan.load)
-    assert picture(scene).document()["response"]["heights"] == wanted.tolist()
+    assert picture(scene)["response"]["heights"] == wanted.tolist()
 
 
 @pytest.mark.parametrize("name", ["default", "grown", "round", "long period"])
 def test_what_is_told_adds_up_to_the_overlap(name: str) -> None:
     """A reader who lays the told surfaces over each other sees the overlap of eq. 2."""
     scene = parse_scene(SCENES[name])
-    told = picture(scene, points=4096, phases=5, cache=CACHE).document()
+    told = picture(scene, points=4096, phases=5, cache=CACHE)
     texture, finger, response = told["texture"], told["finger"], told["response"]
     count = len(finger["heights"])
     x = finger["begin"] + finger["length"] * np.arange(count) / (count - 1)
@@ -148,13 +156,13 @@ def test_what_is_told_adds_up_to_the_overlap(name: str) -> None:
         moved = x - place / 5 * texture["period"]
         under = np.interp(moved, places, texture["heights"], period=texture["period"])
         shown = under + np.array(finger["heights"]) - z
-        made = picture(scene, phases=5, cache=CACHE)
+        made = drawn(scene, phases=5, cache=CACHE)
         scale = scene.texture.amplitude + scene.finger.ridge_amplitude
         assert shown == pytest.approx(overlap(scene, made, x, place / 5, z), abs=1e-6 * scale)
 
 
 def test_heights_are_told_with_nine_digits() -> None:
-    told = picture(parse_scene({}), points=32, phases=2).document()
+    told = picture(parse_scene({}), points=32, phases=2)
     exact = 20e-6 * math.cos(2 * math.pi * 3 / 32 + math.sqrt(2))
     assert told["texture"]["heights"][3] == pytest.approx(exact, rel=ROUNDED)
     assert told["texture"]["heights"][3] == float(f"{exact:.9g}")
@@ -162,31 +170,31 @@ def test_heights_are_told_with_nine_digits() -> None:
 
 def test_a_contact_that_grew_lies_about_the_middle_of_the_nominal_one() -> None:
     scene = parse_scene(SCENES["grown"])
-    made = picture(scene, phases=1)
+    made = drawn(scene, phases=1)
     assert made.length > scene.finger.contact_length and made.begin < 0
     assert made.begin + 0.5 * made.length == pytest.approx(0.5 * scene.finger.contact_length)
-    plain = picture(parse_scene({}), phases=1)
+    plain = drawn(parse_scene({}), phases=1)
     assert (plain.begin, plain.length) == (0.0, 0.01)
 
 
 def test_what_moves_z_with_time_is_left_out_and_named() -> None:
     effects: dict[str, Any] = {"inertia": {}, "adhesion": {}, "tangential": {}, "curvature": {}}
     scene = parse_scene({"effects": effects})
-    made = picture(scene, phases=4)
+    made = drawn(scene, phases=4)
     assert set(made.left_out) == {"inertia", "adhesion", "tangential"}
-    assert np.array_equal(made.approach, picture(parse_scene({"effects": {"curvature": {}}}), phases=4).approach)
+    assert np.array_equal(made.approach, drawn(parse_scene({"effects": {"curvature": {}}}), phases=4).approach)
 
 
 def test_without_a_load_nothing_touches() -> None:
     pulls: dict[str, Any] = {"effects": {"adhesion": {}}, "scan": {"load": "-10 mN"}}
     for document in ({"scan": {"load": 0}}, pulls):
-        made = picture(parse_scene(document), phases=4)
-        assert made.touching == ([], [], [], []) and made.foundation is None and made.load == 0.0
+        made = drawn(parse_scene(document), phases=4)
+        assert made.touching == [[], [], [], []] and made.foundation is None and made.load == 0.0
         assert np.all(np.isfinite(made.approach))
 
 
 def test_no_phases_is_the_surfaces_alone() -> None:
-    told = picture(parse_scene({}), phases=0).document()
+    told = picture(parse_scene({}), phases=0)
     assert told["response"]["heights"] == told["touching"] == []
     assert len(told["texture"]["heights"]) == POINTS
 
@@ -194,14 +202,14 @@ def test_no_phases_is_the_surfaces_alone() -> None:
 def test_too_many_patches_are_told_as_none() -> None:
     fine = parse_scene({"texture": {"period": "10 um"}})
     assert MOST_PATCHES < 256 * 1000
-    assert picture(fine).touching is None
-    few = picture(fine, phases=16)
+    assert drawn(fine).touching is None
+    few = drawn(fine, phases=16)
     assert few.touching is not None and len(few.touching) == 16
 
 
 def test_the_cost_is_bounded_whatever_the_scene() -> None:
     many = parse_scene({"texture": {"period": "1 um"}, "finger": {"contact_length": "0.1 m"}})
-    assert 1 <= len(picture(many).approach) < 32
+    assert 1 <= len(drawn(many).approach) < 32
     with pytest.raises(InvalidRequest) as refused:
         picture(many, phases=1024)
     (fault,) = refused.value.faults

@@ -12,7 +12,7 @@ import pytest
 from synth.accuracy.costing import explain
 from synth.plan.plan import plan_of
 from synth.plan.preparation import prepare
-from synth.scene.effect_registry import effect_names
+from synth.scene.effects_section import effect_names
 from synth.scene.scene import parse_scene, scene_document
 from synth.voice.voice import Voice, open_voice
 from tests.reference import stiffness_oracle

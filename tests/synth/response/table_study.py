@@ -121,7 +121,7 @@ def measured_scene(scene: Scene, seed: int, loads: int = LOADS, bounds: TableBou
                 error = float(np.max(np.abs(curve(read, order, points) - own)))
                 errors[order, j, i] = error / max(extent, floor)
                 told[order, j, i] = table.error.at(float(load), quantity, n)
-    return Found(chosen, errors, told, levels, took, table.nbytes, len(table.loads))
+    return Found(chosen, errors, told, levels, took, table.memory_bytes, len(table.loads))
 
 
 def report(found: list[Found]) -> str:

@@ -12,7 +12,8 @@ import pytest
 
 from synth import open_voice
 from synth.scene.quantity import Dimension, parse_quantity
-from synth.scene.scene import Scene, object_from_text, parse_scene, parse_scene_text, scene_document
+from synth.scene.scene import Scene, parse_scene, parse_scene_text, scene_document
+from synth.scene.text import object_from_text
 from synth.scene.texture_registry import KINDS
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "docs" / "examples"

@@ -10,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from synth.errors import SceneError
-from synth.scene.scene import Scene, merge_patch, parse_scene, scene_document
+from synth.scene.merge import merge_patch
+from synth.scene.scene import Scene, parse_scene, scene_document
 from tests.synth.scene.scene_cases import RISING
 
 STROKE = {"scan": {"stroke": {"length": 0.02, "load": 0.5}, "lift_load": 0.002}}

@@ -12,17 +12,10 @@ from hypothesis import given
 from pydantic import ValidationError
 
 from synth.errors import SceneError
-from synth.scene.scene import (
-    Scan,
-    Scene,
-    Stroke,
-    Texture,
-    merge_patch,
-    parse_scene,
-    parse_scene_text,
-    scene_document,
-    scene_fields,
-)
+from synth.scene.merge import merge_patch
+from synth.scene.scan_section import Scan, Stroke
+from synth.scene.scene import Scene, parse_scene, parse_scene_text, scene_document, scene_fields
+from synth.scene.surface_sections import Texture
 from tests.synth.scene.scene_cases import RISING, at, nested, scenes
 
 DESIGN_EXAMPLE = """{

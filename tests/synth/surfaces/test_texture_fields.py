@@ -12,10 +12,11 @@ import numpy as np
 import pytest
 
 from synth.errors import SceneError
+from synth.scene.merge import merge_patch
 from synth.scene.rules import Quantity
-from synth.scene.scene import Texture, merge_patch, parse_scene, scene_document
+from synth.scene.scene import parse_scene, scene_document, scene_from
 from synth.scene.section import rule_of
-from synth.scene.source import scene_from
+from synth.scene.surface_sections import Texture
 from synth.scene.texture_registry import KINDS, SHARED, kind_of, kinds_with, special_fields
 from synth.surfaces import profile_of
 from synth.surfaces.measured import LARGEST_FILE, MOST_INLINE
