@@ -63,12 +63,6 @@ class ReadingFilter:
         return self.stride * self.taps // 2
 
 
-def stride_for(rate: int, band: float) -> int:
-    """Return the frames from one sample of z to the next at `rate` (Hz): a power of two, at most LONGEST_STRIDE."""
-    most = min(max(rate / (SAMPLES_A_PERIOD * band), 1.0), LONGEST_STRIDE)
-    return 1 << math.floor(math.log2(most))
-
-
 @cache
 def usual_weights(order: int) -> tuple[tuple[float, ...], ...]:
     """Return the weights of derivative `order` at each eighth of a step [LONGEST_STRIDE, TAPS - 1], per step."""
@@ -83,7 +77,8 @@ def reading_filter(quantity: str, rate: int, band: float) -> ReadingFilter:
 
     All quantities at one rate and band have filters of one length, so their channels are in phase.
     """
-    order, stride, taps = ORDERS[quantity], stride_for(rate, band), TAPS
+    order, taps = ORDERS[quantity], TAPS
+    stride = 1 << math.floor(math.log2(min(max(rate / (SAMPLES_A_PERIOD * band), 1.0), LONGEST_STRIDE)))
     highest = min(WIDTH * band * stride / rate, 0.49)
     weights = np.array(usual_weights(order))[:: LONGEST_STRIDE // stride]
     if rate < SAMPLES_A_PERIOD * band:

@@ -188,7 +188,7 @@ def _grown(response: Response, load: float, demand: Demand, keep: int, most: int
         between = (np.arange(phases) + 0.5) / phases
         more = response.approach(between, load, _midway(height))[0]
         unseen = _largest_gap(height, more)
-        height = woven(height, more)
+        height = np.stack([height, more], axis=1).ravel()
         phases *= 2
         errors, good = _errors(height, demand, scale)
         if (good and _probed(response, load, height, unseen, scale)) or 2 * phases > most:
@@ -207,13 +207,6 @@ def harmonics_of(samples: Array, highest: int) -> Complex:
     kept = min(highest + 1, len(found))
     series[:kept] = found[:kept]
     return series
-
-
-def woven(even: Array, odd: Array) -> Array:
-    """Return even[0], odd[0], even[1], odd[1], ..."""
-    both = np.empty(len(even) + len(odd))
-    both[0::2], both[1::2] = even, odd
-    return both
 
 
 def _missing(height: Array, highest: int, order: int) -> float:
