@@ -12,8 +12,8 @@ import pytest
 from clients.accuracy_command import COLUMNS
 from clients.parser import parse
 from clients.scene_argument import read_scene
+from synth.contact.full_contact import full_contact
 from synth.contact.geometry import Geometry
-from synth.contact.load_balance import full_contact
 from synth.contact.stiffness import Stiffness
 from synth.scene.scene import Scene, parse_scene, scene_document
 from tests.accuracy_case import document

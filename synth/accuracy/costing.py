@@ -24,7 +24,7 @@ from typing import Any
 
 import numpy as np
 
-from synth.contact.stiffness import Groups
+from synth.contact.groups import Groups
 from synth.perception.threshold import threshold_displacement
 from synth.plan.plan import Cost, Plan
 from synth.plan.preparation import Preparation, prepare

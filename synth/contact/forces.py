@@ -28,7 +28,8 @@ from typing import ClassVar, Self
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.load_balance import Contact, FullContact
+from synth.contact.full_contact import FullContact
+from synth.contact.load_balance import Contact
 from synth.contact.pressure import power_integrals, slope_integrals
 from synth.contact.profile_solver import SegmentGrid
 

@@ -4,18 +4,13 @@ Model   eq. 1, with z(theta, w) at an indentation w / k; dz/dw = -m (w / k) / (w
         and m = 1.5, or with a k that is given and m = 1. Two cosines over one length have elementary antiderivatives
         and are solved to round-off (`exact_solver`). Any other profile, and any finger that is round or grows, becomes
         a polyline of `Geometry.segments` segments a period (`profile_solver`), which can be refined.
-        In full contact F(z) = mean(h) - z, so z = mean(h) - w / k: one sinusoid of amplitude a2 |sinc(L / lambda2)|,
-        whatever the ridges do.
-Source  Fagiani & Barbieri (2016), eqs 1, 2, 4, 5; sinc(x) = sin(pi x) / (pi x).
+Source  Fagiani & Barbieri (2016), eqs 1, 2, 4, 5.
 Limits  a contact whose shape depends on the load answers through the same methods with a solver for each load; those
-        that were asked for last are kept. The closed form is for textures of one cosine and the stiffness of eqs 4-5,
-        where z stays below every height for the whole period: the bound is sufficient, so contacts that are only just
-        full are left to the solver.
+        that were asked for last are kept.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Hashable
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache
@@ -25,6 +20,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.contact.exact_solver import Approaches, Grid
+from synth.contact.full_contact import FullContact, full_contact
 from synth.contact.geometry import Geometry
 from synth.contact.profile_solver import SegmentGrid
 from synth.contact.stiffness import Stiffness
@@ -41,46 +37,6 @@ PhaseSolver = Grid | SegmentGrid
 def solver_of(geometry: Geometry, dome: float = 0.0) -> PhaseSolver:
     """Return the solver of `geometry`, laid out; dome: 1 / R (1/m) of a round finger, whose texture is a profile."""
     return Grid.of_geometry(geometry) if geometry.profile is None else SegmentGrid.of_geometry(geometry, dome)
-
-
-@dataclass(frozen=True, slots=True)
-class FullContact:
-    """z of a full contact: mean (m), first Fourier coefficient (m, one-sided as in `spectrum`), and the slope of the
-    mean with the load (m/N).
-    """
-
-    mean: float
-    first: complex
-    slope: float
-
-
-def mean_sine_factor(turns: float) -> float:
-    """Return sinc(turns) = sin(pi turns) / (pi turns), exactly zero at whole numbers of turns."""
-    whole = round(turns)
-    rest = turns - whole
-    if whole != 0 and rest == 0.0:
-        return 0.0
-    sign = -1.0 if whole % 2 else 1.0
-    return sign * math.sin(math.pi * rest) / (math.pi * turns) if turns else 1.0
-
-
-def full_contact(geometry: Geometry, stiffness: Stiffness, load: float) -> FullContact | None:
-    """Return z of the full contact at `load` (N), or None where the contact may not be full at every phase."""
-    # no one sinusoid, or a mean that tables do not take to grow as w^1.5: the solver takes one step
-    if geometry.profile is not None or stiffness.given is not None:
-        return None
-    a1, a2 = geometry.ridge_amplitude, geometry.texture_amplitude
-    indentation = stiffness.indentation(load)
-    ridge_mean = a1 * mean_sine_factor(2.0 * geometry.ridges)  # mean of a1 cos(2 pi x / lambda1) over L
-    swing = a2 * abs(mean_sine_factor(geometry.texture_periods))
-    if not indentation >= a1 + a2 - ridge_mean + swing:
-        return None
-    angle = math.pi * (geometry.texture_periods % 2.0) + geometry.texture_phase
-    first = 0.5 * a2 * mean_sine_factor(geometry.texture_periods)
-    turned = complex(first * math.cos(angle), -first * math.sin(angle))
-    if load == 0.0:
-        return FullContact(-ridge_mean - indentation, turned, 0.0)
-    return FullContact(-ridge_mean - indentation, turned, -1.5 * indentation / load)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""How far a load presses the finger in: the equivalent stiffness of the contact, and its dimensionless groups.
+"""How far a load presses the finger in: the equivalent stiffness of the contact.
 
 Model   E* = ((1 - nu1^2) / E1 + (1 - nu2^2) / E2)^-1;  k = 1.18 E* L^2 / a;  a = sqrt(4 w_l R_eq / (pi E*))
         w_l = w lambda_eq / L^2;  lambda_eq = 2 lambda1 lambda2 / (lambda1 + lambda2)
@@ -6,7 +6,7 @@ Model   E* = ((1 - nu1^2) / E1 + (1 - nu2^2) / E2)^-1;  k = 1.18 E* L^2 / a;  a 
         so k falls as w^-1/2 and the mean indentation w / k grows as w^3/2 L^-3.
         A stiffness that the scene gives takes the place of all this: w / k is proportional to w, and k to L where the
         length is another, as on a foundation of elements side by side.
-Source  Fagiani & Barbieri (2016), eqs 4 to 7; 1.18 is the elastic-foundation equivalence for a line contact (eq. 4).
+Source  Fagiani & Barbieri (2016), eqs 4 and 5; 1.18 is the elastic-foundation equivalence for a line contact (eq. 4).
 Limits  Hertzian ridges, quasi-static. Two flat surfaces have no ridge to press: R_eq, and the indentation, are
         infinite. A texture of any profile is taken as the sinusoid of equal Rq and equal rms slope.
 """
@@ -91,32 +91,3 @@ class Stiffness:
         if self.given is not None:
             return load / self.given
         return load * self.half_width(load) / (FOUNDATION * self.contact_modulus * self.contact_length**2)
-
-
-@dataclass(frozen=True, slots=True)
-class Groups:
-    """tau, Lambda, A and W of eq. 7.
-
-    integral_0^tau max(A cos(2 pi X / Lambda - 2 pi theta + phi) - cos(2 pi X) - Z, 0) dX = W, with X = x / lambda1,
-    Z = z / a1, tau = L / lambda1, Lambda = lambda2 / lambda1, A = a2 / a1, W = w / w*, w* = k a1 lambda1 / L. The
-    paper's text names tau; Lambda, A and W follow from eqs 2, 6 and 7.
-    """
-
-    ridges: float
-    period_ratio: float
-    amplitude_ratio: float
-    load: float
-
-    @classmethod
-    def of_contact(cls, geometry: Geometry, stiffness: Stiffness, load: float) -> Groups | None:
-        """Return the groups of a contact at `load` (N); None for a smooth finger (a1 = 0)."""
-        a1 = geometry.ridge_amplitude
-        if a1 == 0.0:
-            return None
-        tau = geometry.ridges
-        return cls(
-            ridges=tau,
-            period_ratio=geometry.equivalent[1] / geometry.ridge_period,
-            amplitude_ratio=geometry.equivalent[0] / a1,
-            load=tau * stiffness.indentation(load) / a1,
-        )

@@ -19,8 +19,9 @@ import numpy as np
 
 from synth.plan.frame_solver import WITH_MEAN
 from synth.plan.request import Request
+from synth.response.lift_gate import gate
 from synth.response.reading_filter import ORDERS
-from synth.response.series_curve import SeriesCurve, gate
+from synth.response.series_curve import SeriesCurve
 from synth.response.spectrum import Complex, Spectrum, curves, error_floor, points_for
 from synth.scene.output_section import Channel
 

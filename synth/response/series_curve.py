@@ -3,9 +3,8 @@
 Stage   RESPONSE.
 Model   A period is cut into equal cells, a power of two. In each cell a polynomial of degree 7 replaces the series; it
         has the same value and three derivatives at both ends. The phase theta is a 64-bit fraction of a turn: its high
-        bits are the number of the cell, the rest is the place in it. The lift gate, by which readers multiply, is
-        10 s^3 - 15 s^4 + 6 s^5 with s = w / lift_load, and 1 above it.
-Source  Hermite interpolation; the derivatives are exact, from the series. Design, sections 1, 4 and 8.
+        bits are the number of the cell, the rest is the place in it.
+Source  Hermite interpolation; the derivatives are exact, from the series. Design, sections 1 and 8.
 Limits  With CELLS_A_HARMONIC cells per period of the highest harmonic, the error is 1.4e-8 of that harmonic, below the
         rounding of float32; for lower harmonics it falls with the eighth power. The phase is rounded by 2^-65 turn per
         frame at most: 5e-10 turn in 24 h at 192 kHz.
@@ -19,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array
-from synth.kernels import kernel, signed_kernel
+from synth.kernels import signed_kernel
 from synth.response.spectrum import Complex
 
 CELLS_A_HARMONIC = 8  # at least; with half as many the error is 4e-6 of the last harmonic
@@ -104,10 +103,3 @@ def read_cells(cells, bits, phase, step, gain, out, channel):
         value *= gain
         out[i, channel] = value if abs(value) >= SMALLEST else 0.0
         phase += step
-
-
-@kernel
-def gate(load, lift):
-    """Return the gain of the lift gate, 0 to 1, at `load` (N); lift: lift_load (N). Two continuous derivatives."""
-    s = min(max(load / lift, 0.0), 1.0)
-    return s * s * s * (10.0 + s * (6.0 * s - 15.0))

@@ -18,10 +18,11 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.kernels import inlined, signed_kernel
+from synth.response.lift_gate import gate
 from synth.response.phases import fill_phases
 from synth.response.place_spline import PADDING, spline_value
 from synth.response.reading_filter import TAPS, ReadingFilter, reading_filter
-from synth.response.series_curve import PLACE, SMALLEST, gate
+from synth.response.series_curve import PLACE, SMALLEST
 from synth.response.table import Floats, ResponseTable
 
 LARGEST = 3.4e38  # what a float32 holds

@@ -22,8 +22,9 @@ from synth.motion.motion import LOAD, SPEED
 from synth.plan.channels import PEAK, ROUNDING, STILL, extent_and_peak, spendable
 from synth.plan.preparation import SERIES_SHARE, Preparation
 from synth.plan.scene_table import kept_table, read_error
+from synth.response.lift_gate import gate
 from synth.response.response_cache import ResponseCache
-from synth.response.series_curve import SMALLEST, SeriesCurve, gate
+from synth.response.series_curve import SMALLEST, SeriesCurve
 from synth.response.spectrum import Complex, Demand, Spectrum, curves, points_for, solve_spectrum
 from synth.response.table import ResponseTable
 from synth.response.table_reader import TableReader

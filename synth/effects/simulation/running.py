@@ -39,8 +39,8 @@ from synth.effects.simulation.steps import (
 from synth.kernels import signed_kernel
 from synth.motion.motion import LOAD, LOAD_RATE, SPEED, Motion
 from synth.motion.scan_motion import LIFT_TIME, ScanMotion
+from synth.response.lift_gate import gate
 from synth.response.phases import fill_phases, phase_step, turns_to_phase
-from synth.response.series_curve import gate
 from synth.scene.scene import Scene
 
 RESPONSE, SLOPE, PRESS, WHOLE = range(4)

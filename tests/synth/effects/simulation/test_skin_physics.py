@@ -10,7 +10,8 @@ import pytest
 from scipy.linalg import expm
 
 from synth.contact.exact_solver import Grid
-from synth.contact.load_balance import Contact, full_contact
+from synth.contact.full_contact import full_contact
+from synth.contact.load_balance import Contact
 from synth.effects.simulation.skin_points import SkinPoints
 from synth.effects.simulation.skin_steps import SkinStepper
 from synth.effects.simulation.steps import (

@@ -1,0 +1,16 @@
+"""The lift gate: fades the output with the load of a finger that lifts.
+
+Model   The gate is 10 s^3 - 15 s^4 + 6 s^5 with s = w / lift_load, 1 above it: two continuous derivatives.
+Source  design, section 4.
+"""
+
+from __future__ import annotations
+
+from synth.kernels import kernel
+
+
+@kernel
+def gate(load, lift):
+    """Return the gain, 0 to 1, at `load` (N); `lift` is lift_load (N)."""
+    s = min(max(load / lift, 0.0), 1.0)
+    return s * s * s * (10.0 + s * (6.0 * s - 15.0))
