@@ -34,7 +34,7 @@ SCENES = [
     pytest.param(range(8), id="8 scenes"),
     pytest.param(range(200), id="200 scenes", marks=[pytest.mark.thorough, pytest.mark.timeout(900)]),
 ]
-MISSED = "the rows that 4 MB hold are too few for scene 73, whose motion nearly cancels; its table tells so"
+MISSED = "the rows that 0.3 s give are too few for scene 73, whose motion nearly cancels; its table tells so"
 LIMITS = {"displacement": 1e-3, "velocity": 3e-3, "acceleration": 1e-2}
 """At 99 of 100 loads of random sinusoids: displacement at every level, the rates up to 32 harmonics."""
 
@@ -78,6 +78,12 @@ def test_displacement_is_within_twice_that_everywhere(scenes: range) -> None:
     assert largest(study(scenes), "displacement").max() <= 2e-3
 
 
+@pytest.mark.thorough
+@pytest.mark.timeout(900)
+def test_displacement_is_within_twice_that_everywhere_up_to_38_harmonics() -> None:
+    assert largest(study(range(200)), "displacement", 38).max() <= 2e-3
+
+
 @pytest.mark.parametrize("scenes", SCENES)
 def test_the_told_error_is_a_bound_and_tables_are_bounded(scenes: range) -> None:
     errors = np.concatenate([one.errors.ravel() for one in study(scenes)])
@@ -91,6 +97,14 @@ def test_tables_of_profiles_keep_their_limits_up_to_32_harmonics_and_tell_a_boun
     found = found_of(name)
     for quantity, limit in {"displacement": 2e-3, "velocity": 1e-2, "acceleration": 2e-2}.items():
         assert largest((found,), quantity, WITHIN).max() <= limit
+    assert np.max(found.errors / found.told) <= 1.0
+
+
+def test_the_told_error_is_a_bound_where_lines_fold() -> None:
+    """The ridges lock with every 25th order; what of these folds to others was told a thousand times too small."""
+    finger = {"ridge_period": 0.5e-3, "ridge_amplitude": 36e-6, "contact_length": 12.6e-3}
+    texture = {"kind": "rough", "period": 12.5e-3, "longest": 3.1e-3, "shortest": 0.2e-3, "rms_height": 6e-6}
+    found = measured_scene(parse_scene({"finger": finger, "texture": texture}), 4, loads=6)
     assert np.max(found.errors / found.told) <= 1.0
 
 
