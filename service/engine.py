@@ -179,8 +179,11 @@ class Engine(Protocol):
     def open_hand(self, scene: Scene, *, record: bool = False) -> HandVoice:
         """Return a live voice at frame 0 that takes updates of a hand; record: it can give a recording."""
 
-    def load_live(self) -> None:
-        """Load what live voices run, which compiles it at a first start."""
+    def load_reading(self) -> None:
+        """Load what reads tables and limits, which compiles it at a first start."""
+
+    def load_following(self) -> None:
+        """Load what follows a hand, which compiles it at a first start."""
 
     @property
     def live_delay(self) -> float:
@@ -259,10 +262,14 @@ class SynthEngine:
 
         return HandVoice(scene, cache=self._cache, record=record)
 
-    def load_live(self) -> None:
+    def load_reading(self) -> None:
         """See `Engine`."""
-        import synth.voice.hand_voice
+        import synth.voice.limiter
         import synth.voice.table_reading  # noqa: F401
+
+    def load_following(self) -> None:
+        """See `Engine`."""
+        import synth.motion.update_smoothing  # noqa: F401
 
     @property
     def live_delay(self) -> float:

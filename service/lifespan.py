@@ -123,10 +123,11 @@ class Service:
         """Render a little, so that the kernels are compiled before somebody waits for them; for a thread."""
         began = time.perf_counter()
         try:
-            with ThreadPoolExecutor(1) as beside:  # a process of its own compiles the solver, this one the live voices
+            with ThreadPoolExecutor(1) as beside:  # the process of the renders compiles half of the kernels, this one the rest
                 renders = beside.submit(self.renders.warm_up)
-                self.engine.load_live()
+                self.engine.load_reading()
                 renders.result()
+            self.engine.load_following()
             self.engine.open_voice(parse_scene({})).render(480)
             open_live_voices(self.engine, {})
         except Exception:

@@ -241,6 +241,7 @@ def _warm_engine(cache_bytes: int) -> Any:
     from synth.scene.scene import parse_scene
 
     engine = SynthEngine(cache_bytes)
+    engine.load_following()  # not for renders: the service compiles the other half of what live voices need meanwhile
     engine.open_voice(parse_scene({})).render(480)
     return engine
 

@@ -146,7 +146,10 @@ class PlainEngine:
         self.hands.append(hand)
         return hand
 
-    def load_live(self) -> None:
+    def load_reading(self) -> None:
+        pass
+
+    def load_following(self) -> None:
         pass
 
     def explain(self, scene: Scene) -> dict[str, Any]:
