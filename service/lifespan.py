@@ -123,7 +123,7 @@ class Service:
         """Render a little, so that the kernels are compiled before somebody waits for them; for a thread."""
         began = time.perf_counter()
         try:
-            with ThreadPoolExecutor(1) as beside:  # the process of the renders compiles half of the kernels, this one the rest
+            with ThreadPoolExecutor(1) as beside:  # each of two processes compiles half of the kernels
                 renders = beside.submit(self.renders.warm_up)
                 self.engine.load_reading()
                 renders.result()
