@@ -63,14 +63,13 @@ def fill_steps(speed, speed_rate, rate, period, steps):
 def fill_phases(motion, position, phase, rate, period, first, stride, phases):
     """Write the phase of the frames first, first + stride, ... to `phases`; return the phase after the last frame."""
     frames = motion.shape[1]
+    begin = frames - 1 if len(position) == frames else 0
+    steps = np.empty(frames - begin, dtype=np.uint64)
+    fill_steps(motion[SPEED, begin:], motion[SPEED_RATE, begin:], rate, period, steps)
     if len(position) == frames:
         for k in range(len(phases)):
             phases[k] = phase_at(position[first + k * stride] / period)
-        last = np.empty(1, dtype=np.uint64)
-        fill_steps(motion[SPEED, frames - 1 :], motion[SPEED_RATE, frames - 1 :], rate, period, last)
-        return phase_at(position[frames - 1] / period) + last[0]
-    steps = np.empty(frames, dtype=np.uint64)
-    fill_steps(motion[SPEED], motion[SPEED_RATE], rate, period, steps)
+        return phase_at(position[begin] / period) + steps[0]
     done = 0
     for k in range(len(phases)):
         for i in range(done, first + k * stride):
