@@ -43,10 +43,11 @@ def errors(geometry: Geometry, theta: Any, pressed: float) -> tuple[float, float
     return float(z), float(np.max(np.abs(found.touching - wanted.contact_length / geometry.contact_length)))
 
 
-def test_200_random_scenes_agree_with_the_oracle() -> None:
+@pytest.mark.parametrize("scenes", [60, thorough(200)])
+def test_random_scenes_agree_with_the_oracle(scenes: int) -> None:
     random = np.random.default_rng(20)
     worst, longest = 0.0, 0.0
-    for _ in range(200):
+    for _ in range(scenes):
         geometry = unit(
             spread(random, 0.3, 60), spread(random, 0.02, 50), spread(random, 0.01, 20), phi=random.uniform(0, 6.28)
         )
