@@ -1,4 +1,4 @@
-"""What the state machine of a connection gives it: blocks to send, and actions, to be done in their order."""
+"""What the state machine of a connection asks for: blocks to send, and actions to perform in order."""
 
 from __future__ import annotations
 
@@ -18,15 +18,16 @@ CODES = {
     "our mistake": 1011,
     "slow reader": 4408,
 }
-"""What a connection is closed with, by the reason of its `end`, unless its `Close` says otherwise."""
+"""Close code for each reason of `end`. A `Close` may have another code."""
 
 
 @dataclass(slots=True)
 class Block:
-    """A block that is due: its frames, and the messages that it is sent as.
+    """A block that is due.
 
-    messages: None where the voice is slow or in use. Then the frames are rendered elsewhere, and
-    `Conversation.messages` gives what is sent.
+    frames: its length.
+    messages: what to send; None where a thread must render the block first, because the voice is slow or in use. Then
+        `Conversation.messages` returns what to send.
     """
 
     frames: int
@@ -35,14 +36,14 @@ class Block:
 
 @dataclass(frozen=True, slots=True)
 class Send:
-    """Send a text message, after those before it and before the next block."""
+    """Send a text message before the next block."""
 
     message: str
 
 
 @dataclass(frozen=True, slots=True)
 class OpenVoice:
-    """Open a session; then `opened` or `end`."""
+    """Open a session, then call `Conversation.opened` or `end`."""
 
     scene: dict[str, Any]
     options: Options
@@ -50,7 +51,7 @@ class OpenVoice:
 
 @dataclass(frozen=True, slots=True)
 class Resume:
-    """Find a session, take it from whoever has it; then `opened` or `end`."""
+    """Take a session over from its present connection, then call `Conversation.opened` or `end`."""
 
     session: str
     frame: int
@@ -58,25 +59,29 @@ class Resume:
 
 @dataclass(frozen=True, slots=True)
 class Prepare:
-    """Prepare the change that a partial scene of so many bytes makes, and leave it to the stream; or `refuse`."""
+    """Prepare a change of scene and pass it to the stream, or call `Conversation.refuse`.
+
+    patch: a partial scene.
+    size: of its text, in bytes.
+    """
 
     patch: dict[str, Any]
-    size: int = 0
+    size: int
 
 
 @dataclass(frozen=True, slots=True)
 class Detach:
-    """Keep the session for a while: its connection broke."""
+    """Keep the session for RIDGEWAVE_RESUME: its connection broke."""
 
 
 @dataclass(frozen=True, slots=True)
 class Finish:
-    """Forget the session: it has ended."""
+    """Remove the session, which has ended."""
 
 
 @dataclass(frozen=True, slots=True)
 class Close:
-    """Close the connection, after all messages; at_once: even where the peer does not read."""
+    """Close the connection after all messages. at_once: do not wait for a client that does not read."""
 
     code: int
     reason: str

@@ -1,9 +1,9 @@
-"""One live connection: the state machine between a WebSocket (ASGI) and the sessions.
+"""One live connection: connects a WebSocket (ASGI) and its session through the state machine `Conversation`.
 
-Model: one task reads and feeds `Conversation`, one writes what it gives; both call it in the event loop, so it needs no
-    locks. Blocks are rendered here while they are quick, in threads while they are not. A peer that does not read holds
-    up its own writer only; where the end cannot wait for it, the write that waits is given up.
-Limits: the event loop's timer counts in milliseconds; a block goes out up to two after it is due.
+Model: one task reads, one task writes. Both run in the event loop, so the state machine needs no locks. A quick voice
+    renders in the event loop, a slow one in a thread. A client that does not read delays only its own writer; an end
+    that cannot wait cancels the pending write.
+Limits: the timer of the event loop has a resolution of 1 ms, so a block is sent up to 2 ms after it is due.
 """
 
 from __future__ import annotations
@@ -23,30 +23,25 @@ from service.http.rate_limits import KEY
 from service.http.security import our_bug
 from service.live import actions
 from service.live.actions import Block
-from service.live.conversation import Conversation, Limits, Phase
+from service.live.conversation import Conversation, Phase
 from service.live.live_connections import LiveConnections
 from service.live.live_metrics import ConnectionLog
 from service.live.live_stream import LiveStream
 from service.live.transport import PlainWire, Wire
-from service.operations.settings import Settings
 from service.problems import Problem
 from service.sessions.session import Session
 from service.sessions.voice_stream import grace_seconds
 from synth.errors import CannotRender, RidgewaveError
 
-FLUSH_SECONDS = 1.0  # for the last messages, where the server cannot be told to buffer them
-WAITING_BYTES = 1 << 18  # of texts that a peer does not read; beyond, they are dropped
-
-
-def limits_of(settings: Settings) -> Limits:
-    """Return what `settings` allow a connection."""
-    return Limits(settings.slow_reader, settings.max_updates, settings.max_duration, settings.max_stream)
+FLUSH_SECONDS = 1.0  # for the last messages, if the server cannot buffer them
+WAITING_BYTES = 1 << 18  # of unsent text messages; further ones are dropped
 
 
 class Connection:
-    """One accepted WebSocket; see `service.sessions.session.Peer`.
+    """One accepted WebSocket. Implements `service.sessions.session.Peer` and `service.live.transport.Receiver`.
 
-    client: whom its work is counted for. wire: what the server can do beyond ASGI, None where it can do nothing.
+    client: name of the client for limits of work.
+    wire: the interface of the server beyond ASGI, None for a plain ASGI server.
     """
 
     def __init__(
@@ -65,15 +60,15 @@ class Connection:
         self.client = client
         self._wire: Wire = wire or PlainWire(send)
         self._live, self._clock = live, clock
-        self._context = contextvars.copy_context()  # what is logged of a message names this connection
-        self.conversation = Conversation(limits_of(live.settings), clock(), live.metrics)
+        self._context = contextvars.copy_context()  # so that log records of a message name this connection
+        self.conversation = Conversation(live.settings, clock(), live.metrics)
         self.session: Session | None = None
         self._outbox: deque[str] = deque()
         self._close: actions.Close | None = None
         self._log = ConnectionLog(live.metrics, clock)
         self._waiter: asyncio.Future[None] | None = None
-        self._rung = False
-        self._alarm = 0
+        self._woken = False
+        self._alarm = 0  # number of the newest alarm; older ones do nothing
         self._blocks: asyncio.Task[None] | None = None
         self._tasks: set[asyncio.Task[None]] = set()
 
@@ -88,7 +83,7 @@ class Connection:
                 self._lose()
                 await writer
             elif self._close is None:
-                await asyncio.wait([reader], timeout=FLUSH_SECONDS)  # it learns with which code the peer has gone
+                await asyncio.wait([reader], timeout=FLUSH_SECONDS)  # for the close code of the client
         finally:
             reader.cancel()
             writer.cancel()
@@ -103,45 +98,45 @@ class Connection:
     def _lose(self) -> None:
         self.conversation.lost()
         self._perform()
-        self._ring()
+        self._wake()
 
-    # What the sessions ask of a peer
+    # The interface `Peer`, for the sessions
 
     @property
     def ending(self) -> bool:
-        """Return whether its stream fades out or has ended."""
+        """Return whether the stream fades out or has ended."""
         return self.conversation.phase in (Phase.ENDING, Phase.OVER)
 
     def check(self, now: float) -> None:
-        """Look at what only time tells."""
+        """End or warn the connection if it is too late by the clock."""
         self.conversation.check(now)
         self._perform()
 
     def refuse(self, problem: RidgewaveError | Problem) -> None:
-        """Tell of a problem that leaves the stream going."""
+        """Report a problem; the stream continues."""
         self.conversation.refuse(problem if isinstance(problem, Problem) else problems.of(problem))
         self._perform()
 
     def failed(self) -> None:
-        """End, because of the exception that is being handled: our mistake."""
+        """End because of the exception that is being handled, a mistake of the service."""
         self.conversation.broken(our_bug(self._scope))
         self._perform()
 
     def displaced(self) -> None:
-        """End: another connection has the session now."""
+        """End, because another connection has taken over the session."""
         self.session = None
         self.conversation.displaced()
         self._perform()
 
     def end(self, reason: str, *, at_once: bool = False) -> None:
-        """Fade out and end; at_once: a peer that does not read gets 10 ms."""
+        """Fade out and end. at_once: cut off a client that does not read for 10 ms."""
         self.conversation.end(reason)
         self._perform()
-        self._ring()
+        self._wake()
         asyncio.get_running_loop().call_later(grace_seconds(at_once=at_once), self._cut)
 
     def _cut(self) -> None:
-        """Give up the write that waits since before the end."""
+        """Cancel a write that has been waiting since before the end."""
         if self.conversation.pace.in_write:
             self.conversation.cut()
             self._perform()
@@ -149,11 +144,11 @@ class Connection:
     # Reading
 
     def message(self, message: str | bytes) -> None:
-        """See `service.live.transport.Sink`."""
+        """See `Receiver`."""
         if isinstance(message, bytes):
             self._take(message)
         else:
-            self._context.run(self._take, message)  # it may start what is logged
+            self._context.run(self._take, message)
 
     def _take(self, message: str | bytes) -> None:
         conversation = self.conversation
@@ -162,27 +157,27 @@ class Connection:
                 conversation.binary(message, self._clock())
             else:
                 conversation.text(message, self._clock())
-                self._ring()
+                self._wake()
         except Exception:
             self.failed()
         if conversation.actions:
             self._perform()
 
     def frame(self) -> bool:
-        """See `service.live.transport.Sink`."""
+        """See `Receiver`."""
         within = self.conversation.frame(self._clock())
         if self.conversation.actions:
             self._perform()
         return within
 
     def behind(self, frames: int) -> None:
-        """See `service.live.transport.Sink`."""
+        """See `Receiver`."""
         self.conversation.behind(frames)
         if self.conversation.actions:
             self._perform()
 
     async def _read(self) -> None:
-        """Wait for the peer to go; its messages come this way only where the server delivers none."""
+        """Wait until the client leaves. A plain ASGI server also passes messages this way."""
         while True:
             message = await self._receive()
             if message["type"] == "websocket.disconnect":
@@ -192,7 +187,7 @@ class Connection:
             self.message(data if data is not None else message["text"])
 
     def _perform(self) -> None:
-        """Do what the state machine asks."""
+        """Perform the actions of the state machine."""
         asked = self.conversation.take_actions()
         for action in asked:
             match action:
@@ -216,10 +211,10 @@ class Connection:
                 case actions.Finish():
                     self._live.sessions.finish(self.session)
         if asked:
-            self._ring()
+            self._wake()
 
     async def _open(self, opening: Coroutine[Any, Any, Session]) -> None:
-        """Begin with the session that `opening` gives, or end."""
+        """Begin with the session that `opening` returns, or end."""
         conversation = self.conversation
         try:
             session = await opening
@@ -248,9 +243,9 @@ class Connection:
                 what = f"{stream.options.pacing}, {stream.rate} Hz, blocks of {stream.block}"
                 self._log.began(session.id, what, self.conversation.position)
         elif stream.frame:
-            session.detach(self)  # the connection broke meanwhile
+            session.detach(self)  # the connection broke during the opening
         else:
-            self._live.sessions.finish(session)  # the same, and nobody was told of the session
+            self._live.sessions.finish(session)  # the same, and no client knows the session
 
     def _start(self, work: Coroutine[Any, Any, None]) -> None:
         task = asyncio.get_running_loop().create_task(work)
@@ -260,7 +255,7 @@ class Connection:
     # Writing
 
     async def _write(self) -> None:
-        """Write blocks until all is over, then the last messages and the close."""
+        """Write blocks until the end, then the last messages and the close."""
         self._blocks = asyncio.create_task(self._write_blocks())
         await asyncio.wait([self._blocks])
         if self._close is None:
@@ -272,17 +267,17 @@ class Connection:
                 await self._send_all(list(self._outbox))
                 await self._send({"type": "websocket.close", "code": self._close.code, "reason": self._close.reason})
         except (OSError, TimeoutError):
-            return  # the peer is gone, or takes nothing
+            return  # the client is gone or does not read
 
     async def _write_blocks(self) -> None:
         try:
             while self._close is None and self.conversation.phase is not Phase.OVER:
                 await self._next()
         except OSError:
-            return  # the peer is gone; the reader learns it too
+            return  # the client is gone; `_read` notices it too
 
     async def _next(self) -> None:
-        """Send the messages that wait, then the next block where one is due; else wait for either."""
+        """Send waiting messages, then the next block if it is due; otherwise sleep until there is something to send."""
         conversation = self.conversation
         while self._outbox:
             await self._send_all([self._outbox.popleft()])
@@ -295,10 +290,10 @@ class Connection:
             return
         await self._send_all(messages)
         if not conversation.wait(self._clock()):
-            await asyncio.sleep(0)  # more is due already: let the others have their turn
+            await asyncio.sleep(0)  # another block is due already; let other tasks run first
 
     def _next_block(self) -> Block | None:
-        """Return the block that is due, one without messages where the voice has failed."""
+        """Return the block that is due, without messages if the voice has failed."""
         try:
             block = self.conversation.next_block(self._clock)
         except Exception as error:
@@ -309,7 +304,7 @@ class Connection:
         return block
 
     async def _rendered_apart(self, frames: int) -> Sequence[str | bytes]:
-        """Return the messages of a block that a thread renders; none where the voice has failed."""
+        """Return the messages of a block that a thread renders, none if the voice has failed."""
         stream = self.conversation.stream
         assert stream is not None
         try:
@@ -320,7 +315,7 @@ class Connection:
         return ()
 
     def _voice_failed(self, error: Exception) -> None:
-        """End, because of the exception that is being handled."""
+        """End because of the exception that is being handled."""
         if isinstance(error, CannotRender):
             self.conversation.broken(problems.of(error), "cannot render")
         else:
@@ -333,15 +328,15 @@ class Connection:
         await self._wire.send_all(messages)
         pace.written(self._clock())
 
-    def _ring(self) -> None:
+    def _wake(self) -> None:
         """Wake the writer."""
-        self._rung = True
-        if self._waiter is not None:
-            _wake(self._waiter)
+        self._woken = True
+        if self._waiter is not None and not self._waiter.done():
+            self._waiter.set_result(None)
 
     async def _sleep(self, seconds: float | None) -> None:
-        """Return after `seconds`, None for ever, or as soon as something rings; blocks go out meanwhile."""
-        if not self._rung:
+        """Return after `seconds` (None: never), or as soon as `_wake` is called. `_due` may send blocks meanwhile."""
+        if not self._woken:
             self._waiter = asyncio.get_running_loop().create_future()
             if seconds is not None:
                 self._set_alarm(self._clock() + seconds)
@@ -350,20 +345,20 @@ class Connection:
             finally:
                 self._waiter = None
                 self._alarm += 1
-        self._rung = False
+        self._woken = False
 
     def _set_alarm(self, when: float) -> None:
-        """Have `_due` called at `when`, in place of what was set before."""
+        """Call `_due` at `when`. This replaces the previous alarm."""
         self._alarm += 1
         self._live.timer.call_at(when, partial(self._due, self._alarm))
 
     def _due(self, alarm: int) -> None:
-        """Send the block that is due, or wake the writer to do it."""
+        """Send the block that is due, or wake the writer to send it."""
         if alarm == self._alarm and self._waiter is not None and not self._sent_at_once():
-            _wake(self._waiter)
+            self._wake()
 
     def _sent_at_once(self) -> bool:
-        """Send a block where nothing has to be waited for, as most do; return whether the writer may sleep on."""
+        """Send the block if nothing must be awaited, as is usual; return whether the writer may keep sleeping."""
         conversation = self.conversation
         pace, stream = conversation.pace, conversation.stream
         if stream is None or not stream.can_render_here or self._outbox:
@@ -379,8 +374,3 @@ class Connection:
         pace.written(now)
         self._set_alarm(max(now, pace.due))
         return not self._outbox
-
-
-def _wake(waiter: asyncio.Future[None]) -> None:
-    if not waiter.done():
-        waiter.set_result(None)

@@ -1,7 +1,7 @@
-"""A contact update from the wire, in its binary form or from JSON, into an `Update` whose numbers are in range.
+"""Reads a contact update, in binary or in JSON, and checks its ranges.
 
 Model: little-endian, 28 bytes: u8 version, u8 flags, u16 contact, u32 seq, f64 time, f64 value, f32 load.
-    flags bit 0: 1 = value is a speed (m/s), 0 = a position (m). bit 1: 1 = no load given, the last one stays.
+    flags bit 0: 1 = value is a speed (m/s), 0 = a position (m). bit 1: 1 = no load; the last one remains.
     Comparisons are written so that NaN fails them.
 Limits: one finger, contact 0.
 """
@@ -64,7 +64,7 @@ def from_message(message: dict[str, Any], lowest_load: float) -> Update:
 
 
 def _fault(data: bytes, lowest_load: float) -> Problem:
-    """Return what is wrong in a binary message; field names stand where JSON would have them."""
+    """Return the problem of a binary message; pointers name the fields as in JSON."""
     if len(data) != LAYOUT.size:
         hint = "Pack <BBHIddf: version, flags, contact, seq, time, value, load."
         return refused("", f"{len(data)} bytes", f"{LAYOUT.size} bytes", hint)

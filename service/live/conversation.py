@@ -1,16 +1,14 @@
-"""The state machine of one live connection: messages and time in, actions out. No I/O, no await, no clock.
+"""The state machine of one live connection: messages and time in, actions and blocks out. No I/O, no await, no clock.
 
-Model: the phases are HELLO -> OPENING -> STREAMING -> ENDING -> OVER. Every input may leave actions in `actions`,
-    which the connection takes and does. `next_block` gives a whole block: what waits is applied, and it is rendered.
-    Only where the voice is slow the connection has a thread render it, and asks for its `messages` then. `now` is any
-    clock in seconds.
-Limits: what is slow (opening a voice, preparing a change) is an action; what it gave comes back as an input.
+Model: the phases are HELLO -> OPENING -> STREAMING -> ENDING -> OVER. Every input may append to `actions`, which the
+    connection performs. `next_block` applies the newest update and renders a whole block. For a slow voice the
+    connection renders the block in a thread and calls `messages` afterwards. `now` is a time in seconds, of any clock.
+Limits: slow work (opening a voice, preparing a change) is an action; its result is a later input.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
@@ -20,49 +18,43 @@ from service.live.live_stream import LiveStream, Options
 from service.live.message_limits import EarlyMessages, MessageRate, may_be_stop
 from service.live.messages import NotJson, read_message, refused
 from service.operations.metrics import Metrics
+from service.operations.settings import Settings
 from service.problems import Problem
 from service.sessions.pacer import Behind, Pacer
 from synth.errors import shown
 
-HELLO_SECONDS = 10.0  # for the first message; a connection without one holds a place for nothing
-CREDIT_SECONDS = 60.0  # of outstanding credit; more would be sound that no change reaches
-FADE_BOUND_SECONDS = 0.1  # for a voice that never says it has faded out
+HELLO_SECONDS = 10.0  # for the first message; a connection without one occupies a place
+CREDIT_SECONDS = 60.0  # of outstanding credit; with more, a change would be heard very late
+FADE_BOUND_SECONDS = 0.1  # for a voice that never reports that it has faded out
 
 
 class Phase(Enum):
-    """Where a connection stands."""
+    """The phase of a connection."""
 
     HELLO = "waits for hello"
-    OPENING = "the voice is opened"
-    STREAMING = "blocks go out"
+    OPENING = "the voice is being opened"
+    STREAMING = "blocks are sent"
     ENDING = "the last blocks fade out"
     OVER = "nothing more is sent"
 
 
-@dataclass(frozen=True, slots=True)
-class Limits:
-    """What the settings allow a connection; seconds, and messages a second."""
-
-    slow_reader: float = 1.0
-    max_updates: int = 2000
-    longest_recording: float = 3600.0
-    longest_stream: float = 31_536_000.0
-
-
 class Conversation:
-    """One connection, from its opening on."""
+    """The state of one connection.
 
-    def __init__(self, limits: Limits, now: float, metrics: Metrics | None = None) -> None:
+    position: frame of the next block to send. It is behind the stream's frame while kept sound is sent again.
+    """
+
+    def __init__(self, settings: Settings, now: float, metrics: Metrics | None = None) -> None:
         self.phase = Phase.HELLO
         self.actions: list[Action] = []
         self.stream: LiveStream | None = None
-        self.position = 0  # frame of the next block that goes out; behind the stream's where a resumed past is sent
-        self.pace = Pacer(1, now, slow_reader=limits.slow_reader)
-        self._limits, self._opened = limits, now
+        self.position = 0
+        self.pace = Pacer(1, now, slow_reader=settings.slow_reader)
+        self._settings, self._opened = settings, now
         self._metrics = metrics or Metrics()
-        self._rate = MessageRate(limits.max_updates, now)
+        self._rate = MessageRate(settings.max_updates, now)
         self._early = EarlyMessages()
-        self._size = 0  # of the text that is being read
+        self._size = 0  # bytes of the text that is being read
         self._asked, self._credit, self._warned = 0, 0, False
         self._reason, self._code = "stopped", CODES["stopped"]
         self._fading, self._faded, self._fade_bound = False, 0, 0
@@ -74,14 +66,14 @@ class Conversation:
         }
 
     def take_actions(self) -> list[Action]:
-        """Return the actions that wait to be done, once."""
+        """Return the actions, and clear them."""
         taken, self.actions = self.actions, []
         return taken
 
     # Messages in
 
     def binary(self, data: bytes, now: float) -> None:
-        """Take a binary message: a contact update."""
+        """Receive a binary message: a contact update."""
         stream = self.stream
         if stream is not None:
             stream.counts.received += 1
@@ -97,7 +89,7 @@ class Conversation:
             self.refuse(problem)
 
     def text(self, text: str, now: float) -> None:
-        """Take a text message."""
+        """Receive a text message."""
         if not self._rate.admits(now) and not may_be_stop(text):
             self._excess(now)
             return
@@ -108,7 +100,7 @@ class Conversation:
         try:
             message = read_message(text)
         except NotJson:
-            problem = refused("", "text that is not JSON", "one JSON object a message", "Correct it.")
+            problem = refused("", "text that is not JSON", "one JSON object per message", "Correct the text.")
             self.end("policy", problem, code=1007)
         except Problem as problem:
             if self.phase is Phase.HELLO:
@@ -119,19 +111,19 @@ class Conversation:
             self._message(message, now)
 
     def frame(self, now: float) -> bool:
-        """Count a frame that is no message; return whether it is within what the connection may send."""
+        """Count a ping, a pong or a part of a message; return whether it is within the allowed rate."""
         if self._rate.admits(now):
             return True
         self._excess(now)
         return False
 
     def behind(self, frames: int) -> None:
-        """Take note that so many frames came in a row, faster than they could be read."""
+        """End the connection if so many frames, received without a pause, are a flood."""
         if frames > self._rate.flood:
             self.end("policy", self._rate.problem())
 
     def refuse(self, problem: Problem) -> None:
-        """Tell the peer of a problem that leaves the stream going."""
+        """Report a problem to the client; the stream continues."""
         if self.phase is not Phase.OVER:
             self._tell(problem)
 
@@ -161,7 +153,7 @@ class Conversation:
         self.actions.append(OpenVoice(message.get("scene", {}), Options.of(message)))
 
     def _out_of_turn(self, message: str | bytes) -> None:
-        """Keep what comes while the voice is opened; drop what comes after the end."""
+        """Keep a message that comes while the voice is being opened; drop one that comes after the end."""
         if self.phase is Phase.OPENING:
             self._early.keep(message)
         elif self.phase is Phase.HELLO:
@@ -171,7 +163,7 @@ class Conversation:
         stream = self.stream
         assert stream is not None
         if stream.realtime:
-            self.refuse(refused("/type", "more", "no credit where the pacing is realtime", "Leave it out."))
+            self.refuse(refused("/type", "more", "no credit with pacing realtime", "Leave it out."))
             return
         room = round(CREDIT_SECONDS * stream.rate) - self._credit
         if message["frames"] > room:
@@ -191,13 +183,13 @@ class Conversation:
     def _excess(self, now: float) -> None:
         if self._rate.flooded:
             self.end("policy", self._rate.problem())
-        elif self._rate.scolds(now):
+        elif self._rate.reports(now):
             self.refuse(self._rate.problem())
 
     # The session
 
     def opened(self, stream: LiveStream, now: float) -> None:
-        """Take the stream that OpenVoice or Resume gave, and begin; a frame that is not kept ends the connection."""
+        """Begin the stream that OpenVoice or Resume returned. End the connection if its frame is no longer kept."""
         assert self.phase is Phase.OPENING
         try:
             stream.require_kept(self._asked)
@@ -217,7 +209,7 @@ class Conversation:
                 self.binary(message, now)
 
     def displaced(self) -> None:
-        """End here, since another connection has taken the session over, which goes on there."""
+        """End this connection, because another one has taken over the session."""
         if self.phase is Phase.OVER:
             return
         self._tell(Problem("busy", "Another connection has resumed the session."))
@@ -226,7 +218,7 @@ class Conversation:
         self.phase, self.stream = Phase.OVER, None
 
     def lost(self) -> None:
-        """Take note that the connection is gone."""
+        """Record that the connection is gone."""
         if self.phase is Phase.STREAMING:
             self.actions.append(Detach())
         elif self.phase is Phase.ENDING:
@@ -236,7 +228,7 @@ class Conversation:
     # Ends
 
     def end(self, reason: str, problem: Problem | None = None, *, code: int | None = None) -> None:
-        """Fade out what sounds, then end; `problem` is told first."""
+        """Report `problem`, fade out, and end."""
         if self.phase in (Phase.ENDING, Phase.OVER):
             return
         if problem is not None:
@@ -248,14 +240,14 @@ class Conversation:
             self._over()
 
     def broken(self, problem: Problem, reason: str = "our mistake") -> None:
-        """End without a fade: the voice has failed."""
+        """End without a fade, because the voice has failed."""
         if self.phase is not Phase.OVER:
             self._tell(problem)
             self._reason, self._code = reason, CODES[reason]
             self._over()
 
     def cut(self) -> None:
-        """End now, whatever has not been taken: the peer does not read."""
+        """End now, without the remaining fade, because the client does not read."""
         if self.phase is Phase.ENDING:
             self._over(at_once=True)
 
@@ -269,7 +261,7 @@ class Conversation:
     # Blocks out
 
     def next_block(self, clock: Callable[[], float]) -> Block | None:
-        """Return the block that is to be sent now, None where none is due; what waits has been applied to the voice."""
+        """Return the block to send now, or None. The newest update and a prepared change are applied before it."""
         frames = self._due_frames(clock())
         if not frames:
             return None
@@ -281,7 +273,7 @@ class Conversation:
         return Block(frames, None if pcm is None else self.messages(pcm, frames, clock()))
 
     def _due_frames(self, now: float) -> int:
-        """Return how many frames are to be sent now, 0 for none."""
+        """Return how many frames to send now, 0 for none."""
         stream = self.stream
         if stream is None or self.phase is not Phase.STREAMING:
             return self._last_frames() if self.phase is Phase.ENDING else 0
@@ -303,11 +295,11 @@ class Conversation:
 
     @property
     def paced(self) -> bool:
-        """Return whether blocks go out by the server's clock, and none is the last."""
+        """Return whether the server's clock decides when the next block is sent; false during the last fade."""
         return self.phase is Phase.STREAMING and self.stream is not None and self.stream.realtime
 
     def messages(self, pcm: bytes, frames: int, now: float) -> list[str | bytes]:
-        """Return what to send, in this order, for a block that has been rendered; nothing where all is over."""
+        """Return the messages, in order, for a block that has been rendered; none after the end."""
         stream = self.stream
         if stream is None or self.phase is Phase.OVER:
             return []
@@ -327,7 +319,7 @@ class Conversation:
         return messages
 
     def wait(self, now: float) -> float | None:
-        """Return the seconds until `next_block` may give one, None where only a message can change that."""
+        """Return the seconds until `next_block` may return a block, None if it first needs a message."""
         if self.phase is Phase.ENDING:
             return 0.0
         if self.phase is not Phase.STREAMING or self.stream is None:
@@ -339,15 +331,15 @@ class Conversation:
     def _ends_by_itself(self, stream: LiveStream) -> bool:
         if stream.voice.finished:
             self.end("finished")
-        elif stream.frame >= self._limits.longest_stream * stream.rate - stream.fade_frames:
+        elif stream.frame >= self._settings.max_stream * stream.rate - stream.fade_frames:
             self.end("too long")
-        elif stream.options.record and stream.frame >= self._limits.longest_recording * stream.rate:
+        elif stream.options.record and stream.frame >= self._settings.max_duration * stream.rate:
             problem = Problem("too-large", "A recorded session may last as long as RIDGEWAVE_MAX_DURATION.")
             self.end("too long", problem)
         return self.phase is not Phase.STREAMING
 
     def _last_block(self, stream: LiveStream, pcm: bytes, frames: int) -> list[str | bytes]:
-        if not self._fading:  # the end was asked for while it was rendered: it must not go out at full level any more
+        if not self._fading:  # the end was requested while the block was rendered, so the block itself must fade
             kept = min(frames, stream.fade_frames)
             pcm, frames, self._fade_bound = stream.cut(kept), kept, 0
         self._faded += frames
@@ -356,12 +348,12 @@ class Conversation:
         return [pcm]
 
     def _last_frames(self) -> int:
-        """Return how many frames of the fade come next; after the last of them all is over."""
+        """Return the length of the next block of the fade; after the last one, end."""
         stream = self.stream
         assert stream is not None
         kept, self._fading = stream.frame - self.position, True
         if kept and not self._faded:
-            self._fade_bound = 0  # the kept past is faded in place of the voice
+            self._fade_bound = 0  # the kept sound is faded in place of the voice
             return min(kept, stream.fade_frames, stream.block)
         if self._faded < self._fade_bound and not stream.voice.finished:
             stream.voice.release()
@@ -374,24 +366,24 @@ class Conversation:
     # Time
 
     def check(self, now: float) -> None:
-        """Look at what only time tells: a hello that is late, a peer that has stopped reading."""
+        """End the connection for a late hello, too long a stream, or a client that does not read."""
         if self.phase is Phase.HELLO and now - self._opened > HELLO_SECONDS:
             self.end("policy", refused("", "no hello", f"hello within {HELLO_SECONDS:g} s", "Say hello first."))
         elif self.phase is Phase.STREAMING and self.stream is not None:
-            if now - self._opened > self._limits.longest_stream + HELLO_SECONDS:
-                self.end("too long")  # one that pulls nothing would stay for ever
+            if now - self._opened > self._settings.max_stream + HELLO_SECONDS:
+                self.end("too long")  # a client that pulls nothing would never reach the end
             elif self.stream.realtime:
                 self._too_slow(now)
 
     def _too_slow(self, now: float) -> bool:
-        """Return whether the peer reads so slowly that all is over; warn it before that."""
+        """Return whether the client read too slowly, which ends the connection; warn it at half of the bound."""
         behind = self.pace.behind(now)
         if behind is Behind.FINE:
             return False
         if behind is Behind.SLOW:
             if not self._warned:
                 self._warned = True
-                detail = f"Half of the {self._limits.slow_reader:g} s that it may be behind have passed."
+                detail = f"The client is behind by half of the allowed {self._settings.slow_reader:g} s."
                 self.refuse(Problem("slow-reader", detail))
             return False
         self._reason, self._code = "slow reader", CODES["slow reader"]

@@ -1,7 +1,7 @@
-"""The live connections of one process: admitted, given a session, watched, ended.
+"""The live connections of one process: admits them, opens and resumes their sessions, checks and ends them.
 
-Model: a session whose connection broke is kept for RIDGEWAVE_RESUME, not rendering; a second connection to one that
-    looks alive takes it over, since half-open connections look alive.
+Model: a session whose connection broke is kept for RIDGEWAVE_RESUME; it renders nothing meanwhile. A connection that
+    resumes a session takes it over even if the earlier connection seems open, because a half-open one does.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from service.sessions.session_ids import not_found
 from service.sessions.session_registry import Sessions
 from synth.scene.scene import Scene
 
-PER_SESSION = 2  # connections a session: one, and one that takes it over
+PER_SESSION = 2  # connections per session: the present one, and one that takes over
 
 
 class LiveConnections:
-    """The connections; blocks: the threads for voices that are not quick."""
+    """The connections. blocks: threads for slow voices."""
 
     def __init__(self, sessions: Sessions, settings: Settings, blocks: Executor) -> None:
         self.sessions, self.settings, self.blocks = sessions, settings, blocks
@@ -32,13 +32,13 @@ class LiveConnections:
         self._peers: set[Peer] = set()
 
     def admit(self) -> None:
-        """Raise Problem where one more connection is too many."""
+        """Raise Problem (full, closing) if no further connection is allowed."""
         self.sessions.require_open()
         if len(self._peers) >= PER_SESSION * self.settings.max_sessions:
-            raise Problem("full", "As many live connections as there may be.", headers={"Retry-After": "1"})
+            raise Problem("full", "The service has its full number of live connections.", headers={"Retry-After": "1"})
 
     def enter(self, peer: Peer) -> None:
-        """Look after `peer` until `leave`."""
+        """Include `peer` in checks and ends until `leave`."""
         self._peers.add(peer)
 
     def leave(self, peer: Peer) -> None:
@@ -46,12 +46,12 @@ class LiveConnections:
         self._peers.discard(peer)
 
     def check(self, now: float) -> None:
-        """Have every connection look at what only time tells: late hellos, slow readers."""
+        """Check every connection for a late hello and for a slow reader."""
         for peer in list(self._peers):
             peer.check(now)
 
     def end_all(self, reason: str, *, at_once: bool = False) -> None:
-        """End every connection, also those without a session."""
+        """End every connection, with or without a session."""
         for peer in list(self._peers):
             peer.end(reason, at_once=at_once)
 
@@ -67,13 +67,13 @@ class LiveConnections:
         return session
 
     async def resume(self, name: str, frame: int, peer: Peer) -> Session:
-        """Return the session of that id, taken from whoever is connected to it.
+        """Return the session `name`, taken over from its present connection.
 
-        Raises Problem (not-found) where there is none that the peer's key opened, or it does not keep `frame` any more.
+        Raises Problem (not-found) if the key of `peer` opened no such session, or the session no longer keeps `frame`.
         """
         session = self.sessions.get("live", name, peer.owner)
         if session is None or (session.peer is not None and session.peer.ending):
-            sentence = "No such session: it has ended, expired or was stopped, or was never there."
+            sentence = "No such session: it has ended, has expired, was stopped, or never existed."
             raise not_found(name, sentence, self.settings)
         stream = session.stream
         assert isinstance(stream, LiveStream)
@@ -81,5 +81,5 @@ class LiveConnections:
         earlier, session.peer = session.peer, peer
         if earlier is not None:
             earlier.displaced()
-        async with stream.turn:  # the block that a thread renders for the earlier connection
+        async with stream.turn:  # a thread may still render for the earlier connection
             return session

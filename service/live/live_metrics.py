@@ -1,8 +1,7 @@
-"""What a live stream and its connection tell the metrics and the log.
+"""What a live stream and its connection report to the metrics and the log.
 
-Model: a stream counts in plain numbers that only rise, since it counts every update and every block.
-    `StreamCounts.tell` adds what is new since it was last called. Blocks may be rendered in a thread meanwhile: what it
-    misses it finds the next time. A connection tells that its stream began, and how it ended.
+Model: a stream counts updates and blocks in plain numbers, which cost little. `StreamCounts.tell` adds the increase
+    since its last call to the metrics. A thread may render meanwhile; its counts are included in the next call.
 """
 
 from __future__ import annotations
@@ -17,18 +16,21 @@ from service.operations.metrics import Metrics
 
 
 class StreamCounts:
-    """Updates that came and that a block was rendered with; blocks and frames that the limiter turned down."""
+    """Updates received and applied; blocks and frames that the limiter reduced.
+
+    reduction_db: the largest reduction.
+    """
 
     __slots__ = ("_told", "applied", "limited_blocks", "limited_frames", "received", "reduction_db")
 
     def __init__(self) -> None:
         self.received = self.applied = 0
         self.limited_blocks = self.limited_frames = 0
-        self.reduction_db = 0.0  # the largest
+        self.reduction_db = 0.0
         self._told = (0, 0, 0, 0, 0)
 
     def tell(self, metrics: Metrics, rate: int, waiting: int = 0) -> None:
-        """Add what is new to `metrics`; waiting: updates that may still be applied, the others are dropped."""
+        """Add the increase to `metrics`. waiting: updates that may still be applied; the others were dropped."""
         received, applied = self.received, self.applied
         now = (received, applied, received - applied - waiting, self.limited_blocks, self.limited_frames)
         if now == self._told:
@@ -42,12 +44,12 @@ class StreamCounts:
 
 log = logging.getLogger("ridgewave.service")
 
-BROKEN = 1006  # the code of a connection that ended without one
-NO_CODE = 1005  # of a close frame that has none
+BROKEN = 1006  # close code of a connection that ended without a close frame
+NO_CODE = 1005  # close code of a close frame without a code
 
 
 class ConnectionLog:
-    """Of one connection; clock: seconds of any origin."""
+    """The begin and end of one connection. clock: seconds, of any origin."""
 
     def __init__(self, metrics: Metrics, clock: Callable[[], float]) -> None:
         self._metrics, self._clock = metrics, clock
@@ -55,9 +57,9 @@ class ConnectionLog:
         self._began: tuple[float, int] | None = None
 
     def began(self, session: str, stream: str, frame: int) -> None:
-        """Take note that the stream of `session` goes on here, from `frame` on; records of the connection name it now.
+        """Record that the stream of `session` begins or continues at `frame`. Log records name it from now on.
 
-        stream: what the log says of it.
+        stream: its description for the log.
         """
         about_session(session)
         self._began = self._clock(), frame
@@ -65,13 +67,14 @@ class ConnectionLog:
         log.info("live stream began: %s, frame %d", stream, frame)
 
     def left(self, disconnected: Message) -> None:
-        """Take note that the peer is gone."""
+        """Record the close code of the client."""
         self._left = code_of(disconnected)
 
     def ended(self, close: tuple[int, str] | None, frame: int) -> None:
-        """Take note that the connection is over; `frame` would be the next.
+        """Record the end of the connection.
 
-        close: the code and reason that it was closed with, None where the peer has gone.
+        close: code and reason of the close, None if the client left.
+        frame: the next frame.
         """
         code, reason = (self._left, "the peer is gone") if close is None else close
         self._metrics.live_closed(code)
@@ -82,6 +85,6 @@ class ConnectionLog:
 
 
 def code_of(disconnected: Message) -> int:
-    """Return the code that a connection ended with; the server tells 1005 without a reason where it only broke off."""
+    """Return the close code. uvicorn reports 1005 without a reason for a connection that broke."""
     code = int(disconnected.get("code", BROKEN))
     return BROKEN if code == NO_CODE and "reason" not in disconnected else code

@@ -1,8 +1,7 @@
-"""What outlives a connection: the voice, the newest update, the scene, and the last second of PCM. No I/O, no clock.
+"""What outlives a connection: the voice, the newest update, and the last second of PCM. No I/O, no clock.
 
-Model: updates and changes wait until a block begins; the newest update takes effect at the block's first frame, a
-    change of scene as well, but not before the cross-fade of the change before it is over. So `frame` in `applied` and
-    `scene` is exact.
+Model: the newest update takes effect at the first frame of the next block. So does a change of scene, once the
+    cross-fade of the previous change is over. The `frame` of `applied` and of `scene` is therefore exact.
 Limits: one thread or task at a time uses a stream (`VoiceStream.turn`).
 """
 
@@ -11,6 +10,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -22,7 +22,7 @@ from service.live.messages import LARGEST_BLOCK, PROTOCOL, SMALLEST_BLOCK, refus
 from service.live.replay_buffer import ReplayBuffer, kept_frames
 from service.live.silence_watchdog import SilenceWatchdog
 from service.operations.metrics import Metrics
-from service.sessions.fixed_output import with_full_scale
+from service.sessions.fixed_output import open_pinned
 from service.sessions.session_ids import resume_url
 from service.sessions.voice_stream import VoiceStream
 from synth.encode.samples import SoundFormat, block_bytes
@@ -30,18 +30,16 @@ from synth.motion.motion import Update
 from synth.scene.scene import Scene, parse_scene
 from synth.voice.fades import faded
 
-BLOCK_SECONDS = 0.01  # of a block where hello says nothing: 100 a second, each little work
-CHANGE_SECONDS = (
-    0.05  # from one scene to the next, at least `synth.voice.live_voice.CHANGE_TIME`; less: `scene` tells early frames
-)
-LEAST_REDUCTION_DB = 0.01  # below this the limiter's recovery fades out without anybody hearing it
-LIMITED_SECONDS = 1.0  # between two `limited`
+BLOCK_SECONDS = 0.01  # default length of a block: 100 per second
+CHANGE_SECONDS = 0.05  # between changes; below `live_voice.CHANGE_TIME`, the frame of `scene` would be too early
+LEAST_REDUCTION_DB = 0.01  # a smaller reduction is inaudible and is not reported
+LIMITED_SECONDS = 1.0  # between two `limited` messages
 SAMPLES = {"f32le": SoundFormat.F32LE, "s16le": SoundFormat.WAV16}  # the latter's samples are little-endian
 
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """What hello fixes for the session; block: frames, None for the default."""
+    """What `hello` fixes for a session. block: frames, None for the default."""
 
     format: str = "f32le"
     block: int | None = None
@@ -50,13 +48,13 @@ class Options:
 
     @classmethod
     def of(cls, hello: Mapping[str, Any]) -> Options:
-        """Return what the message `hello` asks for."""
+        """Return the options of the message `hello`."""
         asked = {name: hello[name] for name in ("format", "pacing", "record") if name in hello}
         return cls(**asked, block=None if hello.get("block") is None else int(hello["block"]))
 
 
 class LiveStream(VoiceStream):
-    """One session's stream; max_silence: s without an update after which the load ramps to zero."""
+    """The stream of one session. max_silence: s without an update after which the load ramps to zero."""
 
     kind = "live"
 
@@ -86,28 +84,28 @@ class LiveStream(VoiceStream):
 
     @property
     def frame(self) -> int:
-        """Return the frame that the next block begins at."""
+        """Return the frame at which the next block begins."""
         return self.replay.end
 
     @property
     def used_bytes(self) -> int:
-        """Return the memory that it takes beside its voice: what is kept, what is being sent, and its recording."""
+        """Return the bytes of kept PCM, unsent blocks and the recording; the voice itself is not counted."""
         return self.replay.size + self._sending_bytes + self.voice.recorded_bytes
 
     def require_kept(self, frame: int) -> None:
-        """Raise Problem (not-found) where the stream cannot go on from `frame`."""
+        """Raise Problem (not-found) if the stream cannot continue from `frame`."""
         if not self.replay.begin <= frame <= self.frame:
             allowed = f"{self.replay.begin} to {self.frame}"
             raise refused("/resume/frame", str(frame), allowed, "Begin a new session.", "not-found")
 
     def take(self, update: Update, now: float) -> None:
-        """Have the next block begin with `update`, unless a newer one is here already."""
+        """Keep `update` for the next block, unless a newer one has arrived."""
         if update.seq > self._newest:
             self._newest, self._waiting = update.seq, update
             self._watchdog.heard(now)
 
     def begin(self, now: float, late: float = 0.0) -> None:
-        """Apply what waits, for the block that is rendered next; late: s that the block is behind its time."""
+        """Apply the newest update and a prepared change to the next block. late: lateness of the block, in s."""
         update = self._waiting
         if update is not None:
             self._waiting, self._applied = None, update.seq
@@ -120,17 +118,17 @@ class LiveStream(VoiceStream):
             self._free_from = self.frame + 1 + round(CHANGE_SECONDS * self.rate)
 
     def render(self, frames: int) -> bytes:
-        """Return the PCM of the next `frames`, and keep it; microseconds usually."""
+        """Return the PCM of the next `frames`, and keep it. Takes some 20 us."""
         first = self.frame
         block = self._latest = self.voice.render(frames)
         pcm = block_bytes(block, self._samples)
         self.replay.keep(pcm)
         reduction = self.voice.reduction_db
         if reduction > LEAST_REDUCTION_DB:
-            self._turned_down(first, frames, reduction)
+            self._reduced(first, frames, reduction)
         return pcm
 
-    def _turned_down(self, first: int, frames: int, reduction_db: float) -> None:
+    def _reduced(self, first: int, frames: int, reduction_db: float) -> None:
         counts = self.counts
         counts.limited_blocks += 1
         counts.limited_frames += frames
@@ -139,13 +137,13 @@ class LiveStream(VoiceStream):
             self._reduction, self._reduced_at = reduction_db, first
 
     def tell_counts(self, metrics: Metrics, *, ended: bool = False) -> None:
-        """Add what is new since the last time to `metrics`; ended: what still waits is dropped."""
+        """Add the increase of the counts to `metrics`. ended: a waiting update counts as dropped."""
         self.counts.tell(metrics, self.rate, 0 if ended or self._waiting is None else 1)
 
     def notices(self, frame: int) -> list[str]:
-        """Return what the peer is told just before the block at `frame`, now that it is rendered."""
+        """Return the messages that precede the rendered block at `frame`."""
         told = []
-        self._latest = self._none  # nothing is cut from it any more
+        self._latest = self._none  # `cut` no longer needs it
         if self._applied is not None:
             told.append(server_messages.applied(self._applied, frame))
             self._applied = None
@@ -156,11 +154,11 @@ class LiveStream(VoiceStream):
         return told
 
     def recording(self) -> bytes:
-        """Return the JSON of the recording; slow, for a thread."""
+        """Return the JSON of the recording. Slow: call it from a thread."""
         return json.dumps(self.voice.recording(), allow_nan=False).encode("ascii")
 
     def limited(self, now: float) -> str | None:
-        """Return what the limiter did, at most once a second and where it acted."""
+        """Return the message about the limiter if it acted, at most once per second."""
         if not self._reduction or now - self._told < LIMITED_SECONDS:
             return None
         told = server_messages.limited(self._reduced_at, self._reduction)
@@ -168,11 +166,11 @@ class LiveStream(VoiceStream):
         return told
 
     def cut(self, frames: int) -> bytes:
-        """Return the PCM of the first `frames` of the latest block, fading to zero: the stream ends with them."""
+        """Return the PCM of the first `frames` of the latest block, faded to zero. The stream ends there."""
         return block_bytes(self.voice.cut(self._latest, frames), self._samples)
 
     def kept(self, frame: int, frames: int, *, fading: bool) -> bytes | None:
-        """Return the PCM from `frame` on where it was rendered before, None where it was not. fading: the end's."""
+        """Return the kept PCM from `frame` on, None if it is not rendered yet. fading: with the last fade."""
         if frame == self.frame:
             return None
         pcm = self.replay.read(frame, frames)
@@ -184,7 +182,7 @@ class LiveStream(VoiceStream):
         return (gained if self._samples.is_float else np.rint(gained)).astype(kind).tobytes()
 
     def ready(self, frame: int) -> str:
-        """Return the answer to a hello that is sent `frame` first."""
+        """Return the answer to `hello`; the sound begins at `frame`."""
         voice = self.voice
         return server_messages.ready(
             {
@@ -210,13 +208,9 @@ class LiveStream(VoiceStream):
 def open_stream(
     engine: Engine, name: str, document: Mapping[str, Any], options: Options, max_silence: float
 ) -> tuple[Scene, LiveStream]:
-    """Return the scene `document` with its full scale written out, and a stream of it; slow, for a thread.
+    """Return the scene `document` with its full scale written out, and its stream. Slow: call it from a thread.
 
     Raises SceneError and CannotRender.
     """
-    scene = parse_scene(document)
-    voice = engine.open_hand(scene, record=options.record)
-    pinned = with_full_scale(scene, tuple(voice.full_scale))
-    if pinned != scene:
-        voice = engine.open_hand(pinned, record=options.record)
-    return pinned, LiveStream(name, voice, options, max_silence)
+    scene, voice = open_pinned(parse_scene(document), partial(engine.open_hand, record=options.record))
+    return scene, LiveStream(name, voice, options, max_silence)

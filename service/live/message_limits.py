@@ -1,30 +1,30 @@
-"""How much a live connection may send: messages a second, and what it says before its voice is open.
+"""How much a live connection may send: messages per second, and messages before its voice is open.
 
-Model: messages, and frames that are none (pings, parts of messages), are counted in windows of a second; the rest is
-    dropped unread, and a flood is closed. A window begins anew only when its count is used up, so the usual message
-    costs one comparison. A burst of up to twice the rate may pass across two windows. What comes while the voice is
-    being opened is kept within a bound.
+Model: messages, pings, pongs and parts of messages are counted in windows of a second. Excess messages are dropped
+    unread, and a flood closes the connection. A new window begins only when the count of the last one is used up, so
+    an ordinary message costs one comparison.
+Limits: a burst of up to twice the rate may pass across two windows.
 """
 
 from __future__ import annotations
 
 from service.problems import Problem
 
-FLOOD = 10  # times the rate that is allowed: no slip any more
-LEAST_FLOOD = 20_000  # frames in a row that could not be read as they came; fewer may pile up while the service stalls
-SCOLD_SECONDS = 1.0  # between two problems that tell of it
+FLOOD = 10  # multiple of the allowed rate that is a flood
+LEAST_FLOOD = 20_000  # frames without a pause that are a flood at least; fewer may pile up while the service stalls
+REPORT_SECONDS = 1.0  # between two problems that report the excess
 
 
 class MessageRate:
-    """The count of one connection; `now` in seconds."""
+    """The messages of one connection. allowed: per second. now: a time in seconds."""
 
     def __init__(self, allowed: int, now: float) -> None:
         self.allowed = allowed
         self.flood = max(FLOOD * allowed, LEAST_FLOOD)
-        self._count, self._window, self._scolded = 0, now, now - SCOLD_SECONDS
+        self._count, self._window, self._reported = 0, now, now - REPORT_SECONDS
 
     def admits(self, now: float) -> bool:
-        """Count a message; return whether it may be read."""
+        """Count a message; return whether it is within the rate."""
         self._count += 1
         if self._count <= self.allowed:
             return True
@@ -35,52 +35,52 @@ class MessageRate:
 
     @property
     def flooded(self) -> bool:
-        """Return whether the messages of this window are beyond a slip."""
+        """Return whether the messages of this window are a flood."""
         return self._count >= FLOOD * self.allowed
 
     def problem(self) -> Problem:
-        """Return what the peer is told."""
+        """Return the problem that reports the excess."""
         allowed = f"{self.allowed} messages a second (RIDGEWAVE_MAX_UPDATES)"
-        return Problem("too-fast", f"More than {allowed}: the rest of this second is dropped unread.")
+        return Problem("too-fast", f"More than {allowed}: further messages in this second are dropped unread.")
 
-    def scolds(self, now: float) -> bool:
-        """Return whether the peer is to be told now."""
-        if now - self._scolded < SCOLD_SECONDS:
+    def reports(self, now: float) -> bool:
+        """Return whether the excess is to be reported now."""
+        if now - self._reported < REPORT_SECONDS:
             return False
-        self._scolded = now
+        self._reported = now
         return True
 
 
 def may_be_stop(text: str) -> bool:
-    """Return whether `text` is short and names stop: that is read, whatever the rate."""
+    """Return whether `text` is short and names stop. Such a message is read at any rate."""
     return len(text) < 100 and '"stop"' in text
 
 
-MOST_MESSAGES = 256  # more are a mistake of the client; fewer lose the contacts of a slow scene
-MOST_BYTES = 1 << 18  # of one connection, in all
+MOST_MESSAGES = 256  # more are a mistake of the client; fewer would lose contacts while a slow scene opens
+MOST_BYTES = 1 << 18  # of one connection
 
 
 class EarlyMessages:
-    """The messages of one connection, in the order in which they came.
+    """The messages that arrive while the voice is being opened, in order.
 
-    Beyond the bounds the oldest goes that newer ones make up for: a contact, or a change of the scene.
+    Beyond the bounds the oldest contact or change of the scene is dropped.
     """
 
     def __init__(self) -> None:
         self._kept: list[str | bytes] = []
 
     def keep(self, message: str | bytes) -> None:
-        """Keep `message`."""
+        """Keep `message` for `take`."""
         self._kept.append(message)
         while len(self._kept) > MOST_MESSAGES or sum(map(len, self._kept)) > MOST_BYTES:
-            overtaken = (place for place, early in enumerate(self._kept) if _may_be_overtaken(early))
-            del self._kept[next(overtaken, -1)]
+            replaceable = (place for place, early in enumerate(self._kept) if _replaceable(early))
+            del self._kept[next(replaceable, -1)]
 
     def take(self) -> list[str | bytes]:
-        """Return the messages, once."""
+        """Return the messages, and forget them."""
         taken, self._kept = self._kept, []
         return taken
 
 
-def _may_be_overtaken(message: str | bytes) -> bool:
+def _replaceable(message: str | bytes) -> bool:
     return isinstance(message, bytes) or ('"more"' not in message and '"stop"' not in message)

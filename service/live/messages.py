@@ -1,14 +1,14 @@
-"""Every message of the live protocol: the JSON Schema that `/v1/live/schema.json` serves and text is checked against.
+"""The JSON Schema of all text messages of the live protocol, which is served, and checks what clients send.
 
-Model: one table of fields a message and a direction makes the schema; a message that does not fit becomes faults as a
-    scene's do (pointer, value, allowed, hint). Binary messages: `contact_update` from the client, PCM from here.
-Limits: a scene is only an object here; `synth.scene.scene` reads it and says more about it than a schema could.
+Model: `CLIENT` and `SERVER` list the fields of each message. The faults of a message have the form of a scene's faults
+    (pointer, value, allowed, hint). Binary messages are contact updates (`contact_update`) and PCM.
+Limits: the schema checks only that a scene is an object; `synth.scene.scene` reads the scene.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import jsonschema_rs
@@ -22,7 +22,7 @@ from synth.scene.text import object_from_text, pointer
 PROTOCOL = "ridgewave.v1"
 FORMATS = ("f32le", "s16le")
 PACINGS = ("pull", "realtime")
-SMALLEST_BLOCK, LARGEST_BLOCK = 16, 48_000  # frames; smaller costs more than its sound, larger feels like a stall
+SMALLEST_BLOCK, LARGEST_BLOCK = 16, 48_000  # frames; a smaller block costs too much, a larger one feels like a stall
 LARGEST_CREDIT = 10_000_000  # frames of one `more`
 LARGEST_SEQ = 2**32 - 1  # the binary form's u32
 LARGEST_POSITION = 1e3  # m
@@ -76,7 +76,7 @@ _FRAME = _whole(0, LARGEST_FRAME, "Frame of the stream, from 0.", "frames")
 _SEQ = _whole(0, LARGEST_SEQ, "Number of the update; one that does not rise is ignored.")
 _RESUME: dict[str, Any] = {
     "type": "object",
-    "description": "Go on with a session whose connection broke, from a frame that the server still has.",
+    "description": "Continue a session whose connection broke, from a frame that the server still keeps.",
     "properties": {"session": {"type": "string", "maxLength": LONGEST_ID}, "frame": _FRAME},
     "required": ["session", "frame"],
     "additionalProperties": False,
@@ -85,15 +85,15 @@ _HELLO = {
     "scene": {"type": "object", "description": "A scene; {} is the default one.", "default": {}},
     "format": _choice(FORMATS, "Samples: float32 or int16, little-endian, interleaved.", default="f32le"),
     "block": _whole(SMALLEST_BLOCK, LARGEST_BLOCK, "Frames of one binary message; default 10 ms.", "frames"),
-    "pacing": _choice(PACINGS, "Whose clock sets the pace: the client's, or the server's.", default="pull"),
+    "pacing": _choice(PACINGS, "Blocks are sent by the client's credit, or by the server's clock.", default="pull"),
     "record": {"type": "boolean", "description": "Keep a recording of the session.", "default": False},
     "resume": _RESUME,
 }
 _CONTACT = {
     "seq": _SEQ,
     "time": _number(-LARGEST_TIME, LARGEST_TIME, "The client's clock, of any origin.", "s"),
-    "position": _number(-LARGEST_POSITION, LARGEST_POSITION, "Where the surface stands under the finger.", "m"),
-    "speed": _number(-LARGEST_SPEED, LARGEST_SPEED, "How fast it moves, where no position is known.", "m/s"),
+    "position": _number(-LARGEST_POSITION, LARGEST_POSITION, "Position of the surface under the finger.", "m"),
+    "speed": _number(-LARGEST_SPEED, LARGEST_SPEED, "Speed of the surface, if no position is known.", "m/s"),
     "load": _number(-LARGEST_LOAD, LARGEST_LOAD, "Force of the finger; below 0 only with adhesion.", "N"),
 }
 CLIENT: Mapping[str, dict[str, Any]] = {
@@ -101,10 +101,10 @@ CLIENT: Mapping[str, dict[str, Any]] = {
     | {"dependentSchemas": {"resume": {"properties": {name: False for name in _HELLO if name != "resume"}}}},
     "more": _message(
         "more",
-        "Credit, which adds up; only where the pacing is pull.",
+        "Grants credit, which adds up. Only with pacing `pull`.",
         {"frames": _whole(1, LARGEST_CREDIT, "Frames that may be sent.", "frames")},
     ),
-    "contact": _message("contact", "What the hand does now.", _CONTACT, ("position", "speed", "load"))
+    "contact": _message("contact", "The present motion of the hand.", _CONTACT, ("position", "speed", "load"))
     | {"oneOf": [{"required": ["position"]}, {"required": ["speed"]}]},
     "scene": _message(
         "scene", "Change the scene.", {"scene": {"type": "object", "description": "A partial scene (RFC 7396)."}}
@@ -117,21 +117,21 @@ _FAULT = {
     "required": ["pointer", "value", "allowed", "hint"],
 }
 _READY = {
-    "session": _TEXT | {"description": "128 random bits, after the node: who knows them can resume the session."},
-    "resume_url": _TEXT | {"description": "Where to connect to resume, so that a proxy can route it by the id."},
+    "session": _TEXT | {"description": "128 random bits, after the node. Keep it secret."},
+    "resume_url": _TEXT | {"description": "Where to connect to resume. A proxy can route it by the id."},
     "protocol": {"const": PROTOCOL},
-    "sample_rate": _whole(1, 192_000, "Frames a second.", "Hz"),
-    "channels": _whole(1, 1024, "Samples a frame."),
+    "sample_rate": _whole(1, 192_000, "Frames per second.", "Hz"),
+    "channels": _whole(1, 1024, "Samples per frame."),
     "quantities": {"type": "array", "items": _TEXT},
-    "full_scale": {"type": "array", "items": {"type": "number"}, "description": "SI value of 1.0, one a channel."},
-    "format": _choice(FORMATS, "As asked."),
+    "full_scale": {"type": "array", "items": {"type": "number"}, "description": "SI value of 1.0, per channel."},
+    "format": _choice(FORMATS, "As requested."),
     "block": _whole(SMALLEST_BLOCK, LARGEST_BLOCK, "Frames of a binary message.", "frames"),
-    "pacing": _choice(PACINGS, "As asked."),
+    "pacing": _choice(PACINGS, "As requested."),
     "recording": {"type": "boolean"},
-    "frame": _FRAME | {"description": "Of the first sample that follows."},
-    "max_silence_ms": {"type": "number", "description": "After so long without a contact the load ramps to zero."},
-    "motion_delay_ms": {"type": "number", "description": "How far the sound is behind the updates."},
-    "plan": _OBJECT | {"description": "What is simulated, as /v1/explain tells it, without scene and cost."},
+    "frame": _FRAME | {"description": "Frame of the first sample that follows."},
+    "max_silence_ms": {"type": "number", "description": "Time without a contact after which the load ramps to zero."},
+    "motion_delay_ms": {"type": "number", "description": "Delay of the sound behind the updates."},
+    "plan": _OBJECT | {"description": "The answer of /v1/explain, without scene and cost."},
 }
 _PROBLEM = {
     "problem": _TEXT | {"description": "The `type` of the problem document over HTTP."},
@@ -143,25 +143,25 @@ _PROBLEM = {
 }
 SERVER: Mapping[str, dict[str, Any]] = {
     "ready": _message("ready", "The answer to hello.", _READY),
-    "applied": _message("applied", "That update is felt from that frame on.", {"seq": _SEQ, "frame": _FRAME}),
+    "applied": _message("applied", "The update takes effect at the frame.", {"seq": _SEQ, "frame": _FRAME}),
     "scene": _message("scene", "The cross-fade to the changed scene begins.", {"frame": _FRAME, "plan": _OBJECT}),
     "limited": _message(
         "limited",
-        "The safety limiter acted; the largest reduction since the last of these.",
+        "The safety limiter acted: the largest reduction since the last such message.",
         {"frame": _FRAME, "gain_reduction_db": {"type": "number", "minimum": 0.0}},
     ),
     "skipped": _message(
         "skipped",
-        "The service was late: nothing came for so long before that frame, and later frames are due later by as much.",
+        "The service was late and sent nothing for this time. All later frames are due that much later.",
         {"frame": _FRAME, "seconds": {"type": "number", "minimum": 0.0}},
     ),
-    "problem": _message("problem", "Something was refused, or went wrong.", _PROBLEM, ("instance",)),
-    "end": _message("end", "No sound follows.", {"reason": _choice(END_REASONS, "Why."), "frame": _FRAME}),
+    "problem": _message("problem", "A message was refused, or an error occurred.", _PROBLEM, ("instance",)),
+    "end": _message("end", "No sound follows.", {"reason": _choice(END_REASONS, "The reason."), "frame": _FRAME}),
 }
 
 
 def schema() -> dict[str, Any]:
-    """Return the JSON Schema (2020-12) of every text message; `$defs` names them client.hello, server.ready, ..."""
+    """Return the JSON Schema (2020-12) of all text messages. `$defs` names them client.hello, server.ready, ..."""
     sides = {"client": CLIENT, "server": SERVER}
     messages = {f"{side}.{name}": made for side, table in sides.items() for name, made in table.items()}
     groups = {side: {"oneOf": [{"$ref": f"#/$defs/{side}.{name}"} for name in table]} for side, table in sides.items()}
@@ -178,13 +178,13 @@ _VALIDATORS = {name: jsonschema_rs.Draft202012Validator(made) for name, made in 
 
 
 class NotJson(ValueError):
-    """Text that is no JSON at all: the connection ends with 1007."""
+    """Text that is not JSON. It closes the connection with 1007."""
 
 
 def read_message(text: str) -> dict[str, Any]:
-    """Return the message that `text` holds.
+    """Return the message in `text`.
 
-    Raises NotJson for what is not JSON, Problem (message-refused) for what fits no message.
+    Raises NotJson for text that is not JSON, Problem (message-refused) for a message that does not fit the schema.
     """
     try:
         message = object_from_text(text)
@@ -200,13 +200,13 @@ def read_message(text: str) -> dict[str, Any]:
         if validator.is_valid(message):
             return message
         faults = [_fault(str(kind), message, error) for error in validator.iter_errors(message)]
-    except ValueError:  # a lone surrogate, which no JSON text should hold
-        fault = Fault("", "text that is not Unicode", "JSON text in Unicode", "Leave the lone surrogate out.")
+    except ValueError:  # a lone surrogate
+        fault = Fault("", "text that is not Unicode", "JSON text in Unicode", "Remove the lone surrogate.")
         raise refusal([fault]) from None
     raise refusal(faults)
 
 
-def refusal(faults: list[Fault] | tuple[Fault, ...]) -> Problem:
+def refusal(faults: Sequence[Fault]) -> Problem:
     """Return the problem of a message with `faults`."""
     return Problem("message-refused", problems.summary(faults), tuple(faults))
 
@@ -230,11 +230,11 @@ def _unknown(kind: object) -> Fault:
 
 
 def _fault(kind: str, message: Mapping[str, Any], error: jsonschema_rs.ValidationError) -> Fault:
-    """Return what `error` says about a message of `kind`, in the words of a scene's faults."""
+    """Return `error` of a message of `kind` as a fault."""
     fields, path, rule = CLIENT[kind]["properties"], list(error.instance_path), error.kind
     if isinstance(rule, jsonschema_rs.ValidationErrorKind.AdditionalProperties):
         names, at = rule.unexpected, pointer(*path, rule.unexpected[0])
-        return Fault(at, f"{len(names)} field(s) that do not exist", _names(kind, path), "Leave them out.")
+        return Fault(at, f"{len(names)} unknown field(s)", _names(kind, path), "Leave them out.")
     if isinstance(rule, jsonschema_rs.ValidationErrorKind.Required):
         name = str(rule.property)
         made = _of_path(fields, [*path, name])
@@ -243,7 +243,7 @@ def _fault(kind: str, message: Mapping[str, Any], error: jsonschema_rs.Validatio
         return Fault(pointer(*path), "a value", "nothing beside resume", "Leave it out: the session keeps its own.")
     if not path:
         both = "both" if "position" in message else "neither"
-        return Fault("", f"{both} of position and speed", "exactly one of them", "Write a position, or a speed.")
+        return Fault("", f"{both} of position and speed", "exactly one of them", "Write either a position or a speed.")
     value: Any = message
     for part in path:
         value = value[part]
@@ -264,7 +264,7 @@ def _of_path(fields: Mapping[str, Any], path: list[Any]) -> dict[str, Any]:
 
 
 def allowed_text(made: Mapping[str, Any]) -> str:
-    """Return what the schema `made` of a field allows, for a person."""
+    """Return what the schema `made` of a field allows, in words."""
     if "enum" in made:
         return " or ".join(made["enum"])
     unit = f" {made['x-unit']}" if "x-unit" in made else ""

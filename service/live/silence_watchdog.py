@@ -1,18 +1,18 @@
-"""The watchdog of a live stream: where no update comes for too long, the load is to ramp to zero.
+"""The watchdog of a live stream: lifts the finger when updates stop.
 
-Model: a hand that was heard once must be heard again within `max_silence`. A service that is late has not read either
-    what its peers sent meanwhile: it believes in a silence only a block later, when it has usually looked once more
-    (not where the block timer calls a stream twice in one ring, which it does within EARLY_SECONDS).
-Limits: it is asked when a block begins; a client that pulls nothing has no block, and no sound.
+Model: after the first update, the next one must arrive within `max_silence`. A service that is late has not read its
+    messages either. So if the block is late, the watchdog waits for one more block, before which the service usually
+    reads. (It does not if the block timer calls a stream twice within EARLY_SECONDS.)
+Limits: the watchdog acts when a block begins. A client that pulls nothing has no blocks.
 """
 
 from __future__ import annotations
 
-LATE_SECONDS = 0.02  # behind its time that a block shows a busy service; less: any two blocks of usual load do
+LATE_SECONDS = 0.02  # lateness of a block that shows a busy service; ordinary load causes less
 
 
 class SilenceWatchdog:
-    """Of one stream; max_silence: s. It waits for the first update: a scan may move by itself."""
+    """The watchdog of one stream. max_silence: s. It starts with the first update, since a scan may move by itself."""
 
     __slots__ = ("_doubtful", "_heard", "_lifted", "_max_silence")
 
@@ -22,11 +22,11 @@ class SilenceWatchdog:
         self._lifted = self._doubtful = False
 
     def heard(self, now: float) -> None:
-        """Take note that an update came."""
+        """Record that an update arrived."""
         self._heard, self._lifted, self._doubtful = now, False, False
 
     def lifts(self, now: float, late: float) -> bool:
-        """Return whether the hand is to be lifted now, once a silence. late: s that the block is behind its time."""
+        """Return whether to lift the finger now; true once per silence. late: lateness of the block, in s."""
         if self._heard is None or self._lifted or now - self._heard <= self._max_silence:
             return False
         if late > LATE_SECONDS and not self._doubtful:

@@ -1,9 +1,8 @@
-"""What a live connection writes to and hears from: the plain ASGI server, or one that can do more.
+"""The interface between a live connection and its server.
 
-Model: plain ASGI sends a message after another and gives each message to a task of its own. A server that offers WIRE
-    among the extensions of the scope (`websocket`) writes several messages at once, takes a block in the very
-    call that rendered it, hands messages over as they come, and counts what a peer sends beside messages: for many
-    small messages that halves the cost.
+Model: the server of this service (`websocket`) offers a `Wire` among the extensions of the ASGI scope. It writes
+    several messages at once, sends without an await, and passes messages on in the call that reads them. For many small
+    messages this halves the cost of plain ASGI, which `PlainWire` uses with any other server.
 """
 
 from __future__ import annotations
@@ -13,54 +12,54 @@ from typing import Protocol
 
 from starlette.types import Send
 
-WIRE = "ridgewave.wire"  # the ASGI extension's name; its value is a Wire
+WIRE = "ridgewave.wire"  # name of the ASGI extension; its value is a Wire
 
 Messages = Sequence[str | bytes]
 
 
-class Sink(Protocol):
-    """Who takes what a peer sends; nothing here may raise."""
+class Receiver(Protocol):
+    """Receives what the client sends. The methods must not raise."""
 
     def message(self, message: str | bytes) -> None:
-        """Take a whole message."""
+        """Receive a whole message."""
 
     def frame(self) -> bool:
-        """Count a frame that is no message (a ping, a part of a message); return whether the peer may send it."""
+        """Count a ping, a pong or a part of a message; return whether it is within the allowed rate."""
 
     def behind(self, frames: int) -> None:
-        """Take note that so many frames came in a row, and more has come than could be read meanwhile."""
+        """Receive the number of frames since the server last had read everything that had come."""
 
 
 class Wire(Protocol):
     """The server's side of one WebSocket."""
 
     def unblock(self) -> None:
-        """Buffer what is sent from now on, though the peer does not read."""
+        """From now on, buffer what is sent even if the client does not read."""
 
     def can_send(self) -> bool:
-        """Return whether `send_now` would take messages."""
+        """Return whether `send_now` may be called."""
 
     def send_now(self, messages: Messages) -> None:
-        """Send without waiting; only where `can_send`."""
+        """Send without waiting. Only if `can_send`."""
 
     async def send_all(self, messages: Messages) -> None:
-        """Send in this order, waiting while the peer does not read; raises OSError where it is gone."""
+        """Send in order; waits while the client does not read. Raises OSError if it is gone."""
 
-    def deliver(self, sink: Sink | None) -> None:
-        """Give messages to `sink` as they come, none before the first sink is there; None: throw them away."""
+    def deliver(self, receiver: Receiver | None) -> None:
+        """Pass messages to `receiver` from now on; None discards them. No message is read before the first call."""
 
 
 class PlainWire:
-    """What every ASGI server can do."""
+    """A `Wire` over plain ASGI."""
 
     def __init__(self, send: Send) -> None:
         self._send = send
 
     def unblock(self) -> None:
-        """See `Wire`: it cannot."""
+        """Do nothing: plain ASGI cannot."""
 
     def can_send(self) -> bool:
-        """See `Wire`: it must wait."""
+        """Return False: plain ASGI sends with an await."""
         return False
 
     def send_now(self, messages: Messages) -> None:
@@ -73,5 +72,5 @@ class PlainWire:
             kind = "bytes" if isinstance(message, bytes) else "text"
             await self._send({"type": "websocket.send", kind: message})
 
-    def deliver(self, sink: Sink | None) -> None:
-        """See `Wire`: messages come through `receive` alone."""
+    def deliver(self, receiver: Receiver | None) -> None:
+        """Do nothing: messages come through `receive`."""

@@ -1,14 +1,14 @@
 """The server's end of one WebSocket, between uvicorn and the application.
 
-Model: uvicorn hands a connection over with the request that asks for the upgrade. The handshake and the frames that
-    come are read by websockets (`ServerProtocol`, its public interface, without I/O) behind `websocket_frames`, which
-    bounds what a turn of the event loop reads. Messages that go out are framed here, several in one write.
-    A peer that does not read has a while to take what it is still owed, its close code at last, and cannot hold its
-    connection open beyond that. On a shutdown streams fade before they are closed. A peer is pinged, and one that does
-    not answer is dropped; a frame that stays half-sent ends so too, since no answer fits into it.
+Model: uvicorn passes a connection on with its upgrade request. The library websockets (`ServerProtocol`, its public
+    interface without I/O) reads the handshake and the frames. `websocket_frames` bounds how much is read in one turn of
+    the event loop. Outgoing messages are framed here, several per write.
+    A peer that does not read gets LINGER_SECONDS to read the rest and the close code; then its connection is aborted.
+    On a shutdown, streams fade before they are closed. A peer that does not answer a ping is dropped. So is a peer that
+    leaves a frame half-sent, because no pong fits into the frame.
 Source: RFC 6455; the ASGI specification, 2.4, "WebSocket" and "WebSocket Denial Response".
-Limits: no compression. The application takes its messages by `transport.Wire.deliver`: `receive` tells it only
-    that a peer has come and gone.
+Limits: no compression. `receive` reports only connect and disconnect; messages are passed on by
+    `transport.Wire.deliver`.
 """
 
 from __future__ import annotations
@@ -32,33 +32,33 @@ from websockets.http11 import Request, Response
 from websockets.server import ServerProtocol
 
 from service.http.read_turns import shared_turns
-from service.live.transport import WIRE, Messages, Sink
+from service.live.transport import WIRE, Messages, Receiver
 from service.live.websocket_frames import WHOLE_BINARY, WHOLE_TEXT, FrameReader
 from service.operations.logs import WithoutHeaders
 
 log = logging.getLogger("ridgewave.service")
 
-CLOSE_SECONDS = 1.0  # for the peer to answer a close; what it sends afterwards is not looked at
-LINGER_SECONDS = 10.0  # from then on, for a peer that slept to read up to the close; longer: dead peers hold memory
-DISCARD_SECONDS = 0.02  # between two looks at what such a peer sends: however much it is, it costs next to nothing
-SHUTDOWN_SECONDS = 0.5  # for streams to fade, which the signal has told them to
-DOUBT_SECONDS = 0.25  # more for an answer to a ping: a service that was late itself has not read it yet
-BROKEN, RESTART, NOT_TEXT, OURS = 1006, 1012, 1007, 1011  # close codes (RFC 6455, 7.4.1; 1012 of its registry)
+CLOSE_SECONDS = 1.0  # for the peer to answer a close; what it sends later is not read
+LINGER_SECONDS = 10.0  # after that, for a slow peer to read the rest; longer: dead peers occupy memory
+DISCARD_SECONDS = 0.02  # between two reads that discard what such a peer sends
+SHUTDOWN_SECONDS = 0.5  # for streams to fade on a shutdown
+DOUBT_SECONDS = 0.25  # extra time for a pong, because a late service may not have read it yet
+BROKEN, RESTART, NOT_TEXT, OURS = 1006, 1012, 1007, 1011  # close codes (RFC 6455, 7.4.1; 1012: its registry)
 
 
 class PeerGone(ConnectionError):
-    """What `send` raises where nobody is left to send to."""
+    """Raised by `send` when the peer is gone."""
 
 
 def frame_head(kind: int, size: int) -> bytes:
-    """Return what precedes a payload of `size` bytes from a server, which masks nothing (RFC 6455, 5.2)."""
+    """Return the head of an unmasked frame with a payload of `size` bytes (RFC 6455, 5.2)."""
     if size < 126:
         return bytes((kind, size))
     return struct.pack("!BBH", kind, 126, size) if size < 1 << 16 else struct.pack("!BBQ", kind, 127, size)
 
 
 class LiveProtocol(asyncio.Protocol):
-    """One connection; the arguments are those that uvicorn gives to every class named by its option `ws`."""
+    """One connection. The arguments are those that uvicorn passes to the class of its option `ws`."""
 
     transport: asyncio.Transport
 
@@ -78,23 +78,23 @@ class LiveProtocol(asyncio.Protocol):
         self._writable = asyncio.Event()
         self._writable.set()
         self._answer: Response | None = None  # to the handshake
-        self._refusal: Message | None = None  # the head of one that the application has begun
+        self._refusal: Message | None = None  # the head of the refusal that the application sends
         self._answered = self._open = self._listening = self._behind = self._lingers = self._over = self._gone = False
-        self._ping: bytes | None = None  # that waits for its answer
+        self._ping: bytes | None = None  # the ping whose pong is awaited
         self._doubted = False
-        self._owed_pong = b""  # that a peer which does not read has not been sent
+        self._owed_pong = b""  # the pong that a peer which does not read will get
         self._leaving: asyncio.TimerHandle | None = None
-        self._timer: asyncio.TimerHandle | None = None  # of the pings, then of what is discarded
+        self._timer: asyncio.TimerHandle | None = None  # of the next ping; after the close, of the next read
 
-    # What uvicorn and the event loop call
+    # Called by uvicorn and the event loop
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Begin."""
+        """Keep the transport."""
         self.transport = cast(asyncio.Transport, transport)
         self._server.connections.add(self)  # type: ignore[arg-type]
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Tell the application, and let go of the timers."""
+        """Report the disconnect to the application, and cancel the timers."""
         self._server.connections.discard(self)
         self._open, self._gone = False, True
         self._events.put_nowait({"type": "websocket.disconnect", "code": BROKEN})
@@ -104,18 +104,18 @@ class LiveProtocol(asyncio.Protocol):
                 timer.cancel()
 
     def pause_writing(self) -> None:
-        """The peer does not read."""
+        """The peer has stopped reading."""
         self._writable.clear()
 
     def resume_writing(self) -> None:
-        """It does again."""
+        """The peer reads again."""
         self._writable.set()
         if self._owed_pong:
             pong, self._owed_pong = self._owed_pong, b""
             self.transport.write(pong)
 
     def data_received(self, data: bytes) -> None:
-        """Take what has come from the network."""
+        """Read what the peer has sent."""
         if self._lingers:
             self.transport.pause_reading()
             self._timer = self.loop.call_later(DISCARD_SECONDS, self.transport.resume_reading)
@@ -127,7 +127,7 @@ class LiveProtocol(asyncio.Protocol):
             self._after_turn(self._frames.take(data))
 
     def shutdown(self) -> None:
-        """Close on a shutdown: a stream that fades is left to end by itself."""
+        """Close on a shutdown, after the time in which streams fade and end by themselves."""
         if self._open:
             self.loop.call_later(SHUTDOWN_SECONDS, self._shut)
         else:
@@ -155,7 +155,7 @@ class LiveProtocol(asyncio.Protocol):
         if self._answer.status_code != HTTPStatus.SWITCHING_PROTOCOLS:
             self._respond(self._answer)
             return
-        self.transport.pause_reading()  # until somebody takes the messages
+        self.transport.pause_reading()  # until `deliver`
         self._events.put_nowait({"type": "websocket.connect"})
         task = self.loop.create_task(self._serve(self._scope(asked)))
         self._server.tasks.add(task)
@@ -186,7 +186,7 @@ class LiveProtocol(asyncio.Protocol):
         }
 
     async def _serve(self, scope: dict[str, Any]) -> None:
-        """Run the application, and end what it leaves open."""
+        """Run the application, and close what it leaves open."""
         try:
             await self._config.loaded_app(scope, self._events.get, self._send)
         except PeerGone:
@@ -245,14 +245,14 @@ class LiveProtocol(asyncio.Protocol):
         self._respond(self.conn.reject(status, status.phrase))
 
     def _respond(self, response: Response) -> None:
-        """Answer in place of an upgrade."""
+        """Answer without an upgrade."""
         self._answered = True
         self.conn.send_response(response)
         self._flush()
         self._events.put_nowait({"type": "websocket.disconnect", "code": BROKEN})
         self.transport.close()
 
-    # What `service.live.transport.Wire` offers
+    # The interface `service.live.transport.Wire`
 
     def unblock(self) -> None:
         """See `Wire`."""
@@ -263,7 +263,7 @@ class LiveProtocol(asyncio.Protocol):
         return self._open and self._writable.is_set()
 
     def send_now(self, messages: Messages) -> None:
-        """See `Wire`: with one write to the socket, which costs more than all of their framing."""
+        """See `Wire`. One write for all messages: a write to the socket costs more than their framing."""
         pieces: list[bytes] = []
         for message in messages:
             payload = message if isinstance(message, bytes) else message.encode()
@@ -277,17 +277,17 @@ class LiveProtocol(asyncio.Protocol):
             raise PeerGone
         self.send_now(messages)
 
-    def deliver(self, sink: Sink | None) -> None:
+    def deliver(self, receiver: Receiver | None) -> None:
         """See `Wire`."""
-        self._frames.sink = sink
-        if sink is not None and not self._listening:
+        self._frames.receiver = receiver
+        if receiver is not None and not self._listening:
             self._listening = True
             self.transport.resume_reading()
 
     # Reading
 
     def _after_turn(self, done: bool) -> None:
-        """Send what the parser has to say, and go on in another turn where there is more."""
+        """Send what the parser has to send, and continue in another turn if there is more to read."""
         self._flush()
         if self._over or (self._open and self.conn.close_expected()):
             self._left()
@@ -313,7 +313,7 @@ class LiveProtocol(asyncio.Protocol):
             self._ping, self._frames.awaits_pong = None, False
 
     def _flush(self) -> None:
-        """Write what the parser has to say; of answers to pings a peer that does not read is owed the newest only."""
+        """Write what the parser has to send. For a peer that does not read, keep only the newest pong."""
         pieces = self.conn.data_to_send()
         if not pieces:
             return
@@ -323,7 +323,7 @@ class LiveProtocol(asyncio.Protocol):
             self._owed_pong = pieces[-1]
 
     def _beat(self) -> None:
-        """Ping the peer, or drop it where it has not answered the last one, though it may not take the close either."""
+        """Ping the peer, or drop it if it has not answered the last ping."""
         if not self._open:
             return
         wait = self._config.ws_ping_interval
@@ -346,7 +346,7 @@ class LiveProtocol(asyncio.Protocol):
     # Leaving
 
     def _close(self, code: int, reason: str) -> None:
-        """Say goodbye, and give the peer a moment to do the same."""
+        """Send the close, and give the peer CLOSE_SECONDS to answer it."""
         if self._open:
             self._open = False
             self._events.put_nowait({"type": "websocket.disconnect", "code": code, "reason": reason})
@@ -355,7 +355,7 @@ class LiveProtocol(asyncio.Protocol):
             self._after(CLOSE_SECONDS, self._linger)
 
     def _left(self) -> None:
-        """Part from a peer that has closed, or that broke the protocol and has been told so."""
+        """End the connection with a peer that has closed, or that has been closed for an error of protocol."""
         if self._open:
             self._open = False
             close = self.conn.close_rcvd or self.conn.close_sent
@@ -368,20 +368,20 @@ class LiveProtocol(asyncio.Protocol):
             self._linger()
 
     def _linger(self) -> None:
-        """End the sending half behind what is still unsent, and wait for the peer to take it and to close.
+        """End the sending half after the unsent bytes, and wait until the peer has read them and closes.
 
-        The socket is not closed before: with something unread in it, the kernel would drop what is unsent.
+        The socket stays open until then. If it were closed with unread bytes in it, the kernel would drop unsent ones.
         """
         if self._gone or self.transport.is_closing() or not self.transport.can_write_eof():
             self.transport.abort()
             return
         self._lingers = True
-        self.transport.resume_reading()  # else its end is not seen
+        self.transport.resume_reading()  # otherwise the end is not noticed
         self.transport.write_eof()
         self._after(LINGER_SECONDS, self.transport.abort)
 
     def _after(self, seconds: float, act: Callable[[], object]) -> None:
-        """Do what comes next on the way out."""
+        """Call `act` after `seconds` in place of the earlier step of the end."""
         if self._leaving is not None:
             self._leaving.cancel()
         self._leaving = None if self._gone else self.loop.call_later(seconds, act)

@@ -1,14 +1,13 @@
-"""What one WebSocket peer sends: cut into frames, and read a bounded amount in each turn of the event loop.
+"""Reads the frames of one WebSocket peer, a bounded amount in each turn of the event loop.
 
-Model: RFC 6455. The head of a frame tells where it ends, so the place between two frames is known without asking the
-    parser. A short message that is a whole frame there, as nearly every one is, goes straight to the sink;
-    every other frame goes through the parser of websockets (`ServerProtocol`, its public interface), one at a time. A
-    turn ends after TURN_WORK or TURN_SECONDS, control frames included; what is left waits for one of the shared
-    `read_turns.Turns`, and the socket is not read meanwhile.
-Source: RFC 6455, 5.2 (frames), 5.3 (masks), 5.5.2 and 5.5.3 (a ping may be answered by the newest pong alone; a pong
-    that nobody asked for needs no answer).
-Limits: a turn may overrun TURN_SECONDS by the message it ends with. What waits is at most one read of the event loop
-    (256 kB in uvloop), beside one message of at most `max_size` in the parser.
+Model: the head of a frame gives its length, so the frames are separated without the parser. A short message in one
+    whole frame, as nearly all are, goes straight to the receiver. Every other frame goes through the parser of
+    websockets (`ServerProtocol`, its public interface), one at a time. A turn ends after TURN_WORK or TURN_SECONDS,
+    control frames included. The rest waits for one of the shared `read_turns.Turns`; the socket is not read meanwhile.
+Source: RFC 6455, 5.2 (frames), 5.3 (masks), 5.5.2 and 5.5.3 (the newest pong may answer all pings; an unsolicited pong
+    needs no answer).
+Limits: the last message of a turn may exceed TURN_SECONDS. At most one read of the event loop (256 kB in uvloop) waits,
+    beside one message of at most `max_size` in the parser.
 """
 
 from __future__ import annotations
@@ -21,19 +20,19 @@ from websockets.protocol import State
 from websockets.server import ServerProtocol
 
 from service.http.read_turns import TURN_SECONDS
-from service.live.transport import Sink
+from service.live.transport import Receiver
 
-TURN_WORK = 512  # short messages in a turn, or other work that takes as long; more makes others late, less costs turns
-PARSED_WORK = 4  # of a frame that the parser takes: 6 us, a short message 1.5
-BYTES_OF_WORK = 32  # bytes of a payload that count as one more: a text of 64 kB takes 1 to 3 ms
-FLOOD_BYTES = 1024  # that count as one frame more towards a flood
-WHOLE_TEXT, WHOLE_BINARY, PING, PONG = 0x81, 0x82, 0x89, 0x8A  # the first byte of a frame that is all of its message
-MASKED, SHORT = 0x80, 126  # in the second byte: the mask's bit; sizes from here on are written behind it
+TURN_WORK = 512  # short messages per turn, or equal work; more delays other connections, less needs more turns
+PARSED_WORK = 4  # of a frame in the parser, 6 us; a short message takes 1.5 us
+BYTES_OF_WORK = 32  # bytes of payload that count as one more: a text of 64 kB takes 1 to 3 ms
+FLOOD_BYTES = 1024  # of a frame that count as one more frame of a flood
+WHOLE_TEXT, WHOLE_BINARY, PING, PONG = 0x81, 0x82, 0x89, 0x8A  # first byte of a frame that is a whole message
+MASKED, SHORT = 0x80, 126  # second byte: the bit of the mask; sizes from here on follow the byte
 MASK_BYTES = 4
 
 
 def frame_size(held: bytes, place: int) -> int:
-    """Return the bytes of the frame that begins at `place`, its head included; 0 where the head is not all there."""
+    """Return the bytes of the frame at `place`, head included; 0 if the head is incomplete."""
     room = len(held) - place
     if room < 2:
         return 0
@@ -54,37 +53,39 @@ def unmasked(frame: bytes) -> bytes:
 class FrameReader:
     """The reading half of one connection.
 
-    control: is given each control frame that the parser has taken. invalid: is called for text that is not UTF-8.
-    sink: who takes the messages; while there is none they are thrown away.
+    control: called with each control frame from the parser.
+    invalid: called for text that is not UTF-8.
+    receiver: receives the messages; None discards them.
+    awaits_pong: pongs are passed to the parser.
     """
 
     def __init__(self, conn: ServerProtocol, control: Callable[[Frame], None], invalid: Callable[[], None]) -> None:
-        self.sink: Sink | None = None
+        self.receiver: Receiver | None = None
         self.awaits_pong = False
         self._conn, self._control, self._invalid = conn, control, invalid
         self._held = b""
-        self._left = 0  # bytes still to come of the frame that the parser has the beginning of
-        self._opcode: Opcode | None = None  # of a message in several frames whose last one is still to come
+        self._left = 0  # missing bytes of the frame that the parser has begun
+        self._opcode: Opcode | None = None  # of a fragmented message that is incomplete
         self._parts = bytearray()
-        self._in_a_row = 0  # frames since all that had come was last read in one turn
+        self._in_a_row = 0  # frames since everything had been read
 
     def take_whole(self, data: bytes) -> bool:
-        """Take what is one short binary message and nothing else; return whether it was: contacts mostly are."""
-        size, sink = len(data) - 2 - MASK_BYTES, self.sink
-        if not 0 <= size < SHORT or data[0] != WHOLE_BINARY or data[1] != MASKED + size or sink is None:
+        """Pass on `data` if it is exactly one short binary message, as most contacts are; return whether it was."""
+        size, receiver = len(data) - 2 - MASK_BYTES, self.receiver
+        if not 0 <= size < SHORT or data[0] != WHOLE_BINARY or data[1] != MASKED + size or receiver is None:
             return False
         if self._held or self._left or self._opcode is not None or self._conn.state is not State.OPEN:
             return False
         self._in_a_row = 0
-        sink.message(unmasked(data))
+        receiver.message(unmasked(data))
         return True
 
     def hold(self, data: bytes) -> None:
-        """Keep what has come for a later turn."""
+        """Keep `data` for a later turn."""
         self._held = self._held + data if self._held else data
 
     def take(self, data: bytes) -> bool:
-        """Read what has come; return whether it has all been read, but for the beginning of a frame."""
+        """Read `data`; return whether all of it has been read, except for an incomplete frame."""
         self.hold(data)
         done = self.read()
         if done:
@@ -92,14 +93,14 @@ class FrameReader:
         return done
 
     def read(self) -> bool:
-        """Read what waits, for one turn; return as `take`."""
+        """Read what waits, for one turn; returns the same as `take`."""
         held, place, work = self._held, 0, 0
         until = perf_counter() + TURN_SECONDS
         while place < len(held):
             if work >= TURN_WORK or perf_counter() >= until:
                 self._held = held[place:]
-                if self.sink is not None:
-                    self.sink.behind(self._in_a_row)
+                if self.receiver is not None:
+                    self.receiver.behind(self._in_a_row)
                 return False
             taken, cost = self._next(held, place)
             if not taken:
@@ -109,7 +110,7 @@ class FrameReader:
         return True
 
     def _next(self, held: bytes, place: int) -> tuple[int, int]:
-        """Take the frame at `place`, or what is there of it; return its bytes and work; no bytes: wait for more."""
+        """Read what is there of the frame at `place`; return the bytes read (0: more are needed) and the work."""
         if not self._left:
             size = frame_size(held, place)
             whole = 0 < size <= len(held) - place
@@ -129,8 +130,8 @@ class FrameReader:
         return len(piece), PARSED_WORK + len(piece) // BYTES_OF_WORK
 
     def _needless(self, kind: int) -> bool:
-        """Count a ping or pong; return whether nobody needs it read."""
-        within = self.sink is None or self.sink.frame()
+        """Count a ping or a pong; return whether it may be ignored."""
+        within = self.receiver is None or self.receiver.frame()
         return not (self.awaits_pong if kind == PONG else within)
 
     def _parse(self, piece: bytes) -> None:
@@ -143,26 +144,26 @@ class FrameReader:
                 self._control(event)
 
     def _data(self, frame: Frame) -> None:
-        """Take a frame of a message, which may be all of it."""
+        """Read a frame of a message."""
         if frame.opcode is not Opcode.CONT:
             self._opcode = frame.opcode
         self._parts += frame.data
         if frame.fin:
             opcode, parts, self._opcode, self._parts = self._opcode, self._parts, None, bytearray()
             self._message(opcode is Opcode.TEXT, bytes(parts))
-        elif self.sink is not None:
-            self.sink.frame()
+        elif self.receiver is not None:
+            self.receiver.frame()
 
     def _message(self, is_text: bool, message: bytes) -> None:
-        sink = self.sink
-        if sink is None:
+        receiver = self.receiver
+        if receiver is None:
             return
         if not is_text:
-            sink.message(message)
+            receiver.message(message)
             return
         try:
             text = message.decode()
         except UnicodeDecodeError:
             self._invalid()
         else:
-            sink.message(text)
+            receiver.message(text)

@@ -1,1 +1,1 @@
-"""Sessions: a scene that sounds, its changes, its pace and its end; HTTP streams and live connections share them."""
+"""Sessions: their scenes, changes, pacing and ends, for HTTP streams and live connections."""

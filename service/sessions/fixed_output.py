@@ -1,25 +1,28 @@
-"""What is fixed while a session lives: rate, channels, quantities and full scale. A change of the scene may touch none.
+"""What a change of scene may not change in a session: rate, channels, quantities and full scale.
 
-Model: the full scale that the first voice chose is written into the scene, so that no later scene chooses another. A
-    partial scene is merged (RFC 7396), and refused with a fault for each fixed value that it would change.
+Model: the full scale that the first voice chooses is written into the scene, so that all later scenes keep it. A
+    partial scene is merged (RFC 7396); each fixed value that it would change is a fault.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
 
+from service.engine import Sounding
 from service.problems import Problem
 from synth.errors import Fault, SceneError
 from synth.scene.merge import merge_patch
 from synth.scene.output_section import Output
 from synth.scene.scene import Scene, parse_scene, scene_document
 
+Sounds = TypeVar("Sounds", bound=Sounding)
+
 
 def changed_scene(scene: Scene, patch: Mapping[str, object], full_scale: tuple[float, ...]) -> Scene:
-    """Return `scene` changed by `patch`, with the session's full scale.
+    """Return `scene` changed by `patch`, with the full scale of the session.
 
-    Raises SceneError for a scene that is refused, Problem (fixed) for one that would change what a session keeps.
+    Raises SceneError for an invalid scene, Problem (fixed) for a scene that changes a fixed value.
     """
     changed = parse_scene(merge_patch(scene_document(scene), patch))
     faults = [*_fixed_faults(scene.output, changed.output), *_added_faults(scene, changed)]
@@ -29,9 +32,9 @@ def changed_scene(scene: Scene, patch: Mapping[str, object], full_scale: tuple[f
 
 
 def with_full_scale(scene: Scene, full_scale: tuple[float, ...]) -> Scene:
-    """Return `scene` with each channel's full scale written out, so that no change of the scene chooses another.
+    """Return `scene` with the full scale of each channel written out, so that changed scenes keep it.
 
-    Where the voice chose none that a scene may state (a silent scene), the scene stays as it is.
+    A silent scene, whose voice has no valid full scale, is returned unchanged.
     """
     document = scene_document(scene)
     output = dict(document["output"])
@@ -47,6 +50,13 @@ def with_full_scale(scene: Scene, full_scale: tuple[float, ...]) -> Scene:
     return _with_added_scales(pinned, added) if added else pinned
 
 
+def open_pinned(scene: Scene, open_voice: Callable[[Scene], Sounds]) -> tuple[Scene, Sounds]:
+    """Return `scene` with the full scale that its voice chooses written out, and a voice of it. Slow."""
+    voice = open_voice(scene)
+    pinned = with_full_scale(scene, tuple(voice.full_scale))
+    return pinned, voice if pinned == scene else open_voice(pinned)
+
+
 def _with_added_scales(scene: Scene, full_scale: tuple[float, ...]) -> Scene:
     from synth.plan.effect_choice import with_added_scales
 
@@ -58,7 +68,7 @@ def _without(section: dict[str, Any], *names: str) -> dict[str, Any]:
 
 
 def _fixed_faults(before: Output, after: Output) -> list[Fault]:
-    """Return what a change of `before` to `after` would do to what is fixed, a fault each."""
+    """Return a fault for each fixed value that differs."""
     faults = []
     if after.sample_rate != before.sample_rate:
         faults.append(_fixed("/output/sample_rate", f"{after.sample_rate} Hz", f"{before.sample_rate} Hz"))
@@ -74,7 +84,7 @@ def _fixed_faults(before: Output, after: Output) -> list[Fault]:
 
 
 def _added_faults(before: Scene, after: Scene) -> list[Fault]:
-    """Return what a change would do to the channels that effects add, a fault each."""
+    """Return a fault for each difference in the channels that effects add."""
     from synth.plan.effect_choice import added_quantities, outputs_of
 
     was, now = (", ".join(added_quantities(scene)) or "no channel" for scene in (before, after))

@@ -1,15 +1,13 @@
-"""The clock of a stream: when the next block is due, whose fault it is when it is late, and sleeps until then.
+"""The pacing of a stream: when the next block is due, and whether the reader or the service makes it late.
 
-Model: the block at frame n is due at start + (n - first) / rate - lead, absolute, so that errors of single sleeps do
-    not add up (sleeping one block at a time drifts by 2-5 %). Time spent in writes that waited for the reader is the
-    reader's. A live stream is read too slowly where more than half of what it is behind is the reader's; somebody looks
-    often while its writes wait: of the time between two looks no more than LOOK_SECONDS counts, since a service that
-    did not look did not write either.
-    Live streams share one alarm clock (`BlockTimer`): a timer and a task for each block of each stream would cost more
-    than the block.
-Limits: a stream that is behind for up to `FORGIVEN_SECONDS`, beyond its lead, catches up in a burst. Behind for longer,
-    its clock starts anew: the reader had silence for that time, and every later block comes later by as much. The event
-    loop's timer counts in milliseconds: whoever is due within one is served at its end.
+Model: the block at frame n is due at start + (n - first) / rate - lead. The time is absolute, so errors of sleeps do
+    not add up (relative sleeps drift by 2-5 %). The time that writes wait is the reader's. A reader is too slow if more
+    than half of the lateness is the reader's. While a write waits, `behind` is called often; at most LOOK_SECONDS
+    between two calls count as the reader's, since a service that is late itself does not write.
+    Live streams share one `BlockTimer`: a timer and a task per block would cost more than the block.
+Limits: a stream that is late by up to FORGIVEN_SECONDS beyond its lead catches up in a burst. If it is later, its clock
+    restarts: the reader had silence for that time, and every later block is due that much later. The timer of the event
+    loop has a resolution of 1 ms.
 """
 
 from __future__ import annotations
@@ -19,69 +17,72 @@ import heapq
 import math
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from enum import Enum
 from itertools import count
 
-FORGIVEN_SECONDS = 1.0  # shorter: a network hiccup costs the lead; longer: a long stall is answered by a long burst
-WAITED_SECONDS = 0.001  # a write that takes longer has waited for the reader
-LOOK_SECONDS = 0.1  # twice as long as it is between two looks of a service that is not late itself
+FORGIVEN_SECONDS = 1.0  # shorter: a hiccup of the network costs the lead; longer: a long stall causes a long burst
+WAITED_SECONDS = 0.001  # a longer write has waited for the reader
+LOOK_SECONDS = 0.1  # twice the usual time between two calls of `behind` during a write
 
 
 class Behind(Enum):
-    """What a late block means."""
+    """Whether the reader is too slow."""
 
-    FINE = "on time, or late by our fault"
-    SLOW = "half of what a slow reader may be behind"
-    TOO_SLOW = "more than a slow reader may be behind"
+    FINE = "on time, or late because of the service"
+    SLOW = "behind by half of the bound"
+    TOO_SLOW = "behind by more than the bound"
 
 
 class Pacer:
     """The clock of one stream.
 
-    rate: frames a second.
-    now: s, of any clock; the same for all methods.
+    rate: frames per second.
+    now: present time in s, of any clock; the same clock for all methods.
     lead: s by which blocks are sent ahead.
-    slow_reader: s that a reader may be behind; None: as long as it likes, and nobody looks while a write waits.
+    slow_reader: s by which a reader may be behind; None: without limit, and `behind` is not called during writes.
+    due: time at which the next block is due, in s.
+    in_write: a write is under way, so the reader has not taken its block yet.
     """
 
     def __init__(self, rate: int, now: float, *, lead: float = 0.0, slow_reader: float | None = None) -> None:
         self._lead, self._slow_reader = lead, slow_reader
         self.begin(0, rate, now)
-        self.in_write = False  # seen from outside the writer: the reader does not take what is sent
-        self._skipped = self._skipped_waiting = 0.0  # s by which the clock began anew, and the reader's part of them
-        self._blocked = 0.0  # s that writes waited since the stream was last on time
-        self._waited, self._looked = 0.0, now  # s that the present write has waited, as of the latest look
+        self.in_write = False
+        self._skipped = self._skipped_waiting = 0.0  # s of restarts, and the reader's part of them
+        self._blocked = 0.0  # s of waiting writes since the stream was last on time
+        self._waited, self._looked = 0.0, now  # s that the present write has waited, and when that was updated
 
     @property
     def skipped(self) -> float:
-        """Return the seconds by which the clock has begun anew and that nobody was told of."""
+        """Return the seconds of restarts since the last `take_skipped`."""
         return self._skipped
 
     def begin(self, frame: int, rate: int, now: float) -> None:
-        """Let `frame` be heard now: it is due `lead` before."""
+        """Start the clock: `frame` is heard now, so it was due `lead` ago."""
         self._start, self._first, self._rate = now, frame, rate
         self.due = now - self._lead
 
     def advance(self, frame: int) -> None:
-        """Let `frame` be the next one."""
+        """Set the next frame."""
         self.due = self._start + (frame - self._first) / self._rate - self._lead
 
     def late(self, now: float) -> float:
-        """Return by how many seconds the next block is late if it goes out now; while the lead is filled, none is."""
+        """Return by how many seconds a block sent now is late. While the lead is being filled, no block is late."""
         return now - max(self._start, self.due)
 
     def take_skipped(self, *, own: bool = False) -> float:
-        """Return `skipped`, once; own: less what of it the reader made writes wait."""
+        """Return `skipped` and reset it. own: without the part that the reader caused."""
         skipped = max(0.0, self._skipped - self._skipped_waiting) if own else self._skipped
         self._skipped = self._skipped_waiting = 0.0
         return skipped
 
     def writing(self, now: float) -> None:
-        """Take note that a write begins."""
+        """Record that a write begins."""
         self._waited, self._looked, self.in_write = 0.0, now, True
 
     def written(self, now: float) -> None:
-        """Take note that it is over."""
+        """Record that the write is over."""
         self._look(now)
         self.in_write = False
         if self._waited > WAITED_SECONDS:
@@ -90,7 +91,7 @@ class Pacer:
             self._blocked = 0.0
 
     def behind(self, now: float) -> Behind:
-        """Return what it means that the next block has not gone out yet; the clock may start anew."""
+        """Return whether the reader is too slow, given that the next block is not sent yet. May restart the clock."""
         if self.in_write:
             self._look(now)
         late = now - self.due - self._lead
@@ -117,53 +118,38 @@ class Pacer:
 
 
 class Bell:
-    """Rings once, for good, and ends the sleep that is under way. Of one event loop; one task sleeps on it."""
+    """A signal that ends every sleep on it, present and later."""
 
     def __init__(self) -> None:
         self._rung = asyncio.Event()
-        self._sleep: asyncio.Future[None] | None = None
 
     @property
     def rung(self) -> bool:
-        """Return whether it has rung."""
+        """Return whether `ring` has been called."""
         return self._rung.is_set()
 
     def ring(self) -> None:
-        """Ring; again is the same as once."""
+        """End all sleeps."""
         self._rung.set()
-        if self._sleep is not None:
-            _wake(self._sleep)
 
     async def wait(self) -> None:
-        """Return once it has rung."""
+        """Return once `ring` has been called."""
         await self._rung.wait()
 
     async def sleep(self, seconds: float) -> None:
-        """Return after `seconds` or when it rings, and let others run in any case."""
-        if self.rung or seconds <= 0:
-            await asyncio.sleep(0)
-            return
-        loop = asyncio.get_running_loop()
-        self._sleep = loop.create_future()
-        timer = loop.call_later(seconds, _wake, self._sleep)
-        try:
-            await self._sleep
-        finally:
-            timer.cancel()
-            self._sleep = None
+        """Return after `seconds` or once `ring` has been called. Other tasks run in between."""
+        await asyncio.sleep(0)
+        with suppress(TimeoutError):
+            async with asyncio.timeout(seconds):
+                await self._rung.wait()
 
 
-def _wake(sleep: asyncio.Future[None]) -> None:
-    if not sleep.done():
-        sleep.set_result(None)
-
-
-EARLY_SECONDS = 0.0002  # who is due so soon is called now: a timer of its own would come up to a millisecond late
-SHORTEST_SECONDS = 0.001  # that the timer is set for
+EARLY_SECONDS = 0.0002  # by which a callback may be early; a timer for it alone would be up to 1 ms late
+SHORTEST_SECONDS = 0.001  # of the timer
 
 
 class BlockTimer:
-    """Calls back at times of `clock`."""
+    """Calls callbacks at given times of `clock`."""
 
     def __init__(self, clock: Callable[[], float] = time.perf_counter) -> None:
         self._clock = clock
@@ -174,7 +160,7 @@ class BlockTimer:
         self._ringing = False
 
     def call_at(self, when: float, callback: Callable[[], None]) -> None:
-        """Have `callback` called at `when`, once; it must not raise, and may be called early by EARLY_SECONDS."""
+        """Call `callback` once at `when`, or up to EARLY_SECONDS before. It must not raise."""
         heapq.heappush(self._waiting, (when, next(self._numbers), callback))
         if not self._ringing and (self._timer is None or when < self._rings_at):
             self._set()

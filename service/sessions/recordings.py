@@ -1,7 +1,7 @@
-"""The recordings of live sessions that have ended, kept for a while within a bound of memory.
+"""The recordings of ended live sessions, within a bound of memory.
 
-Limits: a recording is kept for RIDGEWAVE_SESSION_IDLE after its session's end. It belongs to the key that opened the
-    session: to another key it is not there.
+Limits: a recording is kept for RIDGEWAVE_SESSION_IDLE after the end of its session. Only the key that opened the
+    session can read it.
 """
 
 from __future__ import annotations
@@ -20,7 +20,12 @@ log = logging.getLogger("ridgewave.service")
 
 
 class Recording(NamedTuple):
-    """One recording: whose it is, until when it is kept, and its JSON once it is made."""
+    """One recording.
+
+    owner: number of the key that opened the session.
+    until: time at which it expires.
+    made: its JSON.
+    """
 
     owner: int | None
     until: float
@@ -28,12 +33,12 @@ class Recording(NamedTuple):
 
     @property
     def size(self) -> int:
-        """Return its bytes; 0 until it is made."""
+        """Return the size in bytes, 0 until the JSON is made."""
         return len(self.made.result()) if self.made.done() and not self.made.cancelled() else 0
 
 
 class Recordings:
-    """The recordings of one process. seconds: for how long one is kept."""
+    """The recordings of one process. seconds: for which each is kept."""
 
     def __init__(self, seconds: float) -> None:
         self._seconds = seconds
@@ -42,11 +47,11 @@ class Recordings:
 
     @property
     def used_bytes(self) -> int:
-        """Return the memory that they take."""
+        """Return the size of all recordings."""
         return sum(kept.size for kept in self._kept.values())
 
     def keep(self, session: Session, stream: VoiceStream) -> None:
-        """Keep the recording of `session`, which has ended."""
+        """Keep the recording of the ended `session`."""
         loop = asyncio.get_running_loop()
         made: asyncio.Future[bytes] = loop.create_future()
         self._kept[session.id] = Recording(session.owner, time.monotonic() + self._seconds, made)
@@ -55,12 +60,12 @@ class Recordings:
         task.add_done_callback(self._tasks.discard)
 
     async def find(self, name: str, owner: int | None) -> bytes | None:
-        """Return the JSON of a session's recording, None where there is none of that owner."""
+        """Return the JSON of the recording of session `name`, None if `owner` has no such recording."""
         kept = self._kept.get(name)
         return None if kept is None or kept.owner != owner else await asyncio.shield(kept.made)
 
     def free(self, excess: int) -> int:
-        """Forget the oldest recordings until `excess` bytes are free; return how many are still too many."""
+        """Remove the oldest recordings until `excess` bytes are free; return how many bytes are missing."""
         for name, size in [(name, kept.size) for name, kept in self._kept.items()]:
             if size and excess > 0:
                 del self._kept[name]
@@ -68,12 +73,12 @@ class Recordings:
         return excess
 
     def expire(self, now: float) -> None:
-        """Forget those whose time is over."""
+        """Remove expired recordings."""
         for name in [name for name, kept in self._kept.items() if now > kept.until]:
             del self._kept[name]
 
     async def settle(self, seconds: float) -> None:
-        """Return once all are made, or after so long."""
+        """Return once all recordings are made, or after `seconds`."""
         if self._tasks:
             await asyncio.wait(self._tasks, timeout=seconds)
 
@@ -90,6 +95,6 @@ class Recordings:
 
 
 async def recording_of(stream: VoiceStream) -> bytes:
-    """Return the JSON of the recording that `stream` keeps."""
+    """Return the JSON of the recording of `stream`, made in a thread."""
     made: bytes = await ThreadWork(partial(stream.recording), "recording").done
     return made

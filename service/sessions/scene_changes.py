@@ -1,9 +1,9 @@
-"""Changes of a session's scene, as they come: those that wait are merged, and solved together.
+"""Merges the changes of a session's scene that arrive while one is being solved.
 
-Model: while one change is solved, partial scenes wait; all that wait are then merged in the order in which they came
-    (`merged`), and what comes out is solved once. So the last is always applied, at most one solve later. One that is
-    refused leaves the others be: where the sum of several cannot be solved, its halves are tried.
-Limits: what waits has a bound of bytes, beyond which the oldest goes: the newest wins.
+Model: waiting partial scenes are merged in order of arrival, and the result is solved once (`merged`). So the last
+    change is applied at most one solve later. A refused change does not affect the others: if several cannot be solved
+    together, each half of them is tried.
+Limits: beyond WAITING_BYTES the oldest waiting change is dropped.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from service.problems import Problem
 from synth.errors import RidgewaveError
 from synth.scene.scene import Scene
 
-WAITING_BYTES = 1 << 18  # of a session: thousands of knobs turned, or four messages of the largest size
+WAITING_BYTES = 1 << 18  # per session: thousands of small changes, or four messages of the largest size
 
 Patch = Mapping[str, Any]
 Refusal = RidgewaveError | Problem
@@ -26,7 +26,12 @@ Refusal = RidgewaveError | Problem
 
 @dataclass(frozen=True, slots=True)
 class Waiting:
-    """One partial scene. read: returns it. settle: told why it was refused; None: it is applied."""
+    """One waiting change.
+
+    read: returns the partial scene.
+    size: of its text, in bytes.
+    settle: called with the reason of the refusal, or with None once the change is applied.
+    """
 
     read: Callable[[], Patch]
     size: int
@@ -34,7 +39,7 @@ class Waiting:
 
 
 class Changes:
-    """The changes of one session. apply: does all of a batch, and settles each of it."""
+    """The changes of one session. apply: applies a batch and settles each change of it."""
 
     def __init__(self, apply: Callable[[Sequence[Waiting]], Awaitable[None]]) -> None:
         self._apply = apply
@@ -43,19 +48,19 @@ class Changes:
         self._task: asyncio.Task[None] | None = None
 
     def add(self, change: Waiting) -> None:
-        """Have `change` applied, together with those that wait already."""
+        """Apply `change`, together with those that wait already."""
         self._waiting.append(change)
         self._bytes += change.size
         while self._bytes > WAITING_BYTES and len(self._waiting) > 1:
             oldest = self._waiting.popleft()
             self._bytes -= oldest.size
-            detail = "Newer changes of the scene came while one was solved: this one is dropped."
+            detail = "This change is dropped: too many newer changes arrived while another one was being solved."
             oldest.settle(Problem("too-fast", detail))
         if self._task is None:
             self._task = asyncio.get_running_loop().create_task(self._work())
 
     def drop(self) -> None:
-        """Forget what waits: whoever asked for it has gone."""
+        """Drop the waiting changes, whose sender is gone."""
         self._waiting.clear()
         self._bytes = 0
 
@@ -75,7 +80,11 @@ class Changes:
 
 @dataclass(frozen=True, slots=True)
 class Merged:
-    """What a batch came to: the scene and what `prepare` made of it, None where all was refused; why, by its place."""
+    """The result of a batch.
+
+    coming: the scene, and what `prepare` returned for it; None if every change was refused.
+    refused: the reason of each refusal, by index in the batch.
+    """
 
     coming: tuple[Scene, Any] | None
     refused: Mapping[int, Refusal]
@@ -87,15 +96,15 @@ def merged(
     change: Callable[[Scene, Patch], Scene],
     prepare: Callable[[Scene], Any],
 ) -> Merged:
-    """Return `scene` with all of `batch`, solved; for a thread.
+    """Return `scene` with all changes of `batch`, solved. Slow: call it from a thread.
 
-    change: merges one partial scene; prepare: solves. Both raise RidgewaveError or Problem for what they refuse.
+    change: merges one partial scene. prepare: solves a scene. Both raise RidgewaveError or Problem to refuse.
     """
     refused: dict[int, Refusal] = {}
     coming: tuple[Scene, Any] | None = None
 
     def take(places: Sequence[int]) -> None:
-        """Solve the changes at `places` together; where that is refused, the halves of them."""
+        """Solve the changes at `places` together; if that is refused, try each half of them."""
         nonlocal coming
         target, kept = scene if coming is None else coming[0], []
         for place in places:

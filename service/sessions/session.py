@@ -1,11 +1,10 @@
-"""A session: a scene that sounds, whose it is, what is fixed about its sound, its changes, and its end.
+"""A session: its scene, voices, owner, changes and end.
 
-Model: there are two kinds. A session of plain HTTP gives each reader and each play a voice of its own, at frame 0, so
-    that every one ramps in. A live session has one voice, led by a hand, which outlives its connection. In both, a
-    change of the scene reaches every voice that sounds. Rate, channels, quantities and full scale are fixed
-    (`fixed_output`). Ids hold 128 random bits: who does not know one cannot reach the session, nor who has another key
-    than the one that opened it.
-Limits: an HTTP stream begins at frame 0 of the scene, not where an earlier one left off.
+Model: there are two kinds. An HTTP session opens a new voice at frame 0 for each reader and each play. A live session
+    has one voice, which follows a hand and outlives its connection. A change of scene reaches every playing voice.
+    Rate, channels, quantities and full scale are fixed (`fixed_output`). Access needs the id, which has 128 random
+    bits, and the key that opened the session.
+Limits: an HTTP stream begins at frame 0 of the scene, not where an earlier one ended.
 """
 
 from __future__ import annotations
@@ -34,57 +33,57 @@ log = logging.getLogger("ridgewave.service")
 
 
 class StreamReader(Protocol):
-    """The reader of an HTTP session, as the session sees it."""
+    """The reader of an HTTP session."""
 
     stream: VoiceStream | None
     left: asyncio.Event
-    """Set once its answer is over."""
+    """Set at the end of the response."""
 
     def end(self, *, at_once: bool = False) -> None:
-        """Fade out and end; at_once: a reader that does not read gets 10 ms."""
+        """Fade out and end. at_once: cut off a reader that does not read for 10 ms."""
 
 
 class Peer(Protocol):
-    """A live connection, as sessions see it."""
+    """A live connection."""
 
     @property
     def owner(self) -> int | None:
-        """Return the number of its key, None where no keys are set."""
+        """Return the number of its key, None without keys."""
 
     @property
     def ending(self) -> bool:
-        """Return whether its stream fades out or has ended."""
+        """Return whether the stream fades out or has ended."""
 
     @property
     def client(self) -> str:
-        """Return whom its work is counted for."""
+        """Return the name of the client for limits of work."""
 
     def check(self, now: float) -> None:
-        """Look at what only time tells."""
+        """End or warn the connection if it is too late by the clock."""
 
     def refuse(self, problem: RidgewaveError | Problem) -> None:
-        """Tell of a problem that leaves the stream going."""
+        """Report a problem; the stream continues."""
 
     def failed(self) -> None:
-        """End, because of the exception that is being handled: our mistake."""
+        """End because of the exception that is being handled, a mistake of the service."""
 
     def displaced(self) -> None:
-        """End: another connection has the session now."""
+        """End, because another connection has taken over the session."""
 
     def end(self, reason: str, *, at_once: bool = False) -> None:
-        """Fade out and end; at_once: a peer that does not read gets 10 ms."""
+        """Fade out and end. at_once: cut off a client that does not read for 10 ms."""
 
 
 @dataclass(frozen=True, slots=True)
 class Owner:
-    """Who opens a session. client: whom its work is counted for. key: the number of its key, None where none is set."""
+    """Who opens a session. client: name for limits of work. key: number of the key, None without keys."""
 
     client: str
     key: int | None
 
 
 class Session:
-    """One session; its methods run in the event loop, and hand what is slow to `solver`."""
+    """One session. Its methods run in the event loop and pass slow work to `solver`."""
 
     def __init__(
         self,
@@ -96,7 +95,7 @@ class Session:
         solver: Solves,
         metrics: Metrics,
     ) -> None:
-        """stream: of a live session its one voice; of an HTTP session the voice for whoever listens first."""
+        """stream: the voice of a live session; in an HTTP session, the voice for the first listener."""
         self.id, self.owner, self.kind, self.scene = name, owner.key, stream.kind, scene
         self.stream: VoiceStream | None = stream
         self.sample_rate, self.channels = stream.sample_rate, stream.channels
@@ -107,33 +106,33 @@ class Session:
         self.ended = False
         self.touched = time.monotonic()
         self._engine, self._solver, self._metrics, self._client = engine, solver, metrics, owner.client
-        self._lock = asyncio.Lock()  # no voice is opened while the scene changes
+        self._lock = asyncio.Lock()  # no voice is opened during a change of scene
         self._changes = Changes(self._apply)
 
     @property
     def active(self) -> bool:
-        """Return whether somebody listens, something plays, or a connection has it."""
+        """Return whether the session has a reader, a play or a connection."""
         playing = self.player is not None and self.player.playing
         return playing or self.reader is not None or self.peer is not None
 
     @property
     def streams(self) -> list[VoiceStream]:
-        """Return the voices that sound, or may sound again."""
+        """Return the voices that play, or that may play again after a resume."""
         if self.kind == "live":
             return [] if self.stream is None else [self.stream]
         playing = self.player if self.player is not None and self.player.playing else None
         return [holder.stream for holder in (self.reader, playing) if holder is not None and holder.stream is not None]
 
     def touch(self) -> None:
-        """Begin the idle time anew."""
+        """Restart the idle time."""
         self.touched = time.monotonic()
 
     def expires_in(self, idle: float) -> float | None:
-        """Return the seconds until it expires if nothing happens; None while it is active."""
+        """Return the seconds until the session expires, None while it is active."""
         return None if self.active else max(0.0, self.touched + idle - time.monotonic())
 
     async def open_stream(self) -> VoiceStream:
-        """Return a voice at frame 0, of the caller's own; of an HTTP session."""
+        """Return a new voice of an HTTP session, at frame 0."""
         async with self._lock:
             stream, self.stream = self.stream, None
             if stream is None:
@@ -143,10 +142,10 @@ class Session:
         return stream
 
     async def change(self, body: bytes) -> None:
-        """Merge the partial scene that `body` holds; every voice cross-fades to it from its next block on.
+        """Merge the partial scene in `body`; every voice cross-fades to the result from its next block on.
 
-        Raises SceneError for a scene that is refused, Problem (409) for one that would change what is fixed; then
-        nothing has changed.
+        Raises SceneError for an invalid scene, Problem (fixed) for a scene that changes a fixed value. Then nothing
+        has changed.
         """
         settled: asyncio.Future[None] = asyncio.get_running_loop().create_future()
 
@@ -162,21 +161,21 @@ class Session:
         await settled
 
     def change_live(self, patch: Mapping[str, Any], size: int) -> None:
-        """Do the same with a partial scene of so many bytes; the connection is told of a refusal."""
+        """Do the same for a live session. size: of the text of `patch`, in bytes. The connection reports a refusal."""
         self._changes.add(Waiting(lambda: patch, size, self._tell_peer))
 
     def detach(self, peer: Peer) -> None:
-        """Let go of the connection `peer`, which broke; what it still asked for is forgotten."""
+        """Release the session from `peer`, whose connection broke, and drop its waiting changes."""
         if self.peer is peer:
             self.peer = None
             self.touch()
             self._changes.drop()
 
     def end(self, reason: str = "stopped", *, at_once: bool = False) -> None:
-        """Have everything that sounds fade and end; at_once: a device drops what it still holds."""
+        """Fade out and end everything that plays. at_once: a device drops its buffered samples."""
         self.ended = True
         if self.kind == "live":
-            self._changes.drop()  # nobody waits for an answer
+            self._changes.drop()  # no caller waits for an answer
         if self.reader is not None:
             self.reader.end(at_once=at_once)
         if self.player is not None:
@@ -185,7 +184,7 @@ class Session:
             self.peer.end(reason, at_once=at_once)
 
     def document(self, settings: Settings) -> dict[str, Any]:
-        """Return what `GET /v1/sessions/{id}` shows."""
+        """Return the answer of `GET /v1/sessions/{id}`."""
         return {
             "id": self.id,
             "scene": scene_document(self.scene),
@@ -201,7 +200,7 @@ class Session:
         }
 
     async def _apply(self, batch: Sequence[Waiting]) -> None:
-        """Solve all of `batch` and hand it to the voices, or keep it for the next one."""
+        """Solve all of `batch` and pass the result to the voices, or keep it for the next voice."""
         async with self._lock:
             streams = self.streams
 

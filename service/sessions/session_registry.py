@@ -1,9 +1,9 @@
-"""The sessions of one process: opened, found, ended, expired; of plain HTTP and live ones alike.
+"""The sessions of one process, HTTP and live: opens, finds, ends and expires them.
 
-Limits: sessions live in one process; of several workers only the one that has a live session knows it, and sessions of
-    plain HTTP are refused there. As many of each kind as RIDGEWAVE_MAX_SESSIONS. One of plain HTTP that nobody reads,
-    plays or asks about expires after RIDGEWAVE_SESSION_IDLE, a live one without a connection after RIDGEWAVE_RESUME.
-    To another key than the one that opened it, a session is not there.
+Limits: a session belongs to one process. With several workers, HTTP sessions are refused, and a live session is
+    known to one worker only. RIDGEWAVE_MAX_SESSIONS bounds the number of each kind. An idle HTTP session expires after
+    RIDGEWAVE_SESSION_IDLE, a live session without a connection after RIDGEWAVE_RESUME. Only the key that opened a
+    session can find it.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from collections import Counter
 from collections.abc import Callable
 
 from service.compute.threads import Solves
-from service.engine import Engine
+from service.engine import Engine, LiveVoice
 from service.operations.metrics import Metrics
 from service.operations.settings import Settings
 from service.problems import Problem
-from service.sessions.fixed_output import with_full_scale
+from service.sessions.fixed_output import open_pinned
 from service.sessions.recordings import Recordings, recording_of
 from service.sessions.session import Owner, Session
 from service.sessions.session_ids import new_id, not_found
@@ -27,14 +27,14 @@ from service.sinks.player import Player
 from synth.scene.scene import Scene, parse_scene
 from synth.scene.text import object_from_text
 
-EXPIRED_AT_A_TIME = 4  # a look: a hundred whose network broke at once would make those who play late by 30 ms
+EXPIRED_AT_A_TIME = 4  # per call of `look`; a hundred at once would delay all streams by 30 ms
 FULL = {
-    "http": "As many sessions as there may be.",
-    "live": "As many live sessions as there may be (RIDGEWAVE_MAX_SESSIONS).",
+    "http": "The service has its full number of sessions (RIDGEWAVE_MAX_SESSIONS).",
+    "live": "The service has its full number of live sessions (RIDGEWAVE_MAX_SESSIONS).",
 }
 
 Opening = Callable[[str], tuple[Scene, VoiceStream]]
-"""Returns the scene, its full scale written into it, and the first voice of the session of that id; slow."""
+"""Takes the id of a new session; returns its scene, full scale written out, and its first voice. Slow."""
 
 
 class Sessions:
@@ -52,38 +52,37 @@ class Sessions:
         return len(self._sessions)
 
     def count(self, kind: Kind) -> int:
-        """Return how many there are of a kind."""
+        """Return the number of sessions of a kind."""
         return sum(session.kind == kind for session in self._sessions.values())
 
     @property
     def used_bytes(self) -> int:
-        """Return the memory of live sessions beside their voices, and of the recordings that are kept."""
+        """Return the bytes of live sessions, without their voices, and of kept recordings."""
         kept = [session.stream.used_bytes for session in self._sessions.values() if session.stream is not None]
         return sum(kept) + self.recordings.used_bytes
 
     def require_open(self) -> None:
-        """Raise Problem (closing) where no session may be opened any more."""
+        """Raise Problem (closing) during a shutdown."""
         if self._closed:
             raise Problem("closing", "The service is shutting down.")
 
     # One session
 
     async def create(self, body: bytes, client: str, key: int | None) -> Session:
-        """Return a new session of plain HTTP, of the scene that `body` holds. Raises as `open`, and SceneError."""
+        """Return a new HTTP session of the scene in `body`. Raises the same as `open`, and SceneError."""
         self._refuse_workers()
 
         def opening(_name: str) -> tuple[Scene, VoiceStream]:
-            scene = parse_scene(object_from_text(body))
-            voice = self.metrics.timed("voice", self.engine.open_live, scene)
-            pinned = with_full_scale(scene, tuple(voice.full_scale))
-            if pinned != scene:
-                voice = self.metrics.timed("voice", self.engine.open_live, pinned)
-            return pinned, VoiceStream(voice)
+            def open_voice(scene: Scene) -> LiveVoice:
+                return self.metrics.timed("voice", self.engine.open_live, scene)
+
+            scene, voice = open_pinned(parse_scene(object_from_text(body)), open_voice)
+            return scene, VoiceStream(voice)
 
         return await self.open("http", Owner(client, key), opening)
 
     async def open(self, kind: Kind, owner: Owner, opening: Opening) -> Session:
-        """Return a new session of `owner`; raises Problem (full, closing) and what `opening` raises."""
+        """Return a new session of `owner`. Raises Problem (full, closing) and what `opening` raises."""
         self.require_open()
         if self.count(kind) + self._opening[kind] >= self._settings.max_sessions:
             raise Problem("full", FULL[kind], headers={"Retry-After": self._retry_after()})
@@ -94,33 +93,33 @@ class Sessions:
         finally:
             self._opening[kind] -= 1
         if stream.used_bytes and not self._has_room(stream.used_bytes):
-            sentence = f"The memory for live sessions (RIDGEWAVE_LIVE_BYTES) has no {stream.used_bytes} bytes left."
+            sentence = f"Live sessions have less than {stream.used_bytes} bytes of memory left (RIDGEWAVE_LIVE_BYTES)."
             raise Problem("full", sentence)
         session = Session(name, owner, scene, stream, self.engine, self._solver, self.metrics)
         self._sessions[name] = session
         return session
 
     def find(self, name: str, key: int | None) -> Session:
-        """Return the HTTP session of that id, its idle time begun anew; raises Problem (404), also for another's."""
+        """Return the HTTP session `name`; restart its idle time. Raises Problem (not-found), also for another key."""
         self._refuse_workers()
         session = self.get("http", name, key)
         if session is None or session.expires_in(self._settings.session_idle) == 0.0:
-            sentence = "No such session: it was never there, was deleted or stopped, or has expired."
+            sentence = "No such session: it never existed, was deleted or stopped, or has expired."
             raise not_found(name, sentence, self._settings)
         session.touch()
         return session
 
     def get(self, kind: Kind, name: str, key: int | None) -> Session | None:
-        """Return the session of a kind and id that the key of that number opened, None where there is none."""
+        """Return the session of that kind and id if `key` opened it, otherwise None."""
         session = self._sessions.get(name)
         return session if session is not None and (session.kind, session.owner) == (kind, key) else None
 
     def delete(self, name: str, key: int | None) -> None:
-        """End an HTTP session with a fade and forget it; raises Problem (404)."""
+        """Fade out, end and remove an HTTP session. Raises Problem (not-found)."""
         self._end(self.find(name, key))
 
     def finish(self, session: Session) -> None:
-        """Forget `session`, a live one that has ended; its recording stays for a while."""
+        """Remove an ended live session. Its recording is kept for a while."""
         if self._sessions.pop(session.id, None) is None or session.stream is None:
             return
         session.peer = None
@@ -130,20 +129,20 @@ class Sessions:
             self.recordings.keep(session, session.stream)
 
     async def recording(self, name: str, key: int | None) -> bytes:
-        """Return the JSON of a live session's recording; raises Problem (not-found), also for another's session."""
+        """Return the JSON of a live session's recording. Raises Problem (not-found), also for another key."""
         session = self.get("live", name, key)
         if session is not None and session.stream is not None and session.stream.records:
             return await recording_of(session.stream)
         kept = await self.recordings.find(name, key)
         if kept is None:
-            sentence = "No recording: the live session did not ask for one, or ended long ago."
+            sentence = "No recording: the live session did not request one, or ended too long ago."
             raise not_found(name, sentence, self._settings)
         return kept
 
     # All of them
 
     def end_all(self, reason: str = "stopped", *, at_once: bool = False) -> dict[str, int]:
-        """End every session; return how many of each there were. A connected one is forgotten when it has faded."""
+        """End every session; return the counts. A session with a connection is removed once it has faded out."""
         sessions = list(self._sessions.values())
         counts = {
             "sessions": len(sessions),
@@ -158,14 +157,14 @@ class Sessions:
         return counts
 
     def close(self) -> list[Player]:
-        """End everything for good; return the plays whose ends are worth waiting for."""
+        """End all sessions and refuse new ones; return the plays whose ends the caller should await."""
         self._closed = True
         players = [session.player for session in self._sessions.values() if session.player is not None]
         self.end_all("shutting down")
         return players
 
     def look(self) -> None:
-        """Have the metrics read what streams count, end the sessions that have expired, and bound the memory."""
+        """Update the metrics, end expired sessions, and bound the memory."""
         over = []
         for session in self._sessions.values():
             if session.stream is not None:
@@ -182,7 +181,7 @@ class Sessions:
                     session.stream.voice.end_recording()
 
     def _end(self, session: Session, *, at_once: bool = False) -> None:
-        """End `session`, which has no connection, and forget it."""
+        """End and remove `session`, which has no connection."""
         if session.kind == "live":
             self.finish(session)
         else:
@@ -190,7 +189,7 @@ class Sessions:
             session.end(at_once=at_once)
 
     def _has_room(self, more: int) -> bool:
-        """Return whether so many bytes more may be used, once the oldest recordings are forgotten where need be."""
+        """Return whether `more` bytes are free, if necessary after the removal of the oldest recordings."""
         return self.recordings.free(self.used_bytes + more - self._settings.live_bytes) <= 0
 
     def _retry_after(self) -> str:

@@ -131,16 +131,15 @@ class LiveVoice:
 
     def _unlimited(self, frames: int) -> Block:
         """Return the next frames before the limiter, whose output is `_ahead` frames behind them."""
-        block = np.empty((frames, self.channels), dtype=np.float32)
-        done = 0
-        while done < frames:
+        blocks: list[Block] = []
+        left = frames
+        while left or not blocks:
             if self._coming is None:
                 self._begin_change()
-            count = frames - done
-            if self._coming is not None:
-                count = min(count, self._crossing_frames - self._crossed)
-            block[done : done + count] = self._next(count)
-            done += count
+            count = left if self._coming is None else min(left, self._crossing_frames - self._crossed)
+            blocks.append(self._next(count))
+            left -= count
+        block = blocks[0] if len(blocks) == 1 else np.concatenate(blocks)
         self._ramp(block)
         return block
 

@@ -1,4 +1,4 @@
-"""Long renders hold nobody up: control work, streams, the end of the service; and they end with their clients."""
+"""Long renders delay neither control calls, streams nor the end of the service, and end with their clients."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ TICK = os.sysconf("SC_CLK_TCK")
 
 
 class Peer:
-    """A client of a render that reads as fast as it comes, in a thread, until it hangs up."""
+    """A client that reads a render in a thread until `hang_up`."""
 
     def __init__(self, url: str, sound_format: str, scene: dict[str, Any] = HOUR) -> None:
         body = json.dumps(scene).encode()

@@ -1,8 +1,8 @@
-"""Requests that no client library would send: bodies that almost fit, encodings, lengths, headers of any bytes.
+"""Requests that no client library sends: nearly valid bodies, encodings, lengths, headers of any bytes.
 
-Model: a scene that is accepted is broken in one place, at random: another value, one too long, a null byte, a key too
-    many. Bodies come in encodings and with labels that lie about them. Headers and request lines of any bytes go
-    over a socket to a real server, since no client would send them.
+Model: a valid scene is broken in one random place: another value, one too long, a null byte, an extra key. Bodies
+    come in various encodings and with wrong labels. Headers and request lines
+    of any bytes go over a socket to a real server.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ def nearly(draw: st.DrawFn) -> Any:
 
 
 def sound(answer: httpx.Response) -> None:
-    """Fail where the answer is neither what was asked for nor a problem that blames the request."""
+    """Fail if the answer is an error of the service."""
     assert answer.status_code < 500 or answer.json()["type"] == "/docs#problem-full", answer.text
     if answer.status_code >= 400:
         assert answer.headers["content-type"] == MEDIA_TYPE

@@ -1,4 +1,4 @@
-"""What is heard, with the contact model itself: renders, changes in mid-stream, and other people's players."""
+"""Sound of the real engine: renders, changes during a stream, and third-party players."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def test_explain_is_the_plan(running: Running) -> None:
 
 
 def heard_across(running: Running, scene: dict[str, Any], patch: dict[str, Any]) -> tuple[npt.NDArray[Any], float]:
-    """Return three channels as heard round `patch`, and when it is promised to be heard at the latest, in seconds."""
+    """Return three channels before and after `patch`, and the latest promised time of the change in seconds."""
     session = running.open_session(scene)
     began = time.perf_counter()  # no later than the stream's own clock
     with running.listening(session, channels=3) as listener:
@@ -168,7 +168,7 @@ def tool(name: str) -> str:
 
 @pytest.mark.parametrize("name", ["wav", "wav16", "wav24"])
 def test_curl_saves_a_stream_that_others_read(running: Running, tmp_path: Path, name: str) -> None:
-    """curl is cut off after a second, so the file has no end: the header must not mind."""
+    """curl is stopped after a second, so the file is incomplete; its header must allow that."""
     saved, raw = tmp_path / "stream.wav", tmp_path / "samples.f32"
     session = running.open_session()
     url = f"{running.url}/v1/sessions/{session}/stream?format={name}"

@@ -1,4 +1,4 @@
-"""docs/nginx-nodes.conf, run by a real nginx in front of two nodes: what names a session reaches its node."""
+"""docs/nginx-nodes.conf in a real nginx in front of two nodes: a call for a session reaches its node."""
 
 from __future__ import annotations
 
@@ -149,7 +149,7 @@ def test_the_sessions_of_a_node_that_is_down_are_gone_and_new_ones_open_elsewher
 
 
 def reset(connection: WebSocketConnection) -> None:
-    """Break `connection` off without a word, as a network does."""
+    """Break `connection` without a close frame."""
     sock = connection._connection.socket
     sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
     sock.shutdown(socket.SHUT_RDWR)

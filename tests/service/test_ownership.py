@@ -1,4 +1,4 @@
-"""A session belongs to the key that opened it: with another key it is answered for as an id that never was."""
+"""A session belongs to the key that opened it; with another key it answers as an unknown id."""
 
 from __future__ import annotations
 

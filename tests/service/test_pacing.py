@@ -1,4 +1,4 @@
-"""Deadlines by a clock that the test owns, and sleeps that are ended."""
+"""Deadlines by the clock of the test, and sleeps that end early."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Changes of a scene that come while one is solved: merged, the last always applied, what is refused alone refused."""
+"""Changes during a solve are merged; the last is always applied; a refused one does not affect the others."""
 
 from __future__ import annotations
 

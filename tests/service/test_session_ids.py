@@ -1,4 +1,4 @@
-"""Ids of sessions: their node, their random bits, and what is said where one leads nowhere."""
+"""Ids of sessions: the node, the random bits, and the problem for an unknown id."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sessions: open, look, change, delete, expire, and how many there may be."""
+"""HTTP sessions: open, show, change, delete, expiry, and their limit."""
 
 from __future__ import annotations
 

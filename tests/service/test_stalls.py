@@ -1,4 +1,4 @@
-"""A service that stands still is noticed: by its metrics, by who listens to it, and by an alert."""
+"""A service that stands still shows in its metrics, to its listeners, and in an alert."""
 
 from __future__ import annotations
 

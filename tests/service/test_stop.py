@@ -1,4 +1,4 @@
-"""`POST /v1/stop`: silent within 20 ms at the server's write, for readers that read and for one that does not."""
+"""`POST /v1/stop`: the server writes nothing loud after 20 ms, whether the reader reads or not."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Written = list[tuple[float, bytes]]
 
 
 class Peer:
-    """A reader in process that sees when each body part was written; `stall` makes it stop taking any."""
+    """A reader in process that records when each body part was written; `stall` makes it stop reading."""
 
     def __init__(self) -> None:
         self.written: Written = []
@@ -119,7 +119,7 @@ def test_a_stop_during_a_finite_stream_is_silence_to_its_promised_end() -> None:
 
 
 def test_a_reader_that_slept_through_a_stop_is_cut_off() -> None:
-    """The block that waited for it was rendered before the stop: it must not be heard afterwards."""
+    """The block that waits was rendered before the stop, so it must not be sent afterwards."""
 
     async def act(app: FastAPI, client: httpx.AsyncClient, session: str) -> None:
         peer = Peer()

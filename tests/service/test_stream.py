@@ -200,7 +200,7 @@ def test_a_finite_stream_that_is_ended_early_is_filled_with_silence(running: Run
 
 
 def test_a_stream_waits_for_a_voice_that_is_slow_to_open(running: Running, engine: PlainEngine) -> None:
-    """A session deleted meanwhile answers 404, and nothing streams."""
+    """A session that is deleted meanwhile answers 404, and no stream starts."""
     session = running.open_session()
     with running.listening(session) as listener:
         listener.frames(480)

@@ -1,4 +1,4 @@
-"""A client of the live protocol by hand, on a plain socket: it says what a test has it say."""
+"""A client of the live protocol on a plain socket, which sends exactly what a test asks for."""
 
 from __future__ import annotations
 

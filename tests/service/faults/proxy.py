@@ -1,10 +1,10 @@
-"""A TCP proxy on loopback that does to each connection what networks do to them, on command.
+"""A TCP proxy on loopback that causes faults of networks on command.
 
-Model: asyncio in a thread of its own. Each connection is a link of two directions, "up" (client to server) and "down";
-    a direction reads a piece, treats it by its `Treatment` as it stands at that moment, and writes it on. Treatments
-    may be changed while bytes flow. Nothing is lost or reordered but where a fault says so: TCP does neither.
-Limits: a stalled or throttled direction holds a piece or two (`PIECE`) and the kernel's buffers, which are set small so
-    that its sender soon feels it.
+Model: asyncio in its own thread. Each connection is a link with two directions, "up" (client to server) and "down". A
+    direction reads a piece, applies its present `Treatment`, and writes the piece. A treatment may change at any time.
+    Bytes are lost only where a fault says so, and never reordered, as with TCP.
+Limits: a stalled or throttled direction holds one or two pieces (`PIECE`) and the buffers of the kernel. These are set
+    small, so that the sender soon has to wait.
 """
 
 from __future__ import annotations

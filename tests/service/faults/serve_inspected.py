@@ -1,8 +1,8 @@
-"""`python -m tests.service.faults.serve_inspected`: the service, with a route that tells what the process holds.
+"""`python -m tests.service.faults.serve_inspected`: the service, with a route that reports its resources.
 
-Model: `GET /inspected` counts tasks, file descriptors and live sessions (those kept to be resumed too), and gives the
-    resident memory after a full garbage collection and after the C library has given back what it keeps (malloc_trim,
-    where there is one). Peers are pinged five times as often as usual, so that a dead one is found within 2 s.
+Model: `GET /inspected` counts tasks, file descriptors and live sessions, resumable ones included. It reports the
+    resident memory after a full garbage collection and `malloc_trim`, where the C library has it. Peers are pinged five
+    times as often as usual, so that a dead one is found within 2 s.
 """
 
 from __future__ import annotations

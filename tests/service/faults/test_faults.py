@@ -1,12 +1,12 @@
-"""Faulty networks and faulty clients: others hear nothing of it, nothing stays behind, and the faulty are told.
+"""Faulty networks and clients disturb no other stream, leave no resources behind, and get an error.
 
-Beside each fault run witnesses (`witnesses`): well-behaved real-time streams in a process of their own. Asserted is:
-    always: no block of a witness is missing, out of place or of a wrong size, and none breaks the protocol;
-    in one of `ATTEMPTS` runs: the latest block of the time of the fault came at most a block later than the latest of
-        the calm time just before it, in the same run (a machine that others use delays both, and now and then one);
-    always: afterwards the server's process has no more tasks, file descriptors and sessions than before (polled, since
-        sessions of broken connections are kept for a while, with their sound), and repeating the fault raises its
-        resident memory, measured after a full garbage collection, by at most `GROWTH`.
+Witnesses (`witnesses`) run beside each fault: well-behaved real-time streams in their own process. The tests assert:
+    always: no block of a witness is missing, out of place or of a wrong size, and no witness sees an error of protocol;
+    in one of `ATTEMPTS` runs: the latest block during the fault is at most one block later than the latest block of the
+        calm time before it (other work on the machine may delay either);
+    always: afterwards the server has no more tasks, file descriptors and sessions than before (polled, since sessions
+        of broken connections are kept for a while), and a repetition of the fault raises its resident memory, after a
+        full garbage collection, by at most `GROWTH`.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ class Served:
         return found
 
     def settled(self, before: dict[str, Any]) -> dict[str, Any]:
-        """Return what it holds once it holds no more tasks, files and sessions than `before`; fail if it never does."""
+        """Wait until the process holds no more tasks, files and sessions than `before`; return what it holds."""
         found = self.held()
 
         def back() -> bool:
@@ -134,7 +134,7 @@ def contiguous(caller: Caller) -> None:
 
 
 def slow(served: Served, proxy: Proxy, seconds: float, **treatment: object) -> None:
-    """Have one reader be slow for so long; it is closed as a slow reader, and sent all but the block then waiting."""
+    """Make one reader slow for `seconds`: it is closed as slow, and receives all but the waiting block."""
     with Caller(proxy.port) as caller:
         caller.hello()
         link = proxy.links[-1]
@@ -268,7 +268,7 @@ def update(seq: int) -> bytes:
 
 
 def garbage(seed: int) -> list[bytes]:
-    """Return what a client may send behind the handshake and should not."""
+    """Return invalid bytes that a client may send after the handshake."""
     chance = random.Random(seed)
     texts = [
         b"", b"{", b"null", b"[]", b"\xff\xfe", b'"hello"', b'{"type": 1}', b'{"type": "nothing"}', b"[" * 30_000,
@@ -338,7 +338,7 @@ def test_an_update_that_is_none_is_a_problem_and_the_stream_goes_on(served: Serv
 
 
 def flood(served: Served, seconds: float, rate_hz: float = 10_000.0) -> None:
-    """Send updates so fast for so long, and read what comes meanwhile."""
+    """Send updates at `rate_hz` for `seconds`, and read what comes meanwhile."""
     with Caller(served.port) as caller:
         caller.hello()
         reading = threading.Thread(target=caller.read)

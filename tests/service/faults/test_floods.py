@@ -1,9 +1,9 @@
-"""Peers that send as fast as they can: others hear nothing of it, and the peers are closed.
+"""Peers that send as fast as they can are closed, and disturb no other stream.
 
-Model: `tests.bench.flood` floods from a process of its own, beside a neighbour (`tests.bench.bench_floods` measures the
-    same, longer). Asserted is: always that the neighbour misses no block and that every connection of the flood is told
-    and closed with 1008; in one of `ATTEMPTS` runs that its largest gap is below `GAP_MS`, since other work on the
-    machine delays it too.
+Model: `tests.bench.flood` floods from its own process, beside another stream (`tests.bench.bench_floods` measures the
+    same for longer). The test asserts that the other stream misses no block, and that every flooding connection is
+    closed with 1008. In one of `ATTEMPTS` runs the largest gap of the other stream is below `GAP_MS`; other work on
+    the machine delays it too.
 """
 
 from __future__ import annotations

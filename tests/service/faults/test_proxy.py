@@ -1,4 +1,4 @@
-"""The proxy does each fault that it promises, and nothing else: what passes arrives whole and in order."""
+"""The proxy causes each promised fault and no other; all bytes that pass arrive in order."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ PATIENCE = 10.0
 
 
 class Echo:
-    """A server that keeps what each connection sent it, sends it back, and knows how the connection ended."""
+    """A server that echoes and keeps what each connection sends, and how the connection ended."""
 
     def __init__(self) -> None:
         self.listener = socket.create_server(("127.0.0.1", 0))

@@ -1,7 +1,7 @@
-"""Well-behaved streams beside a fault: the load generator in a process of its own, and how late blocks came when.
+"""Well-behaved streams beside a fault: the load generator in its own process, and the lateness of its blocks.
 
-Model: one run of the witnesses spans a calm time and that of the fault; the latest block of the one is compared with
-    the latest of the other, so that a machine that is busy all along counts on both sides.
+Model: one run spans a calm time and the time of the fault. The latest blocks of the two are compared, so that a busy
+    machine affects both sides.
 Limits: times are those of arrival at the witnesses (perf_counter, which all processes of a Linux machine share).
 """
 

@@ -1,4 +1,4 @@
-"""A client of the live protocol over a real WebSocket, for tests: it keeps everything that comes, in order."""
+"""A client of the live protocol over a real WebSocket, for tests. It keeps all messages in order."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class LiveClient:
         return self.until("ready")
 
     def frames(self, count: int) -> npt.NDArray[np.float32]:
-        """Return all of the sound, of f32le mono, once at least `count` frames have come."""
+        """Return all of the sound (f32le, mono) once at least `count` frames have arrived."""
         while self.sound < 4 * count:
             assert self.next() is not None, f"closed: {self.code} {self.reason}"
         return self.pcm()
@@ -80,7 +80,7 @@ class LiveClient:
         return [message for message in self.received if isinstance(message, dict) and message["type"] == kind]
 
     def break_off(self) -> None:
-        """End the connection without a word, as a network does."""
+        """Break the connection without a close frame."""
         linger = struct.pack("ii", 1, 0)
         import socket
 

@@ -1,6 +1,6 @@
-"""Drives the state machine of a connection without a network and without time: a day runs in a second.
+"""Drives the state machine of a connection without network and real time: a day takes a second.
 
-`Driver` does what the shell does, at once and in order, with a clock that a test moves.
+`Driver` performs the actions as `Connection` does, immediately and in order. The test moves its clock.
 """
 
 from __future__ import annotations
@@ -15,18 +15,21 @@ import numpy.typing as npt
 from service.engine import Engine
 from service.live.actions import Close, Detach, Finish, OpenVoice, Prepare, Resume, Send
 from service.live.contact_update import IS_SPEED, LAYOUT, NO_LOAD
-from service.live.conversation import Conversation, Limits, Phase
+from service.live.conversation import Conversation, Phase
 from service.live.live_stream import LiveStream, open_stream
+from service.operations.settings import Settings
 from service.problems import Problem, of
 from service.sessions.fixed_output import changed_scene
 from synth.errors import RidgewaveError
 from synth.scene.scene import parse_scene
+from tests.service.harness import settings_of
 from tests.service.plain_engine import PlainEngine
 from tests.service.plain_hand import PlainHand
 
 RATE = 48000
 BLOCK = 480
 SILENCE = 0.25
+DEFAULTS = settings_of(max_stream=31_536_000.0)
 
 
 def contact(seq: int, *, load: float | None = 0.3, position: float = 0.0, speed: float | None = None) -> bytes:
@@ -37,11 +40,11 @@ def contact(seq: int, *, load: float | None = 0.3, position: float = 0.0, speed:
 
 
 class Driver:
-    """One connection; `sent` is what it was sent, in order: texts as documents, PCM as bytes."""
+    """One connection. sent: what the client received, in order: texts as documents, PCM as bytes."""
 
     def __init__(
         self,
-        limits: Limits | None = None,
+        settings: Settings | None = None,
         streams: dict[str, LiveStream] | None = None,
         now: float = 100.0,
         engine: Engine | None = None,
@@ -50,7 +53,7 @@ class Driver:
         self.plain = PlainEngine()
         self.engine = engine or self.plain
         self.streams = {} if streams is None else streams
-        self.machine = Conversation(limits or Limits(), now)
+        self.machine = Conversation(settings or DEFAULTS, now)
         self.sent: list[dict[str, Any] | bytes] = []
         self.times: list[float] = []
         self.closed: Close | None = None
@@ -80,10 +83,10 @@ class Driver:
         self.say("hello", **fields)
         return self.texts("ready")[0]
 
-    # The shell's part
+    # The part of `Connection`
 
     def perform(self) -> None:
-        """Do every action that waits."""
+        """Perform the actions."""
         while actions := self.machine.take_actions():
             for action in actions:
                 self._perform(action)
@@ -136,7 +139,7 @@ class Driver:
             self.machine.opened(stream, self.now)
 
     def release(self) -> None:
-        """Do what was held."""
+        """Perform the held actions."""
         self.holding = False
         held, self.held = self.held, []
         for action in held:
@@ -144,7 +147,7 @@ class Driver:
         self.perform()
 
     def write(self, most: float = math.inf) -> int:
-        """Send every block that is due now, `most` at most; return how many there were."""
+        """Send at most `most` of the blocks that are due; return how many were sent."""
         count = 0
         while count < most and (block := self.machine.next_block(lambda: self.now)):
             self.perform()
@@ -173,11 +176,11 @@ class Driver:
         self.now = until
 
     def pull(self, frames: int) -> None:
-        """Grant credit and take what it gives."""
+        """Grant credit and receive its blocks."""
         self.say("more", frames=frames)
         self.write()
 
-    # What came
+    # Received
 
     @property
     def stream(self) -> LiveStream:
@@ -208,12 +211,12 @@ class Driver:
 
 
 def as_problem(error: RidgewaveError | Problem) -> Problem:
-    """Return the problem that a refusal is."""
+    """Return a refusal as a problem."""
     return error if isinstance(error, Problem) else of(error)
 
 
 def started(pacing: str = "realtime", **fields: object) -> Driver:
-    """Return a connection that has been told `ready`."""
+    """Return a connection that has received `ready`."""
     driver = Driver()
     driver.hello(pacing=pacing, **fields)
     return driver

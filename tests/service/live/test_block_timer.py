@@ -1,4 +1,4 @@
-"""The alarm clock of many streams: in order, each when it is due, and who is late is called at once."""
+"""The shared timer of live streams: callbacks come in order, when they are due; late ones come at once."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ def test_callbacks_come_in_the_order_of_their_times_and_not_before() -> None:
     assert all(late >= -EARLY_SECONDS for _, late in seen)
 
 
-def test_who_is_due_more_often_than_timers_ring_is_not_late_for_long() -> None:
-    """Blocks of 16 frames are due three times a millisecond: those that are due by then are called in one ring."""
+def test_callbacks_that_are_due_more_often_than_the_timer_fires_are_not_late_for_long() -> None:
+    """Blocks of 16 frames are due three times per millisecond. One timer event calls all that are due by then."""
 
     async def rung() -> int:
         ticker, begun = BlockTimer(), time.perf_counter()

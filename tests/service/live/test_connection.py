@@ -1,4 +1,4 @@
-"""The shell round the state machine, in process: a peer that takes nothing, our mistakes, too many connections."""
+"""`Connection` in process: a client that does not read, mistakes of the service, too many connections."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ RATE = 48000
 
 
 class Taking(PlainWire):
-    """A server that can be told to take messages."""
+    """A server whose `unblock` lets messages pass."""
 
     def __init__(self, send: Send, taking: asyncio.Event) -> None:
         super().__init__(send)
@@ -39,7 +39,7 @@ class Taking(PlainWire):
 
 
 class Wire:
-    """One WebSocket, its peer in the test's hands: `stall` makes it take nothing, as a full buffer does."""
+    """One WebSocket. While `taking` is cleared, nothing is sent, as with a full buffer."""
 
     def __init__(self, live: LiveConnections) -> None:
         self.written: list[tuple[float, dict[str, Any]]] = []

@@ -1,7 +1,7 @@
-"""Binary contacts however the network cuts them up: alone, in pieces, several at once, and between other frames.
+"""Binary contacts however the network splits them: alone, in pieces, several at once, and between other frames.
 
-Model: masked frames of this test's own making, given to the server's protocol in pieces, as a network would; what the
-    hand then had applied is what was sent.
+Model: the test builds masked frames and passes them to the server in pieces. The hand must then have applied what was
+    sent.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Every end: its fade, its code, and nothing after it."""
+"""Every end has its fade and its close code, and nothing follows it."""
 
 from __future__ import annotations
 
@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from service.engine import SynthEngine
-from service.live.conversation import Limits, Phase
+from service.live.conversation import Phase
 from service.live.live_stream import Options
 from service.problems import Problem
 from synth.encode.samples import SoundFormat, block_bytes
 from synth.scene.scene import parse_scene
 from synth.voice.recording import Recording
+from tests.service.harness import settings_of
 from tests.service.live.driver import BLOCK, RATE, Driver, contact, started
 from tests.service.plain_hand import Applied, expected
 
@@ -163,7 +164,7 @@ def test_a_voice_that_finishes_by_itself_ends_the_stream() -> None:
 
 def test_a_recording_that_is_too_long_ends_the_session() -> None:
     for record, ends in ((True, 1), (False, 0)):
-        driver = Driver(Limits(longest_recording=0.5))
+        driver = Driver(settings_of(max_duration=0.5))
         driver.hello(pacing="realtime", record=record)
         driver.run(1.0)
         assert len(driver.texts("end")) == ends

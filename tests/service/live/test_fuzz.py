@@ -1,4 +1,4 @@
-"""Whatever is sent, in whatever order, the state machine answers and never raises; what it leaves is in order."""
+"""The state machine answers any messages in any order, never raises, and keeps its promises of order."""
 
 from __future__ import annotations
 
@@ -11,12 +11,13 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from service.live.conversation import Limits, Phase
+from service.live.conversation import Phase
 from service.live.live_stream import LiveStream
 from service.live.messages import CLIENT, SERVER
+from tests.service.harness import settings_of
 from tests.service.live.driver import Driver, contact
 
-LIMITS = Limits(max_updates=100_000)
+SETTINGS = settings_of(max_updates=100_000)
 NUMBERS = [
     0,
     1,
@@ -104,7 +105,7 @@ def one_step(random_: random.Random, driver: Driver) -> None:
 
 
 def befall(what: int, driver: Driver) -> None:
-    """Let something happen that no message brings."""
+    """Cause an event other than a message."""
     if what == 0:
         driver.machine.lost()
     elif what == 1:
@@ -115,17 +116,17 @@ def befall(what: int, driver: Driver) -> None:
 
 
 def fuzz(messages: int, seed: int) -> int:
-    """Return how many connections so many messages took."""
+    """Send so many random messages; return the number of connections used."""
     random_ = random.Random(seed)
     connections = 0
     streams: dict[str, LiveStream] = {}
-    driver = Driver(LIMITS, streams)
+    driver = Driver(SETTINGS, streams)
     for _ in range(messages):
         if driver.closed is not None or driver.detached or len(driver.sent) > 3000:
             in_order(driver)
             if len(streams) > 3:
                 streams.clear()
-            driver, connections = Driver(LIMITS, streams), connections + 1
+            driver, connections = Driver(SETTINGS, streams), connections + 1
         if driver.machine.phase is Phase.HELLO and random_.random() < 0.9:
             options = {"pacing": random_.choice(["pull", "realtime"]), "block": random_.randrange(16, 100)}
             scene = {"output": {"sample_rate": 1000}}
@@ -140,7 +141,7 @@ def fuzz(messages: int, seed: int) -> int:
 
 
 def in_order(driver: Driver) -> None:
-    """Check what holds of every connection: one ready first, one end last, applied before its block."""
+    """Check a connection: `ready` comes first and once, `end` last and once, `applied` before its block."""
     order = [kind for kind in driver.order() if kind != "problem"]
     assert order.count("end") <= 1 and order.count("ready") <= 1
     if "pcm" in order:
@@ -175,7 +176,7 @@ JSON = st.recursive(
     st.lists(st.one_of(JSON.map(json.dumps), st.text(max_size=40), st.binary(max_size=40)), max_size=12), st.booleans()
 )
 def test_any_sequence_is_answered(messages: list[str | bytes], greeted: bool) -> None:
-    driver = Driver(LIMITS)
+    driver = Driver(SETTINGS)
     if greeted:
         driver.say("hello", pacing="realtime", scene={"output": {"sample_rate": 1000}})
     for message in messages:

@@ -1,4 +1,4 @@
-"""How a connection begins, and which messages are refused: each is told by field, and the stream goes on."""
+"""The begin of a connection, and refused messages: the problem names the field, and the stream continues."""
 
 from __future__ import annotations
 

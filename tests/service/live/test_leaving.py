@@ -1,4 +1,4 @@
-"""A peer that sleeps through its end still learns why; one that never leaves is dropped and costs little."""
+"""A peer that reads late still receives its close code; one that never leaves is dropped and costs little."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def port_of(running: Running) -> int:
 
 
 def asleep(running: Running, slept: float) -> Caller:
-    """Return a reader that was too slow, slept so long after its session had ended, and sent updates meanwhile."""
+    """Return a reader that was too slow and slept for `slept` s after the end, sending updates meanwhile."""
     caller = Caller(port_of(running))
     caller.hello(scene=WIDE)
     name = caller.named("ready")[0]["session"]

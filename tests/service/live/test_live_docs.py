@@ -1,4 +1,4 @@
-"""docs/live.md says what the service does: its conversation is had with it, its tables hold every message and code."""
+"""docs/live.md agrees with the service: the conversation, and the tables of messages and codes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ PAGE = (Path(__file__).resolve().parents[3] / "docs" / "live.md").read_text(enco
 
 
 def normalised(message: dict[str, Any]) -> dict[str, Any]:
-    """Return `message` with what differs between two runs or machines made the same: ids, floats, the plan."""
+    """Return `message` without what differs between runs or machines: ids, floats, the plan."""
     kept = {name: value for name, value in message.items() if name not in ("session", "resume_url", "plan")}
     if message["type"] == "end":
         kept["frame"] = "checked apart"
@@ -33,7 +33,7 @@ def shape(value: Any) -> Any:
 
 
 def hear(client: LiveClient, said: str) -> None:
-    """Check that the service says what the page does."""
+    """Check that the service sends what the page says."""
     if said.startswith("close"):
         _, code, reason = said.split()
         assert client.next() is None

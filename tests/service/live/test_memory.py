@@ -1,4 +1,4 @@
-"""What a live session keeps is bounded in bytes, each and all together; who does not fit is refused in words."""
+"""The memory of one live session and of all together is bounded; a session that does not fit is refused."""
 
 from __future__ import annotations
 

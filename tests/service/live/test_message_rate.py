@@ -1,13 +1,13 @@
-"""Too many messages are dropped unread, a flood is closed, a stop is always read."""
+"""Excess messages are dropped unread, a flood closes the connection, and `stop` is always read."""
 
 from __future__ import annotations
 
-from service.live.conversation import Limits
+from tests.service.harness import settings_of
 from tests.service.live.driver import Driver, contact
 
 
 def flooded(a_second: int, seconds: float, allowed: int = 2000) -> Driver:
-    driver = Driver(Limits(max_updates=allowed))
+    driver = Driver(settings_of(max_updates=allowed))
     driver.hello(pacing="realtime")
     for seq in range(round(a_second * seconds)):
         driver.binary(contact(seq + 1, load=0.1))
@@ -38,7 +38,7 @@ def test_ten_times_as_many_close_the_connection() -> None:
 
 
 def test_text_counts_too_and_a_stop_is_always_read() -> None:
-    driver = Driver(Limits(max_updates=10))
+    driver = Driver(settings_of(max_updates=10))
     driver.hello(pacing="realtime")
     for _ in range(30):
         driver.say("more", frames=1)
@@ -49,7 +49,7 @@ def test_text_counts_too_and_a_stop_is_always_read() -> None:
 
 
 def test_after_a_pause_the_count_begins_anew() -> None:
-    driver = Driver(Limits(max_updates=10))
+    driver = Driver(settings_of(max_updates=10))
     driver.hello(pacing="realtime")
     for _ in range(20):
         for seq in range(9):

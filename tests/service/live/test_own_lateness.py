@@ -1,4 +1,4 @@
-"""A reader that takes everything at once is never called slow, however late the service is itself."""
+"""A reader that reads at once is never called slow, even if the service is late."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ STALL = 0.1  # s, ten blocks
 
 
 def slow_voice(engine: PlainEngine, running: Running) -> None:
-    """Have each block of the newest stream take ten times its length, in the event loop while it counts as quick."""
+    """Make each block of the newest stream take ten times its length, in the event loop while it is quick."""
     hand = engine.hands[-1]
     render = hand.render
 
@@ -29,7 +29,7 @@ def slow_voice(engine: PlainEngine, running: Running) -> None:
 
 
 def busy_loop(engine: PlainEngine, running: Running) -> None:
-    """Have the event loop do something else again and again."""
+    """Block the event loop repeatedly."""
     peer = running.service.sessions._sessions[next(iter(running.service.sessions._sessions))].peer
     loop = peer._wire.loop  # type: ignore[union-attr]
 

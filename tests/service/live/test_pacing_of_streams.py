@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from service.live.conversation import Limits
 from synth.scene.scene import parse_scene
+from tests.service.harness import settings_of
 from tests.service.live.driver import BLOCK, RATE, Driver, contact, problem_of, started
 from tests.service.plain_hand import Applied, expected
 
@@ -79,7 +79,7 @@ def test_late_by_our_own_fault_for_long_the_clock_starts_anew() -> None:
 
 @pytest.mark.parametrize("slow_reader", [0.05, 1.0, 60.0])
 def test_who_may_read_slowly_is_told_of_skipped_time_all_the_same(slow_reader: float) -> None:
-    driver = Driver(Limits(slow_reader=slow_reader))
+    driver = Driver(settings_of(slow_reader=slow_reader))
     driver.hello(pacing="realtime")
     driver.run(0.1)
     for _ in range(3):

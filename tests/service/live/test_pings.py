@@ -1,4 +1,4 @@
-"""Pings of a peer are answered, and one that reads nothing is owed the newest answer only."""
+"""Pings are answered; a peer that does not read gets only the newest pong."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A session outlives its connection: any frame of the kept past, bit for bit, and then the stream goes on."""
+"""A resumed session sends any kept frame again, bit for bit, and then the stream continues."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ SCENE = parse_scene({})
 
 
 def broken(seconds: float, **fields: object) -> Driver:
-    """Return a connection that broke after so long."""
+    """Return a connection that broke after `seconds`."""
     driver = Driver()
     driver.hello(pacing="realtime", **fields)
     driver.run(seconds)

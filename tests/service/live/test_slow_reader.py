@@ -1,17 +1,17 @@
-"""Who is slow: a peer that does not take what is sent is told and closed, our own lateness is never its fault."""
+"""A client that does not read is warned and closed; lateness of the service does not count."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from service.live.conversation import Limits
 from service.sessions.pacer import Behind, Pacer
+from tests.service.harness import settings_of
 from tests.service.live.driver import Driver
 
 
 def stalled(seconds: float) -> Driver:
-    """Return a stream of which one write took so long."""
-    driver = Driver(Limits(slow_reader=1.0))
+    """Return a stream of which one write took `seconds`."""
+    driver = Driver(settings_of(slow_reader=1.0))
     driver.hello(pacing="realtime")
     driver.run(0.5)
     driver.now += 0.01
@@ -63,8 +63,8 @@ def test_past_the_bound_it_is_closed_with_4408_while_the_write_still_waits() -> 
 
 
 def test_many_small_waits_add_up() -> None:
-    """A peer that reads at four fifths of the rate."""
-    driver = Driver(Limits(slow_reader=1.0))
+    """The client reads at four fifths of the rate."""
+    driver = Driver(settings_of(slow_reader=1.0))
     driver.hello(pacing="realtime")
     for _ in range(2000):
         if driver.closed is not None:
@@ -79,7 +79,7 @@ def test_many_small_waits_add_up() -> None:
 
 
 def test_in_pull_a_peer_takes_its_time() -> None:
-    driver = Driver(Limits(slow_reader=1.0))
+    driver = Driver(settings_of(slow_reader=1.0))
     driver.hello()
     driver.pull(4800)
     driver.now += 100.0

@@ -1,4 +1,4 @@
-"""Updates and changes of scene are heard at the frame that is told, sample for sample; a silent hand is lifted."""
+"""Updates and changes of scene take effect at the reported frame, to the sample; a silent hand is lifted."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who is let in to the live protocol: Host, Origin, key, version, number."""
+"""Which upgrades are accepted: Host, Origin, key, version, number."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tests.service.plain_engine import PlainEngine
 
 
 def refused(running: Running, **options: Any) -> dict[str, Any]:
-    """Return the problem that an upgrade is refused with."""
+    """Return the problem of a refused upgrade."""
     with pytest.raises(InvalidStatus) as caught, live(running, **options):
         pass
     answer = caught.value.response

@@ -1,4 +1,4 @@
-"""A live connection is counted, limited and logged like everything else that sounds."""
+"""Live connections in the metrics and the log, and their limits."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ import pytest
 from websockets.exceptions import InvalidStatus
 
 from service.lifespan import Service
-from service.live.conversation import Limits
 from service.live.live_metrics import BROKEN, code_of
 from service.operations.logs import SubjectFilter
 from tests.service.harness import Running, serving, settings_of, until
@@ -140,7 +139,7 @@ def test_the_code_of_a_connection_that_ended(event: dict[str, Any], code: int) -
     assert code_of(event) == code
 
 
-# Limits
+# Limits of length
 
 
 def test_an_address_has_as_many_live_connections_as_it_may_and_one_that_leaves_makes_room() -> None:
@@ -165,7 +164,7 @@ def test_a_refused_upgrade_takes_no_place() -> None:
 
 
 def test_a_live_stream_ends_with_a_fade_at_its_longest() -> None:
-    driver = Driver(Limits(longest_stream=1.0))
+    driver = Driver(settings_of(max_stream=1.0))
     driver.hello()
     driver.pull(2 * RATE)
     assert driver.sent[-1] == {"type": "end", "reason": "too long", "frame": len(driver.pcm())}
@@ -174,7 +173,7 @@ def test_a_live_stream_ends_with_a_fade_at_its_longest() -> None:
 
 
 def test_a_stream_that_pulls_nothing_ends_at_its_longest_too() -> None:
-    driver = Driver(Limits(longest_stream=60.0))
+    driver = Driver(settings_of(max_stream=60.0))
     driver.hello()
     driver.binary(contact(1))
     driver.now += 60.0

@@ -1,4 +1,4 @@
-"""What a peer sends is cut into frames wherever the network cut it, and a turn reads only so much of it."""
+"""Frames are read whole wherever the network splits them, and a turn reads a bounded amount."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ ENDLESS = 60.0  # s: a turn that its clock does not end
 
 
 class Taken:
-    """A sink that keeps what it takes, and a parser behind it."""
+    """A receiver that keeps its messages, and a parser."""
 
     def __init__(self, allowed: int = 10**9) -> None:
         self.messages: list[str | bytes] = []
@@ -27,7 +27,7 @@ class Taken:
         self.invalid = 0
         self.conn = ServerProtocol(max_size=1 << 16, state=State.OPEN)
         self.reader = FrameReader(self.conn, self._control, self._invalid)
-        self.reader.sink = self
+        self.reader.receiver = self
 
     def message(self, message: str | bytes) -> None:
         self.messages.append(message)

@@ -175,7 +175,7 @@ def test_a_session_that_nobody_resumes_expires() -> None:
 
 
 def test_a_slow_reader_is_told_and_closed_and_makes_nobody_late() -> None:
-    """It reads nothing; beside it, another keeps its time and its samples."""
+    """Another stream beside it stays on time and complete."""
     engine = PlainEngine()
     channels = {"output": {"sample_rate": 192000, "channels": [{"quantity": "acceleration"}] * 4}}
     with serving(engine, slow_reader=0.2) as running, live(running) as well:
