@@ -127,9 +127,9 @@ def tree(folder: Path) -> Path:
     for room in ("ridgewave", "synth", "service", "clients"):
         (copy / room).mkdir()
         (copy / room / "__init__.py").write_text("")
-    (copy / "clients" / "web" / "sight").mkdir(parents=True)
+    (copy / "clients" / "web" / "views").mkdir(parents=True)
     (copy / "clients" / "web" / "index.html").write_text("<!doctype html>")
-    (copy / "clients" / "web" / "sight" / "scale.js").write_text("export const one = 1;")
+    (copy / "clients" / "web" / "views" / "panel.js").write_text("export const one = 1;")
     return copy
 
 
@@ -151,7 +151,7 @@ def test_without_npm_the_build_goes_on_with_one_sentence(tmp_path: Path) -> None
     assert len(said) == 1 and "npm is not installed" in said[0]
     (wheel,) = (copy / "out").glob("*.whl")
     names = set(zipfile.ZipFile(wheel).namelist())
-    assert {"clients/web/index.html", "clients/web/sight/scale.js"} <= names
+    assert {"clients/web/index.html", "clients/web/views/panel.js"} <= names
     assert not any("vendor" in name for name in names)
 
 

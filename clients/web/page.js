@@ -1,4 +1,4 @@
-/* The pad page begins here: it loads the rest, and says in one sentence what to do where that fails. */
+/* Entry point of the pad page: loads the rest of the page. If that fails, tells the user what to do. */
 
 const loading = document.getElementById("loading");
 
@@ -9,8 +9,8 @@ import("./page/main.js")
     loading.setAttribute("role", "alert");
     loading.textContent =
       problem.name === "ServiceProblem"
-        ? `${problem.message} Reload the page when that is done.`
-        : "A part of the page did not load: see that the service runs, then reload the page.";
-    if (problem.problem?.status === 401) import("./page/key.js").then(({ askForKey }) => askForKey());
+        ? `${problem.message} Then reload the page.`
+        : "Part of the page did not load. Check that the service is running, then reload the page.";
+    if (problem.problem?.status === 401) import("./page/key_form.js").then(({ askForKey }) => askForKey());
     console.error(problem);
   });

@@ -1,67 +1,67 @@
-/* The VR page: wires the table (vr/), the sound (sound/, hand/) and the headset together.
+/* The VR page: connects the table (vr/), the sound (sound/, hand/) and the headset.
 
-Limits: sound begins with the first click or key press, as browsers want it; three.js is loaded from vendor/, where a
-build with Node has put it. */
+Limits: browsers permit sound only after a click or key press. three.js is in vendor/ if the package was built with npm.
+*/
 
 import { Finger } from "./hand/finger.js";
 import { Player } from "./sound/player.js";
-import { loadSwatches, loadThreshold } from "./vr/catalogue.js";
-import { DesktopHand, Eye } from "./vr/desktop.js";
-import { Hands } from "./vr/hands.js";
-import { Buzz } from "./vr/buzz.js";
-import { SwatchKeys } from "./vr/keys.js";
+import { loadSwatches, loadThreshold } from "./vr/swatches.js";
+import { DesktopPointer, Viewpoint } from "./vr/desktop_pointer.js";
+import { Fingertips } from "./vr/fingertips.js";
+import { ControllerMotors } from "./vr/controller_motors.js";
+import { KeyboardStrokes } from "./vr/keyboard_strokes.js";
 import { Room } from "./vr/room.js";
-import { enter, whyNoHeadset } from "./vr/session.js";
-import { WIDTH } from "./vr/table.js";
-import { placeBefore, readTips } from "./vr/tips.js";
-import { MOST_LOAD, STIFFNESS } from "./vr/touch.js";
+import { enter, whyNoHeadset } from "./vr/headset_session.js";
+import { WIDTH } from "./vr/table_layout.js";
+import { placeBefore, readTips } from "./vr/tracked_fingertips.js";
+import { MOST_LOAD, STIFFNESS } from "./vr/contact_model.js";
 
-const RATE = 48000; // Hz, that of a scene which names none
-const TIP = 0.007; // m, radius of the fingertip that a desktop shows
-const LONGEST_STEP = 0.1; // s: after a pause of the page, what is held does not leap
-const ASLEEP = "Silent so far: the browser lets the page sound once you lift your finger, click or press a key.";
-const READOUT = 0.2; // s between two texts of the readout
+const RATE = 48000; // Hz, default of a scene
+const TIP = 0.007; // m, radius of the fingertip without a headset
+const LONGEST_STEP = 0.1; // s, so that strokes do not jump after a pause of the page
+const ASLEEP = "The browser keeps this page silent until you click, press a key or lift your finger.";
+const READOUT = 0.2; // s between updates of the readout
 
 const part = (id) => document.getElementById(id);
 const say = (text) => (part("status").textContent = text);
-const shown = { player: null, fingers: new Set(), session: null, tips: [], touches: [], hands: null, room: null };
+const shown = { player: null, fingers: new Set(), session: null, tips: [], touches: [], fingertips: null, room: null };
 window.ridgewave = shown;
 
 let sound = null;
 let volume = Number(part("volume").value);
-let silent = false;
-let stale = true; // the desktop picture differs from what it should show
+let muted = false;
+let stale = true; // the picture must be drawn again
 const changed = () => (stale = true);
 
-/** Begins sound, once; to be called in a user gesture. */
+/** Opens the player once. Must be called in a user gesture. */
 function beginSound() {
   sound ??= Player.open({ sampleRate: RATE, latencyHint: "interactive" }).then(
     (player) => {
       shown.player = player;
-      player.volume = silent ? 0 : volume;
+      player.volume = muted ? 0 : volume;
       player.addEventListener("awake", tellAwake);
       tellAwake();
       return player;
     },
     (error) => {
       sound = null;
-      say(`Sound could not begin: ${error.message}`);
+      say(`The sound could not start: ${error.message}`);
       return null;
     },
   );
   return sound;
 }
 
-/** Tells where the browser does not let the page sound yet. */
+/** Tells the user while the browser does not permit sound. */
 function tellAwake() {
   if (!shown.player.awake) say(ASLEEP);
   else if (part("status").textContent === ASLEEP) say("");
 }
 
-/** Gives an opened finger for a scene, null before sound has begun. */
+/** Returns an open Finger for a scene, null before the sound has begun. */
 async function openFinger(scene) {
   const player = await sound;
-  if (!player || silent) return null;
+  if (!player || muted) return null;
   const finger = new Finger({ player, scene });
   shown.fingers.add(finger);
   finger.addEventListener("ended", () => shown.fingers.delete(finger));
@@ -74,13 +74,13 @@ function sendToPad(text, words) {
   part("status").replaceChildren(text, link);
 }
 
-/** Loads three.js, or says what is missing. */
+/** Returns three.js; tells the user and returns null if it is missing. */
 async function loadThree() {
   try {
     return await import("./vendor/three.module.js");
   } catch {
-    const hint = "install a ridgewave that was built where Node is installed";
-    sendToPad(`This installation lacks three.js, which draws the table: ${hint}. `, "The pad works without it.");
+    const hint = "Install a ridgewave package that was built with Node";
+    sendToPad(`This installation lacks three.js, which draws the table. ${hint}. `, "The pad works without it.");
     return null;
   }
 }
@@ -95,27 +95,31 @@ async function begin() {
   try {
     room = new Room(three, part("view"), swatches, look);
   } catch {
-    sendToPad("This browser draws no WebGL: switch its hardware acceleration on. ", "The pad works without it.");
+    sendToPad("This browser cannot draw WebGL. Turn on its hardware acceleration. ", "The pad works without it.");
     return;
   }
-  const buzz = new Buzz(threshold);
-  const hands = new Hands({
+  const motors = new ControllerMotors(threshold);
+  const fingertips = new Fingertips({
     room,
     swatches,
     open: openFinger,
-    onBlock: (hand, finger, samples) => buzz.feel(hand, finger, samples),
-    onLift: (hand) => buzz.rest(hand),
+    onBlock: (hand, finger, samples) => motors.play(hand, finger, samples),
+    onLift: (hand) => motors.stop(hand),
     onProblem: (error) => say(error.message),
-    onLimited: (reduction) => tellLimited(reduction, hands),
+    onLimited: (reduction) => tellLimited(reduction, fingertips),
   });
-  Object.assign(shown, { room, hands });
-  const eye = new Eye();
-  const pointer = new DesktopHand(part("view"), { eye, under: (x, y) => room.under(x, y), onChange: changed });
-  const keys = new SwatchKeys(part("list"), swatches, room.layout.places, changed);
+  Object.assign(shown, { room, fingertips });
+  const viewpoint = new Viewpoint();
+  const pointer = new DesktopPointer(part("view"), {
+    view: viewpoint,
+    under: (x, y) => room.under(x, y),
+    onChange: changed,
+  });
+  const keys = new KeyboardStrokes(part("list"), swatches, room.layout.places, changed);
   tellScale();
-  followControls(hands);
-  followSize(room, eye);
-  followHeadset(room, hands, buzz);
+  followControls(fingertips);
+  followSize(room, viewpoint);
+  followHeadset(room, fingertips, motors);
 
   let last = 0;
   let told = 0;
@@ -126,10 +130,10 @@ async function begin() {
     const session = shown.session;
     const tips = frame && session ? session.tips(frame) : desktopTips(pointer.point(passed), keys.point(passed));
     const held = shown.touches.length > 0;
-    Object.assign(shown, { tips, touches: hands.step(tips, time) });
+    Object.assign(shown, { tips, touches: fingertips.step(tips, time) });
     if (!session && !(stale || held || shown.touches.length)) return;
     stale = false;
-    if (!session) eye.hold(room.camera, room.table.position);
+    if (!session) viewpoint.place(room.camera, room.table.position);
     room.draw();
     if (time - told < READOUT && held === shown.touches.length > 0) return;
     told = time;
@@ -139,10 +143,11 @@ async function begin() {
   part("view").dataset.ready = "true";
 }
 
-/** Lights the lamp of the limiter; in a headset, which shows no page, the table rescales by itself. */
-function tellLimited(reduction, hands) {
-  if (shown.session) return hands.rescale();
-  const told = reduction ? `The limiter turns this swatch down by ${Math.ceil(reduction)} dB.` : "";
+/** Shows the gain reduction of the limiter. A headset does not show the page, so there the table rescales
+ *  automatically. */
+function tellLimited(reduction, fingertips) {
+  if (shown.session) return fingertips.rescale();
+  const told = reduction ? `The limiter reduces this swatch by ${Math.ceil(reduction)} dB.` : "";
   if (part("limiter").textContent !== told) part("limiter").textContent = told;
   part("rescale").hidden = !reduction;
 }
@@ -162,41 +167,41 @@ function tellTouches(touches, swatches) {
 }
 
 function tellScale() {
-  const depth = `${(1e3 / STIFFNESS).toFixed(0)} mm into a swatch is 1 N, up to ${MOST_LOAD} N`;
+  const depth = `${(1e3 / STIFFNESS).toFixed(0)} mm of depth are 1 N, up to ${MOST_LOAD} N`;
   part("scale").textContent =
-    `A swatch is ${(WIDTH * 1e3).toFixed(0)} mm wide and is stroked at its true scale; only its drawing is magnified, ` +
-    `as its label says. With a headset, ${depth}. Each swatch has a loudness of its own.`;
+    `Swatches are ${(WIDTH * 1e3).toFixed(0)} mm wide and are touched at true scale. Only their drawing is magnified, as ` +
+    `the labels say. With a headset, ${depth}. Each swatch has its own full scale, so loudness cannot be compared.`;
 }
 
-function followControls(hands) {
+function followControls(fingertips) {
   for (const kind of ["pointerdown", "keydown"])
     window.addEventListener(kind, beginSound, { once: true, capture: true });
   const set = () => {
-    if (shown.player) shown.player.volume = silent ? 0 : volume;
+    if (shown.player) shown.player.volume = muted ? 0 : volume;
   };
   part("volume").addEventListener("input", ({ target }) => {
     volume = Number(target.value);
     set();
   });
   part("silence").addEventListener("click", ({ currentTarget }) => {
-    silent = !silent;
-    currentTarget.setAttribute("aria-pressed", String(silent));
+    muted = !muted;
+    currentTarget.setAttribute("aria-pressed", String(muted));
     set();
-    if (silent) hands.close();
+    if (muted) fingertips.close();
   });
   part("rescale").addEventListener("click", () => {
-    hands.rescale();
-    tellLimited(0, hands);
+    fingertips.rescale();
+    tellLimited(0, fingertips);
   });
-  window.addEventListener("pagehide", () => hands.close());
-  document.addEventListener("visibilitychange", () => document.hidden && !shown.session && hands.close());
+  window.addEventListener("pagehide", () => fingertips.close());
+  document.addEventListener("visibilitychange", () => document.hidden && !shown.session && fingertips.close());
 }
 
-function followSize(room, eye) {
+function followSize(room, viewpoint) {
   const view = part("view");
   const fit = () => {
     room.fit(view.parentElement.clientWidth, view.parentElement.clientHeight, devicePixelRatio);
-    eye.fit(room.layout, room.camera);
+    viewpoint.fit(room.layout, room.camera);
     changed();
   };
   new ResizeObserver(() => shown.session || fit()).observe(view.parentElement);
@@ -204,7 +209,7 @@ function followSize(room, eye) {
   fit();
 }
 
-function followHeadset(room, hands, buzz) {
+function followHeadset(room, fingertips, motors) {
   const button = part("enter");
   const look = async () => {
     const why = await whyNoHeadset();
@@ -222,26 +227,26 @@ function followHeadset(room, hands, buzz) {
     try {
       beginSound();
       const { session, floor } = await enter(room.renderer);
-      buzz.follow(session);
-      session.addEventListener("end", () => buzz.follow(null));
-      shown.session = followSession(session, floor, room, hands, button);
+      motors.follow(session);
+      session.addEventListener("end", () => motors.follow(null));
+      shown.session = followSession(session, floor, room, fingertips, button);
       button.textContent = "Leave VR";
     } catch (error) {
-      say(`The headset did not start: ${error.message}`);
+      say(`The headset session did not start: ${error.message}`);
     }
     button.disabled = false;
   });
 }
 
-/** Returns what the loop needs of a running session: its fingertips in a frame, and how to end it. */
-function followSession(session, floor, room, hands, button) {
+/** Returns {tips(frame): the fingertips in a frame, end(): ends the session}. */
+function followSession(session, floor, room, fingertips, button) {
   let placed = null;
   room.floor.visible = floor;
-  hands.close();
-  session.addEventListener("visibilitychange", () => session.visibilityState === "visible" || hands.close());
+  fingertips.close();
+  session.addEventListener("visibilitychange", () => session.visibilityState === "visible" || fingertips.close());
   session.addEventListener("end", () => {
     shown.session = null;
-    hands.close();
+    fingertips.close();
     room.useDesktop();
     room.refit();
     button.textContent = "Enter VR";
@@ -262,6 +267,6 @@ function followSession(session, floor, room, hands, button) {
 }
 
 begin().catch((error) => {
-  if (error.problem?.status === 401) sendToPad("This service asks for a key. ", "Give it on the pad, then come back.");
+  if (error.problem?.status === 401) sendToPad("This service requires a key. ", "Enter it on the pad, then return.");
   else say(error.message);
 });

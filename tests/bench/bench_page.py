@@ -15,8 +15,8 @@ from typing import Any
 
 from tests.bench.timing import Figure, figure
 from tests.clients.web.browser import headless, watched
-from tests.clients.web.conftest import HOUSE, moved_in
-from tests.clients.web.places import serving_pages
+from tests.clients.web.conftest import MODULES, modules_loaded
+from tests.clients.web.page_service import serving_pages
 from tests.service.harness import until
 
 LIMIT = 40.0  # ms
@@ -24,31 +24,31 @@ TRIALS = 40
 SETTLE = 20.0  # s of stroking first, in which the page learns how much it has to keep queued
 
 MEASURE = """async ({trials, settle}) => {
-  const player = await house.Player.open({sampleRate: 48000});
+  const player = await modules.Player.open({sampleRate: 48000});
   await player.context.audioWorklet.addModule("/test/detector.js");
   const detector = new AudioWorkletNode(player.context, "detector");
   const muted = new GainNode(player.context, {gain: 0});
   player.mix.connect(detector).connect(muted).connect(player.context.destination);
-  const finger = new house.Finger({player, scene: {output: {quantity: "velocity"}}});
+  const finger = new modules.Finger({player, scene: {output: {quantity: "velocity"}}});
   await finger.open();
   const pad = document.querySelector("#pad");
   Object.assign(pad.style, {width: "800px", height: "200px"});
-  house.followPointers(pad, {metresPerPixel: 1e-4, loadOf: () => 0.3,
+  modules.followPointers(pad, {metresPerPixel: 1e-4, loadOf: () => 0.3,
     onMove: (id, contact) => finger.move(contact), onLift: () => finger.lift()});
   const dispatch = (type, x) => pad.dispatchEvent(new PointerEvent(type, {pointerId: 9, clientX: x, button: 0}));
   const timed = async (type, x) => {
-    await house.pause(1000 + 20 * Math.random());
+    await modules.pause(1000 + 20 * Math.random());
     const told = new Promise((resolve) => (detector.port.onmessage = ({data}) => resolve(data.date)));
     detector.port.postMessage({arm: true});
-    await house.pause(100);
+    await modules.pause(100);
     const began = Date.now();
     dispatch(type, x);
-    return await Promise.race([told, house.pause(2000).then(() => NaN)]) - began;
+    return await Promise.race([told, modules.pause(2000).then(() => NaN)]) - began;
   };
   const strokes = performance.now() + 1e3 * settle;
   dispatch("pointerdown", 100);
   for (let count = 0; performance.now() < strokes; count += 1) {
-    await house.pause(8);
+    await modules.pause(8);
     dispatch("pointermove", 300 + 200 * Math.sin(0.03 * count));
   }
   const {underruns, updateToSound} = finger.stats;
@@ -95,9 +95,9 @@ def figures(quick: bool) -> list[Figure]:
 
 def measured(trials: int, settle: float) -> dict[str, Any]:
     """Return what the page measured; times in ms, None where nothing was heard."""
-    with serving_pages() as running, headless() as browser, watched(browser, running.url + HOUSE) as (page, _):
+    with serving_pages() as running, headless() as browser, watched(browser, running.url + MODULES) as (page, _):
         until(lambda: running.service.warm, 60.0)
-        moved_in(page)
+        modules_loaded(page)
         report: dict[str, Any] = page.evaluate(MEASURE, {"trials": trials, "settle": settle})
     for kind in ("moves", "touches"):
         report[kind] = [time if isinstance(time, int | float) and time == time else None for time in report[kind]]

@@ -1,33 +1,33 @@
 /* One finger on the texture: a live stream, and the source that plays it.
 
-While the finger touches, and until its sound has faded after it left, the stream is granted what keeps the queue at the
-player's depth; else nothing is granted, nothing is sent and nothing counts as missing. A finger that rests goes on
-telling where it is, since the service lifts one that it does not hear of.
-Limits: the scene's rate has to be the player's. A page in the background is slowed down by the browser, and its finger
-lifted by the service. */
+Model: while the finger touches, and after a lift until the sound has faded, the finger grants the credit that keeps the
+queue of the player full. At other times it grants none, so the service sends nothing and no underruns are counted. A
+finger at rest repeats its contact update, because the watchdog of the service lifts fingers that send none.
+Limits: the sample rate of the scene must be that of the player. Browsers slow down pages in the background; the
+watchdog then lifts the finger. */
 
 import { LiveConnection } from "../live/connection.js";
 import { StreamScene } from "../live/stream_scene.js";
 import { liveUrl } from "../service.js";
 
 const EVENTS = ["ready", "block", "applied", "scene", "limited", "problem", "broken", "resumed", "ended"];
-const FILLED = 0.8; // of the depth before sound begins; less is a gap where the first grants are late, more comes later
-const LEAST_GRANT = 64; // frames: a smaller credit is a message for a millisecond of sound
-const QUIET = 0.05; // s of exact zeros after a lift, then nothing more is asked for
-const FADING = 2; // s after a lift, then nothing more is asked for, whatever it sounds like
-const RESTS = 2.5; // intervals between moves without a move: the finger rests, and the service must not go on with it
-const SOONEST = 20; // ms before that; sooner would stop a finger between the reports of a slow pointer
-const LATEST = 80; // ms; RIDGEWAVE_MAX_SILENCE is 250
-const DRAINED = 1000; // ms for the end to be played
-const PUMP = 50; // ms between blocks that are asked for without a touch, while a change is on its way
-const KEPT = 33; // updates whose way to the sound is remembered
+const FILLED = 0.8; // part of the queue that is filled before sound begins; less risks a gap, more delays the sound
+const LEAST_GRANT = 64; // frames; smaller credits cost more messages
+const QUIET = 0.05; // s of zeros after a lift until credit ends
+const FADING = 2; // s after a lift until credit ends in any case
+const RESTS = 2.5; // mean intervals without a move until the finger counts as resting and its update is repeated
+const SOONEST = 20; // ms, least time until then; less would stop a finger between reports of a slow pointer
+const LATEST = 80; // ms, longest time until then; the watchdog waits 250 ms (RIDGEWAVE_MAX_SILENCE)
+const DRAINED = 1000; // ms allowed for the end to be played
+const PUMP = 50; // ms between single blocks that are requested for a change without a touch
+const KEPT = 33; // delays from update to sound, for the median
 
 export class Finger extends EventTarget {
   /** The LiveConnection. */
   connection = null;
-  /** The StreamScene: of which scene the sound is. */
+  /** The StreamScene. */
   scene = null;
-  /** The Source, once the stream is ready. */
+  /** The Source; null until the stream is ready. */
   source = null;
   /** Whether it touches. */
   touching = false;
@@ -37,19 +37,20 @@ export class Finger extends EventTarget {
   #lifted = 0; // frames since the lift
   #missing = 0;
   #shift = 0; // frames given to the source before the session's frame 0
-  #place = null; // position or speed of the last contact
+  #place = null; // position or speed of the last update
   #load; // N, its load
-  #toldAt = 0; // ms
+  #sentAt = 0; // ms
   #movedAt = 0; // ms
-  #interval = 8; // ms between moves, about
-  #sent = new Map(); // update -> when, s
-  #coming = []; // updates that were applied and are not yet heard
+  #interval = 8; // ms between moves, running mean
+  #sent = new Map(); // number of an update -> time at which it was sent, s
+  #coming = []; // updates that were applied but not heard yet
   #delays = [];
   #timer = 0;
   #pump = 0;
-  #unheard = false; // what comes is of no touch, and is not played
+  #unheard = false; // blocks belong to no touch and are not played
 
-  /** player: an open Player. scene: as over HTTP, of the player's rate. record: keep a recording. block: frames. */
+  /** player: an open Player. scene: a scene with the player's sample rate. record: whether the service records. block:
+   *  frames. */
   constructor({ player, scene = {}, record = false, block = 480, url = liveUrl(), open }) {
     super();
     this.player = player;
@@ -58,7 +59,7 @@ export class Finger extends EventTarget {
     this.scene = new StreamScene(this.connection, scene, () => this.#scenePending());
   }
 
-  /** Connects; returns the document of `ready`, throws where the stream ends before it. */
+  /** Connects; returns the document of `ready`. Throws if the stream ends before. */
   async open() {
     const { connection } = this;
     connection.addEventListener("ready", ({ detail }) => this.#begin(detail.ready));
@@ -77,12 +78,14 @@ export class Finger extends EventTarget {
     const ready = await opened;
     if (ready.sample_rate !== this.player.sampleRate) {
       connection.stop();
-      throw new Error(`The sound has ${ready.sample_rate} Hz: open a player of that rate.`);
+      throw new Error(
+        `The stream has ${ready.sample_rate} Hz and the player another rate: open a player of that rate.`,
+      );
     }
     return ready;
   }
 
-  /** Says what the finger does: position in m (or speed in m/s), load in N (absent: as before), time in s. */
+  /** Moves the finger. position: m, or speed: m/s. load: N; absent: unchanged. time: s. */
   move({ position, speed, load, time }) {
     const now = performance.now();
     const interval = now - this.#movedAt;
@@ -92,7 +95,7 @@ export class Finger extends EventTarget {
     if (load !== undefined) this.#load = load;
     if (load !== undefined) this.touching = load !== 0;
     if (this.touching) this.#quiet = this.#lifted = 0;
-    this.#tell({ position, speed, load, time });
+    this.#send({ position, speed, load, time });
     if (this.touching && !this.#timer) this.#hold();
     if (this.touching && !this.#sounding) {
       this.#sounding = true;
@@ -101,27 +104,22 @@ export class Finger extends EventTarget {
     }
   }
 
-  /** Where it was last, and its load, now, as `move` takes them. */
+  /** The last position or speed and load, with the present time, as arguments of `move`. */
   get contact() {
     return { ...this.#place, load: this.#load, time: performance.now() / 1e3 };
   }
 
-  /** Takes the finger off, where it is. */
+  /** Lifts the finger at its place. */
   lift() {
     if (this.touching) this.move({ ...this.#place, load: 0 });
   }
 
-  /** Changes the scene by a partial scene, under the finger. */
-  change(partial) {
-    this.connection.change(partial);
+  /** Changes the stream to `scene`. The event "sceneStatus" follows. */
+  change(scene) {
+    this.scene.change(scene);
   }
 
-  /** Has the stream become that of `scene`, under the finger; "agreement" tells how that stands. */
-  become(scene) {
-    this.scene.become(scene);
-  }
-
-  /** Ends the stream with its fade; returns once that was played. */
+  /** Ends the stream; returns when its fade was played. */
   async close() {
     clearInterval(this.#timer);
     clearInterval(this.#pump);
@@ -139,9 +137,9 @@ export class Finger extends EventTarget {
     source.close();
   }
 
-  /** underruns: how often the sound broke off. queued: frames. latency: s from what is given now to the loudspeaker,
-   *  as far as the browser knows. updateToSound: s from `move` to the first sample that follows it, at the audio
-   *  thread, the median of the last ones; null before the first. */
+  /** underruns: their number. queued: frames. latency: s from the queue to the loudspeaker, as far as the browser
+   *  knows. updateToSound: s from `move` to the first sample that depends on it, at the audio thread; median of the
+   *  last ones, null before the first. */
   get stats() {
     const { player, source } = this;
     const queued = source ? source.queued : 0;
@@ -155,35 +153,35 @@ export class Finger extends EventTarget {
     if (ready.sample_rate !== this.player.sampleRate) return;
     if (!this.source) {
       this.source = this.player.source(ready.channels);
-      this.source.onhungry = (frames, report) => this.#hungry(frames, report);
+      this.source.onreport = (frames, report) => this.#onReport(frames, report);
     }
     this.#shift = this.source.given - ready.frame;
     this.#coming = [];
     this.#feed();
   }
 
-  #tell(contact) {
+  #send(contact) {
     const seq = this.connection.move(contact);
     if (seq === null) return;
-    this.#toldAt = performance.now();
-    this.#sent.set(seq, this.#toldAt / 1e3);
+    this.#sentAt = performance.now();
+    this.#sent.set(seq, this.#sentAt / 1e3);
     if (this.#sent.size > 1000) this.#sent.delete(this.#sent.keys().next().value);
   }
 
-  /** Tells again where the finger is, as long as it touches and does not move. */
+  /** Repeats the contact update while the finger touches and rests. */
   #hold() {
     this.#timer = setInterval(() => {
       const rests = Math.min(LATEST, Math.max(SOONEST, RESTS * this.#interval));
-      if (this.touching && performance.now() - this.#toldAt >= rests) this.#tell(this.#place);
+      if (this.touching && performance.now() - this.#sentAt >= rests) this.#send(this.#place);
       if (this.touching) return;
       clearInterval(this.#timer);
       this.#timer = 0;
     }, SOONEST / 2);
   }
 
-  /** A change is taken over when a block begins: without a touch some are asked for, of a finger that is lifted. */
+  /** Requests blocks for a change without a touch: the service applies changes at the beginning of a block. */
   #scenePending() {
-    this.dispatchEvent(new CustomEvent("agreement"));
+    this.dispatchEvent(new CustomEvent("sceneStatus"));
     clearInterval(this.#pump);
     this.#pump = this.scene.pending ? setInterval(() => this.#advance(), PUMP) : 0;
   }
@@ -193,7 +191,7 @@ export class Finger extends EventTarget {
     if (connection.state === "ended") clearInterval(this.#pump);
     if (this.#sounding || connection.state !== "live" || connection.outstanding) return;
     if (!this.#place) {
-      this.#unheard = true; // a scene that moves by itself sounds until the first contact fades it out
+      this.#unheard = true; // a scene with a motion of its own sounds until the first update
       this.move({ speed: 0, load: 0 });
     }
     connection.grant(connection.block);
@@ -211,7 +209,7 @@ export class Finger extends EventTarget {
       return;
     }
     const granted = this.source.queued + samples.length / this.source.channels + this.connection.outstanding;
-    this.source.ahead = Math.min(FILLED * this.player.depth.frames, granted); // more than comes would never begin
+    this.source.ahead = Math.min(FILLED * this.player.depth.frames, granted); // never wait for more than was granted
     this.source.play(samples);
     this.#rested = false;
     const frames = samples.length / this.source.channels;
@@ -229,7 +227,7 @@ export class Finger extends EventTarget {
     this.#rested = true;
   }
 
-  #hungry(played, { least, missing }) {
+  #onReport(played, { least, missing }) {
     const { depth } = this.player;
     const live = this.#sounding && this.connection.state === "live";
     if (live) depth.observe({ played, least, missing: missing - this.#missing });
@@ -252,7 +250,7 @@ export class Finger extends EventTarget {
   }
 }
 
-/** Returns why a stream ended, from the detail of "ended", as a sentence. */
+/** Returns why a stream ended, as a sentence. Takes the detail of the event "ended". */
 export function whyEnded({ reason, problem }) {
   return problem?.detail ?? `The live stream ended: ${reason}.`;
 }

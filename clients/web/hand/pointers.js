@@ -1,22 +1,21 @@
-/* Fingers from pointers: mouse, touch and pen over an element, several at once, as positions and loads.
+/* Positions and loads of pointers over an element: mouse, fingers and pen, several at once.
 
-Events come as often as the device reports, where the browser tells so (`pointerrawupdate`, coalesced events), each with
-its own time, and not once a picture.
-Limits: positions are as fine as the browser gives them. A mouse has no pressure, and most screens report none: the load
-is then the slider's. */
+Model: all reports of the device are used, each with its own time, if the browser provides them (`pointerrawupdate`,
+coalesced events); otherwise there is one event per picture of the screen.
+Limits: a mouse and most screens report no pressure. */
 
-const NOT_REPORTED = new Set([0, 0.5, 1]); // pressures of a touch that stand for "none is measured"
+const NOT_REPORTED = new Set([0, 0.5, 1]); // pressures of touch screens that mean "not measured"
 
-/** Follows the pointers over `element`; returns a function that ends it.
- *  metresPerPixel: m, a number or a function. loadOf(pressure): N, of a pressure 0 to 1, null where none is reported.
- *  onMove(id, {position, load, time}): m from the left edge, N, s (of performance.now). onLift(id). */
+/** Follows the pointers over `element`; returns a function that ends this.
+ *  metresPerPixel: number or function. loadOf(pressure): returns the load, N; pressure: 0 to 1, null: not reported.
+ *  onMove(id, {position, load, time}): m from the left edge, N, s of performance.now. onLift(id). */
 export function followPointers(element, { metresPerPixel, loadOf, onMove, onLift }) {
   const touching = new Map(); // id -> time of the last event, ms
   const scale = () => (typeof metresPerPixel === "function" ? metresPerPixel() : metresPerPixel);
 
   const tell = (event, left) => {
     const last = touching.get(event.pointerId);
-    if (last === undefined || event.timeStamp <= last) return; // the same report, by two kinds of event
+    if (last === undefined || event.timeStamp <= last) return; // two kinds of event have the same report
     touching.set(event.pointerId, event.timeStamp);
     const position = (event.clientX - left) * scale();
     onMove(event.pointerId, { position, load: loadOf(pressureOf(event)), time: event.timeStamp / 1e3 });
@@ -24,9 +23,9 @@ export function followPointers(element, { metresPerPixel, loadOf, onMove, onLift
   const down = (event) => {
     if (event.button !== 0 || touching.has(event.pointerId)) return;
     try {
-      element.setPointerCapture(event.pointerId); // else a stroke ends at the edge of the element
+      element.setPointerCapture(event.pointerId); // otherwise a stroke ends at the edge of the element
     } catch {
-      /* a pointer that is already gone */
+      /* the pointer is already gone */
     }
     touching.set(event.pointerId, -Infinity);
     tell(event, element.getBoundingClientRect().left);
@@ -49,7 +48,7 @@ export function followPointers(element, { metresPerPixel, loadOf, onMove, onLift
     lostpointercapture: lift,
   };
   const touchAction = element.style.touchAction;
-  element.style.touchAction = "none"; // else the browser takes a stroke for scrolling
+  element.style.touchAction = "none"; // otherwise a stroke scrolls the page
   for (const [type, handler] of Object.entries(handlers)) element.addEventListener(type, handler);
   return () => {
     element.style.touchAction = touchAction;

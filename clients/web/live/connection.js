@@ -1,54 +1,56 @@
-/* One live stream of the service (docs/live.md), over as many WebSockets as it takes.
+/* A live stream of the service (docs/live.md), which survives broken connections.
 
-Frames are counted from the session's first; `frame` of them came, whole messages only. When the connection breaks, the
-next one asks for frame `frame`, so no sample is lost or comes twice. Where the session is gone (the service was started
-anew, or the break was too long) a new one is opened with the same scene, its changes and the same hand: its frames
-begin at 0 again, and "ready" says `renewed`.
-A contact waits in one place, where the newer takes that of the older, and is said ahead of the credit that follows it.
-Events (CustomEvent, `detail`): ready {ready, renewed}, block {frame, samples}, applied {seq, frame},
-scene {frame, plan}, refused {problem}: a change; limited {frame, gain_reduction_db}, problem {problem}, broken {tries}, resumed {frame},
-ended {reason, problem, frame}.
-Limits: samples are read in the machine's byte order, little-endian wherever browsers run. An upgrade that is refused (a
-wrong key, say) looks like a break to a page, so after a connection that never opened the service is asked over HTTP. */
+Model: frames are counted from the first of the session; `frame` is the number received, in whole messages. After a
+break the next connection resumes at `frame`, so no sample is lost or comes twice. If the session is gone (the service
+was restarted, or the break was too long), a new session is opened with the same scene, changes and contact. Its frames
+begin at 0, and the event "ready" has `renewed`. At most one contact update waits; a newer one replaces it. It is sent
+before the next credit.
+Events (CustomEvent, `detail`): ready {ready, renewed}, block {frame, samples}, applied {seq, frame}, scene {frame, plan},
+refused {problem} for a change of the scene, limited {frame, gain_reduction_db}, problem {problem}, broken {tries},
+resumed {frame}, ended {reason, problem, frame}.
+Limits: samples are read in the byte order of the machine, which is little-endian wherever browsers run. A refused
+upgrade (a wrong key, for example) looks like a break. A connection that never opened is therefore followed by an HTTP
+request, whose answer says why. */
 
 import { openLive } from "../service.js";
-import { Changes } from "./changes.js";
-import { answering, endOf, isFinal } from "./closing.js";
-import { packContact } from "./contact.js";
+import { SceneChanges } from "./scene_changes.js";
+import { endOf, isFinal, serviceAnswer } from "./connection_end.js";
+import { packContact } from "./contact_update.js";
 
-const FIRST_DELAY = 0.2; // s before the first try; longer is a longer silence
-const LARGEST_DELAY = 5; // s between tries; longer wastes the time for which the service keeps a session
-const SPACING = 0.001; // s between contacts: a mouse of 8 kHz would pass RIDGEWAVE_MAX_UPDATES
-const SILENCE = 4; // s without an answer to credit, or to a hello that resumes, after which a connection is given up
+const FIRST_DELAY = 0.2; // s before the first try; more prolongs the silence
+const LARGEST_DELAY = 5; // s between tries; the service keeps a session for a limited time only
+const SPACING = 0.001; // s between contact updates: a mouse of 8 kHz would exceed RIDGEWAVE_MAX_UPDATES
+const SILENCE = 4; // s without an answer to credit or to a hello that resumes, until a connection counts as broken
 const CHANGE_REFUSED = /#problem-(scene-refused|fixed|cannot-render)$/;
 const NOT_FOUND = /#problem-not-found$/;
 
 export class LiveConnection extends EventTarget {
   /** The document of `ready`, null before it. */
   ready = null;
-  /** Number of the next frame that comes. */
+  /** Number of the next frame. */
   frame = 0;
   /** "connecting", "live", "broken" or "ended". */
   state = "connecting";
-  /** Frames granted that have not come. */
+  /** Credit: frames granted and not received yet. */
   outstanding = 0;
   #socket = null;
-  #attached = false; // `ready` has come on this socket
-  #anew = true; // the next hello asks for a new session
-  #changes = new Changes();
-  #contact = null; // the newest, and whether it was said
+  #attached = false; // this socket has received `ready`
+  #opensSession = true; // the next hello opens a new session
+  #changes = new SceneChanges();
+  #contact = null; // the newest update, and whether it was sent
   #seq = 0;
-  #saidAt = 0;
-  #heardAt = 0;
+  #sentAt = 0;
+  #receivedAt = 0;
   #applied = -1;
   #tries = 0;
-  #told = null; // the last problem on this socket
-  #end = null; // the reason of `end` on this socket
+  #problem = null; // the last problem on this socket
+  #end = null; // reason of `end` on this socket
   #stopping = false;
   #timer = 0;
   #watch = 0;
 
-  /** scene: as over HTTP. record: keep a recording. block: frames of a message at most. open: makes the WebSocket. */
+  /** scene: the first scene. record: whether the service records. block: largest number of frames per message.
+   *  open(url): returns a WebSocket. */
   constructor({ url, scene = {}, record = false, block = 480, open = openLive }) {
     super();
     Object.assign(this, { url, scene, record, block, open });
@@ -56,141 +58,141 @@ export class LiveConnection extends EventTarget {
 
   /** Connects; "ready" follows, or "ended". */
   start() {
-    this.#watch = setInterval(() => this.#look(), 1000);
+    this.#watch = setInterval(() => this.#checkAlive(), 1000);
     this.#connect();
   }
 
-  /** Says what the finger does now; returns the number of the update, null where the stream has ended.
-   *  position: m, or speed: m/s. load: N, absent = as before. time: s, of the device's report. */
+  /** Sends a contact update; returns its number, null if the stream has ended.
+   *  position: m, or speed: m/s. load: N; absent: unchanged. time: s, that of the device's report. */
   move({ position, speed, load, time = performance.now() / 1e3 }) {
     if (this.state === "ended") return null;
-    const unsaid = this.#contact && !this.#contact.said ? this.#contact.load : undefined;
-    this.#contact = { seq: this.#seq, time, position, speed, load: load ?? unsaid, at: now(), said: false };
+    const unsent = this.#contact && !this.#contact.sent ? this.#contact.load : undefined;
+    this.#contact = { seq: this.#seq, time, position, speed, load: load ?? unsent, at: now(), sent: false };
     this.#seq += 1;
-    if (this.state === "live" && (load === 0 || now() - this.#saidAt >= SPACING)) this.#sayContact();
+    if (this.state === "live" && (load === 0 || now() - this.#sentAt >= SPACING)) this.#sendContact();
     return this.#contact.seq;
   }
 
-  /** The scene that a new session begins with, where this one is lost, in place of the first scene and its changes. */
+  /** Sets the scene of a new session, in place of the first scene and all changes. */
   set base(scene) {
     this.scene = scene;
-    this.#changes = new Changes();
+    this.#changes = new SceneChanges();
   }
 
-  /** Changes the scene by a partial scene; "scene" follows, or "problem". */
+  /** Changes the scene by a partial scene. The event "scene" or "problem" follows. */
   change(partial) {
-    this.#changes.ask(partial);
-    if (this.state === "live") this.#sayChanges();
+    this.#changes.add(partial);
+    if (this.state === "live") this.#sendChanges();
   }
 
-  /** Lets the service send so many frames more; nothing unless the stream is live: credit ends with a connection. */
+  /** Grants credit for further frames. Without effect unless the stream is live: credit ends with a connection. */
   grant(frames) {
     if (this.state !== "live" || frames < 1) return;
-    if (this.#contact && !this.#contact.said) this.#sayContact();
-    if (this.outstanding === 0) this.#heardAt = now();
+    if (this.#contact && !this.#contact.sent) this.#sendContact();
+    if (this.outstanding === 0) this.#receivedAt = now();
     this.outstanding += frames;
-    this.#say({ type: "more", frames });
+    this.#send({ type: "more", frames });
   }
 
-  /** Asks for the end: the sound fades, beyond all credit, and "ended" follows. */
+  /** Ends the stream. Its fade comes without credit; the event "ended" follows. */
   stop() {
     if (this.#stopping || this.state === "ended") return;
     this.#stopping = true;
-    if (this.state === "live") this.#say({ type: "stop" });
+    if (this.state === "live") this.#send({ type: "stop" });
     else this.#finish("stopped");
   }
 
   #connect() {
-    this.#told = this.#end = null;
+    this.#problem = this.#end = null;
     this.#attached = false;
-    this.#heardAt = now();
-    const socket = this.open(this.#anew ? this.url : resumeAt(this.url, this.ready.resume_url));
-    const heed = (work) => (event) => socket === this.#socket && work(event); // an abandoned one is not heard
+    this.#receivedAt = now();
+    const socket = this.open(this.#opensSession ? this.url : resumeAt(this.url, this.ready.resume_url));
+    const current = (work) => (event) => socket === this.#socket && work(event); // ignores events of replaced sockets
     let opened = false;
     this.#socket = socket;
     socket.binaryType = "arraybuffer";
-    socket.onopen = heed(() => {
+    socket.onopen = current(() => {
       opened = true;
-      this.#say(this.#hello());
+      this.#send(this.#hello());
     });
-    socket.onmessage = heed(({ data }) => this.#receive(data));
-    socket.onclose = heed(({ code }) => this.#lost(code, opened));
+    socket.onmessage = current(({ data }) => this.#receive(data));
+    socket.onclose = current(({ code }) => this.#closed(code, opened));
   }
 
   #hello() {
-    if (!this.#anew) return { type: "hello", resume: { session: this.ready.session, frame: this.frame } };
+    if (!this.#opensSession) return { type: "hello", resume: { session: this.ready.session, frame: this.frame } };
     const { scene, block, record } = this;
     return { type: "hello", scene, format: "f32le", block, pacing: "pull", record };
   }
 
   #receive(message) {
-    this.#heardAt = now();
+    this.#receivedAt = now();
     if (typeof message !== "string") {
-      this.#hear(new Float32Array(message));
+      this.#receiveBlock(new Float32Array(message));
       return;
     }
-    const said = JSON.parse(message);
-    if (said.type === "ready") this.#begin(said);
-    else if (said.type === "problem") this.#note({ ...said, type: said.problem });
-    else if (said.type === "end") this.#end = said.reason;
+    const document = JSON.parse(message);
+    if (document.type === "ready") this.#begin(document);
+    else if (document.type === "problem") this.#note({ ...document, type: document.problem });
+    else if (document.type === "end") this.#end = document.reason;
     else {
-      if (said.type === "applied") this.#applied = said.seq;
-      if (said.type === "scene") this.#changes.answered();
-      this.#tell(said.type, said);
+      if (document.type === "applied") this.#applied = document.seq;
+      if (document.type === "scene") this.#changes.answered();
+      this.#dispatch(document.type, document);
     }
   }
 
-  #hear(samples) {
+  #receiveBlock(samples) {
     const { frame } = this;
     const frames = samples.length / this.ready.channels;
     this.frame += frames;
-    this.outstanding = Math.max(0, this.outstanding - frames); // the fade at the end comes beyond the credit
+    this.outstanding = Math.max(0, this.outstanding - frames); // the fade at the end comes without credit
     this.#tries = 0;
-    this.#tell("block", { frame, samples });
+    this.#dispatch("block", { frame, samples });
   }
 
   #begin(ready) {
-    const resumed = !this.#anew;
-    const renewed = this.#anew && this.ready !== null;
+    const resumed = !this.#opensSession;
+    const renewed = this.#opensSession && this.ready !== null;
     if (resumed) this.#changes.resume();
-    else if (renewed) this.#changes.beginAnew();
+    else if (renewed) this.#changes.restart();
     if (!resumed) this.#applied = -1;
     Object.assign(this, { ready, frame: ready.frame, state: "live", outstanding: 0 });
     this.#attached = true;
-    this.#anew = false;
-    this.#sayChanges();
-    this.#recall();
-    if (resumed) this.#tell("resumed", { frame: ready.frame });
-    else this.#tell("ready", { ready, renewed });
+    this.#opensSession = false;
+    this.#sendChanges();
+    this.#resendContact();
+    if (resumed) this.#dispatch("resumed", { frame: ready.frame });
+    else this.#dispatch("ready", { ready, renewed });
   }
 
-  /** Says the newest contact again, or at last, where it still holds: an older one is what the hand no longer does. */
-  #recall() {
+  /** Sends the newest contact update (again) after a break, unless it is out of date. */
+  #resendContact() {
     const last = this.#contact;
     if (!last || last.seq <= this.#applied) return;
-    if ((now() - last.at) * 1e3 <= this.ready.max_silence_ms) this.#sayContact();
-    else last.said = true;
+    if ((now() - last.at) * 1e3 <= this.ready.max_silence_ms) this.#sendContact();
+    else last.sent = true;
   }
 
   #note(problem) {
-    this.#told = problem;
+    this.#problem = problem;
     if (this.#attached && CHANGE_REFUSED.test(problem.type) && this.#changes.refused())
-      this.#tell("refused", { problem });
-    if (!this.#forgotten()) this.#tell("problem", { problem });
+      this.#dispatch("refused", { problem });
+    if (!this.#isGone()) this.#dispatch("problem", { problem });
   }
 
-  /** Whether a hello that resumes was answered that the session, or its past, is gone. */
-  #forgotten() {
-    return !this.#attached && !this.#anew && this.#told !== null && NOT_FOUND.test(this.#told.type);
+  /** Whether a hello that resumes was answered with not-found: the session or the frames are gone. */
+  #isGone() {
+    return !this.#attached && !this.#opensSession && this.#problem !== null && NOT_FOUND.test(this.#problem.type);
   }
 
-  #lost(code, opened) {
-    const forgotten = this.#forgotten();
+  #closed(code, opened) {
+    const gone = this.#isGone();
     const end = this.#stopping ? (this.#end ?? "stopped") : endOf(code, this.#end);
     this.#socket = null;
     this.outstanding = 0;
-    if (forgotten && !this.#stopping) {
-      this.#anew = true;
+    if (gone && !this.#stopping) {
+      this.#opensSession = true;
       this.#connect();
     } else if (end !== null) this.#finish(end);
     else this.#break(opened);
@@ -199,28 +201,28 @@ export class LiveConnection extends EventTarget {
   async #break(opened) {
     this.state = this.ready === null ? "connecting" : "broken";
     const delay = Math.min(LARGEST_DELAY, FIRST_DELAY * 2 ** this.#tries);
-    this.#tell("broken", { tries: this.#tries });
+    this.#dispatch("broken", { tries: this.#tries });
     this.#tries += 1;
     if (!opened) await this.#askWhy();
     if (this.state === "ended") return;
-    const jitter = 0.75 + 0.5 * Math.random(); // so that the fingers of a page do not come all at once
+    const jitter = 0.75 + 0.5 * Math.random(); // so that the fingers of a page do not connect at the same time
     this.#timer = setTimeout(() => this.#connect(), 1e3 * jitter * delay);
   }
 
-  /** Waits until the service answers: it says why it does not take a connection, or it is back. */
+  /** Waits until the service answers over HTTP: with the reason of its refusal, or because it is back. */
   async #askWhy() {
-    const problem = await answering();
+    const problem = await serviceAnswer();
     if (problem === null || this.state === "ended") return;
     this.#note(problem);
     if (isFinal(problem)) this.#finish("refused");
   }
 
-  /** Gives up a connection that only looks alive: it owes an answer, and has long said nothing. */
-  #look() {
-    const owed = this.outstanding > 0 || this.#stopping || (this.#socket && !this.#attached && !this.#anew);
-    if (!owed || !this.#socket || now() - this.#heardAt < SILENCE) return;
+  /** Closes a connection that has not answered for a long time. */
+  #checkAlive() {
+    const waiting = this.outstanding > 0 || this.#stopping || (this.#socket && !this.#attached && !this.#opensSession);
+    if (!waiting || !this.#socket || now() - this.#receivedAt < SILENCE) return;
     this.#socket.close();
-    this.#lost(1006, true);
+    this.#closed(1006, true);
   }
 
   #finish(reason) {
@@ -230,34 +232,35 @@ export class LiveConnection extends EventTarget {
     clearInterval(this.#watch);
     this.#socket?.close();
     this.#socket = null;
-    this.#tell("ended", { reason, problem: this.#told, frame: this.frame });
+    this.#dispatch("ended", { reason, problem: this.#problem, frame: this.frame });
   }
 
-  #sayContact() {
-    this.#contact.said = true;
-    this.#saidAt = now();
-    this.#say(packContact(this.#contact));
+  #sendContact() {
+    this.#contact.sent = true;
+    this.#sentAt = now();
+    this.#send(packContact(this.#contact));
   }
 
-  #sayChanges() {
-    for (const scene of this.#changes.take()) this.#say({ type: "scene", scene });
+  #sendChanges() {
+    for (const scene of this.#changes.take()) this.#send({ type: "scene", scene });
   }
 
-  #say(message) {
-    if (this.#socket.readyState !== WebSocket.OPEN) return; // its end is about to be told
+  #send(message) {
+    if (this.#socket.readyState !== WebSocket.OPEN) return; // the event "close" is about to come
     this.#socket.send(message instanceof ArrayBuffer ? message : JSON.stringify(message));
   }
 
-  #tell(type, detail) {
+  #dispatch(type, detail) {
     this.dispatchEvent(new CustomEvent(type, { detail }));
   }
 }
 
-/** The URL that `ready` says to resume at: its path and query, on the host of `url`, behind what `url` has before. */
-function resumeAt(url, told) {
-  if (!told) return url;
+/** Returns the URL at which to resume: path and query of `resumeUrl` of `ready`, on the host and behind the prefix of
+ *  `url`. */
+function resumeAt(url, resumeUrl) {
+  if (!resumeUrl) return url;
   const at = new URL(url, location.href);
-  const reference = new URL(told, "ws://any");
+  const reference = new URL(resumeUrl, "ws://any");
   at.pathname = at.pathname.replace(/\/v1\/live$/, "") + reference.pathname;
   for (const [name, value] of reference.searchParams) at.searchParams.set(name, value);
   return at.href;

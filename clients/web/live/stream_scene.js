@@ -1,32 +1,38 @@
-/* The scene that a stream has, and the one that it is to have: one change at a time is on its way.
+/* The scene of a stream and the scene that is wanted, with one change in progress at a time.
 
-Model: while a change is prepared, newer wishes wait, and only the last of them is asked for. So each answer is that of
-the one change on its way, and who looks knows of which scene the sound is. The scan is the hand's on a page, and the
-full scale is fixed for a stream: neither is part of a change.
-Limits: a stream that began before the page's newest scene is told the difference once it is live. */
+Model: while the service prepares a change, newer scenes wait and only the newest is requested. Each answer therefore
+belongs to the one change in progress, and the page knows which scene is heard. A change contains neither the scan,
+which belongs to the hand, nor the full scale, which is fixed for a stream. */
 
-import { partBetween, same, withField } from "../knobs/merge.js";
+import { partBetween, same, withField } from "../scene/merge.js";
 
 const DROPPED = /#problem-too-fast$/;
-const AGAIN = 1100; // ms after which a message may come through again: the service drops the rest of a second
+const AGAIN = 1100; // ms until the service accepts messages again: it drops those of the rest of a second
+const HEADROOM = 1.25; // over the full scale that the limiter called for: later strokes may be stronger
 
-/** Returns `scene` with the full scale of a stream that is `ready`, so that another one is as loud; where the page knows
- *  how to write it. */
-export function pinned(scene, ready) {
+/** Returns `scene` with the full scale of the stream `ready`, so that a further stream is equally loud. Returns `scene`
+ *  unchanged if it has several channels. */
+export function withFullScaleOf(ready, scene) {
   const own = ready?.quantities.filter((quantity) => quantity !== "tangential_force") ?? [];
   if (own.length !== 1 || scene.output?.channels) return scene;
   return withField(scene, ["output", "full_scale"], ready.full_scale[0]);
 }
 
+/** Returns the full scale, SI, that leaves room above what the limiter reduced by `reduction` dB in the stream `ready`.
+ *  */
+export function neededFullScale(ready, reduction) {
+  return ready.full_scale[0] * 10 ** (reduction / 20) * HEADROOM;
+}
+
 export class StreamScene {
-  /** The scene that the sound is of. */
+  /** The scene that is heard. */
   held;
-  /** The one that it is to be of. */
+  /** The scene that should be heard. */
   wanted;
-  #asked = null; // the one on its way
+  #asked = null; // the scene of the change in progress
   #refused = null;
 
-  /** connection: a LiveConnection. scene: what it begins with. onChange(): `pending` or `agrees` may be others. */
+  /** connection: a LiveConnection. scene: its first scene. onChange(): `pending` or `isCurrent` may have changed. */
   constructor(connection, scene, onChange = () => {}) {
     Object.assign(this, { connection, held: scene, wanted: scene, onChange });
     connection.addEventListener("scene", () => this.#asked && this.#answered(this.#asked));
@@ -36,23 +42,23 @@ export class StreamScene {
     });
   }
 
-  /** Whether a change is on its way. */
+  /** Whether a change is in progress. */
   get pending() {
     return this.#asked !== null;
   }
 
-  /** Whether the sound is of the scene that is wanted. */
-  get agrees() {
+  /** Whether the wanted scene is heard. */
+  get isCurrent() {
     return !this.pending && same(this.held, this.wanted);
   }
 
-  /** Whether what is wanted was refused. */
+  /** Whether the service refused the wanted scene. */
   get refused() {
     return same(this.wanted, this.#refused);
   }
 
-  /** Has the stream become that of `scene`. */
-  become(scene) {
+  /** Changes the stream to `scene`. */
+  change(scene) {
     const { held } = this;
     const scaled = withField(scene, ["output", "full_scale"], held.output?.full_scale);
     this.wanted = held.output?.full_scale === undefined ? structuredClone(scene) : scaled;
@@ -65,7 +71,7 @@ export class StreamScene {
     this.held = held;
     this.#asked = null;
     this.#refused = refused;
-    this.connection.base = pinned(held, this.connection.ready);
+    this.connection.base = withFullScaleOf(this.connection.ready, held);
     this.#next();
   }
 

@@ -1,15 +1,14 @@
-/* Where the sound goes, as far as the browser can choose: output device, its channels, and a gamepad that rumbles
-along. */
+/* The section Devices: output device and channels, where the browser offers a choice, and a gamepad that vibrates. */
 
-import { byId, make } from "../knobs/element.js";
+import { byId, make } from "../dom.js";
 
 export class Devices {
-  actuators = null; // once somebody asks for them
-  #of = null; // the envelope, and the `ready` and threshold that it is for
+  motors = null; // loaded with the first use
+  #strength = null; // {ready, threshold, of: the MotorStrength for them}
 
-  /** session: the Session. sight: knows what is just felt. tell(sentence). */
-  constructor({ session, sight, tell }) {
-    Object.assign(this, { session, sight, tell });
+  /** session: the TouchSession. views: the LiveViews, which hold the detection threshold. tell(sentence). */
+  constructor({ session, views, tell }) {
+    Object.assign(this, { session, views, tell });
     session.addEventListener("player", ({ detail }) => this.#list(detail.player));
     session.addEventListener("block", ({ detail }) => this.#rumble(detail));
     byId("output").addEventListener("change", () => this.#use());
@@ -25,14 +24,14 @@ export class Devices {
     const outputs = await player.outputs().catch(() => []);
     byId("output").replaceChildren(
       ...outputs.map(({ id, label }, index) =>
-        make("option", { value: id, text: label || (id ? `Output ${index + 1}` : "The usual one") }),
+        make("option", { value: id, text: label || (id ? `Output ${index + 1}` : "Default output") }),
       ),
     );
-    byId("output-knob").hidden = outputs.length < 2;
+    byId("output-field").hidden = outputs.length < 2;
     byId("output-about").textContent =
       outputs.length < 2
-        ? "This browser plays on the system's output: choose it in the system."
-        : "The list has the outputs that this browser may use.";
+        ? "This browser cannot choose an output. Choose it in the system settings."
+        : "These are the outputs that this browser can use.";
     this.#listChannels(player);
   }
 
@@ -42,7 +41,7 @@ export class Devices {
     byId("channels").replaceChildren(
       ...pairs.map((pair) => make("option", { value: pair.join(), text: `${pair[0] + 1} and ${pair[1] + 1}` })),
     );
-    byId("channels-knob").hidden = pairs.length < 2;
+    byId("channels-field").hidden = pairs.length < 2;
   }
 
   async #use() {
@@ -50,18 +49,18 @@ export class Devices {
       await this.session.player?.useOutput(byId("output").value);
       this.#listChannels(this.session.player);
     } catch (error) {
-      this.tell(`That output cannot be used: ${error.message}`);
+      this.tell(`The output cannot be used: ${error.message}`);
     }
   }
 
-  /** What only a page needs that makes a gamepad rumble. */
+  /** Loads the modules for motors, which few pages need. */
   async #load() {
-    const [{ Actuators }, { Envelope }] = await Promise.all([
-      import("../haptics/actuators.js"),
-      import("../haptics/envelope.js"),
+    const [{ Motors }, { MotorStrength }] = await Promise.all([
+      import("../motors/motors.js"),
+      import("../motors/strength.js"),
     ]);
-    this.Envelope = Envelope;
-    this.actuators ??= new Actuators({ gamepads: () => [this.#gamepad()] });
+    this.MotorStrength = MotorStrength;
+    this.motors ??= new Motors({ gamepads: () => [this.#gamepad()] });
   }
 
   #gamepad() {
@@ -74,26 +73,27 @@ export class Devices {
     byId("gamepad").replaceChildren(
       ...(pads.length
         ? pads.map(({ id, index }) => make("option", { value: index, text: id }))
-        : [make("option", { value: "", text: "none is known yet" })]),
+        : [make("option", { value: "", text: "none connected" })]),
     );
     if (pads.some(({ index }) => String(index) === chosen)) byId("gamepad").value = chosen;
     byId("gamepad").disabled = !pads.length;
-    if (!this.actuators) return;
-    if (!byId("rumble").checked) return this.actuators.stop();
-    if (pads.length && !this.actuators.motors().length)
-      this.tell("This browser cannot make that gamepad rumble: try another one, or another browser.");
+    if (!this.motors) return;
+    if (!byId("rumble").checked) return this.motors.stop();
+    if (pads.length && !this.motors.motors().length)
+      this.tell("This browser cannot make this gamepad vibrate. Try another gamepad or another browser.");
   }
 
-  /** Follows the finger that touches first, as the pictures do. */
+  /** Plays the strength of the first finger that touches, as the views show it. */
   #rumble({ samples, ready, finger }) {
-    const { session, sight } = this;
-    if (!byId("rumble").checked || !this.actuators) return;
+    const { session } = this;
+    if (!byId("rumble").checked || !this.motors) return;
     if (finger !== (session.fingers.find(({ touching }) => touching) ?? session.fingers[0])) return;
-    const felt = sight.felt;
-    if (this.#of?.ready !== ready || this.#of.felt !== felt) {
+    const { threshold } = this.views;
+    if (this.#strength?.ready !== ready || this.#strength.threshold !== threshold) {
       const { sample_rate: rate, quantities, full_scale: fullScale } = ready;
-      this.#of = { ready, felt, envelope: new this.Envelope({ rate, quantities, fullScale, threshold: felt }) };
+      const of = new this.MotorStrength({ rate, quantities, fullScale, threshold });
+      this.#strength = { ready, threshold, of };
     }
-    this.actuators.push(this.#of.envelope.push(samples));
+    this.motors.push(this.#strength.of.push(samples));
   }
 }

@@ -1,19 +1,19 @@
-/* The header: start and stop, volume, connection, latency and gaps of the sound. */
+/* The header: start and stop, volume, connection state, latency and gaps. */
 
-import { byId } from "../knobs/element.js";
+import { byId } from "../dom.js";
 
 const SENTENCES = {
   "not started": "not started",
   connecting: "connecting…",
   preparing: "solving the contact…",
-  asleep: "silent so far",
+  asleep: "waiting for a click",
   live: "live",
-  broken: "lost, connecting again…",
+  broken: "lost, reconnecting…",
   ended: "ended",
 };
-const INTERVAL = 500; // ms between looks at the meters
+const INTERVAL = 500; // ms between updates of the meters
 
-/** Wire the header to `session`; onStop() before the sound ends. */
+/** Connects the header to `session`. onStop(): called before the sound ends. */
 export function wireHeader(session, { onStop }) {
   const start = byId("start");
   start.disabled = false;

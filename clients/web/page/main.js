@@ -1,67 +1,67 @@
-/* The pad page, put together: the state holds the scene, the session plays it, the pad moves it, the rest shows it.
+/* Builds the pad page from its parts and connects them.
 
-Model: a change of the scene goes to the session (as a part, or by new streams where what is fixed changes), and, once it
-rests for a moment, to the pictures and the plan. */
+Model: the SceneState holds the scene. Each change goes to the session, which plays it; the views and the plan follow
+when changes stop for a moment. The pad moves the fingers of the session. */
 
-import { byId } from "../knobs/element.js";
-import { Form } from "../knobs/form.js";
-import { same } from "../knobs/merge.js";
-import { SceneState } from "../knobs/state.js";
+import { byId } from "../dom.js";
+import { Form } from "../form/form.js";
+import { same } from "../scene/merge.js";
+import { SceneState } from "../scene/state.js";
 import { call } from "../service.js";
-import { Agreement } from "./agreement.js";
+import { StaleParts } from "./stale_parts.js";
 import { Devices } from "./devices.js";
 import { wireHeader } from "./header.js";
-import { wireLimiter } from "./limiter.js";
-import { tell } from "./notices.js";
-import { Planning, showWarnings } from "./planning.js";
-import { Recorder } from "./recording.js";
-import { Session } from "./session.js";
-import { Sight } from "./sight.js";
-import { Pad } from "./stroke.js";
-import { wireTextures } from "./textures.js";
-import { Tools } from "./tools.js";
+import { wireLimiter } from "./limiter_lamp.js";
+import { tell } from "./notice.js";
+import { PlanSection, showWarnings } from "./plan_section.js";
+import { Recorder } from "./recorder.js";
+import { TouchSession } from "./touch_session.js";
+import { LiveViews } from "./live_views.js";
+import { Pad } from "./pad.js";
+import { wireTextureMenu } from "./texture_menu.js";
+import { SceneActions } from "./scene_actions.js";
 
-const REST = 250; // ms without a change before pictures and plan are made; shorter keeps the service busy with drags
-const SPACING = 60; // ms between two changes said to the streams; each is a cross-fade
+const REST = 250; // ms without a change before views and plan are requested; shorter loads the service
+const SPACING = 60; // ms between changes of the streams; each is a cross-fade
 
-/** Load what the page is made of, and begin. Throws where the service does not answer. */
+/** Loads schema and catalogue and starts the page. Throws a ServiceProblem if the service does not answer. */
 export async function begin() {
   const [schema, catalogue] = await Promise.all([call("GET", "/v1/scene/schema.json"), call("GET", "/v1/textures")]);
   byId("main").hidden = false;
   const state = new SceneState();
   const form = new Form(byId("form"), schema, state);
-  const agreement = new Agreement();
-  const session = new Session(state.scene);
-  let sight = null;
+  const stale = new StaleParts();
+  const session = new TouchSession(state.scene);
+  let views = null;
   const pad = new Pad({
     session,
     state,
     tell,
-    onTouch: () => sight.touch(pad.touches),
-    onScale: (metresPerPixel) => sight?.scale(metresPerPixel),
+    onTouch: () => views.touch(pad.touches),
+    onScale: (metresPerPixel) => views?.scale(metresPerPixel),
   });
-  sight = new Sight({ session, pad });
-  sight.scale(pad.metresPerPixel);
-  wireTextures(state, catalogue.textures ?? catalogue);
-  const tools = new Tools({ state, form, tell });
+  views = new LiveViews({ session, pad });
+  views.scale(pad.metresPerPixel);
+  wireTextureMenu(state, catalogue.textures ?? catalogue);
+  const actions = new SceneActions({ state, form, tell });
   const recorder = new Recorder({ session, pad, tell, show: (scene) => state.take(scene) });
-  const plan = new Planning({
+  const plan = new PlanSection({
     state,
     onPlan: (document) => {
-      agreement.set("plan", "there");
+      stale.set("plan", "current");
       form.refuse([]);
       showWarnings(document.warnings ?? []);
     },
     onRefused: (detail) => {
-      agreement.set("plan", "refused");
+      stale.set("plan", "refused");
       refused(form, detail);
     },
   });
-  new Devices({ session, sight, tell });
+  new Devices({ session, views, tell });
   wireLimiter({ session, state, tell, onRescaled: () => recorder.renewed() });
   wireHeader(session, { onStop: () => pad.release() });
   session.addEventListener("problem", ({ detail }) => refused(form, detail));
-  follow({ form, state, session, sight, plan, recorder, agreement });
+  follow({ form, state, session, views, plan, recorder, stale });
   window.ridgewave = {
     get player() {
       return session.player;
@@ -71,54 +71,52 @@ export async function begin() {
     },
     state,
     session,
-    form: state, // the name that scripts know the scene by
   };
-  if (!tools.follow()) state.take({});
+  if (!actions.follow()) state.take({});
 }
 
-/** Passes the changes of the scene on, and tells what is not yet of it. */
-function follow({ form, state, session, sight, plan, recorder, agreement }) {
-  let [resting, saying, seen] = [0, 0, null];
-  const listen = () => {
-    const unsaid = session.player && !sameSound(state.scene, session.scene);
-    agreement.set("sound", unsaid ? "coming" : session.agreement);
-    agreement.set("output", session.player?.awake === false ? "asleep" : "awake");
+/** Passes changes of the scene on to the parts of the page, and marks those that are not updated yet. */
+function follow({ form, state, session, views, plan, recorder, stale }) {
+  let [resting, sending, shown] = [0, 0, null];
+  const markSound = () => {
+    const unsent = session.player && !sameSound(state.scene, session.scene);
+    stale.set("sound", unsent ? "pending" : session.soundStatus);
+    stale.set("output", session.player?.awake === false ? "asleep" : "awake");
   };
-  const say = async () => {
-    saying = 0;
+  const send = async () => {
+    sending = 0;
     const before = session.player;
     const renewed = await session.take(state.scene).catch((error) => tell(error.message));
-    listen();
+    markSound();
     if (!renewed) return;
     recorder.renewed();
-    if (before)
-      tell("Rate, channels, quantity and full scale are fixed for a stream: a new one was opened with yours.");
+    if (before) tell("Rate, channels, quantity and full scale are fixed for a stream, so a new stream was opened.");
   };
-  const look = async () => {
+  const show = async () => {
     const scene = state.scene;
-    seen = scene;
-    plan.look(scene);
+    shown = scene;
+    plan.show(scene);
     try {
-      if ((await sight.look(scene)) && same(scene, state.scene)) agreement.set("picture", "there");
+      if ((await views.show(scene)) && same(scene, state.scene)) stale.set("picture", "current");
     } catch (error) {
-      if (same(scene, state.scene)) agreement.set("picture", "refused");
+      if (same(scene, state.scene)) stale.set("picture", "refused");
       refused(form, { problem: error.problem, sentence: error.message });
     }
   };
-  session.addEventListener("state", listen);
+  session.addEventListener("state", markSound);
   state.addEventListener("change", ({ detail: { scene, fixed, settled } }) => {
-    if (!same(scene, seen)) for (const part of ["picture", "plan"]) agreement.set(part, "coming");
+    if (!same(scene, shown)) for (const part of ["picture", "plan"]) stale.set(part, "pending");
     clearTimeout(resting);
-    if (!same(scene, seen)) resting = setTimeout(look, settled ? 0 : REST);
-    if (!saying && (settled || !fixed)) saying = setTimeout(say, SPACING);
-    listen();
+    if (!same(scene, shown)) resting = setTimeout(show, settled ? 0 : REST);
+    if (!sending && (settled || !fixed)) sending = setTimeout(send, SPACING);
+    markSound();
   });
 }
 
-/** Whether a stream that a hand moves sounds the same in both scenes: its load and speed are the hand's. */
+/** Returns whether a stream sounds the same in both scenes: its load and speed are those of the hand. */
 const sameSound = (one, other) => same({ ...one, scan: null }, { ...other, scan: null });
 
-/** Tells what the service refuses: beside the field where it can be, and in a sentence. */
+/** Shows a refusal of the service: beside the field, if it names one, and as a message. */
 function refused(form, { problem, sentence }) {
   form.refuse(problem?.errors ?? []);
   tell(sentence);

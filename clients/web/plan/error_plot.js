@@ -1,12 +1,14 @@
-/* What accuracy costs, drawn: error against computing time, from the answer of `POST /v1/accuracy`.
+/* Plot of error against computing time, from the answer of `POST /v1/accuracy`.
 
-Model: across, the time for a second of sound, set-up spread over the scene's duration; up, the largest error of a
-period relative to the peak-to-peak; both in decades, so nearer to the lower left is better. A line joins methods that
-differ in size only; open points are the baseline, tabled for a period. The broad line is the front: nothing measured is
-both nearer and cheaper. The ring is what the plan takes.
-Limits: an error of zero stands on the lower edge. Labels without a free place are left out, since the table has all. */
+Model: x is the computing time per second of sound, with set-up spread over the duration of the scene. y is the largest
+error of a period relative to peak-to-peak. Both are logarithmic. A line joins methods that differ in size only; open
+points are the baseline with a table of one period. The broad line is the Pareto front. The ring marks the method of the
+plan.
+Limits: an error of zero is drawn at the lower edge. Labels without free space are omitted; the table has all methods.
+*/
 
-import { inWords, logAxis } from "../sight/scale.js";
+import { inWords } from "../scene/quantities.js";
+import { logAxis } from "../views/axes.js";
 
 const FAMILIES = {
   baseline: "trapezoid and brentq",
@@ -16,10 +18,10 @@ const FAMILIES = {
   harmonics: "sum of harmonics",
   closed: "closed form",
 };
-const ROUNDING = 2 ** -25; // of a float32 sample near full scale
-const MARGIN_DB = 6; // that an error keeps below the detection threshold where it is not felt
+const ROUNDING = 2 ** -25; // error of a float32 sample near full scale
+const MARGIN_DB = 6; // distance of imperceptible errors from the detection threshold
 const SVG = "http://www.w3.org/2000/svg";
-const FARTHER = [1, 1.6, 2.4, 3.4]; // times the reach of a label
+const DISTANCES = [1, 1.6, 2.4, 3.4]; // of a label from its point, tried in order, times `reach`
 const PLACES = [
   [1, 0],
   [-1, 0],
@@ -31,12 +33,12 @@ const PLACES = [
   [-1, 1],
 ];
 
-/** Returns the seconds of computing for a second of sound, set-up spread over the duration. */
+/** Returns the computing time per second of sound, s, with set-up spread over the duration. */
 export function costOf(document, row) {
   return row.setup_seconds / document.duration + row.seconds_per_second;
 }
 
-/** Returns the methods as series [{family, name, open, rows}], families in their order, sizes rising. */
+/** Returns the methods as series [{family, name, open, rows}], in order of families and of size. */
 export function seriesOf(document) {
   const groups = new Map();
   for (const row of document.methods) {
@@ -60,9 +62,9 @@ export function seriesOf(document) {
   return series;
 }
 
-/** Returns the error below which every method keeps MARGIN_DB to the threshold; each error's spectrum grows as a whole.
- *  */
-export function feltError(document) {
+/** Returns the error at which the first method comes within MARGIN_DB of the detection threshold. Assumes that the
+ *  spectrum of an error keeps its shape. */
+function feltError(document) {
   return Math.min(
     ...document.methods
       .filter((row) => row.max_error && row.threshold_margin_db !== null)
@@ -70,7 +72,7 @@ export function feltError(document) {
   );
 }
 
-/** Draws into `svg`, whose size on the page (CSS px) is taken as it is. */
+/** Draws into `svg`, at its present size on the page. */
 export function drawErrorPlot(svg, document) {
   const { width, height } = svg.getBoundingClientRect();
   if (!width) return;
@@ -78,11 +80,11 @@ export function drawErrorPlot(svg, document) {
   svg.replaceChildren();
   const box = { left: 58, right: width - 14, top: 30, bottom: height - 42 };
   const costs = document.methods.map((row) => costOf(document, row));
-  const asked = document.scene.accuracy.tolerance;
+  const tolerance = document.scene.accuracy.tolerance;
   const errors = document.methods.map((row) => row.max_error).filter((error) => error > 0);
   const low = 10 ** Math.floor(Math.log10(Math.min(ROUNDING, ...errors) / 3));
-  const dearest = Math.max(10, decade(Math.max(...costs) * 1.5, Math.ceil));
-  const across = logAxis(decade(Math.min(...costs) / 1.5, Math.floor), dearest, box.left, box.right, "s", 56);
+  const highest = Math.max(10, decade(Math.max(...costs) * 1.5, Math.ceil));
+  const across = logAxis(decade(Math.min(...costs) / 1.5, Math.floor), highest, box.left, box.right, "s", 56);
   const up = logAxis(low, Math.max(1, 2 * Math.max(...errors)), box.bottom, box.top, "", 24);
   const place = (row) => [across.place(costOf(document, row)), up.place(Math.max(row.max_error, low))];
   const series = seriesOf(document);
@@ -96,10 +98,10 @@ export function drawErrorPlot(svg, document) {
   drawLevel(svg, labels, [box.left, up.place(ROUNDING)], [box.right, up.place(ROUNDING)], "float32 rounding");
   const felt = feltError(document);
   if (felt > low && felt < 1) {
-    drawLevel(svg, labels, [box.left, up.place(felt)], [box.right, up.place(felt)], "not felt below");
+    drawLevel(svg, labels, [box.left, up.place(felt)], [box.right, up.place(felt)], "imperceptible below");
   }
-  if (typeof asked === "number") {
-    drawLevel(svg, labels, [box.left, up.place(asked)], [box.right, up.place(asked)], `tolerance ${asked}`);
+  if (typeof tolerance === "number") {
+    drawLevel(svg, labels, [box.left, up.place(tolerance)], [box.right, up.place(tolerance)], `tolerance ${tolerance}`);
   }
   drawLevel(svg, labels, [across.place(1), box.bottom], [across.place(1), box.top], "real time");
   for (const one of series) drawSeries(svg, one, place);
@@ -111,17 +113,17 @@ export function drawErrorPlot(svg, document) {
   }
 }
 
-/** Returns the least error (with its cost and method) in words, and what the plan takes: the figure's text. */
+/** Returns the text alternative of the plot: the method of the plan and the most accurate one. */
 export function plotInWords(document) {
   const tell = (row) =>
     `${row.method}, with an error of ${row.max_error.toExponential(1)} ` +
-    `at ${inWords(costOf(document, row), "s", 2)} for a second of sound`;
+    `and ${inWords(costOf(document, row), "s", 2)} per second of sound`;
   const chosen = document.methods.find((row) => row.method === document.chosen);
-  const nearest = document.methods.reduce((best, row) => (row.max_error < best.max_error ? row : best));
-  const taken = chosen ? `The plan takes ${tell(chosen)}. ` : "";
+  const mostAccurate = document.methods.reduce((best, row) => (row.max_error < best.max_error ? row : best));
+  const used = chosen ? `The plan uses ${tell(chosen)}. ` : "";
   return (
     `Error against computing time of ${document.methods.length} methods for the ${document.quantity}. ` +
-    `${taken}The nearest is ${tell(nearest)}. The table below has all of them.`
+    `${used}The most accurate is ${tell(mostAccurate)}. The table below has all of them.`
   );
 }
 
@@ -137,8 +139,8 @@ function drawFrame(svg, box, across, up) {
     const share = value >= 1e-3 ? `${Number((value * 100).toPrecision(1))} %` : `10${raised(Math.log10(value))}`;
     text(svg, share, box.left - 7, up.place(value) + 4, "end");
   }
-  text(svg, "Largest error, of peak to peak", 2, 14, "start", "title");
-  text(svg, "computing time for a second of sound, set-up included", box.right, box.bottom + 36, "end");
+  text(svg, "Largest error, relative to peak-to-peak", 2, 14, "start", "title");
+  text(svg, "computing time per second of sound, with set-up", box.right, box.bottom + 36, "end");
 }
 
 function drawFront(svg, document, place) {
@@ -190,7 +192,7 @@ function drawChosen(svg, labels, document, place) {
   labels.put("the plan’s choice", [cx, cy], "chosen", PLACES, 10);
 }
 
-/** Labels that keep off points and off each other. */
+/** Labels that overlap neither points nor each other. */
 class Labels {
   #svg;
   #box;
@@ -204,7 +206,9 @@ class Labels {
   put(words, [x, y], look, directions = PLACES, reach = 7) {
     const label = text(this.#svg, words, 0, 0, "start", look);
     const [width, height] = [label.getComputedTextLength(), 12];
-    for (const [right, down] of FARTHER.flatMap((far) => directions.map(([one, other]) => [far * one, far * other]))) {
+    for (const [right, down] of DISTANCES.flatMap((far) =>
+      directions.map(([one, other]) => [far * one, far * other]),
+    )) {
       const left = x + right * reach + (Math.sign(right) - 1) * (width / 2);
       const top = y + down * reach + (Math.sign(down) - 1) * (height / 2);
       const room = { left, top, right: left + width, bottom: top + height };
@@ -218,7 +222,7 @@ class Labels {
     label.remove();
   }
 
-  /** Keeps later labels off points. */
+  /** Keeps later labels away from `points`. */
   avoid(points) {
     this.#points.push(...points);
   }
@@ -248,7 +252,7 @@ function text(svg, words, x, y, anchor, look = "") {
   return made;
 }
 
-/** Returns points along a line, a few px apart. */
+/** Returns points along a line, 4 px apart. */
 function dotted(points) {
   return points.flatMap(([x, y], index) => {
     const [fromX, fromY] = points[Math.max(0, index - 1)];

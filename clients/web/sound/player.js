@@ -1,37 +1,36 @@
-/* The sound card as the page uses it: sources that play blocks of samples, mixed, one master volume, one output.
+/* The output of the page: mixes sources, with a master volume, on an output device.
 
-    source (ring, level) -> mix -> channels of the device -> volume -> destination
+    source (ring buffer, level) -> mix -> channels of the device -> volume -> destination
 
-At level 1 the mix holds the very samples that were given. Volume and levels move without clicks, within some 50 ms.
-A player that was opened before the browser lets the page sound, or was paused, is asleep: it wakes in the first gesture
-that may wake it. A mouse may with its press, a finger with its lift (never with its touch), a key with its press.
-Limits: what is given to a player that is asleep waits. The output device can be chosen where
-the browser can (`canChooseOutput`). What lies behind the browser's `outputLatency` (a Bluetooth link, an amplifier)
-is not known to it. */
+At level 1 the mix contains exactly the samples of the source. Volume and levels change without clicks, within 50 ms.
+A player is asleep while the browser does not permit sound, and after the system has paused it. It wakes at the next
+gesture: the press of a mouse button or a key, or the lift (not the touch) of a finger.
+Limits: samples wait while the player is asleep. Only some browsers can choose the output device (`canChooseOutput`).
+Delays beyond the browser's `outputLatency` (Bluetooth, an amplifier) are unknown. */
 
-import { Depth } from "./depth.js";
+import { QueueDepth } from "./queue_depth.js";
 import { glide, Source } from "./source.js";
 import { Tap } from "./tap.js";
 
-/** In which a browser may let a page sound. A finger that drags never clicks: its lift is what counts. */
+/** Events with which a browser may permit sound. A finger that drags never clicks, so its lift is among them. */
 const WAKING = ["pointerdown", "mousedown", "pointerup", "touchend", "click", "keydown", "visibilitychange"];
-const QUIET = 0.1; // volume at first: vibration made for an actuator is loud in headphones
+const FIRST_VOLUME = 0.1; // first volume: a vibration for an actuator is loud in headphones
 
-/** The output. Event "awake": it sounds now, or no longer. */
+/** The output. Event "awake": `awake` may have changed. */
 export class Player extends EventTarget {
   #sources = new Set();
-  #wanted = QUIET;
+  #wanted = FIRST_VOLUME;
   #channels = [0, 1];
   #routing = [];
-  /** How much is kept queued, for all sources: what the machine and the network bear. */
+  /** The QueueDepth of all sources. */
   depth;
 
-  /** Returns a player, awake where the browser allows it. sampleRate: Hz, that of the scene. latencyHint: as of AudioContext. */
+  /** Returns a new player. sampleRate: Hz, that of the scene. latencyHint: that of AudioContext. */
   static async open({ sampleRate = 48000, latencyHint = "interactive" } = {}) {
     const context = contextOf(sampleRate, latencyHint);
     try {
-      context.resume().catch(() => {}); // in the gesture itself; where it is none that wakes, another one will
-      await context.audioWorklet.addModule(new URL("./ring.js", import.meta.url));
+      context.resume().catch(() => {}); // if this gesture does not permit sound, a later one will
+      await context.audioWorklet.addModule(new URL("./ring_buffer.js", import.meta.url));
     } catch (error) {
       await context.close();
       throw error;
@@ -42,10 +41,10 @@ export class Player extends EventTarget {
   constructor(context) {
     super();
     this.context = context;
-    this.depth = new Depth(context.sampleRate);
+    this.depth = new QueueDepth(context.sampleRate);
     const discrete = { channelCount: 2, channelCountMode: "explicit", channelInterpretation: "discrete" };
     this.mix = new GainNode(context, discrete);
-    this.master = new GainNode(context, { gain: QUIET, channelInterpretation: "discrete" });
+    this.master = new GainNode(context, { gain: FIRST_VOLUME, channelInterpretation: "discrete" });
     context.destination.channelInterpretation = "discrete";
     this.master.connect(context.destination);
     this.#route();
@@ -56,7 +55,7 @@ export class Player extends EventTarget {
     for (const kind of WAKING) window.addEventListener(kind, this.#wake, true);
   }
 
-  /** Whether the browser lets it sound. */
+  /** Whether the browser permits sound. */
   get awake() {
     return this.context.state === "running";
   }
@@ -66,7 +65,7 @@ export class Player extends EventTarget {
     return this.context.sampleRate;
   }
 
-  /** Returns a new Source of so many channels. */
+  /** Returns a new Source with that number of channels. */
   source(channels) {
     const source = new Source(this.context, channels, this.mix);
     const close = source.close.bind(source);
@@ -75,7 +74,7 @@ export class Player extends EventTarget {
     return source;
   }
 
-  /** Master volume, 0 to 1; 0.1 at first. */
+  /** Master volume, 0 to 1; initially 0.1. */
   get volume() {
     return this.#wanted;
   }
@@ -84,66 +83,68 @@ export class Player extends EventTarget {
     this.#wanted = glide(this.master.gain, value, this.context);
   }
 
-  /** s from the audio thread to the loudspeaker, as far as the browser knows. */
+  /** Time from the audio thread to the loudspeaker, s, as far as the browser knows. */
   get outputLatency() {
     return this.context.outputLatency || this.context.baseLatency || 0;
   }
 
-  /** s: how long what is given now takes to be heard: output latency plus the longest queue. */
+  /** Time until a sample that is queued now is heard, s: output latency plus the longest queue. */
   get latency() {
     const queued = Math.max(0, ...[...this.#sources].map((source) => source.queued));
     return this.outputLatency + queued / this.sampleRate;
   }
 
-  /** Whether the browser lets a page choose the output device. */
+  /** Whether the browser can choose the output device. */
   get canChooseOutput() {
     return "setSinkId" in this.context;
   }
 
-  /** Returns the output devices as {id, label}; none where the browser does not tell. Labels may be empty. */
+  /** Returns the known output devices as {id, label}. Labels may be empty. */
   async outputs() {
     if (!this.canChooseOutput || !navigator.mediaDevices) return [];
     const devices = await navigator.mediaDevices.enumerateDevices();
     return devices.filter(({ kind }) => kind === "audiooutput").map(({ deviceId, label }) => ({ id: deviceId, label }));
   }
 
-  /** Plays on the device of that id, "" for the usual one; throws where the browser cannot. */
+  /** Plays on the device of that id, "" for the default. Throws if the browser cannot. */
   async useOutput(id) {
-    if (!this.canChooseOutput) throw new Error("This browser plays on the system's output: choose it in the system.");
+    if (!this.canChooseOutput)
+      throw new Error("This browser cannot choose an output: choose it in the system settings.");
     await this.context.setSinkId(id);
     this.#route();
   }
 
-  /** How many channels the output device has. */
+  /** Number of channels of the output device. */
   get outputChannels() {
     return this.context.destination.maxChannelCount;
   }
 
-  /** Plays channel i of the sound on channel channels[i] of the device, from 0. One channel sounds on the first two. */
+  /** Plays channel i of the sound on channel channels[i] of the device, counted from 0. A single channel plays on the
+   *  first two. */
   useChannels(channels) {
     const most = this.outputChannels - 1;
     const wrong = channels.find((channel) => !(Number.isInteger(channel) && channel >= 0 && channel <= most));
-    if (wrong !== undefined) throw new RangeError(`The output has channels 0 to ${most}: choose among them.`);
+    if (wrong !== undefined) throw new RangeError(`The output has channels 0 to ${most}: choose from these.`);
     this.#channels = [...channels];
     this.#route();
   }
 
-  /** Returns a Tap of what leaves the mix, or, at "volume", the master volume. */
+  /** Returns a Tap behind the mix or, at "volume", behind the master volume. */
   tap(place = "mix") {
     return new Tap(this.context, place === "mix" ? this.mix : this.master);
   }
 
-  /** Ends all sound, for good. */
+  /** Closes the player and its sources. */
   async close() {
     for (const kind of WAKING) window.removeEventListener(kind, this.#wake, true);
     for (const source of this.#sources) source.close();
     await this.context.close();
   }
 
-  /** Goes on where the browser or the system has paused the sound: a call came, say, or a laptop slept. */
+  /** Resumes sound that the browser or the system has paused (a call, a laptop that slept). */
   #wake = () => {
     if (["running", "closed"].includes(this.context.state)) return;
-    this.context.resume().catch(() => {}); // not allowed yet: the next click or key asks again
+    this.context.resume().catch(() => {}); // not permitted yet: the next gesture tries again
   };
 
   #route() {
@@ -170,6 +171,6 @@ function contextOf(sampleRate, latencyHint) {
     return new AudioContext({ sampleRate, latencyHint });
   } catch (error) {
     if (error.name !== "NotSupportedError") throw error;
-    throw new Error("This browser cannot play that sample rate: write 48 kHz, or download the WAV.");
+    throw new Error("This browser cannot play that sample rate. Set 48 kHz, or download the WAV.");
   }
 }

@@ -1,31 +1,31 @@
-/* One stream of samples on its way to the mix: the page's side of the ring (ring.js), and a level.
+/* One stream of samples: the page's side of the ring buffer, and a level.
 
-Limits: what the ring reports is some 5 ms old. */
+Limits: the reports of the ring buffer are up to 5 ms old. */
 
-const GLIDE = 0.01; // s, time constant of volume and level: a step would click
-const MOST_RUNS = 1000; // remembered one by one, the newest
+const GLIDE = 0.01; // s, time constant of volume and level; a step would click
+const MOST_RUNS = 1000; // newest runs that are kept
 
 export class Source {
-  /** Frames given and not yet played, by the last report. */
+  /** Frames queued and not played yet, by the last report. */
   queued = 0;
-  /** Frames played, of those that were given. */
+  /** Frames played. */
   played = 0;
-  /** How often it ran dry while it should have played, and for how many frames altogether. */
+  /** Number of underruns, and their frames. */
   underruns = 0;
   missing = 0;
-  /** Where it sounded without a break: [context frame, frames], the newest last. */
+  /** Uninterrupted runs: [context frame, frames], the newest last. */
   runs = [];
-  /** Frames given, ever. */
+  /** Frames passed to `play`. */
   given = 0;
-  /** Frames to be queued before sound begins after silence. */
+  /** Frames that must be queued before sound begins after silence. */
   ahead = 0;
-  /** Called with the frames played since the last call, and the report: {queued, least, ...} of ring.js. */
-  onhungry = null;
+  /** Called at each report with the frames played since the last one, and the report (ring_buffer.js). */
+  onreport = null;
   #ring;
   #gain;
   #wanted = 1;
 
-  /** channels: of its samples. mix: the node that it plays into. */
+  /** channels: of the samples. mix: node that receives them. */
   constructor(context, channels, mix) {
     this.context = context;
     this.channels = channels;
@@ -52,7 +52,7 @@ export class Source {
     this.#ring.port.onmessage = ({ data }) => this.#report(data);
   }
 
-  /** Plays `samples` (Float32Array, channels interleaved, 1.0 = full scale) behind all that was given before. */
+  /** Queues `samples`: Float32Array, channels interleaved, 1.0 = full scale. */
   play(samples) {
     const own = samples.slice();
     this.given += own.length / this.channels;
@@ -60,12 +60,12 @@ export class Source {
     this.#ring.port.postMessage({ samples: own, ahead: this.ahead }, [own.buffer]);
   }
 
-  /** Tells that nothing follows for now: silence behind what is queued is no underrun. */
+  /** Says that no samples follow for now: silence after the queue is not an underrun. */
   rest() {
     this.#ring.port.postMessage({ rest: true });
   }
 
-  /** Gain of this source, 0 to 1. */
+  /** Gain, 0 to 1. */
   get level() {
     return this.#wanted;
   }
@@ -74,9 +74,9 @@ export class Source {
     this.#wanted = glide(this.#gain.gain, value, this.context);
   }
 
-  /** Ends it; what is queued is not played. */
+  /** Closes the source. Queued samples are not played. */
   close() {
-    this.onhungry = null;
+    this.onreport = null;
     this.#ring.port.postMessage({ close: true });
     for (const node of [this.#ring, this.#gain, this.last]) node.disconnect();
   }
@@ -87,11 +87,11 @@ export class Source {
     Object.assign(this, { played, underruns, missing, queued: this.given - played });
     if (this.runs.at(-1)?.[0] === from) this.runs.at(-1)[1] = run;
     else if (this.runs.push([from, run]) > MOST_RUNS) this.runs.shift();
-    if (this.onhungry) this.onhungry(frames, report);
+    if (this.onreport) this.onreport(frames, report);
   }
 }
 
-/** Moves `parameter` to `value`, held to 0 to 1, without a click; returns what it moves to. */
+/** Moves `parameter` to `value`, limited to 0 to 1, without a click; returns the new value. */
 export function glide(parameter, value, context) {
   const wanted = Math.min(1, Math.max(0, Number(value) || 0));
   parameter.setTargetAtTime(wanted, context.currentTime, GLIDE);

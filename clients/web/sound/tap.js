@@ -1,14 +1,14 @@
-/* What leaves the mix, recorded bit for bit, for whoever checks the sound.
+/* Records the output of a node bit for bit, for tests.
 
-Limits: it keeps in memory what was not taken, and the first two channels only. */
+Limits: two channels; samples are kept in memory until they are taken. */
 
 export class Tap {
   /** Channels of the samples, interleaved. */
   channels = 2;
-  /** Context frame of the first sample that was taken last. */
+  /** Context frame of the first sample of the last `take`. */
   first = -1;
 
-  /** node: what it listens to. */
+  /** node: the node to record. */
   constructor(context, node) {
     this.node = new AudioWorkletNode(context, "ridgewave-tap", {
       channelCount: 2,
@@ -17,11 +17,11 @@ export class Tap {
       outputChannelCount: [2],
       processorOptions: { channels: 2 },
     });
-    this.muted = new GainNode(context, { gain: 0 }); // what leads nowhere is not run
+    this.muted = new GainNode(context, { gain: 0 }); // browsers do not run nodes without an output
     node.connect(this.node).connect(this.muted).connect(context.destination);
   }
 
-  /** Returns a Float32Array of all that was played since the last time. */
+  /** Returns the samples since the last call: Float32Array, interleaved. */
   take() {
     return new Promise((resolve) => {
       this.node.port.onmessage = ({ data }) => {
@@ -32,7 +32,7 @@ export class Tap {
     });
   }
 
-  /** Ends it. */
+  /** Ends the recording. */
   close() {
     this.node.port.postMessage({ close: true });
     this.node.disconnect();

@@ -1,23 +1,23 @@
-/* The labels of all swatches, as one picture and one mesh, so that they cost one draw call.
+/* The labels of all swatches, as one texture and one mesh, which need one draw call.
 
-Model: each label is a cell of the picture; a quad on the board in front of its swatch shows it.
-Limits: text longer than its cell is set smaller. */
+Model: each label is a cell of the texture, shown by a quad in front of its swatch.
+Limits: text that is longer than its cell is drawn smaller. */
 
-import { LABEL, LENGTH, RAISED, WIDTH, labelLines } from "./table.js";
+import { LABEL, LENGTH, RAISED, WIDTH, labelLines } from "./table_layout.js";
 
-const CELL = { width: 768, height: Math.round((768 * LABEL) / LENGTH) }; // px of 0.18 mm: finer than a headset
+const CELL = { width: 768, height: Math.round((768 * LABEL) / LENGTH) }; // px of 0.18 mm, finer than a headset shows
 const COLUMNS = 2;
 const SIZES = [54, 46, 46]; // pixels, of each line
 const BASELINES = [56, 122, 182]; // pixels from the top of a cell
 const BEHIND = 0.004; // m between a swatch and its label
-const OVER_BOARD = 5e-4; // m: enough that the depth buffer keeps label and board apart
+const OVER_BOARD = 5e-4; // m, enough for the depth buffer to separate label and board
 
 /**
  * @param {object} three the module
  * @param {{title: string, period: number, height: number}[]} swatches lengths in m
- * @param {{x: number, z: number}[]} places middles of the swatches (m)
+ * @param {{x: number, z: number}[]} places centres of the swatches (m)
  * @param {{ink: string, faint: string}} colours CSS colours of the first line and of the others
- * @returns {Mesh} to lie in the table's frame
+ * @returns {Mesh} in coordinates of the table
  */
 export function labelMesh(three, swatches, places, { ink, faint }) {
   const rows = Math.max(1, Math.ceil(swatches.length / COLUMNS));

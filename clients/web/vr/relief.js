@@ -1,15 +1,15 @@
-/* The surface of a swatch as triangles, from the heights of its texture.
+/* The mesh of a swatch, from the heights of its texture.
 
-Model: heights vary along the stroke only, so the top is a strip of quads across it, bent after the heights of one
-period, repeated and magnified; normals are those of the magnified profile. Its long sides go down to the board and show
-the profile. Crests are light and valleys dark. The highest crest lies in the plane y = 0, where a touch begins.
-Limits: at most MOST_POINTS along; a profile with more detail than that is drawn by every n-th height. */
+Model: heights vary along the stroke only, so the top is a strip of quads with the periodic, magnified heights and their
+normals. The long sides reach down to the board and show the profile. Crests are light and valleys dark. The highest
+crest is in the plane y = 0, where a touch begins.
+Limits: at most MOST_POINTS along the stroke; finer profiles are drawn with fewer points. */
 
-const POINTS_A_PERIOD = 16;
-const COARSE_POINTS = 400; // along a swatch with few periods, so that a long wave is round
-const MOST_POINTS = 1800; // 10800 triangles a swatch at most; the catalogue's have half, a full table 60000
+const POINTS_PER_PERIOD = 16;
+const COARSE_POINTS = 400; // along a swatch with few periods, so that long waves are smooth
+const MOST_POINTS = 1800; // at most 10800 triangles per swatch; those of the catalogue have half, a full table 60000
 const ROWS = [
-  // of vertices along the stroke: side across (0 back, 1 front), on the profile or on the board, and which way it faces
+  // rows of vertices along the stroke: side (0 back, 1 front), on the profile or on the board, direction of the normal
   { across: 0, profile: true, faces: "up" },
   { across: 1, profile: true, faces: "up" },
   { across: 1, profile: true, faces: 1 },
@@ -19,8 +19,8 @@ const ROWS = [
 ];
 const DARKEST = 0.5; // shade of the deepest valley
 
-/** @param {number[]} heights of one period @returns {(turns: number) => number} the height at a place in periods,
- *  linear between */
+/** @param {number[]} heights of one period @returns {(turns: number) => number} height at a place, in periods,
+ *  interpolated linearly */
 function profileOf(heights) {
   return (turns) => {
     const place = (turns - Math.floor(turns)) * heights.length;
@@ -31,14 +31,14 @@ function profileOf(heights) {
 
 /**
  * @param {{heights: number[], period: number, along: number, up: number, length: number, width: number, raised:
- *   number}} surface one period of heights (m), how often as wide and high they are drawn, size of the swatch and its
- *   rise over the board (m)
+ *   number}} surface heights of one period (m), magnification of widths and heights, size of the swatch and its height
+ *   over the board (m)
  * @returns {{positions: Float32Array, normals: Float32Array, colours: Float32Array, indices: Uint16Array}} colours are
- *   grey, 0..1 in all three parts
+ *   grey, 0 to 1
  */
 export function relief({ heights, period, along, up, length, width, raised }) {
   const periods = length / (period * along);
-  const inPeriod = Math.min(heights.length, Math.max(POINTS_A_PERIOD, COARSE_POINTS / periods));
+  const inPeriod = Math.min(heights.length, Math.max(POINTS_PER_PERIOD, COARSE_POINTS / periods));
   const points = Math.max(2, Math.min(MOST_POINTS, Math.ceil(periods * inPeriod)));
   const at = profileOf(heights);
   const top = heights.reduce((most, height) => Math.max(most, height), -Infinity);
@@ -68,7 +68,8 @@ export function relief({ heights, period, along, up, length, width, raised }) {
   return mesh;
 }
 
-/** @param {number} points along @returns {number[]} corners of the triangles: top, front, back, and both ends */
+/** @param {number} points along the stroke @returns {number[]} corners of the triangles: top, front, back and both ends
+ *  */
 function faces(points) {
   const corners = [];
   const width = ROWS.length;

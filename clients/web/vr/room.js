@@ -1,17 +1,17 @@
 /* The table with its swatches, light and fingertips, in three.js.
 
-Model: all that lies on the table is in its frame (table.js); the table is tilted towards the person. Light rakes along
-the strokes, so that ridges show. A fingertip that presses is drawn on the surface and not inside it; the ring around it
+Model: everything on the table is in its coordinates (table_layout.js). The table is tilted towards the person. Low
+light along the strokes shows the ridges. A pressing fingertip is drawn on the surface, not inside it, with a ring that
 grows with the load.
-Limits: no shadows but a dot under each fingertip; some 20 draw calls. */
+Limits: no shadows except a dot under each fingertip; some 20 draw calls. */
 
 import { labelMesh } from "./labels.js";
 import { relief } from "./relief.js";
-import { LENGTH, RAISED, WIDTH, layTable, magnification } from "./table.js";
-import { TipShape, TOUCHED } from "./tip_shape.js";
+import { LENGTH, RAISED, WIDTH, layTable, magnification } from "./table_layout.js";
+import { FingertipMesh, TOUCHED } from "./fingertip_mesh.js";
 
-const FIELD = 40; // degrees from top to bottom of a desktop picture
-const SHARP = 1000; // pixels from left to right at least: with fewer, fine ridges alias into coarse ones
+const FIELD_OF_VIEW = 40; // degrees, vertical, on a desktop
+const LEAST_WIDTH = 1000; // pixels; with fewer, fine ridges alias
 const ON_DESKTOP = { x: 0, y: 0.75, z: 0, yaw: 0 }; // m, rad
 const TILT = 0.2; // rad towards the person
 const BOARD = 0.018; // m thick
@@ -19,14 +19,14 @@ const LOOKS = {
   light: { air: 0xe6ebef, floor: 0xd8dfe5, board: 0xf4f2ee, ink: "#1d2733", faint: "#4f5d6b", sky: 0xffffff, sun: 1.9 },
   dark: { air: 0x171c22, floor: 0x1e252d, board: 0x3a444f, ink: "#eef2f5", faint: "#b3bec9", sky: 0xb9c6d6, sun: 1.5 },
 };
-const FINE = 0xe0b98a; // colour of the finest swatch
-const COARSE = 0x86a9bd; // and of the coarsest; between them by rank
+const FINE = 0xe0b98a; // colour of the finest swatch,
+const COARSE = 0x86a9bd; // and of the coarsest; interpolated by rank
 
 export class Room {
   /**
    * @param {object} three the module three.js
    * @param {HTMLCanvasElement} canvas
-   * @param {{title: string, period: number, height: number, heights: number[]}[]} swatches lengths in m; `heights` of
+   * @param {{title: string, period: number, height: number, heights: number[]}[]} swatches lengths in m; heights of
    *   one period
    * @param {"light" | "dark"} look
    */
@@ -34,7 +34,7 @@ export class Room {
     this.three = three;
     this.renderer = new three.WebGLRenderer({ canvas, antialias: true });
     this.renderer.xr.enabled = true;
-    this.camera = new three.PerspectiveCamera(FIELD, 1, 0.02, 20);
+    this.camera = new three.PerspectiveCamera(FIELD_OF_VIEW, 1, 0.02, 20);
     this.layout = layTable(swatches.length);
     this.tips = new Map();
     const colours = LOOKS[look];
@@ -54,8 +54,7 @@ export class Room {
     this.table.add(labelMesh(three, swatches, this.layout.places, colours));
   }
 
-  /** @param {{x: number, y: number, z: number, yaw: number}} place middle of the table (m) and its turn (rad), in the
-   *  world */
+  /** Places the table. @param {{x: number, y: number, z: number, yaw: number}} place middle (m) and turn (rad) */
   stand({ x, y, z, yaw }) {
     this.table.position.set(x, y, z);
     this.table.rotation.set(TILT, yaw, 0, "YXZ");
@@ -90,15 +89,15 @@ export class Room {
     return mesh;
   }
 
-  /** @param {{x, y, z}} point in the world (m) @returns {{x, y, z}} in the table's frame (m) */
+  /** @param {{x, y, z}} point in the world (m) @returns {{x, y, z}} in coordinates of the table (m) */
   onTable({ x, y, z }) {
     return this.table.worldToLocal(new this.three.Vector3(x, y, z));
   }
 
   /**
-   * @param {number} x right of the middle of the canvas, -1..1
-   * @param {number} y above it, -1..1
-   * @returns {{x: number, z: number} | null} the point of the table's plane seen there (m)
+   * @param {number} x from the middle of the canvas, -1 to 1 to the right
+   * @param {number} y -1 to 1 upwards
+   * @returns {{x: number, z: number} | null} the point of the table that is visible there (m)
    */
   under(x, y) {
     const ray = new this.three.Raycaster();
@@ -111,21 +110,21 @@ export class Room {
   }
 
   /**
-   * Shows a fingertip, or hides it where `tip` is null.
+   * Shows a fingertip; hides it if `tip` is null.
    * @param {string} id
    * @param {{centre: {x, y, z}, radius: number, rod?: XRRigidTransform | null, joints?: {x, y, z, radius}[]} | null}
-   *   tip its middle in the table's frame, rod and joints in the world (m)
+   *   tip centre in coordinates of the table, rod and joints in the world (m)
    * @param {number} load (N)
    */
   showTip(id, tip, load = 0) {
     if (!this.tips.has(id)) {
       if (!tip) return;
-      this.tips.set(id, new TipShape(this.three, this.scene, this.table));
+      this.tips.set(id, new FingertipMesh(this.three, this.scene, this.table));
     }
     this.tips.get(id).show(tip, load);
   }
 
-  /** @param {Set<number>} touched which swatches are lit */
+  /** @param {Set<number>} touched swatches to light up */
   light(touched) {
     this.swatches.forEach(({ material }, index) => {
       material.emissive.setHex(touched.has(index) ? TOUCHED : 0);
@@ -133,23 +132,24 @@ export class Room {
     });
   }
 
-  /** Draws a frame to the canvas or the headset. */
+  /** Draws a picture on the canvas or the headset. */
   draw() {
     this.renderer.render(this.scene, this.camera);
   }
 
-  /** Looks with an eye of the desktop again, after a headset had the camera. */
+  /** Restores camera, table and floor after a headset session. */
   useDesktop() {
-    Object.assign(this.camera, { fov: FIELD, zoom: 1 });
+    Object.assign(this.camera, { fov: FIELD_OF_VIEW, zoom: 1 });
     this.camera.up.set(0, 1, 0);
     this.camera.updateProjectionMatrix();
     this.stand(ON_DESKTOP);
     this.floor.visible = true;
   }
 
-  /** Fits the picture to its canvas. @param {number} width @param {number} height CSS pixels @param {number} ratio */
+  /** Sets the size of the picture. @param {number} width @param {number} height CSS px @param {number} ratio device px
+   *  per CSS px */
   fit(width, height, ratio) {
-    this.renderer.setPixelRatio(Math.min(3, Math.max(Math.min(2, ratio), SHARP / Math.max(1, width))));
+    this.renderer.setPixelRatio(Math.min(3, Math.max(Math.min(2, ratio), LEAST_WIDTH / Math.max(1, width))));
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / Math.max(1, height);
     this.camera.updateProjectionMatrix();

@@ -1,4 +1,4 @@
-"""Fixtures of the web page's tests: the browser, the service with the pages, and a page with the modules in it."""
+"""Fixtures of the tests of the web page: the browser, the service with the page, and a page with its modules."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import pytest
 
 from tests.clients.web.browser import headless, kept_page, visited, watched
-from tests.clients.web.pictures import drawable, opened
-from tests.clients.web.places import WEB, serving_pages
+from tests.clients.web.drawn_views import drawable, opened
+from tests.clients.web.page_service import WEB, serving_pages
 from tests.service.harness import START, Running, kept_engine, serving, until
 from tests.service.plain_engine import PlainEngine
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from tests.clients.web.browser import Watch
 
-HOUSE = "/test/house.html"
+MODULES = "/test/modules.html"
 
 
 @pytest.fixture(scope="module")
@@ -37,31 +37,31 @@ def service() -> Iterator[Running]:
 
 
 @pytest.fixture(scope="module")
-def kept_house(chromium: Browser) -> Iterator[Page]:
-    """Yield the page that `house` loads anew."""
+def kept_modules(chromium: Browser) -> Iterator[Page]:
+    """Yield the page that `modules` loads anew."""
     with kept_page(chromium) as page:
         yield page
 
 
 @pytest.fixture
-def house(kept_house: Page, service: Running) -> Iterator[Page]:
-    """Yield a page of the real service in which `house` holds the exports of the page's modules, and a few tools."""
-    with visited(kept_house, service.url + HOUSE):
-        moved_in(kept_house)
-        yield kept_house
+def modules(kept_modules: Page, service: Running) -> Iterator[Page]:
+    """Yield a page of the real service in which `modules` holds the exports of the page's modules, and a few tools."""
+    with visited(kept_modules, service.url + MODULES):
+        modules_loaded(kept_modules)
+        yield kept_modules
 
 
 @pytest.fixture(scope="module")
 def functions(chromium: Browser, service: Running) -> Iterator[Page]:
     """Yield such a page for all tests of a module that only call what it exports, and leave it as it was."""
-    with watched(chromium, service.url + HOUSE) as (page, _):
-        moved_in(page)
+    with watched(chromium, service.url + MODULES) as (page, _):
+        modules_loaded(page)
         yield page
 
 
-def moved_in(page: Page) -> None:
+def modules_loaded(page: Page) -> None:
     """Return once the modules are there."""
-    page.wait_for_function("() => window.house !== undefined")
+    page.wait_for_function("() => window.modules !== undefined")
 
 
 @pytest.fixture(scope="module")
@@ -102,7 +102,7 @@ def loaded(page: Page) -> None:
 def pictures_url() -> Iterator[str]:
     """Yield the address of the page of pictures."""
     with serving_pages(PlainEngine()) as running:
-        yield running.url + "/test/sight.html"
+        yield running.url + "/test/views.html"
 
 
 @pytest.fixture(scope="module", params=[1, 2], ids=["one pixel", "two pixels"])

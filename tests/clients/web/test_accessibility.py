@@ -1,4 +1,4 @@
-"""The page for people who use no mouse, or not their eyes: axe-core finds nothing serious, everything has a name."""
+"""Use without a mouse and without sight: axe-core finds nothing serious, and every control has a name."""
 
 from __future__ import annotations
 
@@ -51,9 +51,9 @@ def test_axe_finds_nothing_serious(chromium: Browser, page_service: Running, loo
         loaded(page)
         if opened:
             page.evaluate("() => document.querySelectorAll('details').forEach((section) => { section.open = true; })")
-            page.evaluate("() => ridgewave.form.write(['output', 'bandwidth'], 1000)")  # skin takes long to plan beyond
+            page.evaluate("() => ridgewave.state.write(['output', 'bandwidth'], 1000)")  # wider bands are slow to plan
             for effect in ("inertia", "viscous_skin"):
-                page.evaluate("(effect) => ridgewave.form.write(['effects', effect], {})", effect)
+                page.evaluate("(effect) => ridgewave.state.write(['effects', effect], {})", effect)
         page.wait_for_function("() => document.querySelector('#plan li') !== null")
         assert violations(page) == []
 

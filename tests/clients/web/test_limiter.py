@@ -1,4 +1,4 @@
-"""The lamp of the safety limiter: lit while it acts, read out once, and one click opens a stream with room."""
+"""The lamp of the safety limiter, its announcement, and rescaling."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 
 from tests.clients.web.browser import watched
 from tests.clients.web.conftest import loaded
-from tests.clients.web.places import WEB
+from tests.clients.web.page_service import WEB
 from tests.clients.web.test_accessibility import violations
 from tests.service.harness import Running, serving
 from tests.service.plain_engine import PlainEngine, warmed_up
@@ -75,7 +75,7 @@ def limited(page: Page) -> list[str]:
 
 def test_the_lamp_is_lit_read_out_once_and_dark_when_nothing_is_limited(page: Page) -> None:
     limited(page)
-    assert page.locator("#limiter").inner_text() == "turned down by 12 dB"
+    assert page.locator("#limiter").inner_text() == "reduces by 12 dB"
     assert page.get_attribute("#limiter", "role") == "status"
     assert violations(page) == []
     page.evaluate(
@@ -95,7 +95,8 @@ def test_one_click_rescales_under_the_same_hands_at_the_same_volume(page: Page) 
                   " volume.dispatchEvent(new Event('input')); }")  # fmt: skip
     before = limited(page)
     page.click("#rescale")
-    page.wait_for_function("() => document.getElementById('notice').textContent.startsWith('Full scale is 62.2 m/s')")
+    told = "The full scale is now 62.2 m/s"
+    page.wait_for_function("(told) => document.getElementById('notice').textContent.startsWith(told)", arg=told)
     page.wait_for_function(PLAYED)
     assert page.evaluate("() => [ridgewave.player.volume, ridgewave.fingers.length]") == [0.3, 2]
     ready = page.evaluate("() => ridgewave.fingers.map(({connection}) => connection.ready)")
@@ -118,7 +119,7 @@ def test_a_full_scale_that_the_scene_names_is_taken_out_and_can_be_undone(page: 
 def test_a_swatch_that_is_turned_down_gets_a_session_with_room(page: Page) -> None:
     asked = page.evaluate(
         """async () => {
-          const {Toucher} = await import("/web/vr/toucher.js");
+          const {FingertipStream} = await import("/web/vr/fingertip_stream.js");
           const [scenes, told, fingers] = [[], [], []];
           const open = async (scene) => {
             scenes.push(scene.output?.full_scale ?? null);
@@ -128,13 +129,14 @@ def test_a_swatch_that_is_turned_down_gets_a_session_with_room(page: Page) -> No
             fingers.push(finger);
             return finger;
           };
-          const toucher = new Toucher({swatches: [{scene: {}}], open, onLimited: (reduction) => told.push(reduction)});
-          const touch = (time) => toucher.follow({index: 0, position: 0.01 * time, load: 0.5, height: 0}, time);
+          const onLimited = (reduction) => told.push(reduction);
+          const stream = new FingertipStream({swatches: [{scene: {}}], open, onLimited});
+          const touch = (time) => stream.follow({index: 0, position: 0.01 * time, load: 0.5, height: 0}, time);
           touch(0);
           await new Promise((done) => setTimeout(done));
           touch(1);
           fingers[0].dispatchEvent(new CustomEvent("limited", {detail: {gain_reduction_db: 6}}));
-          await toucher.rescale();
+          await stream.rescale();
           touch(2);
           return {scenes, told, moves: fingers.map(({moves}) => moves), closed: fingers.map(({closed}) => closed)};
         }"""

@@ -1,4 +1,4 @@
-"""One state: sliders, knobs, link, files, undo, pictures and sound agree, and what does not yet is grey and says so."""
+"""Sliders, form, link, files, undo, views and sound agree; parts that are not updated yet are grey."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from synth.scene.scene import Scene
 from synth.voice.hand_voice import HandVoice
 from synth.voice.live_voice import Change
 from tests.clients.web.browser import watched
-from tests.clients.web.conftest import HOUSE, moved_in
-from tests.clients.web.places import serving_pages
+from tests.clients.web.conftest import MODULES, modules_loaded
+from tests.clients.web.page_service import serving_pages
 from tests.clients.web.test_accessibility import violations
 from tests.service.harness import PATIENCE, Running
 from tests.service.plain_engine import PlainEngine
@@ -69,7 +69,7 @@ def test_sliders_link_file_undo_and_picture_agree(touch_page: Page, tmp_path: Pa
     scene = touch_page.evaluate("() => ridgewave.state.scene")
     assert scene == {"scan": {"load": load, "speed": speed}} == {"scan": {"load": "7.21 N", "speed": "928 mm/s"}}
     assert downloaded(touch_page, tmp_path / "scene.json") == linked(touch_page) == pictured[-1] == scene
-    assert touch_page.input_value("#knob-scan-load") == load
+    assert touch_page.input_value("#field-scan-load") == load
     touch_page.click("#undo")
     touch_page.wait_for_function(AGREED)
     assert touch_page.locator("#speed-value").inner_text() == "80 mm/s"
@@ -121,7 +121,7 @@ def test_a_picture_that_is_not_yet_of_the_scene_is_grey_and_says_so(touch_page: 
     with touch_page.expect_request("**/v1/picture"):
         touch_page.select_option("#texture", "grating-500um-40um")
     assert {"pad", "contact"} <= set(touch_page.evaluate(STALE))
-    assert touch_page.locator("#pad-note").inner_text() == "Not yet of this scene: the picture."
+    assert touch_page.locator("#pad-note").inner_text() == "Not updated yet: picture."
     assert violations(touch_page) == []
     held[0].continue_()
     touch_page.wait_for_function(AGREED)
@@ -143,7 +143,7 @@ def test_the_message_ends_when_the_change_is_applied(
     monkeypatch.setattr(HandVoice, "prepare", slowly)
     touch_page.evaluate("() => ridgewave.state.write(['output', 'duration'], '3 s')")
     touch_page.wait_for_function("() => document.getElementById('state').textContent === 'solving the contact…'")
-    touch_page.wait_for_function(f"() => {NOTE}.textContent === 'Not yet of this scene: the sound.'")
+    touch_page.wait_for_function(f"() => {NOTE}.textContent === 'Not updated yet: sound.'")
     assert {"pad", "waveform", "spectrum"} <= set(touch_page.evaluate(STALE))
     gate.set()
     touch_page.wait_for_function(LIVE)
@@ -154,13 +154,13 @@ def test_the_message_ends_when_the_change_is_applied(
 
 
 BECOME = """async () => {
-  const player = await house.Player.open({sampleRate: 48000});
-  const finger = new house.Finger({player});
-  const [states, heard] = [[], house.heard(finger, "scene")];
-  finger.addEventListener("agreement", () => states.push(finger.scene.agrees));
+  const player = await modules.Player.open({sampleRate: 48000});
+  const finger = new modules.Finger({player});
+  const [states, heard] = [[], modules.heard(finger, "scene")];
+  finger.addEventListener("sceneStatus", () => states.push(finger.scene.isCurrent));
   const {session} = await finger.open();
-  for (let step = 1; step <= 150; step += 1) finger.become({texture: {period: `${step} mm`}});
-  await house.until(() => finger.scene.agrees);
+  for (let step = 1; step <= 150; step += 1) finger.change({texture: {period: `${step} mm`}});
+  await modules.until(() => finger.scene.isCurrent);
   const played = finger.source.given;
   await finger.close();
   await player.close();
@@ -170,8 +170,8 @@ BECOME = """async () => {
 
 def test_of_many_changes_the_last_is_applied_and_only_then_all_agree(chromium: Browser) -> None:
     engine = PlainEngine()
-    with serving_pages(engine) as running, watched(chromium, running.url + HOUSE) as (page, _):
-        moved_in(page)
+    with serving_pages(engine) as running, watched(chromium, running.url + MODULES) as (page, _):
+        modules_loaded(page)
         report = page.evaluate(BECOME)
     assert engine.hands[-1].scene.texture.period == pytest.approx(0.15)
     assert report["held"] == {"texture": {"period": "150 mm"}}

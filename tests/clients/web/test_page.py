@@ -1,4 +1,4 @@
-"""The page as a whole: small, without errors, played by pointers and keys, recorded, kept as files; it tells faults."""
+"""The page as a whole: size, errors, pointers, keys, recording, files, error messages."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ import soundfile
 
 from tests.clients.web.browser import watched
 from tests.clients.web.conftest import loaded
-from tests.clients.web.places import WEB, Breaker
+from tests.clients.web.page_service import WEB, Breaker
 from tests.conftest import RunsRidgewave
-from tests.service.harness import ROOT, Running, serving
+from tests.service.harness import Running, serving
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -75,9 +75,9 @@ def test_the_page_is_small(chromium: Browser, page_service: Running) -> None:
     ready = page.evaluate("() => performance.now()")
     page.click("#start")
     page.wait_for_function("() => document.getElementById('state').textContent === 'live'")
-    house = {key: size for key, size in sizes.items() if names[key].startswith(page_service.url)}
-    page_files = sum(size for key, size in house.items() if "/v1/" not in names[key])
-    everything = sum(house.values())
+    modules = {key: size for key, size in sizes.items() if names[key].startswith(page_service.url)}
+    page_files = sum(size for key, size in modules.items() if "/v1/" not in names[key])
+    everything = sum(modules.values())
     asked = f"{everything:.0f} with what it asks for until it sounds, {len(sizes)} requests"
     print(f"{page_files:.0f} bytes of page, {asked}; ready after {ready:.0f} ms")
     context.close()
@@ -129,7 +129,7 @@ def test_it_strokes_by_itself_and_stops(touch_page: Page) -> None:
     assert touch_page.evaluate("() => [ridgewave.player, ridgewave.fingers.length]") == [None, 0]
 
 
-def test_a_knob_changes_what_is_touched_without_a_new_stream(touch_page: Page) -> None:
+def test_a_field_changes_what_is_touched_without_a_new_stream(touch_page: Page) -> None:
     touch_page.click("#stroke")
     touch_page.wait_for_function(PLAYED, arg=4800)
     before = touch_page.evaluate(
@@ -146,12 +146,12 @@ def test_a_knob_changes_what_is_touched_without_a_new_stream(touch_page: Page) -
 def test_what_is_fixed_for_a_stream_is_changed_by_a_new_one(touch_page: Page) -> None:
     started(touch_page)
     before = touch_page.evaluate("() => ridgewave.fingers[0].connection.ready.session")
-    touch_page.evaluate("() => ridgewave.form.write(['output', 'sample_rate'], '44.1 kHz')")
+    touch_page.evaluate("() => ridgewave.state.write(['output', 'sample_rate'], '44.1 kHz')")
     told(touch_page, "Rate, channels, quantity and full scale are fixed")
     ready = touch_page.evaluate("() => ridgewave.fingers[0].connection.ready")
     assert (ready["sample_rate"], touch_page.evaluate("() => ridgewave.player.sampleRate")) == (44100, 44100)
     assert ready["session"] != before
-    touch_page.evaluate("() => ridgewave.form.write(['output', 'quantity'], 'velocity')")
+    touch_page.evaluate("() => ridgewave.state.write(['output', 'quantity'], 'velocity')")
     touch_page.wait_for_function("() => ridgewave.fingers[0]?.connection.ready?.quantities[0] === 'velocity'")
     stroke_pad(touch_page)
 
@@ -181,7 +181,7 @@ def test_a_stroke_is_recorded_rendered_and_replayed(touch_page: Page, tmp_path: 
     download.value.save_as(path)
     recording = json.loads(path.read_text())
     contacts = [event for event in recording["events"] if event[1] == "contact"]
-    assert touch_page.locator("#recording-about").inner_text() == f"Recorded {len(contacts)} contacts."
+    assert touch_page.locator("#recording-about").inner_text() == f"Recorded {len(contacts)} contact updates."
     ridgewave("render", str(path), "-o", str(tmp_path / "stroke.wav"))
     sound, _ = soundfile.read(tmp_path / "stroke.wav", dtype="float32")
     assert len(sound) == recording["frames"]
@@ -206,7 +206,7 @@ def test_a_recording_that_is_being_prepared_says_so_and_one_of_nothing_is_none(t
 
 def test_the_wav_is_that_of_the_scene(touch_page: Page, page_service: Running, tmp_path: Path) -> None:
     scene = {"texture": {"period": "1 mm"}, "output": {"duration": "0.2 s"}}
-    touch_page.evaluate("(scene) => ridgewave.form.take(scene)", scene)
+    touch_page.evaluate("(scene) => ridgewave.state.take(scene)", scene)
     with touch_page.expect_download() as download:
         touch_page.click("#save-wav")
     download.value.save_as(tmp_path / "touch.wav")
@@ -218,18 +218,18 @@ def test_the_wav_is_that_of_the_scene(touch_page: Page, page_service: Running, t
 
 def test_a_scene_is_kept_as_a_file_and_opened_again(touch_page: Page, tmp_path: Path) -> None:
     scene: dict[str, Any] = {"finger": {"contact_length": "8 mm"}, "effects": {"curvature": "auto"}}
-    touch_page.evaluate("(scene) => ridgewave.form.take(scene)", scene)
+    touch_page.evaluate("(scene) => ridgewave.state.take(scene)", scene)
     with touch_page.expect_download() as download:
         touch_page.click("#save-scene")
     path = tmp_path / "scene.json"
     download.value.save_as(path)
-    touch_page.evaluate("() => ridgewave.form.take({})")
+    touch_page.evaluate("() => ridgewave.state.take({})")
     touch_page.set_input_files("#open-scene", path)
-    touch_page.wait_for_function("() => ridgewave.form.scene.effects?.curvature === 'auto'")
-    assert touch_page.evaluate("() => ridgewave.form.scene") == scene
+    touch_page.wait_for_function("() => ridgewave.state.scene.effects?.curvature === 'auto'")
+    assert touch_page.evaluate("() => ridgewave.state.scene") == scene
     path.write_text("[1]")
     touch_page.set_input_files("#open-scene", path)
-    told(touch_page, "This file is no scene")
+    told(touch_page, "This file does not contain a scene")
 
 
 def test_a_gamepad_rumbles_along(touch_page: Page) -> None:
@@ -250,8 +250,11 @@ def test_a_gamepad_rumbles_along(touch_page: Page) -> None:
 @pytest.mark.parametrize(
     ("missing", "told"),
     [
-        ("**/page/session.js", "A part of the page did not load: see that the service runs, then reload the page."),
-        ("**/v1/textures", "The service does not answer: see whether it runs"),
+        (
+            "**/page/touch_session.js",
+            "Part of the page did not load. Check that the service is running, then reload the page.",
+        ),
+        ("**/v1/textures", "The service does not answer. Check that it is running"),
     ],
 )
 def test_what_does_not_load_is_told(chromium: Browser, page_service: Running, missing: str, told: str) -> None:
@@ -271,7 +274,7 @@ def test_without_javascript_the_page_says_what_to_do(chromium: Browser, page_ser
     page.goto(page_service.url)
     text = page.locator("noscript").inner_text()
     context.close()
-    assert "This page needs JavaScript: allow it for this site and reload." in text
+    assert "This page needs JavaScript. Allow it for this site and reload the page." in text
 
 
 def test_a_service_with_a_key_asks_for_it(chromium: Browser, key_service: Running) -> None:
@@ -285,14 +288,3 @@ def test_a_service_with_a_key_asks_for_it(chromium: Browser, key_service: Runnin
         page.keyboard.press("Enter")
         loaded(page)
         started(page)
-
-
-def test_the_modules_are_short() -> None:
-    folder = ROOT / "clients" / "web"
-    long = {
-        str(path.relative_to(folder)): lines
-        for name in ("page", "knobs")
-        for path in (folder / name).glob("*.js")
-        if (lines := len(path.read_text().splitlines())) > 250
-    }
-    assert long == {}

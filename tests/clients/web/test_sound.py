@@ -1,4 +1,4 @@
-"""What the page plays is what the service sent, bit for bit, whatever becomes of the connection."""
+"""The page plays the samples of the service bit for bit, over broken connections too."""
 
 from __future__ import annotations
 
@@ -21,23 +21,23 @@ RATE = 48000
 Samples = npt.NDArray[np.float32]
 
 STROKE = """async ({seconds, scene}) => {
-  const player = await house.Player.open({sampleRate: 48000});
+  const player = await modules.Player.open({sampleRate: 48000});
   const tap = player.tap();
-  const finger = new house.Finger({player, scene, record: true});
+  const finger = new modules.Finger({player, scene, record: true});
   const {session} = await finger.open();
-  await house.stroke(finger, seconds, (t) => ({position: 0.02 * Math.sin(4 * t), load: 0.2 + 0.1 * Math.sin(7 * t)}));
+  await modules.stroke(finger, seconds, (t) => ({position: 0.02 * Math.sin(4 * t), load: 0.2 + 0.1 * Math.sin(7 * t)}));
   finger.lift();
   await finger.close();
   const {runs, given, played, underruns, missing} = finger.source;
-  const samples = house.packed(await tap.take());
-  const recording = await house.recordingOf(session);
+  const samples = modules.packed(await tap.take());
+  const recording = await modules.recordingOf(session);
   await player.close();
   return {samples, first: tap.first, runs, given, played, underruns, missing, recording};
 }"""
 
 
 def unpacked(text: str) -> Samples:
-    """Return the samples of `house.packed`."""
+    """Return the samples of `modules.packed`."""
     return np.frombuffer(base64.b64decode(text), "<f4")
 
 
@@ -50,9 +50,9 @@ def sounding(report: dict[str, Any]) -> Samples:
 
 
 def test_what_left_the_ring_is_what_the_recording_renders_to(
-    house: Page, tmp_path: Path, ridgewave: RunsRidgewave
+    modules: Page, tmp_path: Path, ridgewave: RunsRidgewave
 ) -> None:
-    report = house.evaluate(STROKE, {"seconds": 1.2, "scene": {"texture": {"period": "1 mm"}}})
+    report = modules.evaluate(STROKE, {"seconds": 1.2, "scene": {"texture": {"period": "1 mm"}}})
     heard = sounding(report)
     assert report["played"] == report["given"] == len(heard)
     assert np.array_equal(heard[:, 0], heard[:, 1])
@@ -70,21 +70,21 @@ def test_what_left_the_ring_is_what_the_recording_renders_to(
 
 STEADY = {"output": {"quantity": "displacement"}, "texture": {"period": "0.8 mm"}}  # 100 Hz at 80 mm/s
 CHANGED = """async ({scene, partial}) => {
-  const player = await house.Player.open({sampleRate: 48000});
-  const finger = new house.Finger({player, scene});
+  const player = await modules.Player.open({sampleRate: 48000});
+  const finger = new modules.Finger({player, scene});
   await finger.open();
   const blocks = [];
   finger.addEventListener("block", ({detail}) => blocks.push(detail));
   finger.move({speed: 0.08, load: 0.3});
-  await house.until(() => finger.connection.frame > 48000);
-  const told = house.once(finger, "scene");
-  finger.change(partial);
+  await modules.until(() => finger.connection.frame > 48000);
+  const told = modules.once(finger, "scene");
+  finger.connection.change(partial);
   const {frame, plan} = await told;
-  await house.until(() => finger.source.played > frame + 48000);
+  await modules.until(() => finger.source.played > frame + 48000);
   const heard = new Float32Array(blocks.flatMap(({samples}) => [...samples]));
   await finger.close();
   await player.close();
-  return {samples: house.packed(heard), frame, simulated: plan.simulated.length, underruns: finger.source.underruns};
+  return {samples: modules.packed(heard), frame, simulated: plan.simulated.length, underruns: finger.source.underruns};
 }"""
 
 
@@ -97,8 +97,8 @@ def share_of(samples: Samples, pitch: float) -> float:
     return float(spectrum[near].sum() / spectrum.sum())
 
 
-def test_a_change_of_the_scene_is_heard(house: Page) -> None:
-    report = house.evaluate(CHANGED, {"scene": STEADY, "partial": {"texture": {"period": "0.6 mm"}}})
+def test_a_change_of_the_scene_is_heard(modules: Page) -> None:
+    report = modules.evaluate(CHANGED, {"scene": STEADY, "partial": {"texture": {"period": "0.6 mm"}}})
     heard = unpacked(report["samples"])
     before, after = heard[report["frame"] - 24000 : report["frame"]], heard[report["frame"] + 12000 :][:24000]
     assert share_of(before, 100.0) > 0.99 > share_of(before, 400.0 / 3)
@@ -107,24 +107,24 @@ def test_a_change_of_the_scene_is_heard(house: Page) -> None:
 
 
 LIFTED = """async () => {
-  const player = await house.Player.open({sampleRate: 48000});
-  const finger = new house.Finger({player});
+  const player = await modules.Player.open({sampleRate: 48000});
+  const finger = new modules.Finger({player});
   await finger.open();
   const blocks = [];
   finger.addEventListener("block", ({detail}) => blocks.push(detail));
   const before = finger.source.given;
-  await house.stroke(finger, 0.3, (t) => ({position: 0.1 * t, load: 0.3}));
+  await modules.stroke(finger, 0.3, (t) => ({position: 0.1 * t, load: 0.3}));
   finger.lift();
   const resting = () => finger.source.given === finger.source.played && finger.connection.outstanding === 0;
   const last = () => blocks.at(-1).samples.every((sample) => sample === 0);
-  await house.until(() => resting() && last());
+  await modules.until(() => resting() && last());
   const {given, underruns, missing} = finger.source;
-  await house.pause(200);  // in which anything that is still granted would come
+  await modules.pause(200);  // in which anything that is still granted would come
   const silent = {before, given, later: finger.source.given, underruns, missing, sent: finger.connection.frame};
   silent.missingLater = finger.source.missing;
-  await house.stroke(finger, 0.1, (t) => ({position: 0.1 * t, load: 0.3}));
+  await modules.stroke(finger, 0.1, (t) => ({position: 0.1 * t, load: 0.3}));
   const felt = ({frame, samples}) => frame >= given && samples.some((sample) => sample !== 0);
-  await house.until(() => blocks.some(felt) && finger.source.runs.length > 1);
+  await modules.until(() => blocks.some(felt) && finger.source.runs.length > 1);
   const again = finger.source.given;
   const runs = finger.source.runs.length;
   await finger.close();
@@ -133,8 +133,8 @@ LIFTED = """async () => {
 }"""
 
 
-def test_a_lift_ends_in_silence_for_which_nothing_is_sent(house: Page) -> None:
-    report = house.evaluate(LIFTED)
+def test_a_lift_ends_in_silence_for_which_nothing_is_sent(modules: Page) -> None:
+    report = modules.evaluate(LIFTED)
     assert report["before"] == 0, "a finger that has not touched yet is sent nothing"
     assert report["given"] == report["later"] == report["sent"]
     assert report["missing"] == report["missingLater"], "a finger that rests misses nothing"
@@ -143,9 +143,9 @@ def test_a_lift_ends_in_silence_for_which_nothing_is_sent(house: Page) -> None:
 
 
 SEVERAL = """async () => {
-  const player = await house.Player.open({sampleRate: 48000});
+  const player = await modules.Player.open({sampleRate: 48000});
   const tap = player.tap();
-  const fingers = [0.3, 0.5].map((load) => [new house.Finger({player}), load]);
+  const fingers = [0.3, 0.5].map((load) => [new modules.Finger({player}), load]);
   const given = [];
   for (const [finger] of fingers) {
     const {session} = await finger.open();
@@ -153,18 +153,18 @@ SEVERAL = """async () => {
     finger.addEventListener("block", ({detail}) => samples.push(...detail.samples));
     given.push({session, samples});
   }
-  await Promise.all(fingers.map(([finger, load]) => house.stroke(finger, 0.5, (t) => ({position: 0.1 * t, load}))));
+  await Promise.all(fingers.map(([finger, load]) => modules.stroke(finger, 0.5, (t) => ({position: 0.1 * t, load}))));
   for (const [finger] of fingers) finger.lift();
   await Promise.all(fingers.map(([finger]) => finger.close()));
-  const mix = house.packed(await tap.take());
+  const mix = modules.packed(await tap.take());
   await player.close();
   return {mix, first: tap.first, fingers: fingers.map(([{source: {runs}}], index) => (
-    {session: given[index].session, samples: house.packed(new Float32Array(given[index].samples)), runs}))};
+    {session: given[index].session, samples: modules.packed(new Float32Array(given[index].samples)), runs}))};
 }"""
 
 
-def test_several_fingers_are_several_streams_and_their_sum_is_heard(house: Page) -> None:
-    report = house.evaluate(SEVERAL)
+def test_several_fingers_are_several_streams_and_their_sum_is_heard(modules: Page) -> None:
+    report = modules.evaluate(SEVERAL)
     assert len({finger["session"] for finger in report["fingers"]}) == 2
     heard = unpacked(report["mix"]).reshape(-1, 2)
     expected = np.zeros(len(heard), np.float32)
@@ -181,7 +181,7 @@ def test_several_fingers_are_several_streams_and_their_sum_is_heard(house: Page)
 
 
 PLAYED = """async ({chunks, channels}) => {
-  const player = await house.Player.open({sampleRate: 48000});
+  const player = await modules.Player.open({sampleRate: 48000});
   const tap = player.tap();
   const source = player.source(channels);
   const sent = [];
@@ -192,26 +192,26 @@ PLAYED = """async ({chunks, channels}) => {
     source.play(samples);
   }
   source.rest();
-  await house.until(() => source.played === source.given);
+  await modules.until(() => source.played === source.given);
   const first = {underruns: source.underruns, missing: source.missing, runs: source.runs.length};
   source.ahead = 0;
   source.play(new Float32Array(1000 * channels));
-  await house.until(() => source.underruns > 0);
+  await modules.until(() => source.underruns > 0);
   source.play(new Float32Array(300 * channels));
   source.rest();
-  await house.until(() => source.played === source.given && source.missing > 0);
-  const samples = house.packed(await tap.take());
+  await modules.until(() => source.played === source.given && source.missing > 0);
+  const samples = modules.packed(await tap.take());
   const {runs, underruns, missing, played} = source;
   await player.close();
   const counts = {underruns, missing, played};
-  return {sent: house.packed(new Float32Array(sent)), samples, first: tap.first, counts: first, runs, ...counts};
+  return {sent: modules.packed(new Float32Array(sent)), samples, first: tap.first, counts: first, runs, ...counts};
 }"""
 
 
 @pytest.mark.parametrize("channels", [1, 2])
-def test_the_ring_plays_each_sample_once_and_counts_what_it_lacks(house: Page, channels: int) -> None:
+def test_the_ring_plays_each_sample_once_and_counts_what_it_lacks(modules: Page, channels: int) -> None:
     chunks = [1, 127, 128, 129, 480, 7, 3000, 64]
-    report = house.evaluate(PLAYED, {"chunks": chunks, "channels": channels})
+    report = modules.evaluate(PLAYED, {"chunks": chunks, "channels": channels})
     sent, heard = unpacked(report["sent"]).reshape(-1, channels), unpacked(report["samples"]).reshape(-1, 2)
     places = [(start - report["first"], frames) for start, frames in report["runs"]]
     count = report["counts"]["runs"]
@@ -231,7 +231,7 @@ LEFT_OUT = """async ({frames, rest, at}) => {
   const kinds = {};
   globalThis.AudioWorkletProcessor = class { port = {postMessage: (report) => Object.assign(last, report)}; };
   globalThis.registerProcessor = (name, kind) => { kinds[name] = kind; };
-  await import("/web/sound/ring.js");
+  await import("/web/sound/ring_buffer.js");
   const ring = new kinds["ridgewave-ring"]({processorOptions: {channels: 1}});
   ring.take({samples: Float32Array.from({length: frames}, (_, n) => n + 1), ahead: 1});
   if (rest) ring.take({rest: true});
@@ -247,27 +247,27 @@ LEFT_OUT = """async ({frames, rest, at}) => {
 
 
 @pytest.mark.parametrize("rest", [True, False])
-def test_quanta_that_the_browser_leaves_out_break_the_sound_and_are_counted(house: Page, rest: bool) -> None:
-    report = house.evaluate(LEFT_OUT, {"frames": 300, "rest": rest, "at": [0, 128, 640, 768]})
+def test_quanta_that_the_browser_leaves_out_break_the_sound_and_are_counted(modules: Page, rest: bool) -> None:
+    report = modules.evaluate(LEFT_OUT, {"frames": 300, "rest": rest, "at": [0, 128, 640, 768]})
     assert report["heard"] == [*range(1, 301), *[0] * 212], "no sample is lost"
     assert (report["underruns"], report["missing"]) == (1, 384) if rest else (2, 384 + 84)
     assert (report["from"], report["run"]) == (640, 44)
 
 
 @pytest.mark.parametrize("frames", [256, 300])
-def test_quanta_left_out_behind_an_end_that_was_told_of_lack_nothing(house: Page, frames: int) -> None:
-    report = house.evaluate(
+def test_quanta_left_out_behind_an_end_that_was_told_of_lack_nothing(modules: Page, frames: int) -> None:
+    report = modules.evaluate(
         LEFT_OUT, {"frames": frames, "rest": True, "at": [0, 128, 256 if frames > 256 else 640, 768]}
     )
     assert (report["underruns"], report["missing"], report["played"]) == (0, 0, frames)
 
 
 PAUSED = """async () => {
-  const player = await house.Player.open({sampleRate: 48000});
-  const finger = new house.Finger({player});
+  const player = await modules.Player.open({sampleRate: 48000});
+  const finger = new modules.Finger({player});
   await finger.open();
   finger.move({speed: 0.08, load: 0.3});
-  const plays = (frames) => house.until(() => finger.source.played > frames);
+  const plays = (frames) => modules.until(() => finger.source.played > frames);
   await plays(4800);
   const states = [];
   player.context.addEventListener("statechange", () => states.push(player.context.state));
@@ -279,35 +279,35 @@ PAUSED = """async () => {
 }"""
 
 
-def test_a_sound_that_the_system_has_paused_goes_on(house: Page) -> None:
-    report = house.evaluate(PAUSED)
+def test_a_sound_that_the_system_has_paused_goes_on(modules: Page) -> None:
+    report = modules.evaluate(PAUSED)
     assert report["states"][:2] == ["suspended", "running"]
 
 
 VOLUME = """async () => {
-  const player = await house.Player.open({sampleRate: 48000});
+  const player = await modules.Player.open({sampleRate: 48000});
   const tap = player.tap("volume");
   const source = player.source(1);
   source.play(new Float32Array(96000).fill(0.5));
   const begins = player.volume;
-  await house.until(() => source.played > 4800);
+  await modules.until(() => source.played > 4800);
   player.volume = 0.6;
-  await house.until(() => source.played > 24000);
+  await modules.until(() => source.played > 24000);
   player.volume = 7;
   const held = player.volume;
   player.volume = 0;
-  await house.until(() => source.played > 72000);
+  await modules.until(() => source.played > 72000);
   source.level = 0.5;
   player.volume = 0.2;
-  await house.until(() => source.played === 96000);
-  const samples = house.packed(await tap.take());
+  await modules.until(() => source.played === 96000);
+  const samples = modules.packed(await tap.take());
   await player.close();
   return {samples, first: tap.first, runs: source.runs, begins, held};
 }"""
 
 
-def test_the_volume_begins_low_and_moves_without_clicks(house: Page) -> None:
-    report = house.evaluate(VOLUME)
+def test_the_volume_begins_low_and_moves_without_clicks(modules: Page) -> None:
+    report = modules.evaluate(VOLUME)
     assert report["begins"] == 0.1
     assert report["held"] == 1
     heard = sounding(report)[:, 0]
@@ -320,14 +320,14 @@ def test_the_volume_begins_low_and_moves_without_clicks(house: Page) -> None:
 
 
 CHANNELS = """async (channels) => {
-  const player = await house.Player.open({sampleRate: 48000});
+  const player = await modules.Player.open({sampleRate: 48000});
   player.useChannels(channels);
   player.volume = 1;
   const tap = player.tap("volume");
   const source = player.source(2);
   source.play(Float32Array.from({length: 96000}, (_, place) => (place % 2 ? 0.25 : 0.5)));
-  await house.until(() => source.played === 48000);
-  const samples = house.packed(await tap.take());
+  await modules.until(() => source.played === 48000);
+  const samples = modules.packed(await tap.take());
   let refusal = "";
   try {
     player.useChannels([0, player.outputChannels]);
@@ -340,9 +340,9 @@ CHANNELS = """async (channels) => {
 }"""
 
 
-def test_the_channels_of_the_output_can_be_chosen(house: Page) -> None:
-    report = house.evaluate(CHANNELS, [1, 0])
+def test_the_channels_of_the_output_can_be_chosen(modules: Page) -> None:
+    report = modules.evaluate(CHANNELS, [1, 0])
     heard = sounding(report)
     assert np.allclose(heard[-1], [0.25, 0.5], atol=1e-3)
-    assert "choose among them" in report["refusal"]
+    assert "choose from these" in report["refusal"]
     assert all(set(output) == {"id", "label"} for output in report["outputs"])

@@ -1,4 +1,4 @@
-"""The VR page: controllers, tracked hands, a mouse and keys touch swatches, hear them, and are silent off them."""
+"""The VR page: controllers, tracked hands, mouse and keys touch swatches and are heard; elsewhere there is silence."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 
 from tests.clients.web.browser import headless
 from tests.clients.web.headset import DRAWING, PATIENCE, at_the_table, iwer_script, three_folder
-from tests.clients.web.places import serving_pages
+from tests.clients.web.page_service import serving_pages
 from tests.service.harness import until
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ def headset(browser: Browser, url: str, three: Path, iwer: str) -> Iterator[Page
         yield page
 
 
-def test_a_controller_sounds_and_buzzes_where_it_touches_until_it_lifts(headset: Page) -> None:
+def test_a_controller_sounds_and_vibrates_where_it_touches_until_it_lifts(headset: Page) -> None:
     headset.evaluate("() => tools.heed('right')")
     report = headset.evaluate(STROKE, {"hand": "controller", "id": "right controller", "index": SWATCH, "depth": 0.003})
     assert {touch["index"] for touch in report["touches"]} == {SWATCH}
@@ -180,9 +180,9 @@ def test_silence_takes_every_finger_off(table: Page) -> None:
 @pytest.mark.parametrize(
     ("before", "sentence"),
     [
-        ("Object.defineProperty(window, 'isSecureContext', {value: false});", "by https or from localhost"),
+        ("Object.defineProperty(window, 'isSecureContext', {value: false});", "over https or from localhost"),
         ("Object.defineProperty(navigator, 'xr', {value: undefined});", "in the browser of a headset"),
-        ("navigator.xr.isSessionSupported = async () => false;", "No headset answers"),
+        ("navigator.xr.isSessionSupported = async () => false;", "No headset was found"),
     ],
 )
 def test_a_button_that_cannot_enter_says_why(

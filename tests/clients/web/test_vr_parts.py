@@ -1,4 +1,4 @@
-"""Where swatches lie, how they are drawn, what a fingertip presses: the parts of the VR page without three.js."""
+"""Parts of the VR page without three.js: layout of swatches, magnification, contact of a fingertip."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ if TYPE_CHECKING:
     from playwright.sync_api import Page
 
 FOLLOW = """async (points) => {
-  const {TipFollower} = await import("/web/vr/touch.js");
-  const {layTable} = await import("/web/vr/table.js");
-  const follower = new TipFollower(layTable(1));
+  const {FingertipContact} = await import("/web/vr/contact_model.js");
+  const {layTable} = await import("/web/vr/table_layout.js");
+  const follower = new FingertipContact(layTable(1));
   return points.map((point) => follower.follow(point && {x: point[0], y: point[1], z: layTable(1).places[0].z}));
 }"""
 
@@ -26,7 +26,7 @@ def loads(functions: Page, *points: tuple[float, float] | None) -> list[float | 
 def table(functions: Page, expression: str, argument: Any = None) -> Any:
     """Return what an expression of vr/table.js gives."""
     return functions.evaluate(
-        f"async (given) => {{ const table = await import('/web/vr/table.js'); return {expression}; }}", argument
+        f"async (given) => {{ const table = await import('/web/vr/table_layout.js'); return {expression}; }}", argument
     )
 
 
@@ -57,13 +57,13 @@ def test_a_place_on_a_swatch_is_metres_from_its_left_end(functions: Page) -> Non
 def test_a_fingertip_that_goes_right_moves_the_surface_left_under_it_as_on_the_pad(functions: Page) -> None:
     sent = functions.evaluate(
         """async () => {
-          const {Toucher} = await import("/web/vr/toucher.js");
+          const {FingertipStream} = await import("/web/vr/fingertip_stream.js");
           const sent = [], move = (contact) => sent.push(contact);
           const finger = Object.assign(new EventTarget(), {move, close() {}});
-          const toucher = new Toucher({swatches: [{scene: {}}], open: async () => finger});
-          toucher.follow({index: 0, position: 0.01, load: 0, height: 0.01}, 0);
+          const stream = new FingertipStream({swatches: [{scene: {}}], open: async () => finger});
+          stream.follow({index: 0, position: 0.01, load: 0, height: 0.01}, 0);
           await new Promise((done) => setTimeout(done));
-          for (const step of [1, 2]) toucher.follow({index: 0, position: 0.01 * step, load: 0.5, height: 0}, step);
+          for (const step of [1, 2]) stream.follow({index: 0, position: 0.01 * step, load: 0.5, height: 0}, step);
           return sent;
         }"""
     )
@@ -100,7 +100,7 @@ def test_finer_textures_are_drawn_finer_and_the_label_says_how_much(functions: P
     drawn = [times * period for times, period in zip(along, periods, strict=True)]
     assert drawn == sorted(set(drawn)) and along[-1] == 1
     lines = table(functions, "table.labelLines({title: 'A: b', period: 8e-4, height: 4e-5})")
-    assert lines == ["A", "800 µm apart, 40 µm high", f"drawn {along[5]} × as wide, {3 * along[5]} × as high"]
+    assert lines == ["A", "period 800 µm, height 40 µm", f"drawn {along[5]} × as wide, {3 * along[5]} × as high"]
 
 
 def test_the_relief_is_the_heights_magnified_with_normals_across_them(functions: Page) -> None:

@@ -1,0 +1,29 @@
+/* The form for the key of a service that requires one. The key is tried before the page is reloaded with it. */
+
+import { byId } from "../dom.js";
+import { call, useKey } from "../service.js";
+
+/** Shows the form. A refused key stays in the field, with an error message. */
+export function askForKey() {
+  const [form, field, fault] = [byId("key"), byId("key-text"), byId("key-fault")];
+  const refuse = (sentence) => {
+    fault.textContent = sentence;
+    field.setAttribute("aria-invalid", "true");
+    field.select();
+    field.focus();
+  };
+  form.hidden = false;
+  byId("loading").hidden = true;
+  field.focus();
+  form.addEventListener("submit", async (event) => {
+    event.preventDefault();
+    useKey(field.value);
+    try {
+      await call("GET", "/v1/textures");
+    } catch ({ problem, message }) {
+      useKey(null);
+      return refuse(problem?.status === 401 ? "The service does not accept this key. Enter another one." : message);
+    }
+    location.reload();
+  });
+}

@@ -1,0 +1,113 @@
+/* Buttons for the whole scene: undo, redo, links, files, opening and closing of all sections. */
+
+import { byId } from "../dom.js";
+import { BrokenLink, hashOf, sceneIn } from "../scene/link.js";
+import { callBinary } from "../service.js";
+import { save, saveText } from "./download.js";
+
+export class SceneActions {
+  /** state: the SceneState. form: the Form. tell(sentence). */
+  constructor({ state, form, tell }) {
+    Object.assign(this, { state, form, tell });
+    state.addEventListener("change", ({ detail }) => this.#note(detail));
+    this.#on("undo", () => state.undo() && tell("Undone."));
+    this.#on("redo", () => state.redo() && tell("Redone."));
+    this.#on("share", () => this.#share());
+    this.#on("save-wav", () => this.#render());
+    this.#on("save-scene", () => saveText(`${JSON.stringify(state.scene, null, 2)}\n`, "scene.json"));
+    this.#on("fold", () => this.#fold());
+    byId("open-scene").addEventListener("change", () => this.#read());
+    document.addEventListener("keydown", (event) => this.#key(event));
+    addEventListener("hashchange", () => this.follow());
+  }
+
+  /** Reads the scene from the address of the page; returns whether there is one. */
+  follow() {
+    try {
+      const scene = sceneIn(location.hash);
+      if (scene) this.state.take(scene);
+      return Boolean(scene);
+    } catch (error) {
+      if (!(error instanceof BrokenLink)) throw error;
+      this.tell(error.message);
+      return false;
+    }
+  }
+
+  #on(id, action) {
+    byId(id).addEventListener("click", () => Promise.resolve(action()).catch((error) => this.tell(error.message)));
+  }
+
+  #note({ scene, settled }) {
+    byId("undo").disabled = !this.state.canUndo;
+    byId("redo").disabled = !this.state.canRedo;
+    if (settled) this.#address(scene);
+  }
+
+  /** Keeps the address of the page a link to the scene, so that a reload shows the same scene. */
+  #address(scene) {
+    let hash = "";
+    try {
+      if (Object.keys(scene).length) hash = hashOf(scene);
+    } catch {
+      /* too long for a link; "Copy link" says so */
+    }
+    try {
+      history.replaceState(null, "", hash || location.pathname + location.search);
+    } catch {
+      /* some browsers allow 100 calls per 30 s; the next change tries again */
+    }
+  }
+
+  #key(event) {
+    if (!(event.ctrlKey || event.metaKey) || event.key.toLowerCase() !== "z" || event.altKey) return;
+    if (event.target.closest?.("input:not([type=range]):not([type=checkbox]), textarea")) return; // undo of the text
+    event.preventDefault();
+    byId(event.shiftKey ? "redo" : "undo").click();
+  }
+
+  async #share() {
+    history.replaceState(null, "", hashOf(this.state.scene));
+    try {
+      await navigator.clipboard.writeText(location.href);
+      this.tell("The link is copied. It opens this scene.");
+    } catch {
+      this.tell("The link could not be copied. Copy it from the address bar.");
+    }
+  }
+
+  async #render() {
+    const button = byId("save-wav");
+    button.disabled = true;
+    this.tell("Rendering the WAV.");
+    try {
+      const answer = await callBinary("POST", "/v1/render?format=wav", this.state.scene);
+      save(await answer.blob(), "touch.wav");
+      this.tell(answer.headers.get("Ridgewave-Warning") ?? "The WAV is ready.");
+    } finally {
+      button.disabled = false;
+    }
+  }
+
+  async #read() {
+    const input = byId("open-scene");
+    const [file] = input.files;
+    input.value = "";
+    let scene = null;
+    try {
+      scene = JSON.parse(await file.text());
+    } catch {
+      /* reported below */
+    }
+    if (typeof scene !== "object" || scene === null || Array.isArray(scene))
+      return this.tell("This file does not contain a scene. Choose a JSON file with a scene or a recording.");
+    this.state.take(scene.format === "ridgewave-recording" ? scene.scene : scene);
+  }
+
+  #fold() {
+    const open = byId("fold").getAttribute("aria-expanded") !== "true";
+    this.form.open = open;
+    byId("fold").setAttribute("aria-expanded", String(open));
+    byId("fold").textContent = open ? "Close all" : "Open all";
+  }
+}

@@ -1,0 +1,35 @@
+/* State, status and meters of a session, from the states of its fingers. */
+
+import { siValue } from "../scene/units.js";
+
+const STATES = ["broken", "ended", "connecting", "preparing", "live"]; // worst first
+
+const stateOfOne = ({ connection, scene }) =>
+  connection.state === "live" && scene.pending ? "preparing" : connection.state;
+
+/** Returns the worst state of `fingers`: "broken", "ended", "connecting", "preparing" (a change is being solved) or
+ *  "live"; "asleep" if the browser keeps the page silent; "not started" without a player. */
+export function stateOf(player, fingers) {
+  if (!player) return "not started";
+  const worst = STATES.find((state) => fingers.some((finger) => stateOfOne(finger) === state)) ?? "connecting";
+  return worst === "live" && !player.awake ? "asleep" : worst;
+}
+
+/** Returns whether the sound belongs to the present scene: "none" (no sound), "pending", "refused" or "current". */
+export function soundStatusOf(player, fingers) {
+  if (!player) return "none";
+  if (fingers.some(({ scene }) => scene.refused)) return "refused";
+  const current = fingers.length > 0 && fingers.every((one) => stateOfOne(one) === "live" && one.scene.isCurrent);
+  return current ? "current" : "pending";
+}
+
+/** Returns {underruns: of all fingers, latency: s, updateToSound: s, of the slowest finger, or null}. */
+export function statsOf(player, fingers) {
+  const all = fingers.map(({ stats }) => stats);
+  const delays = all.map(({ updateToSound }) => updateToSound).filter((delay) => delay !== null);
+  const underruns = all.reduce((sum, one) => sum + one.underruns, 0);
+  return { underruns, latency: player?.latency ?? 0, updateToSound: delays.length ? Math.max(...delays) : null };
+}
+
+/** Returns the sample rate of a scene, Hz. */
+export const rateOf = (scene) => siValue(scene.output?.sample_rate ?? 48000, "Hz");

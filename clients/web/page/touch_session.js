@@ -1,0 +1,262 @@
+/* Everything that sounds on the pad page: one player, and a live stream for each finger.
+
+Model: a finger is opened when a pointer needs it, stays open, and serves the next pointer. All fingers have the same
+scene. A change of what is fixed for a stream (rate, channels, quantity, full scale) opens new streams.
+Limits: at most MOST_FINGERS at once; one in a recording.
+Events: "state" {state}, "player" {player}, "block" {ready, samples, finger}, "ready" {ready}, "problem" {problem,
+sentence}, "limited" {reduction} in dB. */
+
+import { Finger } from "../hand/finger.js";
+import { changesWhatIsFixed, withField } from "../scene/merge.js";
+import { negated } from "../live/contact_update.js";
+import { neededFullScale, withFullScaleOf } from "../live/stream_scene.js";
+import { Player } from "../sound/player.js";
+import { rateOf, soundStatusOf, stateOf, statsOf } from "./session_status.js";
+
+const MOST_FINGERS = 5; // those of a hand; each is a stream of the service
+
+export class TouchSession extends EventTarget {
+  /** The Player, null before `start`. */
+  player = null;
+  /** The open fingers. */
+  fingers = [];
+  /** Whether the service records. */
+  recording = false;
+  /** Largest gain reduction of the limiter, dB, since the last new stream or scene. */
+  reduction = 0;
+  #recent = 0; // dB, the newest report: the largest may come from the moment of touch-down
+  #holders = new Map(); // id of a pointer -> its finger
+  #volume = 0.1;
+  #starting = null;
+  #renewing = Promise.resolve();
+
+  /** scene: the first scene. */
+  constructor(scene) {
+    super();
+    this.scene = scene;
+  }
+
+  /** Master volume, 0 to 1. */
+  set volume(volume) {
+    this.#volume = volume;
+    if (this.player) this.player.volume = volume;
+  }
+
+  /** Opens the player and the first finger. Sounds from the first gesture with which the browser permits sound. Returns
+   *  when the finger is live. */
+  start() {
+    this.#starting ??= this.#open().catch((error) => {
+      this.#starting = null;
+      this.#refuse(error);
+      throw error;
+    });
+    return this.#starting;
+  }
+
+  /** Ends all streams and closes the player. */
+  async stop() {
+    this.#starting = null;
+    const { player } = this;
+    this.player = null;
+    await this.#closeFingers();
+    this.#limit(0);
+    await player?.close();
+    this.#tell("state", { state: "not started" });
+  }
+
+  /** Opens new streams of `scene`, and a new player if the sample rate changes. Concurrent calls run one after another.
+   *  */
+  renew(scene = this.scene, { record = false } = {}) {
+    this.scene = scene;
+    this.#renewing = this.#renewing.catch(() => {}).then(() => this.#renew(scene, record));
+    return this.#renewing;
+  }
+
+  async #renew(scene, record) {
+    this.recording = record;
+    this.#limit(0);
+    if (!this.player) return;
+    await this.#closeFingers();
+    if (this.player.sampleRate !== rateOf(scene)) {
+      await this.player.close();
+      this.player = null;
+      this.#starting = null;
+      await this.start();
+    } else {
+      await this.#finger().opened;
+    }
+  }
+
+  /** Replaces the streams by new ones of a larger full scale, for the same hands: the automatic full scale of the
+   *  present scene or, if that is no larger than before, the one that the limiter called for. Returns {full_scale,
+   *  quantity}; null if there is no stream. */
+  rescale() {
+    this.#renewing = this.#renewing.catch(() => {}).then(() => this.#rescale());
+    return this.#renewing;
+  }
+
+  async #rescale() {
+    const { player, fingers: before } = this;
+    const ready = before[0]?.connection.ready;
+    if (!ready) return null;
+    this.recording = false;
+    const fresh = await this.#openRescaled(ready);
+    if (this.player !== player) {
+      for (const finger of fresh) finger.close();
+      return null;
+    }
+    this.#hand(fresh);
+    this.#limit(0);
+    const { full_scale: scale, quantities } = fresh[0].connection.ready;
+    return { full_scale: scale[0], quantity: quantities[0] };
+  }
+
+  /** Opens a finger for each hand, at least one, with a larger full scale than the stream `ready`. */
+  async #openRescaled(ready) {
+    const { scene } = this;
+    let first = await this.#made(scene).opened;
+    if (first.connection.ready.full_scale[0] <= ready.full_scale[0] && withFullScaleOf(ready, scene) !== scene) {
+      first.close();
+      const needed = neededFullScale(ready, this.#recent);
+      first = await this.#made(withField(scene, ["output", "full_scale"], needed)).opened;
+    }
+    const fresh = [first];
+    const further = withFullScaleOf(first.connection.ready, scene);
+    while (fresh.length < this.#holders.size) fresh.push(await this.#made(further).opened);
+    return fresh;
+  }
+
+  /** Moves the hands to the fingers `fresh`; the previous fingers fade out. */
+  #hand(fresh) {
+    const before = this.fingers;
+    this.fingers = fresh;
+    for (const [index, [id, old]] of [...this.#holders].entries()) {
+      this.#holders.set(id, fresh[index]);
+      if (old.touching) fresh[index].move(old.contact);
+    }
+    for (const finger of before) finger.close();
+    for (const finger of fresh) finger.change(this.scene);
+    this.#tell("state", { state: this.state });
+  }
+
+  /** Changes the scene, in the present streams if possible, else with new ones. Returns whether the streams are new,
+   *  when they are open. */
+  async take(scene) {
+    if (changesWhatIsFixed(this.scene, scene)) {
+      await this.renew(scene);
+      return true;
+    }
+    this.scene = scene;
+    for (const finger of this.fingers) finger.change(scene);
+    if (this.fingers.some(({ scene: { pending } }) => pending)) this.#limit(0);
+    this.#tell("state", { state: this.state });
+    return false;
+  }
+
+  /** Moves the finger of the pointer `id`. contact: {position (m) or speed (m/s) on the pad, load (N), time (s)}. */
+  move(id, contact) {
+    const finger = this.#holders.get(id) ?? this.#take(id);
+    finger?.move(negated(contact));
+  }
+
+  /** Lifts the finger of the pointer `id`. */
+  lift(id) {
+    this.#holders.get(id)?.lift();
+    this.#holders.delete(id);
+  }
+
+  /** See session_status.js. */
+  get state() {
+    return stateOf(this.player, this.fingers);
+  }
+
+  get soundStatus() {
+    return soundStatusOf(this.player, this.fingers);
+  }
+
+  get stats() {
+    return statsOf(this.player, this.fingers);
+  }
+
+  async #open() {
+    this.#tell("state", { state: "connecting" });
+    this.player = await Player.open({ sampleRate: rateOf(this.scene) });
+    this.player.volume = this.#volume;
+    this.player.addEventListener("awake", () => this.#tell("state", { state: this.state }));
+    this.#tell("player", { player: this.player });
+    await this.#finger().opened;
+  }
+
+  #take(id) {
+    if (!this.player) return null;
+    const held = new Set(this.#holders.values());
+    const free = this.fingers.find((finger) => !held.has(finger) && finger.connection.state !== "ended");
+    const most = this.recording ? 1 : MOST_FINGERS;
+    if (!free && this.fingers.length >= most) return null;
+    const finger = free ?? this.#finger();
+    this.#holders.set(id, finger);
+    return finger;
+  }
+
+  #finger() {
+    const finger = this.#made(withFullScaleOf(this.fingers[0]?.connection.ready, this.scene));
+    this.fingers.push(finger);
+    return finger;
+  }
+
+  #made(scene) {
+    const finger = new Finger({ player: this.player, scene, record: this.recording });
+    for (const type of ["ready", "broken", "resumed", "ended", "sceneStatus"])
+      finger.addEventListener(type, ({ detail }) => this.#changed(finger, type, detail));
+    finger.addEventListener("block", ({ detail }) =>
+      this.#tell("block", { ...detail, finger, ready: finger.connection.ready }),
+    );
+    finger.addEventListener("problem", ({ detail }) =>
+      this.#tell("problem", { problem: detail.problem, sentence: detail.problem.detail ?? detail.problem.title }),
+    );
+    finger.addEventListener("limited", ({ detail }) => {
+      if (!this.fingers.includes(finger)) return;
+      this.#recent = detail.gain_reduction_db;
+      this.#limit(Math.max(this.reduction, this.#recent));
+    });
+    finger.opened = finger.open().then(() => finger);
+    finger.opened.catch(() => {}); // reported by the event "ended"
+    return finger;
+  }
+
+  /** Sets `reduction`, dB. */
+  #limit(reduction) {
+    this.reduction = reduction;
+    this.#tell("limited", { reduction });
+  }
+
+  #changed(finger, type, detail) {
+    if (type === "ready") this.#tell("ready", detail);
+    if (type === "ended") this.#drop(finger);
+    this.#tell("state", { state: this.state });
+  }
+
+  /** Removes a finger whose stream has ended; stops the session with the last one. */
+  #drop(finger) {
+    if (!this.fingers.includes(finger)) return;
+    this.fingers = this.fingers.filter((other) => other !== finger);
+    for (const [id, held] of this.#holders) if (held === finger) this.#holders.delete(id);
+    if (!this.fingers.length) this.stop();
+  }
+
+  async #closeFingers() {
+    const closing = this.fingers;
+    this.fingers = [];
+    this.#holders.clear();
+    await Promise.allSettled(closing.map((finger) => finger.close()));
+  }
+
+  #refuse(error) {
+    this.#tell("problem", { problem: error.problem ?? null, sentence: error.message });
+    this.#tell("state", { state: this.state });
+  }
+
+  #tell(type, detail) {
+    this.dispatchEvent(new CustomEvent(type, { detail }));
+  }
+}

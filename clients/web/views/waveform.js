@@ -1,0 +1,207 @@
+/* The waveform in physical units, standing still at constant speed.
+
+Model: as in an oscilloscope, the trace begins at a rising crossing of a trigger level: zero, or the mean if that is far
+from zero. Of all recent crossings, the one whose trace is most similar to the previous trace is chosen. Crossings are
+interpolated between samples. The scale is the full scale divided by 1, 2, 5, 10 and so on; the full scale is marked if
+it is visible.
+Limits: one channel; the last second. Samples are joined by lines, or by their range in each pixel. */
+
+import { inWords, QUANTITIES } from "../scene/quantities.js";
+import { drawAxes, linearAxis, roundAbove } from "./axes.js";
+import { Panel } from "./panel.js";
+
+const KEPT = 1; // s
+const PERIODS = 4; // shown at least, after a new choice of the span
+const FEW = 2.5; // periods: with fewer, or more than MANY, the span is chosen again
+const MANY = 12;
+const POINTS = 128; // of a trace, compared with the previous one
+const MOST_CROSSINGS = 160; // compared per drawing
+const QUIET = 1e-4; // of full scale; smaller vibrations do not trigger
+const OFF = 0.1; // of peak-to-peak: distance of the mean at which the trigger level moves to it
+const ROOM = 1.12; // scale over the largest value
+const SHRINK_AFTER = 1000; // ms with too large a scale
+
+export class Waveform {
+  #kept = new Float32Array(0);
+  #written = 0;
+  #before = null;
+  #level = 0;
+  #magnified = { by: 1, since: 0 };
+
+  constructor(canvas) {
+    this.span = 0.05; // s shown
+    this.panel = new Panel(canvas, "Waveform: no vibration yet.", () => this.#draw()).moving();
+    /** The last drawing: `times` (s) and `values` (SI) of the trace, `peak` and `range` (SI), `begin` (frame), `span`
+     *  (s). */
+    this.drawn = null;
+  }
+
+  /** Adds samples of one channel, 1.0 = full scale. fullScale: SI value of 1.0. rate: Hz. */
+  push(samples, fullScale, quantity, rate) {
+    if (rate !== this.rate || quantity !== this.quantity || fullScale !== this.fullScale) {
+      Object.assign(this, { rate, quantity, fullScale });
+      this.#kept = new Float32Array(Math.ceil(KEPT * rate));
+      this.#written = 0;
+      this.#before = null;
+      this.#level = 0;
+    }
+    for (const sample of samples) this.#kept[this.#written++ % this.#kept.length] = sample;
+    this.panel.request();
+  }
+
+  /** Chooses a span for a vibration of `frequency` Hz. The present span stays if it shows FEW to MANY periods. */
+  expect(frequency) {
+    const shown = this.span * Math.abs(frequency);
+    if (shown >= FEW && shown <= MANY) return;
+    const span = Math.min(KEPT / 4, Math.max(0.005, roundAbove(PERIODS / Math.abs(frequency))));
+    if (!Number.isFinite(span) || span === this.span) return;
+    this.span = span;
+    this.#before = null;
+    this.panel.request();
+  }
+
+  #at(frame) {
+    const length = this.#kept.length;
+    const whole = Math.floor(frame);
+    const first = this.#kept[whole % length];
+    return first + (frame - whole) * (this.#kept[(whole + 1) % length] - first);
+  }
+
+  #begin() {
+    const frames = this.span * this.rate;
+    const newest = this.#written - 2 - frames;
+    const oldest = Math.max(this.#written - this.#kept.length + 1, 0, newest - Math.max(frames, 0.1 * this.rate));
+    let [mean, high, low] = [0, -Infinity, Infinity];
+    for (let frame = Math.ceil(oldest); frame < this.#written; frame++) {
+      const value = this.#kept[frame % this.#kept.length];
+      mean += value / (this.#written - Math.ceil(oldest));
+      high = Math.max(high, value);
+      low = Math.min(low, value);
+    }
+    if (newest < 0) return { begin: 0, high, low };
+    if (Math.abs(mean - this.#level) > OFF * (high - low)) this.#level = mean;
+    const level = this.#level;
+    let [best, least] = [newest, Infinity];
+    if (high - low > QUIET) {
+      const armed = level - 0.02 * (high - low);
+      let crossing = 0;
+      let count = 0;
+      for (let frame = Math.floor(newest); frame > oldest && count < MOST_CROSSINGS; frame--) {
+        const value = this.#kept[frame % this.#kept.length];
+        const next = this.#kept[(frame + 1) % this.#kept.length];
+        if (value < level && next >= level) crossing = frame + (level - value) / (next - value);
+        if (!crossing || value > armed) continue;
+        if (crossing <= newest) {
+          count++;
+          const miss = this.#unlike(crossing, frames);
+          if (miss < least) [best, least] = [crossing, miss];
+        }
+        crossing = 0;
+      }
+    }
+    this.#before = Float32Array.from({ length: POINTS }, (_, index) => this.#at(best + (index * frames) / POINTS));
+    return { begin: best, high, low };
+  }
+
+  #unlike(begin, frames) {
+    if (!this.#before) return -this.#at(begin + 0.02 * frames); // the steepest rise
+    let sum = 0;
+    for (let index = 0; index < POINTS; index++) {
+      sum += (this.#at(begin + (index * frames) / POINTS) - this.#before[index]) ** 2;
+    }
+    return sum;
+  }
+
+  #scaleBy(peak) {
+    const now = performance.now();
+    let by = 1;
+    while (by < 1e4 && peak * ROOM * nextStep(by) <= 1) by = nextStep(by);
+    if (by <= this.#magnified.by) this.#magnified.since = now;
+    if (by < this.#magnified.by || now - this.#magnified.since > SHRINK_AFTER) this.#magnified = { by, since: now };
+    return this.#magnified.by;
+  }
+
+  #draw() {
+    if (!this.#written) return;
+    const { panel } = this;
+    const { begin, high, low } = this.#begin();
+    const quantity = QUANTITIES[this.quantity];
+    const peak = Math.max(Math.abs(high), Math.abs(low));
+    const by = this.#scaleBy(peak);
+    const range = (this.fullScale / by) * ROOM;
+    const box = { left: 46, top: 24, right: panel.width - 12, bottom: panel.height - 34 };
+    const across = linearAxis(0, this.span, box.left, box.right, "s", Math.max(2, panel.width / 110));
+    const up = linearAxis(-range, range, box.bottom, box.top, quantity.unit, Math.max(3, panel.height / 45));
+    panel.layer(`${range} ${this.span} ${this.quantity}`, () => this.#drawFrame(box, across, up, by));
+    const count = Math.min(Math.floor(this.span * this.rate), this.#written - 1);
+    this.#trace(begin, count, across, up, box);
+    this.drawn.peak = peak * this.fullScale;
+    this.drawn.range = range;
+    panel.say(
+      `Waveform of the ${quantity.name}: the largest value is ${inWords(peak * this.fullScale, quantity.unit)}, ` +
+        `${Number((100 * peak).toPrecision(2))} % of the full scale, ${inWords(this.fullScale, quantity.unit)}.`,
+    );
+  }
+
+  #trace(begin, count, across, up, box) {
+    const { context, ratio } = this.panel;
+    const step = Math.max(1, count / ((box.right - box.left) * ratio)); // frames per device pixel
+    const times = [];
+    const values = [];
+    const scale = this.fullScale;
+    if (step > 2) {
+      for (let place = 0; place < count; place += step) {
+        let [least, most] = [Infinity, -Infinity];
+        for (let frame = Math.floor(begin + place); frame <= begin + place + step; frame++) {
+          const value = this.#kept[frame % this.#kept.length];
+          least = Math.min(least, value);
+          most = Math.max(most, value);
+        }
+        const middle = (place + step / 2) / this.rate;
+        times.push(middle, middle);
+        values.push(least * scale, most * scale);
+      }
+    } else {
+      for (let place = Math.ceil(begin) - begin; place <= count; place++) {
+        times.push(place / this.rate);
+        values.push(this.#at(begin + place) * scale);
+      }
+    }
+    context.strokeStyle = this.panel.colour("signal");
+    context.lineWidth = 1.6;
+    context.lineJoin = "round";
+    context.beginPath();
+    for (const [index, time] of times.entries()) context.lineTo(across.place(time), up.place(values[index]));
+    context.stroke();
+    this.drawn = { times, values, begin, span: this.span };
+  }
+
+  #drawFrame(box, across, up, by) {
+    const { panel } = this;
+    const { context } = panel;
+    const quantity = QUANTITIES[this.quantity];
+    const name = quantity.name[0].toUpperCase() + quantity.name.slice(1);
+    drawAxes(panel, box, across, up, { acrossTitle: `time (${across.unit})`, upTitle: `${name} (${up.unit})` });
+    const full = inWords(this.fullScale, quantity.unit);
+    context.font = panel.font(11);
+    context.textAlign = "right";
+    context.textBaseline = "alphabetic";
+    context.fillStyle = panel.colour("threshold");
+    context.fillText(by === 1 ? `full scale ±${full}` : `× ${by} · full scale ±${full}`, box.right, 13);
+    if (by > 1) return;
+    context.strokeStyle = panel.colour("threshold");
+    context.setLineDash([5, 4]);
+    context.beginPath();
+    for (const level of [this.fullScale, -this.fullScale]) {
+      const y = Math.round(up.place(level)) + 0.5;
+      context.moveTo(box.left, y);
+      context.lineTo(box.right, y);
+    }
+    context.stroke();
+    context.setLineDash([]);
+  }
+}
+
+function nextStep(by) {
+  return roundAbove(by * 1.5);
+}

@@ -1,0 +1,54 @@
+/* The motors of the controllers: each plays the strength (motors/strength.js) of the vibration of its hand.
+
+Limits: a motor has one frequency. Tracked hands have no motor. The motors run ahead of the sound by the queue of the
+player. */
+
+import { Motors } from "../motors/motors.js";
+import { MotorStrength } from "../motors/strength.js";
+
+export class ControllerMotors {
+  /** @param {{frequencies: number[], displacement: number[]} | null} threshold answer of
+   *  `GET /v1/threshold`: Hz, and m (peak) */
+  constructor(threshold) {
+    this.threshold = threshold;
+    this.session = null;
+    this.motors = new Map();
+    this.strengths = new WeakMap();
+  }
+
+  /** @param {XRSession | null} session with the controllers to use; null: none */
+  follow(session) {
+    for (const motor of this.motors.values()) motor.stop();
+    this.motors.clear();
+    this.session = session;
+  }
+
+  /**
+   * @param {string} hand "left", "right" or "none"
+   * @param {Finger} finger
+   * @param {Float32Array} samples a block of the finger, channels interleaved, 1.0 = full scale
+   */
+  play(hand, finger, samples) {
+    if (!this.session) return;
+    const { sample_rate: rate, quantities, full_scale: fullScale } = finger.connection.ready;
+    const { threshold } = this;
+    if (!this.strengths.has(finger)) {
+      this.strengths.set(finger, new MotorStrength({ rate, quantities, fullScale, threshold }));
+    }
+    this.#motor(hand).push(this.strengths.get(finger).push(samples), hand);
+  }
+
+  /** Stops the motor of a hand. @param {string} hand */
+  stop(hand) {
+    this.motors.get(hand)?.stop();
+  }
+
+  #motor(hand) {
+    if (!this.motors.has(hand)) {
+      const motor = new Motors({ gamepads: () => [] });
+      motor.follow({ inputSources: [...this.session.inputSources].filter(({ handedness }) => handedness === hand) });
+      this.motors.set(hand, motor);
+    }
+    return this.motors.get(hand);
+  }
+}

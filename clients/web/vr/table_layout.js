@@ -1,0 +1,95 @@
+/* The selection of swatches, their places on the table and the magnification of their drawing.
+
+Model: swatches of LENGTH x WIDTH lie in rows, with all tops in the plane y = 0 of the table. x points right, along the
+strokes, z towards the person; the origin is the middle of the table. A finger scans at true scale: 10 mm along x are 10
+mm of the texture. Only the drawing is magnified, because a ridge of 0.8 mm is less than two pixels of a headset at
+arm's length. The magnification is larger for finer textures. Heights are magnified HEIGHT_OVER_WIDTH times more than
+widths.
+Limits: at most 4 columns. */
+
+/** Largest number of swatches. */
+export const MOST = 12;
+/** Length of a swatch, along the stroke (m). */
+export const LENGTH = 0.14;
+/** Width of a swatch, across the stroke (m). */
+export const WIDTH = 0.062;
+/** Distance between swatches (m), with room for labels and a finger. */
+export const GAP = { x: 0.026, z: 0.056 };
+/** Depth of the label in front of a swatch (m). */
+export const LABEL = 0.038;
+/** Distance from swatches to the edge of the table (m). */
+export const MARGIN = 0.04;
+/** Height of the tops of swatches over the board (m). */
+export const RAISED = 0.008;
+const COLUMNS = 4;
+const DRAWN_AT_1MM = 6e-3; // m: drawn length of a period of 1 mm, some ten pixels of a headset at arm's length
+const COMPRESSION = 0.35; // exponent of drawn period over period; 1 would keep ratios, 0 would draw all alike
+const HEIGHT_OVER_WIDTH = 3; // makes slopes of 0.02 to 0.12 visible in the light
+
+/**
+ * @param {{name: string, title: string, period: number}[]} entries periods in m
+ * @param {number} most number to keep
+ * @returns the kept entries, finest first, spread evenly over the logarithm of the period; finest and coarsest are
+ *   always
+ *   kept
+ */
+export function chooseSwatches(entries, most = MOST) {
+  const left = [...entries].sort((a, b) => a.period - b.period || a.name.localeCompare(b.name));
+  while (left.length > Math.max(1, most)) {
+    const room = (index) => Math.log(left[index + 1].period / left[index - 1].period);
+    let crowded = 1;
+    for (let index = 2; index < left.length - 1; index++) if (room(index) < room(crowded)) crowded = index;
+    left.splice(left.length > 2 ? crowded : 1, 1);
+  }
+  return left;
+}
+
+/**
+ * @param {number} count number of swatches
+ * @returns {{places: {x: number, z: number}[], width: number, depth: number}} centres of the swatches, the finest at
+ *   the
+ *   far left, and the size of the board (m)
+ */
+export function layTable(count) {
+  const rows = Math.max(1, Math.ceil(count / COLUMNS));
+  const step = { x: LENGTH + GAP.x, z: WIDTH + GAP.z };
+  const places = [];
+  let columns = 1;
+  for (let row = 0; row < rows; row++) {
+    const inRow = Math.ceil((count - places.length) / (rows - row));
+    columns = Math.max(columns, inRow);
+    const z = (row - (rows - 1) / 2) * step.z - LABEL / 2;
+    for (let column = 0; column < inRow; column++) places.push({ x: (column - (inRow - 1) / 2) * step.x, z });
+  }
+  return { places, width: columns * step.x - GAP.x + 2 * MARGIN, depth: rows * step.z - GAP.z + LABEL + 2 * MARGIN };
+}
+
+/**
+ * @param {number} period of the texture (m)
+ * @returns {{along: number, up: number}} magnification of widths and of heights
+ */
+export function magnification(period) {
+  const along = Math.max(1, Math.round((DRAWN_AT_1MM / 1e-3) * (period / 1e-3) ** (COMPRESSION - 1)));
+  return { along, up: along * HEIGHT_OVER_WIDTH };
+}
+
+/** @param {number} metres @returns {string} text with at most three digits, in µm or mm */
+function lengthText(metres) {
+  const [factor, unit] = metres < 1e-3 ? [1e6, "µm"] : [1e3, "mm"];
+  return `${Number((metres * factor).toPrecision(3))} ${unit}`;
+}
+
+/** @param {number} period m @param {number} height m, from valley to crest @returns {string} */
+export function sizeText(period, height) {
+  return `period ${lengthText(period)}, height ${lengthText(height)}`;
+}
+
+/**
+ * @param {{title: string, period: number, height: number}} swatch period and height from valley to crest (m)
+ * @returns {string[]} lines of the label: title, size, magnification
+ */
+export function labelLines({ title, period, height }) {
+  const { along, up } = magnification(period);
+  const drawn = `drawn ${along > 1 ? `${along} × as wide` : "at true width"}, ${up} × as high`;
+  return [title.split(":")[0], sizeText(period, height), drawn];
+}

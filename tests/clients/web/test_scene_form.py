@@ -1,0 +1,344 @@
+"""Every field of a scene has a control with valid output; undo, redo, links and merges lose no change."""
+
+from __future__ import annotations
+
+import random
+import string
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from synth.scene.merge import merge_patch
+from synth.scene.scene import parse_scene
+from synth.scene.texture_registry import kinds_with
+from tests.clients.web.random_scenes import Document, drawn_scene, fields, near_default, options
+from tests.service.harness import Running
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
+
+    from tests.clients.web.browser import Watch
+
+PERIOD = "#field-texture-period"
+SCENE = "() => ridgewave.state.scene"
+MANY = 50
+OF_THREE = {f"{name}_{what}" for name in ("short", "middle", "long") for what in ("time", "weight")}
+"""Fields of "viscous_skin" that only one of its models has."""
+EXCLUSIVE = {
+    "finger": [{"ridge_amplitude"}, {"roughness"}],
+    "texture": [{"amplitude"}, {"roughness"}],
+    "scan": [{"speed", "load"}, {"stroke"}, {"trajectory"}],
+    "output": [{"quantity", "full_scale"}, {"channels"}],
+}
+"""Of each section, the sets of fields of which a scene has but one: docs/scene.md."""
+REFUSED = "status of 422"  # what Chromium logs of a scene that the service refuses
+
+WRITE = """([path, text, model]) => {
+  const form = ridgewave.state;
+  form.take({});
+  if (path.length === 3) choose(path.slice(0, 2), "on, with settings");
+  if (model) choose([...path.slice(0, 2), "model"], model);
+  const element = document.querySelector(`[data-path="${path.join(".")}"]`);
+  const menu = element.querySelector("select");
+  const scenes = [];
+  const keep = () => scenes.push(form.scene);
+  if (text !== null) {
+    if (menu) choose(path, "a number");
+    const input = element.querySelector("input[type=text]");
+    input.value = text;
+    input.dispatchEvent(new Event("change", {bubbles: true}));
+    keep();
+    const slider = element.querySelector("input[type=range]");
+    if (slider) slider.dispatchEvent(new Event("change", {bubbles: true})), keep();
+  }
+  for (const {label} of [...(menu?.options ?? [])].map(({textContent}) => ({label: textContent}))) {
+    choose(path, label);
+    if (!["a number", "points"].includes(label)) keep();
+  }
+  const faults = [...element.querySelectorAll(".fault:not([hidden])")].map(({textContent}) => textContent);
+  form.take({});
+  return {scenes, faults};
+  function choose(steps, label) {
+    const menu = document.querySelector(`[data-path="${steps.join(".")}"] select`);
+    menu.value = [...menu.options].findIndex(({textContent}) => textContent === label);
+    menu.dispatchEvent(new Event("change", {bubbles: true}));
+  }
+}"""
+
+
+def scene_of(page: Page) -> Document:
+    """Return the scene of the form."""
+    scene: Document = page.evaluate(SCENE)
+    return scene
+
+
+def written(page: Page, field: str, text: str) -> None:
+    """Enter `text` into a field, after opening its section."""
+    page.evaluate("(field) => { document.querySelector(field).closest('details').open = true; }", field)
+    page.fill(field, text)
+    page.press(field, "Enter")
+
+
+def test_every_field_of_the_schema_has_a_control(touch_page: Page) -> None:
+    boxes = "document.querySelectorAll('[data-path]')"
+    there = set(touch_page.evaluate(f"() => [...{boxes}].map((field) => field.dataset.path)"))
+    assert there == {".".join(path) for path, _ in fields()}
+
+
+def test_every_control_has_a_label_and_a_description(touch_page: Page) -> None:
+    boxes = touch_page.evaluate(
+        """() => [...document.querySelectorAll('[data-path]')].map((field) => [field.dataset.path,
+             document.getElementById(field.querySelector('label').htmlFor) !== null,
+             document.getElementById(`field-${field.dataset.path.replaceAll(".", "-")}-hint`).textContent])"""
+    )
+    sentences = {".".join(path): node["description"] for path, node in fields()}
+    for path, labelled, hint in boxes:
+        assert labelled, path
+        assert hint.startswith(" ".join(sentences[path].replace("`", "").split())), path
+
+
+@pytest.mark.parametrize("path", [path for path, _ in fields()], ids=".".join)
+def test_the_service_accepts_what_a_control_writes(form_page: Page, path: tuple[str, ...]) -> None:
+    number = near_default(dict(fields())[path])
+    model = "three_time_constants" if path[-1] in OF_THREE else None
+    answer = form_page.evaluate(WRITE, [list(path), None if number is None else shown(path, number), model])
+    assert answer["faults"] == []
+    assert number is None or any(_at(scene, path) is not None for scene in answer["scenes"])
+    for scene in answer["scenes"]:
+        parse_scene(of_its_kind(scene, path))
+
+
+KINDS_NEED: dict[str, dict[str, Any]] = {"profile": {"heights": [0.0, 0.0]}}
+FIELDS_NEED: dict[str, dict[str, Any]] = {
+    "phases": {"amplitudes": [1e-5]},
+    "ramp": {"height": 0.0},
+    "edge_radius": {"height": 0.0},
+    "longest": {"period": 1e-3, "shortest": 1e-4},
+    "shortest": {"period": 1e-3},
+    "rms_slope": {"period": 1e-4},
+}
+
+
+def of_its_kind(scene: Any, path: tuple[str, ...]) -> Any:
+    """Return the scene with the kind of texture that has the field, and what the field needs: chosen before it."""
+    if path[0] != "texture" or not scene.get("texture"):
+        return scene
+    kind = scene["texture"].get("kind") or next(iter(kinds_with(path[-1])), "sinusoid")
+    company = KINDS_NEED.get(kind, {}) | FIELDS_NEED.get(path[-1], {})
+    return scene | {"texture": {"kind": kind, **company, **scene["texture"]}}
+
+
+def shown(path: tuple[str, ...], number: float) -> str:
+    """Return a number with its unit, as a person writes it."""
+    unit = dict(fields())[path].get("x-unit") or ("m/s^2" if path == ("output", "full_scale") else "")
+    return f"{number!r} {unit}".strip()
+
+
+def _at(scene: Any, path: tuple[str, ...]) -> Any:
+    for step in path:
+        scene = (scene or {}).get(step)
+    return scene
+
+
+@pytest.fixture(scope="module")
+def form_page(chromium: Any, page_service: Running) -> Any:
+    """Yield one page for all fields; each test undoes what it writes."""
+    context = chromium.new_context()
+    page = context.new_page()
+    page.goto(page_service.url)
+    page.wait_for_function("() => window.ridgewave !== undefined")
+    yield page
+    context.close()
+
+
+READ = {"0.9 mm": "0.9 mm", "0.9mm": "0.9 mm", "900": "900 um", "900 \u00b5m": "900 um", "9e-4 m": "9e-4 m"}
+
+
+def test_a_number_is_read_with_its_unit(touch_page: Page) -> None:
+    for text, value in READ.items():
+        written(touch_page, PERIOD, text)
+        assert scene_of(touch_page) == {"texture": {"period": value}}
+        parse_scene(scene_of(touch_page))
+        touch_page.click("#undo")  # a bare number has the unit of the last
+
+
+def test_what_is_out_of_range_is_told_and_not_written(touch_page: Page) -> None:
+    fault = touch_page.locator(f"{PERIOD}-fault")
+    for text in ("2 m", "0.9 kPa", "wide", "0 mm", "-1 mm"):
+        written(touch_page, PERIOD, text)
+        assert fault.inner_text() == "Enter a value from 1 um to 1 m, such as 800 um.", text
+        assert touch_page.locator(PERIOD).get_attribute("aria-invalid") == "true"
+        assert scene_of(touch_page) == {}
+        written(touch_page, PERIOD, "1 mm")
+        assert not fault.is_visible()
+        touch_page.click("#undo")
+
+
+def test_the_band_has_full_on_its_menu(touch_page: Page) -> None:
+    menu = touch_page.locator('[data-path="output.bandwidth"] select')
+    assert menu.locator("option").all_text_contents() == ["default (1 kHz)", "a number", "full"]
+    touch_page.evaluate(
+        """() => { document.querySelector('[data-path="output.bandwidth"]').closest("details").open = true; }"""
+    )
+    menu.select_option(label="full")
+    assert scene_of(touch_page) == {"output": {"bandwidth": "full"}}
+    menu.select_option(label="default (1 kHz)")
+    assert scene_of(touch_page) == {}
+
+
+def test_an_emptied_field_has_its_default_again(touch_page: Page) -> None:
+    written(touch_page, PERIOD, "1 mm")
+    written(touch_page, PERIOD, "")
+    assert scene_of(touch_page) == {}
+    assert touch_page.locator(PERIOD).get_attribute("placeholder") == "800 um"
+
+
+def test_what_was_written_is_never_taken_for_the_default(touch_page: Page) -> None:
+    shown = touch_page.evaluate(
+        """() => {
+          const asked = {texture: {period: "1 mm"}, output: {channels: [{quantity: "velocity"}]}};
+          ridgewave.state.take(asked);
+          ridgewave.state.setDefaults(asked, {texture: {period: 1e-3, amplitude: 3e-5},
+            output: {channels: [{quantity: "velocity", full_scale: 0.25}]}});
+          const placeholder = (path) => document.querySelector(`[data-path="${path}"] input[type=text]`).placeholder;
+          const written = placeholder("output.channels.0.full_scale");
+          ridgewave.state.write(["texture", "period"], undefined);
+          return [written, placeholder("texture.period"), placeholder("texture.amplitude")];
+        }"""
+    )
+    assert shown == ["250 mm/s", "800 um", "30 um"]
+
+
+def test_a_texture_of_the_catalogue_shows_its_own_numbers(touch_page: Page) -> None:
+    touch_page.select_option("#texture", "grating-2mm-157um")
+    touch_page.wait_for_function("() => document.querySelector('#field-texture-period').placeholder === '2 mm'")
+    assert scene_of(touch_page) == {"texture": {"kind": "grating-2mm-157um"}}
+
+
+def test_a_roughness_takes_the_place_of_an_amplitude(touch_page: Page) -> None:
+    written(touch_page, "#field-texture-amplitude", "5 um")
+    written(touch_page, "#field-texture-roughness", "4 um")
+    assert scene_of(touch_page) == {"texture": {"roughness": "4 um"}}
+
+
+def test_what_only_the_service_can_refuse_stands_beside_the_field(watched_page: tuple[Page, Watch]) -> None:
+    touch_page, watch = watched_page
+    watch.allow(REFUSED)
+    written(touch_page, "#field-output-fade", "1.5 s")
+    touch_page.locator("#field-output-fade-fault").wait_for()
+    assert "duration" in touch_page.locator("#field-output-fade-fault").inner_text()
+    written(touch_page, "#field-output-duration", "4 s")
+    touch_page.locator("#field-output-fade-fault").wait_for(state="hidden")
+
+
+def test_all_changes_are_undone_and_redone(watched_page: tuple[Page, Watch]) -> None:
+    touch_page, watch = watched_page
+    watch.allow(REFUSED)
+    draw = random.Random(8)  # its scenes are rendered or invalid; one that this machine cannot render is a 503
+    scenes = [{}, *(drawn_scene(draw) for _ in range(8))]
+    for scene in scenes[1:]:
+        touch_page.evaluate("(scene) => ridgewave.state.take(scene)", scene)
+    for scene in reversed(scenes[:-1]):
+        touch_page.keyboard.press("Control+z")
+        assert scene_of(touch_page) == scene
+    assert touch_page.locator("#undo").is_disabled()
+    for scene in scenes[1:]:
+        touch_page.keyboard.press("Control+Shift+Z")
+        assert scene_of(touch_page) == scene
+    assert touch_page.locator("#redo").is_disabled()
+
+
+def test_a_slider_that_is_dragged_is_one_change(touch_page: Page) -> None:
+    touch_page.evaluate("() => { document.querySelector('#section-scan').open = true; }")
+    slider = touch_page.locator("[data-path='scan.speed'] input[type=range]")
+    box = slider.bounding_box()
+    assert box is not None
+    touch_page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    touch_page.mouse.down()
+    for part in (0.6, 0.7, 0.8):
+        touch_page.mouse.move(box["x"] + part * box["width"], box["y"] + box["height"] / 2)
+    touch_page.mouse.up()
+    assert parse_scene(scene_of(touch_page)).scan.speed > 0.08
+    touch_page.click("#undo")
+    assert scene_of(touch_page) == {}
+    assert touch_page.locator("#undo").is_disabled()
+
+
+def test_ctrl_z_in_a_text_field_is_the_texts_own(touch_page: Page) -> None:
+    written(touch_page, PERIOD, "1 mm")
+    touch_page.focus(PERIOD)
+    touch_page.keyboard.press("Control+z")
+    assert scene_of(touch_page) == {"texture": {"period": "1 mm"}}
+
+
+def test_scenes_come_out_of_links_as_they_went_in(touch_page: Page) -> None:
+    draw = random.Random(11)
+    scenes = [{}, {"texture": {"period": "800 \u00b5m"}}, *(drawn_scene(draw) for _ in range(MANY))]
+    back = touch_page.evaluate(
+        """async (scenes) => { const {hashOf, sceneIn} = await import("/web/scene/link.js");
+             return scenes.map((scene) => [hashOf(scene), sceneIn(hashOf(scene))]); }""",
+        scenes,
+    )
+    for scene, (link, found) in zip(scenes, back, strict=True):
+        assert found == scene
+        assert set(link.removeprefix("#scene=")) <= {*string.ascii_letters, *string.digits, *"-_"}
+
+
+def test_an_opened_link_restores_the_scene(touch_page: Page, page_service: Running) -> None:
+    scene = {"texture": {"period": "1 mm"}, "effects": {"inertia": {"mass": "6 g"}}, "scan": {"stroke": {}}}
+    touch_page.evaluate("(scene) => ridgewave.state.take(scene)", scene)
+    touch_page.click("#share")
+    other = touch_page.context.new_page()
+    other.goto(touch_page.url)
+    other.wait_for_function("() => window.ridgewave !== undefined")
+    assert scene_of(other) == scene
+    assert other.locator("#field-effects-inertia-mass").input_value() == "6 g"
+    other.close()
+
+
+def test_a_broken_link_is_told_in_one_sentence(touch_page: Page) -> None:
+    touch_page.evaluate("() => { location.hash = '#scene=e30x!'; }")
+    told = "document.getElementById('notice').textContent"
+    touch_page.wait_for_function(f"() => {told}.startsWith('The scene in this link')")
+    assert scene_of(touch_page) == {}
+
+
+def test_the_part_that_is_told_makes_the_same_scene_at_the_service(touch_page: Page) -> None:
+    draw = random.Random(13)
+    pairs = [(drawn_scene(draw), drawn_scene(draw)) for _ in range(MANY)]
+    parts = touch_page.evaluate(
+        """async (pairs) => { const {partBetween} = await import("/web/scene/merge.js");
+             return pairs.map(([before, after]) => partBetween(before, after)); }""",
+        pairs,
+    )
+    for (before, after), part in zip(pairs, parts, strict=True):
+        reached = {name: section for name, section in merge_patch(before, part).items() if section}
+        assert reached == after
+
+
+def test_a_field_that_is_written_leaves_no_two_that_displace_each_other(touch_page: Page) -> None:
+    draw = random.Random(17)
+    numbers = [(path, near_default(node)) for path, node in fields() if len(path) == 2]
+    choices = [(path, value) for path, value in numbers if value is not None]
+    cases = [(drawn_scene(draw), draw.choice(choices)) for _ in range(MANY)]
+    changed = touch_page.evaluate(
+        """async (cases) => { const {withField} = await import("/web/scene/merge.js");
+             return cases.map(([scene, [path, value]]) => withField(scene, path, value)); }""",
+        cases,
+    )
+    for (scene, (path, value)), found in zip(cases, changed, strict=True):
+        assert _at(found, path) == value
+        for section, sets in EXCLUSIVE.items():
+            given = [names for names in sets if names & found.get(section, {}).keys()]
+            assert len(given) <= 1, (scene, path, given)
+
+
+def test_words_of_a_field_are_all_in_its_menu(touch_page: Page) -> None:
+    for path, node in fields():
+        words = [str(word) for option in options(node) for word in option.get("enum", [])]
+        menu = touch_page.evaluate(
+            """(path) => [...(document.querySelector(`[data-path='${path}'] select`)?.options ?? [])]
+                 .map((one) => one.textContent)""",
+            ".".join(path),
+        )
+        assert set(words) <= set(menu), path
