@@ -21,7 +21,7 @@ import numpy as np
 from synth.surfaces.profile import Array, Bounds, Profile, turns_of
 
 DIRECT = 64  # orders; longer sums cost more than reading a table, and shorter ones need no table
-TABLE = 16  # heights per shortest wave: with 8 points the error is (2 pi / TABLE)^8 / 936; with half as many, 2^8 times that
+TABLE = 16  # heights per shortest wave: with 8 points the error is (2 pi / TABLE)^8 / 936; half as many: 2^8 times that
 FINE = 32  # places per shortest wave at which the bounds are measured; fewer widen them, by 5 % at 10
 LEAST_FINE = 4096  # least number of such places per period: the bounds of one cosine are then 3e-7 too wide
 NODES = np.arange(-3, 5)  # table entries of the polynomial, about the place
