@@ -231,7 +231,7 @@ def read_heights(path: Path) -> Array:
             else:
                 found = np.loadtxt(path, ndmin=1, max_rows=MOST_HEIGHTS + 1)
     except (ValueError, EOFError) as error:
-        _refuse(path, FORMS, f"Reading it failed ({str(error)[:120]}).")
+        _refuse(path, FORMS, f"It cannot be read ({str(error)[:120]}).")
     if found.ndim != 1 or found.dtype.kind not in "fiu":
         _refuse(path, FORMS, f"It contains {found.dtype} of {found.ndim} dimensions. Keep only the heights.")
     if not 2 <= len(found) <= MOST_HEIGHTS:

@@ -239,8 +239,7 @@ class Voice:
             self._hand_effects = _effects_of(hand, 0, paced=self._live)
 
     def twin(self) -> Voice:
-        """Return a new voice with this one's scene, gain and table, for a hand. With effects this takes milliseconds.
-        """
+        """Return a new voice for a hand with this one's scene, gain and table. With effects this takes milliseconds."""
         made = copy(self)
         made.frame, made._before = 0, np.full(4, math.nan)
         if self._for_hand is not None and not self._still:
