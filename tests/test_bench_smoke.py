@@ -49,14 +49,14 @@ def test_a_part_prints_a_line_for_each_figure_with_its_limit() -> None:
         "exact solver, default scene",
         "exact solver, of a baseline's time",
     ]
-    assert last.startswith("times a second that other work took the core: solver ")
+    assert last.startswith("interruptions of the core by other work, per second: solver ")
     assert lines[0].split("us/phase")[1].split()[:2] in (["5", "within"], ["5", "OVER"])
 
 
 def test_a_part_that_does_not_exist_is_refused() -> None:
     done = subprocess.run([sys.executable, "-m", "tests.bench", "nothing"], cwd=ROOT, capture_output=True, check=False)
     assert done.returncode == 2
-    assert b"'nothing' is none of solver, voice" in done.stderr
+    assert b"'nothing' is not one of solver, voice" in done.stderr
 
 
 def test_the_waveform_figure_is_drawn_and_twice_the_same(tmp_path: Path) -> None:

@@ -1,11 +1,11 @@
-"""The contact of a finger with a texture: the equations of Fagiani & Barbieri (2016), an equation group a file.
+"""The contact of a finger with a texture: the equations of Fagiani & Barbieri (2016), one group of equations per file.
 
 geometry          eqs 2-3   heights of finger and texture, roughness to amplitude
 stiffness         eqs 4-5   contact stiffness and mean indentation from the load
 groups            eqs 6-7   dimensionless groups
-load_balance      eq. 1     one contact: geometry, stiffness and solver together; which solver a contact takes
+load_balance      eq. 1     one contact: its geometry and stiffness, and the choice of its solver
 full_contact                full contact in closed form
-exact_solver                the approach z of two cosines, to round-off; `patches` is its part of one cell
+exact_solver                the approach z of two cosines, to round-off; `patches` measures one cell
 profile_solver              the approach z of any profile, on the segments of `polyline`
 curved_contact              a round finger
 growing_contact             a contact length that follows the load

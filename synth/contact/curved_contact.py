@@ -1,16 +1,21 @@
-"""The contact of a round fingertip: no edges, the pressure fades to where the finger lifts off.
+"""The contact of a round fingertip: it has no edges, and the pressure falls to zero where the finger lifts off.
 
-Model   F(z) = integral of max(h - (x - xc)^2 / (2 R) - z, 0) dx = w / kappa, xc the middle of the nominal contact. The
-        foundation modulus kappa(w) = k(w, L) / L (Pa/m), k by eqs 4-5 over the length L = 2 b that a smooth round
-        finger touches on that same foundation: w = (2/3) kappa b^3 / R. Since kappa = C L^2 w^-1/2, b^5 = 3 R w^(3/2)
-        / (8 C): L grows as w^0.3, kappa as w^0.1, w / kappa as w^0.9, and dz/dw = -0.9 (w / kappa) / (w |C|).
-        Where the stiffness is given, kappa = k / L0 at every load, b^3 = 3 R w / (2 kappa), and 0.9 is 1.
-        The solver spans a length D about xc at whose ends no phase has pressure: half of it is sqrt(2 R (a1 + a2 - z0))
-        with a z0 that z never falls below (`lowest_approach`). Its mean over D times kappa D is the reaction.
+Model   The finger is a parabola d below its ridges, about the middle xc of the nominal contact. z solves
+
+            F(z) = integral of max(h - d - z, 0) dx = w / kappa,   d = (x - xc)^2 / (2 R)
+
+        kappa(w) = k(w, L) / L is the foundation modulus (Pa/m). k follows from eqs 4-5 at the length L = 2 b that a
+        smooth round finger touches on the same foundation: w = (2/3) kappa b^3 / R. Since kappa = C L^2 w^-1/2,
+        b^5 = 3 R w^(3/2) / (8 C). So L grows as w^0.3, kappa as w^0.1 and w / kappa as w^0.9. Over the length |C| that
+        touches, dz/dw = -0.9 (w / kappa) / (w |C|).
+        Where the scene gives the stiffness, kappa = k / L0 at every load, b^3 = 3 R w / (2 kappa), and 1 replaces 0.9.
+        The solver spans a length D about xc, with no pressure at its ends at any phase. D / 2 is
+        sqrt(2 R (a1 + a2 - z0)), where z never falls below z0 (`lowest_approach`). The reaction is kappa D times the
+        solver's mean over D.
 Source  Johnson, Contact Mechanics (1985), sec. 4.3 (Winkler foundation, parabola); Fagiani & Barbieri (2016), eqs 1, 2,
         4, 5; the rest is derived here.
-Limits  as `profile_solver`. Measured at a z below z0 (a finger thrown onto the surface harder than its load) the
-        pressure beyond D is left out. At no load kappa, and the stiffness, are 0.
+Limits  As for `profile_solver`. Where z is below z0 (a finger thrown onto the surface harder than its load), `measure`
+        leaves out the pressure beyond D. At no load, kappa and the stiffness are 0.
 """
 
 from __future__ import annotations
@@ -29,30 +34,34 @@ from synth.contact.load_balance import Contact, PhaseSolver, solver_of
 from synth.contact.stiffness import Stiffness
 from synth.errors import CannotRender
 
-LONGEST_SPAN = 0.2  # m: longer than any hand; the work of a phase is proportional to it
-WINDOWS = 24  # numbers of crests, and widths about each, at which `lowest_approach` looks; fewer: a longer span
-SPANS_KEPT = 64  # of loads: each is asked for several times in turn
-SLACK = 1e-9  # of a1 + a2, off z0: more than the rounding of this bound
+LONGEST_SPAN = 0.2  # m: longer than any hand; the work per phase is proportional to it
+WINDOWS = 24  # numbers of crests, and of widths about each, that `lowest_approach` tries; fewer give a longer span
+SPANS_KEPT = 64  # spans, one per load: each is needed several times in a row
+SLACK = 1e-9  # of a1 + a2, subtracted from z0: more than the rounding error of the bound
 
 
 def lowest_approach(geometry: Geometry, radius: float, area: float) -> float:
-    """Return a height (m) that z falls below at no phase, F being `area` (m^2) under a finger of `radius` (m).
+    """Return a height (m) below which z does not fall at any phase.
 
-    F(z) is at least what any windows A give without the max, so z >= mean of h - d over A, less F / |A|. A is one
-    window about the middle, or one about each of n neighbouring crests of the ridges or of the texture, the middle
-    crest within half a period of xc. There h is high by the sinc of the width, and the other surface adds
-    sin(n pi r) / (n sin(pi r)) of its amplitude at worst, r the ratio of the periods. A texture of another kind than a
-    sinusoid has no crests here, and is at its lowest on those of the ridges.
+    radius: of the finger, m.
+    area: F, m^2, the integral that z has to give.
+
+    F(z) is at least the integral of h - d - z over any set A of windows, so z >= (mean of h - d over A) - F / |A|. A is
+    either one window about the middle, or one window about each of n neighbouring crests of the ridges or of the
+    texture. The middle crest lies within half a period of xc. In windows on crests the mean height of that surface is
+    its amplitude times the sinc of the width. The other surface takes off at most sin(n pi r) / (n sin(pi r)) of its
+    amplitude, where r is the ratio of the periods. For a texture that is not a sinusoid, the windows lie on the
+    crests of the ridges only, and the texture is taken at its lowest height.
     """
     ridge = geometry.ridge_amplitude, geometry.ridge_period
     texture = geometry.texture_amplitude, geometry.texture_period
     sinusoid = geometry.profile is None or geometry.profile.cosine is not None
-    # most that the surfaces take from an integral: the half of a cosine below 0, or as much as any profile has there
+    # the most that the surfaces take off an integral: the negative half of a cosine, or the most of any profile
     swing = ridge[0] * ridge[1] / math.pi + texture[0] * texture[1] * (1.0 / math.pi if sinusoid else 0.5)
     half = float((1.5 * radius * (area + swing)) ** (1.0 / 3.0))
     one = -(half**2) / (6.0 * radius) - 0.5 * (area + swing) / half
     lowest = geometry.extent[0]
-    smooth = lowest - float((1.5 * radius * area) ** (2.0 / 3.0)) / (2.0 * radius)  # the smooth finger, on the lowest h
+    smooth = lowest - float((1.5 * radius * area) ** (2.0 / 3.0)) / (2.0 * radius)  # a smooth finger on the lowest h
     if sinusoid:
         crests = [_on_crests(*ridge, *texture, radius, area, half), _on_crests(*texture, *ridge, radius, area, half)]
     else:
@@ -63,7 +72,10 @@ def lowest_approach(geometry: Geometry, radius: float, area: float) -> float:
 def _on_crests(
     amplitude: float, period: float, other: float, other_period: float, radius: float, area: float, half: float
 ) -> float:
-    """Return the bound of `lowest_approach` from windows about the crests of one surface; half: m, a likely reach."""
+    """Return the bound of `lowest_approach` from windows about the crests of one surface.
+
+    half: m, a likely half-length of the contact.
+    """
     number = np.unique(np.round(np.geomspace(1.0, max(4.0 * half / period, 2.0), WINDOWS)))[:, np.newaxis]
     width = period * np.arange(1, WINDOWS + 1) / WINDOWS
     ratio = math.remainder(period, other_period) / other_period
@@ -78,8 +90,12 @@ def _on_crests(
 class Fingertip:
     """The round finger without its ridges, on its foundation.
 
-    radius: R (m). reference_load: w0 (N). length: L(w0) (m). foundation: kappa(w0) (Pa/m). length_exponent,
-    foundation_exponent: the powers of the load by which both grow.
+    radius: R, m.
+    reference_load: w0, N.
+    length: L(w0), m.
+    foundation: kappa(w0), Pa/m.
+    length_exponent: power of the load by which the length grows.
+    foundation_exponent: power of the load by which the foundation modulus grows.
     """
 
     radius: float
@@ -91,23 +107,23 @@ class Fingertip:
 
     @classmethod
     def of(cls, stiffness: Stiffness, radius: float | None, reference_load: float) -> Fingertip:
-        """Return the finger of `radius` (m); None: of that which touches the length of `stiffness` at w0 (N)."""
+        """Return the finger of `radius` (m); None: the radius that gives the length of `stiffness` at w0 (N)."""
         assert reference_load > 0.0 and (radius is None or radius > 0.0)
         length = stiffness.contact_length
         foundation = stiffness.stiffness(reference_load) / length
         fitting = foundation * length**3 / (12.0 * reference_load)
-        # kappa is L^(n - 1) w^(1 - m) times a constant, so b^(n + 2) is R w^m times another: see `Stiffness`
+        # kappa is proportional to L^(n - 1) w^(1 - m), so b^(n + 2) is proportional to R w^m: see `Stiffness`
         m, n = stiffness.load_exponent, stiffness.length_exponent
         powers = m / (n + 2.0), m * (n - 1.0) / (n + 2.0) + 1.0 - m
         ratio = 1.0 if radius is None else (radius / fitting) ** (1.0 / (n + 2.0))
         return cls(radius or fitting, reference_load, length * ratio, foundation * ratio ** (n - 1.0), *powers)
 
     def length_at(self, load: float) -> float:
-        """Return L (m), over which it would touch at `load` (N)."""
+        """Return L (m), the length that a smooth finger touches at `load` (N)."""
         return float(self.length * (load / self.reference_load) ** self.length_exponent)
 
     def foundation_at(self, load: Any) -> Any:
-        """Return kappa (Pa/m) at `load` (N), of any shape."""
+        """Return kappa (Pa/m) at `load` (N, any shape)."""
         return self.foundation * (load / self.reference_load) ** self.foundation_exponent
 
     def area(self, load: float) -> float:
@@ -117,7 +133,12 @@ class Fingertip:
 
 @dataclass(frozen=True, slots=True)
 class RoundContact(Contact):
-    """A contact under a round finger. geometry, stiffness: those of the nominal length; grid: the solver at no load."""
+    """A contact under a round finger.
+
+    geometry, stiffness: of the nominal contact length.
+    grid: the solver at no load.
+    finger: the finger without its ridges.
+    """
 
     of_one_shape = False
     finger: Fingertip
@@ -126,10 +147,11 @@ class RoundContact(Contact):
     def of(
         cls, geometry: Geometry, stiffness: Stiffness, radius: float | None = None, reference_load: float = 1.0
     ) -> RoundContact:
-        """Return the contact of a finger of `radius` (m); CannotRender where it is too flat to be solved at any load.
+        """Return the contact of a round finger; CannotRender where the finger is too flat to be solved at any load.
 
-        radius: None for that of a smooth finger that touches the nominal length at `reference_load` (N). geometry,
-        stiffness: over the nominal length; both surfaces need a period, one of them a height.
+        geometry, stiffness: over the nominal length; both surfaces need a period, and one of them a height.
+        radius: m; None: the radius at which a smooth finger touches the nominal length at `reference_load`.
+        reference_load: N.
         """
         finger, geometry = Fingertip.of(stiffness, radius, reference_load), geometry.as_profile()
         return cls(geometry, stiffness, solver_of(_spanned(geometry, finger, 0.0), 1.0 / finger.radius), finger)
@@ -140,33 +162,33 @@ class RoundContact(Contact):
 
     @property
     def dome(self) -> float:
-        """1 / R (1/m) of the parabola about the middle of the length that is taken off h."""
+        """1 / R (1/m) of the parabola that is subtracted from h, about the middle of the length."""
         return 1.0 / self.finger.radius
 
     def geometry_at(self, load: float) -> Geometry:
-        """Return the surfaces over the length D that is solved at `load` (N); CannotRender where D is too long."""
+        """Return the surfaces over the solved length D at `load` (N); CannotRender where D is too long."""
         return _spanned(self.geometry, self.finger, load)
 
     def solver(self, load: float) -> PhaseSolver:
-        """Return what solves this contact at `load` (N); see `geometry_at`."""
+        """Return the solver of this contact at `load` (N); see `geometry_at`."""
         return solver_of(self.geometry_at(load), self.dome)
 
     def width_at(self, load: float) -> float:
-        """Return L (m) of a smooth finger at `load` (N), whatever length is solved; none touches at no load."""
+        """Return L (m) of a smooth finger at `load` (N), not the solved length D; 0 at no load."""
         return self.finger.length_at(load)
 
     def indentation(self, load: float) -> float:
-        """Return w / (kappa D) (m) at `load` (N): the mean of max(h - d - z, 0) over the length D that is solved."""
+        """Return w / (kappa D) (m) at `load` (N): the mean of max(h - d - z, 0) over the solved length D."""
         return self.finger.area(load) / self.geometry_at(load).contact_length
 
     def stiffness_at(self, load: float) -> float:
-        """Return kappa D (N/m) at `load` (N): the force for a metre of that mean."""
+        """Return kappa D (N/m) at `load` (N): the force per metre of that mean."""
         return float(self.finger.foundation_at(load) * self.geometry_at(load).contact_length)
 
     def heights(self, phases: Array, loads: Array) -> Array:
-        """Return z (m) at each of `phases` (turns) and `loads` (N, above 0), one load a phase.
+        """Return z (m) at each of `phases` (turns) and `loads` (N, above 0), one load per phase.
 
-        All are solved over the length of the heaviest, beyond which none touches.
+        All loads are solved over the length of the heaviest, since no finger touches beyond it.
         """
         geometry = self.geometry_at(float(np.max(loads)))
         indentations = loads / self.finger.foundation_at(loads) / geometry.contact_length
@@ -178,12 +200,12 @@ class RoundContact(Contact):
 
 @lru_cache(maxsize=SPANS_KEPT)
 def _spanned(geometry: Geometry, finger: Fingertip, load: float) -> Geometry:
-    """Return `geometry` over the length D about its middle beyond which no phase touches at `load` (N)."""
+    """Return `geometry` over the length D about its middle, beyond which nothing touches at `load` (N) at any phase."""
     room = geometry.extent[1] - lowest_approach(geometry, finger.radius, finger.area(load))
     span = 2.0 * math.sqrt(2.0 * finger.radius * room)
     if not span <= LONGEST_SPAN:
         raise CannotRender(
-            f"A round finger of radius {finger.radius:.3g} m would have to be followed over {span:.3g} m at a load of "
+            f"A round finger of radius {finger.radius:.3g} m would have to be solved over {span:.3g} m at a load of "
             f"{load:.3g} N, more than {LONGEST_SPAN:g} m. Give a smaller radius, a lighter load, a shorter contact or "
             "lower ridges, or leave the finger flat."
         )

@@ -1,13 +1,14 @@
 """The approach z at any phase of the texture, to round-off.
 
-Model   F(z) = mean over [0, L] of max(h - z, 0) = w / k, with h of eq. 2. F is convex and falling, F' = -(touching
-        part of L), F'' = sum of 1 / |h'| over the edges. z follows from Newton's method with the second-order term,
-        from below or from the neighbouring phases; a bracket keeps it safe. Everything is relative to a1 + a2 and to L.
-        The contact length is cut into cells of at most 1/16 of the shortest period. A cell whose bounds on h lie above
-        z touches over its whole width, one whose bounds lie below not at all; the rest is measured by `patches`.
-Source  Fagiani & Barbieri (2016), eq. 1. Newton here is Michelot's projection on the simplex (1986).
-Limits  |error of z| below 2e-13 (a1 + a2) (measured by tests/synth/contact/test_exact_solver.py); below w / k = 1e-18
-        (a1 + a2), some 1e-12 N, z is the highest point of h and nothing touches: off by 2e-9 at most.
+Model   z solves the load balance F(z) = mean over [0, L] of max(h - z, 0) = w / k, with h of eq. 2. F is convex and
+        falling: F' = -(touching part of L), F'' = sum of 1 / |h'| over the edges of the touching patches. Newton's
+        method with the second-order term solves for z. It starts from below or from the preceding phases, and a
+        bracket guards each step. All values are relative to a1 + a2 and to L.
+        The contact length is divided into cells of at most 1/16 of the shortest period. A cell touches over its whole
+        width where the bounds on its h lie above z, and nowhere where they lie below. `patches` measures the others.
+Source  Fagiani & Barbieri (2016), eq. 1. This use of Newton's method is Michelot's projection on the simplex (1986).
+Limits  |error of z| < 2e-13 (a1 + a2), measured by tests/synth/contact/test_exact_solver.py. For w / k below 1e-18
+        (a1 + a2), about 1e-12 N, z is the highest point of h and nothing touches: the error is 2e-9 at most.
 """
 
 from __future__ import annotations
@@ -23,14 +24,19 @@ from synth.contact.geometry import Geometry
 from synth.contact.patches import profile, touching_part
 from synth.kernels import inlined, inner, kernel
 
-CELLS_PER_PERIOD = 16  # the series of `patches` are exact to round-off up to pi / 16; fewer cells would lose digits
-SMALLEST_INDENTATION = 1e-18  # of a1 + a2: below it z is the highest point, which is off by 2e-9 at most
-MOST_ITERATIONS = 60  # never reached in the suite; it bounds the time of a phase
+CELLS_PER_PERIOD = 16  # the series in `patches` are exact to round-off up to pi / 16; fewer cells lose digits
+SMALLEST_INDENTATION = 1e-18  # of a1 + a2: below it z is the highest point, with an error of 2e-9 at most
+MOST_ITERATIONS = 60  # never reached in the tests; limits the time per phase
 
 
 @dataclass(frozen=True, slots=True)
 class Approaches:
-    """The contact at a number of phases: z, touching part of L, Newton iterations; heights in metres."""
+    """The solved contact at a number of phases.
+
+    height: z, m, per phase.
+    touching: part of L that touches, per phase.
+    iterations: of Newton's method, per phase.
+    """
 
     height: Array
     touching: Array
@@ -39,11 +45,13 @@ class Approaches:
 
 @dataclass(frozen=True, slots=True)
 class Grid:
-    """The cells of one contact: coefficients solved once, read by the kernel.
+    """The cells of one contact: coefficients that are computed once and read by the kernel.
 
-    tables: float64 [6, cells]: finger height u1, finger slope v1, then the texture at phase 0: height and slope, and
-    the same a quarter period on. Slopes are per half cell. k1, k2: half a cell in radians, squared, of finger and
-    texture.
+    tables: float64 [6, cells]. The rows are finger height u1, finger slope v1, texture height and slope at phase 0, and
+        texture height and slope a quarter period on. Slopes are per half cell.
+    k1, k2: square of half a cell in radians, of finger and texture.
+    texture: a2, relative to a1 + a2.
+    height_scale: a1 + a2, m.
     """
 
     tables: Array
@@ -56,19 +64,19 @@ class Grid:
 
     @property
     def cells(self) -> int:
-        """Cells that a phase is solved on: the work of a phase."""
+        """Number of cells per phase: the work per phase."""
         return int(self.tables.shape[1])
 
     @property
     def nbytes(self) -> int:
-        """Bytes that the grid holds."""
+        """Memory of the grid in bytes."""
         return int(self.tables.nbytes)
 
     def solve(self, phases: Array, indentation: float | Array, guess: Array | None = None) -> Approaches:
         """Return the approach at each of `phases` (turns of the texture period, theta = p / lambda2).
 
-        indentation: w / k in metres, at least 0; one for all phases, or one a phase. guess: z in metres at each phase,
-        or None to begin from the phases before.
+        indentation: w / k, m, at least 0; one for all phases, or one per phase.
+        guess: z, m, per phase; None: start from the preceding phases.
         """
         count, scale = len(phases), self.height_scale
         height, touching, iterations = np.empty(count), np.empty(count), np.zeros(count, dtype=np.int64)
@@ -78,7 +86,7 @@ class Grid:
         return Approaches(height * scale, touching, iterations)
 
     def measure(self, phases: Array, heights: Array) -> tuple[Array, Array]:
-        """Return the mean of max(h - z, 0) (m) and the touching part of L, at each phase and z (m); exact."""
+        """Return the mean of max(h - z, 0) (m) and the touching part of L, at each phase and z (m), to round-off."""
         depth, touching = np.empty(len(phases)), np.empty(len(phases))
         measure_phases(self.tables, self.k1, self.k2, phases, heights / self.height_scale, depth, touching)
         return depth * self.height_scale, touching
@@ -112,7 +120,7 @@ class Grid:
 def angles_of_centres(periods: float, cells: int) -> Array:
     """Return the angle (rad) at the centre of each of `cells` equal parts of `periods` periods.
 
-    Whole turns are left out in integers: their rounding would be 1e-11 of a turn after 1e5 periods.
+    Whole turns are subtracted as integers: in floating point their rounding would be 1e-11 of a turn after 1e5 periods.
     """
     whole = math.floor(periods)
     odd = 2 * np.arange(cells, dtype=np.int64) + 1
@@ -122,7 +130,7 @@ def angles_of_centres(periods: float, cells: int) -> Array:
 
 @inlined
 def first_guess(guess, height, i, otherwise):
-    """Return where Newton's method begins at phase `i`: at the guess, or by the cubic through the phases before."""
+    """Return the starting value of Newton's method at phase `i`: the guess, or a cubic through the preceding phases."""
     if len(guess) > 0:
         return guess[i]
     if i >= 4:
@@ -134,7 +142,8 @@ def first_guess(guess, height, i, otherwise):
 def solve_phases(tables, k1, k2, phases, targets, guess, height, touching, iterations):
     """Write z / (a1 + a2), the touching part of L and the number of iterations at each phase.
 
-    tables: those of `Grid`, here and in the kernels below. targets: w / k / (a1 + a2), of each phase, or one for all.
+    tables: those of `Grid`, here and in the kernels below.
+    targets: w / k / (a1 + a2), one per phase, or one for all.
     """
     work = np.empty((5, tables.shape[1]))
     scratch = np.empty((2, 64))
@@ -155,7 +164,7 @@ def solve_phases(tables, k1, k2, phases, targets, guess, height, touching, itera
 
 @inner
 def highest_point(tables, k1, k2, work):
-    """Return the largest h over the contact length; work: as `fill_cells` left it."""
+    """Return the largest h over the contact length; work: as filled by `fill_cells`."""
     top = -2.0
     for i in range(tables.shape[1]):
         top = max(top, work[1, i])
@@ -192,7 +201,7 @@ def measure_phases(tables, k1, k2, phases, heights, depth, touching):
 def fill_cells(tables, k1, k2, cosine, sine, work):
     """Write height bounds, mean height, and the texture's height and slope of every cell; return the mean of h over L.
 
-    work: rows are the upper bound of h, the lower bound of h, the mean of h, texture height, texture slope.
+    work: the rows are upper bound of h, lower bound of h, mean of h, texture height, texture slope.
     """
     cells = tables.shape[1]
     mean1 = 1.0 + k1 * (-1.0 / 6.0 + k1 * (1.0 / 120.0 + k1 * (-1.0 / 5040.0 + k1 * (1.0 / 362880.0))))
@@ -218,8 +227,8 @@ def fill_cells(tables, k1, k2, cosine, sine, work):
 def bounds_of_cell(u1, v1, k1, u2, v2, k2):
     """Return bounds of the second and third derivative of h over a cell.
 
-    With h1'' = -k1 h1 and h2'' = -k2 h2, h'' = -k1 h - (k2 - k1) h2: where two surfaces of nearly one period cancel, h
-    is far flatter than either, and bounds that did not see it would have such a cell cut to pieces without end.
+    With h1'' = -k1 h1 and h2'' = -k2 h2, h'' = -k1 h - (k2 - k1) h2. Where two surfaces of nearly equal period cancel,
+    h is far flatter than either. These bounds reflect that; cruder ones would have such a cell halved again and again.
     """
     apart, slope = abs(k2 - k1), abs(v1 + v2)
     bound2 = k1 * (abs(u1) + abs(v1)) + k2 * (abs(u2) + abs(v2))
@@ -257,7 +266,7 @@ def contact_sum(work, tables, k1, k2, z, scratch):
 
 @inner
 def newton(work, tables, k1, k2, target, z, lowest, scratch):
-    """Return z, the touching part of L there, and the number of iterations; F(`lowest`) >= target."""
+    """Return z, the touching part of L at z, and the number of iterations; requires F(`lowest`) >= target."""
     highest = 2.0
     part = 0.0
     for iteration in range(1, MOST_ITERATIONS + 1):

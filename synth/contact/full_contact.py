@@ -1,10 +1,10 @@
 """Full contact, in closed form.
 
-Model   Where the load flattens everything, F(z) = mean(h) - z, so z = mean(h) - w / k: one sinusoid of amplitude
-        a2 |sinc(L / lambda2)|, whatever the ridges do.
+Model   Where finger and texture touch everywhere, F(z) = mean(h) - z, so z = mean(h) - w / k. Over the phase, z is one
+        sinusoid of amplitude a2 |sinc(L / lambda2)|, whatever the ridges.
 Source  Fagiani & Barbieri (2016), eqs 1-2; sinc(x) = sin(pi x) / (pi x).
-Limits  textures of one cosine, and the stiffness of eqs 4-5. It holds where z stays below every height for the whole
-        period: a sufficient bound is used, so contacts that are only just full are left to the solver.
+Limits  Textures of one cosine, and the stiffness of eqs 4-5. z must stay below every height over the whole period.
+        The bound used is sufficient but not necessary, so contacts that are barely full go to the solver.
 """
 
 from __future__ import annotations
@@ -18,8 +18,11 @@ from synth.contact.stiffness import Stiffness
 
 @dataclass(frozen=True, slots=True)
 class FullContact:
-    """z of a full contact: mean (m), first Fourier coefficient (m, one-sided as in `spectrum`), and the slope of the
-    mean with the load (m/N).
+    """z of a full contact.
+
+    mean: m.
+    first: first Fourier coefficient, m, one-sided as in `spectrum`.
+    slope: change of the mean with the load, m/N.
     """
 
     mean: float
@@ -39,7 +42,7 @@ def mean_sine_factor(turns: float) -> float:
 
 def full_contact(geometry: Geometry, stiffness: Stiffness, load: float) -> FullContact | None:
     """Return z of the full contact at `load` (N), or None where the contact may not be full at every phase."""
-    # no one sinusoid, or a mean that tables do not take to grow as w^1.5: the solver takes one step
+    # not one sinusoid, or a mean that does not grow as w^1.5, as tables assume; the solver takes one step then
     if geometry.profile is not None or stiffness.given is not None:
         return None
     a1, a2 = geometry.ridge_amplitude, geometry.texture_amplitude

@@ -1,12 +1,12 @@
 """The two surfaces in contact, in the units of the solver.
 
-Model   h(x) = a2 cos(2 pi (x - p) / lambda2 + phi) - a1 cos(2 pi x / lambda1 + psi), 0 <= x <= L; p is the distance
-        that the texture has moved under the finger and theta = p / lambda2 its phase in turns. psi is 0 in eq. 2; it
-        is the phase of the ridges where a contact begins elsewhere than at the end of the finger's nominal length.
+Model   h(x) = a2 cos(2 pi (x - p) / lambda2 + phi) - a1 cos(2 pi x / lambda1 + psi), 0 <= x <= L. p is the distance
+        that the texture has moved under the finger, and theta = p / lambda2 its phase in turns. psi is 0 in eq. 2; it
+        is the phase of the ridges where a contact does not begin at the end of the finger's nominal length.
+        For a texture that is not a sinusoid, its profile h2(x - p) replaces the first cosine.
 Source  Fagiani & Barbieri (2016), eq. 2. a1, lambda1: finger ridges; a2, lambda2, phi: texture; L: contact length.
-        Amplitudes that are given as a roughness come through eq. 3, in `scene_surfaces`.
-        A texture of another kind is a profile, h2(x - p) in the place of the first cosine.
-Limits  the finger is a single cosine along the scanning direction.
+        An amplitude that is given as a roughness follows from eq. 3, in `scene_surfaces`.
+Limits  The finger is a single cosine along the scanning direction.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ from synth.surfaces.sinusoid import Sinusoid
 
 @dataclass(frozen=True, slots=True)
 class Geometry:
-    """Finger and texture as numbers: lengths in metres, phase in radians.
+    """Finger and texture as numbers: lengths in metres, phases in radians.
 
-    profile: the heights of a texture that is not one cosine, else None. texture_amplitude is then half its extent, and
-    texture_phase only shifts it: it is 0 where the contact begins at the end of the finger's nominal length.
-    segments: of a period of the polyline that stands for the profile (`profile_solver`); None: as many as it begins
-    with.
+    profile: heights of the texture; None: the texture is one cosine. With a profile, texture_amplitude is half its
+        extent. texture_phase then only shifts it, and is 0 where the contact begins at the end of the finger's nominal
+        length.
+    segments: per period of the polyline that replaces the profile (`profile_solver`); None: the solver's first choice.
     """
 
     ridge_amplitude: float
@@ -46,7 +46,7 @@ class Geometry:
 
     @classmethod
     def of_scene(cls, scene: Scene) -> Geometry:
-        """Return the geometry that `scene` asks for."""
+        """Return the geometry of `scene`."""
         return cls.of_surfaces(scene.finger, profile_of(scene))
 
     @classmethod
@@ -64,7 +64,7 @@ class Geometry:
         )
 
     def as_profile(self) -> Geometry:
-        """Return the same surfaces with a profile for the texture, so that its solver is that of any profile."""
+        """Return the same surfaces with the texture as a profile, which `profile_solver` requires."""
         if self.profile is not None:
             return self
         cosine = Sinusoid(self.texture_amplitude, self.texture_period, self.texture_phase)
@@ -77,7 +77,7 @@ class Geometry:
 
     @property
     def extent(self) -> tuple[float, float]:
-        """Lowest and highest h (m) that any place can have."""
+        """Lowest and highest possible h (m)."""
         if self.profile is None:
             return -self.height_scale, self.height_scale
         lowest, highest = self.profile.extent
@@ -85,7 +85,7 @@ class Geometry:
 
     @property
     def equivalent(self) -> tuple[float, float]:
-        """Amplitude and period (m) of the sinusoid of equal Rq and rms slope, which eqs 4-7 take for the texture."""
+        """Amplitude and period (m) of the sinusoid with the texture's Rq and rms slope; eqs 4-7 use them."""
         if self.profile is None:
             return self.texture_amplitude, self.texture_period
         equal = self.profile.equivalent()
@@ -93,25 +93,25 @@ class Geometry:
 
     @property
     def steepest(self) -> float:
-        """A bound of the slope of the texture; where it has steps, the slope of one over a thousandth of its period."""
+        """A bound of the texture's slope; a step counts as a slope over a thousandth of the period."""
         if self.profile is None:
             return 2.0 * math.pi * self.texture_amplitude / self.texture_period
         return min(self.profile.slope_bound, 2e3 * self.texture_amplitude / self.texture_period)
 
     @property
     def ridges(self) -> float:
-        """L / lambda1 (tau): the number of finger ridges in the contact."""
+        """L / lambda1 (tau): number of finger ridges in the contact."""
         return self.contact_length / self.ridge_period
 
     @property
     def texture_periods(self) -> float:
-        """L / lambda2: the number of texture periods in the contact."""
+        """L / lambda2: number of texture periods in the contact."""
         return self.contact_length / self.texture_period
 
     def part(self, begin: float, length: float) -> Geometry:
-        """Return the same surfaces over `length` (m) from x = `begin` (m, which may be negative) on.
+        """Return the same surfaces over `length` (m), from x = `begin` (m, may be negative).
 
-        Whole periods up to `begin` are left out without rounding.
+        Whole periods before `begin` are subtracted without rounding.
         """
         ridge_turns = math.remainder(begin, self.ridge_period) / self.ridge_period
         texture_turns = math.remainder(begin, self.texture_period) / self.texture_period
@@ -123,14 +123,14 @@ class Geometry:
         )
 
     def texture(self, places: Any) -> Any:
-        """Return the heights (m) of the texture at `places` (m) along it, of any shape."""
+        """Return the heights (m) of the texture at `places` (m, any shape) along it."""
         turns = places / self.texture_period % 1.0
         if self.profile is not None:
             return self.profile.heights((turns + self.texture_phase / (2.0 * math.pi)) * self.texture_period)
         return self.texture_amplitude * np.cos(2.0 * math.pi * turns + self.texture_phase)
 
     def finger(self, places: Any) -> Any:
-        """Return the heights (m) of the ridges at x = `places` (m), of any shape, as they come into h."""
+        """Return the contribution of the ridges to h (m) at x = `places` (m, any shape)."""
         ridges = 2.0 * math.pi * (places / self.ridge_period % 1.0) + self.ridge_phase
         return -self.ridge_amplitude * np.cos(ridges)
 

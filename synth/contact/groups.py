@@ -3,7 +3,7 @@
 Model   integral_0^tau max(A cos(2 pi X / Lambda - 2 pi theta + phi) - cos(2 pi X) - Z, 0) dX = W, with X = x / lambda1,
         Z = z / a1, tau = L / lambda1, Lambda = lambda2 / lambda1, A = a2 / a1, W = w / w*, w* = k a1 lambda1 / L.
 Source  Fagiani & Barbieri (2016), eqs 6 and 7. The paper's text names tau; Lambda, A and W follow from eqs 2, 6 and 7.
-Limits  a1 > 0: a smooth finger has no a1 to divide by. The solver itself is relative to a1 + a2 and has no such limit.
+Limits  a1 > 0, because the groups are relative to a1. The solver is relative to a1 + a2 and has no such limit.
 """
 
 from __future__ import annotations

@@ -1,15 +1,18 @@
-"""A contact that grows with the load about its middle, while ridges and texture stay where they are.
+"""A contact that grows with the load about its middle, while ridges and texture keep their positions.
 
-Model   L(w) = L0 (w / w0)^p over x0 <= x <= x0 + L, x0 = (L0 - L) / 2, kept within the shortest and the longest length;
-        k by eqs 4-5 with L = L(w), so that w / k grows as w^1.5 L^-3. With e0, e1 the indentations at the two ends, q =
-        p (0 where L is kept from growing) and |C| the length that touches, dz/dw = (q (e0 + e1) L / 2 - (1.5 - 2 q)
-        L w / k) / (w |C|). A k that is given grows with L, so that w / k grows as w / L: 1 in the place of 1.5 - 2 q.
-Source  Fagiani & Barbieri (2016), eqs 1-5, whose L is given; the power law is that of Hertz for p = 1/3, an unverified
-        default. The slope is derived here, from the integral of max(h - z, 0) over x0 to x0 + L, which is L w / k.
-Limits  as `profile_solver` at the length of that load. The ends stay hard edges. Where L meets the
-        shortest or longest length dz/dw has a step, and wherever an end passes a ridge z bends with the load: rows of
-        load that err by 2e-3 in displacement on the default scene lie 1/1024 of an octave apart at the worst
-        place (1/256: 6e-3, 1/64: 9e-2, 1/16: 0.3; at constant length 1/64 is enough).
+Model   The contact spans x0 <= x <= x0 + L with L(w) = L0 (w / w0)^p, limited to the shortest and the longest length,
+        and x0 = (L0 - L) / 2. k follows from eqs 4-5 at L = L(w), so w / k grows as w^1.5 L^-3. The approach changes by
+
+            dz/dw = (q (e0 + e1) L / 2 - (1.5 - 2 q) L w / k) / (w |C|)
+
+        where e0 and e1 are the indentations at the two ends, |C| is the length that touches, and q is p, or 0 where L
+        is at a limit. A stiffness that the scene gives grows with L, so w / k grows as w / L; 1 replaces 1.5 - 2 q.
+Source  Fagiani & Barbieri (2016), eqs 1-5, whose L is constant. The power law is that of Hertz for p = 1/3, an
+        unverified default. dz/dw is derived here, from the integral of max(h - z, 0) over the contact, L w / k.
+Limits  As for `profile_solver` at the length of that load. The ends stay hard edges. dz/dw has a step where L reaches
+        the shortest or longest length, and z has a bend over the load wherever an end passes a ridge. So rows must be
+        close: for an error of 2e-3 in displacement on the default scene, 1/1024 of an octave apart at the worst place
+        (1/256: 6e-3, 1/64: 9e-2, 1/16: 0.3; at constant length 1/64 is enough).
 """
 
 from __future__ import annotations
@@ -27,13 +30,16 @@ from synth.contact.load_balance import Contact, PhaseSolver, solver_of
 from synth.contact.profile_solver import SegmentGrid
 from synth.contact.stiffness import Stiffness
 
-SHORTEST, LONGEST = 10e-6, 0.1  # m: the range of a scene's contact length, beyond which no other part expects one
+SHORTEST, LONGEST = 10e-6, 0.1  # m: the range of a scene's contact length; no other part expects a length outside it
 
 
 @dataclass(frozen=True, slots=True)
 class Growth:
-    """How the contact length grows: as load^`exponent` (0 to 1), from the nominal one at `reference_load` (N), between
-    `shortest` and `longest` (m).
+    """The law by which the contact length grows, as load^exponent from the nominal length at the reference load.
+
+    exponent: 0 to 1.
+    reference_load: N.
+    shortest, longest: limits of the length, m.
     """
 
     exponent: float = 1.0 / 3.0
@@ -42,25 +48,25 @@ class Growth:
     longest: float = LONGEST
 
     def length(self, nominal: float, load: Any) -> Any:
-        """Return L (m) at `load` (N), of any shape, of a contact of `nominal` length (m)."""
+        """Return L (m) at `load` (N, any shape) of a contact of `nominal` length (m)."""
         return np.clip(nominal * (load / self.reference_load) ** self.exponent, self.shortest, self.longest)
 
     def exponent_at(self, nominal: float, load: float) -> float:
-        """Return d log L / d log w at `load` (N): 0 where L is kept from growing."""
+        """Return d log L / d log w at `load` (N): 0 where L is at a limit."""
         return self.exponent if self.shortest < self.length(nominal, load) < self.longest else 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class GrowingContact(Contact):
-    """A contact of the length that `growth` gives; geometry, stiffness and grid are those of the nominal length."""
+    """A contact whose length follows `growth`; geometry, stiffness and grid are those of the nominal length."""
 
     of_one_shape = False
-    of_one_surface = False  # an end takes its place from the load
+    of_one_surface = False  # the load moves the ends
     growth: Growth = Growth()
 
     @classmethod
     def of(cls, geometry: Geometry, stiffness: Stiffness, growth: Growth | None = None) -> GrowingContact:
-        """Return the contact; geometry, stiffness: those of the nominal length."""
+        """Return the contact; geometry, stiffness: of the nominal length."""
         geometry = geometry.as_profile()
         return cls(geometry, stiffness, solver_of(geometry), growth or Growth())
 
@@ -69,12 +75,12 @@ class GrowingContact(Contact):
         return float(self.growth.length(self.geometry.contact_length, load))
 
     def geometry_at(self, load: float) -> Geometry:
-        """Return the surfaces over the contact at `load` (N), whose x = 0 is the end of the contact."""
+        """Return the surfaces over the contact at `load` (N); x = 0 is the end of the contact at that load."""
         nominal, length = self.geometry.contact_length, self.length(load)
         return self.geometry.part(0.5 * (nominal - length), length)
 
     def solver(self, load: float) -> PhaseSolver:
-        """Return what solves this contact at `load` (N)."""
+        """Return the solver of this contact at `load` (N)."""
         return solver_of(self.geometry_at(load))
 
     def indentation(self, load: float) -> float:
@@ -82,14 +88,14 @@ class GrowingContact(Contact):
         return self.stiffness.over(self.length(load)).indentation(load)
 
     def stiffness_at(self, load: float) -> float:
-        """Return k (N/m) at `load` (N): the force for a metre of that mean."""
+        """Return k (N/m) at `load` (N): the force per metre of that mean."""
         return self.stiffness.over(self.length(load)).stiffness(load)
 
     def heights(self, phases: Array, loads: Array) -> Array:
-        """Return z (m) at each of `phases` (turns) and `loads` (N, above 0), one load a phase.
+        """Return z (m) at each of `phases` (turns) and `loads` (N, above 0), one load per phase.
 
-        One polyline over the longest contact serves all: a shorter one, about the same middle, begins elsewhere, which
-        turns its finger and its texture.
+        One polyline over the longest contact serves all loads. A shorter contact has the same middle but begins further
+        on, which shifts the phases of finger and texture.
         """
         growth, nominal = self.growth, self.geometry.contact_length
         lengths = growth.length(nominal, loads)

@@ -1,14 +1,13 @@
-"""The part of one grid cell that touches: its area under h - z and its length, to round-off, without trigonometry.
+"""Area under h - z and length of the touching part of one grid cell, to round-off, without trigonometry.
 
-Model   In a cell, t in [-1, 1] runs over it and h(t) = sum over both surfaces of u cos(k t) + (v / k) sin(k t), where
-        u and v are height and slope at the cell's centre and k is half the cell in radians of that surface. With k <=
-        pi / 16 short Taylor series of the sine and cosine are exact to round-off. h - z is cut into pieces that are
-        monotone, or curved to one side only, by bounds on its third derivative, so no touching patch can hide in a
-        cell. An edge found with residual y and slope y' is corrected by -y^2 / (2 y') in the area, so it needs half
-        the digits.
+Model   t in [-1, 1] runs over the cell. h(t) is the sum over both surfaces of u cos(k t) + (v / k) sin(k t), where u
+        and v are height and slope at the cell's centre, and k is half the cell in radians of that surface. For
+        k <= pi / 16, short Taylor series of sine and cosine are exact to round-off. Bounds on the third derivative
+        divide h - z into pieces that are monotone or curved to one side only, so no touching patch is missed. An edge
+        found with residual y and slope y' is corrected by -y^2 / (2 y') in the area, so it needs half the digits.
 Source  Fagiani & Barbieri (2016), eqs 1-2: the integrand max(h - z, 0); the rest is derived here.
-Limits  heights relative to a1 + a2 (so of order 1); area error about 1e-17 of the cell, of a narrow patch in
-        proportion to its width.
+Limits  Heights are relative to a1 + a2, so of order 1. The area error is about 1e-17 of the cell; for a narrow patch
+        it is smaller, in proportion to the width.
 """
 
 from __future__ import annotations
@@ -21,10 +20,10 @@ from synth.kernels import inlined, inner
 
 Cell = tuple[float, float, float, float, float, float, float]  # u1, v1, k1^2, u2, v2, k2^2, z
 
-SMALLEST_PIECE = 2.0**-24  # of half a cell: below it the area of a piece that is still unclear is under 1e-24
-FLAT = 1e-17  # of a1 + a2: a piece of less relief is level, since the rounding of h is more
-EDGE_ERROR = 4e-6  # of half a cell: leaves an area error of EDGE_ERROR^3 / 6 of the curvature, under 1e-18
-NARROW = 2.0**-8  # of half a cell: Simpson's rule is exact to 1e-18 up to here, and integrals from 0 would cancel
+SMALLEST_PIECE = 2.0**-24  # of half a cell: the area of a smaller piece that is still undecided is below 1e-24
+FLAT = 1e-17  # of a1 + a2: a piece with less relief counts as level, since the rounding of h is larger
+EDGE_ERROR = 4e-6  # of half a cell: gives an area error of EDGE_ERROR^3 / 6 times the curvature, below 1e-18
+NARROW = 2.0**-8  # of half a cell: Simpson's rule is exact to 1e-18 up to here; integrals from 0 would cancel
 
 
 @inlined
@@ -38,7 +37,7 @@ def sine_series(k2: float, t: float) -> tuple[float, float]:
 
 @inlined
 def profile(cell: Cell, t: float) -> tuple[float, float, float, float]:
-    """Return y = h - z, its slope, its curvature, and the integral of y from 0 to `t`, at `t` of the cell."""
+    """Return y = h - z at `t` of the cell, its slope, its curvature, and the integral of y from 0 to `t`."""
     u1, v1, k1, u2, v2, k2, z = cell
     s1, c1 = sine_series(k1, t)
     s2, c2 = sine_series(k2, t)
@@ -51,9 +50,9 @@ def profile(cell: Cell, t: float) -> tuple[float, float, float, float]:
 
 @inner
 def crossing(cell: Cell, rising: bool, low: float, high: float, t: float) -> tuple[float, float, float]:
-    """Return the edge between `low` and `high`, the integral of y from 0 to it, and 1 / |slope| there.
+    """Return the edge between `low` and `high`, the integral of y from 0 to the edge, and 1 / |slope| at the edge.
 
-    y is monotone between them (rising or falling) and changes sign; `t` is where to begin.
+    y must be monotone between them (rising or falling) and change sign. The search begins at `t`.
     """
     area = 0.0
     slope = 1.0
@@ -87,7 +86,7 @@ def integral(cell: Cell, left: float, right: float) -> float:
 def parabola_root(
     y: float, slope: float, curvature: float, middle: float, low: float, high: float, rising: bool
 ) -> float:
-    """Return where the parabola through the piece's middle crosses zero, rising or falling, kept inside the piece."""
+    """Return where the parabola through the piece's middle crosses zero, rising or falling, limited to the piece."""
     root = math.sqrt(max(slope * slope - 2.0 * curvature * y, 0.0))
     down = slope + (root if rising else -root)
     t = middle - 2.0 * y / down if down != 0.0 else middle
@@ -96,7 +95,7 @@ def parabola_root(
 
 @inner
 def turning_point(cell: Cell, low: float, high: float, t: float) -> tuple[float, float]:
-    """Return where y turns between `low` and `high`, and y there; an end of the piece where it does not turn inside."""
+    """Return where y turns between `low` and `high`, and y there; an end of the piece where y does not turn."""
     y = 0.0
     for _ in range(6):
         t = min(max(t, low), high)
@@ -110,7 +109,7 @@ def turning_point(cell: Cell, low: float, high: float, t: float) -> tuple[float,
 
 @inner
 def polished(cell: Cell, low: float, high: float, t: float) -> float:
-    """Return the edge near `t`, to round-off, between `low` and `high`."""
+    """Return the edge near `t`, between `low` and `high`, to round-off."""
     for _ in range(3):
         y, slope, _curvature, _area = profile(cell, t)
         if slope != 0.0:
@@ -140,8 +139,11 @@ def curved_piece(
 ) -> tuple[float, float, float]:
     """Return area, length and edge sum of the touching part of a piece that is monotone or curved to one side only.
 
-    y, slope, curvature: at its middle; y_low, y_high: y at its ends. The edge sum is the sum of 1 / |slope| over its
-    edges. The area is the integral of y up to every edge where y falls, less that up to every edge where it rises.
+    y, slope, curvature: at the middle of the piece.
+    y_low, y_high: y at its ends.
+
+    The edge sum is the sum of 1 / |slope| over the edges. The area is the sum of the integrals of y up to every edge
+    where y falls, minus the sum of those up to every edge where y rises.
     """
     starts, ends = y_low > 0.0, y_high > 0.0
     left, right, turn, edges = low, high, high, 1
@@ -180,8 +182,10 @@ def curved_piece(
 def touching_part(cell: Cell, bound2: float, bound3: float, stack: np.ndarray) -> tuple[float, float, float]:
     """Return area, length and edge sum (see `curved_piece`) of the part of a cell where h > z.
 
-    bound2, bound3: bounds of the second and third derivative of h over t in this cell. stack: float64 [2, >= 32],
-    scratch. A piece in which the slope may vanish and the curvature change sign is halved until it is clear.
+    bound2, bound3: bounds of the second and third derivative of h over t in this cell.
+    stack: float64 [2, >= 32], scratch memory.
+
+    A piece in which the slope may vanish and the curvature may change sign is halved until one of them cannot.
     """
     area = 0.0
     length = 0.0

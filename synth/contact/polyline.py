@@ -1,12 +1,13 @@
-"""A periodic profile as a polyline: equal segments, whose knots the solver of `profile_solver` reads.
+"""A periodic profile as a polyline of equal segments, for `profile_solver`.
 
-Model   The polyline is the projection of the profile onto all polylines of its knots, in least squares: between hats
-        phi_j, the heights H_j solve sum_k <phi_j, phi_k> H_k = <phi_j, h>. So areas over a segment and its neighbours
-        are kept: where the profile is smooth they err by the fourth power of the segment, where it has a corner that
-        is on no knot the errors of the segments round it cancel. Chords would lie below every crest, by the square.
+Model   The polyline is the least-squares projection of the profile h onto the polylines with these knots. With hat
+        functions phi_j at the knots, the heights H_j solve sum_k <phi_j, phi_k> H_k = <phi_j, h>. The projection
+        keeps the area over a segment and its neighbours. Where the profile is smooth, areas err by the fourth power of
+        the segment. Round a corner between knots, the errors of the neighbouring segments cancel. Chords would
+        lie below every crest, with an error of second order.
 Source  de Boor (2001), A Practical Guide to Splines, least-squares approximation by linear splines.
-Limits  a profile that is linear between knots is reproduced to round-off. What is left elsewhere is measured, as the
-        change that segments of half the length make (`spectrum`). Features far shorter than a segment are averaged.
+Limits  A profile that is linear between knots is reproduced to round-off. The error elsewhere is measured as the
+        change when the segments are halved (`spectrum`). Features far shorter than a segment are averaged.
 """
 
 from __future__ import annotations
@@ -19,19 +20,19 @@ import numpy as np
 from synth.arrays import Array
 from synth.surfaces.profile import Profile
 
-FEWEST_SEGMENTS = 64  # a period: a texture of a few ridges shows its shape
-MOST_SEGMENTS = 1 << 16  # a period, to begin with; finer ones are laid out where the measured error asks for them
-BULGE = 2e-3  # of a1 + a2: how far the first polyline may lie from its profile where its curvature is known
+FEWEST_SEGMENTS = 64  # per period: enough to show the shape of a texture of a few ridges
+MOST_SEGMENTS = 1 << 16  # per period, to begin with; the measured error may require finer ones
+BULGE = 2e-3  # of a1 + a2: largest distance of the first polyline from a profile of known curvature
 NODES, WEIGHTS = (0.5 - 0.5 * math.sqrt(0.6), 0.5, 0.5 + 0.5 * math.sqrt(0.6)), (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)
-"""Gauss's rule of three nodes on 0..1: exact for what is a parabola times a hat."""
-PARTS = 4  # of a segment between corners, each with its own nodes
+"""Gauss's rule of three nodes on 0..1: exact for a parabola times a hat function."""
+PARTS = 4  # per segment, each with its own nodes
 
 
-@lru_cache(maxsize=4)  # a contact that grows is laid out anew at each load, on the same polyline
+@lru_cache(maxsize=4)  # a growing contact has a new solver at each load, on the same polyline
 def knots_of(profile: Profile, segments: int) -> tuple[Array, float]:
-    """Return the heights (m) at `segments` knots, equally spaced over a period, and the place (m) of the first.
+    """Return the heights (m) at `segments` equally spaced knots over a period, and the place (m) of the first knot.
 
-    The first knot is on the first corner of the profile, where it has any: equally spaced corners are all on knots
+    The first knot lies on the first corner of the profile, if it has corners. Equally spaced corners all lie on knots
     where `segments` is a multiple of their number.
     """
     first = float(profile.corners[0]) if len(profile.corners) else 0.0
@@ -60,9 +61,11 @@ def knots_of(profile: Profile, segments: int) -> tuple[Array, float]:
 
 
 def first_segments(profile: Profile, ridge_period: float, scale: float, points_a_ridge: int) -> int:
-    """Return how many segments a period to begin with.
+    """Return the initial number of segments per period.
 
-    ridge_period: of the finger (m). scale: a1 + a2 (m). points_a_ridge: segments a ridge of the finger at least.
+    ridge_period: of the finger, m.
+    scale: a1 + a2, m.
+    points_a_ridge: least number of segments per finger ridge.
     """
     least = max(FEWEST_SEGMENTS, math.ceil(points_a_ridge * profile.period / ridge_period))
     bend = profile.curvature_bound

@@ -1,12 +1,15 @@
-"""Integrals of the pressure field of a texture of any profile, at any phase and z, over its polyline.
+"""Integrals of the pressure field at any phase and z, for a texture of any profile, over its polyline.
 
-Model   y = h - z is a straight line over each segment of `profile_solver`, and the slope of the texture is that of its
-        segment. So S = mean of max(y, 0) h_t', T = mean of h_t' where y > 0, N_g = mean of max(y, 0)^g and N_(g-1) are
-        sums of elementary integrals: from y = p to q, that of y^g is (q^(g+1) - p^(g+1)) / ((g + 1) (q - p)) of the
-        length; where p and q are nearly one, its series. dS/dz = -T and dN_g/dz = -g N_(g-1); N_1 is
-        the mean indentation, N_0 the touching part of the length.
+Model   Over each segment of `profile_solver`, y = h - z is a straight line and the slope h_t' of the texture is
+        constant. So these integrals are sums of elementary ones:
+
+            S = mean of max(y, 0) h_t'      T = mean of h_t' where y > 0      N_g = mean of max(y, 0)^g
+
+        N_1 is the mean indentation and N_0 the touching part of the length. dS/dz = -T and dN_g/dz = -g N_(g-1).
+        Over a segment where y goes from p to q, the mean of y^g is (q^(g+1) - p^(g+1)) / ((g + 1) (q - p)); where p
+        and q are nearly equal, a series replaces the quotient.
 Source  Fagiani & Barbieri (2016), eqs 1-2; the rest is derived here.
-Limits  exact for the polyline to 1e-12 of itself; against the profile see `profile_solver`.
+Limits  The relative error for the polyline is 1e-12; for the error of the polyline see `profile_solver`.
 """
 
 from __future__ import annotations
@@ -17,18 +20,24 @@ from synth.arrays import Array
 from synth.contact.profile_solver import SegmentGrid, begin_place, knots_over
 from synth.kernels import kernel, summing
 
-LEVEL = 1e-3  # of y: where a segment rises by less, a series gives the mean of a power, to 1e-14 of itself
+LEVEL = 1e-3  # of y: on a segment that rises by less, a series gives the mean of a power, to a relative error of 1e-14
 
 
 def slope_integrals(grid: SegmentGrid, length: float, phases: Array, heights: Array) -> Array:
-    """Return S (m), T, N_1 (m) and N_0 at each phase (turns) and z (m): float64 [4, phases]; length: L (m)."""
+    """Return S (m), T, N_1 (m) and N_0 at each phase (turns) and z (m): float64 [4, phases].
+
+    length: L, m.
+    """
     sums, scale = np.empty((4, len(phases))), grid.height_scale
     sum_segment_slopes(grid.pieces, phases, heights / scale, sums)
     return np.asarray(sums * [[scale * scale / length], [scale / length], [scale], [1.0]])
 
 
 def power_integrals(grid: SegmentGrid, phases: Array, heights: Array, exponent: float) -> Array:
-    """Return N_g (m^g) and N_(g-1) at each phase (turns) and z (m), for g = `exponent` above 0: float64 [2, phases]."""
+    """Return N_g (m^g) and N_(g-1) at each phase (turns) and z (m): float64 [2, phases].
+
+    exponent: g, above 0.
+    """
     sums, scale = np.empty((2, len(phases))), grid.height_scale
     sum_segment_powers(grid.pieces, phases, heights / scale, exponent, sums)
     return np.asarray(sums * [[scale**exponent], [scale ** (exponent - 1.0)]])
@@ -36,9 +45,9 @@ def power_integrals(grid: SegmentGrid, phases: Array, heights: Array, exponent: 
 
 @kernel
 def fill_place(pieces, phase, z, depths, widths):
-    """Write h - z at the ends of every segment over L, and the width of each (in segments); return how many.
+    """Write h - z at both ends of every segment over L, and the width of each (in segments); return their number.
 
-    depths: float64 [2, room], where each begins and ends.
+    depths: float64 [2, capacity], at the begin and the end of each segment.
     """
     finger, numbers = pieces[1], pieces[3]
     knot, before, count, cosine, sine = begin_place(numbers, phase)
@@ -57,7 +66,7 @@ def fill_place(pieces, phase, z, depths, widths):
 
 @summing
 def slope_sums(heights, heights1, begins, ends, widths):
-    """Return S, T, N_1 and N_0 over the segments, in segments and rises a segment."""
+    """Return S, T, N_1 and N_0 summed over the segments, with lengths in segments and slopes as rise per segment."""
     slope, rise, depth, touching = 0.0, 0.0, 0.0, 0.0
     for i in range(len(widths)):
         p, q = begins[i], ends[i]
@@ -74,9 +83,10 @@ def slope_sums(heights, heights1, begins, ends, widths):
 
 @kernel
 def sum_segment_slopes(pieces, phases, heights, sums):
-    """Write, per phase and z: S and T times L, over a1 + a2, N_1 over a1 + a2, and N_0.
+    """Write, per phase and z: S and T times L, and N_1, all over a1 + a2; and N_0.
 
-    pieces: `SegmentGrid.pieces`. sums: float64 [4, phases].
+    pieces: `SegmentGrid.pieces`.
+    sums: float64 [4, phases].
     """
     texture, finger, _blocks, numbers = pieces
     depths, widths = np.empty((2, finger.shape[1])), np.empty(finger.shape[1])
@@ -90,16 +100,17 @@ def sum_segment_slopes(pieces, phases, heights, sums):
 
 @kernel
 def level_mean(part, exponent):
-    """Return the mean of (1 - part s)^exponent over s from 0 to 1, for a small part: its series."""
+    """Return the mean of (1 - part s)^exponent over s from 0 to 1, as a series for a small `part`."""
     cubic = (exponent - 2.0) * part / 24.0
     return 1.0 - exponent * part * (0.5 - (exponent - 1.0) * part * (1.0 / 6.0 - cubic))
 
 
 @kernel
 def segment_powers(p, q, begin, end, exponent):
-    """Return the means of max(y, 0)^exponent and of max(y, 0)^(exponent - 1) where y goes from p to q as a line.
+    """Return the means of max(y, 0)^exponent and of max(y, 0)^(exponent - 1) where y goes linearly from p to q.
 
-    begin, end: max(p, 0)^exponent and max(q, 0)^exponent; exponent: above 0.
+    begin, end: max(p, 0)^exponent and max(q, 0)^exponent.
+    exponent: above 0.
     """
     if p > q:
         p, q, begin, end = q, p, end, begin
@@ -113,9 +124,11 @@ def segment_powers(p, q, begin, end, exponent):
 
 @kernel
 def sum_segment_powers(pieces, phases, heights, exponent, sums):
-    """Write, per phase and z, N_g and N_(g-1) in powers of a1 + a2; sums: float64 [2, phases].
+    """Write, per phase and z, N_g and N_(g-1) in powers of a1 + a2.
 
-    A power is taken once a knot: it takes longer than all else.
+    sums: float64 [2, phases].
+
+    Each knot's power is computed only once, because powers take most of the time.
     """
     finger, numbers = pieces[1], pieces[3]
     depths, widths = np.empty((2, finger.shape[1])), np.empty(finger.shape[1])

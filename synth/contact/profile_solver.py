@@ -1,18 +1,18 @@
 """The approach z for a texture of any profile, to round-off of a polyline of it.
 
-Model   The texture is a polyline of N equal segments a period, which moves with its place: the surface is the same at
-        every place, and nothing jumps. The cosine of the finger is taken at the same knots; its chords make a ripple at
-        harmonic N alone, and its amplitude grows by tan(u) / u, u half a segment in radians, so that a segment keeps
-        its area. A dome (x - L/2)^2 / (2 R) of the finger is taken off at the knots too, less a constant that keeps
-        the area of its chords. F(z), the mean of max(h - z, 0) over L, is exact for the polyline, the ends of L being
-        cut inside their segments. Newton's method with the second-order term takes two to three steps from the phases
-        before.
-        Blocks of 16 segments have bounds on h that cost nothing: the texture's largest and smallest height over 16
-        segments from each knot on, the finger's cosine about the middle, and the dome at its nearest and farthest. A
-        block above z counts with its area, one below not at all; only the rest are summed, segment by segment.
+Model   The texture is a polyline of N equal segments per period that moves with the texture. So its surface is the same
+        at every place, and nothing jumps. The cosine of the finger is taken at the same knots. Its chords add a
+        ripple at harmonic N only, and its amplitude is multiplied by tan(u) / u, where u is half a segment in radians,
+        so that each segment keeps its area. A dome (x - L/2)^2 / (2 R) of the finger is subtracted at the knots too,
+        minus a constant that keeps the area of its chords. F(z), the mean of max(h - z, 0) over L, is exact for the
+        polyline; segments at the ends of L are cut. Newton's method with the second-order term takes two or
+        three steps when it starts from the preceding phases.
+        Blocks of 16 segments have cheap bounds on h, from three parts: the texture's extremes over 16 segments from
+        each knot, the finger's cosine about the middle, and the dome at its nearest and farthest. A block above z adds
+        its area, a block below z adds nothing, and only the other blocks are summed segment by segment.
 Source  Fagiani & Barbieri (2016), eqs 1-2.
-Limits  exact for the polyline to 1e-13 of a1 + a2. Against the profile the error is second order in the segment where
-        few segments touch, third and more elsewhere; it is measured with segments of half the length (`spectrum`).
+Limits  Exact for the polyline to 1e-13 of a1 + a2. The error of the polyline is second order in the segment where few
+        segments touch, and third order or higher elsewhere. Halving the segments measures it (`spectrum`).
 """
 
 from __future__ import annotations
@@ -28,26 +28,29 @@ from synth.contact.geometry import Geometry
 from synth.contact.polyline import first_segments, knots_of
 from synth.kernels import kernel, summing
 
-BLOCK = 16  # segments; fewer cost more bounds, more are summed where z crosses
-POINTS_A_RIDGE = 128  # segments a ridge to begin with
+BLOCK = 16  # segments; a smaller block costs more bounds, a larger one more sums where z crosses it
+POINTS_A_RIDGE = 128  # segments per ridge, to begin with
 FEWEST = 8  # segments in the contact, however short it is
-MOST_STEPS = 60  # never reached in the suite; it bounds the time of a phase
-SETTLED = 1e-15  # of a1 + a2: a Newton step this small ends it
-LEFT = 1e-15  # of a1 + a2: what the second-order term may be where it ends Newton's method; knots passed change it
-DOME_WORK = 1.6  # times the work of a block without one
-CHORD = 1.0 / 6.0  # by which the chords of x^2, x in segments, lie above it on average; another value shifts a dome
-EMPTY = 1e-18  # of a1 + a2: indentations below it are none, and z is the highest point
+MOST_STEPS = 60  # never reached in the tests; limits the time per phase
+SETTLED = 1e-15  # of a1 + a2: Newton's method ends at a step this small
+LEFT = 1e-15  # of a1 + a2: largest second-order term at which Newton's method ends; passing a knot changes the term
+DOME_WORK = 1.6  # work of a block under a dome, relative to one without
+CHORD = 1.0 / 6.0  # mean height of the chords of x^2 above it, with x in segments; another value shifts the dome
+EMPTY = 1e-18  # of a1 + a2: smaller indentations count as none, and z is the highest point
 
 
 @dataclass(frozen=True, slots=True)
 class SegmentGrid:
     """The polyline of one contact, relative to a1 + a2.
 
-    texture: float64 [4, knots]: heights; and of the 16 segments from each knot on the area (in segments), the largest
-    and the smallest height. A period, and as much again as a contact spans. finger: float64 [2, knots], minus the
-    cosine and minus the sine of the ridges at the knots. blocks: float64 [4, blocks]: the same at the middle of a
-    block, and their areas. numbers: knots a period, segments over L, place of the first knot (in segments), radians of
-    the ridges a segment, their phase at x = 0 (rad), and the dome one segment from the middle of L. segments: a period.
+    segments: per period.
+    texture: float64 [4, knots]. Rows: heights; area (in segments), largest and smallest height of the 16 segments from
+        each knot. The knots cover a period and the length of the contact.
+    finger: float64 [2, knots]: minus the cosine and minus the sine of the ridges at the knots.
+    blocks: float64 [4, blocks]: the same at the middle of each block, and their areas.
+    numbers: knots per period, segments over L, place of the first knot (in segments), radians of the ridges per
+        segment, phase of the ridges at x = 0 (rad), and height of the dome one segment from the middle of L.
+    height_scale: a1 + a2, m.
     """
 
     segments: int
@@ -59,12 +62,12 @@ class SegmentGrid:
 
     @classmethod
     def of_geometry(cls, geometry: Geometry, dome: float = 0.0) -> SegmentGrid:
-        """Return the grid of `geometry`, whose texture is a profile, with at least `geometry.segments` a period.
+        """Return the grid of `geometry`, whose texture is a profile, with at least `geometry.segments` per period.
 
-        dome: 1 / R (1/m) of a parabola about the middle of the length that is taken off the finger.
+        dome: 1 / R (1/m) of the parabola that is subtracted from the finger, about the middle of the length.
         """
         profile = geometry.profile
-        assert profile is not None, "two cosines have a solver of their own"
+        assert profile is not None, "two cosines belong to `exact_solver`"
         scale, period = geometry.height_scale, profile.period
         wanted = geometry.segments or first_segments(profile, geometry.ridge_period, scale, POINTS_A_RIDGE)
         length, ridge = geometry.contact_length, geometry.ridge_period
@@ -88,17 +91,17 @@ class SegmentGrid:
 
     @property
     def name(self) -> str:
-        """What a report calls it."""
+        """Name of the solver in reports."""
         return f"segments, {self.segments} a period"
 
     @property
     def cells(self) -> int:
-        """The work of a phase, in cells of the exact solver: a block costs about as much as one, under a dome more."""
+        """Work per phase, in cells of the exact solver: a block costs about as much as a cell, more under a dome."""
         return round((DOME_WORK if float(self.numbers[5]) > 0.0 else 1.0) * int(self.blocks.shape[1]))
 
     @property
     def nbytes(self) -> int:
-        """Bytes that the grid holds."""
+        """Memory of the grid in bytes."""
         return int(self.texture.nbytes + self.finger.nbytes + self.blocks.nbytes)
 
     def solve(
@@ -108,7 +111,10 @@ class SegmentGrid:
         guess: Array | None = None,
         numbers: Array | None = None,
     ) -> Approaches:
-        """See `Grid`; begins from `guess` or the phases before. numbers: of another contact at each phase."""
+        """Return the approach as `Grid.solve` does.
+
+        numbers: those of a different contact at each phase; None: those of this grid.
+        """
         count = len(phases)
         height, touching, iterations = np.empty(count), np.empty(count), np.zeros(count, dtype=np.int64)
         begin = np.empty(0) if guess is None else guess / self.height_scale
@@ -125,7 +131,7 @@ class SegmentGrid:
 
     @property
     def pieces(self) -> tuple[Array, Array, Array, Array]:
-        """What the kernels read of it."""
+        """The arrays that the kernels read."""
         return self.texture, self.finger, self.blocks, self.numbers
 
 
@@ -158,8 +164,10 @@ def _blocks(angles: Array, half: float, amplitude: float) -> Array:
 
 @kernel
 def begin_place(numbers, phase):
-    """Return the knot of the texture at or before x = 0, how far before (in segments), the segments that L spans, and
-    the cosine and sine that turn the finger there.
+    """Return the position of L on the texture, and the rotation of the finger there.
+
+    The values are: the knot at or before x = 0, its distance before x = 0 (in segments), the number of segments over L,
+    and the cosine and sine of the rotation.
     """
     count = int(numbers[0])
     along = -(phase - math.floor(phase)) * numbers[0] - numbers[2]
@@ -171,9 +179,9 @@ def begin_place(numbers, phase):
 
 @kernel
 def knots_over(pieces, knot, before, count):
-    """Return the heights of the texture at the knots over L, where they stand; under a dome a copy, the dome taken off.
+    """Return the heights of the texture at the knots over L, as a view; under a dome a copy, with the dome subtracted.
 
-    The finger's ridges come on top.
+    The heights do not include the finger's ridges.
     """
     texture, numbers = pieces[0], pieces[3]
     run, bend = texture[0, knot : knot + count + 1], numbers[5]
@@ -209,7 +217,7 @@ def bound_blocks(pieces, knot, before, count, cosine, sine, work):
 
 @kernel
 def lower_blocks(bend, middle, inner, work):
-    """Take the dome, whose top is `middle` segments from the knot that a place begins at, off the blocks."""
+    """Subtract the dome from the blocks; its top lies `middle` segments after the first knot."""
     half = 0.5 * BLOCK
     for b in range(inner):
         off = abs(1.0 + BLOCK * b + half - middle)
@@ -220,8 +228,9 @@ def lower_blocks(bend, middle, inner, work):
 
 @summing
 def segments_above(run, cosines, sines, cosine, sine, z):
-    """Return twice the area above z, the length and the sum of 1 / |rise| of the crossing ones, of the segments between
-    the knots of `run`, in segments.
+    """Return sums over the segments between the knots of `run`, in segments.
+
+    The sums are twice the area above z, the length above z, and 1 / |rise| of the segments that cross z.
     """
     area, length, edges = 0.0, 0.0, 0.0
     for i in range(len(run) - 1):
@@ -238,7 +247,7 @@ def segments_above(run, cosines, sines, cosine, sine, z):
 
 @kernel
 def end_above(p, q, width, z):
-    """Return what `segments_above` does of one segment of `width` between the heights p and q."""
+    """Return the sums of `segments_above` for one segment of `width` between the heights p and q."""
     p, q = p - z, q - z
     both = max(p, 0.0) + max(q, 0.0)
     steep = 1.0 / max(abs(p - q), 1e-30)
@@ -248,7 +257,7 @@ def end_above(p, q, width, z):
 
 @kernel
 def ends_of(pieces, run, before, count, cosine, sine):
-    """Return the heights at both ends of the first and of the last segment, as L cuts them, and their widths."""
+    """Return the heights at both ends of the first and the last segment, cut at the ends of L, and their widths."""
     _texture, finger, _blocks, numbers = pieces
     p = run[0] + cosine * finger[0, 0] + sine * finger[1, 0]
     q = run[1] + cosine * finger[0, 1] + sine * finger[1, 1]
@@ -261,7 +270,7 @@ def ends_of(pieces, run, before, count, cosine, sine):
 
 @kernel
 def area_over(pieces, work, inner, run, count, cosine, sine, ends, z):
-    """Return F(z), the touching part of L and F''(z), relative to L and a1 + a2; run: of `knots_over`."""
+    """Return F(z), the touching part of L and F''(z), relative to L and a1 + a2; run: see `knots_over`."""
     _texture, finger, _blocks, numbers = pieces
     p, q, first, r, s, last = ends
     area, length, edges = end_above(p, q, first, z)
@@ -297,7 +306,10 @@ def highest_point(pieces, run, count, cosine, sine, ends):
 
 @kernel
 def balance(pieces, work, phase, target, guess):
-    """Return z and the touching part of L at `phase` and `target`, and the iterations; guess: z or NaN."""
+    """Return z, the touching part of L at `phase` and `target`, and the number of iterations.
+
+    guess: z, or NaN for none.
+    """
     numbers = pieces[3]
     knot, before, count, cosine, sine = begin_place(numbers, phase)
     run = knots_over(pieces, knot, before, count)
@@ -310,7 +322,7 @@ def balance(pieces, work, phase, target, guess):
 
 @kernel
 def settle(pieces, work, inner, run, count, cosine, sine, ends, target, guess):
-    """Return z, the touching part and the iterations, by Newton's method within a bracket."""
+    """Return z, the touching part and the number of iterations, by Newton's method within a bracket."""
     lowest, highest = -math.inf, math.inf
     z = guess if guess == guess else 0.0
     part = 0.0
@@ -343,8 +355,9 @@ def settle(pieces, work, inner, run, count, cosine, sine, ends, target, guess):
 def solve_segments(pieces, numbers, phases, targets, guess, height, touching, iterations):
     """Write z / (a1 + a2), the touching part of L and the number of iterations at each phase.
 
-    pieces: `SegmentGrid.pieces`, here and in the kernels above. numbers: float64 [1, 6], of the grid, or [phases, 6],
-    of a contact a phase on the same polyline. targets: w / k / (a1 + a2), one, or one a phase.
+    pieces: `SegmentGrid.pieces`, here and in the kernels above.
+    numbers: float64 [1, 6] of the grid, or [phases, 6] for a different contact at each phase on the same polyline.
+    targets: w / k / (a1 + a2), one for all, or one per phase.
     """
     texture, finger, blocks, _numbers = pieces
     work = np.empty((3, blocks.shape[1] + 1))
@@ -359,7 +372,7 @@ def solve_segments(pieces, numbers, phases, targets, guess, height, touching, it
 def measure_segments(pieces, phases, heights, depth, touching):
     """Write F(z) / (a1 + a2) and the touching part of L at each phase and z / (a1 + a2).
 
-    A place is laid out once for all z that follow each other at the same phase: tables ask so.
+    Successive z at the same phase share one set of knots, because tables request many z per phase.
     """
     work = np.empty((3, pieces[2].shape[1] + 1))
     for i in range(len(phases)):

@@ -1,14 +1,14 @@
-"""How far a load presses the finger in: the equivalent stiffness of the contact.
+"""Stiffness of the contact: how far a load presses the finger in.
 
 Model   E* = ((1 - nu1^2) / E1 + (1 - nu2^2) / E2)^-1;  k = 1.18 E* L^2 / a;  a = sqrt(4 w_l R_eq / (pi E*))
         w_l = w lambda_eq / L^2;  lambda_eq = 2 lambda1 lambda2 / (lambda1 + lambda2)
         1 / R_eq = 4 pi^2 a1 / lambda1^2 + 4 pi^2 a2 / lambda2^2
-        so k falls as w^-1/2 and the mean indentation w / k grows as w^3/2 L^-3.
-        A stiffness that the scene gives takes the place of all this: w / k is proportional to w, and k to L where the
-        length is another, as on a foundation of elements side by side.
+        So k falls as w^-1/2, and the mean indentation w / k grows as w^3/2 L^-3.
+        A stiffness that the scene gives replaces these equations. w / k is then proportional to w. At another contact
+        length k is proportional to L, as for a foundation of independent elements side by side.
 Source  Fagiani & Barbieri (2016), eqs 4 and 5; 1.18 is the elastic-foundation equivalence for a line contact (eq. 4).
-Limits  Hertzian ridges, quasi-static. Two flat surfaces have no ridge to press: R_eq, and the indentation, are
-        infinite. A texture of any profile is taken as the sinusoid of equal Rq and equal rms slope.
+Limits  Hertzian ridges, quasi-static. For two flat surfaces R_eq and the indentation are infinite. A texture of any
+        profile counts as the sinusoid of equal Rq and equal rms slope.
 """
 
 from __future__ import annotations
@@ -26,8 +26,11 @@ FOUNDATION = 1.18  # k_el / l = 1.18 E* / a, eq. 4; another value scales every i
 class Stiffness:
     """The coefficients of eqs 4-5 that do not depend on the load.
 
-    contact_modulus: E* in pascal. ridge_radius: R_eq in metres (infinite for two flat surfaces).
-    shared_period: lambda_eq in metres. contact_length: L in metres. given: k in N/m; None: that of eqs 4-5.
+    contact_modulus: E*, Pa.
+    ridge_radius: R_eq, m; infinite for two flat surfaces.
+    shared_period: lambda_eq, m.
+    contact_length: L, m.
+    given: k, N/m; None: k follows from eqs 4-5.
     """
 
     contact_modulus: float
@@ -60,18 +63,18 @@ class Stiffness:
         )
 
     def over(self, length: float) -> Stiffness:
-        """Return the law for the same surfaces in contact over another `length` (m)."""
+        """Return the law of the same surfaces in contact over another `length` (m)."""
         given = None if self.given is None else self.given * length / self.contact_length
         return replace(self, contact_length=length, given=given)
 
     @property
     def load_exponent(self) -> float:
-        """The power of the load by which w / k grows."""
+        """Power of the load by which w / k grows."""
         return 1.5 if self.given is None else 1.0
 
     @property
     def length_exponent(self) -> float:
-        """The power of the contact length by which w / k falls."""
+        """Power of the contact length by which w / k falls."""
         return 3.0 if self.given is None else 1.0
 
     def half_width(self, load: float) -> float:
@@ -80,14 +83,14 @@ class Stiffness:
         return math.sqrt(4.0 * line_load * self.ridge_radius / (math.pi * self.contact_modulus))
 
     def stiffness(self, load: float) -> float:
-        """Return k (N/m) at `load` (N) (eq. 4); infinite at no load, unless it is given."""
+        """Return k (N/m) at `load` (N) (eq. 4); infinite at no load, unless the scene gives it."""
         if self.given is not None:
             return self.given
         half_width = self.half_width(load)
         return FOUNDATION * self.contact_modulus * self.contact_length**2 / half_width if half_width else math.inf
 
     def indentation(self, load: float) -> float:
-        """Return w / k (m), the mean of the indentation over the contact length, at `load` (N)."""
+        """Return w / k (m), the mean indentation over the contact length, at `load` (N)."""
         if self.given is not None:
             return load / self.given
         return load * self.half_width(load) / (FOUNDATION * self.contact_modulus * self.contact_length**2)

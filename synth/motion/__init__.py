@@ -1,1 +1,1 @@
-"""What the hand does: scans, strokes, recordings and live updates become place and load at audio rate."""
+"""Motion of the finger: scans, strokes, recordings and live updates become position and load at audio rate."""

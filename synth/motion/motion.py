@@ -1,9 +1,9 @@
-"""Where the finger is and how hard it presses, at every frame of a block.
+"""Position and load of the finger at every frame of a block.
 
-Model   A motion holds, at each frame, speed u, du/dt, load w, dw/dt, d2w/dt2, and, where it is known, the position p.
-        `scan_motion` makes that of a scan, `update_smoothing` that of a live hand.
+Model   A motion holds, per frame, speed u, du/dt, load w, dw/dt, d2w/dt2 and, if known, the position p.
+        `scan_motion` makes the motion of a scan, `update_smoothing` that of a live hand.
 Source  design, section 4.
-Limits  a motion that gives no derivatives has them taken from the frame before (first order).
+Limits  Where a motion has no derivatives, they are differences from the preceding frame (first order).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 
 from synth.arrays import Array
 
-LARGEST_LOAD = 1e3  # N: the end of the scene's range, which a hand may ask to pass
+LARGEST_LOAD = 1e3  # N: the end of the scene's range; a larger load of a hand is clipped to it
 SPEED, SPEED_RATE, LOAD, LOAD_RATE, LOAD_BEND = range(5)
 NOWHERE: Array = np.empty(0)
 
@@ -23,7 +23,10 @@ NOWHERE: Array = np.empty(0)
 class Update(NamedTuple):
     """One contact update.
 
-    time: s of the client's clock. position: m, or speed: m/s: exactly one. load: N; None keeps the last.
+    time: of the client's clock, s.
+    position: m. An update has either a position or a speed.
+    speed: m/s.
+    load: N; None keeps the previous load.
     """
 
     seq: int
@@ -35,12 +38,11 @@ class Update(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """What the hand does in a block.
+    """The motion of the hand in a block.
 
     samples: float64 [5, frames]: speed (m/s), its rate (m/s^2), load (N), its rate (N/s) and second rate (N/s^2).
-    position: float64 [frames] in metres, or empty where the speed alone is known: the phase then follows from the
-    speed.
-    complete: the derivatives are given; otherwise a voice takes them from the frame before.
+    position: float64 [frames], m; empty where only the speed is known, and the phase follows from the speed.
+    complete: True where the derivatives are given; otherwise a voice takes differences from the preceding frame.
     """
 
     samples: Array
@@ -67,12 +69,15 @@ class Motion:
     ) -> Motion:
         """Return a motion from numbers or arrays of `frames` values in SI units.
 
-        Give `speed` or `position` (or both, if they agree) and `load`; `speed_rate`, `load_rate` and `load_bend` are
-        their time derivatives. pulls: loads below 0 are kept, for a voice with adhesion; otherwise they are no load.
-        Raises ValueError where neither speed nor position is there, or a value is not finite.
+        load: N.
+        speed, position: m/s, m; either, or both if they agree.
+        speed_rate, load_rate, load_bend: time derivatives: of the speed, of the load, and the second one of the load.
+        pulls: loads below 0 are kept, for a voice with adhesion; otherwise they become 0.
+
+        Raises ValueError where both speed and position are missing, or a value is not finite.
         """
         if speed is None and position is None:
-            raise ValueError("a motion needs speed=... (m/s) or position=... (m), a number or one value a frame")
+            raise ValueError("a motion needs speed=... (m/s) or position=... (m), a number or one value per frame")
         complete = all(given is not None for given in (speed, speed_rate, load_rate, load_bend))
         samples = np.zeros((5, frames))
         for row, values in enumerate((speed, speed_rate, load, load_rate, load_bend)):
@@ -80,16 +85,16 @@ class Motion:
                 samples[row] = values
         places = NOWHERE if position is None else np.array(np.broadcast_to(position, frames), dtype=float)
         if not (np.isfinite(samples).all() and np.isfinite(places).all()):
-            raise ValueError("a motion is made of finite numbers: speed and position in m, load in N")
+            raise ValueError("every value of a motion must be finite: speed in m/s, position in m, load in N")
         samples[LOAD] = np.clip(samples[LOAD], -LARGEST_LOAD if pulls else 0.0, LARGEST_LOAD)
         return cls(samples, places, complete)
 
 
 def completed(motion: Motion, rate: int, before: Array) -> Motion:
-    """Return `motion` with the derivatives that it lacks taken from the frame before.
+    """Return `motion` with its missing derivatives, as differences from the preceding frame.
 
-    before: float64 [4], position (m), speed (m/s), load (N), load rate (N/s) of the last frame, NaN where it is not
-    known; it is brought up to date. A derivative is 0 until the frames that it needs are known.
+    before: float64 [4]: position (m), speed (m/s), load (N) and load rate (N/s) of the preceding frame, NaN where
+    unknown. It is updated. A derivative is 0 until the frames that it needs are known.
     """
     samples = motion.samples.copy()
     if len(motion.position):
@@ -103,5 +108,5 @@ def completed(motion: Motion, rate: int, before: Array) -> Motion:
 
 
 def _rate_of(values: Array, before: float, rate: int) -> Array:
-    """Return the change from frame to frame, a second; NaN where the frame before is not known."""
+    """Return the change from frame to frame per second; NaN where the preceding frame is unknown."""
     return np.asarray(np.diff(values, prepend=before) * rate)

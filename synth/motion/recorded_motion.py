@@ -1,22 +1,20 @@
-"""Place and load of a recorded scan at any time: a curve through its points that stays between them.
+"""Position and load of a recorded scan at any time: curves through its points that never overshoot them.
 
-Stage   motion, for trajectories.
-Model   Between two points each of the two is a polynomial of degree 5 with given value, slope d and second derivative s
-        at both ends, so two derivatives are continuous and the third is bounded. d and s are those of the parabola
-        through a point and its neighbours, reduced until the curve rises, or falls, from each point to the next: with
-        h the interval, D the change over it, and all of them mirrored where D < 0, the Bernstein coefficients
-
+Stage   Motion, for trajectories.
+Model   Position and load are each a piecewise polynomial of degree 5. At each point it has the recorded value, a slope
+        d and a second derivative s, so two derivatives are continuous and the third is bounded. d and s come from the
+        parabola through a point and its neighbours. They are then reduced until the curve rises, or falls, from each
+        point to the next. With h the interval and D the change over it (mirrored where D < 0), this is so if the
+        Bernstein coefficients
             0, h d0 / 5, h (2 d0 / 5 + h s0 / 20), D - h (2 d1 / 5 - h s1 / 20), D - h d1 / 5, D
-
-        must rise. They enclose the curve. So neither place nor load leaves the range of two neighbouring points.
-        The load is level at the first and at the last point: the finger lands and lifts there. The place goes on in a
-        straight line beyond them.
-Source  sufficient conditions for a monotone polynomial in Bernstein form (de Boor, A Practical Guide to Splines, 1978).
-        The estimates of d and s and the way they are reduced are our own.
-Limits  exact at the points and for straight lines. Of a smooth motion with points every h the place errs by less than
-        0.15 h^2 times its second derivative, since a turn between two points is cut off; away from turns by less than
-        h^3 times its third. The speed is 5 times the mean speed between two points at most, as in a stop that is
-        recorded by few points.
+        rise. They enclose the curve, so position and load stay within the range of two neighbouring points.
+        The load has zero slope at the first and the last point, where the finger lands and lifts. Beyond them the
+        position continues in a straight line.
+Source  Sufficient conditions for a monotone polynomial in Bernstein form (de Boor, A Practical Guide to Splines, 1978).
+        The estimates of d and s, and their reduction, are our own.
+Limits  Exact at the points and for straight lines. For a smooth motion with points every h, the position error is below
+        0.15 h^2 times the second derivative at turns, which are cut off, and below h^3 times the third derivative
+        elsewhere. The speed is at most 5 times the mean speed between two points, as in a stop recorded by few points.
 """
 
 from __future__ import annotations
@@ -30,7 +28,7 @@ from synth.arrays import Array
 from synth.scene.point_spacing import merged_places, spaced_times
 from synth.scene.scene import Scene
 
-CLOSE_LOOK = 8  # places between two points at which the largest speed is looked for
+CLOSE_LOOK = 8  # places between two points at which the largest speed is searched
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +41,7 @@ class Curve:
 
     @classmethod
     def through(cls, times: Array, values: Array, *, level_ends: bool) -> Curve:
-        """Return the curve through `values` at `times`; level_ends: it has no slope at the first and the last."""
+        """Return the curve through `values` at `times`; level_ends: with zero slope at the first and the last point."""
         from scipy.interpolate import BPoly, PPoly
 
         h, rise = np.diff(times), np.diff(values)
@@ -58,7 +56,7 @@ class Curve:
         return cls(value, value.derivative(), value.derivative(2))
 
     def within(self, t: Array) -> Array:
-        """Return the times `t` (s), those beyond the ends at the nearest of them."""
+        """Return the times `t` (s), limited to the first and the last point."""
         return np.clip(t, self.value.x[0], self.value.x[-1])
 
 
@@ -66,8 +64,10 @@ class Curve:
 class RecordedMotion:
     """A recording.
 
-    start, end: s, of its first and last point. place, load: curves over the time. loads: smallest and largest load (N).
-    warnings: what was changed of what was recorded.
+    start, end: times of its first and last point, s.
+    place, load: curves over the time, m and N.
+    loads: smallest and largest load, N.
+    warnings: about changes to the recorded points.
     """
 
     start: float
@@ -90,7 +90,7 @@ class RecordedMotion:
         return cls(*ends, place, load, (float(loads.min()), float(loads.max())), changed)
 
     def fastest(self) -> float:
-        """Return the largest speed (m/s) without its direction."""
+        """Return the largest absolute speed (m/s)."""
         knots = self.place.value.x
         places = np.linspace(0.0, 1.0, CLOSE_LOOK, endpoint=False)
         looked = knots[:-1, np.newaxis] + np.diff(knots)[:, np.newaxis] * places
@@ -98,19 +98,25 @@ class RecordedMotion:
 
 
 def _changes(times: Array, off: Array, places: int, shifts: Array) -> tuple[str, ...]:
-    """Return what was changed, in words: how far places are off (m), how many are left, how far loads moved (s)."""
+    """Return a warning about changes to the recorded points, if any.
+
+    times: of the points, s.
+    off: error of each position, m.
+    places: number of points that are left for the position.
+    shifts: of each load, s.
+    """
     moved = np.flatnonzero(shifts)
     if places == len(times) and not len(moved):
         return ()
     return (
-        f"Points of the recording are too close in time to tell a speed, the first at {times[moved[0]]:.6g} s. Merged "
+        f"Points of the recording are too close in time to give a speed, the first at {times[moved[0]]:.6g} s. Merged "
         f"with their neighbours for the position: {len(times) - places} of {len(times)}, off by "
         f"{1e6 * off.max():.3g} um at most. Loads moved in time: {len(moved)}, by {1e3 * shifts.max():.3g} ms at most.",
     )
 
 
 def _parabolas(h: Array, rise: Array, *, level_ends: bool) -> tuple[Array, Array]:
-    """Return slope and second derivative at each point, of the parabola through it and its neighbours."""
+    """Return slope and second derivative at each point, from the parabola through it and its neighbours."""
     steep = rise / h
     d, s = np.zeros(len(h) + 1), np.zeros(len(h) + 1)
     both = h[:-1] + h[1:]
@@ -122,9 +128,9 @@ def _parabolas(h: Array, rise: Array, *, level_ends: bool) -> tuple[Array, Array
 
 
 def _reduced(d: Array, s: Array, h: Array, rise: Array) -> tuple[Array, Array]:
-    """Return slopes and second derivatives with which every curve between two points is monotone."""
+    """Return slopes and second derivatives that make the curve monotone between any two points."""
     side = np.sign(rise)
-    left, right = np.append(side[0], side), np.append(side, side[-1])  # of each point
+    left, right = np.append(side[0], side), np.append(side, side[-1])  # at each point
     wide_left, wide_right = np.append(h[0], h), np.append(h, h[-1])
     d = np.where((left == right) & (d * right > 0.0), d, 0.0)
     s = np.where(right > 0.0, np.maximum(s, -4.0 * d / wide_right), s)
@@ -132,8 +138,8 @@ def _reduced(d: Array, s: Array, h: Array, rise: Array) -> tuple[Array, Array]:
     s = np.where(left > 0.0, np.minimum(s, 4.0 * d / wide_left), s)
     s = np.where(left < 0.0, np.maximum(s, 4.0 * d / wide_left), s)
     s[0] = s[-1] = 0.0
-    used_after = side * h * (0.4 * d[:-1] + 0.05 * h * s[:-1])  # of the rise, at the beginning of each interval
-    used_before = side * h * (0.4 * d[1:] - 0.05 * h * s[1:])  # and at its end
+    used_after = side * h * (0.4 * d[:-1] + 0.05 * h * s[:-1])  # of the rise, at the begin of each interval
+    used_before = side * h * (0.4 * d[1:] - 0.05 * h * s[1:])  # the same at its end
     whole = np.abs(rise)
     keep_after = _kept(used_after, np.maximum(0.5 * whole, whole - used_before))
     keep_before = _kept(used_before, np.maximum(0.5 * whole, whole - used_after))
@@ -143,5 +149,5 @@ def _reduced(d: Array, s: Array, h: Array, rise: Array) -> tuple[Array, Array]:
 
 
 def _kept(used: Array, allowed: Array) -> Array:
-    """Return the part of `used` that is `allowed`, 1 where all of it is."""
+    """Return the part of `used` that is `allowed`: 1 where all of it is."""
     return np.where(used > allowed, allowed / np.where(used > allowed, used, 1.0), 1.0)

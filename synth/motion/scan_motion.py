@@ -1,8 +1,8 @@
 """The motion of a scene's own scan, at any frame.
 
-Model   Constant: p = u t. Stroke: see `stroke_motion`. Trajectory: the curves of `recorded_motion`, which stay between
-        the recorded points; before the first and after the last point the position goes on in a straight line and the
-        finger lifts within LIFT_TIME.
+Model   Constant scan: p = u t. Stroke: see `stroke_motion`. Trajectory: the curves of `recorded_motion`. Before the
+        first and after the last point of a trajectory, the position continues in a straight line and the load falls to
+        zero within LIFT_TIME.
 Source  design, section 4.
 """
 
@@ -17,13 +17,15 @@ from synth.motion.motion import LOAD, LOAD_BEND, LOAD_RATE, SPEED, SPEED_RATE, M
 from synth.motion.recorded_motion import RecordedMotion
 from synth.scene.scene import Scene
 
-LIFT_TIME = 0.02  # s in which the finger comes down before a trajectory and leaves after it; shorter would click
+LIFT_TIME = 0.02  # s in which the finger lands before a trajectory and lifts after it; a shorter time clicks
 
 
 class ScanMotion:
-    """The motion of a scene's scan at any frame; rate: frames a second, those of the output unless given.
+    """The motion of a scene's scan at any frame.
 
-    start: time (s) at which a recording begins, 0 for a scan that is none. duration: s of a recording, else infinite.
+    rate: frames per second; by default that of the output.
+    start: time at which a recording begins, s; 0 for any other scan.
+    duration: of a recording, s; infinite for any other scan.
     """
 
     def __init__(self, scene: Scene, rate: float | None = None) -> None:
@@ -31,7 +33,7 @@ class ScanMotion:
         self.scan = scene.scan
         self._recorded = RecordedMotion.of(scene) if scene.scan.trajectory is not None else None
         self._stroke: Callable[..., Motion] | None = None
-        if scene.scan.stroke is not None:  # only a scan that is one loads it
+        if scene.scan.stroke is not None:  # only a stroke imports the module
             from synth.motion.stroke_motion import stroke_motion
 
             self._stroke = stroke_motion
@@ -39,7 +41,7 @@ class ScanMotion:
         self.duration = np.inf if self._recorded is None else self._recorded.end
 
     def at(self, first: int, frames: int) -> Motion:
-        """Return the motion of `frames` frames from frame `first` on; frame n is at t = n / rate."""
+        """Return the motion of `frames` frames from frame `first`; frame n is at t = n / rate."""
         if self._stroke is not None:
             return self._stroke(self.scan.stroke, first, frames, self.rate)
         t = np.arange(first, first + frames) / self.rate
@@ -55,18 +57,18 @@ class ScanMotion:
         return (low, high) if low == high and self.start <= 0.0 else (min(0.0, low), high)
 
     def recorded_loads(self) -> tuple[float, float]:
-        """Return the smallest and largest load (N) between the ends of the scan: without the finger's lift."""
+        """Return the smallest and largest load (N) between the ends of the scan, without landing and lift."""
         if self._recorded is not None:
             return self._recorded.loads
         load = self.scan.stroke.load if self.scan.stroke is not None else self.scan.load
         return load, load
 
     def fastest(self) -> float:
-        """Return the largest speed (m/s) of the scan, without its direction."""
+        """Return the largest absolute speed (m/s) of the scan."""
         return abs(self.scan.speed) if self._recorded is None else self._recorded.fastest()
 
     def warnings(self) -> tuple[str, ...]:
-        """Return what of a recording is rendered otherwise than it was recorded."""
+        """Return the warnings about changes to the recorded points."""
         return () if self._recorded is None else self._recorded.warnings
 
     def _along(self, recorded: RecordedMotion, t: Array) -> Motion:
@@ -76,7 +78,7 @@ class ScanMotion:
         samples[SPEED], samples[SPEED_RATE] = recorded.place.slope(on), recorded.place.bend(on)
         places = recorded.place.value(on) + samples[SPEED] * (t - on)
         on = recorded.load.within(t)
-        value = np.clip(recorded.load.value(on), *recorded.loads)  # which only rounding leaves
+        value = np.clip(recorded.load.value(on), *recorded.loads)  # only rounding can exceed this range
         slope, bend = recorded.load.slope(on), recorded.load.bend(on)
         beyond = t - on
         s = 1.0 - np.minimum(np.abs(beyond) / LIFT_TIME, 1.0)

@@ -1,6 +1,7 @@
-"""Where the finger is in a stroke: back and forth between two places, for hours, to the rounding of a place.
+"""Position of the finger in a stroke, back and forth between two places, without drift over hours.
 
-Model   cruise at u between turns in which the velocity goes from u to -u as u (1 - 2 S(s)), S = 3 s^2 - 2 s^3.
+Model   The finger cruises at u between turns. In a turn the velocity goes from u to -u as u (1 - 2 S(s)), with
+        S = 3 s^2 - 2 s^3.
 Source  design, section 4.
 """
 
@@ -18,14 +19,18 @@ from synth.scene.scan_section import TURN_REACH, Stroke
 
 @signed_kernel("void(f8, f8, f8, i8, f8, f8[:,::1], f8[::1])")
 def fill_stroke(u: float, turn: float, cruise: float, first: int, rate: float, samples: Array, position: Array) -> None:
-    """Write speed and its rate to `samples`, and `position`, of a stroke of speed `u` (m/s), turns and cruise in s."""
+    """Write speed and its rate to `samples`, and `position`.
+
+    u: speed of the stroke, m/s.
+    turn, cruise: durations, s.
+    """
     half, reach = cruise + turn, TURN_REACH * u * turn
     half_rest = (cruise - (half - turn)) if cruise < turn else (turn - (half - cruise))
     length = 2.0 * reach + u * cruise
     for i in range(len(position)):
         t = (first + i) / rate
         turned = math.floor(t / half)
-        # after hours the roundings of t and of the turns before it are 1e-11 s: they are taken off again
+        # after hours the rounding of t and of the preceding turns is 1e-11 s: subtract it
         frames, frames_rest = two_product(t, rate)
         t_rest = ((first + i - frames) - frames_rest) / rate
         before, before_rest = two_product(turned, half)
@@ -45,7 +50,7 @@ def fill_stroke(u: float, turn: float, cruise: float, first: int, rate: float, s
 
 
 def stroke_motion(stroke: Stroke, first: int, frames: int, rate: float) -> Motion:
-    """Return the back-and-forth motion of `frames` frames from frame `first` on: at rest at position 0 at t = 0."""
+    """Return the stroke over `frames` frames from frame `first`. At t = 0 the finger is at rest at position 0."""
     samples, position = np.zeros((5, frames)), np.empty(frames)
     samples[LOAD] = stroke.load
     fill_stroke(stroke.speed, stroke.turn_time, stroke.cruise_time, first, float(rate), samples, position)

@@ -1,11 +1,12 @@
-"""How a hand goes from where it is to where it should be: curves with two continuous derivatives, and a sure end.
+"""Curves from the hand's present motion to its target, with two continuous derivatives and a definite end.
 
-Model   x = level + slope s + (b0 + b1 s + b2 s^2) exp(-decay s), s in seconds since `start`. `join` chooses b so that
-        the error e = x - level - slope s obeys (d/dt + decay)^3 e = 0 and x, x', x'' go on from where they are; `glide`
-        so that the speed obeys (d/dt + decay)^2 (x' - slope) = 0, wherever that leads. Both are critically damped.
-Source  the closed forms of linear equations with one threefold, or twofold, root.
-Limits  e is 0 from decay s = SETTLED on, or where it is below STILL from the beginning: exact, and no denormals. Every
-        frame is computed from its distance to `start`, so that blocks of any size give the same bits; nothing is fused.
+Model   x = level + slope s + (b0 + b1 s + b2 s^2) exp(-decay s), with s in seconds since `start`. x, x' and x''
+        continue from their present values. `join` chooses b so that the error e = x - level - slope s obeys
+        (d/dt + decay)^3 e = 0. `glide` chooses b so that the speed obeys (d/dt + decay)^2 (x' - slope) = 0; the
+        position then ends wherever this leads. Both are critically damped.
+Source  The closed forms of linear equations with one threefold, or twofold, root.
+Limits  e is exactly 0 from decay s = SETTLED on, or at once where it is below STILL, so no denormals occur. Every frame
+        is computed from its distance to `start`, without fused operations, so blocks of any size give the same bits.
 """
 
 from __future__ import annotations
@@ -21,9 +22,9 @@ START, END, LEVEL, SLOPE, B0, B1, B2, DECAY = range(8)
 """Entries of a curve: first frame, frame from which e is 0, then the coefficients in SI."""
 ENTRIES = 8
 
-SETTLED = 36.0  # decays after which e is cut off: e^-36 36^2 / 2 = 1.5e-13 of it are left; smaller would be a step
-STILL = 1e-13  # m or N: an error that is no longer followed; its acceleration is 1e-10 of what a stroke has
-STRIDE = 64  # frames between two exponentials; those between come from a table, which costs a tenth
+SETTLED = 36.0  # decays after which e becomes 0, when e^-36 36^2 / 2 = 1.5e-13 of it is left; smaller leaves a step
+STILL = 1e-13  # m or N: smaller errors are ignored; their acceleration is 1e-10 of that of a stroke
+STRIDE = 64  # frames from one exponential to the next; a table gives those between at a tenth of the cost
 
 
 @unfused
@@ -43,7 +44,7 @@ def values_at(curve: Array, frame: float, rate: float) -> tuple[float, float, fl
 
 @signed_kernel("void(f8[::1], f8, f8, f8)", fused=False)
 def stand(curve: Array, frame: float, level: float, slope: float) -> None:
-    """Have `curve` be the straight line through `level` at `frame`."""
+    """Set `curve` to the straight line through `level` at `frame`."""
     curve[START], curve[END], curve[LEVEL], curve[SLOPE] = frame, frame, level, slope
     curve[B0], curve[B1], curve[B2] = 0.0, 0.0, 0.0
 
@@ -53,7 +54,7 @@ def join(
     curve: Array, powers: Array, rate: float, frame: float, x: float, v: float, a: float,
     level: float, slope: float, decay: float,
 ) -> None:  # fmt: skip
-    """Lead `curve` from x, x' = v, x'' = a at `frame` to the line through `level` at `frame`."""
+    """Set `curve` to go from x, x' = v, x'' = a at `frame` to the line through `level` at `frame`."""
     stand(curve, frame, level, slope)
     e, e1 = x - level, v - slope
     if abs(e) + abs(e1) / decay + abs(a) / decay**2 < STILL:
@@ -66,7 +67,7 @@ def join(
 def glide(
     curve: Array, powers: Array, rate: float, frame: float, x: float, v: float, a: float, slope: float, decay: float
 ) -> None:
-    """Lead `curve` from x, x' = v, x'' = a at `frame` to the speed `slope`."""
+    """Set `curve` to go from x, x' = v, x'' = a at `frame` to the speed `slope`."""
     stand(curve, frame, x, slope)
     e, bend = v - slope, a + decay * (v - slope)
     if abs(e) / decay + abs(a) / decay**2 < STILL:
@@ -79,7 +80,7 @@ def glide(
 
 @unfused
 def fall_by(curve: Array, powers: Array, rate: float, decay: float) -> None:
-    """Have the error of `curve` fall by `decay` (1/s), and `powers` hold exp(-decay s) of a stride of frames."""
+    """Set the decay (1/s) of the error of `curve`, and write exp(-decay s) over a stride of frames to `powers`."""
     curve[END] = curve[START] + math.ceil(SETTLED * rate / decay)
     if decay != curve[DECAY]:
         curve[DECAY] = decay
@@ -89,7 +90,7 @@ def fall_by(curve: Array, powers: Array, rate: float, decay: float) -> None:
 
 @unfused
 def fill_curve(curve: Array, powers: Array, rate: float, frame: float, x: Array, v: Array, a: Array) -> None:
-    """Write `curve` from `frame` on to x, x' to v and x'' to a, float64 [frames] each."""
+    """Write `curve` from `frame` on to x, x' to v and x'' to a, each float64 [frames]."""
     decay, slope, level = curve[DECAY], curve[SLOPE], curve[LEVEL]
     b0, b1, b2 = curve[B0], curve[B1], curve[B2]
     away, fading = int(frame - curve[START]), int(curve[END] - frame)
@@ -116,7 +117,7 @@ def fill_curve(curve: Array, powers: Array, rate: float, frame: float, x: Array,
 
 
 def new_curve() -> tuple[Array, Array]:
-    """Return a curve that stands at 0 before frame 0, and room for its powers."""
+    """Return a curve at rest at 0 before frame 0, and memory for its powers."""
     curve = np.zeros(ENTRIES)
     curve[START] = curve[END] = -1.0
     return curve, np.ones(STRIDE)

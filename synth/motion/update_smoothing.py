@@ -1,13 +1,14 @@
-"""A hand on the network, followed: updates of 30 to 1000 Hz become position and load at audio rate.
+"""Follows a remote hand: updates at 30 to 1000 Hz become position and load at audio rate.
 
-Stage   motion, for hands that are far away.
-Model   Each update says where the hand was expected DELAY ago (`following_track`), and the position joins that straight
-        line with two continuous derivatives (`following_curve`, third order): at constant speed DELAY is all that it is
-        late. Past the horizon it glides to a stop. A hand that gives speeds is followed by a glide of the same delay,
-        and the load joins the newest one, held, with a fixed decay. These two weigh the past with a kernel that is
-        never negative: what they give lies between what was asked for.
-Source  docs/live-motion.md: what was measured, against which alternatives, and the figures that this choice rests on.
-Limits  what the hand does between two updates is not known: a sudden stop is overshot by a part of it.
+Stage   Motion, for hands behind a network.
+Model   `update_timing` turns each update into an expected straight line of the position, DELAY ago. The position joins
+        that line with two continuous derivatives (`update_curve`, third order). So at constant speed the lag is DELAY
+        only. Past the horizon the position glides to a stop. If a hand sends speeds, its speed follows by a glide
+        with the same delay. The load joins the newest load, which is held, with a fixed decay. Speed and load are
+        averages of the past with weights that are never negative, so they stay within the range of the requested
+        values.
+Source  docs/live-motion.md: the measurements, the alternatives, and the figures behind this choice.
+Limits  The motion between two updates is unknown, so a sudden stop is overshot by a part of it.
 """
 
 from __future__ import annotations
@@ -23,36 +24,38 @@ from synth.motion.update_curve import ENTRIES as CURVE
 from synth.motion.update_curve import STRIDE, fill_curve, glide, join, new_curve, stand, values_at
 from synth.motion.update_timing import INTERVAL, begin_anew, late_by, new_track, slope_with
 
-DELAY = 0.01  # s that place and speed are late, a block of the service; less: turns and stops are overshot, and mice
-# sound rough (without it twice the error); more: a stroke is felt after it is seen
-TIGHTNESS = 3.0  # decays in an interval of updates; more: updates are heard one by one; less: late at turns
-QUICKEST = 250.0  # 1/s: decay at most, reached at 83 Hz; more: rough time stamps sound rough; less: late at turns
-SLOWEST = 60.0  # 1/s: decay at least, of updates at 20 Hz; less: a turn at 5 Hz is lost
-GLIDE_DECAY = 2.0 / DELAY  # 1/s of speeds, and of a stop without updates
+DELAY = 0.01  # s, lag of position and speed, a block of the service; less: turns and stops are overshot, and mice
+# sound rough (twice the error without a delay); more: a stroke is felt after it is seen
+TIGHTNESS = 3.0  # decays per interval of updates; more: updates are heard one by one; less: late at turns
+QUICKEST = 250.0  # 1/s: largest decay, reached at 83 Hz; more: rough time stamps sound rough; less: late at turns
+SLOWEST = 60.0  # 1/s: smallest decay, that of updates at 20 Hz; less: a turn at 5 Hz is lost
+GLIDE_DECAY = 2.0 / DELAY  # 1/s: decay for speeds, and for a stop without updates
 LOAD_DECAY = 200.0  # 1/s: a load is 15 ms late; more: a touch is a click, louder than the texture (from 300 on); less:
-# presses come late, and a lift sounds on for longer
-HORIZON, SPARE = 2.0, 0.035  # intervals and s that a speed is carried on: one lost update, DELAY, a block, some jitter;
-# less: such gaps are heard; more: a hand that stops, or turns while an update is lost, is carried too far
-LEAP_SPEED = 1.5  # m/s by which a hand may surprise; more: teleports are heard as a sweep; less: swift starts are faded
-LEAST_LEAP = 0.01  # s of LEAP_SPEED at least, however quick the updates are
+# presses are late, and the sound of a lift lasts longer
+HORIZON, SPARE = 2.0, 0.035  # intervals and s of extrapolation: one lost update, DELAY, a block, some jitter;
+# less: such gaps are heard; more: overshoot when the hand stops, or turns while an update is lost
+LEAP_SPEED = 1.5  # m/s, largest unexpected speed; more: jumps are heard as a sweep; less: fast starts are faded
+LEAST_LEAP = 0.01  # s of LEAP_SPEED at least, at any update rate
 
 UNKNOWN, BY_POSITION, BY_SPEED = 0.0, 1.0, 2.0
 FRAME, MODE, UNTIL, ASKED = range(4)
-"""Entries of a hand: next frame, what it gives, frame at which it glides to a stop, load asked for (N)."""
+"""Entries of a hand: next frame, kind of updates, frame at which it glides to a stop, requested load (N)."""
 OF_PLACE = 4
 OF_LOAD = OF_PLACE + CURVE
 POWERS = OF_LOAD + CURVE
 POWERS_OF_LOAD = POWERS + STRIDE
 TRACK = POWERS_OF_LOAD + STRIDE
-"""Where, behind the entries of a hand, the curves of place and load, the powers of each, and the track begin."""
+"""After the entries of a hand: where the curves of place and load, the powers of each, and the track begin."""
 
 
 class Follower:
-    """The state of one followed hand; nothing is queued, the newest update wins.
+    """The state of one followed hand. Nothing is queued: the newest update wins.
 
-    lowest_load: N, that of the scene's effects (`scene_effects.lowest_load`); loads stay within it and LARGEST_LOAD.
-    Place and speed are DELAY late for being smooth, the load is 3 / LOAD_DECAY late. The same calls at the same frames
-    give the same bits, whatever the blocks.
+    sample_rate: Hz.
+    lowest_load: N, from the scene's effects (`scene_effects.lowest_load`); loads stay between it and LARGEST_LOAD.
+
+    Smoothing makes place and speed DELAY late, and the load 3 / LOAD_DECAY. The same calls at the same frames give the
+    same bits in blocks of any size.
     """
 
     __slots__ = ("lowest", "sample_rate", "state")
@@ -62,10 +65,10 @@ class Follower:
         self.lowest = lowest_load
         hand = np.array([0.0, UNKNOWN, math.inf, 0.0])
         (place, places), (load, loads) = new_curve(), new_curve()
-        self.state = np.concatenate([hand, place, load, places, loads, new_track()])  # one: it is copied at each update
+        self.state = np.concatenate([hand, place, load, places, loads, new_track()])  # one: each update copies it
 
     def begin(self, position: float, speed: float, load: float) -> None:
-        """Begin as a hand that already moves at `position` (m) and `speed` (m/s) with `load` (N), and goes on so."""
+        """Begin with a hand that moves steadily at `speed` (m/s) from `position` (m), at `load` (N)."""
         held = min(max(load, self.lowest), LARGEST_LOAD)
         hand, place, load_curve, _, _, track = parts_of(self.state)
         stand(place, hand[FRAME], position, speed)
@@ -77,8 +80,8 @@ class Follower:
     def apply(self, update: Update) -> bool:
         """Follow `update` from the next frame on.
 
-        Return True for a jump: the finger was put elsewhere while it sounds, faster than a hand moves or because
-        positions follow upon speeds. Cross-fade then from a copy of the state before to this one.
+        Return True for a jump: the finger sounds, and its position changed faster than a hand can move, or positions
+        follow after speeds. The caller should then cross-fade from a copy of the previous state to this one.
         """
         by_speed = update.position is None
         value = update.speed if by_speed else update.position
@@ -94,7 +97,7 @@ class Follower:
         release_hand(self.state, float(self.sample_rate), self.lowest)
 
     def motion(self, frames: int) -> Motion:
-        """Return the next frames, complete; without positions where the hand gives speeds, or nothing yet."""
+        """Return the next frames, complete; without positions where the hand sends speeds, or nothing yet."""
         samples, position = np.empty((5, frames)), np.empty(frames)
         known = self.state.item(MODE) == BY_POSITION
         self.fill(samples, position)
@@ -105,7 +108,7 @@ class Follower:
         fill_motion(self.state, float(self.sample_rate), self.lowest, samples, position)
 
     def copy(self) -> Follower:
-        """Return another follower in the same state."""
+        """Return an independent follower in the same state."""
         other = Follower.__new__(Follower)
         other.sample_rate, other.lowest, other.state = self.sample_rate, self.lowest, self.state.copy()
         return other
@@ -113,7 +116,7 @@ class Follower:
 
 @signed_kernel("UniTuple(f8[::1], 6)(f8[::1])", fused=False)
 def parts_of(state: Array) -> tuple[Array, Array, Array, Array, Array, Array]:
-    """Return the hand, the curves of place and of load, the powers of each, and the track, all of which are `state`."""
+    """Return the parts of `state`: hand, curves of place and load, powers of each, and track."""
     return (
         state[:OF_PLACE],
         state[OF_PLACE:OF_LOAD],
@@ -126,7 +129,7 @@ def parts_of(state: Array) -> tuple[Array, Array, Array, Array, Array, Array]:
 
 @unfused
 def press(curve: Array, powers: Array, rate: float, frame: float, load: float) -> None:
-    """Lead the load to `load`, from the frame before `frame` on, unless it goes there already."""
+    """Lead the load to `load`, from the frame before `frame` on, unless that is its target already."""
     if load != curve[2]:
         w, w1, w2 = values_at(curve, frame - 1.0, rate)
         join(curve, powers, rate, frame - 1.0, w, w1, w2, load, 0.0, LOAD_DECAY)
@@ -137,7 +140,7 @@ def _go_to(
     hand: Array, curve: Array, powers: Array, track: Array, rate: float,
     time: float, position: float, late: float, silent: bool,
 ) -> bool:  # fmt: skip
-    """Lead the place to a position that was true `late` s ago."""
+    """Lead the position to an update's position, which was true `late` s ago; return whether it is a jump."""
     before = hand[FRAME] - 1.0
     x, v, a = values_at(curve, before, rate)
     slope = slope_with(track, time, position)
@@ -165,7 +168,10 @@ def _go_to(
 def apply_update(
     state: Array, rate: float, lowest: float, time: float, value: float, by_speed: bool, load: float
 ) -> bool:
-    """Lead the curves of place and load to an update; return whether it is a jump. load: NaN keeps the last."""
+    """Lead the curves of place and load to an update; return whether it is a jump.
+
+    load: N; NaN keeps the previous load.
+    """
     hand, place, load_curve, powers, load_powers, track = parts_of(state)
     frame = hand[FRAME]
     pressed, press_rate, _bend = values_at(load_curve, frame - 1.0, rate)
@@ -199,7 +205,7 @@ def release_hand(state: Array, rate: float, lowest: float) -> None:
 
 @signed_kernel("void(f8[::1], f8, f8, f8[:,::1], f8[::1])", fused=False)
 def fill_motion(state: Array, rate: float, lowest: float, samples: Array, position: Array) -> None:
-    """Write the next frames, and glide to a stop where the horizon lies among them."""
+    """Write the next frames; glide to a stop where the horizon lies within them."""
     hand, place, load_curve, powers, load_powers, _track = parts_of(state)
     frames, first, done = len(position), hand[FRAME], 0
     while done < frames:

@@ -1,11 +1,11 @@
-"""Where a hand is expected, from updates that come late, seldom, jittered, or with rough positions.
+"""Expected position of a hand, from updates that are late, sparse, jittered or rounded.
 
-Model   An update of time t arrives at now = frame / rate. The smallest of the last KEPT values of now - t is how far
-        the clocks are apart, and an update is late by what its own exceeds that. Its position p is carried on from its
-        own time along the slope u of a straight line, fitted by least squares to the updates of the last WINDOW
-        seconds: p + u (late + s). The interval of updates is the median of the last PACED.
-Source  the design's live protocol; what each number was measured against is in docs/live-motion.md.
-Limits  a clock that drifts by more than CREEP is followed late. Positions are of one finger on one line.
+Model   An update with time t arrives at now = frame / rate. The offset of the clocks is the smallest of the last KEPT
+        values of now - t, and the lateness of an update is its own now - t minus that offset. Its position p is
+        extrapolated from its time at the slope u of a least-squares line through the updates of the last WINDOW
+        seconds: p + u (late + s). The interval of updates is the median of the last PACED intervals.
+Source  The design's live protocol; docs/live-motion.md has the measurements behind each constant.
+Limits  A clock that drifts by more than CREEP is followed with a lag. Positions are of one finger on one line.
 """
 
 from __future__ import annotations
@@ -15,25 +15,25 @@ import numpy as np
 from synth.arrays import Array
 from synth.kernels import signed_kernel, unfused
 
-KEPT = 16  # updates whose lateness counts; fewer: a burst of late ones looks like another clock
-PACED = 8  # intervals whose median counts; fewer: a lost update looks like another rate
-POINTS = 64  # positions that are kept: WINDOW at 1000 Hz and more
+KEPT = 16  # updates whose lateness counts; fewer: a burst of late ones looks like a new clock
+PACED = 8  # intervals in the median; fewer: a lost update looks like a new rate
+POINTS = 64  # positions that are kept: more than WINDOW at 1000 Hz
 
-WINDOW = 0.04  # s of updates that give the speed; longer: late at turns; shorter: mice and time stamps sound rough
-SHORTEST_SPAN = 2e-3  # s: positions closer in time say nothing of the speed; smaller: rounded time stamps give bursts
-PAUSE = 0.25  # s without an update (the watchdog's default) after which the old ones say nothing
-FIRST_INTERVAL = 1.0 / 60.0  # s that updates are apart until two are known; unverified default
+WINDOW = 0.04  # s of updates that determine the speed; longer: late at turns; shorter: mice and time stamps sound rough
+SHORTEST_SPAN = 2e-3  # s: positions closer in time give no speed; smaller: rounded time stamps give bursts
+PAUSE = 0.25  # s without an update after which the old ones are ignored (the watchdog's default)
+FIRST_INTERVAL = 1.0 / 60.0  # s, assumed interval until two updates are known; unverified default
 
-CREEP = 2e-3  # s a second by which later arrivals move the clock: drift is 1e-4; more is heard as a change of pitch
-RETURN = 0.02  # s a second by which earlier ones do: a pitch wrong by 2 % at most; less: late for long at the beginning
-HASTE, HURRY = 0.05, 0.01  # s a second of either where the difference is beyond HURRY s: the path has changed
-OTHER_CLOCK = 0.1  # s of difference that is taken over at once: a client that restarts, a stream that runs ahead
-LATEST = 0.05  # s that an update is carried on for its lateness; more: an error of the clocks throws the finger off
+CREEP = 2e-3  # s per second by which later arrivals move the clock: drift is 1e-4; more is heard as a change of pitch
+RETURN = 0.02  # the same for earlier arrivals: 2 % error of pitch at most; less: late for longer at the beginning
+HASTE, HURRY = 0.05, 0.01  # s per second for either where the difference exceeds HURRY s: the network path has changed
+OTHER_CLOCK = 0.1  # s, difference that is adopted at once: a client has restarted, or a stream runs ahead
+LATEST = 0.05  # s, longest extrapolation for lateness; more: an error of the clocks throws the finger off
 FASTEST = 10.0  # m/s: the end of the protocol's range
 
 TIME, CLOCK, ARRIVALS, PLACES, INTERVALS, INTERVAL, SLOPE = range(7)
-"""Entries of a track: time of the newest update (s), clocks apart (s), counts of arrivals, positions and intervals
-known, the interval (s) and the slope (m/s); then LATENESS, PACES, TIMES and POSITIONS, rings."""
+"""Entries of a track: time of the newest update (s), offset of the clocks (s), numbers of known arrivals, positions and
+intervals, the interval (s) and the slope (m/s). The rings LATENESS, PACES, TIMES and POSITIONS follow."""
 LATENESS = 7
 PACES = LATENESS + KEPT
 TIMES = PACES + PACED
@@ -50,13 +50,13 @@ def new_track() -> Array:
 
 @unfused
 def late_by(track: Array, now: float, time: float, silent: bool) -> float:
-    """Return how late (s) an update is that has come at `now`, and learn of the clocks and the interval from it.
+    """Return how late (s) an update is that arrived at `now`, and update the clock offset and the interval.
 
-    silent: nothing sounds, so that a difference of the clocks may be taken over at once.
+    silent: nothing sounds, so a difference of the clocks may be adopted at once.
     """
     known = int(track[ARRIVALS])
     passed = time - track[TIME]
-    if known > 0 and not passed > 0.0:  # the clock was set back: what was learnt is of another one
+    if known > 0 and not passed > 0.0:  # the clock was set back: discard the values of the old clock
         known, track[PLACES], track[INTERVALS] = 0, 0.0, 0.0
     elif known > 0:
         _pace(track, passed)
@@ -78,7 +78,7 @@ def late_by(track: Array, now: float, time: float, silent: bool) -> float:
 
 @unfused
 def _pace(track: Array, passed: float) -> None:
-    """Learn from an interval (s), unless it is a pause: after one the old positions and speed say nothing."""
+    """Record an interval (s), unless it is a pause: after a pause the old positions and speed are discarded."""
     if passed > PAUSE:
         track[PLACES], track[SLOPE] = 0.0, 0.0
         return
@@ -89,7 +89,7 @@ def _pace(track: Array, passed: float) -> None:
 
 @unfused
 def _median(values: Array, count: int) -> float:
-    """Return the median of the first `count` values, the upper one of two; each is compared with all: there are few."""
+    """Return the median of the first `count` values, the upper one of two, by comparing each of the few with all."""
     for i in range(count):
         smaller, equal = 0, 0
         for j in range(count):
@@ -102,7 +102,7 @@ def _median(values: Array, count: int) -> float:
 
 @unfused
 def slope_with(track: Array, time: float, position: float) -> float:
-    """Return the speed (m/s) that the positions so far and this one tell, and keep this one."""
+    """Return the speed (m/s) from the known positions and this one, and keep this one."""
     times, positions, known = track[TIMES:POSITIONS], track[POSITIONS:ENTRIES], int(track[PLACES])
     n, t_sum, p_sum, tt, tp, span = 1.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for back in range(1, min(known, POINTS - 1) + 1):
@@ -119,5 +119,5 @@ def slope_with(track: Array, time: float, position: float) -> float:
 
 @signed_kernel("void(f8[::1], f8)", fused=False)
 def begin_anew(track: Array, slope: float) -> None:
-    """Forget the positions: the finger is elsewhere, and moves at `slope` (m/s) for all that is known."""
+    """Discard the positions: the finger is elsewhere, and moves at `slope` (m/s) as far as known."""
     track[PLACES], track[SLOPE] = 0.0, slope

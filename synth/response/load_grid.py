@@ -19,18 +19,18 @@ from synth.arrays import Array
 from synth.contact.forces import Response
 
 OCTAVES = 10  # fewest octaves below the heaviest load; with fewer, light loads err more
-LIGHTEST = 0.005  # N: the octaves reach at least this far down
-NO_LOAD = 1e-6  # of the lightest load: dz/dw of the row at 0 N, a limit, is taken here
-DIGITS = 40  # bisections that find where full contact begins
+LIGHTEST = 0.005  # N: the octaves reach down to this load at least
+NO_LOAD = 1e-6  # of the lightest load: dz/dw of the row at 0 N is a limit, computed at this load
+DIGITS = 40  # bisection steps that find where full contact begins
 
 
 @dataclass(frozen=True, slots=True)
 class SolvedRows:
     """Solved rows of the load grid.
 
-    loads: rising loads (N) [rows].
-    heights: z (m) at equal steps of place [rows, phases].
-    slopes: dz/dw (m/N) there [rows, phases].
+    loads: N, rising [rows].
+    heights: z at equal steps of place, m [rows, phases].
+    slopes: dz/dw at the same places, m/N [rows, phases].
     """
 
     loads: Array
@@ -38,7 +38,7 @@ class SolvedRows:
     slopes: Array
 
     def joined(self, other: SolvedRows) -> SolvedRows:
-        """Return the rows of both, in order."""
+        """Return the rows of both, in order of load."""
         loads = np.concatenate([self.loads, other.loads])
         order = np.argsort(loads, kind="stable")
         heights = np.concatenate([self.heights, other.heights])[order]
@@ -46,7 +46,7 @@ class SolvedRows:
 
 
 def heaviest_row(response: Response, heaviest: float) -> tuple[float, bool]:
-    """Return the load of the last row (N), at most `heaviest`, and whether the contact is full from there on."""
+    """Return the load of the last row (N), at most `heaviest`, and whether the contact is full from that load on."""
     if response.closed(heaviest) is None:
         return heaviest, False
     light, full = 0.0, heaviest
@@ -57,13 +57,13 @@ def heaviest_row(response: Response, heaviest: float) -> tuple[float, bool]:
 
 
 def first_loads(heaviest: float) -> Array:
-    """Return the loads (N) that every table begins with: 0, and octaves up to `heaviest`."""
+    """Return the first loads (N) of every table: 0, and octaves up to `heaviest`."""
     octaves = max(OCTAVES, math.ceil(math.log2(heaviest / LIGHTEST)))
     return np.concatenate([[0.0], heaviest * 2.0 ** np.arange(-octaves, 1.0)])
 
 
 def halfway(low: SolvedRows, high: SolvedRows) -> Array:
-    """Return z (m) of the cubic halfway between each row of `low` and the same row of `high` [rows, phases]."""
+    """Return z (m) halfway between each row of `low` and the same row of `high`, from the cubic [rows, phases]."""
     widths = (high.loads - low.loads)[:, np.newaxis]
     return np.asarray(0.5 * (low.heights + high.heights) + 0.125 * widths * (low.slopes - high.slopes))
 

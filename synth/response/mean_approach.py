@@ -1,7 +1,7 @@
-"""The mean of z over a texture period as a function of the load; displacement is z less this mean.
+"""The mean of z over a texture period as a function of the load. Displacement is z minus this mean.
 
-Model   A cubic spline over the cube root of the load, in which the mean is smooth but for kinks. Intervals are halved
-        where the spline misses the mean halfway.
+Model   A cubic spline over the cube root of the load, over which the mean is smooth except for kinks. Intervals are
+        halved where the spline misses the mean halfway.
 Limits  The error halfway between the loads is within MEAN_ERROR of the tolerance, from no load to the heaviest.
 """
 
@@ -21,7 +21,7 @@ Mean = Callable[[Array], Array]
 FEWEST_MEANS, MOST_MEANS = 33, 1025  # loads at which the mean is solved
 MEAN_PHASES = 512  # phases per load
 MEAN_ERROR = 1e-3  # largest error, times the tolerance and the peak-to-peak of z
-SPLINE_GAIN = 8.0  # factor by which the error falls at least when an interval is halved; 16 in the limit
+SPLINE_GAIN = 8.0  # least factor by which the error falls when an interval is halved; 16 in the limit
 
 
 def mean_curve(contact: Contact, loads: tuple[float, float], load: float, tolerance: float) -> Mean:

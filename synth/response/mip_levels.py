@@ -1,4 +1,4 @@
-"""Mip levels: how many harmonics a table sounds at each speed, and how one level fades into the next.
+"""Mip levels: the number of harmonics that sound at each speed, and the fade from one level to the next.
 
 Stage   RESPONSE: the levels of a table.
 Model   A level holds the harmonics 1 to N. At a speed u harmonic n has the frequency n |u| / period. A harmonic up to
@@ -20,15 +20,15 @@ import numpy as np
 
 from synth.arrays import Array
 
-WIDTH = 1.4  # times the band: silent above it. A smaller one makes fades shorter; levels an octave apart would need 2.5
+WIDTH = 1.4  # times the band: silent above. A smaller value makes fades shorter; levels an octave apart would need 2.5
 STEP = 1.37  # ratio of neighbouring levels; above WIDTH a fade would be empty, below 1.19 two fades would overlap
-PLACES_A_HARMONIC = 5.5  # at 5 the images of the highest harmonic are twice as strong, at 6 a table is larger
-FEWEST_PLACES = 24  # per level; with fewer, images in the lowest levels would be as strong as their error target
+PLACES_A_HARMONIC = 5.5  # with 5 the images of the highest harmonic are twice as strong; with 6 a table is larger
+FEWEST_PLACES = 24  # per level; with fewer, images in the lowest levels are as strong as their error target
 
 
 @dataclass(frozen=True, slots=True)
 class MipLevels:
-    """Levels from the fullest to the last, which holds the fundamental alone.
+    """Levels from the fullest to the last, which contains the fundamental only.
 
     highest: highest harmonic of each level.
     places: spline coefficients per period of each level.

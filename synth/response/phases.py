@@ -35,10 +35,10 @@ def rest_of_step(step, rate, period):
 def fill_steps(speed, speed_rate, rate, period, steps):
     """Write the turns from each frame to the next, as uint64 fractions of a turn, exact to 2^-65.
 
-    The upper and the lower 32 bits are made apart: what is added to INTEGER leaves its integer in the low bits of the
-    sum. A loop of conversions to 64 bits would not be vectorised without AVX-512.
+    The upper and the lower 32 bits are computed separately. Adding a number to INTEGER leaves its integer part in the
+    low bits of the sum. Direct conversions to 64 bits are not vectorised without AVX-512.
     """
-    step = 1.0 / (rate * period)  # turns a frame for 1 m/s
+    step = 1.0 / (rate * period)  # turns per frame at 1 m/s
     step_rest, bend = rest_of_step(step, rate, period), 0.5 * step / rate
     step1 = np.float64(np.float32(step))  # halves of 24 and 29 bits: their products are exact
     step2 = step - step1
@@ -88,7 +88,11 @@ def phase_at(turns):
 
 
 def phase_step(speed: float, period: float, rate: int) -> int:
-    """Return the turns per frame as a 64-bit fraction of a turn, exact to 2^-65 turn. speed: m/s. period: m."""
+    """Return the turns per frame as a 64-bit fraction of a turn, exact to 2^-65 turn.
+
+    speed: m/s.
+    period: m.
+    """
     turns = Fraction(speed) / (Fraction(period) * rate)
     return round(turns * 2**64) % 2**64
 

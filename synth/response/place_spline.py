@@ -9,8 +9,8 @@ Model   s(theta) = sum over i of c_i B(P theta - i), with B the centred B-spline
 Source  Unser, Splines: a perfect fit for signal and image processing (1999). LLVM language reference: vectors,
         llvm.fmuladd. The readable twin of the reading is `swing` of tests/reference/slow_table_reading.py.
 Limits  Images of harmonic n lie at P - n, (n / (P - n))^6 as strong: with 5.5 places per harmonic, 1e-4 of the highest
-        harmonic, and 2e-3 of it in acceleration, most of which the reading filter removes. numba does not find the
-        vectors by itself: a plain sum takes three times as long.
+        harmonic, and 2e-3 of it in acceleration, most of which the reading filter removes. numba does not vectorise
+        a plain sum, which takes three times as long.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from synth.arrays import Array
 from synth.response.spectrum import Complex
 
 TAPS = 6  # coefficients per value
-FIRST = 2  # of them lie before the cell of the place
+FIRST = 2  # of the taps lie before the cell of the place
 PADDING = 8  # coefficients repeated at the end of a period, so that a reader need not wrap around
 LANES = 8  # taps read at a time; the last two have no weight
 PIECES = (  # of t^0 to t^5, for each tap, times 120

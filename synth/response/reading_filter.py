@@ -28,10 +28,10 @@ from synth.response.spectrum import Complex
 ORDERS = {"displacement": 0, "approach": 0, "velocity": 1, "acceleration": 2}
 SAMPLES_A_PERIOD = 10  # samples of z in the shortest period of the band; with 5 the filter would be twice as long
 LONGEST_STRIDE = 8  # frames; also the number of parts of a step for which the usual filter has weights
-USUAL_HIGHEST = 0.14  # cycles per step for which the usual filter is designed: WIDTH / SAMPLES_A_PERIOD
+USUAL_HIGHEST = 0.14  # cycles per step, end of the usual filter's band: WIDTH / SAMPLES_A_PERIOD
 TAPS = 8  # samples of z per output
-DECIMALS = 10  # the weights, of the order of 1, are rounded to these, so that every machine has the same
-MOST_TAPS = 64  # limit where the rate leaves fewer samples per period
+DECIMALS = 10  # of the weights, which are of order 1: rounding makes them equal on every machine
+MOST_TAPS = 64  # largest number of taps, where the rate gives fewer samples per period
 ENOUGH = 1e-3  # taps are added while the error is larger
 EXACT_DEGREE = 3  # polynomials up to this degree are exact
 GRID = 200  # frequencies at which the error is evaluated
@@ -140,6 +140,6 @@ def designed(order: int, part: float, taps: int, highest: float) -> Array:
     basis, aim = responses(taps, order, part, highest)
     rows, right = np.concatenate([basis.real, basis.imag]), np.concatenate([aim.real, aim.imag])
     start = np.linalg.lstsq(rises, wanted, rcond=None)[0]
-    free = np.linalg.svd(rises)[2][len(degrees) :].T  # changes of the weights that leave these polynomials exact
+    free = np.linalg.svd(rises)[2][len(degrees) :].T  # changes of the weights that keep these polynomials exact
     rest = np.linalg.lstsq(rows @ free, right - rows @ start, rcond=None)[0]
     return np.asarray(start + free @ rest)

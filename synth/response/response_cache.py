@@ -1,8 +1,8 @@
-"""A cache of solved responses and tables, keyed by what they depend on and bounded in bytes.
+"""A cache of solved responses and tables, keyed by what determines them, with a limit in bytes.
 
-Model   The least recently used entry is dropped first. Where two threads ask for one key at once, one builds and the
-        other waits. An entry that was dropped is found again as long as anyone still uses it.
-Limits  An entry larger than the bound is built and returned, but not kept.
+Model   The least recently used entry is evicted first. Where two threads request one key at once, one builds the entry
+        and the other waits. An evicted entry is found again as long as anyone uses it.
+Limits  An entry larger than the limit is built and returned, but not cached.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ DEFAULT_BYTES = 256 << 20
 
 
 class Kept(Protocol):
-    """What a cache can hold: it tells its size, which does not change."""
+    """An entry of the cache. Its size must not change."""
 
     @property
     def memory_bytes(self) -> int:
-        """Bytes that it holds."""
+        """Memory in bytes."""
         ...
 
 
@@ -43,9 +43,7 @@ class ResponseCache:
         self._building: dict[Hashable, threading.Lock] = {}
 
     def get(self, key: Hashable, build: Callable[[], T]) -> T:
-        """Return what is kept under `key`, building it at the first call; errors of `build` reach every caller's own
-        call.
-        """
+        """Return the entry of `key`, building it at the first call. Errors of `build` are raised and not cached."""
         kept = self.find(key)
         if kept is not None:
             return kept  # type: ignore[return-value]
@@ -60,7 +58,7 @@ class ResponseCache:
             return made
 
     def find(self, key: Hashable) -> Kept | None:
-        """Return what is kept under `key`, None where nothing is."""
+        """Return the entry of `key`, or None."""
         with self._lock:
             if key in self._entries:
                 self._entries.move_to_end(key)
@@ -72,9 +70,9 @@ class ResponseCache:
         with self._lock:
             self.misses += 1
             self._building.pop(key, None)
-            with suppress(TypeError):  # what has slots only is small, and is solved again
+            with suppress(TypeError):  # an object with slots only is small, and is solved again
                 self._in_use[key] = made
-            if key in self._entries:  # built twice: it had been dropped while a caller waited to look for it
+            if key in self._entries:  # built twice: it was evicted while a caller waited to find it
                 self.used_bytes -= self._entries.pop(key).memory_bytes
             if made.memory_bytes <= self.max_bytes:
                 self._entries[key] = made
@@ -84,4 +82,4 @@ class ResponseCache:
 
 
 SHARED = ResponseCache(64 << 20)
-"""The cache of callers that pass none: a scene that a process opens twice is solved once."""
+"""The default cache: a scene that a process opens twice is solved once."""

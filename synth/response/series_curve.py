@@ -1,4 +1,4 @@
-"""A Fourier series over a period, made ready to be read: at audio rate along a steady scan, and at any place.
+"""A Fourier series over a period, prepared for reading: at audio rate along a steady scan, and at any place.
 
 Stage   RESPONSE.
 Model   A period is cut into equal cells, a power of two. In each cell a polynomial of degree 7 replaces the series; it
@@ -21,10 +21,10 @@ from synth.arrays import Array
 from synth.kernels import signed_kernel
 from synth.response.spectrum import Complex
 
-CELLS_A_HARMONIC = 8  # at least; with half as many the error is 4e-6 of the last harmonic
+CELLS_A_HARMONIC = 8  # least number; with half as many the error is 4e-6 of the last harmonic
 FEWEST_CELLS = 16
 SHARED = 4  # a cell shares the value and 3 derivatives at each end; its 8 coefficients fill a cache line
-SMALLEST = 1.2e-38  # the smallest normal float32; smaller values leave as zero, since denormals are slow
+SMALLEST = 1.2e-38  # the smallest normal float32; smaller values become zero, since denormals are slow
 PLACE = 2.0**-53  # one unit of the 53 phase bits below the cell, as a fraction of the cell
 
 
@@ -44,7 +44,7 @@ class SeriesCurve:
 
     @property
     def name(self) -> str:
-        """Its name in a plan or a report."""
+        """Name of the curve in a plan or a report."""
         return f"series of {self.count} harmonic{'' if self.count == 1 else 's'}"
 
     @property
@@ -53,7 +53,7 @@ class SeriesCurve:
         return int(self.cells.nbytes)
 
     def read(self, phase: int, step: int, gain: float, out: Any, channel: int) -> None:
-        """Write gain times the curve less its mean to out[:, channel], float32.
+        """Write gain times the curve minus its mean to out[:, channel], float32.
 
         phase, step: frame i has the phase phase + i step, 64-bit fractions of a turn.
         """
@@ -61,7 +61,7 @@ class SeriesCurve:
         read_cells(self.cells, bits, np.uint64(phase), np.uint64(step), gain, out, channel)
 
     def heights(self, places: Array, loads: Array) -> Array:
-        """Return the curve at each of `places` (turns). `loads` is not read: the series is of one load."""
+        """Return the curve at each of `places` (turns). `loads` is ignored, since the series belongs to one load."""
         x = (places - np.floor(places)) * len(self.cells)
         cell = np.minimum(x.astype(np.intp), len(self.cells) - 1)
         found, t = np.zeros(len(x)), x - cell
@@ -73,8 +73,8 @@ class SeriesCurve:
 def polynomials(harmonics: Complex, cells: int) -> Array:
     """Return the coefficients [cells, 8] of the sum of `harmonics` 1, 2, ... in powers of the place t in a cell.
 
-    The lower four are the derivatives at t = 0 over their factorials. The upper four make the derivatives at t = 1
-    right.
+    The lower four are the derivatives at t = 0 over their factorials. The upper four make value and derivatives right
+    at t = 1.
     """
     powers, orders = np.arange(2 * SHARED), np.arange(SHARED)
     points = max(cells, 2 << len(harmonics).bit_length())

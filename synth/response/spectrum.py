@@ -25,29 +25,29 @@ from synth.contact.load_balance import Contact
 
 Complex = np.ndarray[Any, np.dtype[np.complex128]]
 
-FEWEST_PHASES = 8  # doubled at least once; with fewer there is no second change to judge by
-MOST_PHASES = 1 << 21  # 4 s of work on the default scene; where it is not enough, the error shows it
-MOST_WORK = 1 << 29  # phases times cells of the response: 1 to 10 s; where it is not enough, the error shows it
+FEWEST_PHASES = 8  # doubled at least once; with fewer there is no second change to estimate the error from
+MOST_PHASES = 1 << 21  # 4 s of work on the default scene; where it is too few, the error is larger than the tolerance
+MOST_WORK = 1 << 29  # phases times cells of the response: 1 to 10 s; where it is too little, the error is larger
 FLOOR = 1e-12  # round-off of the solver, relative to the scale of a response (of z: a1 + a2; design, section 4)
 # Weights in the bound of `_errors`: of the last change, of the change before it, and of folding in each. With 1, 0.2, 2
-# and 0.5 one bound in 2000 is exceeded; with the changes alone, one in 60. From MANY harmonics on, all with SEEN_WELL
-# phases each, chance cancellation is rare: of 2787 such bounds the largest error was 0.92 of the bound.
+# and 0.5 one bound in 2000 is exceeded; with the changes only, one in 60. From MANY harmonics on, with SEEN_WELL phases
+# or more each, chance cancellation is rare: of 2787 such bounds the largest error was 0.92 of the bound.
 SURE, SURE_OF_MANY = (1.0, 0.3, 3.0, 1.0), (0.55, 0.11, 0.55, 0.16)
 MANY, SEEN_WELL = 128, 4  # harmonics, and phases of each
-MISSING = 3.0  # safety factor on the harmonics beyond those that the phases show
-FOLDED_SHARE = 8  # folding is measured in at least the lowest 1/8 of the harmonics that the grid shows
-PROBES = 16  # phases off every grid at which a converged series is checked once more
-DISCRETE_SHARE = 0.3  # share of the tolerance for the discretisation of a response that has one
+MISSING = 3.0  # safety factor on the harmonics above those that the phases resolve
+FOLDED_SHARE = 8  # folding is measured in at least the lowest 1/8 of the harmonics that the grid resolves
+PROBES = 16  # phases between all grids, at which a converged series is checked
+DISCRETE_SHARE = 0.3  # share of the tolerance for the discretisation, where there is one
 FINER_WORK = 8  # times the work of the first refinement: room for three more refinements
-JUDGED_PHASES = 2048  # most phases at which a discretisation is judged; 4 per harmonic where that is fewer
+JUDGED_PHASES = 2048  # most phases at which a discretisation is tested; 4 per harmonic where that is fewer
 JUDGED_WORK = 1 << 26  # phases times cells: a fraction of a second
-SETTLED = 0.7  # a doubling leaves a third of the error off the grid; where it leaves more, a line hides in the grid
+SETTLED = 0.7  # a doubling leaves a third of the error between the phases; if it leaves more, the grid hides a harmonic
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 
 @dataclass(frozen=True, slots=True)
 class Demand:
-    """What is required of a series.
+    """The requirements on a series.
 
     highest: highest harmonic, at least 1.
     orders: time derivatives (0 displacement, 1 velocity, 2 acceleration).
@@ -92,14 +92,14 @@ def curves(harmonics: Complex, order: int, points: int) -> Array:
 
 
 def points_for(highest: int) -> int:
-    """Return how many points resolve `highest` harmonics: a power of two, at least 4 per period of the highest."""
+    """Return the number of points that resolve `highest` harmonics: a power of two, at least 4 per harmonic."""
     return max(64, 1 << (4 * highest).bit_length())
 
 
 def solve_spectrum(response: Response, load: float, demand: Demand, keep: int = 0) -> Spectrum:
-    """Return the series of `response` at `load` (N) that meets `demand`, or the best that the bounds on work allow.
+    """Return the series of `response` at `load` (N) that meets `demand`, or the best within the limits on work.
 
-    keep: harmonics returned, at least those of the demand. Harmonics beyond the demand have no error bound.
+    keep: number of harmonics returned, at least those of the demand. Harmonics above the demand have no error bound.
     """
     keep = max(keep, demand.highest)
     closed = response.closed(load)
@@ -160,10 +160,11 @@ def changes(
 def fine_enough(contact: Contact, loads: tuple[float, ...], usual: float, demand: Demand) -> Contact:
     """Return `contact` on a discretisation that keeps its share of `demand` at each of `loads` (N).
 
-    It is the best that JUDGED_WORK allows, and `contact` itself where its solver has no discretisation. Frames and
-    simulations, which read places and loads of their own, use it; a series refines further by itself.
-    usual: load (N) whose peak-to-peak is used instead where it is larger: at a load at which the motion nearly cancels,
-    no relative error could be kept.
+    The result is the finest that JUDGED_WORK allows, or `contact` itself where its solver has no discretisation. It is
+    for frames and simulations, which read places and loads off the grid; a series is refined further when it is solved.
+
+    usual: load (N) whose peak-to-peak is used where it is larger, because no relative error could be met at a load
+    at which the motion nearly cancels.
     """
     finer = contact.refined()
     phases = min(points_for(demand.highest), JUDGED_PHASES)
@@ -198,8 +199,8 @@ def _grown(response: Response, load: float, demand: Demand, keep: int, most: int
 def harmonics_of(samples: Array, highest: int) -> Complex:
     """Return harmonics 0 to `highest` of one period of samples; those above the Nyquist harmonic are zero.
 
-    The Nyquist harmonic itself is halved, since it stands for both of its sides. Without it a line there would be
-    missed.
+    The Nyquist harmonic is halved, since it is the sum of its two sides. It is kept, so that a strong harmonic there is
+    not missed.
     """
     found = np.fft.rfft(samples) / len(samples)
     found[-1] *= 0.5
@@ -210,9 +211,9 @@ def harmonics_of(samples: Array, highest: int) -> Complex:
 
 
 def _missing(height: Array, highest: int, order: int) -> float:
-    """Return an estimate of the part of derivative `order` in harmonics beyond those that the phases show.
+    """Return an estimate of the part of derivative `order` in harmonics above those that the phases resolve.
 
-    They are assumed to fall as those of a kink, from the largest of the last that are known, with random phases.
+    They are assumed to fall as those of a kink, from the largest of the last known harmonics, with random phases.
     """
     seen = len(height) // 2
     if highest < seen:
@@ -230,7 +231,7 @@ def _midway(height: Array) -> Array:
 
 
 def error_floor(scale: float, highest: int, order: int) -> float:
-    """Return the error by round-off in a derivative over theta: FLOOR of `scale` (of z: a1 + a2) in the response."""
+    """Return the round-off error in a derivative over theta: FLOOR of `scale` (for z: a1 + a2) in the response."""
     return FLOOR * scale * (2.0 * math.pi * highest) ** order
 
 
@@ -278,9 +279,10 @@ def _largest_gap(height: Array, between: Array) -> float:
 
 
 def _probed(response: Response, load: float, height: Array, unseen: float, scale: float) -> bool:
-    """Return whether the series through `height` agrees with exact solutions at phases off every grid.
+    """Return whether the series through `height` agrees with exact solutions at phases between all grids.
 
-    unseen: largest error of the series through every second of `height`. The error here must be SETTLED of it at most.
+    unseen: largest error of the series through every second of `height`. The error here must be at most SETTLED times
+        it.
     scale: of the response.
     """
     places = np.sort(np.arange(1, PROBES + 1) * GOLDEN % 1.0)

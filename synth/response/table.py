@@ -1,9 +1,9 @@
 """The response table: z of a contact over place, load and mip level, as coefficients that every voice reads.
 
 Stage   RESPONSE: its result.
-Model   z less its mean over a period is a periodic quintic spline over place (`place_spline`) whose coefficients are
-        cubics over the load between rows (`load_grid`), one set a mip level (`mip_levels`). The mean is such a cubic
-        too. Beyond the last row the motion stays as it is there, which is exact where the contact is full.
+Model   z minus its mean over a period is a periodic quintic spline over place (`place_spline`). Its coefficients are
+        cubics over the load between rows (`load_grid`), one set per mip level (`mip_levels`). The mean is such a cubic
+        too. Beyond the last row the motion stays that of the last row, which is exact where the contact is full.
 Source  design, sections 1, 8 and 9; docs/table.md describes how to read a table.
 Limits  `error` bounds the error at each load, for each quantity and number of harmonics. A load beyond `covered` is
         read as the nearest covered load.
@@ -39,8 +39,8 @@ class ResponseTable:
     lift_load: load (N) below which the lift gate fades the output.
     loads: load grid (N), float32 [rows], rising from 0.
     means: mean of z over a period and its slope over the load, float32 [2, rows], m and m/N.
-    pool: spline coefficients of z less its mean (m) and of its slope over the load (m/N), float32; the levels one after
-        the other, each [rows, 2, places + padding].
+    pool: spline coefficients of z minus its mean (m) and of its slope over the load (m/N), float32; the levels one
+        after the other, each [rows, 2, places + padding].
     full: True where the contact is full beyond the last row; the mean of z is a + b w^1.5 there.
     mean_law: a (m) and b (m/N^1.5) of that law.
     scene: the scene that the table was made for, as JSON, or "{}".
@@ -61,7 +61,7 @@ class ResponseTable:
 
     @property
     def covered(self) -> tuple[float, float]:
-        """The loads (N) that the table holds."""
+        """The range of loads (N) of the table."""
         return 0.0, LARGEST_LOAD if self.full else float(self.loads[-1])
 
     @property
@@ -71,12 +71,12 @@ class ResponseTable:
 
     @property
     def memory_bytes(self) -> int:
-        """Bytes that the table holds: those of its file, and the padding."""
+        """Memory in bytes: that of its file, and the padding."""
         return self.pool.nbytes + self.means.nbytes + self.loads.nbytes + self.error.largest.nbytes
 
     @cached_property
     def layout(self) -> np.ndarray[Any, np.dtype[np.int64]]:
-        """Where each level begins in `pool`, and its places, int64 [levels, 2]."""
+        """The begin of each level in `pool`, and its places, int64 [levels, 2]."""
         sizes = [2 * len(self.loads) * (places + PADDING) for places in self.levels.places]
         return np.stack([np.cumsum([0, *sizes[:-1]]), np.array(self.levels.places)], axis=1).astype(np.int64)
 
@@ -92,7 +92,7 @@ class ResponseTable:
 
     @property
     def header(self) -> dict[str, Any]:
-        """What a reader must know besides the arrays, ready for JSON."""
+        """The header for a reader, ready for JSON."""
         return {
             "scene": json.loads(self.scene),
             "interpolation": self.interpolation,
@@ -123,7 +123,7 @@ class ResponseTable:
 
     @cached_property
     def hash(self) -> str:
-        """SHA-256, as 64 hexadecimal digits, of the header and the arrays: of all that a reader reads."""
+        """SHA-256 of header and arrays, as 64 hexadecimal digits."""
         digest = sha256(json.dumps(self.header, sort_keys=True, separators=(",", ":")).encode())
         for name, tensor in self.tensors.items():
             digest.update(f"{name} {tensor.shape}".encode())

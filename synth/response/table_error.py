@@ -1,12 +1,12 @@
-"""The error of a table at every load it covers, for each quantity and number of harmonics.
+"""The error of a table at every covered load, for each quantity and number of harmonics.
 
 Stage   RESPONSE: measured while a table is made.
 Model   The error of a quantity is the largest difference over a period of steady scanning. It is relative to the
         quantity's peak-to-peak at that load or at 0.3 N, whichever is larger, both cut at the same harmonic. The
-        estimate is the sum of three parts. Interpolation over the load: what the cubic missed in the middle of the
+        estimate is the sum of three parts. Interpolation over the load: the error of the cubic in the middle of the
         interval twice as wide (before it was halved), or in that of a neighbour. Folding: a share of the change when
-        half the places are left out. Images of the splines over place. Harmonics beyond the fullest level are left out:
-        `beyond` is the sum of those in the next octave, and those after it fall as n^-2.5.
+        half the places are left out. Images of the splines over place. Harmonics above the fullest level are absent:
+        `beyond` is the sum of those in the next octave, and higher ones fall as n^-2.5.
 Source  design, sections 1 and 8.
 Limits  The bound is empirical: tests/synth/response/test_table_error.py measures how often it is exceeded.
 """
@@ -26,7 +26,7 @@ from synth.response.place_spline import TAPS
 from synth.response.spectrum import Complex
 
 QUANTITIES = ("displacement", "velocity", "acceleration")
-USUAL_LOAD = 0.3  # N: a motion smaller than that at this load is judged by it, since nobody feels it
+USUAL_LOAD = 0.3  # N: the error of a smaller motion is relative to that at this load, since it cannot be felt
 FALL = 2.5  # harmonics of a kink of order 3/2 fall as n^-2.5
 FOLDED = 1.5  # safety factor on the share of such harmonics that folds
 LEAST = 1e-4  # smallest estimate: the largest error seen where a kink begins between two measurements
@@ -77,7 +77,7 @@ class TableError:
 
 
 def told_harmonics(highest: int) -> tuple[int, ...]:
-    """Return the numbers of harmonics for which errors are kept: `highest` and octaves below it, rising."""
+    """Return the numbers of harmonics for which errors are kept: `highest` and the octaves below it, rising."""
     counts = [highest]
     while counts[-1] > 1:
         counts.append(counts[-1] // 2)
@@ -110,9 +110,9 @@ def relative(errors: Array, extents: Array, counts: tuple[int, ...], scale: floa
 
 
 def folded_swings(change: Complex, counts: tuple[int, ...], phases: int) -> Array:
-    """Return the error that folding leaves at `phases` phases, as from `swings`.
+    """Return the error by folding at `phases` phases, as from `swings`.
 
-    change: of each harmonic when every second phase is left out [rows, harmonics + 1]: harmonic `phases` / 2 - n then
+    change: of each harmonic when every second phase is left out [rows, harmonics + 1]. Harmonic `phases` / 2 - n then
         folds to harmonic n. With all phases it is harmonic `phases` - n, which is smaller by the power FALL in a smooth
         series. A series with strong lines may fold to any harmonic, so the largest are taken to fold to the highest.
     """
@@ -124,7 +124,7 @@ def folded_swings(change: Complex, counts: tuple[int, ...], phases: int) -> Arra
 
 
 def images(levels: MipLevels, counts: tuple[int, ...]) -> Array:
-    """Return the error of each quantity by images of the splines, of the levels under each count [3, counts]."""
+    """Return the error of each quantity by images of the splines, for the levels below each count [3, counts]."""
     found = np.zeros((3, len(counts)))
     for n, places in zip(levels.highest, levels.places, strict=True):
         at = int(np.searchsorted(counts, n))

@@ -1,10 +1,10 @@
 """A table as a file: the safetensors container, written and read back.
 
 Stage   RESPONSE: the file format of its result.
-Model   A file begins with the length of the header: eight bytes, little-endian. The header is JSON. It holds the type,
-        shape and place of each array; `__metadata__` holds the version of the format, the table's own header and its
-        hash. The arrays follow, float32, little-endian, without gaps. The hash covers the table's header and its
-        arrays, so a file that was altered is refused.
+Model   A file begins with the length of the header: eight bytes, little-endian. The header is JSON with the type,
+        shape and place of each array. Its `__metadata__` contains the version of the format, the table's own header
+        and its hash. The arrays follow, float32, little-endian, without gaps. The hash covers the table's header and
+        its arrays, so an altered file is refused.
 Source  https://github.com/huggingface/safetensors, format; docs/table.md.
 Limits  A file holds LARGEST_BYTES at most. A file that is not a complete table of this version raises CannotRender.
 """
@@ -27,7 +27,7 @@ from synth.response.table_error import TableError
 VERSION = "1"
 LARGEST_BYTES = 1 << 26  # largest file: 16 times the largest table that is made; a larger one is refused unread
 LARGEST_HEADER = 1 << 23  # bytes of the largest JSON header
-LENGTH = 8  # bytes that hold the length of the header
+LENGTH = 8  # bytes of the header's length
 METADATA = "__metadata__"
 
 
@@ -55,15 +55,15 @@ def read_table(path: Path) -> ResponseTable:
     """Return the table in the file at `path`. Raises CannotRender and OSError."""
     size = path.stat().st_size
     if size > LARGEST_BYTES:
-        raise _refused(f"it has {size} bytes, and no table has more than {LARGEST_BYTES}")
+        raise _refused(f"it has {size} bytes, and a table has at most {LARGEST_BYTES}")
     return table_of_bytes(path.read_bytes())
 
 
 def table_of_bytes(content: bytes) -> ResponseTable:
-    """Return the table that `content` holds. Raises CannotRender unless it is a complete table of this version."""
+    """Return the table in `content`. Raises CannotRender unless it is a complete table of this version."""
     length = int.from_bytes(content[:LENGTH], "little")
     if len(content) < LENGTH or length > min(LARGEST_HEADER, len(content) - LENGTH):
-        raise _refused("its header is cut, or it is no table")
+        raise _refused("its header is incomplete, or it is not a table")
     try:
         document = json.loads(content[LENGTH : LENGTH + length].decode())
         metadata = document.pop(METADATA)
@@ -72,14 +72,14 @@ def table_of_bytes(content: bytes) -> ResponseTable:
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise _refused("its header is not that of a table") from error
     if version != VERSION:
-        raise _refused(f"it is of version {version[:20]}, and this reads version {VERSION}")
+        raise _refused(f"it is of version {version[:20]}, and this program reads version {VERSION}")
     try:
         table = _table(header, _tensors(document, memoryview(content)[LENGTH + length :]))
         altered = table.hash != told or json.loads(json.dumps(table.header)) != header
     except (ValueError, KeyError, TypeError, IndexError, OverflowError, AttributeError, RecursionError) as error:
-        raise _refused("its arrays are not what its header says: it is cut or altered") from error
+        raise _refused("its arrays do not match its header: it is incomplete or was altered") from error
     if altered:
-        raise _refused("its hash is not that of what it holds: it was altered")
+        raise _refused("its hash does not match its contents: it was altered")
     return table
 
 
@@ -99,7 +99,7 @@ def _tensors(document: dict[str, Any], body: memoryview) -> dict[str, np.ndarray
             raise ValueError(name)
         found[name], place = array, end
     if place != len(body):
-        raise ValueError("bytes behind the arrays")
+        raise ValueError("bytes after the arrays")
     return found
 
 

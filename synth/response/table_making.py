@@ -1,15 +1,15 @@
-"""Makes a table: rows of load are solved, their error is measured, and intervals are halved where it is too large.
+"""Makes a table: it solves rows of load, measures their error, and halves intervals where the error is too large.
 
 Stage   RESPONSE: from a contact to its table.
-Model   The middle of every interval of load is solved. The error of the interval is what the cubic between its ends
-        missed there; the middle then becomes a row. The intervals whose halves are expected to miss their target are
-        halved next, the worst first. This ends when no such interval is left, or at the bound on rows or on work. The
-        order is fixed and no clock is read, so the same contact always gives the same table. Before that, the segments
-        of a profile and the number of phases are refined as far as the first rows require; the change that the last
-        refinement made is part of the error.
+Model   The middle of every interval of load is solved. The error of the interval is that of the cubic between its ends
+        at the middle, which then becomes a row. The intervals whose halves are expected to miss their target are
+        halved next, the worst first. This ends when there is no such interval, or at the limit on rows or work. The
+        order is fixed and independent of time, so the same contact always gives the same table. Before that, the
+        segments of a profile and the number of phases are refined as far as the first rows require. The change by the
+        last refinement is part of the error.
 Source  design, sections 1 and 8.
 Limits  MOST_BYTES and MOST_WORK cells: 4 MB, about 0.3 s for two cosines and 0.6 s for a profile. The error that
-        remains at these bounds is reported.
+        remains at these limits is reported.
 """
 
 from __future__ import annotations
@@ -41,34 +41,34 @@ from synth.response.table_error import (
 
 Indices = np.ndarray[Any, np.dtype[np.intp]]
 
-LIGHTEST_JUDGED = 0.02  # N: a discretisation is not refined for lighter loads, which a finger only passes through
+LIGHTEST_JUDGED = 0.02  # N: lighter loads do not refine a discretisation, since a finger only passes through them
 LIGHT_SHARE = 0.1  # weight of errors at lighter loads when intervals are chosen; with 1 they may take half of the rows
 HARMONICS = 64  # of the fullest level: all below 1 kHz for a 0.8 mm texture at 12.5 mm/s and faster
 HEAVIEST = 5.0  # N: the last row, unless full contact comes first; a heavier load is read as 5 N
-PHASES_A_HARMONIC = 4  # phases solved per harmonic; with 2 the highest harmonics would be those that fold
-MOST_BYTES = 4_000_000  # coefficients of a table, all levels
+PHASES_A_HARMONIC = 4  # phases solved per harmonic; with 2 folding would reach the highest harmonics
+MOST_BYTES = 4_000_000  # bytes of the coefficients of a table, all levels
 MOST_WORK = 2.4e7  # cells of phases solved: 0.3 s at 12 ns per cell
 OTHER_BYTES = 128  # per row: its load and means, and the errors of the interval above it
-TARGETS = (5e-4, 1.5e-3, 5e-3)  # errors of displacement, velocity, acceleration: half of what is promised
+TARGETS = (5e-4, 1.5e-3, 5e-3)  # errors of displacement, velocity, acceleration: half of the promised ones
 TARGET_HARMONICS = 32  # the targets hold up to this number; beyond it only that of displacement
-HALVED = 2.5  # factor by which the error of an interval with a kink falls at least when it is halved
+HALVED = 2.5  # least factor by which the error of an interval with a kink falls when it is halved
 SCARCE = 4  # fewer rows left than this many per interval to be halved: only the worst intervals are halved
 REFINED = 4  # doublings of segments or phases; each time the error of segments falls by 4 to 8, the work doubles
 SHARE = 0.5  # of the targets, allowed for the discretisation
 SHARE_OF_FOLDS = 3.0  # the same for folding, whose estimate is 2 to 3 times the error; twice the phases halve the rows
 PROFILE_WORK = 2.0  # a profile may take this many times the work of two cosines: 0.6 s
-MANY_KINKS = 1.5  # factor on what a cubic missed in the middle: a profile has kinks all over an interval
+MANY_KINKS = 1.5  # factor on the error of the cubic in the middle: a profile has kinks all over an interval
 ROOM = 1.25  # safety factor for two cosines: in 470 scenes some errors at 64 harmonics were 1.08 times the estimate
-FEWEST_ROWS = 100  # rows that the work must allow; with fewer the rows would err by more than the discretisation
-NARROWEST = 1e-4  # of its load: an interval this narrow is not halved
+FEWEST_ROWS = 100  # rows that the work must allow; with fewer, the rows have a larger error than the discretisation
+NARROWEST = 1e-4  # relative to its load: an interval this narrow is not halved
 
 
 @dataclass(frozen=True, slots=True)
 class TableBounds:
-    """The size and work that a table may take.
+    """Limits on the size and work of a table.
 
     harmonics: of the fullest level.
-    heaviest: load (N) of the last row.
+    heaviest: load of the last row, N.
     nbytes: bytes of its coefficients.
     work: cells of phases solved.
     targets: relative errors of displacement, velocity and acceleration below which an interval is not halved.
@@ -85,7 +85,7 @@ class TableBounds:
     places: float = PLACES_A_HARMONIC
 
     def rows(self, levels: MipLevels, work_of_row: float) -> int:
-        """Return how many rows the bounds allow: at least the first rows and the middles between them."""
+        """Return the number of rows within the limits: at least the first rows and the middles between them."""
         bytes_of_row = 8 * sum(places + PADDING for places in levels.places) + OTHER_BYTES
         return int(max(24, min(self.nbytes // bytes_of_row, self.work // work_of_row)))
 
@@ -133,8 +133,8 @@ def make_table(
 def refined_making(response: Response, bounds: TableBounds, heaviest: float) -> TableMaking:
     """Return the first rows of `response`, up to `heaviest` (N).
 
-    The segments of a profile and the phases are doubled, each time whichever errs by more, until both keep their share
-    of the targets or the work is too much.
+    The segments of a profile or the phases are doubled, whichever have the larger error, until both keep their share of
+    the targets or reach the limit on work.
     """
     making = TableMaking(response, bounds, heaviest)
     finer = response.refined()
@@ -160,7 +160,7 @@ def mean_law(response: Response, heaviest: float) -> tuple[float, float]:
 
 
 class TableMaking:
-    """The rows of a table while it is made, and the measured error of each interval between two rows."""
+    """The rows of a table that is being made, and the measured error of each interval between two rows."""
 
     def __init__(self, response: Response, bounds: TableBounds, heaviest: float) -> None:
         self.response, self.bounds, self.heaviest = response, bounds, heaviest
@@ -177,7 +177,7 @@ class TableMaking:
         self.discrete = np.zeros_like(self.extents)
 
     def on(self, response: Response) -> TableMaking:
-        """Return the first rows of `response`, the same one with finer segments; or this one, at twice the phases."""
+        """Return the first rows of `response`: the same one with finer segments, or this one at twice the phases."""
         if response is self.response:
             finer = TableMaking(response, replace(self.bounds, phases=2 * self.bounds.phases), self.heaviest)
             finer.discrete = self.discrete
@@ -194,18 +194,18 @@ class TableMaking:
         return np.asarray(np.fft.rfft(values, axis=1)[:, : 2 * self.highest + 1] / values.shape[1])
 
     def excess(self, errors: Array) -> float:
-        """Return the largest of `errors` [3, counts, first rows] of usual loads, relative to its target."""
+        """Return the largest of `errors` [3, counts, first rows] at usual loads, relative to its target."""
         within = np.array(self.counts) <= TARGET_HARMONICS
         worst = errors[:, within][:, :, self.first >= LIGHTEST_JUDGED].max(axis=(1, 2))
         return float(np.max(worst / self.targets))
 
     @property
     def has_room(self) -> bool:
-        """Whether FEWEST_ROWS rows of twice the work would be within the bounds."""
+        """Whether FEWEST_ROWS rows of twice the work would be within the limits."""
         return 2 * FEWEST_ROWS * self.work_of_row <= self.bounds.work
 
     def relative_to_extents(self, gaps: Array, extents: Array) -> Array:
-        """Return the largest value of a change of z (m) [rows, phases] in each quantity, relative to `extents`."""
+        """Return the largest value in each quantity of a change of z (m) [rows, phases], relative to `extents`."""
         found = swings(self.series(gaps), self.counts, False)
         return relative(found, extents, self.counts, self.response.scale_at(USUAL_LOAD))
 
@@ -217,7 +217,7 @@ class TableMaking:
             chosen = np.flatnonzero(np.isinf(worst) if np.isinf(worst).any() else worst > 1.0)
             if not len(chosen) or room <= 0:
                 return
-            if SCARCE * len(chosen) > room:  # halves of the worst intervals may need the rows more than the others do
+            if SCARCE * len(chosen) > room:  # the halves of the worst may need the rows more than the others
                 chosen = np.sort(chosen[np.argsort(-worst[chosen], kind="stable")][:room])
                 chosen = chosen[worst[chosen] > 0.2 * worst.max()] if np.isfinite(worst.max()) else chosen
             self._halve(chosen)
@@ -235,7 +235,7 @@ class TableMaking:
         return TableError(rounded(self.rows.loads).astype(float), self.counts, rounded(largest), rounded(beyond))
 
     def _worst(self) -> Array:
-        """Return the largest error expected of the halves of each interval, relative to its target."""
+        """Return the largest expected error of the halves of each interval, relative to its target."""
         within = np.array(self.counts) <= TARGET_HARMONICS
         shares = np.where(within, 1.0 / self.targets[:, np.newaxis], 0.0)
         shares[0] = 1.0 / self.targets[0]
@@ -244,7 +244,7 @@ class TableMaking:
         return np.asarray(weights * np.max(np.array(over), axis=0))
 
     def _halve(self, chosen: Indices) -> None:
-        """Solve the middle of each `chosen` interval, measure what the cubic missed there, and make it a row."""
+        """Solve the middle of each `chosen` interval, measure the error of the cubic there, and make it a row."""
         low, high = self._ends(chosen)
         guess = halfway(low, high)
         middles = solved_rows(self.response, 0.5 * (low.loads + high.loads), self.phases, guess)
@@ -268,7 +268,7 @@ class TableMaking:
         return swings(self.series(heights), self.counts, True)
 
     def _measured(self, rows: SolvedRows) -> tuple[Array, Array]:
-        """Return the peak-to-peak that errors are relative to, and the error that folding leaves."""
+        """Return the peak-to-peak to which errors are relative, and the error by folding."""
         extents = np.maximum(self._extents(rows.heights), self.usual)
         half = self.series(rows.heights[:, ::2])
         change = np.zeros((len(half), self.highest + 1), dtype=np.complex128)

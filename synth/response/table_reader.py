@@ -3,9 +3,9 @@
 Stage   RESPONSE: reading its result.
 Model   docs/table.md. A compiled loop reads z at every few frames; the filter of `reading_filter` makes the quantity
         from it, so every term of a changing load and speed counts. z = gate(w) swing(theta, w, |u|), or
-        gate(w) (swing + mean(w)) for the approach. The swing is z less its mean: a quintic spline over place, a cubic
-        over the load, and a fade of two levels over the speed. The output is `delay` frames behind the motion. Before
-        the first frame the finger stands where it begins.
+        gate(w) (swing + mean(w)) for the approach. The swing is z minus its mean: a quintic spline over place, a cubic
+        over the load, and a fade between two levels over the speed. The output is `delay` frames behind the motion.
+        Before the first frame the finger rests at its first position.
 Source  design, section 1. The readable twin of the loop is tests/reference/slow_table_reading.py.
 Limits  The errors of the table and of the filter. An output that is not a number, or beyond float32, becomes zero.
 """
@@ -25,11 +25,11 @@ from synth.response.reading_filter import TAPS, ReadingFilter, reading_filter
 from synth.response.series_curve import PLACE, SMALLEST
 from synth.response.table import Floats, ResponseTable
 
-LARGEST = 3.4e38  # what a float32 holds
+LARGEST = 3.4e38  # of a float32
 
 USUAL_WIDTH = TAPS - 1  # differences per output, of the usual filter
 
-COUNT, STARTED, HISTORY = 0, 1, 2  # entries of `state`; the last samples of z follow from HISTORY on
+COUNT, STARTED, HISTORY = 0, 1, 2  # entries of `state`; from HISTORY on, the last samples of z
 SCALE, LIFT, GAIN, HOLD, WITH_MEAN, FULL, LAW, LAW_SLOPE, MOST, RATE, PERIOD = range(11)  # entries of `rules`
 FADE, SILENT, BEGIN, PLACES, STEEPNESS = range(5)  # columns of `levels`
 SPEED, LOAD = 0, 2  # rows of `motion`
@@ -70,11 +70,11 @@ class TableReader:
 
     @property
     def delay(self) -> int:
-        """Frames by which the output is behind the motion: frame n of a block belongs to frame n - delay of it."""
+        """Frames by which the output is behind the motion: output frame n belongs to motion frame n - delay."""
         return self.filter.delay
 
     def start(self) -> Array:
-        """Return the state of a reader that has read nothing."""
+        """Return the state of a reader before its first frame."""
         return np.zeros(HISTORY + self.filter.taps)
 
     def read(self, state: Array, motion: Array, position: Array, phase: int, out: Floats, column: int) -> int:
@@ -92,7 +92,7 @@ class TableReader:
 
 @inlined
 def interval_of(loads, load):
-    """Return the interval of the rising `loads` that holds `load`."""
+    """Return the interval of the rising `loads` that contains `load`."""
     low, high = 0, len(loads) - 1
     while high - low > 1:
         middle = (low + high) // 2
@@ -105,7 +105,7 @@ def interval_of(loads, load):
 
 @inlined
 def level_of(levels, turns):
-    """Return the first level that is heard at `turns`; the number of levels where none is."""
+    """Return the first level that sounds at `turns`, or the number of levels where none does."""
     level = 0
     while level < len(levels) and turns >= levels[level, SILENT]:
         level += 1
@@ -150,7 +150,7 @@ def sample(pool, levels, rows, rules, phases, motion, first, stride, values):
     loads = rows[0]
     last = loads[len(loads) - 1]
     interval, level = 0, 0
-    low, high, slow, fast, fade = 1.0, 0.0, 1.0, 0.0, 0.0  # ranges in which interval and level hold: empty so far
+    low, high, slow, fast, fade = 1.0, 0.0, 1.0, 0.0, 0.0  # ranges in which interval and level are valid: empty so far
     for k in range(len(values)):
         i = first + k * stride
         load = min(max(motion[LOAD, i], 0.0), rules[MOST])
@@ -206,7 +206,7 @@ def close_gate(lift, motion, first, stride, values):
 
 @inlined
 def heard(value):
-    """Return `value`, or zero where it is not a number, or float32 holds it only as a denormal or not at all."""
+    """Return `value`, or zero where it is not finite, a denormal float32, or beyond float32."""
     return value if SMALLEST <= abs(value) <= LARGEST else 0.0
 
 
@@ -224,7 +224,7 @@ def weighted(z, changes, weights, hold, gain, column):
 
 @inlined
 def seven_weighted(z, changes, weights, hold, gain, column):
-    """Do what `weighted` does for seven weights, in one pass and half the time: the same sums in the same order."""
+    """Like `weighted`, for seven weights: one pass, half the time, the same sums in the same order."""
     a, b, c, d = weights[0], weights[1], weights[2], weights[3]
     e, f, g = weights[4], weights[5], weights[6]
     for i in range(len(column)):
@@ -235,9 +235,10 @@ def seven_weighted(z, changes, weights, hold, gain, column):
 
 @inlined
 def filter_samples(z, weights, hold, gain, skipped, out):
-    """Filter z, one sample per step, to one output per frame. The first `skipped` frames of the first step are past.
+    """Filter z, one sample per step, to one output per frame.
 
-    weights: float64 [taps - 1, stride], one column per frame of a step. All frames of a column are made together.
+    weights: float64 [taps - 1, stride], one column per frame of a step; each column is one pass.
+    skipped: number of frames of the first step that were written before.
     """
     width, stride = weights.shape
     middle, frames = (width + 1) // 2 - 1, len(out)

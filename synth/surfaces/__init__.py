@@ -1,7 +1,7 @@
-"""SURFACES: finger and texture as height profiles, one kind a file (`profile` says what a profile can tell).
+"""SURFACES: finger and texture as height profiles, one file per kind of texture. `profile` is their common interface.
 
-Stage   between SCENE and the contact, which asks a profile for its heights and never for its kind.
-Model   h_texture(x - p) - h_finger(x) in the place of the two cosines of eq. 2; theta = p / period in turns.
+Stage   SURFACES: between SCENE and the contact. The contact reads heights from a profile and never depends on its kind.
+Model   h_texture(x - p) - h_finger(x) replaces the two cosines of eq. 2; theta = p / period, in turns.
 """
 
 from __future__ import annotations
@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING
 from synth.scene.texture_registry import kind_of
 from synth.surfaces.profile import Profile
 
-if TYPE_CHECKING:  # a scene asks the kinds for their fields while it is being declared
+if TYPE_CHECKING:  # not at run time: a scene imports the kinds while it is being declared
     from synth.scene.scene import Scene
     from synth.scene.surface_sections import Texture
 
 
 def profile_of(scene: Scene) -> Profile:
-    """Return the texture of `scene`; of the last few scenes it is kept, with what it found out about itself."""
+    """Return the texture of `scene`. The profiles of the last few textures are cached, with their tables and bounds."""
     return _made(scene.texture)
 
 

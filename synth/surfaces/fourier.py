@@ -1,12 +1,12 @@
-"""Sums of cosines of one period: what `harmonics` and `rough` are made of.
+"""Sums of cosines of one period, the basis of the kinds `harmonics` and `rough`.
 
 Stage   SURFACES.
 Model   h(x) = sum over n of A_n cos(2 pi n x / period + p_n), n = 1 ... N.
-        Up to DIRECT orders the sum is taken at every place. Beyond, a table of 16 heights a shortest wave is made once
-        by FFT and read through the polynomial of the 8 nearest.
+        With up to DIRECT orders the sum is computed at every place. With more, an FFT makes a table of 16 heights per
+        shortest wave, and a height is read from it through the polynomial of the 8 nearest entries.
 Source  Rq and rms slope: Parseval. Bounds: a trigonometric polynomial of order N is nowhere larger than its largest
         value at M equal places divided by cos(pi N / M) (Ehlich & Zeller 1964).
-Limits  the table errs by 3e-9 of the shortest waves' amplitude at most; bounds are 1 % wide.
+Limits  The table's error is at most 3e-9 of the shortest waves' amplitude. The bounds are up to 1 % too wide.
 """
 
 from __future__ import annotations
@@ -20,16 +20,20 @@ import numpy as np
 
 from synth.surfaces.profile import Array, Bounds, Profile, turns_of
 
-DIRECT = 64  # orders; more at every place cost more than a table, fewer would be read from one needlessly
-TABLE = 16  # heights a shortest wave: with 8 points the error is (2 pi / TABLE)^8 / 936, and 2^8 times that with half
-FINE = 32  # places a shortest wave at which bounds are taken; fewer widen them, 5 % at 10
-LEAST_FINE = 4096  # places of a period at which bounds are taken at least: one cosine's are then 3e-7 wide
-NODES = np.arange(-3, 5)  # of the polynomial, about the place
+DIRECT = 64  # orders; longer sums cost more than reading a table, and shorter ones need no table
+TABLE = 16  # heights per shortest wave: with 8 points the error is (2 pi / TABLE)^8 / 936; half as many: 2^8 times that
+FINE = 32  # places per shortest wave at which the bounds are measured; fewer widen them, by 5 % at 10
+LEAST_FINE = 4096  # least number of such places per period: the bounds of one cosine are then 3e-7 too wide
+NODES = np.arange(-3, 5)  # table entries of the polynomial, about the place
 
 
 @dataclass(frozen=True, eq=False)
 class FourierProfile(Profile):
-    """A sum of cosines. amplitudes: m, phases: rad, float64 [N] of orders 1 to N; shift: `phase` of the scene, rad."""
+    """A sum of cosines.
+
+    period: m.
+    shift: `phase` of the scene, rad.
+    """
 
     period: float
     shift: float
@@ -45,7 +49,7 @@ class FourierProfile(Profile):
         return np.asarray(amplitudes * np.exp(1j * phases))
 
     def _sampled(self, points: int, derivative: int = 0) -> Array:
-        """Return a derivative (m over rad) by the angle, at `points` equal places of a period."""
+        """Return a derivative with respect to the angle (m per rad), at `points` equal places of a period."""
         lines = np.zeros(points // 2 + 1, complex)
         numbers = np.arange(1, len(self._coefficients) + 1)
         lines[1 : len(self._coefficients) + 1] = self._coefficients * (1j * numbers) ** derivative * (0.5 * points)
@@ -80,7 +84,7 @@ class FourierProfile(Profile):
 
     @cached_property
     def bounds(self) -> Bounds:
-        """Bounds from the derivatives at many places."""
+        """Bounds from heights and derivatives at many places."""
         points = max(FINE * 2 ** math.ceil(math.log2(len(self._coefficients))), LEAST_FINE)
         wider = 1.0 / math.cos(math.pi * len(self._coefficients) / points)
         heights, slopes, bends = (self._sampled(points, derivative) for derivative in (0, 1, 2))

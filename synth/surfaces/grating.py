@@ -1,11 +1,11 @@
-"""The kind `grating`: straight ridges with a flat top, as they are machined, etched or printed.
+"""The kind `grating`: straight ridges with a flat top, machined, etched or printed.
 
 Stage   SURFACES.
-Model   Tops are duty x period wide at half height and centred on x = 0 where the phase is 0. A flank is either
-        straight, `ramp` wide (a trapezoid), or two arcs of radius r = `edge_radius` that meet at half height, convex
-        above and concave below: its width is 2 sqrt(r height - height^2 / 4), and the profile has no corners.
-Source  geometry. The mean line of either is height (duty - 1/2) above half height.
-Limits  walls steeper than the slope limit of `surface_sections` are refused, so that heights are those of a function.
+Model   At phase 0 a ridge is centred on x = 0. At half height it is duty x period wide. A flank is either straight and
+        `ramp` wide (a trapezoid), or consists of two arcs of radius r = `edge_radius` that meet at half height, convex
+        above and concave below. Two arcs are 2 sqrt(r height - height^2 / 4) wide, and the profile has no corners.
+Source  Geometry. The mean line of either form is height (duty - 1/2) above half height.
+Limits  A wall steeper than the slope limit of `surface_sections` is refused, so each place has one height.
 """
 
 from __future__ import annotations
@@ -25,13 +25,20 @@ from synth.scene.section import Section
 from synth.scene.texture_registry import Kind
 from synth.surfaces.profile import NO_CORNERS, Array, Bounds, Profile, places_of, turns_of
 
-USUAL_RAMP = 0.25  # of the narrower of top and groove at half height, where neither ramp nor radius is given; a choice
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(48)  # of an arc's angle: Rq to 1e-14
+USUAL_RAMP = 0.25  # default ramp, relative to the narrower of top and groove at half height; a choice
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(48)  # over an arc's angle: Rq to 1e-14
 
 
 @dataclass(frozen=True)
 class Grating(Profile):
-    """Ridges: period, height and ramp or radius in m, duty from 0 to 1, phase in rad; ramp None: arcs."""
+    """Straight ridges.
+
+    period, height: m.
+    duty: 0 to 1.
+    ramp: m; None: the flanks are arcs.
+    radius: of the arcs, m.
+    phase: rad.
+    """
 
     period: float
     height: float
@@ -62,13 +69,13 @@ class Grating(Profile):
         half = 0.5 * self.flank
         if self.ramp is not None:
             return np.asarray(self.height * np.clip(inward / self.ramp, -0.5, 0.5) - self._mean)
-        short = np.maximum(half - np.abs(inward), 0.0)  # from the flat part
+        short = np.maximum(half - np.abs(inward), 0.0)  # distance from the flat part
         drop = short**2 / (self.radius + np.sqrt(self.radius**2 - np.minimum(short, self.radius) ** 2))
         return np.asarray(np.copysign(0.5 * self.height - drop, inward) - self._mean)
 
     @property
     def bounds(self) -> Bounds:
-        """Exact bounds: flanks are steepest, and arcs most curved, at half height; a ramp has corners."""
+        """Exact bounds. At half height flanks are steepest and arcs most curved; a ramp has corners."""
         slope, bend = 0.0, 0.0
         if self.height and self.ramp is not None:
             slope, bend = self.height / self.ramp, math.inf
@@ -87,7 +94,7 @@ class Grating(Profile):
 
     @cached_property
     def rms(self) -> tuple[float, float]:
-        """Rq (m) and rms slope: closed for a ramp, quadrature over an arc's angle otherwise."""
+        """Rq (m) and rms slope: in closed form for a ramp, by quadrature over the angle for arcs."""
         flank = self.flank
         if self.ramp is not None:
             square, slope = flank / 12.0 * self.height**2, self.height**2 / flank
@@ -96,7 +103,7 @@ class Grating(Profile):
             angles, widths = 0.5 * steepest * (1.0 + _NODES), 0.5 * steepest * _WEIGHTS
             above = 0.5 * self.height - 2.0 * self.radius * np.sin(0.5 * angles) ** 2
             square = 2.0 * self.radius * float(np.sum(widths * np.cos(angles) * above**2))
-            if steepest < 1.0:  # rad: below, the closed form loses digits; above, the quadrature does
+            if steepest < 1.0:  # rad: the closed form loses digits below it, the quadrature above it
                 slope = 2.0 * self.radius * float(np.sum(widths * np.sin(angles) ** 2 / np.cos(angles)))
             else:
                 slope = 2.0 * self.radius * (math.atanh(math.sin(steepest)) - math.sin(steepest))

@@ -1,10 +1,10 @@
-"""The kind `harmonics`: a sum of cosines whose amplitudes and phases are given.
+"""The kind `harmonics`: a sum of cosines with given amplitudes and phases.
 
 Stage   SURFACES.
-Model   h(x) = sum of A_n cos(n (2 pi x / period + phase) + p_n), n = 1 to 64 at most; A_n from `amplitudes`, p_n from
-        `phases`, which are all 0 where they are not given.
+Model   h(x) = sum of A_n cos(n (2 pi x / period + phase) + p_n), n = 1 to 64 at most. A_n comes from `amplitudes` and
+        p_n from `phases`; without `phases` every p_n is 0.
 Source  Fourier; Fagiani & Barbieri (2016), eq. 2 is the case of one order.
-Limits  as `fourier`.
+Limits  As for `fourier`.
 """
 
 from __future__ import annotations
@@ -24,13 +24,19 @@ from synth.scene.texture_registry import Kind
 from synth.surfaces.fourier import FourierProfile
 from synth.surfaces.profile import Array, Cosine
 
-MOST_ORDERS = 64  # as many as a live voice keeps at its densest; `rough` and `profile` are for more
-LARGEST_SUM = 1e-3  # m: the largest amplitude of a texture
+MOST_ORDERS = 64  # the most that a live voice's table holds; for more use `rough` or `profile`
+LARGEST_SUM = 1e-3  # m: the largest permitted amplitude of a texture
 
 
 @dataclass(frozen=True, eq=False)
 class Harmonics(FourierProfile):
-    """A sum of cosines: amplitudes in m and phases in rad, of orders 1, 2, ...; period in m, shift in rad."""
+    """A sum of cosines.
+
+    period: m.
+    shift: rad.
+    amplitudes: m, of orders 1, 2, ...
+    phases: rad, of the same orders.
+    """
 
     amplitudes: tuple[float, ...]
     phases: tuple[float, ...]
@@ -48,7 +54,7 @@ class Harmonics(FourierProfile):
 
     @property
     def cosine(self) -> Cosine | None:
-        """The first order, where it is alone."""
+        """The first order where it is the only one, else None."""
         if any(self.amplitudes[1:]):
             return None
         return Cosine(self.amplitudes[0], self.period, self.phases[0] + self.shift)
@@ -79,7 +85,7 @@ def _refusals(values: Mapping[str, Any], given: Fields) -> list[Refusal]:
         hint = f"There are {len(amplitudes)} amplitudes and {len(phases)} phases. Leave phases out where all are 0."
         return [refusal(["phases"], given["phases"], f"as many phases as amplitudes, {len(amplitudes)}", hint)]
     if sum(amplitudes) > LARGEST_SUM * (1.0 + 1e-12):
-        hint = f"They add up to {sum(amplitudes) * 1e3:.4g} mm. Write smaller ones."
+        hint = f"Their sum is {sum(amplitudes) * 1e3:.4g} mm. Write smaller amplitudes."
         return [refusal(["amplitudes"], given["amplitudes"], "amplitudes whose sum is 1 mm at most", hint)]
     return []
 

@@ -1,14 +1,15 @@
-"""The kind `profile`: heights along a line, as they were measured or computed elsewhere.
+"""The kind `profile`: heights along a line, measured or computed elsewhere.
 
 Stage   SURFACES.
-Model   heights at equal distances `spacing`, linear between two of them, and from the last back to the first: the
-        period is their number times the spacing. The first height stands at x = 0 where the phase is 0.
-        Heights may stand in a file of this machine, which the command line and Python read, never a service. `.npy`:
-        one array of one dimension, any real numbers. `.csv`, `.txt`: one number a line. Heights in m.
-Limits  the mean line is subtracted. What lies between two heights is not known, so a shape that matters needs several
-        points; the corners between the straight pieces are heard where the band reaches them.
-        A file holds 1,000,000 heights. A scene's document holds up to 65,536 of them itself; of more it holds the
-        file's path, so such a scene is read back only where the file is.
+Model   The heights are at equal distances `spacing`, with straight lines between neighbours and from the last back to
+        the first. So the period is their number times the spacing. At phase 0 the first height is at x = 0.
+        The heights may be in a local file, which the command line and Python read, but a service does not. `.npy`:
+        one array of one dimension, any real numbers. `.csv`, `.txt`: one number per line. Heights in m.
+Source  The heights are given; straight lines between them are a choice.
+Limits  The mean line is subtracted. The shape between two heights is unknown, so a shape that matters needs several
+        points. The corners between the straight lines are heard where the band reaches them.
+        A file holds up to 1,000,000 heights. A scene's document holds up to 65,536 heights itself. For more heights it
+        holds the path of the file, so such a scene can be read only where that file exists.
 """
 
 from __future__ import annotations
@@ -32,9 +33,9 @@ from synth.scene.section import Section
 from synth.scene.texture_registry import STEEPEST, Kind
 from synth.surfaces.profile import Array, Bounds, Profile, places_of, turns_of
 
-LARGEST_HEIGHT = 0.01  # m either way of where an instrument has its zero; the profile itself is 2 mm high at most
-MOST_INLINE = 65_536  # heights in a scene: 1.4 MB of text; more is no longer a document that one sends around
-MOST_HEIGHTS = 1_000_000  # in a file: 1 m at 1 um; a solver's work grows with them
+LARGEST_HEIGHT = 0.01  # m above or below the zero of the instrument; the profile itself is 2 mm high at most
+MOST_INLINE = 65_536  # heights in a scene: 1.4 MB of text; a larger document is unwieldy to send
+MOST_HEIGHTS = 1_000_000  # in a file: 1 m at 1 um; the solver's work grows with their number
 LARGEST_FILE = 64 * 2**20  # bytes: a million heights as text are 25 MB
 FORMS = "a file of this machine: .npy of one dimension, or .csv or .txt with one number a line, in m"
 
@@ -43,7 +44,9 @@ FORMS = "a file of this machine: .npy of one dimension, or .csv or .txt with one
 class MeasuredProfile(Profile):
     """Straight lines between heights.
 
-    points: heights in m, float64 [n], two or more; about any level. spacing: m from one to the next. phase: rad.
+    points: heights, m, float64 [n], two or more, about any level.
+    spacing: distance between neighbours, m.
+    phase: rad.
     """
 
     points: Array
@@ -64,7 +67,7 @@ class MeasuredProfile(Profile):
 
     @cached_property
     def about_mean(self) -> Array:
-        """The heights (m) about their mean line, the first once more at the end: float64 [n + 1]."""
+        """The heights (m) about their mean line, with the first repeated at the end: float64 [n + 1]."""
         level = np.asarray(self.points, np.float64) - np.mean(self.points)
         return np.append(level, level[0])
 
@@ -88,7 +91,7 @@ class MeasuredProfile(Profile):
 
     @cached_property
     def corners(self) -> Array:
-        """Places (m) of the heights, since any may be a corner."""
+        """Places (m) of all heights, since each may be a corner."""
         return places_of(np.arange(len(self.points)) / len(self.points), self.period, self.phase)
 
     @cached_property
@@ -100,7 +103,10 @@ class MeasuredProfile(Profile):
 
 
 class Heights(tuple[float, ...]):
-    """Heights in m, hashed once. path: of the file that they were read from, or ""."""
+    """Heights in m, whose hash is computed only once.
+
+    path: of the file that they came from, or "".
+    """
 
     path: str = ""
 
@@ -124,19 +130,19 @@ class HeightFile(Rule):
         raise refused(self.allowed, 'Write a path, such as "heights.csv".')
 
     def schema(self) -> dict[str, Any]:
-        """Return nothing but null: whoever reads the schema talks to a service, which refuses every path."""
+        """Return a schema that permits null only: the schema describes the service, which refuses every path."""
         return {"anyOf": []}
 
 
 class HeightList(QuantityList):
-    """The heights, as a list or as they were read from a file."""
+    """The heights, as a list or as read from a file."""
 
     def read(self, value: object) -> Heights:
         """Return the heights in m."""
         return value if isinstance(value, Heights) else Heights(super().read(value))
 
     def length_hint(self, count: int) -> str:
-        """Return where more heights than a list holds go."""
+        """Return a hint about the number of heights, and about files where the list is too long."""
         more = " On the command line texture.file takes up to 1000000." if count > self.most else ""
         return f"The list has {count}.{more}"
 
@@ -147,9 +153,9 @@ class MeasuredFields(Section):
     heights: Annotated[
         tuple[float, ...] | None,
         HeightList(Quantity(Dimension.LENGTH, -LARGEST_HEIGHT, LARGEST_HEIGHT), 2, MOST_INLINE),
-    ] = Field(default=None, description="profile: heights at equal distances; the last goes on to the first.")
+    ] = Field(default=None, description="profile: heights at equal distances; the last connects to the first.")
     spacing: Annotated[float | None, Quantity(Dimension.LENGTH, 1e-9, 0.1, usual=1e-3)] = Field(
-        default=10e-6, description="profile: distance from one height to the next."
+        default=10e-6, description="profile: distance between neighbouring heights."
     )
     file: Annotated[str | None, HeightFile()] = Field(
         default=None, description="profile: instead of heights, a file that holds them. Only the command line reads it."
@@ -162,7 +168,7 @@ def _made(values: Mapping[str, Any]) -> MeasuredProfile:
 
 def _refusals(values: Mapping[str, Any], given: Fields) -> list[Refusal]:
     if "file" in given:
-        hint = "A service reads no files of its own machine. Write the heights, or use the command line."
+        hint = "A service does not read files. Write the heights, or use the command line."
         return [refusal(["file"], given["file"], "nothing here: only the command line and Python read files", hint)]
     if "heights" not in given:
         hint = 'Write a list such as [0, "20 um", 0, "-20 um"]; on the command line, file=PATH.'
@@ -184,7 +190,7 @@ def _refusals(values: Mapping[str, Any], given: Fields) -> list[Refusal]:
 
 
 def heights_of_file(fields: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the `fields` of a texture with the heights in place of `file`; raises SceneError, OSError."""
+    """Return the `fields` of a texture with `file` replaced by its heights. Raises SceneError and OSError."""
     path = fields.get("file")
     if not isinstance(path, str) or not path:
         return dict(fields)
@@ -196,7 +202,11 @@ def heights_of_file(fields: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def written(fields: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the document `fields` of a texture of these `values`, with the path of their file for long heights."""
+    """Return the document of a texture; where there are many heights, with the path of their file instead.
+
+    fields: of the texture.
+    values: the same fields as numbers in SI units.
+    """
     heights = values["heights"]
     if isinstance(heights, Heights) and len(heights) > MOST_INLINE:
         return {**fields, "heights": None, "file": heights.path}
@@ -204,7 +214,7 @@ def written(fields: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, A
 
 
 def read_heights(path: Path) -> Array:
-    """Return the heights (m), float64 [n], of a file; raises SceneError, OSError."""
+    """Return the heights (m), float64 [n], of a file. Raises SceneError and OSError."""
     if path.suffix not in (".npy", ".csv", ".txt"):
         _refuse(path, FORMS, "Save the heights as one of these.")
     if not path.is_file():
@@ -217,16 +227,16 @@ def read_heights(path: Path) -> Array:
             if path.suffix == ".npy":
                 found: np.ndarray[Any, Any] = np.lib.format.open_memmap(
                     path, mode="r"
-                )  # takes no memory for what a header only claims
+                )  # allocates no memory for a false size in the header
             else:
                 found = np.loadtxt(path, ndmin=1, max_rows=MOST_HEIGHTS + 1)
     except (ValueError, EOFError) as error:
-        _refuse(path, FORMS, f"It cannot be read so ({str(error)[:120]}).")
+        _refuse(path, FORMS, f"It cannot be read ({str(error)[:120]}).")
     if found.ndim != 1 or found.dtype.kind not in "fiu":
-        _refuse(path, FORMS, f"It holds {found.dtype} of {found.ndim} dimensions. Keep the heights alone.")
+        _refuse(path, FORMS, f"It contains {found.dtype} of {found.ndim} dimensions. Keep only the heights.")
     if not 2 <= len(found) <= MOST_HEIGHTS:
         held = f"{len(found)}" if len(found) <= MOST_HEIGHTS else "more"
-        _refuse(path, f"2 to {MOST_HEIGHTS} heights", f"It holds {held}.")
+        _refuse(path, f"2 to {MOST_HEIGHTS} heights", f"It contains {held}.")
     heights = np.asarray(found, np.float64)
     wrong = np.flatnonzero(~(np.abs(heights) <= LARGEST_HEIGHT))
     if len(wrong):

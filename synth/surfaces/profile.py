@@ -1,12 +1,12 @@
 """A profile: the heights of a surface along a line, repeated with a period.
 
-Stage   SURFACES: between what was asked for and the contact.
-Model   h(x), in metres, up towards the finger, about its own mean line: the mean over a period is 0. A scene's `phase`
-        phi shifts every kind alike, h(x) = base(x + phi period / (2 pi)).
-        The equivalent sinusoid has the same Rq (root mean square height) and the same rms slope:
-        a = sqrt(2) Rq, lambda = 2 pi Rq / (rms slope). Eqs 4-7 take it in the place of a2 and lambda2.
-Source  Fagiani & Barbieri (2016), eqs 2-7, know one cosine; the equivalent sinusoid is this project's choice.
-Limits  periodic; one line along the direction of scanning.
+Stage   SURFACES: between the scene and the contact.
+Model   h(x) is in metres, positive towards the finger, with mean 0 over a period. A scene's `phase` phi shifts
+        every kind in the same way: h(x) = base(x + phi period / (2 pi)).
+        Each profile has an equivalent sinusoid, with the same Rq (root mean square height) and the same rms slope:
+        a = sqrt(2) Rq, lambda = 2 pi Rq / (rms slope). In eqs 4-7, a and lambda replace a2 and lambda2.
+Source  Fagiani & Barbieri (2016), eqs 2-7, cover one cosine; the equivalent sinusoid is this project's choice.
+Limits  Periodic; one line along the direction of scanning.
 """
 
 from __future__ import annotations
@@ -27,7 +27,11 @@ NO_CORNERS.setflags(write=False)
 
 @dataclass(frozen=True, slots=True)
 class Cosine:
-    """A profile in closed form: amplitude (m) times cos(2 pi x / period + phase), period in m, phase in rad."""
+    """A profile in closed form: amplitude cos(2 pi x / period + phase).
+
+    amplitude, period: m.
+    phase: rad.
+    """
 
     amplitude: float
     period: float
@@ -35,7 +39,12 @@ class Cosine:
 
 
 class Bounds(NamedTuple):
-    """Lowest and highest height (m), of |dh/dx|, and of |d2h/dx2| (1/m), which is infinite where there are corners."""
+    """Bounds of the heights and their derivatives.
+
+    lowest, highest: of the height, m.
+    slope: of |dh/dx|.
+    curvature: of |d2h/dx2|, 1/m; infinite for a profile with corners.
+    """
 
     lowest: float
     highest: float
@@ -44,9 +53,10 @@ class Bounds(NamedTuple):
 
 
 class Profile(ABC):
-    """Heights of a periodic surface along a line, up towards the finger. A profile never changes.
+    """Heights of a periodic surface along a line, positive towards the finger. A profile is immutable.
 
-    kind: the name that `texture.kind` has for it. period: in m.
+    kind: its name in `texture.kind`.
+    period: m.
     """
 
     kind: str
@@ -65,12 +75,12 @@ class Profile(ABC):
 
     @abstractmethod
     def heights(self, places: Array) -> Array:
-        """Return the heights (m) at `places` (m), an array of any shape and of any range; the result has its shape."""
+        """Return the heights (m) at `places` (m, any shape, any range), in the same shape."""
 
     @property
     @abstractmethod
     def bounds(self) -> Bounds:
-        """What the heights and their derivatives stay within."""
+        """Bounds of the heights and their derivatives."""
 
     @property
     def extent(self) -> tuple[float, float]:
@@ -89,7 +99,7 @@ class Profile(ABC):
 
     @property
     def corners(self) -> Array:
-        """Places (m) in [0, period), rising, where the slope jumps; empty where the profile is smooth."""
+        """Places (m) in [0, period), rising, where the slope has a step; empty for a smooth profile."""
         return NO_CORNERS
 
     @property
@@ -103,7 +113,7 @@ class Profile(ABC):
         """Rq (m) and the root mean square of the slope, over a period."""
 
     def equivalent(self) -> Cosine:
-        """Return the sinusoid of equal Rq and rms slope; that of a flat profile has no height and the same period."""
+        """Return the sinusoid of equal Rq and rms slope; for a flat profile, one of no height and the same period."""
         height, slope = self.rms
         if not height or not slope:
             return Cosine(0.0, self.period)
@@ -111,11 +121,11 @@ class Profile(ABC):
 
 
 def turns_of(places: Array, period: float, phase: float) -> Array:
-    """Return where in a period `places` (m) stand, in turns from 0 to 1, for a surface shifted by `phase` (rad)."""
+    """Return the positions of `places` (m) within a period, 0 to 1 turn, on a surface shifted by `phase` (rad)."""
     turns = (np.asarray(places, np.float64) / period + phase / (2.0 * math.pi)) % 1.0
     return np.where(turns >= 1.0, 0.0, turns)  # the remainder of a tiny negative number rounds to 1
 
 
 def places_of(turns: Array, period: float, phase: float) -> Array:
-    """Return the places (m) in [0, period), rising, that stand at `turns` of a surface shifted by `phase` (rad)."""
+    """Return the places (m) in [0, period), rising, of the positions `turns` on a surface shifted by `phase` (rad)."""
     return np.sort((np.asarray(turns, np.float64) - phase / (2.0 * math.pi)) % 1.0 % 1.0) * period

@@ -1,13 +1,13 @@
-"""The kind `rough`: a self-affine surface, as paper, plaster, sanded wood or a fracture, from a seed.
+"""The kind `rough`: a self-affine surface, such as paper, plaster, sanded wood or a fracture, from a seed.
 
 Stage   SURFACES.
-Model   h(x) = sum of A_n cos(2 pi n x / period + p_n) over the orders whose wavelength period / n lies from `shortest`
-        to `longest`. A_n^2 is in proportion to n^-(1 + 2 H), the power spectrum of a self-affine profile of Hurst
-        exponent H; all A_n are scaled to the rms height or the rms slope that was asked for, which is met exactly. The
-        phases p_n are uniform, in order of n from PCG64(seed): another `shortest` keeps the longer waves.
+Model   h(x) = sum of A_n cos(2 pi n x / period + p_n) over the orders n whose wavelength period / n lies between
+        `shortest` and `longest`. A_n^2 is proportional to n^-(1 + 2 H), the power spectrum of a self-affine profile
+        with Hurst exponent H. A common factor gives exactly the required rms height or rms slope. The phases p_n are
+        uniform, drawn in order of n from PCG64(seed), so a change of `shortest` keeps the longer waves.
 Source  Persson et al. 2005 (J. Phys.: Condens. Matter 17, R1): C(q) of a profile falls as q^-(1 + 2H).
-Limits  no plateau below the longest wave: there is nothing. Heights are nearly Gaussian where many orders share the
-        power; with H near 1 the longest few waves have most of it.
+Limits  There is no plateau of the spectrum: waves longer than `longest` are absent. Heights are nearly Gaussian where
+        many orders share the power; with H near 1 the few longest waves have most of it.
 """
 
 from __future__ import annotations
@@ -28,14 +28,23 @@ from synth.scene.texture_registry import Kind
 from synth.surfaces.fourier import FourierProfile
 from synth.surfaces.profile import Array
 
-MOST_ORDERS = 8192  # shortest waves in a period; more take more memory and time than a texture is worth
-USUAL_ORDERS = 256  # shortest waves in a period where `shortest` is not given; a choice
-ROUNDING = 1e-9  # of an order: period / longest may be whole and miss it by a rounding
+MOST_ORDERS = 8192  # shortest waves per period; limits memory and time
+USUAL_ORDERS = 256  # shortest waves per period where `shortest` is not given; a choice
+ROUNDING = 1e-9  # of an order: tolerates rounding where period / longest is a whole number
 
 
 @dataclass(frozen=True, eq=False)
 class Rough(FourierProfile):
-    """A self-affine surface: lengths in m, shift in rad; one of rms_height (m) and rms_slope is None."""
+    """A self-affine surface.
+
+    period: m.
+    shift: rad.
+    hurst: Hurst exponent, 0 to 1.
+    rms_height: m, or None.
+    rms_slope: or None; exactly one of the two is given.
+    longest, shortest: wavelengths, m.
+    seed: of the phases.
+    """
 
     hurst: float
     rms_height: float | None
@@ -67,7 +76,7 @@ class Rough(FourierProfile):
 
 
 def band_of(period: float, longest: float, shortest: float) -> tuple[int, int]:
-    """Return the first and the last order whose wavelengths lie from `shortest` to `longest`; none: first > last."""
+    """Return the first and the last order with a wavelength from `shortest` to `longest`; first > last for none."""
     return max(math.ceil(period / longest - ROUNDING), 1), math.floor(period / shortest + ROUNDING)
 
 
@@ -88,10 +97,10 @@ class RoughFields(Section):
         default=None, description="rough: instead of rms_height, the root mean square slope."
     )
     longest: Annotated[float | None, _LENGTH] = Field(
-        default=None, description="rough: longest wave; null: the period, which is the most."
+        default=None, description="rough: longest wave, at most the period; null: the period."
     )
     shortest: Annotated[float | None, _LENGTH] = Field(
-        default=None, description="rough: shortest wave; null: a 256th of the period. The least is an 8192nd."
+        default=None, description="rough: shortest wave; null: a 256th of the period. The minimum is an 8192nd."
     )
     seed: Annotated[int | None, Quantity(Dimension.NONE, 0, 1_000_000, whole=True)] = Field(
         default=0, description="rough: seed of the phases; the same seed gives the same surface."
@@ -108,7 +117,7 @@ def _made(values: Mapping[str, Any]) -> Rough:
 def _refusals(values: Mapping[str, Any], given: Fields) -> list[Refusal]:
     found: list[Refusal] = []
     if "rms_height" in given and "rms_slope" in given:
-        hint = "Leave one out: with the spectrum fixed, one decides the other."
+        hint = "Leave one out: for a given spectrum, each determines the other."
         found.append(refusal(["rms_slope"], given["rms_slope"], "rms_height or rms_slope, not both", hint))
     period = values["period"]
     longest, shortest = values["longest"] or period, values["shortest"] or period / USUAL_ORDERS
@@ -119,9 +128,9 @@ def _refusals(values: Mapping[str, Any], given: Fields) -> list[Refusal]:
         found.append(refusal(["longest"], given["longest"], f"at most the period, {shown}", "Write a longer period."))
     elif last > MOST_ORDERS:
         least = show_quantity(period / MOST_ORDERS, Dimension.LENGTH)
-        found.append(refusal([field], written, f"at least {least}", f"The period, {shown}, would hold {last} waves."))
+        found.append(refusal([field], written, f"at least {least}", f"The period, {shown}, would have {last} waves."))
     elif longest < shortest or first > last:
-        hint = f"No whole part of the period, {shown}, lies from shortest to longest: no wave is left."
+        hint = f"No whole fraction of the period, {shown}, lies between shortest and longest."
         found.append(refusal([field], written, "a shortest wave below the longest", hint))
     return found
 

@@ -1,9 +1,9 @@
-"""The sinusoid: the one surface of the paper, for texture and finger alike.
+"""The sinusoid: the only surface of the paper, for texture and finger alike.
 
 Stage   SURFACES.
 Model   h(x) = amplitude cos(2 pi x / period + phase)
 Source  Fagiani & Barbieri (2016), eq. 2.
-Limits  exact.
+Limits  Exact.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ from synth.arrays import Array, Block
 
 
 def faded(block: Block, fade_frames: int) -> Block:
-    """Return the first `fade_frames` of `block`, or all of a shorter one, under a half cosine that ends at zero."""
+    """Return the first `fade_frames` of `block` (or all, if it is shorter) under a half cosine that ends at zero."""
     frames = min(len(block), fade_frames)
     return under(block[:frames], end_gains(frames))
 
@@ -38,7 +38,7 @@ def fade_envelope(first: int, frames: int, total: int, fade_frames: int) -> Arra
 
 
 def reduction_warning(decibels: float) -> tuple[str, ...]:
-    """Return a warning about the largest gain reduction, or none where the limiter did nothing."""
+    """Return a warning about the largest gain reduction (dB), or none if there was no reduction."""
     if decibels <= 0.0:
         return ()
-    return (f"The safety limiter turned the sound down by up to {decibels:.1f} dB: give a larger full_scale.",)
+    return (f"The safety limiter reduced the gain by up to {decibels:.1f} dB: give a larger full_scale.",)

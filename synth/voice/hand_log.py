@@ -1,12 +1,12 @@
-"""The log of a live session: every event that decided its samples, each with its frame. A recording contains it.
+"""The log of a live session: every event that affected its samples, with its frame. A recording contains the log.
 
 Stage   3 (VOICE). `hand_voice` writes it, `recording` reads it.
 Model   An event is a list: frame, name, values.
             [frame, "contact", seq, time, position, speed, load]   an update, from this frame on; null: not given
             [frame, "lift"]                                        the finger is lifted
-            [frame, "scene", scene]                                a change of scene, begun as soon as possible
+            [frame, "scene", scene]                                a change of scene, applied as soon as possible
             [frame, "release"]                                     the fade at the end
-Limits  It takes LARGEST_BYTES of memory at most. When it is full it takes no more events and keeps the earlier ones.
+Limits  The log takes at most LARGEST_BYTES of memory. A full log keeps its events and ignores new ones.
 """
 
 from __future__ import annotations
@@ -36,10 +36,10 @@ class HandLog:
         self.used_bytes = 0
         self.ended_at: int | None = None
         self.cut_frames = 0
-        """Number of the last frames that were faded after they had been rendered."""
+        """Number of frames at the end that were faded after rendering."""
 
     def note(self, frame: int, name: str, *values: Any) -> None:
-        """Log an event. The log ends here where it has no room for it."""
+        """Log an event. Where there is no room for it, the log ends here."""
         needed = EVENT_BYTES + (BYTES_PER_CHARACTER * len(json.dumps(values[0])) if name == "scene" else 0)
         if self.used_bytes + needed > LARGEST_BYTES:
             self.end(frame)
@@ -48,6 +48,6 @@ class HandLog:
             self.used_bytes += needed
 
     def end(self, frame: int) -> None:
-        """Take no more events, from `frame` on."""
+        """Ignore all events from `frame` on."""
         if self.ended_at is None:
             self.ended_at = frame

@@ -3,10 +3,10 @@
 Stage   3 (VOICE), for the live protocol.
 Model   `update_smoothing` turns updates into position and load at audio rate. The first update begins a cross-fade,
         and so does a jump, an update that puts the finger elsewhere at once. The old motion goes on during the
-        cross-fade; the new one begins where the update says. An update without a load keeps the load of the one before;
-        the first one takes that of the scene. A jump during a cross-fade waits for its end, and the newest wins. A
-        finger that lands is ramped in. `lift` lifts the finger until the next update. A `HandLog` keeps all that
-        decides the samples, and `recording` plays it again.
+        cross-fade; the new one begins at the position of the update. An update without a load keeps the previous load;
+        the first update then has the load of the scene. A jump during a cross-fade waits for its end, and the newest
+        wins. A landing finger is ramped in. `lift` lifts the finger until the next update. A `HandLog` keeps everything
+        that affects the samples, and `recording` replays it.
 Source  design, sections 4 (motion, recording) and 7.
 Limits  An update has its full effect `motion_delay` after the frame at which it was applied. One hand.
 """
@@ -55,24 +55,24 @@ class HandVoice(LiveVoice):
         self._lifted = False
         self._motion: Motion | None = None
         self._by_hand: set[Voice] = set()
-        self._last_load: float | None = None  # N, at the last frame that followed the hand
+        self._last_load: float | None = None  # N, at the last frame of the hand
 
     def _scaled(self, solved: Preparation) -> Preparation:
         return with_hand_scale(solved, self._cache)
 
     @property
     def motion_delay(self) -> float:
-        """The longest time (s) from the frame at which an update is applied to its full effect."""
+        """The longest time (s) from applying an update to its full effect."""
         return LOOK_AHEAD + DELAY + self.late / self.sample_rate
 
     @property
     def late(self) -> int:
-        """Frames by which the output is behind the hand's motion, without the limiter."""
+        """Frames by which the output is behind the hand's motion, not counting the limiter."""
         return (self._spare or self._voice).late
 
     @property
     def lowest_load(self) -> float:
-        """The lowest load (N) that an update may have: below 0 where the finger can pull."""
+        """The lowest load (N) that an update may have: below 0 where adhesion lets the finger pull."""
         return lowest_load(self.scene.effects)
 
     @property
@@ -100,8 +100,8 @@ class HandVoice(LiveVoice):
             self.log.end(self.frame)
 
     def recording(self) -> dict[str, Any]:
-        """Return the recording so far as a JSON document (see `recording`). The voice must have a log."""
-        assert self.log is not None, "the voice keeps no log"
+        """Return the recording so far as a JSON document (see `recording`). The voice must keep a log."""
+        assert self.log is not None, "the voice does not keep a log"
         return {
             "format": FORMAT,
             "version": VERSION,
@@ -150,7 +150,7 @@ class HandVoice(LiveVoice):
     def cut(self, block: Block, frames: int) -> Block:
         """Return the first `frames` of `block`, the last block rendered, faded to zero. The sound ends with them.
 
-        It is for an end that cannot wait for the fade of `release`.
+        For an end that cannot wait for the fade of `release`.
         """
         self.frame += frames - len(block)
         if self.log is not None:
@@ -158,7 +158,7 @@ class HandVoice(LiveVoice):
         return faded(block, frames)
 
     def prepare(self, scene: Scene) -> Change:
-        """Return the prepared change to `scene`. Raises SceneError where it changes what is fixed for a stream."""
+        """Return the prepared change to `scene`. Raises SceneError where it changes a value that a stream fixes."""
         require_one_shape(scene)
         return replace(super().prepare(scene), hand=self._voice_for_hand(scene))
 
@@ -172,7 +172,7 @@ class HandVoice(LiveVoice):
             self.log.note(self.frame, name, *values)
 
     def _voice_for_hand(self, scene: Scene) -> Voice:
-        """Return a voice of `scene` that follows a hand, with the stream's full scale. It solves the table: slow."""
+        """Return a voice of `scene` that follows a hand, with the stream's full scale. Slow: it solves the table."""
         nominal = nominal_scene(scene).model_copy(update={"texture": scene.texture})
         solved = prepare_hand(nominal, self.full_scale, self._cache, exact=self._exact)
         scaled = replace(solved, scene=with_full_scale(nominal, self.full_scale))

@@ -1,11 +1,11 @@
-"""The safety limiter: it keeps the output of a voice within full scale.
+"""The safety limiter, which keeps the output of a voice within full scale.
 
 Model   Samples within full scale pass unchanged. Before a sample beyond full scale, the gain of all channels falls over
         LOOK_AHEAD to the gain that this sample needs, and recovers over RELEASE_TIME. The limiter is the last step
-        before every live, device and integer output, and nothing switches it off.
-        A frame needs the gain 1 / peak, where peak is its largest channel, or 1 where that is within full scale. The
-        held gain g is the least gain that the frame or any of the `ahead` frames before it needs. It recovers toward
-        1.01 by a share `recovery` per frame until it is 1:
+        before every live, device and integer output, and cannot be switched off.
+        A frame needs the gain 1 / peak, where peak is its largest channel, or 1 where the peak is within full scale.
+        The held gain g is the least gain that the frame or any of the `ahead` frames before it needs. It recovers
+        toward 1.01 by a share `recovery` per frame until it is 1:
 
             g = min(needed by the last ahead + 1 frames, g + (1.01 - g) recovery, 1)
 
@@ -13,10 +13,10 @@ Model   Samples within full scale pass unchanged. Before a sample beyond full sc
         together. Every g in them is low enough for the frame, so their average is too. The gain has no step, and its
         slope has none except where g turns. A frame with a sample that is not finite becomes silence and is treated as
         the highest peak.
-        Gains are whole numbers of 2^-40, so the running sums are exact: nothing drifts, blocks split anywhere give the
-        same samples, and a plain comparison tells whether the gain is back at 1.
+        Gains are multiples of 2^-40, so the running sums are exact: nothing drifts, the sizes of blocks do not affect
+        the samples, and a plain comparison shows whether the gain is back at 1.
 Source  design, sections 4 and 8; the times are unverified defaults. A held minimum and box averages are the usual parts
-        of a look-ahead limiter; the whole numbers are our own.
+        of a look-ahead limiter; the integer gains are our own.
 Limits  The limiter is bit-exact again 0.24 s (LOOK_AHEAD + 4.7 RELEASE_TIME) after the last sample beyond full scale,
         at the latest. A steady tone beyond full scale is distorted, such as 100 Hz at twice full scale. A peak beyond
         2^40 times full scale is clipped. The work per frame does not grow with `ahead`; while nothing is limited, a
@@ -37,9 +37,9 @@ from synth.kernels import signed_kernel, unfused
 
 Integers = np.ndarray[Any, np.dtype[np.int64]]
 
-ONE = 1 << 40  # a gain of 1; coarser, rounding would be heard in float32, finer, sums of sums would pass 2^63
-LEAST = 1  # -241 dB: the gain that a frame needs that is not finite; 0 would have no decibels
-AIM = ONE + ONE // 100  # target of the recovery: nearer to ONE it takes longer, farther the corner at 1 is sharper
+ONE = 1 << 40  # a gain of 1; smaller: rounding is audible in float32; larger: sums of sums exceed 2^63
+LEAST = 1  # -241 dB: the gain for a frame that is not finite; 0 has no value in decibels
+AIM = ONE + ONE // 100  # target of the recovery: a lower one takes longer, a higher one makes the corner at 1 sharper
 RECOVERY_ONE = 1 << 22  # a recovery of 1; AIM RECOVERY_ONE must stay below 2^63
 LONGEST_AHEAD = 4094  # frames; (ahead / 2 + 1)^2 ONE must stay below 2^63
 SMALLEST_NORMAL = np.float32(2.0**-126)  # smaller values are denormal, slow on many processors: they become zero
@@ -50,13 +50,13 @@ GAIN = 0  # g of the last input frame, in units of 1 / ONE
 FIRST_SUM = 1  # sum of the gains in the first window
 SECOND_SUM = 2  # sum of the first sums in the second window: the gain applied, in units of 1 / (ONE windows)
 FRAME = 3  # number of input frames so far
-OLDEST = 4  # place of the oldest entry of the queue
+OLDEST = 4  # index of the oldest entry in the queue
 QUEUED = 5  # number of entries in the queue
 LOWEST = 6  # least SECOND_SUM since `take_reduction`
 NOT_FINITE = 7  # number of input frames with a sample that is not finite
 NUMBERS = 8
-LOOK_AHEAD = 1.5e-3  # s; shorter, the gain falls so steeply that it clicks; longer, changes are heard later
-RELEASE_TIME = 0.05  # s; shorter is rougher, longer ducks the sound after a peak
+LOOK_AHEAD = 1.5e-3  # s; shorter: the gain falls so steeply that it clicks; longer: changes are heard later
+RELEASE_TIME = 0.05  # s; shorter: rougher; longer: the sound stays quiet after a peak
 
 
 @unfused
@@ -71,7 +71,7 @@ def _fits(block: Block) -> bool:
 
 @unfused
 def _pass_on(block: Block, out: Block, pending: Block, numbers: Integers) -> None:
-    """Delay by len(pending) frames and change nothing."""
+    """Delay by len(pending) frames, without any other change."""
     ahead = len(pending)
     slot = numbers[FRAME] % max(1, ahead)
     numbers[FRAME] += len(block)
@@ -100,7 +100,7 @@ def _needed(block: Block, i: int, numbers: Integers) -> int:
 
 @unfused
 def _queue(needed: int, queue: Integers, numbers: Integers) -> None:
-    """Append `needed` of the present frame; drop entries that left the window or that a later frame undercuts."""
+    """Append `needed` of the present frame; drop entries that left the window or that exceed a later one."""
     places, frame = queue.shape[1], numbers[FRAME]
     if numbers[QUEUED] > 0 and queue[1, numbers[OLDEST]] <= frame - places:
         numbers[OLDEST] = (numbers[OLDEST] + 1) % places
@@ -164,10 +164,12 @@ def hold_within(
 
 
 class Limiter:
-    """Keeps a stream of blocks within full scale, finite and free of denormals. For use by one thread.
+    """Keeps a stream of blocks within full scale, finite and free of denormals. For one thread.
 
     Samples within full scale pass bit for bit, except that denormals become zero.
-    ahead: frames by which the output is late, over which the gain falls before a peak; with 0 it falls at once.
+
+    ahead: frames by which the output is late, and over which the gain falls before a peak; with 0 the gain falls at
+        once.
     """
 
     def __init__(self, channels: int, sample_rate: int, ahead: int = 0) -> None:
@@ -185,11 +187,11 @@ class Limiter:
 
     @property
     def frames_not_finite(self) -> int:
-        """Number of input frames with a sample that is not finite, a bug upstream. They became silence."""
+        """Number of input frames with a sample that is not finite, which is a bug upstream. They became silence."""
         return int(self._numbers[NOT_FINITE])
 
     def take_reduction(self) -> float:
-        """Return the largest gain reduction in dB since the last call, 0 where there was none."""
+        """Return the largest gain reduction (dB) since the last call, or 0."""
         lowest = self._numbers.item(LOWEST)
         if lowest == self._whole:
             return 0.0
@@ -203,27 +205,27 @@ class Limiter:
         return out
 
     def process_into(self, block: Block, out: Block) -> None:
-        """Fill `out`, which may be `block`. Both are contiguous float32 [frames, channels]. Allocates nothing."""
+        """Fill `out`, which may be `block`, without allocating. Both are contiguous float32 [frames, channels]."""
         if block.shape[1] != self.channels:
-            raise ValueError(f"a block of {block.shape[1]} channels came to a limiter of {self.channels}")
+            raise ValueError(f"the block has {block.shape[1]} channels, the limiter {self.channels}")
         if block.shape != out.shape or not out.flags.carray:
-            raise ValueError(f"a block of {len(block)} frames needs as many contiguous ones to go into")
+            raise ValueError(f"out must have the {len(block)} frames of the block and be contiguous")
         hold_within(block, out, self._pending, self._numbers, self._first, self._second, self._queue, self._recovery)
 
     def limited(self, blocks: Iterable[Block]) -> Iterator[Block]:
-        """Yield a finite sound without delay: as many frames in all, in blocks of other lengths.
+        """Yield a finite sound without delay: the same number of frames, in blocks of different lengths.
 
-        A sample that is not finite is our bug and raises AssertionError here, since a file render may fail.
+        Raises AssertionError for a sample that is not finite: this is our bug, and a file render may fail.
         """
         late = self.ahead
         for block in chain(blocks, [np.zeros((self.ahead, self.channels), dtype=np.float32)]):
             ready = self.process(block)[late:]
-            assert not self.frames_not_finite, "a voice let NaN or infinity out"
+            assert not self.frames_not_finite, "a voice rendered NaN or infinity"
             late -= min(late, len(block))
             if len(ready):
                 yield ready
 
 
 def look_ahead(sample_rate: int) -> int:
-    """Return the frames that a limiter looks ahead at this rate."""
+    """Return the limiter's look-ahead in frames at this rate."""
     return round(LOOK_AHEAD * sample_rate)

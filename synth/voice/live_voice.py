@@ -3,12 +3,12 @@
 Stage   3 (VOICE), for sessions and devices.
 Model   `prepare` makes a change of scene ready in any thread while the stream plays; `apply` starts it at the next
         block. The new voice begins at the present phase of the texture, and a raised cosine cross-fades to it. A change
-        during a cross-fade waits, and the newest wins. The safety limiter is last; it looks LOOK_AHEAD ahead, so
-        changes are heard that much later.
+        during a cross-fade waits, and the newest wins. The safety limiter is last; its look-ahead delays changes by
+        LOOK_AHEAD.
 Source  design, sections 4 (ramps) and 8 (limiter).
-Limits  Sample rate, channels, quantities and full scale stay those of the first scene; where that is silent, the full
-        scale is that of a usual hand on it. Only `prepare`, `apply` and `release` are thread-safe: the last two leave a
-        note for the next block.
+Limits  Sample rate, channels, quantities and full scale stay those of the first scene. If that scene is silent, the
+        full scale is that of a usual hand on it. Only `prepare`, `apply` and `release` are thread-safe; `apply` and
+        `release` take effect at the next block.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from synth.scene.scene import Scene
 from synth.voice.limiter import Limiter, look_ahead
 from synth.voice.voice import Voice
 
-RAMP_TIME = 0.01  # s of fade in and out: a stop takes 20 ms at most; shorter fades click
+RAMP_TIME = 0.01  # s of fade-in and fade-out: a stop takes 20 ms at most; shorter fades click
 CHANGE_TIME = 0.05  # s of a cross-fade between scenes; a shorter one is heard as a step on slow waveforms
 
 
@@ -38,9 +38,9 @@ class Change:
     """A prepared change of scene.
 
     scene: as requested.
-    solved: the scene prepared with the stream's full scale.
+    solved: the scene, prepared with the stream's full scale.
     voice: its voice, at the first frame.
-    hand: of a voice for a hand, the voice of the scene that follows it, at its first frame.
+    hand: the voice of the scene that follows the hand, at its first frame; only for a voice that follows a hand.
     """
 
     scene: Scene
@@ -83,7 +83,7 @@ class LiveVoice:
 
     @property
     def plan(self) -> Plan:
-        """The plan of the present scene, or of the one that is being faded in."""
+        """The plan of the present scene, or of the scene that is being faded in."""
         return (self._coming or self._voice).plan
 
     @property
@@ -97,7 +97,7 @@ class LiveVoice:
         return self._released and self._silent >= max(1, self._ahead)
 
     def prepare(self, scene: Scene) -> Change:
-        """Return the prepared change to `scene`. Raises SceneError where it changes what is fixed for a stream."""
+        """Return the prepared change to `scene`. Raises SceneError where it changes a value that a stream fixes."""
         faults = fixed_faults(self._first, scene)
         if faults:
             raise SceneError(faults)
@@ -123,7 +123,7 @@ class LiveVoice:
             return np.zeros((frames, self.channels), dtype=np.float32)
         if not self._primed:
             self._primed = True
-            self._limiter.process(self._unlimited(self._ahead))  # so that the output is not late
+            self._limiter.process(self._unlimited(self._ahead))  # discarded, so that the output is not late
         block = self._unlimited(frames)
         self._limiter.process_into(block, block)
         self.reduction_db = self._limiter.take_reduction()
@@ -174,7 +174,7 @@ class LiveVoice:
         return voice.render(frames)
 
     def _crossing_done(self, voice: Voice) -> None:
-        """End the cross-fade: `voice` goes on alone."""
+        """End the cross-fade: only `voice` continues."""
         self._voice, self._coming = voice, None
 
     def _ramp(self, block: Block) -> None:
@@ -209,6 +209,6 @@ def fixed_faults(first: Scene, scene: Scene) -> list[Fault]:
     faults: dict[str, Fault] = {}
     for (pointer, value), (_pointer, kept) in zip(told(scene), told(first), strict=True):
         if value != kept and pointer not in faults:
-            hint = "Open a new session for another one."
-            faults[pointer] = Fault(pointer, value, f"{kept}, as the stream began", hint)
+            hint = "Open a new session for a different value."
+            faults[pointer] = Fault(pointer, value, f"{kept}, as at the start of the stream", hint)
     return list(faults.values())

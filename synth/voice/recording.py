@@ -1,15 +1,15 @@
-"""Recordings of live sessions: a document of all that decided the samples, and a replay that makes them again.
+"""Recordings of live sessions: a document of everything that affected the samples, and a replay of them.
 
 Stage   3 (VOICE), after `hand_voice`.
 Model   A recording is {"format": "ridgewave-recording", "version": 3, "scene", "full_scale", "frames", "faded",
         "events"}: the first scene, the SI value of 1.0, the number of frames sent, the number of the last frames that
-        were faded after they had been rendered, and the events of `hand_log`. A replay applies each event before its
-        frame. In version 1 a scene without a bandwidth had the full band, so its scenes are read that way
-        (`scene_before_bands`). Versions 1 and 2 also hold when each load was solved. A replay ignores this, so their
-        samples agree to the error of the table.
+        were faded after rendering, and the events of `hand_log`. A replay applies each event before its frame.
+        In version 1 a scene without a bandwidth had the full band, and is read that way (`scene_before_bands`).
+        Versions 1 and 2 also contain the time at which each load was solved. A replay ignores it, so its samples agree
+        to the error of the table.
 Source  design, section 4 (recording).
-Limits  The samples are the same bits with the same versions on the same kind of processor. A log that became full is
-        replayed up to that frame.
+Limits  The samples are the same bits with the same versions on the same kind of processor. A full log is replayed up
+        to the frame at which it became full.
 """
 
 from __future__ import annotations
@@ -33,10 +33,10 @@ from synth.voice.hand_voice import HandVoice
 
 LONGEST_BLOCK = 1 << 14  # frames rendered together
 VERSIONS = (1, 2, VERSION)  # versions that can be read
-OLD_EVENTS = ("rows", "refine")  # ignored events of versions 1 and 2: when each load was solved
+OLD_EVENTS = ("rows", "refine")  # ignored events of versions 1 and 2: the time at which each load was solved
 OTHER_ENGINE = (
-    "This recording was made before response tables: the motion and the scene are those of the session, its samples "
-    "differ by what the loads between the rows of that time erred by.",
+    "This recording was made before response tables: the motion and the scene are those of the session, but the "
+    "samples differ by the interpolation error between the loads that were solved at that time.",
 )
 AS_DOWNLOADED = "Keep the recording as it was downloaded."
 
@@ -46,7 +46,7 @@ class Recording:
 
     def __init__(self, document: Mapping[str, Any]) -> None:
         self.scene, self.full_scale, self.frames = _read_head(document)
-        self.faded = document.get("faded", 0)  # of the last frames, those faded after they had been rendered
+        self.faded = document.get("faded", 0)  # number of frames at the end that were faded after rendering
         if not _is_whole(self.faded) or self.faded > self.frames:
             allowed = f"a whole number of frames, 0 to {self.frames}"
             raise _refusal("/faded", shown(self.faded), allowed, AS_DOWNLOADED)
@@ -61,7 +61,7 @@ class Recording:
     def open(self, cache: ResponseCache | None = None, *, exact: bool = False) -> Replay:
         """Return its replay at frame 0. This solves the first scene.
 
-        exact: tables are made to the scene's tolerance, instead of those that were heard.
+        exact: tables are made to the scene's tolerance, instead of the tables of the session.
         """
         return Replay(self, cache, exact=exact)
 
@@ -85,7 +85,7 @@ class Replay:
         self.quantities, self.full_scale = self.voice.quantities, self.voice.full_scale
         if len(self.full_scale) != len(recording.full_scale):
             told = ", ".join(f"{scale:g}" for scale in recording.full_scale)
-            raise _refusal("/full_scale", told, f"{self.channels} numbers, one a channel", AS_DOWNLOADED)
+            raise _refusal("/full_scale", told, f"{self.channels} numbers, one per channel", AS_DOWNLOADED)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -140,13 +140,13 @@ def _read_head(document: Mapping[str, Any]) -> tuple[Scene, tuple[float, ...], i
     if not isinstance(events, list):
         raise _refusal("/events", shown(events), "a list of events", AS_DOWNLOADED)
     if not isinstance(scales, list) or not scales or not all(_is_number(scale) and scale > 0.0 for scale in scales):
-        raise _refusal("/full_scale", shown(scales), "a list of numbers above 0, one a channel", AS_DOWNLOADED)
+        raise _refusal("/full_scale", shown(scales), "a list of numbers above 0, one per channel", AS_DOWNLOADED)
     asked = document.get("scene")
     if version == 1 and isinstance(asked, dict):
         asked = scene_before_bands(asked)
     scene, scale = parse_scene(asked), tuple(float(scale) for scale in scales)
     if len(scale) < len(scene.output.channel_list):
-        raise _refusal("/full_scale", shown(scales), "one number a channel", AS_DOWNLOADED)
+        raise _refusal("/full_scale", shown(scales), "one number per channel", AS_DOWNLOADED)
     assert isinstance(frames, int)
     return with_full_scale(scene, scale), scale, frames
 
@@ -171,9 +171,9 @@ def _checked(event: object, place: int, first: int) -> int:
         raise _refusal(at, shown(event), f"[frame, one of {', '.join(VALUES)}, values]", AS_DOWNLOADED)
     frame, name, *values = event
     if not _is_whole(frame) or frame < first:
-        raise _refusal(f"{at}/0", shown(frame), f"a frame from {first} on", "Events stand in their order.")
+        raise _refusal(f"{at}/0", shown(frame), f"a frame from {first} on", "Events must be in order of their frames.")
     if not VALUES[name](values):
-        raise _refusal(at, shown(event), f"the values of {name} as docs/live.md has them", AS_DOWNLOADED)
+        raise _refusal(at, shown(event), f"the values of {name} as in docs/live.md", AS_DOWNLOADED)
     return int(frame)
 
 
@@ -192,7 +192,7 @@ VALUES: dict[str, Callable[[list[Any]], bool]] = {
     "refine": lambda values: True,
     "rows": lambda values: True,
 }
-"""What may stand behind the name of each kind of event."""
+"""A check of the values of each kind of event."""
 
 
 def _refusal(pointer: str, value: str, allowed: str, hint: str) -> SceneError:

@@ -1,7 +1,7 @@
-"""Files whose speed or load varies, rendered from the response solved along their scan.
+"""Renders files whose speed or load varies, from the response solved along their scan.
 
-Stage   3 (VOICE), beside `table_reading`.
-Model   Chunks of `frame_solver`, divided by the full scale of each channel.
+Stage   3 (VOICE); the alternative is `table_reading`.
+Model   The chunks of `frame_solver`, divided by the full scale of each channel.
 Source  design, section 4.
 Limits  Those of `frame_solver`.
 """

@@ -2,8 +2,8 @@
 
 Stage   3 (VOICE).
 Model   The phase of the texture follows the position where that is known, and otherwise goes on from block to block.
-        Each channel has a `TableReader`. The motion of a hand is not known ahead, so its frames are `delay` late. A
-        scan's own motion is known and is read ahead.
+        Each channel has a `TableReader`. The motion of a hand is not known in advance, so its frames are `delay` late.
+        A scan's own motion is known and is read ahead.
 Source  design, sections 1 and 8; docs/table.md.
 Limits  The errors of the table and of the reader's filter.
 """
@@ -34,7 +34,7 @@ def readers_of(solved: Preparation) -> tuple[TableReader, ...]:
 class HandReader:
     """Reads the channels of a block along the motion of a hand.
 
-    Before its first frame the hand is taken to have moved steadily, at the speed and load of that frame.
+    The hand is assumed to have moved at the speed and load of its first frame before that frame.
     readers: one per channel, of one rate and band.
     period: of the texture (m).
     phase: of the texture at the next frame, a 64-bit fraction of a turn.
@@ -62,7 +62,7 @@ class HandReader:
         self.phase = after
 
     def _come_to(self, motion: Motion) -> None:
-        """Read the steady motion before the first frame, as far as the filters look back, and discard it."""
+        """Read the steady motion before the first frame, over the length of the filters, and discard the output."""
         self._begun = True
         phase = int(turns_to_phase(motion.position[:1] / self._period)[0]) if len(motion.position) else self.phase
         frames = 2 * self.delay
@@ -77,7 +77,7 @@ class HandReader:
 
 
 class ScanReader:
-    """Reads the channels of a scene's own scan, frames in any order. Going on after the last call is cheap.
+    """Reads the channels of a scene's own scan, with frames in any order. Continuing after the last call is cheap.
 
     readers: as for `HandReader`.
     """
@@ -97,7 +97,7 @@ class ScanReader:
         if first != self._next:
             self._reader = self._anew()
             begin = first - 2 * self._delay
-            begin -= begin % LONGEST_STRIDE  # so z is always read at the same frames
+            begin -= begin % LONGEST_STRIDE  # z is always read at the same frames
             ahead = np.empty((first + self._delay - begin, out.shape[1]), np.float32)
             self._reader.read(self._motion.at(begin, len(ahead)), ahead)
         self._reader.read(self._motion.at(first + self._delay, len(out)), out)

@@ -40,9 +40,9 @@ SIMULATED = (Signal(SLOPE, 0), Signal(PRESS, 0))
 class Force:
     """One force over place and load.
 
-    series: harmonics (N) at the scan's load, the mean left out.
-    mean: over a period at that load (N).
-    table: read in a motion; None in a steady scan.
+    series: harmonics at the scan's load, without the mean, N.
+    mean: over a period at that load, N.
+    table: for reading a motion; None in a steady scan.
     error: relative to the peak-to-peak of the force.
     """
 
@@ -103,7 +103,7 @@ class TangentialStage:
 
     @classmethod
     def of(cls, solved: Preparation, law: Any, cache: ResponseCache) -> TangentialStage:
-        """Return the stage of a prepared scene that is not silent."""
+        """Return the stage of a prepared scene. The scene must not be silent."""
         assert solved.effects is not None and solved.contact is not None and solved.spectrum is not None
         if solved.effects.simulation is not None:
             return cls(law, solved, (), None, _simulated_channel(solved, law))
@@ -143,7 +143,7 @@ class TangentialStage:
     @property
     def memory_bytes(self) -> int:
         """See `OutputStage`."""
-        held = sum(one.series.nbytes for one in self.forces)  # others share the tables
+        held = sum(one.series.nbytes for one in self.forces)  # the tables are shared
         return held + (0 if self.steady is None else self.steady[0].nbytes)
 
     def louder(self, times: float) -> TangentialStage:

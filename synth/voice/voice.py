@@ -5,7 +5,7 @@ Model   At constant speed and load the phase is the frame number times a 64-bit 
         whether it is rendered directly or in a stream. A varying scan is solved along its motion, or read from the
         response table where blocks have deadlines. A hand is read from the table.
 Source  design, sections 1, 4 and 8.
-Limits  Blocks are float32: 6e-8 of full scale. They may pass full scale; `limiter.Limiter` keeps them within it.
+Limits  Blocks are float32: 6e-8 of full scale. They may exceed full scale; `limiter.Limiter` keeps them within it.
 """
 
 from __future__ import annotations
@@ -35,15 +35,15 @@ if TYPE_CHECKING:
     from synth.voice.table_reading import HandReader, ScanReader
     from synth.voice.voice_effects import VoiceEffects
 
-BLOCK = 1 << 14  # frames per block of `blocks`: large enough to hide the cost of Python, small in memory
+BLOCK = 1 << 14  # frames per block of `blocks`: large compared with the cost of Python, small in memory
 
 
 class Voice:
     """Renders one scene, block after block.
 
-    solved: result of `prepare`. Prepared for a hand, it has no scan of its own.
+    solved: result of `prepare`; without a scan where it was prepared for a hand.
     phase: of the texture at frame 0, a 64-bit fraction of a turn.
-    live: for an interactive hand: its table is made now, and automatic full scales allow for it.
+    live: for an interactive hand: its table is made now, and automatic full scales allow for the hand.
     paced: blocks have deadlines.
     exact: the table of a hand is made to the tolerance.
     cache: responses and tables shared with other voices.
@@ -82,7 +82,7 @@ class Voice:
         elif solved.frames is not None:
             self._scan = SolvedFrames(solved, solved.frames)
         else:
-            from synth.voice.table_reading import ScanReader, readers_of  # only a voice that reads tables pays for it
+            from synth.voice.table_reading import ScanReader, readers_of  # imported only for a voice that reads tables
 
             self._scan = ScanReader(readers_of(solved), solved.scene)
         self._effects: VoiceEffects | None = None
@@ -112,7 +112,7 @@ class Voice:
 
     @property
     def full_scale(self) -> tuple[float, ...]:
-        """SI value that is 1.0 in the audio, of each channel."""
+        """SI value of each channel that is 1.0 in the audio."""
         return tuple(channel.full_scale for channel in self.solved.all_channels)
 
     @property
@@ -122,13 +122,13 @@ class Voice:
 
     @property
     def plan(self) -> Plan:
-        """The plan of this voice; once a hand moves it, the plan for a hand."""
+        """The plan of this voice; after a hand has moved it, the plan for a hand."""
         solved = self._for_hand if self._by_hand and self._for_hand is not None else self.solved
         return plan_of(replace(solved, scene=self.scene))
 
     @property
     def frames_together(self) -> int:
-        """Number of frames solved together, 0 where frames are not solved."""
+        """Number of frames solved together, or 0."""
         return self._scan.chunk if isinstance(self._scan, SolvedFrames) else 0
 
     @property
@@ -144,7 +144,7 @@ class Voice:
 
     @property
     def memory_bytes(self) -> int:
-        """Memory in bytes of what was prepared, tables included, and of the voice's own state."""
+        """Memory in bytes of the prepared scene, with its tables, and of the voice's own state."""
         parts = [self.solved]
         if self._for_hand is not None and not self.solved.by_hand:
             parts.append(self._for_hand)
@@ -161,8 +161,8 @@ class Voice:
     def render(self, frames: int, motion: Motion | None = None) -> Block:
         """Return the next `frames` frames, float32 [frames, channels], value / full_scale.
 
-        motion: motion of the hand at these frames. Without it the scene's own scan goes on, from where the hand left
-            the texture.
+        motion: motion of the hand at these frames. Without it the scene's own scan continues, from the phase at which
+            the hand left the texture.
         Raises ValueError if the motion has another number of frames.
         """
         if motion is not None and motion.samples.shape[1] != frames:
@@ -202,7 +202,7 @@ class Voice:
         if not motion.complete:
             speed_unknown = len(motion.position) > 0 and math.isnan(self._before[0])
             motion = completed(motion, self.sample_rate, self._before)
-            if speed_unknown:  # the speed is known from the second position on; the first frame is silent
+            if speed_unknown:  # the first frame is silent: the speed is known from the second position on
                 out[0] = 0.0
                 motion, out = Motion(motion.samples[:, 1:], motion.position[1:]), out[1:]
         if not len(out):
@@ -239,7 +239,7 @@ class Voice:
             self._hand_effects = _effects_of(hand, 0, paced=self._live)
 
     def twin(self) -> Voice:
-        """Return a new voice of the same scene, gain and table for a hand. With effects this takes milliseconds."""
+        """Return a new voice for a hand with this one's scene, gain and table. With effects this takes milliseconds."""
         made = copy(self)
         made.frame, made._before = 0, np.full(4, math.nan)
         if self._for_hand is not None and not self._still:
@@ -248,7 +248,7 @@ class Voice:
 
     def begin_at(self, phase: int) -> None:
         """Set the phase of the texture (a 64-bit fraction of a turn) at frame 0, before the first block."""
-        assert self.frame == 0, "the voice has begun"
+        assert self.frame == 0, "the voice has rendered a block"
         self._phase = phase
         if self._effects is not None:
             self._effects.begin_at(phase)
@@ -262,19 +262,19 @@ class Voice:
 
 
 def _effects_of(solved: Preparation, phase: int, *, paced: bool) -> VoiceEffects:
-    """Return the effects of a voice. The import is here, so that only a scene with effects pays for it."""
+    """Return the effects of a voice. The import is here because only a scene with effects needs it."""
     from synth.voice.voice_effects import VoiceEffects
 
     return VoiceEffects(solved, phase, paced=paced)
 
 
 def open_voice(scene: SceneLike, *, cache: ResponseCache | None = None, live: bool = False) -> Voice:
-    """Return a voice for `scene`. This solves its response: milliseconds to seconds, spent without the GIL.
+    """Return a voice for `scene`. Solving its response takes milliseconds to seconds, without holding the GIL.
 
     scene: a Scene, a mapping, the path of a JSON file, or a name of the catalogue.
     cache: responses solved before; by default those of this process.
     live: for an interactive hand, see `Voice`.
-    Raises SceneError where the scene is at fault, CannotRender where it cannot be carried out.
+    Raises SceneError for an invalid scene, CannotRender for a scene that cannot be rendered.
 
     Example: block = synth.open_voice("grating-1mm-31um").render(480)  # float32 [480, 1], in units of full_scale
     """

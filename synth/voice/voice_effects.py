@@ -20,7 +20,7 @@ from synth.motion.motion import LOAD, Motion
 from synth.plan.preparation import Preparation
 from synth.response.series_curve import SMALLEST
 
-PACED_SETTLING = 0.05  # s that a stream simulates before its first frame: it must fit in the time of a block
+PACED_SETTLING = 0.05  # s that a stream simulates before its first frame: more would take longer than a block
 
 
 class VoiceEffects:
@@ -52,7 +52,7 @@ class VoiceEffects:
 
     @property
     def _whole(self) -> tuple[Signal, ...]:
-        """The signal of z itself, for a channel that is the approach."""
+        """The signal of z itself, for a channel of the approach."""
         assert self._plan is not None
         asked = any(channel.is_approach for channel in self.solved.channels)
         return (Signal(WHOLE, 0),) if asked else ()

@@ -1,4 +1,4 @@
-"""Every figure that the project has set itself, measured in one run and printed beside its limit.
+"""Every figure for which the project has a limit, measured in one run and printed with its limit.
 
     python -m tests.bench [--long] [--json] [PART ...]
     python -m tests.bench live [--seconds 60] [--streams 200] [--workers 2]
@@ -6,10 +6,10 @@
     python -m tests.bench table
     python -m tests.bench floods
 
-Parts: solver, voice, limiter, response, effects (each on one core), service, processes; --long adds an
-hour's render. `live`, `page`, `table` and `floods` run only where they are named: one loads a service with streams
-for minutes, one wants a browser, one is of tables, one floods a service.
-Nothing here passes or fails: a figure over its limit says OVER. docs/benchmarks.md tells what each line means.
+Parts: solver, voice, limiter, response, effects (each on one core), service, processes; --long adds an hour's render.
+`live`, `page`, `table` and `floods` run only where they are named: `live` loads a service with streams for minutes,
+`page` needs a browser, `table` measures tables, and `floods` floods a service.
+Nothing here passes or fails: a figure over its limit is marked OVER. docs/benchmarks.md explains each line.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ HEADER = f"{'figure':35} {'median':>9} {'least':>9} {'unit':8} {'limit':>6} {'':
 
 
 def main(words: list[str] | None = None) -> None:
-    """Measure what `words` ask for, a line as soon as it is known."""
+    """Measure what the arguments `words` name, and print each line as soon as it is known."""
     arguments = parser().parse_args(words)
     asked: dict[str, Measure] = {name: (PARTS | BY_NAME)[name] for name in arguments.parts or PARTS}
     if "live" in asked:
@@ -80,11 +80,11 @@ def main(words: list[str] | None = None) -> None:
         figures = [one.document() for one in found]
         print(json.dumps({"machine": machine(), "preempted": preempted, "figures": figures}, indent=1))
     elif rates:
-        print(f"times a second that other work took the core: {rates}")
+        print(f"interruptions of the core by other work, per second: {rates}")
 
 
 def measured_with(measure: Measure, quick: bool, pinned: bool) -> tuple[list[Figure], float]:
-    """Return the figures of a part, and how often a second its threads were put aside for other work."""
+    """Return the figures of a part, and how often per second its threads were interrupted by other work."""
     before, began = getrusage(RUSAGE_SELF).ru_nivcsw, perf_counter()
     with one_core() if pinned else nullcontext():
         lines = measure(quick)
@@ -97,13 +97,13 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument(
         "parts", nargs="*", metavar="PART", type=part, help=f"of {', '.join(PARTS)}; or {', '.join(BY_NAME)}"
     )
-    made.add_argument("--long", action="store_true", help="an hour's render too: its peak memory")
-    made.add_argument("--json", action="store_true", help="the figures as JSON, when all are measured")
+    made.add_argument("--long", action="store_true", help="also the peak memory of an hour's render")
+    made.add_argument("--json", action="store_true", help="the figures as JSON, after all are measured")
     made.add_argument("--seconds", type=float, default=60.0, help="of live: each run (default %(default)g)")
     made.add_argument("--streams", type=int, default=200, help="of live: streams at a time (default %(default)d)")
     made.add_argument("--workers", type=int, default=2, help="of live: server processes (default %(default)d)")
     made.add_argument("--times", type=int, default=1, help="of live: runs of each kind (default %(default)d)")
-    made.add_argument("--search", action="store_true", help="of live: look for the most streams of a worker, too")
+    made.add_argument("--search", action="store_true", help="of live: also find the most streams of a worker")
     made.add_argument("--quick", action="store_true", help="few repeats: shows that it runs, not how fast")
     return made
 
@@ -111,7 +111,7 @@ def parser() -> argparse.ArgumentParser:
 def part(word: str) -> str:
     """Return `word` if it names a part."""
     if word not in PARTS | BY_NAME:
-        raise argparse.ArgumentTypeError(f"{word!r} is none of {', '.join(PARTS | BY_NAME)}")
+        raise argparse.ArgumentTypeError(f"{word!r} is not one of {', '.join(PARTS | BY_NAME)}")
     return word
 
 

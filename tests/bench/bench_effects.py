@@ -1,8 +1,9 @@
-"""Effects: what a frame, a voice's memory and its set-up cost with each alone and with all that go together.
+"""Effects: the cost of a frame, of a voice's memory and of its set-up, for each effect alone and for all compatible
+    sets.
 
-A scene that has no effect must cost nothing for those that there are: two equal voices without effects are timed in
-turn, and beside them one whose scene names every effect as null. Frames, set-up and steps are counted in processor
-time: nothing in them waits, and what other work takes of the core is not theirs.
+The existing effects must not cost a scene without effects anything. So two equal voices without effects are timed in
+turn, and also one whose scene names every effect as null. Frames, set-up and steps are measured in processor time: they
+never wait, and other work on the core does not count.
 """
 
 from __future__ import annotations
@@ -30,15 +31,15 @@ from synth.voice.voice import BLOCK
 from tests.bench.timing import Figure, alternated, figure
 
 FRAMES = 480  # a live block: 10 ms at 48 kHz
-SOUND = 4800  # frames of a repeat, at least: short, so that other work falls into few of the repeats
+SOUND = 4800  # least frames per repeat: short, so that other work interrupts few of the repeats
 FRAME_TIME = 1e9 / 48000  # ns: real time
-FASTER = {"viscous_skin": 5.0}  # times real time at least, where it is not AT_LEAST
+FASTER = {"viscous_skin": 5.0}  # least speed in times real time, where it is not AT_LEAST
 AT_LEAST = 20.0
 STEPS = 1 << 12
 
 
 def figures(quick: bool) -> list[Figure]:
-    """Return the lines of the effects; on one core."""
+    """Return the lines of the effects, on one core."""
     lines = []
     for name in effect_names():
         lines += cost(f"{name}, alone", (name,), limit_of(name), quick)
@@ -51,23 +52,23 @@ def figures(quick: bool) -> list[Figure]:
 
 
 def scene_with(*names: str) -> Scene:
-    """Return the default scene with the effects called `names` at their defaults."""
+    """Return the default scene with the effects `names` at their default settings."""
     return parse_scene({"effects": {name: {} for name in names}, "output": {"bandwidth": "full"}})
 
 
 def opened_live(scene: Scene) -> Voice:
-    """Return a voice that takes no more steps than can be played live."""
+    """Return a voice with no more steps than can be played live."""
     own = ResponseCache()
     return Voice(prepare(scene, own, paced=True), paced=True, cache=own)
 
 
 def limit_of(name: str) -> float:
-    """Return the nanoseconds that a frame may take with one effect, whole ones."""
+    """Return the nanoseconds that a frame may take with one effect, as a whole number."""
     return float(math.floor(FRAME_TIME / FASTER.get(name, AT_LEAST)))
 
 
 def sets() -> list[tuple[str, ...]]:
-    """Return every set of effects that one scene may have."""
+    """Return every permitted set of effects of a scene."""
     found = []
     for count in range(1, len(effect_names()) + 1):
         for names in combinations(effect_names(), count):
@@ -80,13 +81,13 @@ def sets() -> list[tuple[str, ...]]:
 
 
 def largest_sets() -> list[tuple[str, ...]]:
-    """Return those sets to which no effect can be added."""
+    """Return the permitted sets to which no effect can be added."""
     found = sets()
     return [names for names in found if not any(set(names) < set(other) for other in found)]
 
 
 def cost(title: str, names: tuple[str, ...], limit: float | None, quick: bool) -> list[Figure]:
-    """Return the lines of one set of effects: a frame in live blocks and in those of a file, memory, set-up."""
+    """Return the lines of one set of effects: a frame in live blocks and in those of a file, memory and set-up."""
     scene, told = scene_with(*names), "" if len(names) == 1 else f" with {', '.join(names)}"
     repeats, openings = (3, 1) if quick else (201, 5)
     began = thread_time()
@@ -107,7 +108,7 @@ def cost(title: str, names: tuple[str, ...], limit: float | None, quick: bool) -
 
 
 def worked(work: Callable[[], object], repeats: int) -> list[float]:
-    """Return the seconds that the processor worked on each of `repeats` runs, after one that is not counted."""
+    """Return the processor time (s) of each of `repeats` runs, after one that does not count."""
     times = []
     for _ in range(1 + repeats):
         began = thread_time()
@@ -123,7 +124,7 @@ def rendered(voice: Voice, frames: int, blocks: int) -> None:
 
 
 def without_effects(repeats: int) -> list[Figure]:
-    """Return the time of a voice without effects in that of an equal one: built alike, and with every effect null."""
+    """Return the relative time of two equal voices without effects: built alike, and with every effect null."""
     null = {"effects": dict.fromkeys(effect_names())}
     return [
         against_equal("no effect, twice", {}, "two equal voices", repeats),
@@ -132,7 +133,7 @@ def without_effects(repeats: int) -> list[Figure]:
 
 
 def against_equal(name: str, document: dict[str, Any], what: str, repeats: int) -> Figure:
-    """Return the time of a block of the voice of `document`, in that of a voice of the default scene at full band."""
+    """Return the time of a block of the voice of `document`, relative to a voice of the default scene at full band."""
     full = {"output": {"bandwidth": "full"}}
     voices = open_voice(parse_scene(full)), open_voice(parse_scene(document | full))
     assert voices[0].memory_bytes == voices[1].memory_bytes
@@ -146,7 +147,7 @@ def against_equal(name: str, document: dict[str, Any], what: str, repeats: int) 
 
 
 def steps(repeats: int) -> list[Figure]:
-    """Return what a step of a simulation takes over what the plan assumes."""
+    """Return the time of a step of each simulation, relative to the time that the plan assumes."""
     relaxing = parse_scene(
         {"effects": {"viscous_skin": {"model": "three_time_constants"}}, "output": {"bandwidth": "full"}}
     )
@@ -183,7 +184,7 @@ def step_line(name: str, scene: Scene, repeats: int) -> Figure:
 
 
 def stepping(simulation: Simulation) -> Callable[[], None]:
-    """Return what runs STEPS steps of a simulation on, at its scene's speed and load."""
+    """Return a function that runs STEPS steps of a simulation, at its scene's speed and load."""
     scan, period = simulation.scene.scan, simulation.scene.texture.period
     step = np.uint64(phase_step(scan.speed, period, simulation.rate))
     loads, rows, offsets = np.full(STEPS, scan.load), np.empty((ROWS, STEPS)), np.arange(STEPS, dtype=np.uint64)

@@ -1,10 +1,9 @@
-"""What a stream notices while others flood the service: the largest gap between two blocks, and missing blocks.
+"""The effect of floods on another stream: the largest gap between two blocks, and missing blocks.
 
-Model: one service of one worker. A neighbour (`live_load`: one realtime stream of 10 ms blocks, 100 updates a second)
-    runs in a process of its own; another process floods (`flood`) with one kind of frame on one or several
-    connections; each kind in turn. The line "no flood" is the same time without one.
-Limits: the service, the neighbour and the flood share the machine's cores; a gap holds what the neighbour itself was
-    late by.
+Model: one service of one worker. A neighbour (`live_load`: one realtime stream of 10 ms blocks, 100 updates per second)
+    runs in a separate process. Another process floods (`flood`) with one kind of frame on one or several connections;
+    each kind in turn. The line "no flood" is the same time without a flood.
+Limits: the service, the neighbour and the flood share the machine's cores; a gap includes the neighbour's own delay.
 """
 
 from __future__ import annotations
@@ -28,10 +27,10 @@ from tests.bench.process_use import processor_seconds
 from tests.bench.timing import Figure
 from tests.service.harness import ROOT, Child, roomy_environment
 
-SECONDS = 8.0  # of each flood that is not closed before
+SECONDS = 8.0  # of each flood that is not closed earlier
 CONNECTIONS = (1, 8)
 BLOCK_SECONDS = 0.01
-GAP_MS = 50.0  # five blocks: a player with as much in hand hears nothing of the flood
+GAP_MS = 50.0  # five blocks: a player with as much queued does not hear the flood
 
 
 def figures(quick: bool) -> list[Figure]:
@@ -53,7 +52,7 @@ def figures(quick: bool) -> list[Figure]:
 def flooded(
     kind: str, connections: int, seconds: float, url: str, pid: int, folder: Path
 ) -> tuple[list[Figure], list[dict[str, Any]]]:
-    """Return the lines of one flood, and what became of each of its connections."""
+    """Return the lines of one flood, and the result of each of its connections."""
     command = [sys.executable, "-m", "tests.bench.flood", url, kind, "--connections", str(connections)]
     command += ["--seconds", str(seconds)]
 
@@ -71,7 +70,7 @@ def flooded(
 
 
 def disturbed(name: str, work: Callable[[], Any], url: str, pid: int, folder: Path) -> tuple[list[Figure], Any]:
-    """Return what a neighbour notices of `work`, and what it returns."""
+    """Return the effect of `work` on a neighbour, and the result of `work`."""
     kept = folder / "arrivals.npz"
     words = ["--streams", "1", "--seconds", "600", "--settle", "0.5", "--drain", "0.2", "--arrivals", str(kept)]
     command = [sys.executable, "-m", "tests.bench.live_load", url, *words]

@@ -1,4 +1,4 @@
-"""The safety limiter: what a frame of a live block costs while nothing is limited, and while every frame is."""
+"""The safety limiter: the cost of a frame of a live block, while nothing is limited and while every frame is."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ RATE = 48000
 
 
 def figures(quick: bool) -> list[Figure]:
-    """Return the lines of the limiter; on one core."""
+    """Return the lines of the limiter, on one core."""
     repeats = 3 if quick else 400
     return [
         limiting("limiter, nothing to limit", 0.9, 1, repeats),
@@ -27,7 +27,7 @@ def figures(quick: bool) -> list[Figure]:
 
 
 def limiting(name: str, loudness: float, channels: int, repeats: int) -> Figure:
-    """Return what a frame of noise of that loudness costs."""
+    """Return the cost of a frame of noise of this loudness."""
     samples = loudness * np.random.default_rng(1).uniform(-1, 1, (FRAMES, channels))
     block: Block = samples.astype(np.float32)
     limiter, out = Limiter(channels, RATE, look_ahead(RATE)), np.empty_like(block)

@@ -1,10 +1,10 @@
-"""Many hands on the live protocol: the service beside the same service that sends zeros, and what one worker carries.
+"""Many hands on the live protocol: the service compared with the same service that sends zeros, and the most streams.
 
-Model: the two are served in turn, A B A B, each in processes of its own, so that what slows the machine for a while
-    slows both; the load comes from a process of its own (`live_load`). A ratio of 1 says that the synthesis costs a
-    stream nothing that it would notice. The most streams are found by doubling until a block is missing or one in a
-    thousand came later than `LATE`, then by halving the gap; a step that fails is tried once more. Each run is told on
-    stderr as it ends.
+Model: the two are served in turn, A B A B, each in its own processes, so that a temporary slowdown of the machine
+    affects both. The load comes from a separate process (`live_load`). A ratio of 1 means that the synthesis has no
+    effect that a stream would notice. The most streams are found by doubling until a block is missing or one in a
+    thousand is later than `LATE`, then by halving the gap. A step that fails is tried once more. Each run is reported
+    on stderr as it ends.
 Limits: server and load share the machine: on two cores two workers and the load compete. It takes minutes.
 """
 
@@ -21,29 +21,30 @@ from tests.bench.timing import Figure
 from tests.service.harness import ROOT, Child, roomy_environment
 
 REAL, ZEROS = "service", "tests.service.serve_zeros"
-LATE = 0.01  # s: a block of 10 ms that comes a block late leaves a player with one block in hand with nothing
-SEARCH_SECONDS = 10.0  # of one step of the search: a thousand blocks a stream
+LATE = 0.01  # s: a block of 10 ms that is one block late leaves a player that has one block queued with none
+SEARCH_SECONDS = 10.0  # of one step of the search: a thousand blocks per stream
 SCENES = 8  # different textures and loads, in turn
-FIRST_STEP = 25  # streams that the search begins with
-MOST = 1600  # streams that the search ends at, whatever they do
+FIRST_STEP = 25  # first number of streams of the search
+MOST = 1600  # largest number of streams of the search
 UPDATES_HZ = 100.0
-SETTLE = 10.0  # s that all streams run before they are measured: rows and tables of new scenes are solved beside them
+SETTLE = 10.0  # s that all streams run before the measured time, while the tables of new scenes are solved
 Report = dict[str, Any]
 
 
 def figures(
     quick: bool, *, seconds: float = 60.0, streams: int = 200, workers: int = 2, times: int = 1, search: bool = False
 ) -> list[Figure]:
-    """Return the lines of the live protocol, each run `times` times; search: for the most streams of a worker.
+    """Return the lines of the live protocol, each run `times` times.
 
+    search: also find the most streams of a worker.
     quick: a few streams for a second, and no search.
     """
     if quick:
         seconds, streams, workers, search = 1.0, 4, 1, False
     turns = [(served(ZEROS, streams, seconds, workers), served(REAL, streams, seconds, workers)) for _ in range(times)]
     how = (
-        f"{streams} streams, {workers} workers, {UPDATES_HZ:g} updates a second each, {SCENES} scenes, {seconds:g} s"
-        f" behind {min(SETTLE, seconds):g} s, {times} times"
+        f"{streams} streams, {workers} workers, {UPDATES_HZ:g} updates per second each, {SCENES} scenes, {seconds:g} s"
+        f" after {min(SETTLE, seconds):g} s, {times} times"
     )
     lines = compared(turns, how)
     if search:
@@ -75,17 +76,17 @@ def compared(turns: list[tuple[Report, Report]], how: str) -> list[Figure]:
 
 
 def line_of(name: str, values: list[float], unit: str, how: str) -> Figure:
-    """Return the line of a few runs: their mean, and the least of them."""
+    """Return the line of a few runs: their mean, and the smallest."""
     return Figure(name, sum(values) / len(values), float(min(values)), unit, None, how)
 
 
 def said(runs: list[Report]) -> str:
-    """Return the first thing that a run complains of."""
-    return next((what for run in runs for what in run["mistakes"]), "what breaks the protocol: none")
+    """Return the first mistake that a run reports."""
+    return next((what for run in runs for what in run["mistakes"]), "mistakes in the protocol: none")
 
 
 def served(module: str, streams: int, seconds: float, workers: int) -> Report:
-    """Return the report of so many streams on a service started for them."""
+    """Return the report of `streams` streams on a service that is started for them."""
     environment = roomy_environment() | {"RIDGEWAVE_WORKERS": str(workers)}
     with tempfile.TemporaryDirectory() as folder:
         child = Child(module, Path(folder), **environment)
@@ -96,7 +97,7 @@ def served(module: str, streams: int, seconds: float, workers: int) -> Report:
 
 
 def loaded(url: str, pid: int, streams: int, seconds: float, *words: str) -> Report:
-    """Return the report of the load generator, run in a process of its own, against `url`, served by `pid`."""
+    """Return the report of the load generator, run in a separate process, against `url`, served by `pid`."""
     words = ("--streams", str(streams), "--seconds", str(seconds), "--pid", str(pid), "--scenes", str(SCENES), *words)
     words = ("--updates", str(UPDATES_HZ), "--settle", str(min(SETTLE, seconds)), *words)
     command = [sys.executable, "-m", "tests.bench.live_load", url, *words]
@@ -112,7 +113,7 @@ def loaded(url: str, pid: int, streams: int, seconds: float, *words: str) -> Rep
 
 
 def most_streams(module: str) -> int:
-    """Return the most streams that one worker of `module` carries on time; 0 for none."""
+    """Return the most streams that one worker of `module` serves on time; 0 for none."""
     good, bad = 0, FIRST_STEP
     while bad <= MOST and carried(module, bad):
         good, bad = bad, 2 * bad
@@ -123,11 +124,11 @@ def most_streams(module: str) -> int:
 
 
 def carried(module: str, streams: int) -> bool:
-    """Return whether all came in time in one of two runs; the second only where the first failed."""
+    """Return whether all blocks were on time in one of two runs; the second run is made only if the first fails."""
     return any(in_time(served(module, streams, SEARCH_SECONDS, 1)) for _ in range(2))
 
 
 def in_time(report: Report) -> bool:
-    """Return whether every block of every stream came, all but one in a thousand by `LATE`."""
+    """Return whether every block of every stream arrived, all but one in a thousand by `LATE`."""
     whole = report["missing"] == 0 and report["mistaken_streams"] == 0 and report["opened"] == report["streams"]
     return bool(whole and report["lateness_ms"]["p99.9"] <= 1e3 * LATE)

@@ -1,11 +1,12 @@
-"""From a pointer over the web page to the first changed sample at the loudspeaker's side of the page.
+"""The time from a pointer event over the web page to the first changed sample at the page's audio output.
 
-Model: headless Chromium with the page's own modules, and the service in this process, over loopback. A finger rests on
-    the texture (velocity, so that rest is exact silence) until a pointer moves, or is off until one touches. The time
-    runs from just before the event is dispatched in the page until the audio thread hands the first sample that is not
-    zero to the output, both by `Date.now`, to 1 ms. What the browser's own output adds is told apart, as it tells it.
-Limits: what the system and the browser need to make an event of a moved hand is not in it, and a machine without
-    a sound card plays into a timer. Browser, service and this process share the machine.
+Model: headless Chromium with the page's own modules, and the service in this process, over loopback. A finger either
+    rests on the texture (velocity, so that rest is exact silence) until a pointer moves, or is off until a pointer
+    touches. The time begins just before the event is dispatched in the page, and ends when the audio thread outputs the
+    first sample that is not zero. Both are by `Date.now`, to 1 ms. The browser's own output latency is reported
+    separately, as the browser reports it.
+Limits: the time from a hand's motion to the event, in system and browser, is not included. A machine without a sound
+    card plays into a timer. Browser, service and this process share the machine.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from tests.service.harness import until
 
 LIMIT = 40.0  # ms
 TRIALS = 40
-SETTLE = 20.0  # s of stroking first, in which the page learns how much it has to keep queued
+SETTLE = 20.0  # s of stroking first, in which the page determines how much to keep queued
 
 MEASURE = """async ({trials, settle}) => {
   const player = await modules.Player.open({sampleRate: 48000});
@@ -69,7 +70,7 @@ MEASURE = """async ({trials, settle}) => {
 
 
 def figures(quick: bool) -> list[Figure]:
-    """Return the lines of the page; quick: a few trials."""
+    """Return the lines of the page; quick: few trials."""
     trials, settle = (5, 1.0) if quick else (TRIALS, SETTLE)
     report = measured(trials, settle)
     how = f"headless Chromium, service in the same process, after {settle:g} s of stroking, median of {trials}"
@@ -86,7 +87,7 @@ def figures(quick: bool) -> list[Figure]:
         (
             "output latency",
             report["outputLatency"],
-            f"as the browser tells it; its base {report['baseLatency']:.1f} ms",
+            f"as the browser reports it; its base {report['baseLatency']:.1f} ms",
         ),
     ):
         lines.append(Figure(f"page, {name}", value, value, "ms", None, how))
@@ -94,7 +95,7 @@ def figures(quick: bool) -> list[Figure]:
 
 
 def measured(trials: int, settle: float) -> dict[str, Any]:
-    """Return what the page measured; times in ms, None where nothing was heard."""
+    """Return the page's measurements; times in ms, None where nothing was heard."""
     with serving_pages() as running, headless() as browser, watched(browser, running.url + MODULES) as (page, _):
         until(lambda: running.service.warm, 60.0)
         modules_loaded(page)

@@ -1,4 +1,4 @@
-"""The command line as whole processes, measured as `bench_startup` does: help, first and later render, an hour."""
+"""The command line as whole processes, measured as in `bench_startup`: help, first and later render, an hour."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ RENDER = ["render", str(SCENE), "-o", "out.wav"]
 
 
 def figures(quick: bool) -> list[Figure]:
-    """Return the lines of short processes; on all cores."""
+    """Return the lines of short processes, on all cores."""
     repeats = 1 if quick else 9
     with tempfile.TemporaryDirectory() as name:
         folder, cache = Path(name), Path(name) / "cache"
@@ -51,9 +51,9 @@ def hour(_quick: bool) -> list[Figure]:
 
 
 def measured_from_small(words: list[str], folder: Path, cache: Path) -> tuple[float, float]:
-    """Return what `measured` returns, called in a small process.
+    """Return the result of `measured`, called in a small process.
 
-    Linux counts the memory of a process into the largest size of those that it starts, and this one has grown.
+    Linux counts the memory of a process in the peak memory of its children, and this process has grown.
     """
     command = [sys.executable, "-c", SMALL, json.dumps([words, str(folder), str(cache)])]
     done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, check=True)

@@ -1,4 +1,4 @@
-"""Building what a voice plays: the response at one load, and all that a hand needs before its first block."""
+"""Preparing a voice: the response at one load, and everything that a hand needs before its first block."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from tests.bench.timing import Figure, figure, repeated
 
 
 def figures(quick: bool) -> list[Figure]:
-    """Return the lines of the response; on one core."""
+    """Return the lines of the response, on one core."""
     quantities = ("displacement", "acceleration")
     built = [response(quantity, 3 if quick else 25) for quantity in quantities]
     return [*built, *(first_block(quantity, 1 if quick else 7) for quantity in quantities)]
 
 
 def response(quantity: str, repeats: int) -> Figure:
-    """Return how long a voice of the default scene takes to open, and how much of that the core worked on it."""
+    """Return the time to open a voice of the default scene, and how much of it is processor time."""
     scene = parse_scene({"output": {"quantity": quantity, "bandwidth": "full"}})
     return opening(f"response, {quantity}", lambda: open_voice(scene, cache=ResponseCache()), repeats, 50.0)
 
 
 def first_block(quantity: str, repeats: int) -> Figure:
-    """Return how long it takes until a hand on a scene that nobody has touched has its first block."""
+    """Return the time until a hand on a new scene has its first block."""
     scene, motion = parse_scene({"output": {"quantity": quantity}}), hand()[0]
 
     def opened() -> Voice:
@@ -38,7 +38,7 @@ def first_block(quantity: str, repeats: int) -> Figure:
 
 
 def opening(name: str, opened: Callable[[], Voice], repeats: int, limit: float) -> Figure:
-    """Return the time of `opened`, and how much of it the core worked."""
+    """Return the time of `opened`, and how much of it is processor time."""
     worked: list[float] = []
 
     def once() -> None:

@@ -1,4 +1,4 @@
-"""`POST /v1/render` over loopback: a real service in a process of its own, asked for what it has cached.
+"""`POST /v1/render` over loopback: requests of a cached render to a real service in a separate process.
 
 The client is `http.client` with one connection that is kept alive; it reads the whole answer and checks its length.
 """

@@ -1,4 +1,4 @@
-"""The exact solver, a phase; and what the obvious way to write the model takes instead."""
+"""The exact solver, per phase, compared with a straightforward implementation of the model."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from synth.contact.stiffness import Stiffness
 from synth.scene.scene import parse_scene
 from tests.bench.timing import Figure, figure, repeated
 
-PHASES = 4096  # of a period, in order, as a response takes them
+PHASES = 4096  # of a period, in order, as for a response
 BASELINE_PHASES = 16
-BASELINES = (100.0, 6000.0)  # points a ridge: about 1e-3 and 1e-6 of the motion off, says the design
-AGAINST_BASELINE = 1.0  # 1/1000: the exact solver is a thousand times faster than a baseline that errs by 1e-6
+BASELINES = (100.0, 6000.0)  # points per ridge: errors of about 1e-3 and 1e-6 of the motion, from the design
+AGAINST_BASELINE = 1.0  # 1/1000: the exact solver is a thousand times faster than a baseline with an error of 1e-6
 
 
 def figures(quick: bool) -> list[Figure]:
-    """Return the lines of the solver; on one core."""
+    """Return the lines of the solver, on one core."""
     scene = parse_scene({"output": {"bandwidth": "full"}})
     contact = Contact.of(Geometry.of_scene(scene), Stiffness.of_scene(scene))
     indentation = contact.stiffness.indentation(scene.scan.load)
@@ -35,7 +35,7 @@ def figures(quick: bool) -> list[Figure]:
 
 
 def baseline(contact: Contact, load: float, points: float, exact: float, repeats: int) -> Figure:
-    """Return the `exact` us a phase in thousandths of the baseline's time, and how far off the baseline is."""
+    """Return the `exact` us per phase in thousandths of the baseline's time, and the error of the baseline."""
     rule = Trapezoid(contact, load, points)
     phases = (np.arange(BASELINE_PHASES) + 0.5) / BASELINE_PHASES
     height, _slope = contact.approach(phases, load)
@@ -43,7 +43,7 @@ def baseline(contact: Contact, load: float, points: float, exact: float, repeats
     error = float(np.max(np.abs(rule.solved(phases) - height)) / extent)
     took = repeated(lambda: rule.solved(phases), repeats)
     a_phase = 1e6 * statistics.median(took) / BASELINE_PHASES
-    how = f"brentq at {points:g} points a ridge, off by {error:.1e}, took {a_phase:.4g} us a phase, median of {repeats}"
+    how = f"brentq, {points:g} points per ridge, error {error:.1e}, {a_phase:.4g} us per phase, median of {repeats}"
     parts = [exact / (1e6 * one / BASELINE_PHASES) for one in took]
     limit = AGAINST_BASELINE if points == BASELINES[-1] else None
     return figure("exact solver, of a baseline's time", parts, "1/1000", limit, how, scale=1e3)

@@ -2,9 +2,9 @@
 
     python -m tests.bench.bench_startup [RUNS]
 
-Times are on the wall clock, from start to end: the median of RUNS (default 5), but for the first render, whose kernels
-are compiled into an empty cache, once. The hour is measured by its largest resident size. Limits are what the project
-has set itself on two cores.
+Times are on the wall clock, from start to end, as the median of RUNS (default 5). The first render is measured once: it
+compiles its kernels into an empty cache. The hour is measured by its largest resident size. The limits are the
+project's own, for two cores.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ SCENE = ROOT / "docs" / "examples" / "paper-finger.json"
 
 
 def measured(words: list[str], folder: Path, cache: Path) -> tuple[float, float]:
-    """Return seconds and megabytes of `ridgewave WORDS` as a process of its own, with its kernels cached in `cache`."""
+    """Return seconds and megabytes of `ridgewave WORDS` as a separate process, with its kernels cached in `cache`."""
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(cache)}
     command = [sys.executable, "-m", "clients", *words]
     started = time.perf_counter()
@@ -36,7 +36,7 @@ def measured(words: list[str], folder: Path, cache: Path) -> tuple[float, float]
 
 
 def main(runs: int) -> None:
-    """Print a line a figure."""
+    """Print one line per figure."""
     with tempfile.TemporaryDirectory() as name:
         folder, cache = Path(name), Path(name) / "cache"
         render = ["render", str(SCENE), "-o", "out.wav"]

@@ -1,8 +1,9 @@
-"""What a response table costs: to make, to hold, and to read a frame, beside `numpy.sin` of as many numbers.
+"""The cost of a response table: making it, its memory, and reading a frame, compared with `numpy.sin` of as many
+    numbers.
 
 Model: blocks of 480 frames of float64 sines in turn with blocks of a reader: a steady scan, a hand whose speed and load
-    change at every frame, and a speed at which two levels sound. Making is counted in processor time.
-Limits: the default scene's table, which 64 harmonics and 0 to 5 N make.
+    change at every frame, and a speed at which two levels sound. Making is measured in processor time.
+Limits: the default scene's table, with 64 harmonics and 0 to 5 N.
 """
 
 from __future__ import annotations
@@ -53,7 +54,7 @@ def processor_seconds(work: Callable[[], object]) -> float:
 
 
 def motions() -> list[tuple[str, str, np.ndarray, np.ndarray]]:
-    """Return name, quantity, speed (m/s) and load (N) [frames] of each motion that is read."""
+    """Return name, quantity, speed (m/s) and load (N) [frames] of each motion."""
     t = np.arange(BLOCK) / RATE
     steady, still = np.full(BLOCK, 0.08), np.full(BLOCK, 0.3)
     moving, pressing = 0.1 + 0.09 * np.sin(200 * np.pi * t), 0.5 + 0.4 * np.sin(160 * np.pi * t)

@@ -1,7 +1,7 @@
-"""Voices: what a frame costs at constant load, and under a hand whose speed and load change at every frame.
+"""Voices: the cost of a frame at constant load, and under a hand whose speed and load change at every frame.
 
-The hand's voice is compared with `numpy.sin` on this machine, in one loop: a block of the voice, then `numpy.sin` over
-as many float64, a ramp of phase of 100 Hz (from 0 to 2 pi 100 over the second), each with its own new output array.
+The hand's voice is compared with `numpy.sin` on this machine, in one loop: a block of the voice, then `numpy.sin` of
+the same number of float64, a phase ramp of 100 Hz (from 0 to 2 pi 100 over the second). Each has a new output array.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ FRAMES = 480  # a block: 10 ms at 48 kHz
 BLOCKS = 100  # one second
 RATE = 48000
 SINE_HZ = 100.0
-QUICK = 3  # repeats that show that it runs
+QUICK = 3  # repeats that only show that it runs
 LIMIT = 1.2  # x sin
-USUAL, FADING = 0.08, 0.6  # m/s; part of the band at which the fundamental lies where two levels sound
+USUAL, FADING = 0.08, 0.6  # m/s; fundamental at which two levels sound, relative to the band
 
 Renders = list[Callable[[], object]]
 
 
 def figures(quick: bool) -> list[Figure]:
-    """Return the lines of the voices; on one core."""
+    """Return the lines of the voices, on one core."""
     repeats = QUICK if quick else 400
     return [
         *(against_sine(quantity, repeats) for quantity in ("displacement", "velocity", "acceleration")),
@@ -39,7 +39,7 @@ def figures(quick: bool) -> list[Figure]:
 
 
 def hand(*, load_varies: bool = True, speed: float = USUAL, sway: float = 0.02) -> list[Motion]:
-    """Return a second of a hand's motion in blocks: `speed` and `sway` round it (m/s), 0.25 to 0.35 N."""
+    """Return a second of a hand's motion in blocks: `speed` +/- `sway` (m/s), 0.25 to 0.35 N."""
     t = np.arange(FRAMES * BLOCKS) / RATE
     swing = 0.05 if load_varies else 0.0
     return [
@@ -61,13 +61,13 @@ def hand_blocks(voice: Voice, motions: list[Motion]) -> Renders:
 
 
 def sine_blocks() -> Renders:
-    """Return `numpy.sin` over as many frames as each block has."""
+    """Return `numpy.sin` of the same number of frames as each block."""
     ramp = 2.0 * np.pi * SINE_HZ * np.arange(FRAMES * BLOCKS) / RATE
     return [partial(np.sin, part.copy()) for part in np.split(ramp, BLOCKS)]
 
 
 def against_sine(quantity: str, repeats: int, *, fading: bool = False) -> Figure:
-    """Return the time of a live voice under a hand, in that of `numpy.sin`; fading: where two levels sound."""
+    """Return the time of a live voice under a hand, relative to `numpy.sin`; fading: where two levels sound."""
     scene = parse_scene({"output": {"quantity": quantity}})
     voice = open_voice(scene, live=True)
     speed = FADING * scene.texture.period * scene.output.bandwidth_hz if fading else USUAL
@@ -85,7 +85,7 @@ def against_sine(quantity: str, repeats: int, *, fading: bool = False) -> Figure
 
 
 def steady(repeats: int) -> list[Figure]:
-    """Return what a frame costs at constant speed and load, in live blocks and in the blocks of a finite render."""
+    """Return the cost of a frame at constant speed and load, in live blocks and in the blocks of a finite render."""
     lines = []
     for quantity in ("displacement", "acceleration"):
         voice = open_voice(parse_scene({"output": {"quantity": quantity, "bandwidth": "full"}}))
@@ -103,16 +103,16 @@ def _many(voice: Voice, frames: int, blocks: int) -> None:
 
 
 def moving(repeats: int) -> list[Figure]:
-    """Return what a frame costs at constant load where the speed changes: under a hand, and along a stroke.
+    """Return the cost of a frame at constant load and changing speed: under a hand, and along a stroke.
 
-    A hand brings its motion along; the voice of a stroke also computes it.
+    The motion of a hand is given; the voice of a stroke also computes its motion.
     """
     hands = [under_hand("displacement", 8.0, repeats), under_hand("acceleration", None, repeats)]
     return [*hands, along_stroke(repeats)]
 
 
 def under_hand(quantity: str, limit: float | None, repeats: int) -> Figure:
-    """Return what a frame costs under a hand that presses evenly."""
+    """Return the cost of a frame under a hand with constant load."""
     voice = open_voice(parse_scene({"output": {"quantity": quantity}}), live=True)
     took = repeated(partial(_all, hand_blocks(voice, hand(load_varies=False))), repeats)
     how = f"speed changes, load does not, blocks of {FRAMES}, median of {repeats}"
@@ -120,7 +120,7 @@ def under_hand(quantity: str, limit: float | None, repeats: int) -> Figure:
 
 
 def along_stroke(repeats: int) -> Figure:
-    """Return what a frame of a back-and-forth scan costs, its motion computed with it."""
+    """Return the cost of a frame of a back-and-forth scan, including its motion."""
     voice = open_voice(parse_scene({"scan": {"stroke": {}}, "output": {"quantity": "displacement"}}))
     took = repeated(partial(_many, voice, FRAMES, BLOCKS), repeats)
     how = f"speed and position computed too, blocks of {FRAMES}, median of {repeats}"

@@ -1,11 +1,12 @@
-"""Peers that send as fast as the server takes it: one kind of frame over and over, on one or several connections.
+"""Peers that send as fast as the server accepts data: one kind of frame, on one or several connections.
 
     python -m tests.bench.flood http://127.0.0.1:8000 pings --connections 8 --seconds 3
 
-Model: each connection opens, says hello (realtime) and waits for `ready`; from then on all of them write one batch of
-    frames after another into non-blocking sockets, and read what comes. Prints JSON: of each connection the bytes that
-    the server took, the code and the time of its close, and what it was told. It ends when all are closed, or in time.
-Limits: one process; on a machine of two cores it, the server and who is disturbed share them.
+Model: each connection opens, sends a hello (realtime) and waits for `ready`. From then on all connections write one
+    batch of frames after another into non-blocking sockets, and read the received data. Prints JSON with, for each
+    connection, the bytes that the server accepted, the code and the time of its close, and the messages of the server.
+    It ends when all connections are closed, or after the given time.
+Limits: one process. On a machine of two cores, the flood shares them with the server and the disturbed streams.
 """
 
 from __future__ import annotations
@@ -36,27 +37,27 @@ from tests.bench.live_frames import (
     message,
 )
 
-BATCH = 4096  # frames that are made once, and sent over and over
-LARGE = 60_000  # bytes of a message that is nearly as large as a message may be
+BATCH = 4096  # frames that are made once and sent repeatedly
+LARGE = 60_000  # bytes of a message, nearly the largest permitted one
 PATIENCE = 20.0  # s for `ready`
-CONTINUATION = b"\x00\x80abcd"  # neither the first nor the last of its message, and empty
+CONTINUATION = b"\x00\x80abcd"  # empty, neither the first nor the last frame of its message
 HELLO = {"format": "f32le", "block": 480, "pacing": "realtime"}
-NETWORK_BYTES = 1 << 18  # asked for, of what the kernel holds of a flood: what it holds the server has not taken
+NETWORK_BYTES = 1 << 18  # requested size of the kernel's buffer: data in it has not reached the server
 
 
 def contacts() -> bytes:
-    """Return a hand's updates, each newer than the one before."""
+    """Return a hand's updates, each newer than the previous one."""
     steps = np.arange(1.0, 16.0 * BATCH, dtype=np.float64)
     return contact_frames(1, steps / 1e4, 1e-6 * steps, np.full(len(steps), 0.3), np.random.default_rng(1))
 
 
 def texts() -> bytes:
-    """Return the same as text."""
+    """Return the same updates as text."""
     return b"".join(message(type="contact", seq=seq, time=seq / 1e4, position=1e-6 * seq) for seq in range(BATCH))
 
 
 def large() -> bytes:
-    """Return messages that are refused, each as large as a message may be."""
+    """Return messages that are refused, each nearly as large as permitted."""
     return 16 * message(type="contact", seq=1, time=0.0, position=0.0, note="x" * LARGE)
 
 
@@ -71,8 +72,8 @@ KINDS: dict[str, Callable[[], bytes]] = {
     "nonsense": lambda: BATCH * message(type="nonsense"),
     "large texts": large,
 }
-"""What can be sent, by name."""
-BEGINNINGS = {"fragments": b"\x01\x81abcd\x1a"}  # the first frame of the message that goes on for ever
+"""The kinds of flood, by name."""
+BEGINNINGS = {"fragments": b"\x01\x81abcd\x1a"}  # the first frame of an endless message
 
 
 class Peer:
@@ -114,7 +115,7 @@ class Peer:
         return chunk
 
     def write(self) -> None:
-        """Send as much as goes."""
+        """Send as much as the network accepts."""
         if not self._rest:
             self._rest = self._batch
         try:
@@ -125,14 +126,14 @@ class Peer:
         self._rest = self._rest[taken:]
 
     def read(self) -> None:
-        """Take what has come."""
+        """Read the received data."""
         chunk = self.connection.recv(1 << 18)
         if not chunk:
             raise ConnectionError
         self.take(chunk)
 
     def take(self, chunk: bytes) -> None:
-        """Take note of frames."""
+        """Process the received frames."""
         for kind, start, end, held in self._reader.frames(chunk):
             if kind == TEXT:
                 said = json.loads(held[start:end])
@@ -145,12 +146,12 @@ class Peer:
             self.pongs += kind == PONG
 
     def end(self) -> None:
-        """Take note that it is over."""
+        """Record the end of the connection."""
         self.over, self.ended = True, perf_counter()
         self.connection.close()
 
     def document(self) -> dict[str, Any]:
-        """Return what has become of it."""
+        """Return the result of the connection."""
         told = {name: self.problems.count(name) for name in sorted(set(self.problems))}
         return {
             "closed": self.over,
@@ -164,7 +165,7 @@ class Peer:
 
 
 def flood(url: str, kind: str, connections: int, seconds: float) -> list[dict[str, Any]]:
-    """Flood for so long, or until all are closed; return the document of each connection."""
+    """Flood for `seconds`, or until all connections are closed; return the document of each connection."""
     batch = KINDS[kind]()
     peers = [Peer(url, kind, batch) for _ in range(connections)]
     with selectors.DefaultSelector() as selector:
@@ -191,7 +192,7 @@ def flood(url: str, kind: str, connections: int, seconds: float) -> list[dict[st
 
 
 def main(words: Sequence[str] | None = None) -> int:
-    """Run as `words` ask; return 0."""
+    """Run with the arguments `words`; return 0."""
     made = argparse.ArgumentParser(prog="python -m tests.bench.flood", description="Flood a running service.")
     made.add_argument("url")
     made.add_argument("kind", choices=list(KINDS))

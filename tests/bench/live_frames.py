@@ -1,9 +1,9 @@
-"""The client's half of a WebSocket as the load generator needs it: whole frames out, frames out of any chunks in.
+"""The client's half of a WebSocket for the load generator: it sends whole frames, and reads frames from any chunks.
 
-Model: RFC 6455. Contact updates are built many at once: one array of 34-byte frames, each under a random mask of its
-    own, so that sending one is a slice of bytes. What arrives is cut into frames wherever the network cut it.
+Model: RFC 6455. Many contact updates are built at once: one array of 34-byte frames, each with its own random mask, so
+    that sending one is a slice of bytes. Received data is cut into frames, wherever the network cut it.
 Source: RFC 6455, sections 4.1 (handshake), 5.2 (frames), 5.3 (masks); the live protocol for the 28 bytes of an update.
-Limits: no extensions, no fragmented messages (a server that was offered no extension has no reason to fragment).
+Limits: no extensions, no fragmented messages (without an offered extension a server has no reason to fragment).
 """
 
 from __future__ import annotations
@@ -33,11 +33,11 @@ _OPENING = 0x8280 + CONTACT_FRAME_BYTES - 6  # FIN, binary, masked, 28 bytes
 
 
 class FrameError(Exception):
-    """The server sent what is no frame of this protocol."""
+    """The server sent data that is not a frame of this protocol."""
 
 
 def handshake(host: str, path: str = "/v1/live", key: str | None = None) -> bytes:
-    """Return the request that opens a live connection; key: of RIDGEWAVE_API_KEYS."""
+    """Return the request that opens a live connection; key: one of RIDGEWAVE_API_KEYS."""
     lines = [
         f"GET {path} HTTP/1.1",
         f"Host: {host}",
@@ -77,7 +77,7 @@ def contact_frames(
     loads: npt.NDArray[np.float64],
     random: np.random.Generator,
 ) -> bytes:
-    """Return one frame after another, of `CONTACT_FRAME_BYTES` each, for updates from `first_seq` on (s, m, N)."""
+    """Return consecutive frames of `CONTACT_FRAME_BYTES` each, for updates from `first_seq` on (s, m, N)."""
     frames = np.zeros(len(times), CONTACT)
     frames["opening"] = _OPENING
     frames["mask"] = random.integers(0, 256, (len(times), 4), np.uint8)
@@ -90,15 +90,15 @@ def contact_frames(
 
 
 class FrameReader:
-    """Cuts what a server sends into frames, wherever the network cut it."""
+    """Cuts a server's data into frames, wherever the network cut it."""
 
     def __init__(self) -> None:
         self._waiting = b""
 
     def frames(self, chunk: bytes) -> Iterator[tuple[int, int, int, bytes]]:
-        """Yield each frame that is complete now: kind, start and end of its payload, and the bytes that hold it.
+        """Yield each complete frame: kind, start and end of its payload, and the bytes that contain it.
 
-        Payloads are given by place, so that one that is only counted is not copied. Raises FrameError.
+        A payload is given by its place, so that one that is only counted is not copied. Raises FrameError.
         """
         held = self._waiting + chunk if self._waiting else chunk
         place, total = 0, len(held)

@@ -1,7 +1,7 @@
-"""What a stream of the load generator feels and how its hand moves: scenes that differ, strokes back and forth.
+"""Scenes and hands of the load generator's streams: scenes that differ, and strokes back and forth.
 
-Model: position A sin(2 pi f t + phase), or minimum-jerk sweeps of the same length and time (10 s^3 - 15 s^4 + 6 s^5);
-    the load swings slowly round its middle. Streams differ in phase and pace, so that their updates are never alike.
+Model: position A sin(2 pi f t + phase), or minimum-jerk sweeps of the same length and time (10 s^3 - 15 s^4 + 6 s^5).
+    The load varies slowly about its mean. Streams differ in phase and pace, so their updates are never alike.
 Source: Flash and Hogan (1985), J. Neurosci. 5(7), for minimum jerk; the rest are unverified defaults.
 """
 
@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-REACH = 0.03  # m to either side: a finger's usual sweep; much longer is an arm's
-PACE_HZ = 0.7  # sweeps there and back a second: with REACH, 0.13 m/s at the middle; above 3 Hz no hand follows
-FASTEST = 0.16  # m/s: 2 pi REACH PACE_HZ, and the fifth by which paces differ
+REACH = 0.03  # m to either side: the usual sweep of a finger; a much longer one is that of an arm
+PACE_HZ = 0.7  # sweeps there and back per second: with REACH, 0.13 m/s at the middle; no hand exceeds 3 Hz
+FASTEST = 0.16  # m/s: 2 pi REACH PACE_HZ, plus the fifth by which paces differ
 LOAD = 0.4  # N, the middle
 LOAD_SWING = 0.3  # of the middle
-LOAD_HZ = 0.23  # slow beside the strokes, and no simple fraction of them
+LOAD_HZ = 0.23  # slow compared with the strokes, and not a simple fraction of them
 GOLDEN = 0.6180339887498949  # steps of it, modulo 1, spread any number of scenes evenly
 
 Array = npt.NDArray[np.float64]
@@ -26,13 +26,13 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Hand:
-    """The strokes of one stream. smooth: minimum-jerk sweeps in place of a sine."""
+    """The strokes of one stream; smooth: minimum-jerk sweeps instead of a sine."""
 
     index: int
     smooth: bool = False
 
     def position(self, times: Array) -> Array:
-        """Return where the finger is at `times` (s), in metres."""
+        """Return the position of the finger (m) at `times` (s)."""
         turns = PACE_HZ * (1.0 + 0.2 * (self.index * GOLDEN % 1.0)) * times + self.index * GOLDEN
         if not self.smooth:
             return np.asarray(REACH * np.sin(2.0 * np.pi * turns))
@@ -40,14 +40,14 @@ class Hand:
         return np.asarray(REACH * (2.0 * s**3 * (10.0 - 15.0 * s + 6.0 * s**2) - 1.0))
 
     def load(self, times: Array) -> Array:
-        """Return how hard it presses at `times`, in newtons."""
+        """Return the load (N) at `times` (s)."""
         return np.asarray(LOAD * (1.0 + LOAD_SWING * np.sin(2.0 * np.pi * (LOAD_HZ * times + self.index * GOLDEN))))
 
 
 def scene(index: int, sample_rate: int) -> dict[str, Any]:
-    """Return one of the scenes that streams take in turn; 0 is the default scene at the speed of these hands.
+    """Return one of the scenes that streams use in turn; 0 is the default scene at the speed of these hands.
 
-    Full scale is that of a scan as fast as the hand gets, so that the limiter has little to do.
+    Full scale is that of a scan at the hand's largest speed, so that the limiter has little to do.
     """
     output = {"sample_rate": sample_rate}
     if index == 0:

@@ -1,12 +1,13 @@
-"""Hands on many live streams at once: connects, strokes, reads everything, and reports what came how late.
+"""Moves hands on many live streams at once: connects, strokes, reads everything, and reports how late it arrived.
 
     python -m tests.bench.live_load http://127.0.0.1:8000 --streams 200 --seconds 60 [--pid SERVER]
 
-Model: one thread, non-blocking sockets, one epoll. A pass takes what has come, sends the updates that are due (spread
-    evenly over time and streams), and sleeps a tick. Streams run from their `ready` on; measured are the `--seconds`
-    that begin `--settle` after the last one's opening. Prints JSON (`live_report`); exits 1 where blocks are missing or
-    a stream broke the protocol. A signal (SIGTERM, SIGINT) ends the time measured, and the report is made as ever.
-Limits: Linux (epoll, /proc). Lateness and latency hold up to a tick and a pass of this process's own.
+Model: one thread, non-blocking sockets, one epoll. A pass reads the received data, sends the updates that are due
+    (spread evenly over time and streams), and sleeps a tick. Streams run from their `ready` on. The measured time is
+    `--seconds` long and begins `--settle` after the last stream has opened. Prints JSON (`live_report`). The exit code
+    is 1 where blocks are missing or a stream broke the protocol. A signal (SIGTERM, SIGINT) ends the measured time, and
+    the report is made as usual.
+Limits: Linux (epoll, /proc). Lateness and latency include up to a tick and a pass of this process.
 """
 
 from __future__ import annotations
@@ -32,14 +33,14 @@ from tests.bench.live_report import Window, report, spread
 from tests.bench.live_stream import Stream
 from tests.bench.process_use import family, processor_seconds, resident_bytes
 
-OPENING = 16  # connections that are being opened at a time: more would measure the server's queue, not its streams
+OPENING = 16  # connections that are opened at a time: more would measure the server's queue, not its streams
 OPEN_SECONDS = 30.0  # for one stream to be ready: a first scene may have to be compiled and solved
 END_SECONDS = 2.0  # for the server to fade and end after `stop`
 
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """What a run is asked for; times in seconds."""
+    """The request for a run; times in seconds."""
 
     url: str
     streams: int = 1
@@ -70,11 +71,11 @@ class Load:
         self._enough = False
 
     def enough(self) -> None:
-        """End the time measured; for a signal."""
+        """End the measured time; for a signal handler."""
         self._enough = True
 
     def run(self) -> dict[str, Any]:
-        """Open, measure, end; return the report."""
+        """Open, measure and end the streams; return the report."""
         asked = self.asked
         try:
             self._open_all()
@@ -101,7 +102,7 @@ class Load:
         return report(self.streams, window, mine, servers)
 
     def _open_all(self) -> None:
-        """Open the streams, `OPENING` at a time; those that are open move on meanwhile."""
+        """Open the streams, `OPENING` at a time, while the opened ones run."""
         give_up = perf_counter() + OPEN_SECONDS
         while len(self.streams) < self.asked.streams:
             opening = sum(one.ready is None and not one.closed for one in self.streams)
@@ -140,7 +141,7 @@ class Load:
             self._pass()
 
     def _pass(self, hands: bool = False) -> bool:
-        """Take what has come, send what is due, sleep a tick; return whether anything came."""
+        """Read the received data, send what is due, sleep a tick; return whether anything was received."""
         began = perf_counter()
         events = self._poll.poll(0)
         for descriptor, _ in events:
@@ -177,14 +178,14 @@ class Load:
         return {pid: processor_seconds(pid) for pid in pids}
 
     def _servers(self, before: dict[int, float], seconds: float) -> dict[str, Any]:
-        """Return the processor's share and the memory of each server process, and the sum of the shares."""
+        """Return the processor time share and the memory of each server process, and the sum of the shares."""
         after = self._server_seconds()
         shares = {str(pid): round((took - before.get(pid, 0.0)) / seconds, 4) for pid, took in after.items()}
         memory = {str(pid): resident_bytes(pid) for pid in after}
         return {"processor": round(sum(shares.values()), 4), "each": shares, "resident_bytes": memory}
 
     def _keep(self, path: str, window: Window) -> None:
-        """Write when each block of each stream came, for who wants to look at other windows of the same run."""
+        """Write the arrival time of each block of each stream, for the analysis of other windows of the same run."""
         kept = {f"stream{index}": np.array(one.arrivals) for index, one in enumerate(self.streams)}
         np.savez(path, window=np.array([window.begin, window.end]), **kept)  # type: ignore[arg-type]
 
@@ -193,7 +194,7 @@ def parser() -> argparse.ArgumentParser:
     """Return the command's arguments."""
     made = argparse.ArgumentParser(
         prog="python -m tests.bench.live_load",
-        description="Put hands on many live streams of a running service, and report what came how late, as JSON.",
+        description="Move hands on many live streams of a running service, and report the lateness of blocks as JSON.",
     )
     usual = Asked("")
     made.add_argument("url", help="where the service listens, as http://127.0.0.1:8000")
@@ -201,23 +202,23 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument("--seconds", type=float, default=usual.seconds, help="time measured (default %(default)s)")
     made.add_argument("--settle", type=float, default=usual.settle, help="seconds before it (default %(default)s)")
     made.add_argument("--drain", type=float, default=usual.drain,
-                      help="seconds behind it, before a block counts as missing (default %(default)s)")  # fmt: skip
+                      help="seconds after it until a block counts as missing (default %(default)s)")  # fmt: skip
     made.add_argument("--updates", type=float, default=usual.updates_hz, dest="updates_hz", metavar="HZ",
-                      help="contact updates a second of each stream, 0 for none (default %(default)s)")  # fmt: skip
+                      help="contact updates per second of each stream, 0 for none (default %(default)s)")  # fmt: skip
     made.add_argument("--block", type=int, default=usual.block, help="frames of a block (default %(default)s)")
     made.add_argument("--rate", type=int, default=usual.sample_rate, dest="sample_rate", metavar="HZ",
                       help="of the samples (default %(default)s)")  # fmt: skip
     made.add_argument("--scenes", type=int, default=usual.scenes, help="different scenes (default %(default)s)")
     made.add_argument("--key", help="one of the service's keys")
     made.add_argument("--pid", type=int, action="append", default=[], dest="pids",
-                      help="a server process whose processor time is told, its children too")  # fmt: skip
-    made.add_argument("--tick", type=float, default=usual.tick, help="seconds slept a pass (default %(default)s)")
-    made.add_argument("--arrivals", metavar="FILE.npz", help="write the time of every block there")
+                      help="a server process, whose processor time is reported with that of its children")  # fmt: skip
+    made.add_argument("--tick", type=float, default=usual.tick, help="seconds slept per pass (default %(default)s)")
+    made.add_argument("--arrivals", metavar="FILE.npz", help="write the arrival time of every block to this file")
     return made
 
 
 def main(words: Sequence[str] | None = None) -> int:
-    """Run as `words` ask; return 0, or 1 where something is missing or wrong."""
+    """Run with the arguments `words`; return 0, or 1 where blocks are missing or a stream broke the protocol."""
     arguments = vars(parser().parse_args(words))
     asked = Asked(**arguments | {"pids": tuple(arguments["pids"])})
     limit = resource.getrlimit(resource.RLIMIT_NOFILE)

@@ -1,10 +1,10 @@
-"""What the load generator has seen, as numbers: what is missing, how late blocks were, how soon updates were felt.
+"""The results of the load generator in numbers: missing blocks, lateness of blocks, and latency of updates.
 
-Model: the clock of a stream runs at its rate from a zero that is the least delayed block of the first second measured;
-    a block's lateness is its arrival after that clock. A block is missing where the clock says that it was due in the
-    time measured and it had not come by the end of the drain. An update is felt when the block arrives that
-    `applied` (its seq, or a later one) stands before.
-Limits: arrivals are those at the load generator, its own delay included; `own.pass_ms` tells how long that can be.
+Model: the clock of a stream runs at its rate. Its zero is the least delayed block of the first second of the measured
+    time. A block's lateness is its arrival minus that clock. A block is missing if it was due in the measured time and
+    did not arrive by the end of the drain. An update is felt when the block arrives that follows an `applied` with its
+    seq, or with a later one.
+Limits: arrivals are those at the load generator, including its own delay; `own.pass_ms` reports how long that can be.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import numpy.typing as npt
 from tests.bench.live_stream import Stream
 
 PERCENTILES = (50.0, 90.0, 99.0, 99.9)
-ZERO_SECONDS = 1.0  # in which the least delayed block is looked for: a drift of the server's clock shows after it
+ZERO_SECONDS = 1.0  # s at the start that give the least delayed block; a drift of the server's clock shows later
 SHOWN_MISTAKES = 10
 
 Array = npt.NDArray[np.float64]
@@ -27,7 +27,7 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Window:
-    """The time measured, in seconds of perf_counter."""
+    """The measured time, in seconds of perf_counter."""
 
     begin: float
     end: float
@@ -39,9 +39,10 @@ class Window:
 
 
 def lateness(arrivals: Array, period: float, window: Window) -> tuple[Array, int]:
-    """Return how late each block that was due in `window` came (s), and how many of those had not come.
+    """Return the lateness (s) of each block that was due in `window`, and the number of those that did not arrive.
 
-    arrivals: of every block of a stream from the first on, s; period: of its blocks, s.
+    arrivals: of every block of a stream from the first on, s.
+    period: of its blocks, s.
     """
     first = np.searchsorted(arrivals, window.begin)
     early = np.searchsorted(arrivals, window.begin + ZERO_SECONDS)
@@ -56,7 +57,7 @@ def lateness(arrivals: Array, period: float, window: Window) -> tuple[Array, int
 
 
 def spread(values: Array) -> dict[str, float | None]:
-    """Return percentiles and the largest of `values` (s), in milliseconds; None where there are none."""
+    """Return percentiles and the largest of `values` (s), in milliseconds; None without values."""
     if not len(values):
         return {name: None for name in ("p50", "p90", "p99", "p99.9", "max")}
     found = {f"p{share:g}": float(np.percentile(values, share)) for share in PERCENTILES}
@@ -103,13 +104,13 @@ def report(streams: Sequence[Stream], window: Window, own: dict[str, Any], serve
 
 
 def _came(stream: Stream, window: Window) -> int:
-    """Return how many blocks came in `window`, whenever they were due."""
+    """Return the number of blocks that arrived in `window`, whenever they were due."""
     begin, end = np.searchsorted(np.array(stream.arrivals), (window.begin, window.end))
     return int(end - begin)
 
 
 def _felt(stream: Stream, window: Window) -> Array:
-    """Return the seconds from the sending of each update of `window` to the block that first had it applied."""
+    """Return the seconds from sending each update of `window` to the first block with the update applied."""
     felt = np.array(stream.felt)
     sent = np.array(stream.sent)[: len(felt)]
     within = (sent >= window.begin) & (sent < window.end)
@@ -117,6 +118,6 @@ def _felt(stream: Stream, window: Window) -> Array:
 
 
 def _drift(late: Array) -> float:
-    """Return by how much the server's clock ran behind this machine's over the window, s: last second less first."""
+    """Return the lag (s) that the server's clock gained on this machine's over the window: last second minus first."""
     tenth = max(1, len(late) // 10)
     return float(np.median(late[-tenth:]) - np.median(late[:tenth])) if len(late) else 0.0

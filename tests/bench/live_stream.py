@@ -1,8 +1,8 @@
-"""One connection of the load generator: from the handshake to the end, what came and when.
+"""One connection of the load generator, from the handshake to the end, with the arrival time of each block.
 
-Model: blocks are counted, not kept; what is kept is the time at which each came. `applied` and `end` name the frame
-    at which the stream stands, which must be the number of frames that came: a block that was lost, sent twice or
-    out of its place shows there, whatever its size.
+Model: blocks are counted, and only their arrival times are kept. `applied` and `end` name the frame of the stream,
+    which must be the number of received frames: so a block that was lost, sent twice or out of order is detected,
+    whatever its size.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ from tests.bench.live_frames import (
 )
 from tests.bench.live_hand import Hand
 
-CHUNK = 1 << 16  # bytes asked of the network at a time: more than a second of a stream's blocks is never waiting
-AHEAD = 100  # updates that are built at a time
+CHUNK = 1 << 16  # bytes read at a time: never more than a second of a stream's blocks is waiting
+AHEAD = 100  # updates built at a time
 SAMPLE_BYTES = 4  # f32le
-KEPT_MISTAKES = 5  # of a stream: the first say what is wrong, the rest follow from them
+KEPT_MISTAKES = 5  # per stream: the first mistakes show the fault, the rest follow from them
 
 
 class Stream:
@@ -45,16 +45,16 @@ class Stream:
         self.connection, self.hello, self.block = connection, hello, int(hello["block"])
         self.ready: dict[str, Any] | None = None
         self.began = 0.0  # perf_counter at `ready`
-        self.frames = 0  # that the next block begins at
+        self.frames = 0  # first frame of the next block
         self.ended: dict[str, Any] | None = None
         self.closed = False
         self.arrivals = array("d")  # perf_counter of each block
         self.sent = array("d")  # perf_counter of each update, by seq
-        self.felt = array("d")  # the same of the block that first had it applied
+        self.felt = array("d")  # the same of the first block with the update applied
         self.received_bytes = 0
         self.mistakes: list[str] = []
         self.told: list[dict[str, Any]] = []  # problems of the server
-        self.blocked = 0  # times that the network took no more of what this stream sends
+        self.blocked = 0  # number of times that the network accepted no more data of this stream
         self._hand, self._random = Hand(index, smooth=bool(index % 2)), np.random.default_rng(index)
         self._waiting = handshake(host, key=key)
         self._reader: FrameReader | None = None
@@ -71,11 +71,11 @@ class Stream:
 
     @property
     def waiting(self) -> bool:
-        """Return whether something waits to be sent."""
+        """Return whether data waits to be sent."""
         return bool(self._waiting)
 
     def act(self, now: float) -> None:
-        """Take what has come; `now` is the time of its coming."""
+        """Read the received data; `now` is its arrival time."""
         try:
             chunk = self.connection.recv(CHUNK)
         except BlockingIOError:
@@ -101,7 +101,7 @@ class Stream:
                 self._word(kind, held[start:end], now)
 
     def flush(self) -> None:
-        """Send what waits to be sent."""
+        """Send the waiting data."""
         if not self._waiting or self.closed:
             return
         try:
@@ -116,7 +116,7 @@ class Stream:
         self._waiting = self._waiting[taken:]
 
     def touch(self, rate_hz: float) -> None:
-        """Send the next update of the hand, which makes `rate_hz` of them a second."""
+        """Send the next update of the hand, which makes `rate_hz` of them per second."""
         if self.closed or self._stopping:
             return
         seq = len(self.sent)
@@ -131,13 +131,13 @@ class Stream:
         self.flush()
 
     def stop(self) -> None:
-        """Ask for the end."""
+        """Request the end."""
         self._stopping = True
         self._waiting += message(type="stop")
         self.flush()
 
     def _opened(self, chunk: bytes) -> bytes:
-        """Return what came behind the server's answer to the handshake."""
+        """Return the data after the server's answer to the handshake."""
         self._answer += chunk
         head, found, rest = self._answer.partition(b"\r\n\r\n")
         if not found:

@@ -1,9 +1,10 @@
-"""A server of as much of the live protocol as the load generator hears, which can be told to err; it sends zeros.
+"""A server of the part of the live protocol that the load generator uses. It sends zeros, and can make faults on
+request.
 
     python -m tests.bench.plain_live PORT
 
-Model: asyncio alone, one timer for all streams; what it costs is what the protocol's bytes cost. `Faults` are what
-    the tests of the load generator have it find.
+Model: plain asyncio, one timer for all streams, so its cost is that of the protocol's bytes. `Faults` are those that
+    the tests of the load generator require it to find.
 Limits: realtime, f32le, mono; no sound, no ranges, no problems; contact updates in their binary form. Not the service.
 """
 
@@ -25,12 +26,12 @@ from typing import Any
 from tests.bench.live_frames import BINARY, CLOSE, TEXT
 
 MAGIC = b"258EAFA5-E914-47DA-95CA-C5AB0DC85B11"  # RFC 6455, section 1.3
-EARLIEST = 0.0005  # s: the least the server's timer sleeps
+EARLIEST = 0.0005  # s: shortest sleep of the server's timer
 
 
 @dataclass(frozen=True, slots=True)
 class Faults:
-    """What it does wrong: loses the block of that number, applies updates backwards, holds a block back (s)."""
+    """Faults on request: it drops the block of that number, applies updates backwards, delays a block (s)."""
 
     lost_block: int | None = None
     backwards: bool = False
@@ -87,7 +88,7 @@ class Peer(asyncio.Protocol):
         self.transport.write(b"\r\n".join([*lines, b"", b""]))
 
     def _take(self) -> None:
-        """Read the frames of a client that sends whole ones of less than 64 KiB."""
+        """Read the frames of a client that sends whole frames of less than 64 KiB."""
         held, place = self.held, 0
         while len(held) - place >= 2:
             kind, size, start = held[place] & 15, held[place + 1] & 127, place + 6
@@ -122,7 +123,7 @@ class Peer(asyncio.Protocol):
         self.transport.write(opening(TEXT, len(text)) + text)
 
     def due(self, faults: Faults) -> float:
-        """Return when the next block is due, perf_counter."""
+        """Return the time at which the next block is due, perf_counter."""
         late = faults.late_by if self.sent == faults.late_block else 0.0
         return self.began + self.sent * self.block / self.rate * (1.0 - faults.faster_by) + late
 
@@ -152,7 +153,7 @@ class PlainLive:
         self._task: asyncio.Task[None] | None = None
 
     async def serve(self, port: int = 0) -> None:
-        """Listen on loopback, and play to whoever says hello."""
+        """Listen on loopback, and play to every client that sends a hello."""
         self._loop, self._task = asyncio.get_running_loop(), asyncio.current_task()
         server = await self._loop.create_server(lambda: Peer(self), "127.0.0.1", port, backlog=512)
         self.port = server.sockets[0].getsockname()[1]
@@ -167,7 +168,7 @@ class PlainLive:
                 await asyncio.sleep(max(EARLIEST, next_due - perf_counter()))
 
     def end(self) -> None:
-        """Have `serve` return, from another thread."""
+        """Make `serve` return; for another thread."""
         assert self._loop is not None and self._task is not None
         self._loop.call_soon_threadsafe(self._task.cancel)
 

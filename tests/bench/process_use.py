@@ -1,4 +1,4 @@
-"""What processes use, from Linux's /proc: processor time, resident memory and open files, with all their children."""
+"""Resources of processes, from Linux's /proc: processor time, resident memory and open files, with all children."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from pathlib import Path
 
 TICK = 1.0 / os.sysconf("SC_CLK_TCK")  # s
 PAGE = os.sysconf("SC_PAGE_SIZE")  # bytes
-USER_TIME, SYSTEM_TIME = 11, 12  # fields of /proc/PID/stat behind the name of the program (proc(5): 14 and 15)
+USER_TIME, SYSTEM_TIME = 11, 12  # fields of /proc/PID/stat after the name of the program (proc(5): 14 and 15)
 
 
 def family(pid: int) -> list[int]:
-    """Return `pid` and the processes that it started, those of theirs too; without those that have ended."""
+    """Return `pid` and all its running descendants."""
     try:
         tasks = list(Path(f"/proc/{pid}/task").iterdir())
         started = [int(word) for task in tasks for word in (task / "children").read_text().split()]
@@ -21,7 +21,7 @@ def family(pid: int) -> list[int]:
 
 
 def processor_seconds(pid: int) -> float:
-    """Return the processor time that one process has taken so far, in seconds; 0 for one that has ended."""
+    """Return the processor time (s) of one process so far; 0 if it has ended."""
     try:
         fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
     except (FileNotFoundError, ProcessLookupError):
@@ -35,5 +35,5 @@ def resident_bytes(pid: int) -> int:
 
 
 def open_files(pid: int) -> int:
-    """Return how many file descriptors a process has."""
+    """Return the number of file descriptors of a process."""
     return len(os.listdir(f"/proc/{pid}/fd"))

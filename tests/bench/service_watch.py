@@ -1,4 +1,4 @@
-"""What it costs to watch the service, and how long a stop takes to reach the streams of another worker; printed.
+"""Prints the cost of monitoring the service, and the time until a stop reaches the streams of another worker.
 
     python -m tests.bench.service_watch
 
@@ -29,11 +29,11 @@ SCOPE = {"type": "http", "headers": [], "client": ("127.0.0.1", 1), "ridgewave.k
 
 
 def main() -> None:
-    """Print a line for each figure."""
+    """Print one line per figure."""
     metrics = Metrics()
     limits = Limits(settings_of(requests_per_second=1e6, request_burst=1_000_000))
     _each("a block sent", lambda: metrics.block_sent("live", 480, 0.0003))
-    _each("a block turned down by the limiter", lambda: metrics.limited(1.0, 0.01))
+    _each("a block reduced by the limiter", lambda: metrics.limited(1.0, 0.01))
     _each("updates of a block", lambda: metrics.updates(received=3, applied=1, dropped=2))
     _each("a request counted", lambda: limits.take_request(f"address {limits.address(SCOPE)}"))
     _each("a stream admitted and released", lambda: limits.admit(SCOPE).release())
@@ -75,7 +75,7 @@ def _stop(url: str) -> tuple[float, float]:
                 parts = answer.iter_raw()
                 next(parts)
                 sounding.wait()
-                with suppress(httpx.RemoteProtocolError):  # a fade that did not get out in time is cut off
+                with suppress(httpx.RemoteProtocolError):  # a fade that was not sent in time is cut off
                     for _ in parts:
                         pass
                 ends.append(perf_counter())

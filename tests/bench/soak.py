@@ -1,15 +1,15 @@
-"""Does it hold? A day of a voice on a fast clock, and ten minutes of fifty hands on a real service: drift and memory.
+"""Long runs: a day of a voice on a fast clock, and ten minutes of fifty hands on a real service; drift and memory.
 
     python -m tests.bench.soak day [--seconds 86400] [--rate 48000]
     python -m tests.bench.soak hands [--minutes 10] [--streams 50] [--workers 1]
 
-Model: day: a live voice of a constant scan is rendered as fast as it goes, every frame of 24 h, and its phase is
-    compared with exact arithmetic: frame * speed / (rate * period) turns, in whole numbers. The clock that paces blocks
-    is driven through the same day by a time of its own, whose sleeps end late.
-    hands: the load generator on the service, whose memory is read when it is warm and at the end, and whose clock is
-    compared with this machine's: how much later than at the beginning blocks come at the end.
-Limits: a day at 48 kHz is 4.1e9 frames: a few minutes of one core. A hand's voice costs several times that; its
-    phase is that of the positions it is sent, so there is nothing to drift but its updates' speed.
+Model: day: a live voice of a constant scan renders every frame of 24 h as fast as possible. Its phase is compared with
+    exact integer arithmetic: frame * speed / (rate * period) turns. The clock that paces blocks runs through the same
+    day on a simulated time, whose sleeps end late.
+    hands: the load generator runs on the service. The service's memory is read after the warm-up and at the end. Its
+    clock is compared with this machine's: how much later blocks arrive at the end than at the beginning.
+Limits: a day at 48 kHz is 4.1e9 frames: a few minutes of one core. A hand's voice costs several times that. Its phase
+    is that of the received positions, so only the speed of its updates could drift.
 """
 
 from __future__ import annotations
@@ -37,16 +37,16 @@ from tests.bench.process_use import family, resident_bytes
 from tests.service.harness import Child, roomy_environment
 
 DAY = 86_400.0  # s
-SPEED, PERIOD = "37.3 mm/s", "0.811 mm"  # no simple ratio to each other or to a rate
+SPEED, PERIOD = "37.3 mm/s", "0.811 mm"  # without a simple ratio to each other or to a rate
 BLOCK = 480
-WARM_SHARE = 0.02  # of the run, after which memory is read first: caches and pools are filled by then
+WARM_SHARE = 0.02  # of the run, after which memory is first read: caches and pools are full by then
 DRIFT_LIMIT = 1e-9  # turn in a day (the design's rule)
 GROWTH_LIMIT = 0.05  # of memory, after the warm-up
 TURN = 1 << 64  # of the phase, which wraps
 
 
 def day(seconds: float, rate: int) -> dict[str, Any]:
-    """Return what a day does to a live voice and to the clock of its blocks."""
+    """Return the effect of a day on a live voice and on the clock of its blocks."""
     scene = parse_scene(
         {
             "texture": {"period": PERIOD},
@@ -83,7 +83,7 @@ def day(seconds: float, rate: int) -> dict[str, Any]:
 
 
 def phase_error(voice: LiveVoice, rate: int) -> float:
-    """Return how far the phase of a voice at constant speed is from frame * speed / (rate * period), in turns."""
+    """Return the error of the phase of a voice at constant speed, from frame * speed / (rate * period), in turns."""
     inner = voice._voice
     scene = inner.scene
     exact = inner.frame * Fraction(scene.scan.speed) / (rate * Fraction(scene.texture.period)) % 1
@@ -92,7 +92,7 @@ def phase_error(voice: LiveVoice, rate: int) -> float:
 
 
 def clock_drift(seconds: float, rate: int) -> float:
-    """Return by how much the deadlines of the pacing clock, asked block after block for a day, end up off (s)."""
+    """Return the error (s) of the deadlines of the pacing clock after a day of blocks."""
     now = 1e5 / 3.0
     start = now
     pacer = Pacer(rate, now)
@@ -105,7 +105,7 @@ def clock_drift(seconds: float, rate: int) -> float:
 
 
 def hands(minutes: float, streams: int, workers: int, module: str = "service") -> dict[str, Any]:
-    """Return what so many minutes of so many streams do to a service, `python -m MODULE`: the load's report, memory."""
+    """Return the effect of `minutes` of `streams` on a service, `python -m MODULE`: the load's report, and memory."""
     environment = roomy_environment() | {"RIDGEWAVE_WORKERS": str(workers)}
     seconds, memory = 60.0 * minutes, Memory()
     with tempfile.TemporaryDirectory() as folder:
@@ -151,7 +151,7 @@ class Memory:
             self._thread.join()
 
     def growth(self) -> float | None:
-        """Return the growth from the second tenth of the time, when it is warm, to the last but one; both medians."""
+        """Return the growth from the second tenth of the time, after the warm-up, to the last but one; both medians."""
         tenth = len(self.read) // 10
         if tenth == 0:
             return None
@@ -160,8 +160,8 @@ class Memory:
 
 
 def main(words: Sequence[str] | None = None) -> int:
-    """Soak as `words` ask; return 0, or 1 where something drifted, grew or went missing."""
-    made = argparse.ArgumentParser(prog="python -m tests.bench.soak", description="Show that it holds for long.")
+    """Run the soak test with the arguments `words`; return 0, or 1 where something drifted, grew or was missing."""
+    made = argparse.ArgumentParser(prog="python -m tests.bench.soak", description="Test long runs.")
     kinds = made.add_subparsers(dest="kind", required=True)
     one = kinds.add_parser("day", help="a day of one voice on a fast clock")
     one.add_argument("--seconds", type=float, default=DAY)
@@ -170,7 +170,7 @@ def main(words: Sequence[str] | None = None) -> int:
     many.add_argument("--minutes", type=float, default=10.0)
     many.add_argument("--streams", type=int, default=50)
     many.add_argument("--workers", type=int, default=1)
-    many.add_argument("--module", default="service", help="what is served, as tests.service.serve_zeros")
+    many.add_argument("--module", default="service", help="module that is served, such as tests.service.serve_zeros")
     asked = made.parse_args(words)
     began = time.time()
     if asked.kind == "day":

@@ -1,4 +1,4 @@
-"""What the benchmarks share: a figure with its limit, one core to run on, and times that a busy machine spoils little.
+"""Shared parts of the benchmarks: a figure with its limit, one core to run on, and times that tolerate a busy machine.
 
 A figure is the median of its repeats; `least` is the smallest of them, which other work on the machine can only raise.
 """
@@ -22,8 +22,10 @@ import numpy as np
 class Figure:
     """One line of the table.
 
-    value, least: median and minimum of the repeats, in `unit`; of a ratio, least is that of the two minima. limit: what
-    the project has set itself, None where the line only informs. how: what was timed, and how often.
+    value: median of the repeats, in `unit`.
+    least: minimum of the repeats; of a ratio, that of the two minima.
+    limit: the project's own limit; None for a line without one.
+    how: what was timed, and how often.
     """
 
     name: str
@@ -53,14 +55,14 @@ def figure(
 
 
 def seconds(work: Callable[[], object]) -> float:
-    """Return how long `work` takes."""
+    """Return the time that `work` takes."""
     began = perf_counter()
     work()
     return perf_counter() - began
 
 
 def repeated(work: Callable[[], object], repeats: int) -> list[float]:
-    """Return the seconds of each of `repeats` runs, after one that is not counted."""
+    """Return the seconds of each of `repeats` runs, after one that does not count."""
     work()
     return [seconds(work) for _ in range(repeats)]
 
@@ -70,7 +72,7 @@ def alternated(
 ) -> tuple[list[float], list[float]]:
     """Return the seconds of each pass over `first` and over `second`: first[0], second[0], first[1], second[1], ...
 
-    What slows the machine for a while slows both, so that the ratio of two passes holds still.
+    A temporary slowdown of the machine affects both, so the ratio of two passes is stable.
     """
     totals: tuple[list[float], list[float]] = ([], [])
     for _ in range(repeats):
@@ -89,7 +91,7 @@ def alternated(
 
 @contextmanager
 def one_core() -> Iterator[None]:
-    """Keep this thread, and threads that it starts, on one core (Linux; elsewhere the figures are of all cores)."""
+    """Keep this thread and those that it starts on one core (Linux; elsewhere the figures are for all cores)."""
     if not hasattr(os, "sched_setaffinity"):
         yield
         return
@@ -102,7 +104,7 @@ def one_core() -> Iterator[None]:
 
 
 def machine() -> dict[str, object]:
-    """Return what the figures depend on: processor, cores, versions."""
+    """Return the conditions of the figures: processor, cores, versions."""
     try:
         wide = "avx512f" in Path("/proc/cpuinfo").read_text("ascii", "replace")
     except OSError:

@@ -1,1 +1,1 @@
-"""Slow, plainly right references for the tests; nothing here may import ``synth`` (see README.md)."""
+"""Slow, plainly correct references for the tests; none of them may import ``synth`` (see README.md)."""

@@ -1,8 +1,8 @@
-"""Where a finger rests that adhesion holds, by following its path in small moves: the reference for renders.
+"""The position of a finger held by adhesion, from following its path in small moves: the reference for renders.
 
-Model   w = R(z, theta), R = k I(z) - (P / d0) (I(z - d0) - I(z)) of `moving_oracle`, k of eqs 4-5 at the load. Of
-        several roots the finger takes the first downhill: where R(z) > w it rises to the next z at which R = w, else it
-        sinks to it. Where it rises beyond the range of the attraction it has let go.
+Model   w = R(z, theta), R = k I(z) - (P / d0) (I(z - d0) - I(z)) as in `moving_oracle`, with k of eqs 4-5 at the load.
+        Where there are several roots, the finger takes the first one downhill. If R(z) > w, it rises to the next z with
+        R = w; otherwise it sinks to the next one. A finger that rises beyond the range of the attraction has let go.
 Source  Fagiani & Barbieri (2016), eqs 1 to 5; the attraction is that of the effect's own docstring.
 Method  Moves of `move` metres until R - w changes its sign, then SciPy's ``brentq``.
 Limits  Two roots within one move are missed.
@@ -24,7 +24,7 @@ Real = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Held:
-    """z (m), 1 where the finger is held, the force on the slopes and the sum of the pressure (N), at every place."""
+    """z (m), 1 while the finger is held, the force on the slopes and the sum of the pressure (N), at every place."""
 
     z: Real
     held: Real
@@ -34,7 +34,12 @@ class Held:
 
 @dataclass(frozen=True)
 class Path:
-    """A texture, and a finger that it attracts: stress (Pa), reach (m); no load counts as less than `lightest` (N)."""
+    """A texture and a finger that it attracts.
+
+    stress: Pa.
+    reach: m.
+    lightest: N; smaller loads count as this load.
+    """
 
     touch: Touch
     stress: float
@@ -43,7 +48,7 @@ class Path:
     move: float = 2e-8
 
     def followed(self, theta: Real, loads: Real, *, forces: bool = False, held: bool = True) -> Held:
-        """Return where the finger rests at each theta (turns) and load (N) in turn, from a touching finger on."""
+        """Return the rest position at each theta (turns) and load (N) in turn, starting with a touching finger."""
         reaction = Reaction(Profile(self.touch), self.stress * self.touch.contact_length**2, self.reach)
         rows = np.zeros((4, len(theta)))
         z: float | None = None
@@ -64,11 +69,11 @@ class Path:
         return Held(*rows)
 
     def top(self, reaction: Reaction, theta: float) -> float:
-        """Return the lowest z (m) that nothing reaches any more."""
+        """Return the lowest z (m) at which nothing is in reach."""
         return float(reaction.profile.touching(0.0, theta)[2]) + self.reach
 
     def downhill(self, reaction: Reaction, z: float, theta: float, load: float, k: float) -> float | None:
-        """Return the root that the finger goes to from `z`, or None where it lets go."""
+        """Return the root that the finger reaches from `z`, or None where it lets go."""
 
         def excess(place: float) -> float:
             return reaction.at(place, theta, k)[0] - load

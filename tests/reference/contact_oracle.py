@@ -3,7 +3,7 @@
 Model   integral_0^tau max(A cos(2 pi X / Lambda - 2 pi theta + phi) - cos(2 pi X) - Z, 0) dX = W, solved for Z.
 Source  Fagiani & Barbieri 2016, eqs 1, 2 and 7.
 Method  The profile is cut at all its critical points (``two_cosines``). On each monotone piece the contact's edge is
-        bracketed and polished; the area above Z is exact, in a form that does not cancel however small the patch.
+        bracketed and polished. The area above Z is exact, in a form without cancellation for patches of any size.
         F(Z) is convex and falls, so Newton from full contact climbs to the root and never passes it.
 Limits  Measured against 40 digits (``contact_oracle_mpmath``): |error of Z| < 2e-18 (1 + A + |Z|) in long double and
         < 1e-14 (1 + A + |Z|) in float64, for tau 0.3-60, Lambda 0.02-50, A 0-20, W/tau 1e-14-100. See README.md.
@@ -43,7 +43,7 @@ class Contact:
 
     ``approach`` Z; ``contact_length`` |C| in ridges; ``load_slope`` dZ/dW = -1 / |C|; ``phase_slope`` dZ/dtheta, the
     mean of dh/dtheta over C; ``crest`` the largest h. Without load Z is the crest, |C| = 0, load_slope = -inf, and
-    phase_slope belongs to the highest point.
+    phase_slope is that of the highest point.
     """
 
     approach: Floats
@@ -55,7 +55,7 @@ class Contact:
 
 @dataclass(frozen=True)
 class _Sums:
-    """What the touching parts add up to, a value for each profile."""
+    """Sums over the touching parts, one value per profile."""
 
     area: Floats
     length: Floats
@@ -77,7 +77,7 @@ def solve_contact(
 
     ``tau`` = L / lambda1, ``period_ratio`` = Lambda, ``amplitude_ratio`` = A, ``load`` = W, ``theta`` in turns, ``phi``
     in rad. ``ridge`` scales the finger's own cosine (1 in eq. 7; 0 is a smooth finger). ``dtype`` is np.longdouble, or
-    np.float64, which is several times faster. ValueError for what is not finite, negative, or of no length.
+    np.float64, which is several times faster. ValueError for values that are not finite or negative, or no length.
     """
     arguments = (tau, period_ratio, amplitude_ratio, ridge, load, theta, phi)
     fields = np.broadcast_arrays(*(np.asarray(value, dtype=np.longdouble) for value in arguments))
@@ -93,7 +93,7 @@ def solve_contact(
 def _check(
     tau: Floats, period: Floats, texture: Floats, ridge: Floats, load: Floats, theta: Floats, phi: Floats
 ) -> None:
-    """Refuse what eq. 7 does not cover; written so that NaN fails."""
+    """Refuse values outside eq. 7; written so that NaN fails."""
     if tau.size == 0:
         raise ValueError("at least one case is needed")
     for name, field in (("tau", tau), ("period_ratio", period)):
@@ -148,7 +148,7 @@ def _solve(profiles: Profiles, load: Floats) -> tuple[Floats, Floats, Floats, Fl
 
 
 def _crest(profiles: Profiles, pieces: Pieces) -> tuple[Floats, Floats]:
-    """Largest height of each profile, and dh/dtheta where it stands."""
+    """Largest height of each profile, and dh/dtheta at that place."""
     left_higher = pieces.height_left >= pieces.height_right
     height = np.where(left_higher, pieces.height_left, pieces.height_right)
     position = np.where(left_higher, pieces.left, pieces.right)

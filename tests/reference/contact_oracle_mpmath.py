@@ -1,11 +1,12 @@
-"""The dimensionless contact in 40 digits: slower still, and by another road, to validate ``contact_oracle``.
+"""The dimensionless contact in 40 digits, slower still and by a different method, to validate ``contact_oracle``.
 
 Model   integral_0^tau max(A cos(2 pi X / Lambda - 2 pi theta + phi) - cos(2 pi X) - Z, 0) dX = W, solved for Z.
 Source  Fagiani & Barbieri 2016, eqs 1, 2 and 7.
-Method  No critical points are sought. For a given Z the length is halved until each cell is proved, by h, h' and the
-        largest curvature, to touch all along, to be free all along, or to hold h monotone; then the edge is polished
-        and the plain antiderivative is evaluated, its cancellation paid for with digits. Newton from full contact.
-Limits  |error of Z| < 1e-30 (1 + A) for W/tau >= 1e-14; below 1e-20 the digits run out. 0.1 to 10 s a case.
+Method  No critical points are sought. For a given Z the length is halved until h, h' and the largest curvature prove of
+        each cell that it touches everywhere, that it is free everywhere, or that h is monotone on it. Then the edge is
+        polished and the plain antiderivative is evaluated; additional digits pay for its cancellation. Newton from
+        full contact.
+Limits  |error of Z| < 1e-30 (1 + A) for W/tau >= 1e-14; below 1e-20 the digits run out. 0.1 to 10 s per case.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ class ExactContact:
 
 @dataclass
 class _Profile:
-    """The profile of one case, with the heights and slopes already asked for."""
+    """The profile of one case, with a cache of heights and slopes."""
 
     context: Any
     tau: Any
@@ -126,7 +127,7 @@ def _patches(profile: _Profile, approach: Any) -> list[list[Any]]:
 
 
 def _decide(profile: _Profile, approach: Any, left: Any, right: Any, nothing: Any) -> list[Any] | None:
-    """The touching part of a cell: [] when free, [left, right] when it is the whole, None when it must be halved."""
+    """The touching part of a cell: [] when free, [left, right] when the whole touches, None when it must be halved."""
     middle, reach = (left + right) / 2, (right - left) / 2
     height, slope = profile.at(middle)
     change = abs(slope) * reach + profile.bend * reach**2 / 2
@@ -143,7 +144,7 @@ def _decide(profile: _Profile, approach: Any, left: Any, right: Any, nothing: An
 
 
 def _edge(profile: _Profile, approach: Any, left: Any, right: Any, rising: bool) -> Any:
-    """Where a monotone h crosses the approach: Newton inside a shrinking bracket, else bisection."""
+    """The place where a monotone h crosses the approach: Newton inside a shrinking bracket, else bisection."""
     smallest = (right - left) * profile.context.mpf(10) ** (-DIGITS // 2 - 8)
     position = (left + right) / 2
     while right - left > smallest:

@@ -1,15 +1,15 @@
-"""A steady scan over viscous skin, by implicit Euler on places of the skin, extrapolated: the reference for renders.
+"""A steady scan over viscous skin, by extrapolated implicit Euler on places of the skin: the reference for renders.
 
-Model   u is how far a place of the skin is pressed in. It never lies below the surface, u >= h - z; its pressure p is
-        never below 0, and is 0 where u > h - z. Kelvin and Voigt: p = kappa (u + tau u'). Relaxing: p = kappa / g0 (g0
-        u + sum of g_i q_i), q_i' = u' - q_i / tau_i. kappa = k / L; the sum of p dx is w, or m z'' + c z' + w.
-Source  textbook forms; Fagiani & Barbieri (2016), eqs 1, 2, 4, 5.
-Method  A step of implicit Euler makes p = A max(h - z - u0, 0) with u0 what a place would recover to by itself. Between
-        two places h - u0 is a straight line, whose part above z is taken; z by Newton's rule. Steps of a part of a
-        period, and of half of that: the errors of first order cancel.
-Limits  what is left halves where the step and the distance of the places are both halved, by the kinks where a place
-        loses the surface: three such runs extrapolate it, and tell what the extrapolation leaves.
-        About 10 us a step for 1000 places; compiled, with nothing of the engine.
+Model   u is the indentation of a place of the skin. It is never less than that of the surface, u >= h - z. Its pressure
+        p is never below 0, and is 0 where u > h - z. Kelvin and Voigt: p = kappa (u + tau u'). Relaxing: p = kappa / g0
+        (g0 u + sum of g_i q_i), q_i' = u' - q_i / tau_i. kappa = k / L; the sum of p dx is w, or m z'' + c z' + w.
+Source  Textbook forms; Fagiani & Barbieri (2016), eqs 1, 2, 4, 5.
+Method  A step of implicit Euler gives p = A max(h - z - u0, 0), where u0 is the indentation that a place would recover
+        to by itself. Between two places h - u0 is a straight line, of which the part above z counts. z follows from
+        Newton's rule. Steps of a part of a period, and of half of that: the errors of first order cancel.
+Limits  The remaining error comes from kinks where a place loses the surface. It halves when the step and the distance
+        of the places are both halved. Three such runs extrapolate it, and report the error of the extrapolation.
+        About 10 us per step for 1000 places; compiled, without any part of the engine.
 """
 
 from __future__ import annotations
@@ -28,12 +28,16 @@ from tests.reference.stiffness_oracle import Touch, stiffness
 Real = npt.NDArray[np.float64]
 
 
-KNOTS = 1 << 16  # of a period of a profile
+KNOTS = 1 << 16  # per period of a profile
 
 
 @dataclass(frozen=True)
 class Solid:
-    """times (s), weights: as parts of the stiffness at once; no weights: Kelvin and Voigt with times[0]."""
+    """The viscous law of the skin.
+
+    times: s.
+    weights: parts of the instantaneous stiffness; none: Kelvin and Voigt with times[0].
+    """
 
     times: tuple[float, ...]
     weights: tuple[float, ...] = ()
@@ -41,7 +45,7 @@ class Solid:
 
 @numba.njit
 def above(g, z, width):
-    """Return the area and the length of what of the line through the points `g`, `width` apart, lies above z."""
+    """Return area and length of the part above z of the line through the points `g`, `width` apart."""
     area = length = 0.0
     for j in range(1, len(g)):
         p, q = g[j - 1] - z, g[j] - z
@@ -58,9 +62,9 @@ def above(g, z, width):
 
 @numba.njit
 def balanced(g, z, width, full, load, heavy, before, velocity):
-    """Return z at which full times the area above it is the load and what the mass and the damper take.
+    """Return the z at which full times the area above it is the load and the force on the mass and the damper.
 
-    velocity: m a step.
+    velocity: m per step.
     """
     for _ in range(200):
         area, length = above(g, z, width)
@@ -95,7 +99,7 @@ def force_of(g, x, z, wave, angle, amplitude):
 
 @numba.njit
 def surface(waves, table, places, angle):
-    """Return h, of rows of ridges, cosine and sine, or with the texture off a `table` of one period at `places`."""
+    """Return h from rows of ridges, cosine and sine, or with the texture from a `table` of one period at `places`."""
     if len(table) == 0:
         return waves[0] + waves[1] * math.cos(angle) - waves[2] * math.sin(angle)
     h, turns = waves[0].copy(), angle / (2.0 * math.pi)
@@ -108,9 +112,9 @@ def surface(waves, table, places, angle):
 
 @numba.njit
 def creep(x, shape, press, solid, pace, total, indentation, table):
-    """Return z and the force on the slopes at every step; from the elastic contact.
+    """Return z and the force on the slopes at every step, beginning with the elastic contact.
 
-    table: heights (m) of a period of a texture of any kind, at equal distances from x = 0 on; empty: a cosine.
+    table: heights (m) of a period of a texture of any kind, at equal distances from x = 0; empty: a cosine.
     """
     a1, a2, wave1, wave2, phase = shape
     kappa, load, mass, damping = press
@@ -141,7 +145,7 @@ def creep(x, shape, press, solid, pace, total, indentation, table):
         after = np.maximum(free, h - z)
         for n in range(len(weights)):
             springs[n] = fading[n] * (springs[n] + after - u)
-        u, velocity = after, z - before  # a step
+        u, velocity = after, z - before  # per step
         heights[i] = z
         forces[i] = kappa * hard * force_of(h - free, x, z, wave2, angle, a2)
     return heights, forces
@@ -149,9 +153,12 @@ def creep(x, shape, press, solid, pace, total, indentation, table):
 
 @dataclass(frozen=True)
 class Creep:
-    """A finger of skin on one touch at constant speed (m/s). places: how many. mass (kg), damping (N s/m).
+    """A finger of skin on one touch at constant speed (m/s).
 
-    profile: of a texture that is no cosine; touch is then that of its equivalent sinusoid, and the forces mean nothing.
+    places: their number.
+    mass, damping: kg, N s/m.
+    profile: of a texture that is not a cosine; `touch` is then that of its equivalent sinusoid, and the forces are
+        meaningless.
     """
 
     touch: Touch
@@ -170,7 +177,7 @@ class Creep:
     def last_period(self, steps: int, periods: int) -> tuple[Real, Real]:
         """Return z (m) and the force on the slopes (N) at `steps` equal times of the last of `periods` periods.
 
-        The last of them is at t = 0 of eq. 2.
+        The last time is t = 0 of eq. 2.
         """
         touch = self.touch
         found, step = stiffness(touch), self.period / abs(self.speed) / steps

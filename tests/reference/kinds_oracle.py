@@ -1,8 +1,8 @@
 """z of eq. 1 for a texture of any kind, by quadrature on its true heights.
 
-Model   the heights of texture and finger at POINTS places of the contact, a trapezoid rule for the mean of
-        max(h - z, 0), and z from the heights above it. Nothing is shared with the engine but the heights.
-Limits  2e-4 of the peak-to-peak for everyday scenes (the same with twice the points, to that).
+Model   The heights of texture and finger at POINTS places of the contact, a trapezoid rule for the mean of
+        max(h - z, 0), and z from the heights above it. Only the heights are shared with the engine.
+Limits  2e-4 of the peak-to-peak for usual scenes (twice the points change z by no more than that).
 """
 
 from __future__ import annotations
@@ -24,7 +24,8 @@ DOMED_POINTS = 160_000  # over all that a round finger may touch: 1e-5 of the pe
 def approach(finger: Any, profile: Any, turns: npt.NDArray[np.float64], indentation: float) -> npt.NDArray[np.float64]:
     """Return z (m) at each place of the texture (turns of its period).
 
-    finger, profile: of a scene. indentation: w / k in metres.
+    finger, profile: of a scene.
+    indentation: w / k, m.
     """
     x = np.linspace(0.0, finger.contact_length, POINTS + 1)
     ridges = finger.ridge_amplitude * np.cos(2.0 * math.pi * x / finger.ridge_period)
@@ -34,9 +35,11 @@ def approach(finger: Any, profile: Any, turns: npt.NDArray[np.float64], indentat
 def domed_approach(
     finger: Any, profile: Any, turns: npt.NDArray[np.float64], load: float, touch: Touch, radius: float
 ) -> npt.NDArray[np.float64]:
-    """Return z (m) at each place under a finger of `radius` (m) at `load` (N), its middle that of the nominal contact.
+    """Return z (m) at each place under a round finger about the middle of the nominal contact.
 
-    touch: the scene, its texture the equivalent sinusoid, from which the foundation follows.
+    load: N.
+    touch: the scene with the equivalent sinusoid as its texture; it determines the foundation.
+    radius: m.
     """
     b = smooth_half_length(touch, load, radius)
     target = 2.0 * b * load / stiffness(replace(touch, load=load, contact_length=2.0 * b)).k
@@ -50,9 +53,9 @@ def domed_approach(
 
 
 def level(heights: npt.NDArray[np.float64], indentation: float) -> float:
-    """Return z where the trapezoid mean of max(h - z, 0) is `indentation`, exactly: heights below z are left out.
+    """Return the z at which the trapezoid mean of max(h - z, 0) is `indentation`, exactly.
 
-    Leaving out what is too low raises z, so what has been left out stays below it.
+    Heights below z are removed. This raises z, so removed heights stay below it.
     """
     weights = np.full(len(heights), 1.0 / (len(heights) - 1))
     weights[[0, -1]] *= 0.5

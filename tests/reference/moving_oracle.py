@@ -1,13 +1,14 @@
 """A finger that moves by itself on a texture, by SciPy's integrator on the exact pressure: the reference for renders.
 
-Model   m z'' + c z' = k I(z, theta) - (P / d0) (I(z - d0, theta) - I(z, theta)) - w; I is the mean over L of max(h - z,
-        0), h of eq. 2, k of eqs 4-5 at the load. P is the pull if all of L touched, d0 its reach: 0 without adhesion.
+Model   m z'' + c z' = k I(z, theta) - (P / d0) (I(z - d0, theta) - I(z, theta)) - w. I is the mean over L of
+        max(h - z, 0), with h of eq. 2 and k of eqs 4-5 at the load. P is the pull if all of L touches, d0 its reach;
+        both are 0 without adhesion.
 Source  Fagiani & Barbieri (2016), eqs 1 to 5.
-Method  The profile is cut at 48 points a shortest period, and where its slope changes sign between two of them, so that
-        each stretch is monotone; an edge is found by Newton's rule kept in its stretch; areas in closed form. The
-        motion by DOP853. What repeats itself is sampled over one period and told as harmonics.
-Limits  I to 1e-13 of the heights: an edge's error counts squared. Two turns between two points of the grid are missed.
-        Below 0.1 ms a call; compiled, with nothing of the engine.
+Method  The profile is cut at 48 points per shortest period, and at every change of sign of its slope between two of
+        them, so each stretch is monotone. Newton's rule within a stretch finds the edge; areas are in closed form. The
+        motion is by DOP853. Periodic results are sampled over one period and returned as harmonics.
+Limits  I to 1e-13 of the heights: the error of an edge counts squared. Two turns between two points of the grid are
+        missed. Below 0.1 ms per call; compiled, without any part of the engine.
 """
 
 from __future__ import annotations
@@ -51,7 +52,7 @@ def height_at(x, shape):
 
 @numba.njit
 def crossing(low, high, level, shape, of_slope):
-    """Return where h (or its slope) is `level`, between `low` and `high`: Newton's rule, else halving."""
+    """Return the place between `low` and `high` where h (or its slope) is `level`, by Newton's rule or bisection."""
     first = height_at(low, shape)[1 if of_slope else 0] > level
     x, near = 0.5 * (low + high), 1e-10 * (high - low)
     for _ in range(STEPS):
@@ -72,14 +73,14 @@ def crossing(low, high, level, shape, of_slope):
 
 @numba.njit
 def area_before(x, shape):
-    """Return the integral of h from 0 to x, less a constant."""
+    """Return the integral of h from 0 to x, up to a constant."""
     a1, a2, wave1, wave2, angle = shape
     return a2 * math.sin(wave2 * x + angle) / wave2 - a1 * math.sin(wave1 * x) / wave1
 
 
 @numba.njit
 def ends_of(left, right, h_left, h_right, z, shape):
-    """Return the ends of what of a monotone stretch lies above z; twice the same place where nothing does."""
+    """Return the ends of the part of a monotone stretch above z; twice the same place where no part is above z."""
     if h_left <= z and h_right <= z:
         return left, left
     if h_left > z >= h_right:
@@ -91,9 +92,9 @@ def ends_of(left, right, h_left, h_right, z, shape):
 
 @numba.njit
 def touching(z, shape, waves):
-    """Return the integrals over what lies above z of h - z and of 1, and the largest h.
+    """Return the integrals of h - z and of 1 over the part above z, and the largest h.
 
-    waves: places, and cos and sin of both waves there, the texture's without its angle.
+    waves: places, and cosine and sine of both waves there, that of the texture without its angle.
     """
     a1, a2, wave1, wave2, angle = shape
     places, cos1, sin1, cos2, sin2 = waves
@@ -158,7 +159,7 @@ class Profile:
         self.waves = (self.places, *(function(one) for one in turned for function in (np.cos, np.sin)))
 
     def shape(self, theta: float) -> tuple[float, ...]:
-        """Return what `height_at` reads."""
+        """Return the arguments of `height_at`."""
         angle = self.touch.phase - 2 * math.pi * math.fmod(theta, 1.0)
         return (self.touch.ridge_amplitude, self.touch.texture_amplitude, self.wave1, self.wave2, angle)
 
@@ -174,14 +175,14 @@ class Profile:
 
 @dataclass(frozen=True)
 class Reaction:
-    """What a texture presses with: where there is adhesion, pull P (N) and reach d0 (m)."""
+    """The pressure of a texture, and for adhesion the pull P (N) and the reach d0 (m)."""
 
     profile: Profile
     pull: float = 0.0
     reach: float = 0.0
 
     def at(self, z: float, theta: float, k: float) -> tuple[float, float]:
-        """Return the reaction (N), and the part of it that presses."""
+        """Return the reaction (N), and its pressing part."""
         pressed = k * self.profile.touching(z, theta)[0]
         if self.pull == 0.0:
             return pressed, pressed
@@ -198,7 +199,7 @@ class Reaction:
 
 
 def elastic(profile: Profile, depth: float, theta: float) -> float:
-    """Return z (m) at which the mean indentation is `depth` (m): Newton from below, which never passes it."""
+    """Return the z (m) at which the mean indentation is `depth` (m), by Newton from below, which never overshoots."""
     z = -profile.touch.ridge_amplitude - profile.touch.texture_amplitude - depth
     for _ in range(200):
         found, part, _top = profile.touching(z, theta)
@@ -211,7 +212,11 @@ def elastic(profile: Profile, depth: float, theta: float) -> float:
 
 @dataclass(frozen=True)
 class Finger:
-    """mass in kg, damping in N s/m; load (N) and position (m) are functions of time (s)."""
+    """A finger.
+
+    mass, damping: kg, N s/m.
+    load, position: functions of time (s), N and m.
+    """
 
     touch: Touch
     mass: float
@@ -267,9 +272,9 @@ class Harmonics:
 
 @dataclass(frozen=True)
 class Scan:
-    """The last period of a steady scan: times from 0 on (s), z (m), z' and z'', and the harmonics of these three.
+    """The last period of a steady scan: times from 0 (s), z (m), z' and z'', and the harmonics of these three.
 
-    rest: by how much z differs from the period before, relative to its peak-to-peak.
+    rest: difference of z from the period before, relative to its peak-to-peak.
     """
 
     times: Real
@@ -284,7 +289,7 @@ class Scan:
 
 
 def steady_scan(finger: Finger, settled: float) -> Scan:
-    """Return the motion of a finger at constant speed once `settled` seconds and whole periods have passed."""
+    """Return the motion of a finger at constant speed after at least `settled` seconds, in whole periods."""
     touch, period = finger.touch, abs(finger.touch.texture_period / (finger.position(1.0) - finger.position(0.0)))
     part = period * np.arange(SAMPLES) / SAMPLES
     z, velocity = finger.moved(np.concatenate([part - period, part]), -(math.ceil(settled / period) + 1) * period)

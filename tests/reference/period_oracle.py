@@ -1,11 +1,11 @@
-"""One whole period of a function of phase to a stated error, kinks included: adaptive Chebyshev panels.
+"""One whole period of a function of phase to a stated error, with kinks, by adaptive Chebyshev panels.
 
-Method  Panels of Chebyshev nodes; a panel is halved, its halves solved afresh, until what its own polynomial had said
-        at the halves' nodes was right. Panels so shrink towards the kinks that are born where patches touch down, and
-        the cost grows with the logarithm of the accuracy. The error wanted is of Fourier coefficients, that is of the
-        area between polynomial and function: a panel's error counts with its width.
-Limits  A feature narrower than 1/16 of a first panel that ends as it began can be missed: with 64 panels, one shorter
-        than 1e-3 turn; a patch that lives so briefly moves z by less than 1e-8 of the amplitudes.
+Method  Panels of Chebyshev nodes. A panel is halved and its halves are solved, until its own polynomial agrees with the
+        solution at the nodes of the halves. So panels shrink towards the kinks at which patches touch down, and the
+        cost grows with the logarithm of the accuracy. The required error is that of Fourier coefficients, which is the
+        area between polynomial and function: a panel's error counts times its width.
+Limits  A feature narrower than 1/16 of a first panel, which ends as it began, can be missed: with 64 panels, one
+        shorter than 1e-3 turn. Such a short patch moves z by less than 1e-8 of the amplitudes.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ Real = npt.NDArray[np.float64]
 #: From phases in [0, 1) to values, one each.
 Response = Callable[[Real], Real]
 
-#: Chebyshev nodes a panel.
+#: Chebyshev nodes per panel.
 NODES = 16
-#: A panel narrower than this is left as it is: its share of any coefficient is then below round-off.
+#: A narrower panel is not halved: its share of any coefficient is below round-off.
 NARROWEST = 1e-9
 _ANGLES = np.pi * (np.arange(NODES) + 0.5) / NODES
 _POINTS = (1 - np.cos(_ANGLES)) / 2  # the nodes of the panel [0, 1], ascending
@@ -44,7 +44,11 @@ def _series(coefficients: Real, place: Real) -> Real:
 
 @dataclass(frozen=True)
 class Period:
-    """Panels [left, left + width) that cover [0, 1) once, ascending; coefficients [panels, NODES]; error a panel."""
+    """Panels [left, left + width) that cover [0, 1) once, ascending.
+
+    coefficients: [panels, NODES].
+    error: per panel.
+    """
 
     left: Real
     width: Real
@@ -66,7 +70,7 @@ class Period:
 
 
 def start_period(response: Response, panels: int = 64) -> Period:
-    """A period of equal panels whose error is not known yet (inf)."""
+    """A period of equal panels, with unknown error (inf)."""
     left = np.arange(panels) / panels
     width = np.full(panels, 1.0 / panels)
     values = response((left[:, None] + width[:, None] * _POINTS).ravel()).reshape(panels, NODES)
@@ -74,7 +78,7 @@ def start_period(response: Response, panels: int = 64) -> Period:
 
 
 def refine(period: Period, response: Response, tolerance: float) -> Period:
-    """Halve panels until no Fourier coefficient is off by more than about ``tolerance`` (units of the response).
+    """Halve panels until the error of each Fourier coefficient is at most about ``tolerance`` (units of the response).
 
     A panel is good when error * width <= tolerance / 100, or when it is NARROWEST.
     """
@@ -94,7 +98,7 @@ def refine(period: Period, response: Response, tolerance: float) -> Period:
 
 
 def _halve(period: Period, response: Response, panels: npt.NDArray[np.intp]) -> Period:
-    """Both halves of ``panels``, solved, each with the error its parent made on it."""
+    """Both halves of ``panels``, solved, each with the error of its parent's polynomial."""
     parent = np.repeat(panels, 2)
     second = np.tile([0.0, 0.5], panels.size)
     width = period.width[parent] / 2

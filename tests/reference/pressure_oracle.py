@@ -4,11 +4,11 @@ Model   h(x) = a2 cos(2 pi (x - p) / lambda2 + phi) - a1 cos(2 pi x / lambda1 + 
         Means over L of max(h - z, 0)^g, of max(h - z, 0) dh_t/dx, and of dh_t/dx where h > z; h_t is the texture.
 Source  Fagiani & Barbieri 2016, eqs 1 and 2; Takahasi & Mori 1974 for the double exponential rule.
 Method  The length is cut where h turns (sign changes of its slope on a fine grid, bisected) and where h crosses z
-        (bisected between the turns); each part that touches is integrated by the double exponential rule, which takes
-        any power of a zero at the ends. Near an end h - z is its value there (0 at a crossing) and the change of h from
-        there, as a product of sines, so that it does not cancel.
+        (bisected between the turns). Each touching part is integrated by the double exponential rule, which handles
+        any power of a zero at the ends. Near an end h - z is its value at the end (0 at a crossing) plus the change of
+        h from there, as a product of sines, which avoids cancellation.
 Limits  Two turns within 1/400 of the shortest period may be missed; h between them is level to 1e-8 of its height.
-        About 1e-13 of the integral, down to a power of -0.5. Some milliseconds a call.
+        About 1e-13 of the integral, down to a power of -0.5. A few milliseconds per call.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ class Surfaces:
 
 
 def touching_parts(surfaces: Surfaces, z: float) -> tuple[Long, Long, Long, Long]:
-    """Ends of the parts where h > z, cut at the turns of h as well, and h - z at each end."""
+    """Ends of the parts where h > z, also cut at the turns of h, and h - z at each end."""
     marks = np.concatenate([[0], turns(surfaces), [surfaces.length]]).astype(np.longdouble)
     edges = _zeros(lambda x: surfaces.height(x) - z, marks)
     above = np.concatenate([surfaces.height(marks) - z, np.zeros_like(edges)])
@@ -94,7 +94,7 @@ def turns(surfaces: Surfaces) -> Long:
 
 
 def power_mean(surfaces: Surfaces, z: float, power: float) -> float:
-    """Mean over L of max(h - z, 0)^power, in m^power; of 1 where h > z for a power of 0."""
+    """Mean over L of max(h - z, 0)^power, in m^power; for a power of 0, the part of L where h > z."""
     return _mean(surfaces, z, lambda x, above: above ** np.longdouble(power))
 
 
@@ -104,7 +104,7 @@ def slope_mean(surfaces: Surfaces, z: float) -> float:
 
 
 def balanced(surfaces: Surfaces, depth: float) -> float:
-    """z (m) at which the mean of max(h - z, 0) is ``depth`` (m): Newton from below, which never passes it."""
+    """z (m) at which the mean of max(h - z, 0) is ``depth`` (m), by Newton from below, which never overshoots."""
     x = np.linspace(0, surfaces.length, 4001, dtype=np.longdouble)
     z = float(np.mean(surfaces.height(x))) - depth - 0.1 * (surfaces.ridge_amplitude + surfaces.texture_amplitude)
     for _ in range(60):
@@ -116,7 +116,7 @@ def balanced(surfaces: Surfaces, depth: float) -> float:
 
 
 def _zeros(function: Callable[[Long], Long], grid: Long) -> Long:
-    """Zeros of ``function``, one in each interval of ``grid`` over which it changes its sign."""
+    """Zeros of ``function``, one in each interval of ``grid`` over which its sign changes."""
     positive = function(grid) > 0
     place = np.flatnonzero(positive[1:] != positive[:-1])
     low, high, rising = grid[place], grid[place + 1], positive[place + 1]

@@ -1,10 +1,10 @@
-"""What one would write from the paper: a trapezoid rule and SciPy's ``brentq``, frame by frame.
+"""A straightforward implementation of the paper: a trapezoid rule and SciPy's ``brentq``, frame by frame.
 
-Model   integral_0^tau max(h - Z, 0) dX = W of eq. 7 on equally spaced points, solved afresh at every frame.
+Model   integral_0^tau max(h - Z, 0) dX = W of eq. 7 on equally spaced points, solved anew at every frame.
 Source  Fagiani & Barbieri 2016, eqs 1 to 7.
-Limits  Against the peak-to-peak of z on the default scene: 25 points a ridge are 1 to 3 % off, 100 are 0.1 to 0.2 %,
-        6000 are 1e-6. Solved at the output frames alone it also aliases. It shares nothing with the engine's
-        own, `synth.accuracy.baseline`, which the benchmarks and the accuracy report time.
+Limits  The error relative to the peak-to-peak of z on the default scene is 1 to 3 % with 25 points per ridge, 0.1 to
+        0.2 % with 100 and 1e-6 with 6000. Solved at the output frames only, it also aliases. It is independent of the
+        engine's own `synth.accuracy.baseline`, which the benchmarks and the accuracy report time.
 """
 
 from __future__ import annotations
@@ -40,9 +40,9 @@ def sampled_signal(
     touch: Touch, speed: float, rate_hz: float, frames: int, quantity: str = "displacement",
     points_per_ridge: float = 100.0,
 ) -> Real:  # fmt: skip
-    """``frames`` values in SI, solved at the frames alone, derivatives by central differences; shape [frames].
+    """``frames`` values in SI, solved at the frames only, derivatives by central differences; shape [frames].
 
-    Displacement is about the mean of the frames rendered. KeyError names an unknown quantity.
+    Displacement is relative to the mean of the rendered frames. KeyError names an unknown quantity.
     """
     order = {"displacement": 0, "velocity": 1, "acceleration": 2}[quantity]
     groups = stiffness(touch)

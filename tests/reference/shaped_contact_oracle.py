@@ -1,16 +1,17 @@
-"""Contacts whose shape depends on the load, by direct definition: every turning point, every edge, every area.
+"""Contacts whose shape depends on the load, directly from their definition: every turning point, every edge, every
+    area.
 
-Model   integral of max(h(x) - (x - xc)^2 / (2 R) - z, 0) dx over [start, stop] = target, h of eq. 2 with x counted from
-        the end of the nominal contact, so that nothing is shifted; a flat finger has 1 / R = 0.
-        Growing: start and stop are (L0 -/+ L) / 2, L = L0 (w / w0)^p kept in its bounds, target = L w / k(L). Round:
-        start and stop are xc -/+ sqrt(2 R 2 (a1 + a2) + b^2), beyond which nothing can touch; target = w / kappa, where
-        b solves w = (2/3) kappa b^3 / R with kappa = k(2 b) / (2 b).
+Model   integral of max(h(x) - (x - xc)^2 / (2 R) - z, 0) dx over [start, stop] = target. h is that of eq. 2, with x
+        from the end of the nominal contact, so nothing is shifted. A flat finger has 1 / R = 0.
+        Growing: start and stop are (L0 -/+ L) / 2, with L = L0 (w / w0)^p within its limits, and target = L w / k(L).
+        Round: start and stop are xc -/+ sqrt(2 R 2 (a1 + a2) + b^2), beyond which nothing can touch. target = w /
+        kappa, where b solves w = (2/3) kappa b^3 / R with kappa = k(2 b) / (2 b).
 Source  Fagiani & Barbieri (2016), eqs 1-5; Johnson, Contact Mechanics (1985), sec. 4.3.
-Method  The slope is sampled 64 times a period and its zeros bisected; between them h - z is monotone, its edge is
-        bisected and its area is in closed form. The depth below the highest crest by SciPy's brentq; all else in long
-        double.
-Limits  |error of z| about 1e-15 of the depth. A dip between two crests closer than 1/64 of the shortest
-        period is not seen: it is 1e-7 of the heights deep at most. About 20 ms a case.
+Method  The slope is sampled 64 times per period and its zeros are bisected. Between them h - z is monotone; its edge is
+        bisected and its area is in closed form. SciPy's brentq finds the depth below the highest crest. Everything
+        else is in long double.
+Limits  |error of z| about 1e-15 of the depth. A dip between two crests closer than 1/64 of the shortest period is
+        missed; it is at most 1e-7 of the heights deep. About 20 ms per case.
 """
 
 from __future__ import annotations
@@ -27,12 +28,12 @@ from tests.reference.stiffness_oracle import Touch, stiffness
 Long = Any
 SAMPLES_A_PERIOD = 64
 PI = np.longdouble("3.14159265358979323846264338327950288")
-HALVINGS = 34  # of 1/64 of a period: an edge to 1e-12 of it, whose square is what the area misses
+HALVINGS = 34  # of 1/64 of a period: an edge to 1e-12 of it; the error of the area is the square
 
 
 @dataclass(frozen=True)
 class Window:
-    """A stretch of the nominal x axis (m) and what lies over it; `bend` is 1 / R (1/m) about `middle`."""
+    """A stretch of the nominal x axis (m) and the surfaces over it; `bend` is 1 / R (1/m) about `middle`."""
 
     touch: Touch
     theta: float
@@ -57,7 +58,7 @@ class Window:
         return rise1 * np.sin(ridge) - rise2 * np.sin(texture) - self.bend * (x - self.middle)
 
     def area(self, left: Long, right: Long, z: Long) -> Long:
-        """Integral of h - z (m^2): what the middle says, less what the curves lose beside it."""
+        """Integral of h - z (m^2): the value from the middle, minus the effect of the curvature."""
         width, middle = right - left, (left + right) / 2
         ridge, texture = self.angles(middle)
         lost1 = self.touch.ridge_amplitude * np.cos(ridge) * _one_less_sinc(PI * width / self.touch.ridge_period)
@@ -75,12 +76,12 @@ class Pressed:
 
 
 def grown_length(touch: Touch, load: float, exponent: float, shortest: float = 1e-5, longest: float = 0.1) -> float:
-    """L (m) of a contact that has its nominal length at 1 N."""
+    """L (m) of a contact whose nominal length belongs to 1 N."""
     return min(max(touch.contact_length * math.pow(load, exponent), shortest), longest)
 
 
 def growing_contact(touch: Touch, theta: float, load: float, exponent: float) -> Pressed:
-    """The contact of length L0 w^p, w in newtons, about the middle of the nominal one."""
+    """The contact of length L0 w^p, w in newtons, about the middle of the nominal contact."""
     length = grown_length(touch, load, exponent)
     half, middle = np.longdouble(length) / 2, np.longdouble(touch.contact_length) / 2
     law = stiffness(replace(touch, load=load, contact_length=length))
@@ -88,7 +89,7 @@ def growing_contact(touch: Touch, theta: float, load: float, exponent: float) ->
 
 
 def smooth_half_length(touch: Touch, load: float, radius: float) -> float:
-    """b (m): half the length over which a round finger without ridges touches, by searching for it."""
+    """b (m): half the length that a round finger without ridges touches, by search."""
 
     def excess(logarithm: float) -> float:
         b = math.exp(logarithm)
@@ -109,7 +110,7 @@ def fitting_radius(touch: Touch) -> float:
 
 
 def round_window(touch: Touch, theta: float, load: float, radius: float) -> tuple[Window, float]:
-    """Where a round finger may touch, and w / kappa (m^2)."""
+    """The window in which a round finger may touch, and w / kappa (m^2)."""
     b = smooth_half_length(touch, load, radius) if load > 0 else 0.0
     target = load / (stiffness(replace(touch, load=load, contact_length=2 * b)).k / (2 * b)) if load > 0 else 0.0
     half = math.sqrt(4 * radius * (touch.ridge_amplitude + touch.texture_amplitude) + b * b)
@@ -139,7 +140,7 @@ def _solved(window: Window, target: float) -> Pressed:
 
 
 def turning_points(window: Window) -> Long:
-    """Both ends of a window and all places between, rising, where h turns."""
+    """Both ends of a window and all places between them where h turns, rising."""
     shortest = min(window.touch.ridge_period, window.touch.texture_period)
     count = 2 + math.ceil(SAMPLES_A_PERIOD * float(window.stop - window.start) / shortest)
     x = window.start + (window.stop - window.start) * np.arange(count + 1) / count
@@ -154,7 +155,7 @@ def turning_points(window: Window) -> Long:
 
 
 def _above(window: Window, points: Long, heights: Long, z: Long) -> tuple[Long, Long]:
-    """Area above z (m^2), and the length (m) that is above it."""
+    """Area above z (m^2), and the length (m) above z."""
     above = heights > z
     left, right = points[:-1].copy(), points[1:].copy()
     cut = np.flatnonzero(above[1:] != above[:-1])

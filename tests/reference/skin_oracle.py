@@ -1,11 +1,12 @@
-"""A finger of viscous skin, an element and a step at a time: the twin of the engine's stepper.
+"""A finger of viscous skin, one element and one step at a time: the twin of the engine's stepper.
 
-Model   Elements at equal distances, h of Fagiani & Barbieri (2016), eq. 2. Each carries two histories, of skin that the
-        surface has held since it first touched and of skin left to itself since it last touched; what an element would
-        recover to without pressure is the larger of both. Between two elements both are straight lines, and p is
-        kappa A max(h - z - that, 0). z balances the load, or a mass, by SciPy's ``brentq``.
-Source  Kelvin-Voigt with p held over a step; relaxing springs with e a straight line over a step. Textbook forms.
-Limits  Slow: 50 us an element and a step. Shares nothing with the engine.
+Model   Elements at equal distances on h of Fagiani & Barbieri (2016), eq. 2. Each element carries two histories: of
+        skin held by the surface since it first touched, and of skin left free since it last touched. The indentation to
+        which an element would recover without pressure is the larger of both. Between two elements both histories are
+        straight lines, and p is kappa A max(h - z - recovered, 0). z balances the load, or a mass, by SciPy's
+        ``brentq``.
+Source  Kelvin-Voigt with p constant over a step; relaxing springs with e linear over a step. Textbook forms.
+Limits  Slow: 50 us per element and step. Independent of the engine.
 """
 
 from __future__ import annotations
@@ -19,7 +20,11 @@ from scipy.optimize import brentq
 
 @dataclass(frozen=True)
 class Skin:
-    """recovery: tau of Kelvin-Voigt (s), or None; else times (s) and weights of springs that relax."""
+    """Viscous skin.
+
+    recovery: tau of Kelvin-Voigt, s, or None.
+    times, weights: of relaxing springs, s, and parts of the stiffness.
+    """
 
     recovery: float | None = 0.004
     times: tuple[float, ...] = ()
@@ -76,9 +81,11 @@ class Element:
 
 @dataclass
 class Finger:
-    """Where a finger stands: z (m), z' (m/s), load and sum of the pressure (N), the two histories of each element.
+    """The state of a finger.
 
-    dissipated: J, in the dashpots of Kelvin-Voigt, since the start. force: N, on the texture's slope, of the last step.
+    The fields are z (m), z' (m/s), load and sum of the pressure (N), and the two histories of each element.
+    dissipated: energy in the dashpots of Kelvin-Voigt since the start, J.
+    force: on the texture's slope in the last step, N.
     """
 
     z: float
@@ -93,7 +100,7 @@ class Finger:
 
 
 def hardness(skin: Skin, step: float) -> float:
-    """Return p / kappa at the end of a step for a metre of indentation beyond what an element recovers to."""
+    """Return p / kappa at the end of a step per metre of indentation beyond the recovered one."""
     if skin.recovery is not None:
         return 1 / (1 - math.exp(-step / skin.recovery))
     rest = 1 - sum(skin.weights)
@@ -102,7 +109,7 @@ def hardness(skin: Skin, step: float) -> float:
 
 
 def recovered(element: Element, skin: Skin, step: float) -> float:
-    """Return what the indentation of an element without pressure is a step later."""
+    """Return the indentation of an element a step later without pressure."""
     if skin.recovery is not None:
         return element.indentation * math.exp(-step / skin.recovery)
     rest = 1 - sum(skin.weights)
@@ -115,7 +122,7 @@ def recovered(element: Element, skin: Skin, step: float) -> float:
 
 
 def moved(element: Element, indentation: float, skin: Skin, step: float) -> Element:
-    """Return the element a step later, its indentation gone evenly to `indentation`."""
+    """Return the element a step later, after an even change to `indentation`."""
     change = indentation - element.indentation
     springs = [
         q * math.exp(-step / t) + t / step * (1 - math.exp(-step / t)) * change
@@ -181,7 +188,7 @@ def rested(foundation: Foundation, turns: float, load: float, velocity: float = 
 
 
 def go_on(foundation: Foundation, finger: Finger, turns: float, load: float) -> float:
-    """Take `finger` a step on to `turns` and `load`; return the static z (m) there."""
+    """Advance `finger` by a step to `turns` and `load`; return the static z (m) there."""
     skin, h, m, c = foundation.skin, foundation.step, foundation.mass, foundation.damping
     when = 1.0
     if skin.recovery is not None:
@@ -218,7 +225,10 @@ def go_on(foundation: Foundation, finger: Finger, turns: float, load: float) -> 
 def advance(
     foundation: Foundation, finger: Finger, j: int, depth: float, held: float, free: float, modulus: float
 ) -> None:
-    """Take element `j` to the end of the step; held, free: what its two histories would recover to."""
+    """Advance element `j` to the end of the step.
+
+    held, free: the recovered indentations of its two histories.
+    """
     skin, step = foundation.skin, foundation.step
     was_held, touches = held >= free, depth > max(held, free)
     before = max(finger.held[j].indentation, finger.free[j].indentation)
@@ -234,7 +244,7 @@ def advance(
 
 
 def slope_force(foundation: Foundation, pieces: list[Piece], z: float, full: float, turns: float) -> float:
-    """Return the force (N) of the pressure on the texture's slope, which is a straight line from element to element."""
+    """Return the force (N) of the pressure on the texture's slope, which is linear between elements."""
     width, total = foundation.length / (foundation.elements - 1), 0.0
 
     def slope(x: float, j: int) -> float:

@@ -1,10 +1,10 @@
-"""A hand on the network, followed a frame at a time in plain Python: the twin of the engine's closed forms.
+"""A remote hand, followed one frame at a time in plain Python: the twin of the engine's closed forms.
 
-Model   The error e of the place about its line obeys (d/dt + k)^3 e = 0: the exponential of the companion matrix takes
-        it from frame to frame. A glide is the same with (d/dt + k)^2 of the speed. The load is three equal low passes
-        of first order in a row behind the load asked for. The line is fitted by `numpy.polyfit`.
+Model   The error e of the position about its line obeys (d/dt + k)^3 e = 0; the exponential of the companion matrix
+        advances it by a frame. A glide does the same with (d/dt + k)^2 of the speed. The load is the requested load
+        after three equal first-order low passes. `numpy.polyfit` fits the line.
 Source  docs/live-motion.md.
-Limits  float64; the engine's curves end where e is below 1e-13, which is below what is compared here.
+Limits  float64. The engine's curves end where e is below 1e-13, which is below the differences compared here.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class Numbers:
 
 @dataclass
 class SlowFollower:
-    """A hand; `apply` and `release` act from the next `step` on, which gives one frame."""
+    """A hand. `apply` and `release` take effect at the next `step`, which returns one frame."""
 
     rate: float
     numbers: Numbers
@@ -65,7 +65,7 @@ class SlowFollower:
     stages: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
     asked: float = 0.0
     goal: float = 0.0
-    going: int = 1 << 60  # frames since the goal of the load last changed
+    going: int = 1 << 60  # frames since the last change of the target load
     gives: str = ""
     until: float = math.inf
     points: list[tuple[float, float]] = field(default_factory=list)
@@ -76,7 +76,7 @@ class SlowFollower:
     slope: float = 0.0
 
     def begin(self, position: float, speed: float, load: float) -> None:
-        """Begin as a hand that moves so already."""
+        """Begin with a hand that already moves at this speed and load."""
         self.asked = self.goal = min(max(load, self.lowest), self.numbers.largest_load)
         self.stages = [self.goal] * 3
         self._stand(position - speed / self.rate, speed)
@@ -111,7 +111,7 @@ class SlowFollower:
         return self._go_to(time, value, late, silent)
 
     def release(self) -> None:
-        """Let go: no load, and to rest."""
+        """Lift the finger and bring it to rest."""
         self._press(max(0.0, self.lowest))
         self._glide(0.0)
         self.until = math.inf

@@ -1,10 +1,11 @@
-"""The safety limiter, a frame at a time and in whole numbers, each average summed anew: the twin of the compiled loop.
+"""The safety limiter, one frame at a time in whole numbers, with each average summed anew: the twin of the compiled
+    loop.
 
-Model   needed(f) = 1 / peak(f) or 1; g(f) = min(needed of the last ahead + 1 frames, g + (1.01 - g) recovery, 1); the
-        gain is g averaged over ahead // 2 + 1 frames and that over ahead - ahead // 2 + 1 frames. Gains are whole
-        multiples of 2^-40, rounded down. Before the first frame nothing needed anything.
+Model   needed(f) = 1 / peak(f) or 1; g(f) = min(needed of the last ahead + 1 frames, g + (1.01 - g) recovery, 1). The
+        gain is g averaged over ahead // 2 + 1 frames, and then over ahead - ahead // 2 + 1 frames. Gains are
+        multiples of 2^-40, rounded down. Frames before the first need no gain.
 Source  design, section 8.
-Limits  work a frame grows with `ahead` squared.
+Limits  The work per frame grows with the square of `ahead`.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ Block = npt.NDArray[np.float32]
 
 
 def limited(block: Block, sample_rate: int, ahead: int) -> tuple[Block, list[float]]:
-    """Return `block` [frames, channels] limited, `ahead` frames late, and the gain of each frame given out."""
+    """Return `block` [frames, channels] limited, `ahead` frames late, and the gain of each output frame."""
     needed = [_needed(frame) for frame in block]
     held = _held(needed, ahead, round((1.0 - np.exp(-1.0 / (RELEASE * sample_rate))) * 2**22))
     one, other = ahead // 2 + 1, ahead - ahead // 2 + 1
@@ -52,7 +53,7 @@ def _held(needed: list[int], ahead: int, recovery: int) -> list[int]:
 
 
 def _window(values: list[int], frame: int, frames: int, before: int) -> list[int]:
-    """The last `frames` values up to `frame`; `before` stands for those before the first."""
+    """The last `frames` values up to `frame`, with `before` for those before the first."""
     found = values[max(0, frame + 1 - frames) : frame + 1]
     return [before] * (frames - len(found)) + found
 

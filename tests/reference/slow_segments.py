@@ -1,7 +1,7 @@
-"""Two slow ways to z of a texture of any profile: the polyline of the compiled solver, and quadrature on the profile.
+"""Two slow ways to z for a texture of any profile: the polyline of the compiled solver, and quadrature on the profile.
 
 `slow_heights` is the readable twin: every segment, cut at both ends of L, by bisection. `heights_by_quadrature` shares
-no code with it: the midpoint rule on the true profile, a million points, and Brent's method.
+no code with it: the midpoint rule on the true profile with a million points, and Brent's method.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ POINTS = 1_000_000
 
 
 def slow_heights(grid: Any, geometry: Any, phases: Array, indentation: float) -> Array:
-    """Return z (m) at each phase (turns): the polyline of `grid`, whose knots it takes, over L."""
+    """Return z (m) at each phase (turns): the polyline of `grid` over L, with the knots of `grid`."""
     scale, step = geometry.height_scale, geometry.texture_period / grid.segments
     half = math.pi * step / geometry.ridge_period
     amplitude = geometry.ridge_amplitude * math.tan(half) / half

@@ -1,7 +1,7 @@
 """The readable twin of a table's reader: docs/table.md in NumPy, frame by frame, slow.
 
-It takes a table's own numbers (its header and arrays) and the frames of a motion, and gives a quantity. It shares no
-code with `synth.response`, but for the filter's weights, which a caller passes in.
+It reads a table's own numbers (its header and arrays) along the frames of a motion and returns a quantity. It shares
+no code with `synth.response`; the caller passes the weights of the filter.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def cubic(s: float, width: float, low: Any, low_slope: Any, high: Any, high_slop
 
 
 def swing(coefficients: Any, row: int, s: float, width: float, turn: float) -> float:
-    """Return z less its mean (m) of one level [rows, 2, places] between rows `row` and `row` + 1, at `turn` turns."""
+    """Return z minus its mean (m) of one level [rows, 2, places] between rows `row` and `row` + 1, at `turn` turns."""
     low, high = coefficients[row].astype(float), coefficients[row + 1].astype(float)
     here = cubic(s, width, low[0], low[1], high[0], high[1])
     x = turn * len(here)
@@ -39,7 +39,7 @@ def swing(coefficients: Any, row: int, s: float, width: float, turn: float) -> f
 def sample(
     header: dict[str, Any], tensors: dict[str, Any], quantity: str, turn: float, speed: float, load: float
 ) -> float:
-    """Return z (m) as a reader of `quantity` samples it, at a place (turns), a speed (m/s) and a load (N)."""
+    """Return the sample of z (m) for a reader of `quantity`, at a place (turns), a speed (m/s) and a load (N)."""
     loads = tensors["loads"].astype(float)
     load = min(max(load, 0.0), header["covered"][1])
     held = min(load, loads[-1])
@@ -75,9 +75,10 @@ def read(
     weights: Real,
     hold: float,
 ) -> Real:
-    """Return the quantity (SI) of every frame of a motion, behind by the filter's delay, from the finger's rest on.
+    """Return the quantity (SI) of every frame of a motion that begins at rest, with the filter's delay.
 
-    phases: uint64 fractions of a turn; motion: float64 [5, frames], rows 0 and 2 speed (m/s) and load (N).
+    phases: uint64 fractions of a turn.
+    motion: float64 [5, frames], rows 0 and 2 speed (m/s) and load (N).
     weights, hold: of the filter.
     """
     stride, width = weights.shape

@@ -1,11 +1,12 @@
-"""Which harmonics a rendered periodic signal holds, and what it holds besides: aliases.
+"""The harmonics of a rendered periodic signal, and the rest of the signal: aliases.
 
 Model   signal[k] = sum over n of c_n exp(2 pi i n f0 k / rate) + residue.
-Method  Least squares under a Kaiser window: the normal equations are Toeplitz, so thousands of harmonics over any
-        length of signal are solved exactly, whether or not the period holds a whole number of frames.
-Limits  Floor: a float64 signal of true harmonics leaves less than 1e-12 of its peak-to-peak; a float32 one its own
-        rounding, 3e-8 of its peak. The fit needs WINDOW_PERIODS periods of f0. Where rate / f0 is close to a whole
-        number the aliases fall on true harmonics and no fit can tell: ask ``fold_distance``, choose another speed.
+Method  Least squares under a Kaiser window. The normal equations are Toeplitz, so thousands of harmonics over any
+        length of signal are solved exactly, also where the period is not a whole number of frames.
+Limits  Floor: a float64 signal of true harmonics leaves less than 1e-12 of its peak-to-peak; a float32 signal leaves
+        its rounding, 3e-8 of its peak. The fit needs WINDOW_PERIODS periods of f0. Where rate / f0 is close to a whole
+        number, the aliases coincide with true harmonics and cannot be measured: check with ``fold_distance``, and
+        choose a different speed.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ Complex = npt.NDArray[np.complex128]
 
 #: Shape of the Kaiser window; its main lobe is 5.2 / duration wide to each side, its side lobes are below 1e-6.
 KAISER_BETA = 16.0
-#: Periods of f0 that a signal must hold, so that neighbouring harmonics stand outside each other's main lobe.
+#: Required periods of f0 in a signal, so that neighbouring harmonics lie outside each other's main lobe.
 WINDOW_PERIODS = 6.0
 #: Share of the rate up to which true harmonics are fitted before some of them are kept.
 FITTED_SHARE = 0.495
@@ -37,7 +38,7 @@ class HarmonicFit:
     rate_hz: float
 
     def signal(self, frames: npt.ArrayLike, below_hz: float = np.inf, mean: bool = False) -> Real:
-        """The fitted harmonics n >= 1 with n f0 < below_hz at frame numbers ``frames`` (and c_0 when asked)."""
+        """The fitted harmonics n >= 1 with n f0 < below_hz at frame numbers ``frames`` (and c_0 if ``mean``)."""
         turns = _turns(np.asarray(frames), self.fundamental_hz, self.rate_hz)
         order = np.arange(1, self.coefficients.size)
         kept = int(np.count_nonzero(order * self.fundamental_hz < below_hz))
@@ -50,10 +51,10 @@ class HarmonicFit:
 
 @dataclass(frozen=True)
 class AliasResidue:
-    """What is left of a signal without its true harmonics: over the middle half, in the signal's unit and relative.
+    """The rest of a signal without its true harmonics, over the middle half.
 
     ``peak`` and ``rms`` in the unit of the signal; ``relative_peak`` to its peak-to-peak; ``energy_share`` of its
-    variance; ``strongest_hz`` where the residue's spectrum is highest.
+    variance; ``strongest_hz`` the frequency at which the residue's spectrum is highest.
     """
 
     peak: float
@@ -66,8 +67,8 @@ class AliasResidue:
 def fit_harmonics(signal: npt.ArrayLike, rate_hz: float, fundamental_hz: float, below_hz: float) -> HarmonicFit:
     """Least-squares harmonics of ``fundamental_hz`` (its sign is ignored) below ``below_hz`` and the mean.
 
-    ``signal`` [frames], frame 0 first. ValueError when it holds fewer than WINDOW_PERIODS periods, or when the highest
-    harmonic stands closer to its own image about half the rate than the window can separate.
+    ``signal`` [frames], frame 0 first. ValueError when it has fewer than WINDOW_PERIODS periods, or when the highest
+    harmonic is closer to its own image about half the rate than the window can separate.
     """
     samples = np.asarray(signal, dtype=float)
     fundamental = abs(fundamental_hz)
@@ -86,7 +87,7 @@ def fit_harmonics(signal: npt.ArrayLike, rate_hz: float, fundamental_hz: float, 
 def limited(signal: npt.ArrayLike, rate_hz: float, fundamental_hz: float, limit_hz: float | None = None) -> Real:
     """A rendered periodic signal [frames] cut to its harmonics below ``limit_hz`` (0.40 of the rate), without its mean.
 
-    All harmonics below FITTED_SHARE of the rate are fitted together, so that those cut do not colour those kept.
+    All harmonics below FITTED_SHARE of the rate are fitted together, so that the removed ones do not affect the others.
     """
     samples = np.asarray(signal, dtype=float)
     fit = fit_harmonics(samples, rate_hz, fundamental_hz, FITTED_SHARE * rate_hz)
@@ -96,7 +97,7 @@ def limited(signal: npt.ArrayLike, rate_hz: float, fundamental_hz: float, limit_
 def alias_residue(
     signal: npt.ArrayLike, rate_hz: float, fundamental_hz: float, limit_hz: float | None = None
 ) -> AliasResidue:
-    """What a steady render holds besides its mean and its true harmonics below ``limit_hz`` (0.45 of the rate).
+    """The rest of a steady render without its mean and its true harmonics below ``limit_hz`` (0.45 of the rate).
 
     The fit's own floor is 1e-12 of the peak-to-peak. ValueError as ``fit_harmonics``.
     """
@@ -119,7 +120,7 @@ def alias_residue(
 
 
 def fold_distance(rate_hz: float, fundamental_hz: float, frames: int) -> float:
-    """Distance of the harmonics folded once from the true ones, in bins of rate / frames; above 6 the fit sees all."""
+    """Distance of the harmonics folded once from the true ones, in bins of rate / frames; above 6 the fit works."""
     periods = rate_hz / abs(fundamental_hz)
     return abs(periods - round(periods)) * abs(fundamental_hz) * frames / rate_hz
 
@@ -138,7 +139,7 @@ def _projections(turns: Real, window: Real, weighted: Real, window_count: int, c
     for order in range(window_count + 1):
         if order % _RESYNC == 0:
             wave = np.exp(-2j * np.pi * (order * turns - np.rint(order * turns)))
-        gram[order] = np.einsum("k,k->", window, wave)  # not BLAS, whose threads crawl on a busy machine
+        gram[order] = np.einsum("k,k->", window, wave)  # not BLAS, whose threads are slow on a busy machine
         if order <= count:
             right[order] = np.einsum("k,k->", weighted, wave)
         wave *= turn

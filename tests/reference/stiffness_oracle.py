@@ -1,10 +1,10 @@
-"""Eqs 3 to 6 in SI, written out in plain floats: contact stiffness, mean indentation and the dimensionless groups.
+"""Eqs 3 to 6 in SI, in plain floats: contact stiffness, mean indentation and the dimensionless groups.
 
 Model   k = 1.18 E* / a L^2, a = sqrt(4 w_l R_eq / (pi E*)), w_l = w lambda_eq / L^2;
         tau = L / lambda1, Lambda = lambda2 / lambda1, A = a2 / a1, W = w / w*, w* = k a1 lambda1 / L.
 Source  Fagiani & Barbieri 2016, eqs 3 to 7.
-Limits  At no load k is infinite and the indentation w / k is zero; at no amplitude at all eq. 5 has no radius.
-        Lengths that eq. 7 measures in a1 are returned in a1 + a2 as well, so that a smooth finger (a1 = 0) has numbers.
+Limits  At no load k is infinite and the indentation w / k is zero. Without any amplitude eq. 5 has no radius. Lengths
+        that eq. 7 measures in a1 are also returned in a1 + a2, so that a smooth finger (a1 = 0) has numbers.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class Touch:
 class Stiffness:
     """Results of eqs 4 to 7 for one Touch; SI, the last five without unit.
 
-    ``indentation`` is w / k, the mean over L of what is pressed in. ``indentation_load`` is tau w / (k (a1 + a2)),
+    ``indentation`` is w / k, the mean indentation over L. ``indentation_load`` is tau w / (k (a1 + a2)),
     the right hand side of eq. 7 with heights measured in a1 + a2; ``W`` is inf when a1 = 0.
     """
 
@@ -69,7 +69,7 @@ def effective_modulus(touch: Touch) -> float:
 
 
 def stiffness(touch: Touch) -> Stiffness:
-    """Eqs 4 to 7. ValueError when neither surface has an amplitude, for then eq. 5 has no radius."""
+    """Eqs 4 to 7. ValueError when neither surface has an amplitude, since eq. 5 then has no radius."""
     lambda1, lambda2, length = touch.ridge_period, touch.texture_period, touch.contact_length
     a1, a2, w = touch.ridge_amplitude, touch.texture_amplitude, touch.load
     if not a1 + a2 > 0:

@@ -1,13 +1,13 @@
-"""The exact band-limited output of steady scanning: what the samples of a perfect render are.
+"""The exact band-limited output of steady scanning: the samples of a perfect render.
 
-Model   z(t) = Z(theta), theta = u t / lambda2, of eqs 1, 2, 4, 5; displacement about its mean over a texture period,
-        velocity and acceleration its time derivatives, all limited to harmonics n of f0 = |u| / lambda2 with
-        n f0 < limit_hz and n <= n_max.
+Model   z(t) = Z(theta), theta = u t / lambda2, of eqs 1, 2, 4, 5. Displacement is relative to its mean over a texture
+        period; velocity and acceleration are its time derivatives. All are limited to harmonics n of f0 = |u| / lambda2
+        with n f0 < limit_hz and n <= n_max.
 Source  Fagiani & Barbieri 2016; the limits are those of the design's section "What the samples are".
-Method  A period is resolved by ``period_oracle`` over the float64 contact oracle, sampled at 256 points or more a
-        harmonic and transformed. Panels are refined and samples doubled until every quantity moved by less than the
-        error asked for: ``error`` is that last movement, relative to the quantity's peak-to-peak.
-Limits  Fixed point: round-off of the solver, about 3e-16 (a1 + a2) a harmonic; ``error`` says so when it is met.
+Method  ``period_oracle`` resolves a period over the float64 contact oracle. The period is sampled at 256 points or more
+        per harmonic and transformed. Panels are refined and samples doubled until every quantity changes by less than
+        the required error. ``error`` is the last change, relative to the quantity's peak-to-peak.
+Limits  Fixed point: round-off of the solver, about 3e-16 (a1 + a2) per harmonic; ``error`` is larger where this is met.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ Complex = npt.NDArray[np.complex128]
 
 #: Time derivatives of each quantity.
 ORDERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
-#: Samples of the period per harmonic kept, at first; what folds back falls as the 2.5th power of it.
+#: First samples of the period per kept harmonic; folding falls with the 2.5th power of their number.
 SAMPLES_PER_HARMONIC = 256
 #: Points per shortest period in the search for peaks; the peak-to-peak is then low by 0.03 % at most.
 PEAK_OVERSAMPLING = 128
@@ -51,7 +51,7 @@ class SteadySpectrum:
 
     @property
     def fundamental_hz(self) -> float:
-        """Signed f0 = u / lambda2: negative when the surface moves back."""
+        """Signed f0 = u / lambda2: negative when the surface moves backwards."""
         return self.speed / self.period
 
     def spectrum(self, quantity: str) -> Complex:
@@ -98,7 +98,7 @@ def synthesise(
 ) -> SteadySpectrum:
     """The exact spectrum of steady scanning at ``speed`` (m/s, signed), to ``relative_error`` of each peak-to-peak.
 
-    Stops short only at round-off (LAST_TOLERANCE); ``error`` of the result says what was reached.
+    Only round-off (LAST_TOLERANCE) stops it earlier; ``error`` of the result is the error that was reached.
     """
     count = highest_harmonic(speed, touch.texture_period, limit_hz, n_max)
     tall = touch.ridge_amplitude + touch.texture_amplitude
@@ -130,11 +130,11 @@ def response_in_metres(touch: Touch) -> Response:
 
 
 def direct(touch: Touch, position: npt.ArrayLike, load: npt.ArrayLike, mean_phases: int = 512) -> Real:
-    """z(p, w) less its mean over a texture period at that load, in metres and without any band limit.
+    """z(p, w) minus its mean over a texture period at that load, in metres and without any band limit.
 
     ``position`` (m, of the surface along the finger, p = u t) and ``load`` (N) broadcast. The mean is taken over
-    ``mean_phases`` phases at each load (good to 3e-8 (a1 + a2) on the default scene), or, for more than MEANS_SOLVED
-    different loads, by a spline in w^(1/3) through so many of them (good to 2e-7 (a1 + a2)).
+    ``mean_phases`` phases at each load (error 3e-8 (a1 + a2) on the default scene). For more than MEANS_SOLVED
+    different loads, it is a spline in w^(1/3) through MEANS_SOLVED of them (error 2e-7 (a1 + a2)).
     """
     places, loads = np.broadcast_arrays(np.asarray(position, dtype=np.longdouble), np.asarray(load, dtype=float))
     contact = contact_in_metres(touch, places / np.longdouble(touch.texture_period), loads, dtype=np.float64)
@@ -164,7 +164,7 @@ def _transform(period: Period, samples: int, count: int) -> tuple[Complex, float
 
 
 def _movement(before: Complex, after: Complex) -> dict[str, float]:
-    """Per quantity, largest difference of the two signals over the peak-to-peak of the second (0 when it is still)."""
+    """Per quantity, largest difference of the two signals over the peak-to-peak of the second (0 without motion)."""
     order = np.arange(1, after.size + 1)
     moved = {}
     for quantity, derivatives in ORDERS.items():

@@ -20,7 +20,7 @@ TYPES = [pytest.param(np.longdouble, 3e-18, id="longdouble"), pytest.param(np.fl
 
 
 def random_cases(count: int, seed: int, most_waves: float = np.inf) -> Any:
-    """Rows tau, Lambda, A, W, theta over the whole range in use, W/tau from 1e-14 to 100 in every fourth."""
+    """Rows tau, Lambda, A, W, theta over the whole range in use; every fourth has W/tau from 1e-14 to 100."""
     random = np.random.default_rng(seed)
 
     def spread(low: float, high: float) -> Any:

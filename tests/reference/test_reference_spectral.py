@@ -1,4 +1,4 @@
-"""The alias meter sees an alias, and nothing where there is none."""
+"""The alias meter measures an alias, and measures nothing where there is none."""
 
 from __future__ import annotations
 

@@ -1,11 +1,12 @@
-"""The gap profile of eq. 2 without its ``z``: two cosines, cut into pieces on which they only rise or only fall.
+"""The gap profile of eq. 2 without its ``z``: two cosines, cut into monotone pieces.
 
 Model   h(X) = texture cos(2 pi X / period - 2 pi theta + phi) - ridge cos(2 pi X), 0 <= X <= length, in finger ridges.
 Source  Fagiani & Barbieri 2016, eqs 2 and 7 (ridge = 1, texture = A, period = Lambda, length = tau).
-Method  Every zero of h' is isolated by subdivision: a cell is *clear* when |h'| at its middle exceeds what the largest
-        curvature allows h' to change, *simple* when h' is monotone on it by the same kind of bound, else it is halved.
-        No critical point can hide between grid points. A cell that still is neither when h varies by less than one
-        unit of round-off on it is cut at both its ends and left.
+Method  Every zero of h' is isolated by subdivision. A cell is *clear* when |h'| at its middle exceeds the largest
+change
+        of h' that the curvature allows. It is *simple* when h' is monotone on it, by a similar bound. Otherwise it is
+        halved. No critical point can hide between grid points. A cell that is neither clear nor simple when h varies by
+        less than one unit of round-off on it is cut at both its ends and left.
 Limits  Works in np.longdouble (64-bit significand on x86) or np.float64. Angles are reduced in turns, without loss.
 """
 
@@ -22,7 +23,7 @@ Floats = npt.NDArray[np.floating[Any]]
 Rows = npt.NDArray[np.intp]
 Evaluate = Callable[[Rows, Floats], tuple[Floats, Floats]]
 
-#: First cells per shortest wavelength; only the cost depends on it, the subdivision decides what is enough.
+#: First cells per shortest wavelength; only the cost depends on it, since cells are halved as far as necessary.
 FIRST_CELLS = 6
 #: Newton and bisection steps after which a bracketed root is given up; bisection alone needs 70 in 64 bits.
 MOST_STEPS = 300
@@ -68,7 +69,7 @@ class Profiles:
 
     @property
     def jerk(self) -> Floats:
-        """Bound of |d3h/dX3|; shape [rows]. Equal periods are one cosine, which may be next to nothing."""
+        """Bound of |d3h/dX3|; shape [rows]. Equal periods give one cosine, which may be nearly zero."""
         half_turn = two_pi(self.length.dtype) / 2
         apart = self.ridge + self.texture / self.period**3
         together = np.hypot(
@@ -114,7 +115,7 @@ def make_profiles(
 
 
 def texture_turns(profiles: Profiles, row: Rows, position: Floats) -> Floats:
-    """X / period + offset, in turns, less whole turns; good to a unit of round-off of one turn at any position."""
+    """X / period + offset, in turns without whole turns; accurate to round-off of one turn at any position."""
     period = profiles.period[row]
     whole = np.rint(position / period)
     rest = (position - whole * profiles.period_high[row]) - whole * profiles.period_low[row]
@@ -151,9 +152,9 @@ def bracketed_root(
 ) -> Floats:
     """Roots in the brackets [low, high], to the last digits of the position or of the value.
 
-    ``evaluate(index, position)`` gives value and slope for the brackets ``index``; ``rising`` says where the value goes
-    from negative to positive; ``noise`` is the round-off of the value, below which it counts as zero. Newton, and
-    bisection wherever Newton leaves the bracket. ArithmeticError when it stalls.
+    ``evaluate(index, position)`` gives value and slope for the brackets ``index``. ``rising`` is true where the value
+    goes from negative to positive. ``noise`` is the round-off of the value, below which it counts as zero. Newton, and
+    bisection where Newton leaves the bracket. ArithmeticError when it stalls.
     """
     low, high, position = low.copy(), high.copy(), np.clip(start, low, high)
     tolerance = 2 * np.finfo(low.dtype).eps * np.maximum(np.abs(low), np.abs(high))
@@ -179,7 +180,7 @@ def bracketed_root(
 
 
 def first_cells(profiles: Profiles) -> npt.NDArray[np.int64]:
-    """Number of equal cells each profile is first cut into; a measure of its cost. Shape [rows]."""
+    """Number of equal cells into which each profile is first cut, a measure of its cost. Shape [rows]."""
     waves_held = profiles.length * np.where(profiles.texture > 0, np.maximum(1, 1 / profiles.period), 1)
     return np.asarray(np.ceil(FIRST_CELLS * waves_held) + 2, dtype=np.int64)
 
@@ -222,7 +223,7 @@ def critical_points(profiles: Profiles) -> tuple[Rows, Floats]:
 
 
 def _simple_roots(profiles: Profiles, row: Rows, left: Floats, right: Floats) -> tuple[Rows, Floats]:
-    """Zeros of dh/dX in cells on which it is monotone: one where its sign differs at the ends, none elsewhere."""
+    """Zeros of dh/dX in cells on which it is monotone: one where its sign differs at the ends, otherwise none."""
     slope_left, _ = slope_and_curvature(profiles, row, left)
     slope_right, _ = slope_and_curvature(profiles, row, right)
     crossing = (slope_left >= 0) != (slope_right >= 0)

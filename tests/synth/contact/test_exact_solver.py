@@ -1,4 +1,4 @@
-"""The exact solver against an oracle that shares no code with it."""
+"""The exact solver against an independent oracle."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from tests.reference.contact_oracle_mpmath import solve_exactly
 from tests.synth.engine_cases import Real, spread
 
 PHI = math.sqrt(2.0)
-PROMISED = 2e-12  # of a1 + a2: what the project promises
-ROUND_OFF = 2e-13  # of a1 + a2: what the module states
-BOUND = 40  # 37 were seen at most; a cold start at the smallest load takes log3(1e12) = 25 for a crest, 30 at an end
+PROMISED = 2e-12  # of a1 + a2: the project's promise
+ROUND_OFF = 2e-13  # of a1 + a2: the limit that the module states
+BOUND = 40  # the largest seen was 37; a cold start at the smallest load takes log3(1e12) = 25 for a crest, 30 at an end
 
 
 def unit(tau: float, period: float, amplitude: float, ridge: float = 1.0, phi: float = PHI) -> Geometry:
-    """Return the geometry of dimensionless groups, a1 = `ridge` and lambda1 = 1 m."""
+    """Return the geometry of dimensionless groups, with a1 = `ridge` and lambda1 = 1 m."""
     return Geometry(ridge, 1.0, amplitude, period, phi, tau)
 
 
@@ -79,7 +79,7 @@ def test_cold_and_warm_starts_find_the_same_root() -> None:
 
 
 def any_contact(number: int, random: np.random.Generator) -> Geometry:
-    """Return a contact of any kind, or one of those in which h is nearly flat or nearly a line."""
+    """Return a contact of any kind, or one with an h that is nearly flat or nearly a line."""
     tau, period, amplitude = spread(random, 1e-2, 300), spread(random, 3e-3, 300), spread(random, 1e-9, 1e9)
     ridge, phase = 1.0, float(random.uniform(0, 6.28))
     match number % 6:
@@ -97,13 +97,13 @@ def any_contact(number: int, random: np.random.Generator) -> Geometry:
 
 
 def test_iterations_are_bounded_and_what_takes_most_is_solved_and_not_cut_short() -> None:
-    """However light the contact, from a cold start and from guesses far off; few along a period."""
+    """At any load, from a cold start and from bad guesses; only few iterations where phases follow each other."""
     random, lightest, most = np.random.default_rng(60), SMALLEST_INDENTATION, 0
     for number in range(600):
         geometry = any_contact(number, random)
         scale = geometry.height_scale
         pressed = spread(random, 1e-22, 1e3) if number % 2 else spread(random, lightest, 1e6 * lightest)
-        phases = random.uniform(0, 1, 4)  # in no order: each begins far from where the one before has ended
+        phases = random.uniform(0, 1, 4)  # unordered: each begins far from the end of the one before
         cold = solved(geometry, phases, pressed * scale)
         far = solved(geometry, phases, max(pressed, 1e-18) * scale, random.uniform(-50, 50, 4) * scale)
         most = max(most, int(cold.iterations.max()), int(far.iterations.max()))
@@ -169,7 +169,7 @@ def test_contacts_so_light_that_only_crests_touch_agree_with_the_oracle(scenes: 
     several = [unit(spread(random, 0.3, 60), spread(random, 0.02, 50), spread(random, 0.01, 20)) for _ in range(scenes)]
     several += [unit(tau, period, 1.0, ridge) for tau in (0.02, 0.2, 0.5, 5.0) for period in (0.3, 3.0, 40.0)
                 for ridge in (0.0, 1.0)]  # fmt: skip
-    allowed = PROMISED if pressed == 0.0 or pressed > 1e-17 else 1e-9  # below, no load at all is solved
+    allowed = PROMISED if pressed == 0.0 or pressed > 1e-17 else 1e-9  # below, it is solved as no load
     for geometry in several:
         theta = random.uniform(0, 1, 4)
         assert errors(geometry, theta, pressed)[0] <= allowed
@@ -205,7 +205,7 @@ def test_lengths_scale_and_metres_are_metres() -> None:
 
 
 def test_a_ridge_phase_shifts_the_finger_under_the_contact() -> None:
-    """A contact that begins at x0 of another is the same one with both phases moved on."""
+    """A contact that begins at x0 of another one equals that one with both phases shifted."""
     begin = 0.37
     long = Geometry(1.0, 1.0, 0.6, 1.31, PHI, 20.0)
     turned = Geometry(1.0, 1.0, 0.6, 1.31, PHI + 2.0 * np.pi * begin / 1.31, 5.0, 2.0 * np.pi * begin)

@@ -1,4 +1,4 @@
-"""The horizontal forces of a contact: potentials, closed forms, symmetries, and as responses with stated errors."""
+"""The horizontal forces of a contact: potentials, closed forms, symmetries, and stated errors of their responses."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from tests.synth.response.shaped_cases import check_table, finer
 PRESSURE = 2e4  # Pa
 LIGHT = 1e-3  # N
 HALVINGS = 4  # of the first segments
-NEAR = 1e-7  # of the scale of a force: what segments so short leave
+NEAR = 1e-7  # of the scale of a force: the error of segments this short
 DEFAULT = contact_of(scene_of()).as_profile()
 
 
@@ -53,7 +53,7 @@ def random_contact(random: np.random.Generator) -> tuple[Contact, float]:
 
 
 def any_contact(seed: int) -> tuple[Contact, float]:
-    """Return a contact of any kind and a load (N) from 1e-3 to 50: of one length, growing, or round."""
+    """Return a contact of any kind (of one length, growing, or round) and a load (N) from 1e-3 to 50."""
     random = np.random.default_rng(seed)
     load = spread(random, 1e-3, 50)
     ridge = spread(random, 3e-4, 1e-3)
@@ -103,7 +103,7 @@ def test_forces_are_those_of_the_oracle(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", few(range(8), 4))
 def test_the_slope_force_is_the_slope_of_a_potential(seed: int) -> None:
-    """Pi = (k / 2) mean of (h - z)^2 + w z at the z that balances the load, by differences of fourth order."""
+    """Pi = (k / 2) mean of (h - z)^2 + w z, at the z that balances the load, by differences of fourth order."""
     contact, load = any_contact(seed)
     stiffness, step = contact.stiffness_at(load), 1e-3
 
@@ -124,15 +124,15 @@ def test_the_slope_force_is_the_slope_of_a_potential(seed: int) -> None:
 @pytest.mark.parametrize("load", [0.3, 1.0, 4.0])
 @pytest.mark.parametrize("locked", [False, True])
 def test_no_work_is_done_over_a_period(locked: bool, load: float) -> None:
-    """What equal steps leave of the mean falls as the power -2.5 of their number, from the kinks of births."""
+    """Over equal steps the mean falls as their number to the power -2.5, because of kinks where patches are born."""
     contact = contact_with(Geometry(4e-5, 5e-4, 2e-5, 5e-4, 1.4, 7.3e-3)) if locked else DEFAULT
     force, _rate = SlopeForce(finer(contact, HALVINGS)).approach(period(1 << 12), load)
     assert abs(force.mean()) <= 1e-7 * np.max(np.abs(force))
-    assert np.max(np.abs(force)) > 1e-4 * load  # of a force that is there
+    assert np.max(np.abs(force)) > 1e-4 * load  # the force is not negligible
 
 
 def full_slope_force(one: Geometry, contact: Contact, load: float, phases: Real) -> Real:
-    """Return F_s where everything touches, from elementary integrals of waves over 0..L."""
+    """Return F_s in full contact, from elementary integrals of waves over 0..L."""
     length, k2, k1 = one.contact_length, 2 * math.pi / one.texture_period, 2 * math.pi / one.ridge_period
     a1, a2 = one.ridge_amplitude, one.texture_amplitude
 
@@ -183,7 +183,7 @@ def test_friction_tends_to_coulombs_as_the_exponent_tends_to_one() -> None:
 
 
 def test_a_smooth_finger_on_one_crest_is_pushed_neither_way() -> None:
-    """While the crest is inside the contact the pressure lies evenly on both its flanks; at the end it does not."""
+    """Inside the contact the pressure is symmetric about the crest; at the end of the contact it is not."""
     force = SlopeForce(contact_with(Geometry(0.0, 5e-4, 2e-5, 1e-3, 0.0, 9e-4)))
     inside, _rate = force.approach(np.array([0.35, 0.45, 0.55]), LIGHT)
     assert np.max(np.abs(inside)) <= FLOOR * force.scale_at(LIGHT)
@@ -264,7 +264,7 @@ def test_there_is_no_force_at_no_load(exponent: float) -> None:
 
 @pytest.mark.parametrize("load", [1e-3, thorough(0.3), thorough(5.0)])
 def test_the_mean_of_friction_is_that_of_a_period(load: float) -> None:
-    """Against segments a sixteenth as long; what they leave of the mean is 1e-6 of it."""
+    """Against segments a sixteenth as long, whose error in the mean is 1e-6 of it."""
     wanted = float(friction_of(finer(DEFAULT, HALVINGS), 0.7).approach(period(1 << 13), load)[0].mean())
     for tolerance in (1e-3, 1e-5):
         series = solve_spectrum(friction_of(DEFAULT, 0.7), load, Demand(20, (0,), tolerance))

@@ -1,4 +1,4 @@
-"""Geometry, stiffness and groups (eqs 2 to 7) and full contact in closed form: the oracle, a row of the paper."""
+"""Geometry, stiffness and groups (eqs 2 to 7) and full contact: against the oracle and a row of the paper."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A stiffness that the scene gives: w / k in the place of eqs 4-5, in every contact and in whole renders."""
+"""A stiffness that the scene gives: w / k replaces eqs 4-5, in every contact and in whole renders."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def test_what_is_no_stiffness_is_refused(value: object) -> None:
 
 
 def test_pressed_flat_z_is_the_mean_height_less_the_indentation() -> None:
-    """In closed form: a2 sinc(L / lambda2) cos(pi L / lambda2 + phi - 2 pi theta) - mean of the ridges - w / k."""
+    """The closed form is a2 sinc(L / lambda2) cos(pi L / lambda2 + phi - 2 pi theta) - mean of the ridges - w / k."""
     scene = parse_scene(FULL)
     contact, theta = contact_of(scene), np.random.default_rng(1).random(20)
     periods = contact.geometry.texture_periods
@@ -121,7 +121,7 @@ def test_a_round_finger_is_the_parabola_on_a_foundation_of_k_over_the_length(rad
 
 
 def domed(scene: Scene, theta: Real, radius: float, area: float) -> Real:
-    """Return z (m) where the integral of max(h - d - z, 0) is `area` (m^2), by quadrature over what may touch."""
+    """Return z (m) where the integral of max(h - d - z, 0) is `area` (m^2), by quadrature over the possible contact."""
     finger, profile = scene.finger, profile_of(scene)
     half = math.sqrt(4.0 * radius * 60e-6 + (1.5 * radius * area) ** (2.0 / 3.0))
     off = np.linspace(-half, half, DOMED_POINTS + 1)
@@ -145,7 +145,7 @@ def test_it_renders_with_every_effect(effect: str) -> None:
 
 
 def test_where_the_load_varies_each_load_has_its_z() -> None:
-    """A recording that stands still while the load rises: z falls by the quadrature's."""
+    """A recording at rest, in which the load rises: z falls as in the quadrature."""
     points = [[0.1 * i, 1e-4, 0.2 + 0.04 * i] for i in range(6)]
     output = {"quantity": "approach", "sample_rate": 8000, "full_scale": 1e-4}
     scene = parse_scene({"finger": {"stiffness": K}, "scan": {"trajectory": points}, "output": output})

@@ -1,4 +1,4 @@
-"""The solver of any profile: exact for its polyline, and as near to the profile as it tells."""
+"""The solver of any profile: exact for its polyline, and within its stated error for the profile."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ PHASES = np.sort(np.random.default_rng(1).random(40))
 
 
 class UnknownSinusoid(Sinusoid):
-    """A sinusoid that does not tell that it is one."""
+    """A sinusoid that does not identify itself as one."""
 
     cosine = None  # type: ignore[assignment]
 

@@ -1,4 +1,4 @@
-"""Contacts whose shape follows the load, growing or round: against oracles, closed forms, slope, series, tables."""
+"""Contacts whose shape follows the load (growing or round): against oracles and closed forms; slope, series, tables."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from tests.synth.engine_cases import Real, random_document, scene_of, spread, to
 from tests.synth.response.shaped_cases import THETA, check_series, check_table, differences, finer
 
 COARSE, FINE = 1e-5, 3e-9  # of a1 + a2: errors of the first segments, and of segments a sixteenth as long
-CREST = 2e-6  # of a1 + a2: a crest is cut by the square of segments a sixteenth as long
+CREST = 2e-6  # of a1 + a2: error of a crest, second order, with segments a sixteenth as long
 ROUND_OFF = 2e-13  # of a1 + a2
 EXPONENTS = (0.15, 0.25, 1 / 3, 0.5, 1.0)
 
@@ -50,7 +50,7 @@ def random_scene(random: np.random.Generator) -> Scene:
 
 
 def oracle_of(scene: Scene, contact: Contact) -> Callable[[float, float], Pressed]:
-    """Return what takes theta (turns) and load (N)."""
+    """Return an oracle as a function of theta (turns) and load (N)."""
     touch = touch_of(scene)
     if isinstance(contact, GrowingContact):
         exponent = contact.growth.exponent
@@ -129,7 +129,7 @@ def test_without_load_z_is_the_highest_crest_of_the_gap(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", few(range(24), 12))
 def test_the_slope_is_the_difference_over_the_load(seed: int) -> None:
-    """A slope bends where an end or a patch is just about to touch."""
+    """The slope has a bend where an end or a patch begins to touch."""
     random = np.random.default_rng(100 + seed)
     scene, load = random_scene(random), spread(random, 1e-3, 50)
     round_one = rounding(scene, fitting_radius(touch_of(scene)) * spread(random, 0.02, 1))

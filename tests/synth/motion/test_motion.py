@@ -1,4 +1,4 @@
-"""Motions: strokes and trajectories are their own derivatives' integrals, and pass where they should."""
+"""Motions: each row of strokes and trajectories is the derivative of the one above; trajectories pass their points."""
 
 from __future__ import annotations
 

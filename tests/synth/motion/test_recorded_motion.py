@@ -1,5 +1,4 @@
-"""Recorded scans: what is rendered stays between the recorded points, is as smooth as it must be, and says what it
-changed."""
+"""Recorded scans: the rendered motion stays between the recorded points, is smooth, and reports changes."""
 
 from __future__ import annotations
 
@@ -24,7 +23,7 @@ def recording(points: Points) -> Scene:
 
 
 def outside(curve: Curve, times: np.ndarray, values: np.ndarray) -> float:
-    """Return by how much a curve leaves the range of two neighbouring points anywhere, relative to all of them."""
+    """Return how far a curve leaves the range of two neighbouring points, relative to the range of all points."""
     within = np.linspace(0.0, 1.0, 33)
     found = curve.value(times[:-1, None] + np.diff(times)[:, None] * within)
     low, high = np.minimum(values[:-1], values[1:]), np.maximum(values[:-1], values[1:])
@@ -49,12 +48,12 @@ def test_place_and_load_stay_between_neighbouring_points() -> None:
         assert np.max(np.abs(spaced - points[:, 0])) <= 0.5 * AROUND, seed
         assert np.all(np.diff(spaced) > 0.0), seed
         changed += not untouched
-    assert 0.1 * RECORDINGS < changed < 0.9 * RECORDINGS  # both kinds are among them
+    assert 0.1 * RECORDINGS < changed < 0.9 * RECORDINGS  # some are changed and some are not
 
 
 @pytest.mark.parametrize("rise", [1e-3, 2e-6])
 def test_a_step_of_the_load_is_passed_without_overshoot(rise: float) -> None:
-    """Splines had reached 54 N within 1 ms, and 1000 N within 2 us."""
+    """Splines reached 54 N within 1 ms, and 1000 N within 2 us."""
     points = [*STEP[:2], [0.1 + rise, 0.008 + 0.08 * rise, 3.0], STEP[3]]
     motion = ScanMotion(recording(points), 1_000_000).at(0, 200_000)
     loads = motion.samples[LOAD]
@@ -64,7 +63,7 @@ def test_a_step_of_the_load_is_passed_without_overshoot(rise: float) -> None:
 
 
 def test_a_report_that_comes_twice_makes_no_leap() -> None:
-    """One point more, 10 us later and 50 um further on, made 5 m/s of a stroke of 80 mm/s."""
+    """One additional point, 10 us later and 50 um further on, turned a stroke of 80 mm/s into 5 m/s."""
     points = steady(0.01, 21)
     points.insert(10, [points[9][0] + 1e-5, points[9][1] + 50e-6, 0.3])
     scene = recording(points)

@@ -1,4 +1,4 @@
-"""A followed hand: smooth whatever arrives, true to the frame, silent when it stops or lifts, and as its slow twin."""
+"""A followed hand: smooth for any updates, exact to the frame, silent at rest or lifted, and equal to its slow twin."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from tests.synth.engine_cases import Real
 RATE = 48000
 BLOCK = 480
 Event = tuple[int, Update | None]
-"""Frames until it, and an update, or None for a release."""
+"""Frames before the event, and its update, or None for a release."""
 
 
 def at_position(seq: int, position: float, load: float | None = 0.3, time: float | None = None) -> Update:
@@ -34,7 +34,7 @@ def at_speed(seq: int, speed: float, load: float | None = 0.3) -> Update:
 
 
 def followed(follower: Follower, events: Iterable[Event], after: int = 0) -> Real:
-    """Return rows of the frames of `events` and `after` more: position, speed, rate, load, rate, bend."""
+    """Return the frames of `events` and `after` more, in rows: position, speed, rate, load, rate, bend."""
     parts = []
     for frames, update in events:
         parts.append(filled(follower, frames))
@@ -46,7 +46,7 @@ def followed(follower: Follower, events: Iterable[Event], after: int = 0) -> Rea
 
 
 def filled(follower: Follower, frames: int) -> Real:
-    """Return the next frames, six rows."""
+    """Return the next frames in six rows."""
     samples, position = np.empty((5, frames)), np.empty(frames)
     follower.fill(samples, position)
     return np.vstack([position, samples])
@@ -63,7 +63,7 @@ def steady(count: int, speed: float = 0.08, first: int = 0) -> list[Event]:
 
 
 def updates() -> st.SearchStrategy[list[Event]]:
-    """Return events as a hostile network brings them: any gap, any order of times, places, speeds, loads, releases."""
+    """Return events as from a hostile network: any gap, any order of times, places, speeds, loads, releases."""
     place = st.floats(-0.05, 0.05)
     one = st.builds(
         lambda time, value, by_speed, load: Update(
@@ -75,7 +75,7 @@ def updates() -> st.SearchStrategy[list[Event]]:
 
 
 def in_order(events: list[Event]) -> list[Event]:
-    """Return `events` with times that rise as a client's do, by 1 to 60 ms, or a pause."""
+    """Return `events` with rising times as from a client, 1 to 60 ms apart, or with a pause."""
     time, ordered = 0.0, []
     for frames, update in events:
         if update is not None:
@@ -85,7 +85,7 @@ def in_order(events: list[Event]) -> list[Event]:
     return ordered
 
 
-# -- what any network may bring
+# -- updates of any network
 
 
 @given(updates(), st.booleans(), st.sampled_from([0.0, -0.02]))
@@ -108,14 +108,14 @@ def test_rows_are_the_derivatives_of_those_above_them(events: list[Event], risin
         load = parts[-1][3, -1] if frames else load
         if update is None:
             follower.release()
-        elif follower.apply(update) or load == 0.0:  # put elsewhere: what is before and after it stands alone
+        elif follower.apply(update) or load == 0.0:  # a jump: the parts before and after it are checked separately
             _assert_derivatives(np.concatenate(parts, axis=1))
             parts = [np.empty((6, 0))]
     _assert_derivatives(np.concatenate([*parts, filled(follower, 700)], axis=1))
 
 
 def _assert_derivatives(rows: Real) -> None:
-    """Each row's steps are the trapezoids of the row below: also across updates, so all of them are continuous."""
+    """Each row's steps are the trapezoids of the row below, across updates too. So all rows are continuous."""
     for value, rate, fastest in ((0, 1, 30.0), (1, 2, 2e4), (3, 4, 300.0), (4, 5, 3e5)):
         if rows.shape[1] > 1:
             steps = np.diff(rows[value]) - 0.5 * (rows[rate, 1:] + rows[rate, :-1]) / RATE
@@ -167,7 +167,7 @@ def test_the_slow_twin_moves_alike(events: list[Event]) -> None:
 
 
 def numbers() -> Numbers:
-    """Return the constants of the engine for its twin."""
+    """Return the engine's constants for its twin."""
     homes: Any = [following, following_track, following_curve]
     names = Numbers.__dataclass_fields__
     found = {name: next(getattr(h, name.upper()) for h in homes if hasattr(h, name.upper())) for name in names
@@ -175,7 +175,7 @@ def numbers() -> Numbers:
     return Numbers(**found, back=following_track.RETURN, largest_load=LARGEST_LOAD)
 
 
-# -- what a hand does
+# -- motions of a hand
 
 
 @pytest.mark.parametrize("speed", [0.02, 0.08, -0.2])
@@ -268,7 +268,7 @@ def test_a_release_lifts_and_stops_until_the_next_update() -> None:
     assert not rows[1:, -BLOCK:].any()
     assert np.diff(rows[0, 20 * BLOCK :]).min() >= -1e-12
     follower.apply(at_position(100, rows[0, -1], None))
-    assert follower.motion(RATE // 4).samples[LOAD, -1] == 0.3  # an absent load keeps the last that was given
+    assert follower.motion(RATE // 4).samples[LOAD, -1] == 0.3  # without a load the last one is kept
 
 
 def test_loads_stay_between_those_that_were_asked_for() -> None:

@@ -1,4 +1,4 @@
-"""What tests of contacts share whose shape depends on the load: slope, series and tables against an oracle."""
+"""Shared checks of contacts whose shape depends on the load: slope, series and tables against an oracle."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ PERIOD, BAND = 0.8e-3, 1000.0  # m and Hz of tables
 
 
 def finer(contact: Contact, halvings: int) -> Contact:
-    """Return `contact` in segments halved so many times."""
+    """Return `contact` with its segments halved `halvings` times."""
     for _ in range(halvings):
         refined = contact.refined()
         assert refined is not None
@@ -30,14 +30,14 @@ def finer(contact: Contact, halvings: int) -> Contact:
 
 
 def differences(contact: Contact, load: float, share: float = 1e-5) -> Real:
-    """Return dz/dw at THETA from z at loads to both sides."""
+    """Return dz/dw at THETA from z at loads on both sides."""
     step = share * load
     above, below = contact.approach(THETA, load + step)[0], contact.approach(THETA, load - step)[0]
     return np.asarray((above - below) / (2 * step))
 
 
 def check_series(contact: Contact, load: float, oracle: Callable[[float], Pressed]) -> None:
-    """Check the series at `load` against far more phases, and against `oracle`, which takes theta."""
+    """Check the series at `load` against one of far more phases, and against `oracle`, a function of theta."""
     series, many = solve_spectrum(contact, load, Demand(HIGHEST, ORDERS, 1e-3)), 1 << 13
     everything = np.fft.rfft(contact.approach(np.arange(many) / many, load)[0]) / many
     truth, left_out = everything[: HIGHEST + 1], 2.0 * float(np.sum(np.abs(everything[HIGHEST + 1 :])))
@@ -56,7 +56,7 @@ def check_series(contact: Contact, load: float, oracle: Callable[[float], Presse
 
 
 def check_table(response: Response, oracle: Callable[[float, float], float], told_at_most: float = 5e-3) -> None:
-    """Check a table of `response` against `oracle`, which takes theta and load, at places and loads off every grid."""
+    """Check a table of `response` against `oracle`, a function of theta and load, between the rows and places."""
     table = make_table(response, period=PERIOD, band=BAND, lift_load=1e-6, bounds=TableBounds(harmonics=HIGHEST))
     header, tensors = table.header, table.tensors
     slow = 0.5 * PERIOD * BAND / HIGHEST  # m/s: every harmonic sounds

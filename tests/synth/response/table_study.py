@@ -1,10 +1,10 @@
-"""How far tables are off, over random scenes, at random loads and places: the study behind docs/table.md.
+"""Errors of tables over random scenes, at random loads and places: the study behind docs/table.md.
 
     python -m tests.synth.response.table_study SCENES [full]
 
-The truth is the exact solver at 16 phases a harmonic, cut at the level's highest harmonic. full: tables of the whole
-band that 48 kHz hold. Errors are relative to the
-peak-to-peak at that load or at 0.3 N, whichever is larger, as a table tells them.
+The reference is the exact solver at 16 phases per harmonic, cut at the level's highest harmonic. With `full`, the
+tables cover the whole band of 48 kHz. Errors are relative to the peak-to-peak at that load or at 0.3 N, whichever is
+larger, as in a table's own errors.
 """
 
 from __future__ import annotations
@@ -22,16 +22,21 @@ from synth.response.table_making import BOUNDS, TableBounds, make_table
 from synth.scene.scene import Scene, parse_scene
 from tests.synth.engine_cases import Real, contact_of, random_document, spread
 
-LOADS = 12  # of a scene
-PHASES_A_HARMONIC = 16  # of the truth
-WIDE = 3  # periods of a spline's coefficients whose images are counted
-FINER = 3  # times the segments of a profile are halved for its truth
-WITHIN = 32  # harmonics up to which velocity and acceleration are held to their limits
+LOADS = 12  # per scene
+PHASES_A_HARMONIC = 16  # of the reference
+WIDE = 3  # periods of a spline's coefficients whose images count
+FINER = 3  # number of times that the segments of a profile are halved for its reference
+WITHIN = 32  # harmonics up to which the limits on velocity and acceleration apply
 
 
 @dataclass(frozen=True)
 class Found:
-    """One scene: its loads [loads], errors and told errors [quantity, level, loads], harmonics of each level."""
+    """The results of one scene.
+
+    loads: [loads].
+    errors, told: measured and reported errors [quantity, level, loads].
+    harmonics: of each level.
+    """
 
     loads: Real
     errors: Real
@@ -59,7 +64,7 @@ def cubic_weights(s: float) -> tuple[float, ...]:
 
 
 def read_series(table: ResponseTable, level: int, load: float) -> npt_complex:
-    """Return the harmonics of what a level's spline is at `load` (N), its images included."""
+    """Return the harmonics of a level's spline at `load` (N), with its images."""
     loads = table.loads.astype(float)
     held = min(load, loads[-1])
     row = min(int(np.searchsorted(loads, held, side="right")) - 1, len(loads) - 2)
@@ -84,12 +89,12 @@ def curve(series: npt_complex, order: int, points: int) -> Real:
 
 
 def measured(seed: int, loads: int = LOADS, bounds: TableBounds = BOUNDS) -> Found:
-    """Return how far the table of one random scene is off at random loads."""
+    """Return the errors of the table of one random scene at random loads."""
     return measured_scene(random_scene(seed), seed, loads, bounds)
 
 
 def measured_scene(scene: Scene, seed: int, loads: int = LOADS, bounds: TableBounds = BOUNDS) -> Found:
-    """Return how far the table of `scene` is off at random loads; a profile's truth has an eighth of the segments."""
+    """Return the errors of the table of `scene` at random loads; for a profile, against segments an eighth as long."""
     phases = PHASES_A_HARMONIC * bounds.harmonics
     random = np.random.default_rng(10_000 + seed)
     began = time.perf_counter()

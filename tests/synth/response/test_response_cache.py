@@ -1,4 +1,4 @@
-"""The cache of responses: bounds, least recently used, one builder at a time."""
+"""The cache of responses: its limit, eviction of the least recently used, and one builder at a time."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def test_two_threads_that_ask_at_once_build_once() -> None:
     assert started.wait(30)
     for thread in threads[1:]:
         thread.start()
-    other = cache.get("b", lambda: Thing(6))  # another key does not wait for the one that is being built
+    other = cache.get("b", lambda: Thing(6))  # another key does not wait for this build
     go_on.set()
     for thread in threads:
         thread.join(30)
@@ -99,7 +99,7 @@ def test_two_threads_that_ask_at_once_build_once() -> None:
 
 
 def test_a_scene_that_is_opened_twice_is_solved_once_and_explained_in_full() -> None:
-    """Calls without a cache share one of the process; a plan's cost is measured with none."""
+    """Calls without a cache share that of the process; the cost of a plan is measured without a cache."""
     scene = synth.parse_scene({"texture": {"period": "0.777 mm"}})
     first = synth.open_voice(scene).solved.spectrum
     assert synth.open_voice(scene).solved.spectrum is first

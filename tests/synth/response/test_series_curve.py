@@ -1,4 +1,4 @@
-"""The curve of a series: it is the series at any place and along any steady scan, in any blocks, without denormals."""
+"""The curve of a series equals the series at any place and along any steady scan, in any blocks, without denormals."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ROUNDING = 6e-8  # of the largest value: half a unit of float32
 
 
 def series(count: int, fall: float = 2.5, mean: float = 0.0) -> Any:
-    """Return a series whose harmonics fall as those of a contact do: as n^-2.5, its acceleration as n^-0.5."""
+    """Return a series whose harmonics fall as those of a contact: as n^-2.5, its acceleration as n^-0.5."""
     n = np.arange(1, count + 1)
     return np.concatenate([[mean], n**-fall * np.exp(2j * np.pi * np.random.default_rng(count).random(count))])
 
@@ -46,7 +46,7 @@ def test_what_is_read_is_the_series_to_float32(count: int, fall: float) -> None:
 
 @pytest.mark.parametrize("count", [1, 8, 64])
 def test_the_last_harmonic_errs_by_no_more_than_what_is_told(count: int) -> None:
-    """Alone, at the fewest cells a harmonic that there are: 1.4e-8 of itself."""
+    """The last harmonic alone, at the fewest cells per harmonic: 1.4e-8 of itself."""
     harmonics = np.zeros(count + 1, complex)
     harmonics[count] = 0.3 - 0.4j
     theta = np.random.default_rng(1).random(3000)

@@ -1,8 +1,8 @@
-"""The series of z: the error that a plan tells is a bound, closed forms, differences.
+"""The series of z: the error that a plan reports is a bound; closed forms; differences.
 
-180 steady scenes, 60 of each quantity (in a thorough run 1500), with tolerances from 1e-7 to 3e-2. The truth is the
-exact solver at four times the phases that the plan took (a thirtieth of its error); the exact solver itself is held
-against the oracle by test_exact_solver.py, and whole renders by test_voice_tolerance.py.
+180 steady scenes, 60 of each quantity (in a thorough run 1500), with tolerances from 1e-7 to 3e-2. The reference is the
+exact solver at four times the phases of the plan (a thirtieth of its error). test_exact_solver.py checks the exact
+solver itself against the oracle, and test_voice_tolerance.py checks whole renders.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ from synth.response.spectrum import Demand, curves, error_floor, harmonics_of, p
 from tests.synth.engine_cases import QUANTITIES, RATES, Real, contact_of, random_document, scene_of, spread
 
 ORDERS = (0, 1, 2)
-FLOOR = 1e-12  # of a1 + a2: the round-off that the contract allows in displacement
+FLOOR = 1e-12  # of a1 + a2: the permitted round-off in displacement
 
 
 def brute(contact: Contact, load: float, highest: int, phases: int = 1 << 15) -> Any:
-    """Return harmonics 0 to `highest` from far more phases than any series of these tests takes."""
+    """Return harmonics 0 to `highest` from far more phases than any series of these tests uses."""
     height, _slope = contact.approach(np.arange(phases) / phases, load)
     return np.fft.rfft(height)[: highest + 1] / phases
 
 
 def distance(series: Any, truth: Any, order: int) -> tuple[float, float]:
-    """Return the largest difference of two series' derivatives and the peak-to-peak of the second."""
+    """Return the largest difference between the derivatives of two series, and the peak-to-peak of the second."""
     points = points_for(len(truth) - 1)
     difference = curves(series[: len(truth)] - truth, order, points)
     return float(np.max(np.abs(difference))), float(np.ptp(curves(truth, order, points)))
@@ -104,15 +104,16 @@ def test_curves_are_the_derivatives_of_the_sum(order: int) -> None:
 
 SCENES = [60, pytest.param(500, marks=pytest.mark.thorough)]
 MORE_PHASES = 4
-MOST_WASTED = 0.1  # of the scenes, closed forms aside, may take so many times the phases that hold the tolerance:
-WASTED = 8  # such a series errs by about 1/175 of what it may
+MOST_WASTED = 0.1  # of the scenes, without closed forms, may take WASTED times the phases that the tolerance requires:
+WASTED = 8  # the error of such a series is about 1/175 of the tolerance
 
 
 @dataclass(frozen=True)
 class Found:
-    """What one scene asked for, was told and got, of the peak-to-peak.
+    """Requested, reported and actual error of one scene, relative to the peak-to-peak.
 
-    floor: what round-off may be of it. coarse: the error with 1/WASTED of the phases.
+    floor: permitted round-off.
+    coarse: error with 1/WASTED of the phases.
     """
 
     tolerance: float
@@ -130,7 +131,7 @@ def solved(seed: int, quantity: str) -> Preparation:
 
 
 def found(made: Preparation) -> Found | None:
-    """Return what was found of a scene, None where it is silent or closed."""
+    """Return the results of a scene; None where it is silent or in closed form."""
     spectrum, channel = made.spectrum, made.channels[0]
     if spectrum is None or spectrum.closed or channel.reader is None or made.contact is None:
         return None

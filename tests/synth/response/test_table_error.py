@@ -1,4 +1,4 @@
-"""Tables keep what they promise, over random scenes and kinds of texture; the figures are those of docs/table.md."""
+"""Tables keep their promised errors over random scenes and kinds of texture; the figures are in docs/table.md."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tests.synth.response.table_study import WITHIN, Found, measured, measured_s
 
 
 def walk() -> list[float]:
-    """Return 4,096 heights (m) of a random walk that closes."""
+    """Return 4,096 heights (m) of a closed random walk."""
     steps = np.random.default_rng(1).normal(size=4096)
     return [float(height) for height in np.round(6e-9 * (np.cumsum(steps) - np.arange(1, 4097) * steps.mean()), 12)]
 
@@ -36,7 +36,7 @@ SCENES = [
 ]
 MISSED = "the rows that 0.3 s give are too few for scene 73, whose motion nearly cancels; its table tells so"
 LIMITS = {"displacement": 1e-3, "velocity": 3e-3, "acceleration": 1e-2}
-"""At 99 of 100 loads of random sinusoids: displacement at every level, the rates up to 32 harmonics."""
+"""At 99 of 100 loads of random sinusoids: displacement at every level, velocity and acceleration up to 32 harmonics."""
 
 
 @cache
@@ -101,7 +101,7 @@ def test_tables_of_profiles_keep_their_limits_up_to_32_harmonics_and_tell_a_boun
 
 
 def test_the_told_error_is_a_bound_where_lines_fold() -> None:
-    """The ridges lock with every 25th order; what of these folds to others was told a thousand times too small."""
+    """The ridges lock with every 25th order. The folding of these was once reported a thousand times too small."""
     finger = {"ridge_period": 0.5e-3, "ridge_amplitude": 36e-6, "contact_length": 12.6e-3}
     texture = {"kind": "rough", "period": 12.5e-3, "longest": 3.1e-3, "shortest": 0.2e-3, "rms_height": 6e-6}
     found = measured_scene(parse_scene({"finger": finger, "texture": texture}), 4, loads=6)
@@ -110,7 +110,7 @@ def test_the_told_error_is_a_bound_where_lines_fold() -> None:
 
 @pytest.mark.parametrize("name", TEXTURES)
 def test_a_hand_is_not_prepared_for_loads_under_which_nothing_moves(name: str) -> None:
-    """Whole periods in the contact cancel where all of it touches: no discretisation shows what is left there."""
+    """In full contact whole periods in the contact cancel, and no discretisation resolves the rest."""
     solved = prepare_hand(parse_scene({"texture": TEXTURES[name]}), (None,))
     assert solved.contact is not None
     assert isinstance(solved.contact.grid, SegmentGrid)
@@ -118,7 +118,7 @@ def test_a_hand_is_not_prepared_for_loads_under_which_nothing_moves(name: str) -
 
 
 def test_refinement_ends_where_a_contact_has_segments_enough() -> None:
-    """The segments of a fine texture are counted over the contact, which spans forty of its periods here."""
+    """For a fine texture the segments are counted over the contact, which spans forty of its periods here."""
     scene = parse_scene({"texture": {"kind": "grating", "period": "0.25 mm", "height": "20 um"}})
     contact, finer, times = contact_of(scene), contact_of(scene).refined(), 0
     while finer is not None:
@@ -143,4 +143,4 @@ def test_a_load_is_told_the_error_of_its_own_interval() -> None:
             assert told.at(load, quantity, 2) == largest[order, 1, interval]
             assert told.at(load, quantity, 3) == largest[order, 1:, interval].max()
         assert told.over((0.2, 0.5), quantity, 1) == largest[order, 0, 1:].max()
-    assert told.at(0.2, "displacement", 8) == largest[0, 2, 1] + 1.0  # and what lies in the octave above the highest
+    assert told.at(0.2, "displacement", 8) == largest[0, 2, 1] + 1.0  # plus the octave above the highest

@@ -1,4 +1,4 @@
-"""A table's file is read back as it was; what is cut, altered, of another version, huge or no number is refused."""
+"""A table's file is read back unchanged; incomplete, altered, huge or invalid files and other versions are refused."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def test_a_cut_file_is_refused_wherever_it_ends(table: ResponseTable) -> None:
     for end in [0, 3, 8, 9, 200, 1500, len(content) // 2, len(content) - 4, len(content) - 1]:
         with pytest.raises(CannotRender, match="cut"):
             table_of_bytes(content[:end])
-    with pytest.raises(CannotRender, match="cut or altered"):
+    with pytest.raises(CannotRender, match="incomplete or was altered"):
         table_of_bytes(content + b"\0")
 
 

@@ -1,4 +1,4 @@
-"""A table is read alike by the compiled loop and by its readable twin, in any blocks, along any motion."""
+"""The compiled loop and its readable twin read a table alike, in any blocks, along any motion."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def moves(speed: Real | float, load: Real | float, frames: int, start: float = 0
 
 
 def wild(frames: int) -> Moves:
-    """Return a motion that turns, passes the levels, lifts, and presses flat."""
+    """Return a motion that turns, crosses the levels, lifts, and reaches full contact."""
     t = np.arange(frames) / RATE
     speed = 0.08 + 0.3 * np.sin(2 * np.pi * 30 * t)
     load = np.abs(1.5 + 4.5 * np.sin(2 * np.pi * 20 * t)) + 0.02 * np.sin(2 * np.pi * 400 * t) - 0.01
@@ -44,7 +44,7 @@ def wild(frames: int) -> Moves:
 
 
 def read(quantity: str, moved: Moves, rate: int = RATE, table_of_it: ResponseTable | None = None) -> Real:
-    """Return the quantity of a whole motion in one block, behind by the reader's delay."""
+    """Return the quantity of a whole motion in one block, with the reader's delay."""
     reader = TableReader.of(table_of_it or table(), quantity, rate)
     places, motion = moved
     out = np.empty((len(places), 1), np.float32)
@@ -106,7 +106,7 @@ def test_a_motion_that_is_no_number_is_silent_and_passes() -> None:
 
 
 def test_a_changing_load_counts_with_all_of_its_terms() -> None:
-    """Against differences of the exact approach along the motion, on a path where only few harmonics sound."""
+    """Against differences of the exact approach along the motion, where only few harmonics sound."""
     scene, frames = scene_of(), 2400
     t = np.arange(frames) / RATE
     load = 0.3 + 0.1 * np.sin(2 * np.pi * 25.0 * t)

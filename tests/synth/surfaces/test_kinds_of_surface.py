@@ -1,4 +1,4 @@
-"""Each kind of surface against its own formula: gratings by geometry, rough ones by their spectrum."""
+"""Each kind of surface against its own formula: gratings by geometry, rough surfaces by their spectrum."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def rough(**other: object) -> Rough:
 
 
 def power_of(profile: Rough, points: int = 2**15) -> np.ndarray:
-    """Return the power of each order, from the heights alone."""
+    """Return the power of each order, from the heights only."""
     heights = profile.heights(np.arange(points) * profile.period / points)
     return np.abs(np.fft.rfft(heights) / points) ** 2
 

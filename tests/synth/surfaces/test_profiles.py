@@ -1,4 +1,4 @@
-"""Every kind of surface keeps what a profile promises: bounds, period, mean line, shift, roughness."""
+"""Every kind of surface has the properties of a profile: bounds, period, mean line, shift, roughness."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The fields of each kind of texture: defaults, ends, what is refused and in which words, what is written down."""
+"""The fields of each kind of texture: defaults, ends of ranges, refusals and their words, and the written document."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ COMPANY: dict[str, dict[str, Any]] = {
     "shortest": {"period": 5e-3},
     "spacing": {"heights": [0.0, 1e-8, 0.0, -1e-8] * 250},
 }
-"""What makes room for the ends of a field; an end that has none, whatever stands beside it, is in BEYOND."""
+"""Other fields that let a field reach an end of its range; BEYOND lists the ends that no other fields allow."""
 BEYOND = {("ramp", 1), ("shortest", 1), ("longest", 0), ("spacing", 1)}
 NUMBERS = [name for name in special_fields() if name not in SHARED and isinstance(rule_of(Texture, name), Quantity)]
 
@@ -143,7 +143,7 @@ def test_an_end_of_a_range_is_accepted_and_what_is_beyond_is_refused(name: str, 
         (texture("rough", rms_height=1e-6, rms_slope=0.1), "/texture/rms_slope", "not both"),
         (texture("rough", longest="30 mm"), "/texture/longest", "at most the period"),
         (texture("rough", longest="1 mm", shortest="2 mm"), "/texture/shortest", "below the longest"),
-        (texture("rough", longest="9 mm", shortest="8 mm"), "/texture/shortest", "no wave is left"),
+        (texture("rough", longest="9 mm", shortest="8 mm"), "/texture/shortest", "No whole fraction"),
         (texture("rough", shortest="1 um"), "/texture/shortest", "20000 waves"),
         (texture("rough", rms_slope=5), "/texture/rms_slope", "high at most"),
         (texture("rough", seed=0.5), "/texture/seed", "whole number"),
@@ -213,7 +213,7 @@ def test_a_long_file_is_written_down_as_its_path(tmp_path: Path) -> None:
     [
         ("a.wav", b"RIFF", ".npy of one dimension"),
         ("a.csv", b"", "2 to 1000000 heights"),
-        ("a.csv", b"1e-6\n", "It holds 1"),
+        ("a.csv", b"1e-6\n", "It contains 1"),
         ("a.csv", b"0.0,1e-6\n0.1,2e-6\n", "cannot be read"),
         ("a.txt", b"0 1e-6\n1e-5 2e-6\n", "2 dimensions"),
         ("a.csv", b"height\n1e-6\n", "cannot be read"),
@@ -223,15 +223,15 @@ def test_a_long_file_is_written_down_as_its_path(tmp_path: Path) -> None:
         ("a.csv", b"20 um\n0 um\n", "cannot be read"),
         ("a.csv", b"0,1e-6,0\n", "cannot be read"),
         ("a.csv", b"\xff\xfe\x00\x01\n", "cannot be read"),
-        ("a.txt", b"0\n" * 1_000_001, "It holds more"),
+        ("a.txt", b"0\n" * 1_000_001, "It contains more"),
         ("a.npy", npy("<f8", (3,), bytes(16)), "cannot be read"),
         ("a.npy", npy("<f8", (10**12,), bytes(64)), "cannot be read"),
         ("a.npy", npy("|O", (2,), bytes(16)), "cannot be read"),
         ("a.npy", b"PK\x03\x04", "cannot be read"),
         ("a.npy", npy("<c16", (2,), bytes(32)), "complex128"),
         ("a.npy", npy("<f8", (), bytes(8)), "0 dimensions"),
-        ("a.npy", npy("<f8", (1,), bytes(8)), "It holds 1"),
-        ("a.npy", npy("|i1", (1_000_001,), bytes(1_000_001)), "It holds more"),
+        ("a.npy", npy("<f8", (1,), bytes(8)), "It contains 1"),
+        ("a.npy", npy("|i1", (1_000_001,), bytes(1_000_001)), "It contains more"),
         ("a.npy", npy("<i8", (2,), struct.pack("<2q", 0, 1)), "write metres"),
         ("a.npy", npy("<f8", (2,), struct.pack("<2d", 0.0, math.nan)), "Height 1 is nan"),
         ("missing.csv", None, "Check the path"),

@@ -1,6 +1,6 @@
-"""Textures of every kind, rendered: against quadrature on the true heights, against the sinusoid, and by their lines.
+"""Renders of every kind of texture: against quadrature on the true heights, against the sinusoid, and by their lines.
 
-The oracle shares no code with the solver: heights at 200,000 points of the contact, and a root search for z.
+The oracle is independent of the solver: heights at 200,000 points of the contact, and a root search for z.
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ RATE = 8000
     [(range(FEW), 1), *(thorough(range(first, min(first + 25, 100)), 4) for first in range(FEW, 100, 25))],
 )
 def test_a_file_is_the_quadrature_on_the_true_heights(kind: str, seeds: range, finer: int) -> None:
-    """Within the tolerance, or, where a warning says that it was not reached, within the error that is told.
+    """The error is within the tolerance or, where a warning reports that it was not reached, within the reported error.
 
-    finer: times the phases of the oracle; one rough surface of a hundred folds in it with fewer than four.
+    finer: times the phases of the oracle; with fewer than four, one rough surface of a hundred folds in it.
     """
     for seed in seeds:
         random = np.random.default_rng([KINDS.index(kind), seed])
@@ -58,7 +58,7 @@ def test_a_file_is_the_quadrature_on_the_true_heights(kind: str, seeds: range, f
         wanted = 2.0 * (np.exp(2j * math.pi * np.outer(places, n)) @ kept[1:]).real
         error = float(np.max(np.abs(sound.values[:, 0] - wanted))) / extent
         told = sound.plan.estimated_error["displacement"] if sound.plan else 0.0
-        assert error <= max(1e-3, told) + 2e-4, (seed, texture, error)  # 2e-4: of the oracle, by halving its step
+        assert error <= max(1e-3, told) + 2e-4, (seed, texture, error)  # 2e-4: error of the oracle, by halving its step
 
 
 EFFECTS: dict[str, dict[str, Any]] = {
@@ -68,7 +68,7 @@ EFFECTS: dict[str, dict[str, Any]] = {
 
 @pytest.mark.parametrize("name", EFFECTS)
 def test_a_sinusoid_by_another_name_is_one(name: str) -> None:
-    """With viscous skin, whose steps are coarser, within the errors that both plans tell."""
+    """With viscous skin, whose steps are coarser, within the errors that both plans report."""
     channels = ["displacement", "acceleration"]
     tolerance = 1e-2 if name == "viscous skin" else 1e-3
     scene: dict[str, Any] = {"effects": EFFECTS[name], "accuracy": {"tolerance": tolerance}}
@@ -103,7 +103,7 @@ def test_the_lines_of_a_grating_are_multiples_of_speed_over_period(speed: float)
 
 
 def test_in_full_contact_a_rough_surface_keeps_the_slope_of_its_hurst_exponent() -> None:
-    """Pressed flat, z is the mean of the heights over the length: a filter sinc(L / lambda) of the surface."""
+    """In full contact z is the mean of the heights over the length: the surface through a filter sinc(L / lambda)."""
     texture = {"kind": "rough", "period": "40 mm", "hurst": 0.8, "rms_height": "1 um", "longest": "20 mm"}
     texture |= {"shortest": "1.6 mm", "seed": 5}
     finger = {"ridge_amplitude": "1 um", "contact_length": "0.1 mm", "ridge_period": "0.1 mm"}

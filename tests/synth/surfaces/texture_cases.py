@@ -1,4 +1,4 @@
-"""Random textures of every kind but the sinusoid, as sections of a scene."""
+"""Random textures of every kind except the sinusoid, as sections of a scene."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 
 def random_texture(kind: str, random: np.random.Generator) -> dict[str, Any]:
-    """Return a texture of `kind` with everyday sizes."""
+    """Return a texture of `kind` with common sizes."""
     period = float(random.uniform(0.4e-3, 3e-3))
     if kind == "harmonics":
         orders = int(random.integers(2, 9))

@@ -1,4 +1,4 @@
-"""Recordings as trackers, hands and editors make them: steps, jitter, gaps, pairs, reversals, lifts and landings."""
+"""Typical faults of recordings: steps, jitter, gaps, pairs, reversals, lifts and landings."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def steady(interval: float, count: int, speed: float = 0.08, load: float = 0.3) 
 
 
 def random_recording(seed: int) -> Points:
-    """Return a recording of 0.05 to 0.4 s with up to four troubles in it, the same for the same seed."""
+    """Return a recording of 0.05 to 0.4 s with up to four faults; the same seed gives the same recording."""
     draw = np.random.default_rng(seed)
     interval = float(draw.choice([1e-3, 4e-3, 8e-3, 2e-2]))
     count = int(draw.integers(4, max(5, min(100, int(0.4 / interval)))))
@@ -28,7 +28,7 @@ def random_recording(seed: int) -> Points:
             places = np.round(places, 4)
         elif trouble == 2:  # rough time stamps, all in order
             times = np.sort(times + draw.uniform(-0.49, 0.49, count) * interval)
-        elif trouble == 3:  # a gap, in which the finger stands
+        elif trouble == 3:  # a gap in which the finger rests
             times[at:] += draw.uniform(0.05, 0.2)
         elif trouble == 4:  # a reversal
             places[at:] = 2.0 * places[at] - places[at:]

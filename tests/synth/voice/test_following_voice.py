@@ -1,4 +1,4 @@
-"""A followed hand through a live voice: what the finger does makes no step larger than a steady stroke's own."""
+"""A followed hand through a live voice: no action of the finger makes a step larger than those of a steady stroke."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Contact = tuple[float, float]
 """Position (m) and load (N) of an update."""
 
 
-LOADS = (1e-3, 3e-3, 1e-2, 3e-2, 0.1, LOAD, 1.5 * LOAD)  # N: from where a lift begins to fade
+LOADS = (1e-3, 3e-3, 1e-2, 3e-2, 0.1, LOAD, 1.5 * LOAD)  # N: from the load at which a lift begins to fade
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +28,7 @@ def voice() -> Voice:
 
 
 def stroke(voice: Voice, load: float, speed: float = 1.25 * SPEED) -> Real:
-    """Return the acceleration (m/s^2) of a steady stroke, by default of the speed that a reversal reaches."""
+    """Return the acceleration (m/s^2) of a steady stroke, by default at the speed that a reversal reaches."""
     place = 0.998 * speed * np.arange(20 * BLOCK) / RATE
     rates = {"speed_rate": 0.0, "load_rate": 0.0, "load_bend": 0.0}
     motion = Motion.of(20 * BLOCK, position=place, speed=0.998 * speed, load=load, **rates)
@@ -37,13 +37,13 @@ def stroke(voice: Voice, load: float, speed: float = 1.25 * SPEED) -> Real:
 
 @pytest.fixture(scope="module")
 def kept(voice: Voice) -> dict[float, Real]:
-    """Return load (N) -> largest step and largest value (m/s^2) of a steady stroke."""
+    """Return, by load (N), the largest step and the largest value (m/s^2) of a steady stroke."""
     strokes = {load: stroke(voice, load) for load in LOADS}
     return {load: np.array([largest_step(found), np.abs(found).max()]) for load, found in strokes.items()}
 
 
 def heard(voice: Voice, contacts: list[Contact], follower: Follower | None = None) -> Real:
-    """Return the acceleration (m/s^2) of a hand that gives `contacts`, one a block of 10 ms."""
+    """Return the acceleration (m/s^2) of a hand with `contacts`, one per block of 10 ms."""
     follower = follower or Follower(RATE)
     parts = []
     for n, (position, load) in enumerate(contacts):
@@ -57,7 +57,7 @@ def steady(count: int, first: int = 0) -> list[Contact]:
 
 
 def stopping(n: int) -> float:
-    """Return where a hand is, n updates after it began to slow down; it takes 60 ms."""
+    """Return the position of a hand `n` updates after it began to slow down, which takes 60 ms."""
     s = min(n / 6.0, 1.0)
     return SPEED * 0.06 * (s - s**3 + 0.5 * s**4)
 
@@ -74,7 +74,7 @@ WHAT: dict[str, Callable[[int], Contact]] = {
 
 
 TOUCHING = {"lifts and touches": 2.0}
-"""A load that comes at once comes within 2 ms: it is heard, though no louder than the texture under a light finger."""
+"""A sudden load rises within 2 ms. It is heard, but not louder than the texture under a light finger."""
 
 
 @pytest.mark.parametrize("name", WHAT)
@@ -88,7 +88,7 @@ def test_what_a_finger_does_makes_no_step_above_a_steady_strokes(
     loads = {load for _place, load in then} | {LOAD}
     steps, peaks = np.max([kept[load] for load in LOADS if min(loads) <= load <= max(loads)], axis=0)
     assert largest_step(samples[40 * BLOCK :]) <= TOUCHING.get(name, 1.0) * steps
-    assert np.abs(samples[40 * BLOCK :]).max() <= 1.1 * peaks  # where it is slow, more than the band is in the band
+    assert np.abs(samples[40 * BLOCK :]).max() <= 1.1 * peaks  # a slow hand has more harmonics in the band
     if name in ("stops", "stops at once", "lifts", "lifts at once"):
         assert not samples[-BLOCK:].any()
 

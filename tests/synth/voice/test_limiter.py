@@ -1,4 +1,4 @@
-"""The safety limiter: what leaves it, when it leaves a sound alone, how its gain moves, and what it tells."""
+"""The safety limiter: its output, when it changes nothing, how its gain moves, and its reports."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from tests.reference import slow_limiter
 
 RATE = 48000
 AHEAD = look_ahead(RATE)
-RECOVERED = round(4.7 * RELEASE_TIME * RATE)  # frames until the gain is 1 again, as the module says
+RECOVERED = round(4.7 * RELEASE_TIME * RATE)  # frames until the gain is 1 again, as stated in the module
 DENORMAL = 2.0**-126
-PROBE = 2.0**-20  # a channel so quiet that it shows the gain of the others
+PROBE = 2.0**-20  # level of a quiet channel that shows the gain of the others
 
 Wave = npt.NDArray[np.float64]
 
@@ -138,7 +138,7 @@ CURVES: dict[str, Wave] = {
 
 @pytest.mark.parametrize("name", CURVES)
 def test_the_gain_has_no_step_and_no_corner(name: str) -> None:
-    """Two averages of n frames bound what it may move by: 1 / n a frame, and 2 / n^2 a frame more than the last."""
+    """Two averages of n frames bound the gain's change to 1 / n per frame, and the change of that to 2 / n^2."""
     gain = gain_over(CURVES[name])
     frames, rounding = AHEAD // 2 + 1, 2.0**-23
     assert np.max(np.abs(np.diff(gain))) <= 1.0 / frames + rounding
@@ -189,9 +189,9 @@ def test_blocks_that_do_not_fit_are_refused() -> None:
     limiter = Limiter(2, RATE)
     with pytest.raises(ValueError, match="3 channels"):
         limiter.process(noise(4, 3, 0.1))
-    with pytest.raises(ValueError, match="as many contiguous"):
+    with pytest.raises(ValueError, match="and be contiguous"):
         limiter.process_into(noise(4, 2, 0.1), noise(5, 2, 0.1))
-    with pytest.raises(ValueError, match="as many contiguous"):
+    with pytest.raises(ValueError, match="and be contiguous"):
         limiter.process_into(noise(4, 2, 0.1), noise(8, 2, 0.1)[::2])
 
 
@@ -217,7 +217,7 @@ def test_a_finite_sound_keeps_its_length_and_is_not_late(lengths: tuple[int, ...
 def test_a_finite_sound_with_what_is_not_finite_is_our_bug() -> None:
     block = noise(200, 1, 0.5)
     block[100] = np.nan
-    with pytest.raises(AssertionError, match="a voice let NaN"):
+    with pytest.raises(AssertionError, match="a voice rendered NaN"):
         list(Limiter(1, RATE, AHEAD).limited([block]))
 
 

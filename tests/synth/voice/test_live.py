@@ -1,4 +1,4 @@
-"""A live voice: ramps in, crosses from scene to scene without a step, keeps what is fixed, fades out."""
+"""A live voice: it ramps in, cross-fades between scenes without a step, keeps its fixed values, and fades out."""
 
 from __future__ import annotations
 
@@ -200,7 +200,7 @@ def test_a_change_is_solved_when_it_is_prepared_not_when_it_is_heard(monkeypatch
     monkeypatch.setattr(Grid, "solve", counted)
     voice.apply(change)
     assert voice.render(4800).any()
-    assert sum(calls) < 20000  # rows that a lifting finger passes through, not those of the recorded loads
+    assert sum(calls) < 20000  # rows for a lifting finger, not those of the recorded loads
 
 
 def test_a_change_that_was_applied_before_can_be_applied_again() -> None:

@@ -1,4 +1,4 @@
-"""A live voice under a hand: first contact, jumps, lifts and changes of scene; nothing is compiled while it plays."""
+"""A live voice under a hand: first contact, jumps, lifts and changes of scene, without compilation while it plays."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def voices(cache: ResponseCache) -> Any:
 
 
 def stroked(voice: HandVoice, blocks: int, first: int = 0, speed: float = 0.08, load: float | None = 0.3) -> Block:
-    """Return the blocks of a hand that tells where it is before each."""
+    """Return the blocks of a hand that sends its position before each."""
     made = []
     for number in range(first, first + blocks):
         time = number * BLOCK / RATE
@@ -55,12 +55,12 @@ def stroked(voice: HandVoice, blocks: int, first: int = 0, speed: float = 0.08, 
 
 
 def still(voice: HandVoice, blocks: int) -> Block:
-    """Return blocks without a word from the hand."""
+    """Return blocks without updates of the hand."""
     return np.concatenate([voice.render(BLOCK) for _ in range(blocks)])
 
 
 def click(samples: Block) -> float:
-    """Return what is above 2.5 kHz, where these scenes have nothing, as the step of full scale that would sound so."""
+    """Return the part above 2.5 kHz, where these scenes have nothing, as the equivalent step of full scale."""
     filtered = np.convolve(samples[:, 0].astype(float), ABOVE, "valid")
     return float(np.max(np.abs(filtered)) / np.max(np.abs(np.cumsum(ABOVE))))
 
@@ -100,7 +100,7 @@ def test_first_contacts_and_jumps_do_not_step(voices: Any, quantity: str) -> Non
     found = [still(voice, 50), stroked(voice, 50)]
     for number, place in enumerate((0.3, -0.2, 0.31)):
         voice.touch(Update(1000 + number, 10.0 + number, place, None, 0.3))
-        found.append(still(voice, 3 if number == 1 else 30))  # the third comes in the midst of the second's cross-fade
+        found.append(still(voice, 3 if number == 1 else 30))  # the third arrives during the cross-fade of the second
     assert click(np.concatenate(found)) <= CLICK[quantity]
 
 
@@ -110,7 +110,7 @@ def test_a_jump_in_the_midst_of_a_cross_fade_waits_and_the_newest_wins(voices: A
         stroked(voice, 30)
         voice.touch(Update(100, 1.0, 0.7, None, 0.3))
         voice.render(BLOCK)
-    one.touch(Update(101, 1.01, -0.9, None, 0.3))  # nobody will hear of it
+    one.touch(Update(101, 1.01, -0.9, None, 0.3))  # never heard
     for voice in (one, other):
         voice.touch(Update(102, 1.02, 0.2, None, 0.3))
     frames = round(2 * CHANGE_TIME * RATE) + 10 * BLOCK
@@ -186,7 +186,7 @@ def test_24_hands_on_8_scenes_take_64_megabytes_at_most() -> None:
 
 
 def test_a_press_is_heard_as_exactly_at_first_as_later(voices: Any) -> None:
-    """Nothing has to be made ready: a voice that played long sounds as one that is new, once their motions are one."""
+    """A new voice and one that has played for long sound the same once their motions agree."""
     fresh, old = voices(scene_of("acceleration")), voices(scene_of("acceleration"))
     stroked(old, 100, load=0.9)
     first, later = (stroked(voice, 60, first=100, load=0.7)[3000:] for voice in (fresh, old))

@@ -1,4 +1,4 @@
-"""Recordings: the same samples again, from the document alone, whatever the blocks and whatever became ready when."""
+"""Recordings give the same samples again from the document alone, in any blocks and whenever a response was ready."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def document_of(name: str) -> dict[str, Any]:
 
 
 def session(scene: dict[str, Any], seed: int, cache: ResponseCache | None = None) -> tuple[Block, dict[str, Any]]:
-    """Return the samples and the recording of a restless hand: it strokes, presses, jumps, lifts, changes texture."""
+    """Return the samples and the recording of a hand that strokes, presses, jumps, lifts and changes the texture."""
     random = np.random.default_rng(seed)
     voice = HandVoice(parse_scene(scene), cache=cache, record=True)
     blocks = [voice.render(700)]
@@ -97,7 +97,7 @@ def test_an_end_that_came_while_a_block_was_rendered_is_part_of_the_recording(ke
 
 
 def test_a_recording_of_version_1_plays_in_the_full_band() -> None:
-    """Its scenes say null, or nothing, where the band was full; a band that they name is kept."""
+    """A scene with null or no bandwidth meant the full band; a given bandwidth is kept."""
     scene = document_of("displacement")
     heard, document = session(scene | {"output": scene["output"] | {"bandwidth": "full"}}, 9)
     assert document["version"] == 3
@@ -158,7 +158,7 @@ def test_what_is_no_recording_is_refused_with_its_place(change: dict[str, Any], 
 
 
 def test_an_exact_replay_keeps_the_tolerance_and_the_one_that_was_heard_what_its_table_told() -> None:
-    """Against the oracle over places and loads, so slowly that every harmonic that matters is in the band."""
+    """Against the oracle over places and loads, so slowly that every significant harmonic is in the band."""
     scene = parse_scene(
         document_of("displacement")
         | {"scan": {"speed": 0.01}, "output": {"quantity": "displacement", "sample_rate": RATE}}
@@ -178,7 +178,7 @@ def test_an_exact_replay_keeps_the_tolerance_and_the_one_that_was_heard_what_its
         if number == 0:
             follower.begin(0.0, 0.0, 0.3)
         follower.apply(update)
-        motions.append(follower.motion(80 if number else 80 + ahead))  # the limiter looks ahead from the first block on
+        motions.append(follower.motion(80 if number else 80 + ahead))  # the limiter looks ahead at the first block
     places, loads = (np.concatenate(part) for part in zip(*((m.position, m.samples[2]) for m in motions), strict=True))
     some = np.arange(2000, 4000, 29)
     wanted = direct(touch_of(scene), places[some], loads[some], mean_phases=256)

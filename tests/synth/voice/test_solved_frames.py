@@ -1,4 +1,4 @@
-"""Recordings solved at their frames: band, derivatives, the load's mean, any blocks, and when they are taken."""
+"""Recordings solved at their frames: band, derivatives, mean over the load, any blocks, and when this is used."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ POINTS = [[0, 0, 0.3], [0.1, 6e-3, 0.4], [0.2, 1e-2, 0.25], [0.3, 8e-3, 0.3]]
 
 
 def steady(speed: float, oversampling: int, **sections: Any) -> tuple[SolvedFrames, Scene]:
-    """Return a steady scan that is solved at its frames, as if it were a recording."""
+    """Return a steady scan that is solved at its frames, as a recording would be."""
     scene = scene_of(
         finger=FINGER, scan={"speed": speed, "load": 0.3}, output=ALL, accuracy={"tolerance": 1e-6}, **sections
     )
@@ -63,7 +63,7 @@ def recorded(**sections: Any) -> Scene:
 
 
 def test_displacement_follows_the_oracle_over_position_and_load() -> None:
-    """So slowly that what the band cuts off is below the error allowed."""
+    """The scan is so slow that the part cut off by the band is below the permitted error."""
     points = [[0, 0, 0.2], [0.15, 1.5e-3, 0.4], [0.25, 2.6e-3, 0.5], [0.4, 4.2e-3, 0.3]]
     scene = scene_of(finger=FINGER, scan={"trajectory": points}, output=ALL, accuracy={"tolerance": 1e-4})
     voice = open_voice(scene)
@@ -81,7 +81,7 @@ def test_displacement_follows_the_oracle_over_position_and_load() -> None:
 
 
 def test_derivatives_are_those_of_the_displacement() -> None:
-    """At eight times the rate, in a band of its eighth, differences of the displacement are its derivatives."""
+    """At eight times the rate and an eighth of the band, differences of the displacement are its derivatives."""
     output = {"channels": ALL["channels"], "sample_rate": 8 * RATE, "bandwidth": 0.4 * RATE}
     found = physical(open_voice(recorded(output=output)), 16000)[1000:-1000]
     rate = 8 * RATE
@@ -154,7 +154,7 @@ def test_a_hand_takes_over_where_the_recording_stands() -> None:
 
 
 def test_many_solutions_a_frame_are_made_in_small_chunks() -> None:
-    """Working memory stays bounded: 2 million solutions together, or the margins of the filter where those are more."""
+    """Working memory is limited to 2 million solutions, or to the margins of the filter where those are more."""
     frames, _scene = steady(2.0, 2000)
     assert frames.chunk == 2**21 // 2000 - 2 * 192
     assert frames.memory_bytes < 210e6

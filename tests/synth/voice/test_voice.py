@@ -1,4 +1,4 @@
-"""A voice: blocks do not matter, full scales, gate and fades; and the approach, z of eq. 1 with what pressing moves."""
+"""A voice: blocks do not matter; full scales, gate and fades; and the approach, z of eq. 1, under a changing load."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from synth.voice.voice import blocks, open_voice, total_frames
 from tests.synth.engine_cases import QUANTITIES, Real, contact_of, physical, scene_of
 
 ALL = {"channels": list(QUANTITIES)}
-NARROW = {**ALL, "bandwidth": 400, "sample_rate": 8000}  # few harmonics: rows of load are solved in no time
+NARROW = {**ALL, "bandwidth": 400, "sample_rate": 8000}  # few harmonics: rows of the load grid are solved quickly
 TRAJECTORY = [[0, 0, 0.3], [0.1, 6e-3, 0.4], [0.2, 1e-2, 0.25], [0.3, 8e-3, 0.3], [0.4, 0.0, 0.35]]
 
 
 def cuts(frames: int, seed: int, most: int = 400) -> list[int]:
-    """Return random sizes of blocks that add up to `frames`, empty ones among them."""
+    """Return random sizes of blocks that add up to `frames`, with empty blocks among them."""
     random = np.random.default_rng(seed)
     sizes: list[int] = []
     while sum(sizes) < frames:
@@ -113,7 +113,7 @@ def test_below_a_nanometre_an_automatic_scale_gives_silence_and_a_warning() -> N
 @pytest.mark.parametrize("load", [0.01, 0.3, 60.0])
 def test_the_automatic_full_scale_puts_the_steady_peak_at_08(quantity: str, load: float) -> None:
     voice = open_voice(scene_of(scan={"speed": 0.0801, "load": load}, output={"quantity": quantity}))
-    # 2e-3 of the peak is the tolerance, a part of the peak-to-peak; the rest is what lies between two frames
+    # 2e-3 of the peak is the tolerance, relative to the peak-to-peak; the rest is a peak between two frames
     assert np.abs(voice.render(60_000)).max() == pytest.approx(0.8, rel=3e-3)
 
 

@@ -1,4 +1,4 @@
-"""A voice whose speed and load change: against the oracle, its own derivatives, and the band limit at every instant."""
+"""A voice with changing speed and load: against the oracle, its own derivatives, and the band limit at any instant."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SLOW = [[0, 0, 0.3], [0.3, 3e-3, 0.4], [0.6, 6e-3, 0.2], [0.9, 8.5e-3, 0.3], [1.
 
 
 def even(frames: int, speed: float, load: float, position: bool = False) -> Motion:
-    """Return a hand that moves evenly, with all its derivatives."""
+    """Return an evenly moving hand, with all its derivatives."""
     fields: dict[str, Any] = {"position": speed * np.arange(frames) / RATE} if position else {}
     return Motion.of(frames, speed=speed, load=load, speed_rate=0.0, load_rate=0.0, load_bend=0.0, **fields)
 
@@ -43,13 +43,13 @@ def swaying(frames: int, rate: int, speed: float, sway: float, load: float = 0.3
 
 
 def hand_signal(voice: Voice, motion: Motion) -> Real:
-    """Return what a hand feels at the frames of its motion, SI [frames - late, channels]: the last are yet to come."""
+    """Return the signal at the frames of a hand's motion, SI [frames - late, channels], without the late frames."""
     felt = voice.render(motion.frames, motion).astype(float) * np.array(voice.full_scale)
     return np.asarray(felt[voice.late :])
 
 
 def even_signal(voice: Voice, frames: int, speed: float, load: float, position: bool = False) -> Real:
-    """Return so many frames of a hand that moves evenly, of the first channel."""
+    """Return the first channel of `frames` frames of an evenly moving hand."""
     return hand_signal(voice, even(frames + 200, speed, load, position))[:frames, 0]
 
 
@@ -71,11 +71,11 @@ def test_a_hand_follows_the_oracle_over_position_and_load() -> None:
     some = np.arange(0, len(found), 59)
     wanted = direct(touch_of(scene), motion.position[some], motion.samples[2, some], mean_phases=256)
     assert np.max(np.abs(found[some] - wanted)) <= voice.plan.estimated_error["displacement"] * np.ptp(wanted)
-    assert voice.plan.estimated_error["displacement"] <= 1e-2  # 80 harmonics lie in the band, the table has 64
+    assert voice.plan.estimated_error["displacement"] <= 1e-2  # the band has 80 harmonics, the table 64
 
 
 def plateau(bandwidth: float) -> float:
-    """Return a speed (m/s) round which no level fades: there the voice is a fixed sum of harmonics."""
+    """Return a speed (m/s) near which no level fades: the voice is then a fixed sum of harmonics."""
     levels = MipLevels.up_to(64)
     begin, end = levels.fades
     level = next(k for k, top in enumerate(levels.highest) if top <= 10)
@@ -103,7 +103,7 @@ def test_velocity_and_acceleration_are_the_derivatives_of_what_sounds() -> None:
         coarse[:, 1]
         - hand_signal(open_voice(parse_scene(document)), swaying(1200, RATE, speed, 0.05 * speed, press=0.0))[:, 1]
     )
-    assert np.ptp(pressing) > 1e-2 * np.ptp(coarse[:, 1])  # that the load changes weighs more than the bound above
+    assert np.ptp(pressing) > 1e-2 * np.ptp(coarse[:, 1])  # the changing load has a larger effect than the bound
 
 
 @pytest.mark.parametrize("quantity", QUANTITIES)
@@ -116,7 +116,7 @@ def test_a_load_that_crosses_rows_makes_no_step(quantity: str) -> None:
     signal = hand_signal(open_voice(parse_scene(document)), press)[:, 0]
     steps = np.abs(np.diff(signal))
     around = np.array([np.sort(steps[max(0, i - 40) : i + 40])[-4] for i in range(len(steps))])
-    assert np.max(steps / np.maximum(around, 0.02 * np.max(steps))) < 1.5  # no frame steps out of its neighbourhood
+    assert np.max(steps / np.maximum(around, 0.02 * np.max(steps))) < 1.5  # no step is much larger than its neighbours
 
 
 @pytest.mark.parametrize("quantity", few(QUANTITIES, 2))
@@ -130,7 +130,7 @@ def test_level_changes_make_no_step(quantity: str) -> None:
     cache = ResponseCache()
     signal = hand_signal(open_voice(scene, cache=cache), chirp)[:, 0]
     steps, speed = np.abs(np.diff(signal)), speed[: len(signal)]
-    # the largest step that harmonics of these sizes may make at each speed, from even motion
+    # the largest possible step of such harmonics at each speed, from even motion
     for u in np.geomspace(0.03, 3.0, 7):
         here = np.abs(speed[:-1] / u - 1.0) < 0.1
         largest = 0.0
@@ -181,7 +181,7 @@ def test_a_hand_may_press_otherwise_than_the_scan(scan_load: float) -> None:
 
 @pytest.mark.parametrize(("quantity", "load"), paired(QUANTITIES, [0.11, 0.3712, 0.9]))
 def test_a_hand_that_presses_evenly_keeps_the_error_told_at_any_load(quantity: str, load: float) -> None:
-    """Against the oracle, below the band from which a hand fades."""
+    """Against the oracle, below the frequency at which a hand's harmonics begin to fade."""
     output = {"quantity": quantity, "sample_rate": RATE, "full_scale": 1.0, "bandwidth": 1050}
     voice = open_voice(scene_of(output=output))
     found = fit_harmonics(even_signal(voice, RATE, 0.08, load), RATE, 100.0, 0.495 * RATE).coefficients

@@ -1,4 +1,4 @@
-"""A steady render keeps its tolerance against the oracle's synthesis, and holds nothing beside its harmonics."""
+"""A steady render keeps its tolerance against the oracle's synthesis, and contains only its harmonics."""
 
 from __future__ import annotations
 
@@ -61,12 +61,12 @@ def test_a_bandwidth_cuts_lower_and_keeps_the_tolerance_below(bandwidth: float) 
     signal = physical(open_voice(scene), 9600)[:, 2]
     lines = np.abs(fit_harmonics(signal, 48000, 100.0, 20_000.0).coefficients)
     kept = int(np.ceil(bandwidth / 100.0)) - 1
-    assert np.max(lines[kept + 1 :]) <= 3e-4 * np.max(lines[1:])  # what is left is the table's error, not the texture
+    assert np.max(lines[kept + 1 :]) <= 3e-4 * np.max(lines[1:])  # the rest is the table's error, not the texture
     assert lines[kept] > 1e-2 * np.max(lines[1:])
 
 
 PERIOD = 0.8e-3
-# m/s, two octaves; 0.4 of a frame off a whole number of frames a period, so that no alias hides behind a harmonic
+# m/s, two octaves; 0.4 of a frame off a whole number of frames per period, so that no alias hides behind a harmonic
 SWEEP = 48000 * PERIOD / (np.floor(628 / 2.0 ** (np.arange(9) / 4.0)) + 0.4)
 
 
