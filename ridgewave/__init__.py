@@ -17,10 +17,11 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from clients.client_errors import ClientError
-    from clients.http_async_client import AsyncClient
-    from clients.http_client import Client
-    from clients.live import Live
-    from clients.live_async import AsyncLive
+    from clients.http.http_async_client import AsyncClient
+    from clients.http.http_client import Client
+    from clients.live.live_async import AsyncLive
+    from clients.live.live_threads import Live
+    from clients.live.reconnection import Backoff
     from ridgewave.scenes import explain, open_voice, render
     from synth.accuracy.report import measure_accuracy
     from synth.encode.sound import Sound
@@ -31,12 +32,13 @@ if TYPE_CHECKING:
     from synth.voice.voice import Voice
 
 _HOMES = {
-    "AsyncClient": "clients.http_async_client",
-    "AsyncLive": "clients.live_async",
+    "AsyncClient": "clients.http.http_async_client",
+    "AsyncLive": "clients.live.live_async",
+    "Backoff": "clients.live.reconnection",
     "CannotRender": "synth.errors",
-    "Client": "clients.http_client",
+    "Client": "clients.http.http_client",
     "ClientError": "clients.client_errors",
-    "Live": "clients.live",
+    "Live": "clients.live.live_threads",
     "Motion": "synth.motion.motion",
     "Plan": "synth.plan.plan",
     "RidgewaveError": "synth.errors",
@@ -54,6 +56,7 @@ _HOMES = {
 __all__ = [
     "AsyncClient",
     "AsyncLive",
+    "Backoff",
     "CannotRender",
     "Client",
     "ClientError",
