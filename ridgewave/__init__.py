@@ -16,7 +16,17 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from clients.client_errors import ClientError
+    from clients.client_errors import (
+        ClientError,
+        ConnectionLost,
+        Problem,
+        ProblemError,
+        ProtocolError,
+        RefusedError,
+        ResumeLost,
+        ServiceError,
+        StreamEnded,
+    )
     from clients.http.http_async_client import AsyncClient
     from clients.http.http_client import Client
     from clients.live.live_async import AsyncLive
@@ -38,13 +48,21 @@ _HOMES = {
     "CannotRender": "synth.errors",
     "Client": "clients.http.http_client",
     "ClientError": "clients.client_errors",
+    "ConnectionLost": "clients.client_errors",
     "Live": "clients.live.live_threads",
     "Motion": "synth.motion.motion",
     "Plan": "synth.plan.plan",
+    "Problem": "clients.client_errors",
+    "ProblemError": "clients.client_errors",
+    "ProtocolError": "clients.client_errors",
+    "RefusedError": "clients.client_errors",
+    "ResumeLost": "clients.client_errors",
     "RidgewaveError": "synth.errors",
     "Scene": "synth.scene.scene",
     "SceneError": "synth.errors",
+    "ServiceError": "clients.client_errors",
     "Sound": "synth.encode.sound",
+    "StreamEnded": "clients.client_errors",
     "Voice": "synth.voice.voice",
     "explain": "ridgewave.scenes",
     "measure_accuracy": "synth.accuracy.report",
@@ -60,13 +78,21 @@ __all__ = [
     "CannotRender",
     "Client",
     "ClientError",
+    "ConnectionLost",
     "Live",
     "Motion",
     "Plan",
+    "Problem",
+    "ProblemError",
+    "ProtocolError",
+    "RefusedError",
+    "ResumeLost",
     "RidgewaveError",
     "Scene",
     "SceneError",
+    "ServiceError",
     "Sound",
+    "StreamEnded",
     "Voice",
     "explain",
     "measure_accuracy",
