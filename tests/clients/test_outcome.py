@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from clients.outcome import (
+from clients.commands.exit_codes import (
     COULD_NOT,
     DONE,
     INTERRUPTED,

@@ -1,0 +1,1 @@
+"""The Python client of the HTTP API, with and without an event loop."""
