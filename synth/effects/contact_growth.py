@@ -44,7 +44,7 @@ class GrowthSettings(Section):
         if shortest is None or longest is None or shortest <= longest:
             return []
         allowed = f"at least the shortest length, {show_quantity(shortest, Dimension.LENGTH)}"
-        return [refusal(["longest"], longest, allowed, "Write a larger value, or a smaller shortest.")]
+        return [refusal(["longest"], longest, allowed, "Write a longer length, or reduce shortest.")]
 
 
 class ContactGrowth(ShapeEffect):

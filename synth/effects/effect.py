@@ -197,7 +197,7 @@ class OutputStage(Protocol):
 class Passage:
     """The input of an output effect for one block.
 
-    frame: first frame of the block, counted from the begin of the scan.
+    frame: first frame of the block, counted from the start of the scan.
     phase: phase of the texture at that frame (64-bit fraction of a turn), in a constant scan.
     step: change of the phase per frame (64-bit fraction of a turn), in a constant scan.
     motion: motion of the finger, in any other scan.

@@ -68,7 +68,7 @@ class SkinSettings(Section):
         """Refuse settings of the other model."""
         model = cls.value_of(given, "model")
         others = OF_THREE if model == "kelvin_voigt" else OF_ONE if model is not None else ()
-        allowed, hint = "null: it belongs to the other model", f'Leave it out, or write a model other than "{model}".'
+        allowed, hint = "null: it belongs to the other model", f'Leave it out, or replace "{model}" with another model.'
         return [refusal([name], given[name], allowed, hint) for name in others if name in given]
 
     def document(self) -> dict[str, Any]:

@@ -54,7 +54,7 @@ class Decimator:
 
         rate: frames per second.
         steps: steps per frame.
-        band: end of the pass band and begin of the stop band, as parts of the rate.
+        band: end of the pass band and start of the stop band, as parts of the rate.
         attenuation: dB.
         of_mass: compensate for the amplitude that the steps of a mass lose.
         """

@@ -283,7 +283,7 @@ def node_at(nodes, node, row, weights, what):
 
 @inlined
 def piece_of(nodes, row, weights, cell):
-    """Return the coefficients of I in a cell, a cubic in steps of d from the begin of the cell.
+    """Return the coefficients of I in a cell, a cubic in steps of d from the start of the cell.
 
     cell: -1 is the straight line below the table; above the last cell I is 0.
     """
@@ -301,14 +301,14 @@ def piece_of(nodes, row, weights, cell):
 
 @inlined
 def cell_at(nodes, place):
-    """Return the cell that contains `place` (steps of d from the bottom), and the begin of that cell."""
+    """Return the cell that contains `place` (steps of d from the bottom), and the start of that cell."""
     cell = min(max(math.floor(place), -1.0), float(len(nodes) - 1))
     return int(cell), max(cell, 0.0)
 
 
 @inlined
 def piece_at(nodes, row, weights, place):
-    """Return the cell that contains `place`, its begin, and the coefficients of I in it (`piece_of`)."""
+    """Return the cell that contains `place`, its start, and the coefficients of I in it (`piece_of`)."""
     cell, begin = cell_at(nodes, place)
     c0, c1, c2, c3 = piece_of(nodes, row, weights, cell)
     return cell, begin, c0, c1, c2, c3

@@ -312,7 +312,7 @@ def gates_of(loads, lift):
 def held_gates(attached, touching, step):
     """Return a gate that rises to 1 while the finger is attached and falls to 0 while it is not.
 
-    touching: float64 [1], progress of the gate from 0 to 1. A negative value begins at the first step's own end.
+    touching: float64 [1], progress of the gate from 0 to 1. A negative value is set to 1 or 0 by the first step.
     step: change of `touching` per step.
     """
     gates = np.empty(len(attached))
