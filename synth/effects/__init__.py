@@ -1,1 +1,1 @@
-"""One physical cause a file. Every module here is an effect, found by its name: see `effects_section` and `effect`."""
+"""One physical cause per file. Every module except `effect` is an effect, found by its name (`effects_section`)."""

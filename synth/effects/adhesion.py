@@ -1,13 +1,16 @@
-"""Surfaces attract each other: the finger is pulled in, held, and let go.
+"""Surfaces attract each other: the finger is pulled in, held, and released.
 
-Kind    BALANCE: another law of the pressure. See `simulation.table_steps`.
-Model   p(d) = (k / L) max(d, 0) - s L clip(1 + d / d0, 0, 1) in N/m along the contact, d = h - z: all of the attraction
-        s (Pa) where surfaces touch, falling to nothing at a gap of d0, over ridges of the length L of eq. 4. The
-        balance has more than one root, so z follows the path to the nearest stable one: it is pulled in on the way
-        down, and let go on the way up at a smaller load, which may be a pull.
-Source  the law is one of Derjaguin, Mueller & Toporov's kind (1975) with a linear end, so that no place is let go at
-        once; work of adhesion s d0 / 2. Stress and reach: unverified defaults, 12.5 mJ/m^2 together.
-Limits  no meniscus, no wetting with time; what has let go is held just out of reach until the load presses again.
+Kind    BALANCE: replaces the law of the pressure. See `simulation.table_steps`.
+Model   p(d) = (k / L) max(d, 0) - s L clip(1 + d / d0, 0, 1), with d = h - z, is the force per length of contact (N/m).
+        The attraction s (Pa) acts in full where the surfaces touch, and falls linearly to zero at a gap of d0. It acts
+        over ridges of the length L of eq. 4.
+        The balance has more than one root, so z follows the path to the nearest stable one. On the way down the finger
+        is pulled in. On the way up it is released at a smaller load, which may be a pull.
+Source  The law is of the kind of Derjaguin, Mueller & Toporov (1975), with a linear end, so that no place is released
+        abruptly. The work of adhesion is s d0 / 2. Stress and reach are unverified defaults; together they give
+        12.5 mJ/m^2.
+Limits  No meniscus, and no wetting over time. A finger that has let go is held just out of reach until the load
+        presses again.
 """
 
 from __future__ import annotations
@@ -24,17 +27,17 @@ from synth.scene.rules import Quantity
 from synth.scene.scene import Scene
 from synth.scene.section import Section
 
-LARGEST_PULL = 100.0  # N: what a scene may pull with; a fingertip's area holds far less at any stress that is allowed
+LARGEST_PULL = 100.0  # N: largest pull that a scene may set; by default the largest is 0.5 N
 
 
 class AdhesionSettings(Section):
-    """The attraction."""
+    """Attraction between the surfaces."""
 
     stress: Annotated[float, Quantity(Dimension.PRESSURE, 1.0, 1e7)] = Field(
         default=5e3, description="Attraction s between surfaces that touch (unverified default)."
     )
     reach: Annotated[float, Quantity(Dimension.LENGTH, 1e-9, 1e-3)] = Field(
-        default=5e-6, description="Gap d0 at which the attraction is gone (unverified default)."
+        default=5e-6, description="Gap d0 at which the attraction vanishes (unverified default)."
     )
 
 
@@ -52,8 +55,8 @@ class AdhesionEffect(BalanceEffect):
         """See `Effect`."""
         most = settings.stress * scene.finger.contact_length**2
         return (
-            f"Surfaces attract each other by {settings.stress:.4g} Pa up to a gap of {1e6 * settings.reach:.4g} um: by "
-            f"{most:.3g} N at most, if all of the contact touched."
+            f"Surfaces attract each other with {settings.stress:.4g} Pa up to a gap of {1e6 * settings.reach:.4g} um: "
+            f"{most:.3g} N in full contact."
         )
 
     def balanced(self, terms: Terms, settings: AdhesionSettings) -> Terms:

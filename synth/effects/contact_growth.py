@@ -1,10 +1,10 @@
 """The contact grows with the load: L = L0 (w / w0)^p about the middle of the contact.
 
-Kind    SHAPE: the ridges stay where they are on the finger; more or fewer of them touch. See `contact.growing_contact`.
-Model   L0 is `finger.contact_length`, at the reference load w0. The stiffness k of eqs 4-5 is that of L. With p = 1/3
-        (Hertz) the mean indentation w / k grows as w^(1/2), where a contact of one length has w^(3/2).
-Source  physics of a fingertip: p = 1/3 (Hertz) down to 0.15 to 0.25 where the finger stiffens; general knowledge.
-Limits  the ends stay hard edges: `curvature` softens them.
+Kind    SHAPE: ridges keep their place on the finger; more or fewer of them touch. See `contact.growing_contact`.
+Model   L0 is `finger.contact_length`, the length at the reference load w0. The stiffness k of eqs 4-5 is that of L.
+        With p = 1/3 (Hertz) the mean indentation w / k grows as w^(1/2). At a fixed length it grows as w^(3/2).
+Source  Physics of a fingertip, general knowledge: p = 1/3 (Hertz), down to 0.15 to 0.25 where the finger stiffens.
+Limits  The ends stay hard edges; `curvature` softens them.
 """
 
 from __future__ import annotations
@@ -26,25 +26,25 @@ LENGTH = Quantity(Dimension.LENGTH, 1e-5, 0.1)
 
 
 class GrowthSettings(Section):
-    """How the contact length follows the load."""
+    """Growth of the contact length with the load."""
 
     reference_load: Annotated[float, Quantity(Dimension.LOAD, 1e-3, 1e3)] = Field(
         default=1.0, description="Load w0 at which the contact is finger.contact_length long (unverified default)."
     )
     exponent: Annotated[float, Quantity(Dimension.NONE, 0.0, 1.0)] = Field(
-        default=1.0 / 3.0, description="Power p of the load that the length follows: 1/3 is Hertz; 0 does not grow."
+        default=1.0 / 3.0, description="Power p in L = L0 (w / w0)^p: 1/3 is Hertz, 0 keeps the length fixed."
     )
-    shortest: Annotated[float, LENGTH] = Field(default=1e-5, description="Length below which it does not fall.")
-    longest: Annotated[float, LENGTH] = Field(default=0.1, description="Length beyond which it does not grow.")
+    shortest: Annotated[float, LENGTH] = Field(default=1e-5, description="Smallest length of the contact.")
+    longest: Annotated[float, LENGTH] = Field(default=0.1, description="Largest length of the contact.")
 
     @classmethod
     def conflicts(cls, given: Fields) -> list[Refusal]:
-        """Refuse bounds that leave no length between them."""
+        """Refuse a shortest length above the longest."""
         shortest, longest = cls.value_of(given, "shortest"), cls.value_of(given, "longest")
         if shortest is None or longest is None or shortest <= longest:
             return []
         allowed = f"at least the shortest length, {show_quantity(shortest, Dimension.LENGTH)}"
-        return [refusal(["longest"], longest, allowed, "Write a longer one, or a smaller shortest.")]
+        return [refusal(["longest"], longest, allowed, "Write a longer length, or reduce shortest.")]
 
 
 class ContactGrowth(ShapeEffect):

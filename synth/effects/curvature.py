@@ -1,12 +1,12 @@
-"""A round fingertip: the pressure fades to the ends of the contact instead of stopping at hard edges.
+"""A round fingertip: the pressure fades towards the ends of the contact instead of stopping at hard edges.
 
-Kind    SHAPE: a parabola is taken off the finger, and the contact is as long as it touches. See
+Kind    SHAPE: a parabola is subtracted from the finger, which touches wherever the remaining heights overlap. See
         `contact.curved_contact`.
-Model   h(x) - (x - xc)^2 / (2 R). A smooth fingertip would touch over L(w) = L0 (w / w0)^0.3; the stiffness of the
-        skin below each place is k / L of eqs 4-5 at that length.
+Model   The height is h(x) - (x - xc)^2 / (2 R). A smooth fingertip would touch over L(w) = L0 (w / w0)^0.3. The skin
+        below each place has the stiffness k / L of eqs 4-5 at that length.
 Source  Johnson (1985), Contact Mechanics, section 4.3 (elastic foundation), with eqs 4-5 of Fagiani & Barbieri (2016).
-Limits  R is that of the flattened fingertip on its own foundation, not the radius of the free finger (some 8 mm), which
-        a foundation as thin as the ridges would flatten over 1 mm only.
+Limits  R is the radius of the flattened fingertip on its own foundation. It is not the radius of the free finger (some
+        8 mm), which a foundation as thin as the ridges would flatten over 1 mm only.
 """
 
 from __future__ import annotations
@@ -26,16 +26,16 @@ if TYPE_CHECKING:
 
 
 class CurvatureSettings(Section):
-    """How round the fingertip is."""
+    """Curvature of the fingertip."""
 
     reference_load: Annotated[float, Quantity(Dimension.LOAD, 1e-3, 1e3)] = Field(
         default=1.0,
-        description="Load w0 at which a smooth fingertip would touch over finger.contact_length, from which the radius "
-        "follows (unverified default).",
+        description="Load w0 at which a smooth fingertip would touch over finger.contact_length; it determines "
+        "the radius (unverified default).",
     )
     radius: Annotated[float | None, Quantity(Dimension.LENGTH, 1e-3, 1e4)] = Field(
         default=None,
-        description="Radius R of the parabola, instead of the one that follows from the reference load.",
+        description="Radius R of the parabola; null: it follows from the reference load.",
     )
 
 
@@ -43,7 +43,7 @@ class Curvature(ShapeEffect):
     """The effect; see the module."""
 
     name = "curvature"
-    summary = "A round fingertip: the pressure fades to the ends, and the contact length follows from the load."
+    summary = "A round fingertip: the pressure fades towards the ends, and the contact length follows from the load."
     settings = CurvatureSettings
     replaces = "the contact length"
     price = Price(8.3, 340_000)
@@ -51,11 +51,13 @@ class Curvature(ShapeEffect):
     def reason(self, scene: Scene, settings: CurvatureSettings) -> str:
         """See `Effect`."""
         if settings.radius is not None:
-            return f"The fingertip is a parabola of radius {settings.radius:.4g} m, and touches as far as it reaches."
+            return (
+                f"The fingertip is a parabola of radius {settings.radius:.4g} m. The load sets the length that touches."
+            )
         length = 1e3 * scene.finger.contact_length
         return (
-            f"The fingertip is round: smooth, it would touch over {length:.4g} mm at {settings.reference_load:.4g} N, "
-            "and the pressure fades to the ends."
+            f"The fingertip is round: a smooth one would touch over {length:.4g} mm at "
+            f"{settings.reference_load:.4g} N. The pressure fades towards the ends of the contact."
         )
 
     def shaped(self, contact: Contact, settings: CurvatureSettings) -> Contact:

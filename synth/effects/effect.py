@@ -1,17 +1,16 @@
-"""What an effect does beyond being named: the three ways in which a physical cause enters a render.
+"""The interface of effects: the three ways in which a physical cause enters a render.
 
-Stage   2 and 3. `effect_choice` asks for reasons and estimates, `preparation` for what is solved, `voice` alone steps.
-Model   All of the model is one balance, m z'' + c z' = sum of the pressure over the contact - w, and what is read from
-        it. An effect is of one of three kinds, which run in this order:
-        SHAPE     puts another contact in the place of the contact: where it touches, and how deep. Still solved once.
-        BALANCE   replaces a term of the balance (`simulation.terms`): mass, damping, the law of the pressure. z is then
-                  simulated step by step, by one simulation for all such effects together.
-        OUTPUT    reads what is there and adds channels, or changes those before it, block by block.
-        Effects of one kind follow each other in the order of their names. Two that
-        replace the same thing are refused (`Declaration.replaces`); everything else combines, each acting on what
-        those before it left.
-Source  style: reason, prepare, start, step; kinds SHAPE and BALANCE have no step of their own, since a contact has one
-        response and a finger one balance, however many effects take part.
+Stage   2 and 3. `effect_choice` reads reasons and estimates, `preparation` solves, and only `voice` steps.
+Model   The whole model is one balance, m z'' + c z' = sum of the pressure over the contact - w, and the outputs read
+        from it. An effect is of one of three kinds, which run in this order:
+        SHAPE     replaces the contact: where it touches, and how deep. The new contact is still solved once.
+        BALANCE   replaces a term of the balance (`simulation.terms`): mass, damping, or the law of the pressure. z is
+                  then simulated step by step, by one simulation for all such effects together.
+        OUTPUT    reads the result and adds channels, or changes the channels before them, block by block.
+        Within a kind, effects run in the order of their names. Two effects that replace the same thing are refused
+        together (`Declaration.replaces`). All others combine: each acts on the result of those before it.
+Source  The design has reason, prepare, start and step. Kinds SHAPE and BALANCE have no step of their own: a contact has
+        one response and a finger one balance, however many effects take part.
 """
 
 from __future__ import annotations
@@ -38,7 +37,7 @@ Solved = TypeVar("Solved")
 
 
 class Kind(IntEnum):
-    """Where an effect enters, in the order of the stages."""
+    """How an effect enters the model, in the order in which kinds run."""
 
     SHAPE = 0
     BALANCE = 1
@@ -47,10 +46,12 @@ class Kind(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Price:
-    """What a voice costs with this effect alone in the default scene: ns a frame in blocks of 480 at 48 kHz, and bytes.
+    """Cost of a voice with this effect alone in the default scene, for people to read: no decision depends on it.
 
-    `python -m tests.bench effects` measured both, once, on the machine of docs/benchmarks.md. Only ever told to people:
-    nothing is decided by it.
+    `python -m tests.bench effects` measured both once, on the machine of docs/benchmarks.md.
+
+    ns_per_frame: processor time, in blocks of 480 frames at 48 kHz.
+    memory_bytes: memory of the voice.
     """
 
     ns_per_frame: float
@@ -58,10 +59,10 @@ class Price:
 
 
 class Effect(ABC):
-    """One physical cause, as `effects_section.Declaration` says.
+    """One physical cause. `effects_section.Declaration` explains the attributes that are not listed here.
 
-    kind: how it enters.
-    price: what it costs, roughly.
+    kind: how it enters the model.
+    price: its rough cost.
     """
 
     name: str
@@ -75,26 +76,26 @@ class Effect(ABC):
     units: Mapping[str, str] = MappingProxyType({})
 
     def added(self, settings: Any) -> int:
-        """Return how many channels it adds."""
+        """Return the number of channels that the effect adds."""
         return 0
 
     def clash(self, settings: Any, others: Mapping[str, Any]) -> tuple[str, str] | None:
-        """Return what is allowed and what to write instead, where these settings cannot go with the other effects."""
+        """If these settings conflict with another effect, return what is allowed and what to write instead."""
         return None
 
     @abstractmethod
     def reason(self, scene: Scene, settings: Any) -> str:
-        """Return what is simulated with these settings, a sentence for the plan."""
+        """Return a sentence for the plan: what is simulated with these settings."""
 
 
 class ShapeEffect(Effect):
-    """Puts another contact in the place of the scene's."""
+    """Replaces the contact of the scene."""
 
     kind = Kind.SHAPE
 
     @abstractmethod
     def shaped(self, contact: Contact, settings: Any) -> Contact:
-        """Return the contact with the effect; raises CannotRender where it cannot be."""
+        """Return the contact with the effect. Raise CannotRender if there is no such contact."""
 
 
 class BalanceEffect(Effect):
@@ -104,20 +105,20 @@ class BalanceEffect(Effect):
 
     @abstractmethod
     def balanced(self, terms: Terms, settings: Any) -> Terms:
-        """Return the terms with those of the effect."""
+        """Return `terms` with those of the effect in place."""
 
 
 class OutputEffect(Effect, Generic[Solved]):
-    """Adds channels, or changes those that are there. It has no "auto": there is nothing that it would change.
+    """Adds channels, or changes the channels before them. Has no "auto": there is no difference to measure.
 
-    Solved: the prepared scene that its stage is made of, which later stages define.
+    Solved: type of the prepared scene, which later stages define.
     """
 
     kind = Kind.OUTPUT
 
     @abstractmethod
     def channels(self, settings: Any) -> tuple[str, ...]:
-        """Return the quantities of the channels that it adds, in order; `units` has the unit of each."""
+        """Return the quantities of the added channels, in order; `units` has the unit of each."""
 
     def added(self, settings: Any) -> int:
         """See `Effect`."""
@@ -125,21 +126,29 @@ class OutputEffect(Effect, Generic[Solved]):
 
     @abstractmethod
     def scales(self, settings: Any) -> tuple[float | None, ...]:
-        """Return the full scale that the settings ask for, of each channel that it adds."""
+        """Return the full scale that the settings give each added channel; None: not given."""
 
     @abstractmethod
     def scaled(self, settings: Any, full_scale: tuple[float | None, ...]) -> Any:
-        """Return the settings with the full scale of each channel that it adds."""
+        """Return the settings with the full scale of each added channel."""
 
     @abstractmethod
     def prepare(self, solved: Solved, settings: Any, cache: ResponseCache) -> OutputStage:
-        """Return what its voices share; cache: of responses."""
+        """Return the stage that all voices of the scene share.
+
+        cache: solved responses.
+        """
 
 
 @dataclass(frozen=True, slots=True)
 class AddedChannel:
-    """A channel that an effect adds: full_scale (SI value of 1.0), peak-to-peak and error at the scan's own speed and
-    load, as of `channels.ChannelPlan`; method: how it is computed, in words.
+    """A channel that an effect adds.
+
+    quantity: name of the quantity.
+    full_scale: SI value of a sample of 1.0.
+    extent: peak-to-peak at the scan's own speed and load, as in `channels.ChannelPlan`.
+    error: largest error relative to that peak-to-peak.
+    method: how the channel is computed, in words.
     """
 
     quantity: str
@@ -150,48 +159,52 @@ class AddedChannel:
 
 
 class OutputStage(Protocol):
-    """An output effect made ready for one scene; frozen."""
+    """An output effect prepared for one scene; frozen."""
 
     @property
     def channels(self) -> tuple[AddedChannel, ...]:
-        """The channels that it adds."""
+        """The added channels."""
 
     @property
     def signals(self) -> tuple[Signal, ...]:
-        """What it wants of a simulation where one runs: `Passage.signals` brings frames of it, in this order."""
+        """Signals that it reads if a simulation runs. `Passage.signals` has their frames, in this order."""
 
     @property
     def memory_bytes(self) -> int:
-        """Bytes that it holds."""
+        """Size in bytes."""
 
     def louder(self, times: float) -> OutputStage:
-        """Return it with every full scale that is not asked for so many times as large."""
+        """Return the stage with every full scale that the scene does not set multiplied by `times`."""
 
     def start(self, phase: int) -> Any:
-        """Return the state of a voice whose texture stands at `phase` (a 64-bit fraction of a turn) at frame 0."""
+        """Return the state of a voice whose texture is at `phase` (a 64-bit fraction of a turn) at frame 0."""
 
     def begin_at(self, state: Any, phase: int) -> None:
-        """Have the texture stand at `phase` at frame 0 of a state that has not stepped."""
+        """Set the phase of the texture at frame 0, in a state that has not stepped."""
 
     def delay(self, state: Any) -> int:
-        """Return the frames by which what follows a hand is late, beside a simulation's."""
+        """Return the delay behind a hand in frames, in addition to that of a simulation."""
         return 0
 
     def step(self, state: Any, passage: Passage, block: Block) -> None:
-        """Write its channels of `block`, float32 [frames, channels]; it may change those before them.
+        """Write the added channels of `block`, float32 [frames, channels], from column `passage.column` on.
 
-        Those that it added begin at `passage.column`.
+        May also change the channels before them.
         """
 
 
 @dataclass(frozen=True, slots=True)
 class Passage:
-    """What passes in one block.
+    """The input of an output effect for one block.
 
-    frame: the first, of a scan. phase, step: where the texture stands there and how far it moves a frame (64-bit
-    fractions of a turn), where the scan is constant; motion: what the finger does, otherwise; by_hand: it is a hand's.
-    signals: float64 [signals, frames] of a simulation; late: frames by which these are late behind a hand. column: the
-    first channel of the effect.
+    frame: first frame of the block, counted from the start of the scan.
+    phase: phase of the texture at that frame (64-bit fraction of a turn), in a constant scan.
+    step: change of the phase per frame (64-bit fraction of a turn), in a constant scan.
+    motion: motion of the finger, in any other scan.
+    by_hand: whether the motion is that of a hand.
+    signals: float64 [signals, frames] of a simulation, if one runs.
+    late: delay of the signals behind a hand, in frames.
+    column: index of the effect's first channel.
     """
 
     frame: int

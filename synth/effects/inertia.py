@@ -1,12 +1,12 @@
 """The finger has a mass and a damper: it overshoots, rings, and leaves the surface where it cannot follow.
 
-Kind    BALANCE: m z'' + c z' in the place of nothing. See `simulation.table_steps`.
-Model   m z'' + c z' = reaction(z, theta) - w. The reaction is read from a table of the same contact; no pressure pulls,
-        so a finger that is thrown off flies with z'' = -w / m until it comes back.
-Source  m, c: Hajian & Howe (1997), extension of the finger: 3.5 to 9 g and 2 to 5 N s/m, as remembered by others
-        (unverified); k follows from the load (eqs 4-5), not from them. Scheme: Gonzalez (1996), discrete gradient; for
-        collisions Chatziioannou & van Walstijn (2015).
-Limits  one mass: a fingertip has seven modes below 250 Hz (Serhat & Kuchenbecker, 2021), and at small loads a mass, a
+Kind    BALANCE: adds the terms m z'' + c z'. See `simulation.table_steps`.
+Model   m z'' + c z' = reaction(z, theta) - w. The reaction is read from a table of the same contact. Pressure never
+        pulls, so a finger that is thrown off flies with m z'' = -w - c z' until it comes back.
+Source  m, c: Hajian & Howe (1997), extension of the finger: 3.5 to 9 g and 2 to 5 N s/m, as quoted by others
+        (unverified). k is not from there; it follows from the load (eqs 4-5). Scheme: Gonzalez (1996), discrete
+        gradient; for collisions Chatziioannou & van Walstijn (2015).
+Limits  One mass. A fingertip has seven modes below 250 Hz (Serhat & Kuchenbecker, 2021), and at small loads a mass, a
         spring and a damper are not enough (Fu & Oliver, 2005).
 """
 
@@ -26,13 +26,14 @@ from synth.scene.section import Section
 
 
 class InertiaSettings(Section):
-    """The mass and the damper."""
+    """Mass and damping of the finger."""
 
     mass: Annotated[float, Quantity(Dimension.MASS, 1e-6, 1.0)] = Field(
         default=5e-3, description="Mass m that moves with the contact (unverified default, between 3.5 and 9 g)."
     )
     damping: Annotated[float, Quantity(Dimension.DAMPING, 0.0, 1e3)] = Field(
-        default=3.0, description="Damper c between the finger and the hand (unverified default); 0 rings on for ever."
+        default=3.0,
+        description="Damper c between the finger and the hand (unverified default); with 0 it never stops ringing.",
     )
 
 
@@ -48,7 +49,7 @@ class Inertia(BalanceEffect):
     def reason(self, scene: Scene, settings: InertiaSettings) -> str:
         """See `Effect`."""
         grams = 1e3 * settings.mass
-        return f"The finger moves as {grams:.4g} g on the contact, damped by {settings.damping:.4g} N s/m."
+        return f"The finger moves as a mass of {grams:.4g} g on the contact, damped by {settings.damping:.4g} N s/m."
 
     def balanced(self, terms: Terms, settings: InertiaSettings) -> Terms:
         """See `BalanceEffect`."""

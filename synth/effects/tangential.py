@@ -1,14 +1,17 @@
-"""The horizontal force on the finger: of the slopes that it is driven over, and of friction. A channel of its own.
+"""The horizontal force on the finger, from the slopes of the texture and from friction, as an additional channel.
 
-Kind    OUTPUT: adds the channel `tangential_force`, in newtons, behind those of the scene.
-Model   F = F_s + tanh(u / u0) Q. F_s: the pressure on the slopes of the texture, without a mean over a period; Q: the
-        integral of mu p0 (p / p0)^g over the area, mu w for g = 1 (Coulomb). Both are those of the same pressure as z:
-        responses over phase and load (`contact.forces`), or, where z is simulated, what the simulation presses with.
-        At a reversal friction passes through nothing within the speeds u0, so that it does not click.
-Source  slope force: derived from eq. 1 of Fagiani & Barbieri (2016), see `contact.forces`. mu about 0.5 on dry skin,
-        not depending on the pressure: Derler & Gerhardt (2012). g: Wandersman et al. (2011), q = beta p^g, with 0.8 to
-        0.9 as general knowledge. p0 and u0 are unverified defaults.
-Limits  friction does not bend the skin back on z, and does not stick. With a simulation g must be 1.
+Kind    OUTPUT: adds the channel `tangential_force`, in newtons, after the channels of the scene.
+Model   F = F_s + tanh(u / u0) Q.
+        F_s is the force of the pressure on the slopes of the texture. On an elastic contact its mean over a period is
+        zero.
+        Q is friction, the integral of mu p0 (p / p0)^g over the area. For g = 1 (Coulomb) it is mu w.
+        Both follow from the pressure that balances z. They are read from responses over phase and load
+        (`contact.forces`) or, where z is simulated, from the simulation.
+        At a reversal friction passes through zero within the speeds u0, so that it does not click.
+Source  Slope force: derived from eq. 1 of Fagiani & Barbieri (2016), see `contact.forces`. mu of about 0.5 on dry skin,
+        independent of the pressure: Derler & Gerhardt (2012). g: Wandersman et al. (2011), q = beta p^g; 0.8 to 0.9 is
+        general knowledge. p0 and u0 are unverified defaults.
+Limits  Friction does not act back on z through the skin, and does not stick. With a simulation g must be 1.
 """
 
 from __future__ import annotations
@@ -38,19 +41,20 @@ class TangentialSettings(Section):
     """Friction, and the full scale of the channel."""
 
     friction_coefficient: Annotated[float, Quantity(Dimension.NONE, 0.0, 10.0)] = Field(
-        default=0.5, description="Coefficient of friction mu; 0 leaves the force of the slopes alone."
+        default=0.5, description="Coefficient of friction mu; with 0 only the force of the slopes remains."
     )
     pressure_exponent: Annotated[float, Quantity(Dimension.NONE, 0.5, 1.5)] = Field(
-        default=1.0, description="Power g of the pressure that friction follows; 1 is Coulomb's, skin has 0.8 to 0.9."
+        default=1.0,
+        description="Power g of the pressure in the law of friction: 1 is Coulomb's law, skin has 0.8 to 0.9.",
     )
     reference_pressure: Annotated[float, Quantity(Dimension.PRESSURE, 1.0, 1e9)] = Field(
         default=1e4, description="Pressure p0 at which friction is mu times the pressure (unverified default)."
     )
     reversal_speed: Annotated[float, Quantity(Dimension.SPEED, 1e-6, 1.0)] = Field(
-        default=1e-3, description="Speed u0 within which friction changes its direction (unverified default)."
+        default=1e-3, description="Speed u0 within which friction changes direction (unverified default)."
     )
     full_scale: Annotated[float | None, Quantity(Dimension.LOAD, 1e-12, 1e6)] = Field(
-        default=None, description="Force that becomes 1.0 in the audio; by default the steady peak becomes 0.8."
+        default=None, description="Force that a sample of 1.0 stands for; null: the steady peak becomes 0.8."
     )
 
 
@@ -58,26 +62,30 @@ class Tangential(OutputEffect["Preparation"]):
     """The effect; see the module."""
 
     name = "tangential"
-    summary = "The horizontal force of slopes and friction, as a channel of its own."
+    summary = "The horizontal force of slopes and friction, as an additional channel."
     settings = TangentialSettings
-    without_auto = "It adds a channel and changes none, so there is nothing to judge it by: write {} or leave it out."
+    without_auto = (
+        'It adds a channel and changes no other, so "auto" has no difference to measure. Write {} or leave it out.'
+    )
     units: Mapping[str, str] = MappingProxyType({QUANTITY: "N"})
     price = Price(20.0, 280_000)
 
     def clash(self, settings: TangentialSettings, others: Mapping[str, Any]) -> tuple[str, str] | None:
-        """Refuse friction that is not Coulomb's where the pressure is not at hand place by place."""
+        """Refuse an exponent other than 1 with a simulation, which does not keep the pressure of each place."""
         simulated = [name for name in BALANCES if name in others]
         if settings.pressure_exponent == 1.0 or not simulated:
             return None
-        hint = f'Write a pressure_exponent of 1, or leave "{simulated[0]}" out: it is simulated without the pressure of'
-        return f"pressure_exponent 1 beside {simulated[0]}", f"{hint} each place, which another exponent asks for."
+        hint = (
+            f'Write a pressure_exponent of 1, or leave "{simulated[0]}" out: its simulation does not keep the pressure'
+        )
+        return f"pressure_exponent 1 with {simulated[0]}", f"{hint} of each place, which other exponents require."
 
     def reason(self, scene: Scene, settings: TangentialSettings) -> str:
         """See `Effect`."""
-        law = f"friction {settings.friction_coefficient:.4g} times the pressure"
+        law = f"friction of {settings.friction_coefficient:.4g} times the pressure"
         if settings.pressure_exponent != 1.0:
             law += f" to the power {settings.pressure_exponent:.4g}"
-        return f"The force on the slopes of the texture, and {law}, as a channel of its own."
+        return f"The force on the slopes of the texture, plus {law}, is an additional channel."
 
     def channels(self, settings: TangentialSettings) -> tuple[str, ...]:
         """See `OutputEffect`."""

@@ -1,1 +1,1 @@
-"""What is simulated step by step: contacts with mass, memory or adhesion, whose z is no function of place and load."""
+"""Step-by-step simulation of contacts with mass, memory or adhesion: their z is no function of place and load."""

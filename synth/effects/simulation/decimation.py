@@ -1,12 +1,12 @@
-"""From the rate of the steps to the rate of the frames: the band limit and the time derivatives, in one filter.
+"""From the rate of steps to the rate of frames: the band limit and the time derivatives, in one filter.
 
-Model   A frame is the sum over the steps near it of (y - y at the frame) times the taps: a Kaiser-windowed sinc,
-        convolved with the k-th central difference; and, of k = 0, y at the frame. So what stands still is exactly
-        still, and its derivatives exactly 0. Steps of a mass follow a fast force less than the mass would; the filter
-        makes up for it.
-Source  Kaiser (1974), for the length of the window that a transition and an attenuation take; Fornberg (1988).
-Limits  linear phase: a frame needs the steps of `margin` frames on both sides. In the pass band the gain is that of the
-        derivative to the attenuation, of itself; beyond the stop band what is left is below it.
+Model   y is the value at a step. A frame is the sum over the steps near it of (y - y at the frame) times the taps. For
+        order 0, y at the frame is added back. Motion at rest therefore gives exactly y, and derivatives of exactly 0.
+        The taps are a Kaiser-windowed sinc, convolved with the central difference of the order.
+        The simulated steps of a mass follow a fast force with too small an amplitude; the filter compensates for that.
+Source  Kaiser (1974): length of the window for a transition and an attenuation. Fornberg (1988): differences.
+Limits  Linear phase: a frame needs the steps of `margin` frames on both sides. In the pass band the gain is that of the
+        derivative, with a relative error below the attenuation. Above the stop band the rest is below the attenuation.
 """
 
 from __future__ import annotations
@@ -19,16 +19,19 @@ import numpy as np
 from synth.arrays import Array
 from synth.kernels import signed_kernel, summing
 
-LONGEST = 1024  # frames on one side of a frame: narrower bands have a wider transition
-SPARE = 3.0  # dB beyond what is asked for: Kaiser's fit is up to 2 dB short
-REACH = 12  # steps on each side of a difference: at 0.225 of the rate of the steps it errs by 1e-7, less below
+LONGEST = 1024  # frames on one side of a frame; a band that would need more gets a wider transition
+SPARE = 3.0  # dB added to the requested attenuation: Kaiser's fit is up to 2 dB short
+REACH = 12  # steps on each side of a difference: its error is 1e-7 at 0.225 of the step rate, less below
 
 
 @dataclass(frozen=True, slots=True)
 class Decimator:
-    """Filters of one change of rate: taps float64 [orders, 2 margin steps_a_frame + 1], of d^k/dt^k in units of s^-k.
+    """Filters from one rate of steps to one rate of frames.
 
-    margin: frames on both sides. steps: of a frame. orders: the derivatives of the rows.
+    taps: float64 [orders, 2 margin steps + 1], of d^k/dt^k in s^-k.
+    orders: order k of the derivative in each row of `taps`.
+    margin: frames on each side of a frame.
+    steps: steps per frame.
     """
 
     taps: Array
@@ -49,15 +52,20 @@ class Decimator:
     ) -> Decimator:
         """Return the filters of `orders`.
 
-        rate: frames a second. steps: of a frame. band: ends of the pass band and beginning of the stop band, as parts
-        of the rate. attenuation: dB. of_mass: the steps are those of a mass, and what they lose is made up for.
+        rate: frames per second.
+        steps: steps per frame.
+        band: end of the pass band and start of the stop band, as parts of the rate.
+        attenuation: dB.
+        of_mass: compensate for the amplitude that the steps of a mass lose.
         """
         passing, stopping = band
         asked = attenuation + SPARE
         margin = min(LONGEST, math.ceil((asked - 8.0) / (2.285 * 2.0 * math.pi * (stopping - passing)) / 2.0) + 1)
         beta = 0.1102 * (asked - 8.7)  # Kaiser's fit, for 50 dB and more
-        assert steps >= 2, "differences of steps that are too far apart"
-        before = np.arange(margin * steps, -margin * steps - 1, -1) / steps  # frames by which a step is earlier
+        assert steps >= 2, "the differences need at least two steps per frame"
+        before = (
+            np.arange(margin * steps, -margin * steps - 1, -1) / steps
+        )  # time of each step before the frame, in frames
         low = np.sinc((passing + stopping) * before) * np.kaiser(len(before), beta)
         if of_mass:
             low = _made_up(low, math.pi * min(1.2 * stopping / steps, 0.5))
@@ -70,13 +78,13 @@ class Decimator:
 
     @property
     def nbytes(self) -> int:
-        """Bytes of the taps."""
+        """Size of the taps in bytes."""
         return int(self.taps.nbytes)
 
     def read(self, values: Array, row: int, frames: int) -> Array:
-        """Return `frames` frames of order `orders[row]` from the steps `values`.
+        """Return `frames` frames of order `orders[row]`.
 
-        The first step stands `margin` frames before the first frame; there are (frames - 1 + 2 margin) steps + 1.
+        values: float64 [(frames - 1 + 2 margin) steps + 1], from `margin` frames before the first frame on.
         """
         out = np.empty(frames)
         filter_frames(values, self.taps[row], self.steps, self.orders[row] == 0, out)
@@ -84,10 +92,12 @@ class Decimator:
 
 
 def _made_up(taps: Array, highest: float) -> Array:
-    """Return taps that make up for what the steps of a mass lose: x^2 cos(x / 2) / (4 sin^2(x / 2)), x = 2 pi f step.
+    """Return taps that compensate for the amplitude that the steps of a mass lose.
 
-    A mass that a force of frequency f drives by the midpoint rule moves by that part of what it should. highest: x / 2
-    beyond which nothing more is made up for: the filter lets nothing through there.
+    A force of frequency f moves a mass, by the midpoint rule, by only x^2 cos(x / 2) / (4 sin^2(x / 2)) of the exact
+    amplitude, with x = 2 pi f step.
+
+    highest: x / 2 above which the compensation is constant, since the filter passes nothing there.
     """
     size = 8 << len(taps).bit_length()
     half = np.maximum(np.minimum(math.pi * np.arange(size // 2 + 1) / size, highest), 1e-9)
@@ -96,9 +106,9 @@ def _made_up(taps: Array, highest: float) -> Array:
 
 
 def _difference(order: int) -> Array:
-    """Return the central difference of `order` (0, 1, 2) over REACH steps on each side, to be convolved with.
+    """Return the central difference of `order` (0, 1 or 2) over REACH steps on each side.
 
-    Its error is of the order 2 REACH in the frequency, so that slow motion keeps all its digits (Fornberg, 1988).
+    Its error is of order 2 REACH in the frequency, so slow motion keeps all its digits (Fornberg, 1988).
     """
     if order == 0:
         return np.pad(np.ones(1), REACH)
@@ -121,7 +131,10 @@ def weighted(values, taps, base):
 
 @signed_kernel("void(f8[::1], f8[::1], i8, b1, f8[::1])")
 def filter_frames(values, taps, steps, keep, out):
-    """Write each frame of `out`: the weighted steps round it; keep: the value itself is added."""
+    """Write each frame of `out`, the weighted sum of the steps near it.
+
+    keep: add the value at the frame.
+    """
     middle = len(taps) // 2
     for i in range(len(out)):
         near = values[i * steps : i * steps + len(taps)]

@@ -1,18 +1,21 @@
 """A table of the elastic energy of one contact, over the height of the finger and the phase of the texture.
 
 Stage   contact -> TABLE OF THE ENERGY -> steps
-Model   I(z, theta) = mean over L of max(h - z, 0), l = -dI/dz, E = integral of I from z to infinity; the energy is
-        k E. With d = z - b(theta), b a smooth curve near z, I, l and E are held at equal steps of d and of the phase.
-        Between two steps of d, I is the cubic that has both values and both slopes, and E its integral; above the
-        last I = 0, below the first I goes on as a line. Over the phase all of them are periodic cubic splines. So I is
-        -dE/dz of what is read at any phase, and two derivatives over the phase are continuous.
-        The mean of I between two heights is the integral of the cubics, piece by piece, without a difference of E.
+Model   I(z, theta) is the mean over L of max(h - z, 0), l = -dI/dz the part of L that touches, and E the integral of I
+        from z to infinity. The elastic energy is k E.
+        d = z - b(theta), where b is a smooth curve near z. The table has I, l and E at equal steps of d and of phase.
+        Between two steps of d, I is the cubic through both values with both slopes, and E is its integral. Above the
+        last step I is 0; below the first it continues as a straight line.
+        Over the phase, I, l and E are periodic cubic splines. The values read therefore satisfy I = -dE/dz at every
+        phase, and have two continuous derivatives over the phase.
+        The mean of I between two heights is integrated piece by piece over the cubics, not as a difference of E.
 Source  Fagiani & Barbieri (2016), eq. 1; cubic splines from samples: Unser, Aldroubi & Eden (1993), IEEE Trans.
         Signal Process. 41. The rest is derived here.
-Limits  `error` bounds, from places off the grid, against the exact contact, the largest error dI / l of the z that
-        balances a load, relative to the peak-to-peak of z, or to how far z lies outside the loads asked for where that
-        is more. Where crests come into contact I is only once differentiable: there the error falls as the square of
-        the steps of the phase.
+Limits  `error` bounds the largest error dI / l of the z that balances a load. It is measured at places off the grid,
+        against the exact contact. It is relative to the peak-to-peak of z or, if that is larger, to the distance of z
+        from the heights of the given loads.
+        Where crests come into contact I is only once differentiable. The error there falls as the square of the steps
+        of the phase.
 """
 
 from __future__ import annotations
@@ -30,28 +33,35 @@ from synth.response.phases import turns_to_phase
 
 Complex = np.ndarray[Any, np.dtype[np.complex128]]
 
-MOST_NODES = 1 << 21  # of one table, 50 MB; beyond it `error` says what is left
-MOST_WORK = 1 << 28  # places measured for a table times cells of the contact's grid: a second or two
-FEWEST_ROWS = 512  # phases to begin with: 2e-4 to 1e-3 at one load
-CELLS_OF_MOTION = 6.0  # steps of d to begin with, in a peak-to-peak of z
-FEWEST_CELLS, MOST_CELLS = 6, 9  # log2 of the steps of d to begin with
-BASE_PHASES = 512  # at which the curve b and the range of heights are found
-BASE_HARMONICS = 16  # of b, faded out: more would bring the kinks of z to heights that have none
-PROBES, LAYERS = 512, 8  # phases off the grid, and heights at each, at which the error is measured
-MARGIN = 1.5  # times the largest error found there: between probes it was up to 1.4 times as large
-SMALLEST_MOTION = 1e-5  # of a1 + a2: where z moves less, errors are relative to this
+MOST_NODES = 1 << 21  # per table, 50 MB; where more would be needed, `error` reports the remaining error
+MOST_WORK = 1 << 28  # nodes measured for a table times cells of the contact's grid: a second or two
+FEWEST_ROWS = 512  # phases of the first attempt: an error of 2e-4 to 1e-3 at one load
+CELLS_OF_MOTION = 6.0  # steps of d per peak-to-peak of z, in the first attempt
+FEWEST_CELLS, MOST_CELLS = 6, 9  # log2 of the number of steps of d, in the first attempt
+BASE_PHASES = 512  # phases at which the curve b and the range of heights are found
+BASE_HARMONICS = 16  # harmonics of b, faded out; more would add the kinks of z to heights that have none
+PROBES, LAYERS = 512, 8  # phases off the grid, and heights per phase, at which the error is measured
+MARGIN = 1.5  # times the largest error at the probes; between them it was up to 1.4 times as large
+SMALLEST_MOTION = 1e-5  # of a1 + a2: if z moves less, errors are relative to this
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
-PLACE = 2.0**-53  # the 53 bits of the phase below the row, as a fraction of the step between rows
+PLACE = 2.0**-53  # unit of the 53 bits of the phase below the row, in steps between rows
 
 DEPTH, TOUCHING, ENERGY = range(3)
-"""What a node holds: I (m), l times the step of d (m), E over the step of d (m)."""
+"""Values of a node: I (m), l times the step of d (m), E over the step of d (m)."""
 BOTTOM, WIDTH, CELLS, BITS = range(4)
-"""Of `grid`: the lowest d (m), the step of d (m), how many steps there are, log2 of the phases."""
+"""Entries of `grid`: the lowest d (m), the step of d (m), the number of steps, log2 of the number of phases."""
 BASE, HIGHEST = range(2)  # rows of `curves`
 
 
 class _Probes(NamedTuple):
-    """Places off the grid: phases (turns) and heights (m), exact I, smallest l counted, and the error allowed (m)."""
+    """Places off the grid at which the error is measured.
+
+    phases: turns.
+    heights: m.
+    depth: exact I (m).
+    touching: exact l, or l at the lightest load if that is larger.
+    allowed: permitted error (m).
+    """
 
     phases: Array
     heights: Array
@@ -64,9 +74,11 @@ class _Probes(NamedTuple):
 class EnergyTable:
     """The energy of one contact, ready to be read.
 
-    nodes: float64 [steps of d + 1, phases + 3, 3], spline coefficients over the phase. curves: float64 [2, phases + 3],
-    of b and of the highest point of h (m). grid: see BOTTOM. error: see Limits. motion: peak-to-peak of z (m) to which
-    it is relative.
+    nodes: float64 [steps of d + 1, phases + 3, 3], spline coefficients over the phase; see DEPTH.
+    curves: float64 [2, phases + 3], spline coefficients of b and of the highest point of h (m).
+    grid: float64 [4], see BOTTOM.
+    error: see Limits.
+    motion: peak-to-peak of z (m), to which `error` is relative.
     """
 
     nodes: Array
@@ -77,15 +89,15 @@ class EnergyTable:
 
     @property
     def nbytes(self) -> int:
-        """Bytes that the table holds."""
+        """Size in bytes."""
         return int(self.nodes.nbytes + self.curves.nbytes)
 
     def read(self, turns: Array, heights: Array) -> Array:
-        """Return [4, places] at each of `turns` and `heights` (m): I (m), l, dE/dtheta at that z (m^2 a turn), E."""
+        """Return [4, places] at `turns` and `heights` (m): I (m), l, dE/dtheta at fixed z (m^2 per turn), E (m^2)."""
         return np.asarray(read_places(self.nodes, self.curves, self.grid, turns_to_phase(turns), heights))
 
     def coarser(self) -> EnergyTable:
-        """Return the table of every other node, along both; its error is that of this one still."""
+        """Return the table of every second node along both axes. Its `error` is still that of this table."""
         nodes = _values(self.nodes)[::2, ::2] * [1.0, 2.0, 0.5]
         curves = _values(self.curves)[:, ::2]
         bottom, width, cells, bits = self.grid.tolist()
@@ -107,11 +119,13 @@ class EnergyTable:
         above: float = 0.0,
         tolerance: float = 1e-3,
     ) -> EnergyTable:
-        """Return the table of `contact` in its shape at `load` (N) that keeps `tolerance`, or the best in its bounds.
+        """Return the table that keeps `tolerance`, or the best table within the bounds on nodes and work.
 
-        lightest, heaviest: loads (N) between whose heights the tolerance is kept; beyond, up to the loss of contact,
-        it is relative to how far z lies outside. below, above: m, how far from those heights z may go and still be
-        read from cells. The loss of contact is always within, and so is a peak-to-peak of z below.
+        contact, load: the table is that of the contact in its shape at `load` (N).
+        lightest, heaviest: loads (N) between whose heights the tolerance is kept. Outside, up to the loss of contact,
+            the tolerance is relative to the distance of z from those heights.
+        below, above: distances (m) from those heights that the cells also cover. They always cover the loss of
+            contact, and a peak-to-peak of z below.
         """
         span = _Range.of(contact, load, min(lightest, load), max(heaviest, load), below, above)
         probes = span.probes(tolerance)
@@ -128,7 +142,14 @@ class EnergyTable:
 
 @dataclass(frozen=True, slots=True)
 class _Range:
-    """What a table is to span: the curve b as harmonics, the range of d (m), and what errors are relative to."""
+    """The range that a table spans.
+
+    indentations: at the lightest and the heaviest load (m).
+    harmonics: of the curve b.
+    bottom, top: lowest and highest d (m).
+    below: see `EnergyTable.of` (m), with a peak-to-peak of z added.
+    motion: peak-to-peak of z (m), to which errors are relative.
+    """
 
     contact: Contact
     load: float
@@ -141,7 +162,7 @@ class _Range:
 
     @classmethod
     def of(cls, contact: Contact, load: float, lightest: float, heaviest: float, below: float, above: float) -> _Range:
-        """Return the range of the heights between the loads and what is below and above; see `EnergyTable.of`."""
+        """Return the range between the heights of the loads, extended by `below` and `above`; see `EnergyTable.of`."""
         solver, phases = contact.solver(load), np.arange(BASE_PHASES) / BASE_PHASES
         pressed = [
             contact.indentation(w) if contact.of_one_shape else w / contact.stiffness_at(load)
@@ -156,7 +177,7 @@ class _Range:
         motion = max(*(float(np.ptp(heights)) for heights in (middle, light, heavy)), SMALLEST_MOTION * scale)
         below += motion
         top, bottom = float(np.max(highest - base)), float(np.min(heavy - base)) - below
-        # all touches below the lowest h but for what a parabola takes off: there the line below the bottom is exact
+        # without a parabola everything touches below the lowest h, so the line below the bottom is exact there
         if contact.dome == 0.0:
             bottom = max(bottom, contact.geometry_at(load).extent[0] - float(np.max(base)) - 0.01 * (top - bottom))
         bottom = min(bottom, top - motion)
@@ -164,7 +185,7 @@ class _Range:
         return cls(contact, load, (pressed[1], pressed[2]), harmonics, bottom, top, below, motion)
 
     def probes(self, tolerance: float) -> _Probes:
-        """Return LAYERS heights at each of PROBES phases off every grid, from the highest point downwards."""
+        """Return the probes: LAYERS heights, from the highest point down, at each of PROBES phases off every grid."""
         turns = np.sort(np.arange(1, PROBES + 1) * GOLDEN % 1.0)
         solver = self.contact.solver(self.load)
         light, heavy = (solver.solve(turns, indentation) for indentation in self.indentations)
@@ -187,7 +208,7 @@ class _Range:
         heights = (base[:, None] + edges).ravel()
         measured = self.contact.measure(np.repeat(turns, len(edges)), heights, self.load)
         depth, touching = (part.reshape(rows, len(edges)).T for part in measured)
-        depth[-1], touching[-1] = 0.0, 0.0  # the top lies above all but what stands between the phases of its search
+        depth[-1], touching[-1] = 0.0, 0.0  # the top is above all heights, except any between the phases of its search
         width = edges[1] - edges[0]
         energy = np.zeros_like(depth)
         pieces = 0.5 * (depth[:-1] + depth[1:]) + width / 12.0 * np.diff(touching, axis=0)
@@ -201,9 +222,9 @@ class _Range:
 
 
 def splines(values: Array) -> Array:
-    """Return the coefficients of periodic cubic splines through `values` along the second axis, with three more there.
+    """Return the coefficients of periodic cubic splines through `values` along the second axis, which grows by three.
 
-    A value is (c[j - 1] + 4 c[j] + c[j + 1]) / 6, and c[j - 1] stands at place j.
+    A value is (c[j - 1] + 4 c[j] + c[j + 1]) / 6, and c[j - 1] is stored at index j.
     """
     count = values.shape[1]
     gain = (2.0 + np.cos(2.0 * np.pi * np.arange(count // 2 + 1) / count)) / 3.0
@@ -213,13 +234,13 @@ def splines(values: Array) -> Array:
 
 
 def _values(coefficients: Array) -> Array:
-    """Return the values of which `splines` are the coefficients along the second axis."""
+    """Return the values from their spline coefficients along the second axis: the inverse of `splines`."""
     return np.asarray((coefficients[:, :-3] + 4.0 * coefficients[:, 1:-2] + coefficients[:, 2:-1]) / 6.0)
 
 
 @inner
 def row_of(grid, phase):
-    """Return the row at or before `phase`, and the place after it in steps of a row."""
+    """Return the row at or before `phase`, and the distance from it in steps between rows."""
     bits = np.uint64(grid[BITS])
     row = np.int64(phase >> (np.uint64(64) - bits))
     return row, np.float64(np.int64((phase << bits) >> np.uint64(11))) * PLACE
@@ -227,7 +248,7 @@ def row_of(grid, phase):
 
 @inner
 def weights_of(t):
-    """Return the weights of four rows."""
+    """Return the spline weights of four rows; t: distance from the second of them, in steps between rows."""
     s = 1.0 - t
     first, last = s * s * s * (1.0 / 6.0), t * t * t * (1.0 / 6.0)
     second = 2.0 / 3.0 + t * t * (0.5 * t - 1.0)
@@ -236,7 +257,7 @@ def weights_of(t):
 
 @inner
 def slopes_of(t, rows):
-    """Return the derivatives of the weights of four rows, a turn."""
+    """Return the derivatives of the spline weights of four rows, per turn."""
     s = 1.0 - t
     first, second, last = -0.5 * s * s * rows, t * (1.5 * t - 2.0) * rows, 0.5 * t * t * rows
     return first, second, -first - second - last, last
@@ -244,7 +265,7 @@ def slopes_of(t, rows):
 
 @inlined
 def curve_at(curves, curve, row, weights):
-    """Return b or the highest point of h (m), or with slopes its derivative (m a turn)."""
+    """Return b or the highest point of h (m); with slopes as weights, its derivative (m per turn)."""
     return (
         weights[0] * curves[curve, row] + weights[1] * curves[curve, row + 1]
         + weights[2] * curves[curve, row + 2] + weights[3] * curves[curve, row + 3]
@@ -262,7 +283,10 @@ def node_at(nodes, node, row, weights, what):
 
 @inlined
 def piece_of(nodes, row, weights, cell):
-    """Return the cubic I in a cell, in steps of d from its begin; -1 is the line below, cells and more is nothing."""
+    """Return the coefficients of I in a cell, a cubic in steps of d from the start of the cell.
+
+    cell: -1 is the straight line below the table; above the last cell I is 0.
+    """
     cells = len(nodes) - 1
     if cell >= cells:
         return 0.0, 0.0, 0.0, 0.0
@@ -277,14 +301,14 @@ def piece_of(nodes, row, weights, cell):
 
 @inlined
 def cell_at(nodes, place):
-    """Return the cell in which `place` lies, in steps of d from the bottom, and where that cell begins."""
+    """Return the cell that contains `place` (steps of d from the bottom), and the start of that cell."""
     cell = min(max(math.floor(place), -1.0), float(len(nodes) - 1))
     return int(cell), max(cell, 0.0)
 
 
 @inlined
 def piece_at(nodes, row, weights, place):
-    """Return the cell in which `place` lies, where it begins, and the cubic I in it: see `piece_of`."""
+    """Return the cell that contains `place`, its start, and the coefficients of I in it (`piece_of`)."""
     cell, begin = cell_at(nodes, place)
     c0, c1, c2, c3 = piece_of(nodes, row, weights, cell)
     return cell, begin, c0, c1, c2, c3
@@ -292,7 +316,7 @@ def piece_at(nodes, row, weights, place):
 
 @inlined
 def depth_in(piece, place):
-    """Return I (m) and its derivative, a step of d, at `place` in a piece of `piece_at`."""
+    """Return I (m) and its derivative per step of d, at `place` in a piece from `piece_at`."""
     _cell, begin, c0, c1, c2, c3 = piece
     t = place - begin
     return c0 + t * (c1 + t * (c2 + t * c3)), c1 + t * (2.0 * c2 + t * 3.0 * c3)
@@ -300,7 +324,7 @@ def depth_in(piece, place):
 
 @inlined
 def depth_near(nodes, row, weights, piece, place):
-    """Return what `depth_in` does of the piece at `place`, which is likely to be `piece`."""
+    """Return I (m) and its derivative per step of d at `place`, which is probably in `piece`."""
     if cell_at(nodes, place)[0] == piece[0]:
         return depth_in(piece, place)
     return depth_in(piece_at(nodes, row, weights, place), place)
@@ -308,9 +332,9 @@ def depth_near(nodes, row, weights, piece, place):
 
 @inlined
 def mean_depth(nodes, row, weights, piece, place, move):
-    """Return the mean of I (m) from `place` over `move`, in steps of d, and its derivative over `move`.
+    """Return the mean of I (m) from `place` to `place` + `move` (steps of d), and its derivative over `move`.
 
-    piece: that at `place`.
+    piece: the piece at `place`.
     """
     cell, begin, c0, c1, c2, c3 = piece
     end, done, total = place + move, place, 0.0
@@ -336,7 +360,7 @@ def mean_depth(nodes, row, weights, piece, place, move):
 
 @inner
 def energy_at(nodes, row, weights, place):
-    """Return E over the step of d (m), or with slopes its derivative over the phase at that d (m a turn)."""
+    """Return E over the step of d (m); with slopes as weights, its derivative over phase at fixed d (m per turn)."""
     cell, begin = cell_at(nodes, place)
     if cell >= len(nodes) - 1:
         return 0.0
@@ -348,7 +372,7 @@ def energy_at(nodes, row, weights, place):
 
 @inner
 def drift_at(nodes, curves, grid, row, t, place):
-    """Return I (m), its derivative, a step of d, and dE/dtheta at a fixed z (m^2 a turn), at `place`."""
+    """Return I (m), its derivative per step of d, and dE/dtheta at fixed z (m^2 per turn), at `place`."""
     slopes = slopes_of(t, 2.0 ** grid[BITS])
     depth, slope = depth_in(piece_at(nodes, row, weights_of(t), place), place)
     drift = grid[WIDTH] * energy_at(nodes, row, slopes, place) + depth * curve_at(curves, BASE, row, slopes)

@@ -1,18 +1,19 @@
-"""The periodic state of a steady scan, in which its simulation begins: a stepper's state that one period leads back to.
+"""The periodic state of a steady scan, in which its simulation begins: the state that one texture period leads back to.
 
-Model   One texture period is a map P of the state x onto itself; its fixed point is the periodic state. Each round runs
-        one period from the mix sum of a_i P(x_i), sum of a_i = 1, of the last states that makes |sum of a_i (P(x_i) -
-        x_i)| least (Anderson's mixing). What a period forgets is settled in two rounds, a mass that rings for minutes
-        in ten; skin whose time constants are hundreds of periods takes some forty. Such skin begins from the same skin
-        with its time constants cut to CUT periods, settled in coarse steps: m, the place of a dashpot, hardly moves
-        within a period then, and its mean is nearly that of any longer time constant.
-        A motion returns if one that stands beside it comes no further away in WATCHED periods.
-Source  shooting: Nayfeh & Balachandran (1995), Applied Nonlinear Dynamics, chapter 6; mixing: Anderson (1965), J. ACM
+Model   One texture period maps a state x to P(x). The periodic state is the fixed point of P. Each round of the search
+        runs one period from a mix of the last states, sum of a_i P(x_i) with sum of a_i = 1, for which |sum of a_i
+        (P(x_i) - x_i)| is least (Anderson mixing).
+        A start that is forgotten within a period settles in two rounds, a mass that rings for minutes in ten. Skin
+        whose time constants are hundreds of periods takes some forty. For such skin the search begins from the settled
+        state of the same skin with its time constants cut to CUT periods, run in coarse steps. The position of a
+        dashpot then hardly changes within a period, and its mean is close to that of any longer time constant.
+        A motion repeats if a second motion that begins near it stays near it for WATCHED periods.
+Source  Shooting: Nayfeh & Balachandran (1995), Applied Nonlinear Dynamics, chapter 6. Mixing: Anderson (1965), J. ACM
         12, as in Walker & Ni (2011), SIAM J. Numer. Anal. 49. The cut is derived here.
-Limits  a motion that does not repeat with the texture (bouncing in chaos, or every second period) begins after SETTLED
-        seconds from rest, and `repeats` is False. The period is a whole number of steps here, so steps are up to half a
-        step a period longer or shorter than those of a run. Rounds end at MOST_ROUNDS: `PeriodicState.later` tells what
-        is left then.
+Limits  A motion that does not repeat with the texture (chaotic bouncing, or a repeat every second period) begins after
+        SETTLED seconds from rest, and `repeats` is False. The period is a whole number of steps here, so it has up to
+        half a step more or less than a period of a run. The search ends after MOST_ROUNDS; `PeriodicState.later`
+        measures the remaining error.
 """
 
 from __future__ import annotations
@@ -28,35 +29,37 @@ from synth.arrays import Array
 from synth.effects.simulation.steps import HEIGHT, ROWS, Phases, Stepper
 from synth.response.phases import turns_to_phase
 
-PLACES = 16  # phases of a period at which the state is kept: a voice steps on from the nearest one behind it
-FEWEST_STEPS = 8  # of a period
-LONGEST = 1 << 21  # steps of a period at most: 20 s of 96,000 a second
-MOST_ROUNDS, MIXED = 40, 8  # rounds at most, and states that are mixed: with fewer long time constants take far longer
-ALIKE = 1e-4  # of the largest: smaller differences of moves are left out, since a mix would magnify what they hide
-PLAIN = 3  # rounds before states are mixed: what is quickly forgotten would spoil the mix
-FURTHEST = 10.0  # times the peak-to-peak of z: a mix that lies further away is none
-WORSE = 10.0  # times what a period moved the state in the round before: where it moves it by more, mixing begins anew
-CLOSE = 1e-3  # of the tolerance: what a period may move the state, relative to the peak-to-peak of z
-CREEPING = 0.1  # of the tolerance: the same, of skin, over all periods to come
-CUT, COARSE = 16.0, 240  # periods; steps of a ridge's crossing
-FORGOTTEN = 6.0  # of the slowest time constants that are run at first: e^-6 of a start is left
-SETTLED = 0.5  # s that a motion which does not repeat is run before it begins
-WATCHED = 50  # periods in which a motion returns, or does not
-BESIDE = 1e-4  # of the peak-to-peak of z: how far beside it one is that is watched
-STILL = 1e-15  # m: a smaller move is rounding
-ASTRAY = 20.0  # times as far away after these periods: it does not return; a mass that rings swings up to ten
-RETURNED = 0.01  # times as far away: it returns, and is watched no longer
-DIFFERENT = 8  # periods of such a motion that are compared
-UNLIKE = 3.0  # times the largest difference of periods that do not repeat: others may be further away
-LATER = 0.05  # s after which the motion is compared with its beginning, whole periods
+PLACES = 16  # phases of a period at which the state is kept; a voice continues from the nearest one behind it
+FEWEST_STEPS = 8  # per period
+LONGEST = 1 << 21  # most steps per period: 20 s at 96,000 per second
+MOST_ROUNDS, MIXED = 40, 8  # most rounds, and most mixed states; with fewer states long time constants take far longer
+ALIKE = 1e-4  # of the largest: smaller differences of moves are left out, since a mix would magnify their errors
+PLAIN = 3  # rounds before mixing begins: motion that is quickly forgotten would spoil the mix
+FURTHEST = 10.0  # times the peak-to-peak of z: a mix that is further away is discarded
+WORSE = 10.0  # times the move of the round before: after a larger move mixing starts again
+CLOSE = 1e-3  # of the tolerance: largest move of the state in a period, relative to the peak-to-peak of z
+CREEPING = 0.1  # of the tolerance: the same for skin, over all periods to come
+CUT, COARSE = 16.0, 240  # periods; steps per crossing of a ridge
+FORGOTTEN = 6.0  # times the slowest time constant, run before the search: e^-6 of the start is left
+SETTLED = 0.5  # s that a motion that does not repeat runs before it begins
+WATCHED = 50  # periods after which it is decided whether a motion repeats
+BESIDE = 1e-4  # of the peak-to-peak of z: initial distance of the second motion
+STILL = 1e-15  # m: smaller moves are rounding
+ASTRAY = 20.0  # times the initial distance, after WATCHED periods: does not repeat; a ringing mass reaches ten
+RETURNED = 0.01  # times the initial distance: repeats, without further watching
+DIFFERENT = 8  # periods of a motion that does not repeat that are compared
+UNLIKE = 3.0  # times the largest difference of these periods: others may differ more
+LATER = 0.05  # s, rounded up to whole periods, after which a motion is compared with its beginning
 
 
 @dataclass(frozen=True, slots=True)
 class PeriodicState:
     """The states of one steady motion, at some phases of a period.
 
-    places: phase (64-bit fraction of a turn) and state. turns: texture periods a second, signed. load: N. repeats: the
-    motion repeats with the texture.
+    places: pairs of a phase (64-bit fraction of a turn) and the state there.
+    turns: texture periods per second, signed.
+    load: N.
+    repeats: whether the motion repeats with the texture.
     """
 
     places: tuple[tuple[int, Any], ...]
@@ -66,11 +69,11 @@ class PeriodicState:
 
     @property
     def nbytes(self) -> int:
-        """Bytes that the states hold."""
+        """Size of the states in bytes."""
         return sum(state.nbytes for _phase, state in self.places)
 
     def at(self, stepper: Stepper, phase: int, step: float) -> Any:
-        """Return the state at `phase`, ready to go on in steps of `step` s."""
+        """Return the state at `phase`, ready to continue in steps of `step` (s)."""
         sign = 1 if self.turns > 0.0 else -1
         ahead, state, begin = min(
             ((sign * (phase - place) % 2**64, state, place) for place, state in self.places), key=lambda one: one[0]
@@ -85,9 +88,9 @@ class PeriodicState:
         return state.resumed(step)
 
     def later(self, stepper: Stepper, steps: int) -> tuple[list[PeriodicState], float]:
-        """Return the same motion as it stands later, in so many steps a period, and a factor.
+        """Return later states of the same motion, run in `steps` steps per period, and a factor.
 
-        What lies between them and this one, times the factor, is what has not settled.
+        Their difference from this state, times the factor, is the error that has not settled.
         """
         period, gone, found = Period.of(self.turns, self.load, steps), 0, []
         counts = [math.ceil(LATER / period.seconds)]
@@ -106,7 +109,12 @@ class PeriodicState:
 
 @dataclass(frozen=True, slots=True)
 class Period:
-    """One texture period in equal steps. turns: signed, a second; step: s."""
+    """One texture period in equal steps.
+
+    turns: texture periods per second, signed.
+    load: N.
+    phases, loads: at the end of each step.
+    """
 
     turns: float
     load: float
@@ -115,13 +123,13 @@ class Period:
 
     @classmethod
     def of(cls, turns: float, load: float, steps: int) -> Period:
-        """Return the period in `steps` steps, from phase 0 to phase 0."""
+        """Return the period in `steps` steps, from phase 0 back to phase 0."""
         phases = turns_to_phase(math.copysign(1.0, turns) * np.arange(1, steps + 1) / steps)
         return cls(turns, load, phases, np.full(steps, load))
 
     @property
     def seconds(self) -> float:
-        """Its length (s)."""
+        """Length of the period (s)."""
         return 1.0 / abs(self.turns)
 
     @property
@@ -130,14 +138,14 @@ class Period:
         return self.seconds / len(self.phases)
 
     def on(self, stepper: Stepper, state: Any, count: int) -> Any:
-        """Return the state `count` periods later."""
+        """Return the state `count` periods after `state`."""
         state, rows = state.resumed(self.step), np.empty((ROWS, len(self.phases)))
         for _ in range(count):
             stepper.run(state, self.phases, self.loads, rows)
         return state
 
     def recorded(self, stepper: Stepper, state: Any) -> tuple[PeriodicState, Any, float]:
-        """Return the states of the period that begins with `state`, the state at its end, and the peak-to-peak of z."""
+        """Run a period from `state`. Return its states, the state at its end, and the peak-to-peak of z (m)."""
         places, count = [], len(self.phases)
         state, rows = state.resumed(self.step), np.empty((ROWS, count))
         ends, extremes = np.linspace(0, count, min(PLACES, count) + 1).astype(int).tolist(), []
@@ -158,10 +166,14 @@ def steady_of(
     tolerance: float,
     near: PeriodicState | None,
 ) -> PeriodicState:
-    """Return the steady motion of a scan at `turns` periods a second (signed) and `load` (N).
+    """Return the steady motion of a scan.
 
-    steps: a period. crossings: ridges that it passes. tolerance: of z, relative to its peak-to-peak. near: the motion
-    of the same contact at other points, or in other steps.
+    turns: texture periods per second, signed.
+    load: N.
+    steps: steps per period.
+    crossings: ridges passed per period.
+    tolerance: of z, relative to its peak-to-peak.
+    near: the motion of the same contact at other points or in other steps, if known.
     """
     period = Period.of(turns, load, steps)
     begin = _begun(stepper, period, crossings) if near is None else stepper.taken_over(near.places[0][1])
@@ -176,7 +188,7 @@ def steady_of(
 
 
 def _begun(stepper: Stepper, period: Period, crossings: float) -> Any:
-    """Return the state from which the search begins: of skin whose memory is long, with a shorter one, settled."""
+    """Return the state from which the search begins. For skin with a long memory, see Model."""
     short = stepper.forgetting(CUT * period.seconds)
     if short.memory >= stepper.memory:
         return stepper.start(0, period.load, period.turns, period.step)
@@ -186,7 +198,7 @@ def _begun(stepper: Stepper, period: Period, crossings: float) -> Any:
 
 
 def _returning(stepper: Stepper, state: Any, period: Period, tolerance: float) -> PeriodicState | None:
-    """Return the motion that a period leads back to, searched for from `state` on; None where none returns."""
+    """Search from `state` for the motion that a period leads back to. Return None if there is none."""
     enough = CLOSE * tolerance
     if stepper.memory > 0.0:
         enough = CREEPING * tolerance * -math.expm1(-period.seconds / stepper.memory)
@@ -211,7 +223,7 @@ def _returning(stepper: Stepper, state: Any, period: Period, tolerance: float) -
 
 
 def _goes_astray(stepper: Stepper, other: Any, state: Any, period: Period, extent: float) -> bool:
-    """Return whether a motion that begins beside that of `state`, on the side of `other`, comes far away from it."""
+    """Return whether a motion that begins near `state`, in the direction of `other`, moves far away from it."""
     way = float(np.max(np.abs(stepper.apart(state, other, period.seconds))))
     if way <= STILL:
         return False
@@ -227,7 +239,7 @@ def _goes_astray(stepper: Stepper, other: Any, state: Any, period: Period, exten
 
 
 def _least(moves: list[Array]) -> Array:
-    """Return the parts, of sum 1, of `moves` whose sum is least."""
+    """Return the weights, with sum 1, for which the weighted sum of `moves` is least."""
     if len(moves) == 1:
         return np.ones(1)
     apart = np.stack([moves[-1] - move for move in moves[:-1]], axis=1)

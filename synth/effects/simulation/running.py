@@ -1,16 +1,16 @@
-"""A simulation that runs along with a motion: steps from where the finger was to where it is, frames out of them.
+"""A simulation that runs along a motion: steps from the last position of the finger to the next, and frames from steps.
 
-Model   Every frame is `steps` steps long. Rows that the stepper writes become signals at the rate of the steps, faded
-        by the lift gate; the decimator makes band-limited frames and time derivatives of them. A scan's own motion is
-        known beforehand, so the steps run ahead of the frames. A constant scan begins in its periodic state
-        (`periodic`); a stroke at rest, where it turns at t = 0; a recording where the finger comes down, following the
-        elastic contact, with skin that was never pressed. A hand's motion is not known: it begins following the
-        elastic contact, its frames are late by the filter's margin, and between two frames it moves along the cubic
-        through its places and speeds.
+Model   Every frame is `steps` steps long. The stepper writes rows. These become signals at the rate of the steps, faded
+        by the lift gate. The decimator makes band-limited frames and time derivatives of the signals.
+        The motion of a scan is known beforehand, so the steps run ahead of the frames. A constant scan begins in its
+        periodic state (`periodic`). A stroke begins at rest, where it turns at t = 0. A recording begins where the
+        finger comes down: it follows the elastic contact, with skin that was never pressed.
+        The motion of a hand is not known beforehand. It begins following the elastic contact, and its frames are late
+        by the filter's margin. Between two frames it moves along the cubic through its places and speeds.
 Source  design, sections 4 (gate, derivatives) and 8 (blocks of any size give the same samples).
-Limits  the gate follows the load; where something may hold the finger (`held`), it follows whether it touches, over
-        LIFT_TIME. A stroke or a recording that is read from a later frame on begins `settling` before it. A load that
-        lasts, less than TOUCH_LOAD either way, is none: the finger is taken away.
+Limits  The gate follows the load. If an effect may hold the finger (`held`), the gate instead follows whether the
+        finger touches, over LIFT_TIME. A stroke or a recording that is read from a later frame on begins `settling`
+        before that frame. While the load stays below TOUCH_LOAD in either direction, the finger counts as taken away.
 """
 
 from __future__ import annotations
@@ -44,13 +44,17 @@ from synth.response.phases import fill_phases, phase_step, turns_to_phase
 from synth.scene.scene import Scene
 
 RESPONSE, SLOPE, PRESS, WHOLE = range(4)
-"""What a signal is of: z about its mean (m), the force of the slopes, the sum of the pressure where it presses (N), and
-z itself (m)."""
+"""Kinds of signal: z about its mean (m), the force of the slopes (N), the sum of the pressure without attraction (N),
+and z itself (m)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Signal:
-    """One output of a simulation: what it is of, and how many times it is differentiated."""
+    """One output of a simulation.
+
+    kind: RESPONSE, SLOPE, PRESS or WHOLE.
+    order: number of time derivatives.
+    """
 
     kind: int
     order: int
@@ -58,13 +62,17 @@ class Signal:
 
 @dataclass(frozen=True, slots=True)
 class Simulation:
-    """One contact, ready to run; frozen, so that one serves many voices.
+    """One contact, ready to run. Frozen, so that many voices share it.
 
-    stepper: what moves it on. steps: of a frame. filters: band limit and derivatives. reference: z (m) that
-    displacement is about, as a function of the cube root of the load (N); offset: m, what the mean of the simulated z
-    lies above it at the scan's load. held: something may hold the finger where no load does. settling: s that is
-    simulated before the first frame of a scan that begins neither at its start nor in its periodic state. steady: the
-    periodic state of a constant scan, where it is known.
+    stepper: simulates the contact.
+    steps: steps per frame.
+    filters: band limit and derivatives.
+    reference: z (m) about which displacement is measured, as a function of the cube root of the load (N).
+    offset: mean of the simulated z above `reference` at the scan's load (m).
+    held: whether an effect may hold the finger where the load does not.
+    settling: time (s) simulated before the first frame of a scan that begins neither at its start nor in its periodic
+        state.
+    steady: the periodic state of a constant scan, if known.
     """
 
     stepper: Stepper
@@ -79,32 +87,32 @@ class Simulation:
 
     @property
     def rate(self) -> int:
-        """Steps a second."""
+        """Steps per second."""
         return self.scene.output.sample_rate * self.steps
 
     @property
     def nbytes(self) -> int:
-        """Bytes that it holds."""
+        """Size in bytes."""
         return self.stepper.nbytes + self.filters.nbytes + (0 if self.steady is None else self.steady.nbytes)
 
     @property
     def voice_bytes(self) -> int:
-        """Bytes of what each voice keeps: a state, and the steps that the filter looks back at."""
+        """Size per voice in bytes: a state, and the steps that the filter looks back at."""
         state = 8 * (1 + NUMBERS + math.prod(self.stepper.shape))
         return state + 8 * ROWS * 2 * self.filters.margin * self.steps
 
     def signal(self, kind: int, rows: Array, loads: Array) -> Array:
-        """Return a signal from the rows of some steps, not yet faded."""
+        """Return a signal from the rows of some steps, before the lift gate."""
         if kind == RESPONSE:
             return np.asarray(rows[HEIGHT] - self.reference(np.cbrt(loads)) - self.offset)
         return np.asarray(rows[HEIGHT if kind == WHOLE else SLOPE_FORCE if kind == SLOPE else REACTION])
 
 
 class Running:
-    """One run of a simulation: along the scan's own motion, or after a hand.
+    """One run of a simulation, along the scan's own motion or after a hand.
 
-    signals: what each row of the frames is. phase: where the texture stands at frame 0 of a constant scan, a 64-bit
-    fraction of a turn.
+    signals: the signal in each row of the frames.
+    phase: phase of the texture at frame 0 of a constant scan, a 64-bit fraction of a turn.
     """
 
     def __init__(self, simulation: Simulation, signals: tuple[Signal, ...], phase: int = 0) -> None:
@@ -122,13 +130,13 @@ class Running:
 
     @property
     def margin(self) -> int:
-        """Frames by which the steps run ahead of a scan, or the frames are late behind a hand."""
+        """Frames by which the steps run ahead along a scan, and by which the frames are late behind a hand."""
         return self.simulation.filters.margin
 
     # -- along the scan's own motion
 
     def along(self, first: int, frames: int) -> Array:
-        """Return float64 [signals, frames] from frame `first` on; going on where the last call ended costs nothing."""
+        """Return float64 [signals, frames] from frame `first` on. Continuing the last call repeats no steps."""
         steps, margin = self.simulation.steps, self.margin
         if first != self._frame or self._state is None:
             self._begin(first)
@@ -139,7 +147,7 @@ class Running:
         return self._filtered(values, frames)
 
     def _begin(self, first: int) -> None:
-        """Start where the motion begins, or some time before frame `first`, and run up to what its filter looks at."""
+        """Start where the motion begins, or `settling` before frame `first`, and run up to the filtered steps."""
         steps, steady = self.simulation.steps, self.simulation.steady
         settling = math.ceil(self.simulation.settling * self.simulation.scene.output.sample_rate)
         looks_at = (first - self.margin) * steps
@@ -191,7 +199,10 @@ class Running:
     # -- after a hand
 
     def after(self, motion: Motion, phases: Phases) -> Array:
-        """Return float64 [signals, frames] of a hand whose texture stands at `phases`, `margin` frames late."""
+        """Return float64 [signals, frames] of a hand, `margin` frames late.
+
+        phases: of the texture at the frames of `motion`.
+        """
         samples = motion.samples
         if self._before is None:
             turns = samples.item(SPEED, 0) / self.simulation.scene.texture.period
@@ -216,7 +227,7 @@ class Running:
         self._touching[0] = -1.0
 
     def _stepped(self, phases: Phases, loads: Array) -> Array:
-        """Return the steps that the filter still looks at and the new ones, faded: float64 [kinds, steps]."""
+        """Run the steps. Return float64 [kinds, steps]: old steps that the filter needs, then the new ones, gated."""
         rows = np.empty((ROWS, len(phases)))
         self.simulation.stepper.run(self._state, phases, loads, rows)
         gates = self._gates(rows[ATTACHED], loads)
@@ -230,7 +241,7 @@ class Running:
         return np.asarray(gates_of(loads, self.simulation.scene.scan.lift_load))
 
     def _filtered(self, values: Array, frames: int) -> Array:
-        """Return the frames, and keep what the next ones look back at."""
+        """Return the frames, and keep the steps that the next frames need."""
         filters, steps = self.simulation.filters, self.simulation.steps
         out = np.empty((len(self.signals), frames))
         for row, signal in enumerate(self.signals):
@@ -241,13 +252,16 @@ class Running:
 
 
 def _last_of(phases: Phases, samples: Array) -> tuple[int, float, float, float]:
-    """Return phase, speed, load and load rate of the last of `phases`."""
+    """Return phase, speed, load and load rate of the last frame."""
     last = len(phases) - 1
     return int(phases[last]), samples.item(SPEED, last), samples.item(LOAD, last), samples.item(LOAD_RATE, last)
 
 
 def phases_after(motion: Motion, phase: int, rate: int, period: float) -> tuple[Phases, int]:
-    """Return where the texture stands at the frames of a hand's `motion`, and after them; phase: at its first frame."""
+    """Return the phase of the texture at each frame of a hand's `motion`, and after the last.
+
+    phase: at the first frame.
+    """
     samples, position = np.ascontiguousarray(motion.samples), np.ascontiguousarray(motion.position)
     phases = np.empty(motion.frames, np.uint64)
     return phases, int(place_frames(samples, position, np.uint64(phase), float(rate), period, phases))
@@ -255,16 +269,18 @@ def phases_after(motion: Motion, phase: int, rate: int, period: float) -> tuple[
 
 @signed_kernel("u8(f8[:,::1], f8[::1], u8, f8, f8, u8[::1])")
 def place_frames(motion, position, phase, rate, period, phases):
-    """Write the phase of each frame, and return that after the last: `response.phases`, compiled."""
+    """Write the phase of each frame. Return the phase after the last: `response.phases`, compiled."""
     return fill_phases(motion, position, phase, rate, period, 0, 1, phases)
 
 
 @signed_kernel("void(u8[::1], f8[:,::1], u8, f8[::1], i8, f8, f8, u8[::1], f8[::1])")
 def fill_between(phases, samples, phase, before, steps, turn, frame, fine_phases, fine_loads):
-    """Write phases and loads at `steps` equal times of each frame, the last of them the frame's own.
+    """Write phases and loads at `steps` equal times per frame, the last of which is the time of the frame itself.
 
-    phase, before: of the frame before the first: phase, then speed (m/s), load (N), load rate (N/s). turn: turns a
-    frame for 1 m/s. frame: s.
+    phase: at the frame before the first.
+    before: speed (m/s), load (N) and load rate (N/s) at that frame.
+    turn: turns per frame at 1 m/s.
+    frame: duration of a frame (s).
     """
     speed, load, rate = before[0], before[1], before[2]
     for i in range(len(phases)):
@@ -294,9 +310,10 @@ def gates_of(loads, lift):
 
 @signed_kernel("f8[::1](f8[::1], f8[::1], f8)")
 def held_gates(attached, touching, step):
-    """Return a gate that goes to 1 while the finger is attached and to 0 while it is not, at `step` a step.
+    """Return a gate that rises to 1 while the finger is attached and falls to 0 while it is not.
 
-    touching: [1], how far it has come; below 0 it begins where it is.
+    touching: float64 [1], progress of the gate from 0 to 1. A negative value is set to 1 or 0 by the first step.
+    step: change of `touching` per step.
     """
     gates = np.empty(len(attached))
     if touching[0] < 0.0:

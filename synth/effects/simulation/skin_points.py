@@ -1,14 +1,15 @@
-"""The points of a finger at which viscous skin is followed, and the surfaces there at any phase.
+"""The points of a finger at which viscous skin is simulated, and the heights of the surfaces there at any phase.
 
-Model   h of eq. 2 at equally spaced points of the contact's length, less the dome (x - L/2)^2 / (2 R), joined by
-        straight lines. Two cosines turn: finger + cos(angle) texture + sin(angle) quarter. Any other texture is read
-        off a table of one period that moves past the points, by straight lines. The table is the projection of the
-        profile onto straight lines between points (`polyline`), taken at every offset of the points: sinc^2(n d) 3 / (2
-        + cos(2 pi n d)) of its n-th harmonic, d the distance of points in periods. So areas over a few pieces are kept,
-        wherever the points stand, and a corner that passes them makes no ripple.
+Model   h of eq. 2 at equally spaced points of the contact length, minus the dome (x - L/2)^2 / (2 R), with straight
+        lines between the points. Two cosines turn with the phase: finger + cos(angle) texture + sin(angle) quarter.
+        Any other texture is a table of one period that moves past the points, read with linear interpolation. The table
+        is the projection of the profile onto straight lines between points (`polyline`), for every offset of the
+        points: its n-th harmonic is multiplied by sinc^2(n d) 3 / (2 + cos(2 pi n d)), with d the distance of points in
+        periods. Areas over a few pieces are thus preserved at every offset, and a corner that passes the points makes
+        no ripple.
 Source  Fagiani & Barbieri (2016), eqs 1-2; de Boor (2001) for the projection.
-Limits  the table has at least FINER knots a distance of points: its straight lines err by 1/200 of what the distance of
-        points does. A load whose contact is shorter than the distance of points is badly met.
+Limits  The table has at least FINER knots per distance of points. The error of its interpolation is 1/200 of the error
+        of the points. A contact shorter than the distance of points is simulated badly.
 """
 
 from __future__ import annotations
@@ -24,16 +25,18 @@ from synth.contact.geometry import Geometry
 from synth.contact.load_balance import Contact
 from synth.kernels import inner
 
-FINER = 8  # knots a distance of points; fewer show their straight lines in the acceleration
-FEWEST_KNOTS = 4096  # a period
+FINER = 8  # knots per distance of points; with fewer the interpolation shows in the acceleration
+FEWEST_KNOTS = 4096  # per period
 
 
 @dataclass(frozen=True, slots=True)
 class SkinPoints:
-    """Points fixed to the finger; heights relative to `height_scale` (a1 + a2, m).
+    """Points fixed to the finger. Heights are relative to `height_scale`.
 
-    rows: float64 [3, points]: finger, texture at phase 0 and a quarter period on; or, where the texture is a table:
-    finger, places (knots, 0 to N), nothing. table: float64 [2 N + 2], two periods long; [0] of two cosines.
+    rows: float64 [3, points]. Two cosines: finger, texture at phase 0, texture a quarter period on. Any other texture:
+        finger, place in the table (knots, 0 to N), unused.
+    table: float64 [2 N + 2], two periods long; empty for two cosines.
+    height_scale: a1 + a2 (m).
     texture_period: m.
     """
 
@@ -44,7 +47,7 @@ class SkinPoints:
 
     @classmethod
     def of_contact(cls, contact: Contact, load: float, points: int) -> SkinPoints:
-        """Return `points` points of `contact` over its length at `load` (N); one surface must have a height."""
+        """Return `points` points over the length of `contact` at `load` (N). At least one surface has a height."""
         geometry, pieces = contact.geometry_at(load), points - 1
         scale = geometry.height_scale
         assert scale > 0.0 and pieces > 0, f"{points} points on surfaces of {scale} m"
@@ -61,17 +64,17 @@ class SkinPoints:
 
     @property
     def count(self) -> int:
-        """How many there are."""
+        """Number of points."""
         return int(self.rows.shape[1])
 
     @property
     def nbytes(self) -> int:
-        """Bytes that they hold."""
+        """Size in bytes."""
         return self.rows.nbytes + self.table.nbytes
 
 
 def _moving_table(geometry: Geometry, points: int) -> tuple[Array, Array]:
-    """Return the places of `points` points over the length, and the table of a texture that is a profile."""
+    """Return the places of `points` points in the table, and the table, for a texture that is a profile."""
     profile = geometry.profile
     assert profile is not None, "two cosines need no table"
     apart = geometry.contact_length / (points - 1) / profile.period
@@ -86,7 +89,10 @@ def _moving_table(geometry: Geometry, points: int) -> tuple[Array, Array]:
 
 @inner
 def write_heights(rows, table, turns, heights):
-    """Write h at every point; turns: the phase, from -1/2 to 1/2."""
+    """Write h at every point.
+
+    turns: phase, -1/2 to 1/2.
+    """
     if len(table) == 0:
         cosine, sine = math.cos(2.0 * math.pi * turns), math.sin(2.0 * math.pi * turns)
         for j in range(len(heights)):

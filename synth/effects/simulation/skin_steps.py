@@ -1,26 +1,28 @@
-"""A finger of viscous skin, simulated step by step: a foundation of elements that remember, perhaps with a mass.
+"""A finger of viscous skin, simulated step by step: a foundation of elements with memory, with or without a mass.
 
-Model   sum of p dx = w (or m z'' + c z' = sum of p dx - w), p = kappa A max(h - z - efree, 0), kappa = k / L (`terms`).
-        Along the finger efree is smooth but for one kink, the front: behind it the skin has followed the surface,
-        ahead of it it is still free. So each point keeps two states: `held`, as if the surface had held it since it
-        began to touch, and `free`, as if it had been left to itself since then. What it did is the larger efree of the
-        two, for pressure only pushes. Both are joined by straight lines, and each piece is cut where they cross: g = h
-        - max(of the two lines) is a polygon again, and the area above z exact.
-        A step h that moves z by s has (2 m / h^2 + c / h) s - 2 m v0 / h + w = sum of p dx and v1 = 2 s / h - v0:
-        base + alpha (z - z0) = mean over L of max(g - z, 0), relative to a1 + a2: the right side is convex and falls,
-        and Newton's method goes from z extrapolated. Pressure meets load, and the texture its slope, where the pressure
-        of the step belongs (`when` of `Skin.coefficients`): with one time at half the step, as long as h is well below
-        tau; for relaxing skin, and without memory, at its end. There, with a mass, it is the means of both ends that
-        meet. HEIGHT is that at the end of the step, REACTION and SLOPE_FORCE of the pressure of the step.
-Source  Fagiani & Barbieri (2016), eqs 1, 4, 5; Newton is Michelot's projection on the simplex (1986).
-Limits  second order in h on moving surfaces (tests/synth/effects/simulation/test_skin_physics.py): 240 steps a period
-        of the texture leave 7e-4 of the peak-to-peak of z, 120 leave 3e-3 (4 ms, 80 mm/s). First order: a damper
-        without a mass on relaxing skin, and a mass on skin of one time with h beyond tau (it swings as if damped by k h
-        / 2 more). Second order in the distance of points: 513 leave 0.35 % of the peak-to-peak of z in the default
-        scene, where one state a point, whose front jumps from point to point, left 7 %. A patch narrower than the
-        distance of points ends too soon when the point behind it leaves: jumps of z, largest for skin that relaxes
-        while a front goes from point to point (1.7 % at 10 mm/s and 4 ms with 513 points, 0.14 % with 2049). z is
-        settled to rounding; skin does not bend sideways.
+Model   sum of p dx = w, or m z'' + c z' = sum of p dx - w with a mass, where p = kappa A max(h - z - efree, 0) and
+        kappa = k / L (`terms`).
+        Along the finger efree is smooth except for one kink, the front. Behind the front the skin has followed the
+        surface, ahead of it the skin is still free. So each point has two states: `held`, as if the surface had held it
+        since it began to touch, and `free`, as if it had been free since then. The true efree is the larger of the two,
+        because pressure only pushes. Straight lines join the points of each state, and each piece is cut where the two
+        lines cross. g = h - max(of the two lines) is then a polygon, whose area above z is exact.
+        A step h that moves z by s balances (2 m / h^2 + c / h) s - 2 m v0 / h + w = sum of p dx, with v1 = 2 s / h -
+        v0. Relative to a1 + a2 this is base + alpha (z - z0) = mean over L of max(g - z, 0). The right side is convex
+        and falls with z. Newton's method starts from an extrapolated z.
+        Pressure meets load, and the texture its slope, at the time that the pressure of the step belongs to (`when` of
+        `Skin.coefficients`). With one time constant that is half the step, if h is well below tau. For relaxing skin,
+        or without memory, it is the end of the step; with a mass the means of both ends are then balanced.
+        HEIGHT is z at the end of the step. REACTION and SLOPE_FORCE are those of the pressure of the step.
+Source  Fagiani & Barbieri (2016), eqs 1, 4, 5. Newton's method here is Michelot's projection on the simplex (1986).
+Limits  Second order in h on moving surfaces (tests/synth/effects/simulation/test_skin_physics.py): 240 steps per period
+        of the texture leave 7e-4 of the peak-to-peak of z, 120 leave 3e-3 (4 ms, 80 mm/s). First order for a damper
+        without a mass on relaxing skin, and for a mass on skin of one time constant with h beyond tau (it swings as if
+        damped by k h / 2 more). Second order in the distance of points: 513 points leave 0.35 % of the peak-to-peak of
+        z in the default scene. One state per point, with a front that jumps from point to point, left 7 %.
+        A patch narrower than the distance of points ends too soon when the point behind it leaves. z then jumps, most
+        for skin that relaxes while a front moves from point to point (1.7 % at 10 mm/s and 4 ms with 513 points, 0.14 %
+        with 2049). z is solved to rounding. Skin does not bend sideways.
 """
 
 from __future__ import annotations
@@ -53,24 +55,29 @@ from synth.effects.simulation.terms import DECAY, FOLLOW, HARDNESS, KEEP, LOSE, 
 from synth.kernels import inner, signed_kernel, summing
 from synth.response.phases import HALF_TURN
 
-AT_REST = 16 * 2.0**-52  # of 1 + |z|: a smaller move is rounding, and is none: a finger at rest stays where it is
-SETTLED = 1e-17  # of 1 + |z|: what the bend of the area leaves in z after the last step; more is seen above 1e-15
-MOST_PASSES = 80  # never reached in the suite; it bounds the time of a step
-BELOW = 1e-9  # of 1 + |z|: z begins this far below its lower bound at least: rounding must not put the bound above z
-TURNS = 0.5 / HALF_TURN  # of one step of a phase taken as a signed number
-TINY = 1e-200  # of a1 + a2: memories round to multiples of 1e-216, so that none becomes a slow denormal number
-FLAT = 1e-30  # of a1 + a2: the least rise of a piece, so that a level one is all above z or all below
+AT_REST = 16 * 2.0**-52  # of 1 + |z|: smaller moves are rounding and count as none, so a finger at rest stays there
+SETTLED = 1e-17  # of 1 + |z|: error of z after the last iteration; with more, errors above 1e-15 are seen
+MOST_PASSES = 80  # never reached in the tests; bounds the time of a step
+BELOW = 1e-9  # of 1 + |z|: taken off the lower bound of z, so that rounding cannot put the bound above z
+TURNS = 0.5 / HALF_TURN  # turns per unit of a phase that is read as a signed number
+TINY = 1e-200  # of a1 + a2: rounds memories to multiples of 1e-216, so that none becomes a slow denormal number
+FLAT = 1e-30  # of a1 + a2: least rise of a piece, so that a level piece is entirely above z or below
 
 HELD, FREE = 0, 1  # the two states of a point
-SURFACE, HELD_FREE, FREE_FREE, POINTS = 0, 1, 2, 3  # rows of `nodes`: h, efree of the two states, g
-CUTS, PLACES, FIRST, SECOND = 0, 1, 2, 3  # rows of `pieces`: g at the cut, its place in [0, 1], 1 / |rise| either side
+SURFACE, HELD_FREE, FREE_FREE, POINTS = 0, 1, 2, 3  # rows of `nodes`: h, efree of each state, g
+CUTS, PLACES, FIRST, SECOND = 0, 1, 2, 3  # rows of `pieces`: g and place (0 to 1) of the cut, 1 / |rise| of both sides
 
 
 @dataclass(frozen=True, slots=True)
 class SkinStepper(Stepper):
     """Simulates one contact of viscous skin; see `Stepper`.
 
-    mass: kg. damping: N s/m. with_force: whether SLOPE_FORCE is computed (0 else), for a quarter of the time of a step.
+    points: of the finger, with the heights there.
+    law: of the skin.
+    stiffness: of the relaxed contact.
+    mass: kg.
+    damping: N s/m.
+    with_force: whether SLOPE_FORCE is computed, in a quarter of the time of a step; else it is 0.
     """
 
     points: SkinPoints
@@ -83,7 +90,7 @@ class SkinStepper(Stepper):
 
     @property
     def nbytes(self) -> int:
-        """Bytes that it holds."""
+        """Size in bytes."""
         return self.points.nbytes
 
     @property
@@ -93,7 +100,7 @@ class SkinStepper(Stepper):
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """See `Stepper`: the two states of every point, indentation and memories of each."""
+        """See `Stepper`: two states, the indentation and memories of each, at every point."""
         return 2, 1 + self.law.memories, self.points.count
 
     @property
@@ -116,13 +123,13 @@ class SkinStepper(Stepper):
         return replace(self, law=replace(self.law, times=tuple(min(time, longest) for time in self.law.times)))
 
     def taken_over(self, state: State) -> State:
-        """See `Stepper`: along the same length."""
+        """See `Stepper`. The points span the same length."""
         places, known = (np.linspace(0.0, 1.0, count) for count in (self.points.count, state.elements.shape[-1]))
         elements = np.apply_along_axis(lambda row: np.interp(places, known, row), -1, state.elements)
         return replace(state, elements=elements)
 
     def run(self, state: State, phases: Phases, loads: Array, out: Array) -> None:
-        """Go on to each of `phases` and `loads` (N); see `Stepper`."""
+        """Step to each of `phases` and `loads` (N); see `Stepper`."""
         assert out.shape == (ROWS, len(phases)) and len(loads) == len(phases), f"{out.shape} for {len(phases)} phases"
         step, law = float(state.numbers[STEP]), self.stiffness
         head, terms, when = self.law.coefficients(step)
@@ -140,7 +147,7 @@ class SkinStepper(Stepper):
 def free_indentations(elements, keep, terms, nodes):
     """Write efree of both states of every point.
 
-    elements: float64 [2, 1 + n, points], indentation and n memories of each state.
+    elements: float64 [2, 1 + n, points], the indentation and n memories of each state.
     """
     for state in range(2):
         free, indentation = nodes[HELD_FREE + state], elements[state, 0]
@@ -154,7 +161,7 @@ def free_indentations(elements, keep, terms, nodes):
 
 @summing
 def modified_profile(nodes, pieces):
-    """Write g at points and cuts; return the mean of g, the cuts left out: at most the mean of g."""
+    """Write g at points and cuts. Return the mean of g without the cuts, which is at most the mean of g."""
     surface, held, free, points = nodes[SURFACE], nodes[HELD_FREE], nodes[FREE_FREE], nodes[POINTS]
     for j in range(points.shape[0]):
         points[j] = surface[j] - max(held[j], free[j])
@@ -162,7 +169,7 @@ def modified_profile(nodes, pieces):
     cuts, places, first, second = pieces[CUTS], pieces[PLACES], pieces[FIRST], pieces[SECOND]
     for j in range(points1.shape[0]):
         apart = abs(held[j] - free[j])
-        place = apart / max(apart + abs(held1[j] - free1[j]), FLAT)  # any place serves where the lines do not cross
+        place = apart / max(apart + abs(held1[j] - free1[j]), FLAT)  # any place will do if the lines do not cross
         recovered = max(held[j] + place * (held1[j] - held[j]), free[j] + place * (free1[j] - free[j]))
         cut = surface[j] + place * (surface1[j] - surface[j]) - recovered
         rise, fall = max(abs(cut - points[j]), FLAT), max(abs(points1[j] - cut), FLAT)
@@ -193,9 +200,10 @@ def modified_area(nodes, pieces, z):
 
 @summing
 def slope_integral(rates, nodes, pieces, z):
-    """Return the mean over L of max(g - z, 0) times `rates`, minus the texture's slope by its angle (1 / rad).
+    """Return the mean over L of max(g - z, 0) times `rates`.
 
-    The slope is that of the texture at the points, a straight line between them: then work at the points is work done.
+    rates: minus the slope of the texture over its angle (1/rad) at the points. It is interpolated linearly between
+        them, so that work at the points equals the work done.
     """
     points, points1 = nodes[POINTS], nodes[POINTS, 1:]
     cuts, places, first, second = pieces[CUTS], pieces[PLACES], pieces[FIRST], pieces[SECOND]
@@ -215,9 +223,9 @@ def slope_integral(rates, nodes, pieces, z):
 
 @inner
 def remember(elements, terms, nodes, z):
-    """Take every point to the end of a step that ended at `z`.
+    """Advance every point to the end of a step that ended at `z`.
 
-    A point that begins to touch is held from where it was free; one that leaves is free from where it was held.
+    A point that begins to touch starts its held state from its free state. A point that leaves does the reverse.
     """
     surface, points = nodes[SURFACE], nodes[POINTS]
     held_free, free_free = nodes[HELD_FREE], nodes[FREE_FREE]
@@ -246,17 +254,21 @@ def remember(elements, terms, nodes, z):
 
 @inner
 def settled_height(nodes, pieces, base, alpha, z0, z, lowest):
-    """Return the z that balances; z: where to begin; `lowest`: no z that balances is below."""
+    """Return the z that balances.
+
+    z: start of the iteration.
+    lowest: lower bound of the result.
+    """
     z = max(z, lowest)
     for _pass in range(MOST_PASSES):
         area, part = modified_area(nodes, pieces, z)
-        if part + alpha <= 0.0:  # above every crest: from below it cannot miss
+        if part + alpha <= 0.0:  # above every crest: from the lower bound the iteration cannot miss
             z = lowest
             continue
         z1 = max(z + (area - base - alpha * (z - z0)) / (part + alpha), lowest)
         move = abs(z1 - z)
         z = z1
-        bend = move * move * part  # what the step leaves is this over the area
+        bend = move * move * part  # the error left after the move is bend / area
         if move <= AT_REST * (1.0 + abs(z)) or (part > 0.0 and bend <= SETTLED * area * (1.0 + abs(z))):
             break
     return z
@@ -264,7 +276,10 @@ def settled_height(nodes, pieces, base, alpha, z0, z, lowest):
 
 @inner
 def slope_when_pressed(rows, table, before, after, when, rates, nodes, pieces, z):
-    """Return `slope_integral` with the texture at the part `when` of the way between two phases; `rates`: room."""
+    """Return `slope_integral` with the texture at the part `when` of the way between two phases.
+
+    rates: buffer, overwritten.
+    """
     turned = np.float64(np.int64(after)) - (1.0 - when) * np.float64(np.int64(after - before))
     write_rates(rows, table, TURNS * turned, rates)
     return slope_integral(rates, nodes, pieces, z)
@@ -277,22 +292,26 @@ def slope_when_pressed(rows, table, before, after, when, rates, nodes, pieces, z
 def run_steps(
     rows, table, contact, step, when, head, terms, with_force, phase, numbers, elements, phases, loads, out
 ):  # fmt: skip
-    """Simulate a step to each of `phases` and `loads`, and write ROWS rows of `out`.
+    """Step to each of `phases` and `loads`, and write ROWS rows of `out`.
 
-    rows, table: `SkinPoints`. contact: a1 + a2 (m), texture period (m), mass (kg), damping (N s/m), and `StiffnessLaw`.
-    step: s. when, head, terms: of `Skin.coefficients`. with_force: SLOPE_FORCE is wanted. phase to elements: `State`.
+    rows, table: see `SkinPoints`.
+    contact: a1 + a2 (m), texture period (m), mass (kg), damping (N s/m), and the fields of `StiffnessLaw`.
+    step: s.
+    when, head, terms: see `Skin.coefficients`.
+    with_force: whether to compute SLOPE_FORCE.
+    phase, numbers, elements: see `State`; updated.
     """
     scale, period, mass, damping = contact[0], contact[1], contact[2], contact[3]
     coefficient, power, lightest, count = contact[4], contact[5], contact[6], rows.shape[1]
     nodes, pieces, rates = np.empty((4, count)), np.empty((4, count - 1)), np.empty(count)
     earlier = numbers[EARLIER:]
-    new_part = 0.5 if mass > 0.0 and when == 1.0 else 1.0  # of this step's pressure, in the one that balances
+    new_part = 0.5 if mass > 0.0 and when == 1.0 else 1.0  # share of this step's pressure in the pressure that balances
     for i in range(len(phases)):
         load = max(loads[i], lightest)
         change = load - numbers[LOAD]
         pressed = load - (1.0 - when) * change
         balanced = load - 0.5 * change if new_part < 1.0 else pressed
-        full = scale * head[HARDNESS] * coefficient * pressed**power  # N for a mean of a1 + a2
+        full = scale * head[HARDNESS] * coefficient * pressed**power  # N per mean of a1 + a2
         write_heights(rows, table, TURNS * np.float64(np.int64(phases[i])), nodes[SURFACE])
         free_indentations(elements, head[KEEP], terms, nodes)
         mean = modified_profile(nodes, pieces)
@@ -302,14 +321,14 @@ def run_steps(
         alpha = scale * (2.0 * mass / step + damping) / step / (new_part * full)
         lowest = (mean - base + alpha * z0) / (1.0 + alpha)
         lowest -= BELOW * (1.0 + abs(lowest))
-        begin = 4.0 * (z0 + earlier[1]) - 6.0 * earlier[0] - earlier[2]  # a cubic through four
+        begin = 4.0 * (z0 + earlier[1]) - 6.0 * earlier[0] - earlier[2]  # cubic extrapolation from four
         z = settled_height(nodes, pieces, base, alpha, z0, begin, lowest)
         if abs(z - z0) <= AT_REST * (1.0 + abs(z0)):
             z = z0
         earlier[2], earlier[1], earlier[0], numbers[Z] = earlier[1], earlier[0], z0, z
         if mass > 0.0:
             numbers[SPEED] = 2.0 * scale * (z - z0) / step - numbers[SPEED]
-        if new_part < 1.0:  # measured: what the balance says would carry its rounding from step to step for ever
+        if new_part < 1.0:  # from the area: the value from the balance would pass its rounding on from step to step
             numbers[PRESSING] = full * modified_area(nodes, pieces, z)[0]
         else:
             numbers[PRESSING] = max(full * (base + alpha * (z - z0)), 0.0)

@@ -1,9 +1,9 @@
-"""What a simulation of a contact offers, whatever moves it on: a state that is started once, and runs over any steps.
+"""The interface of simulated contacts: a state is started once and then run over any number of steps.
 
-Model   A step leads from one place and load to the next, at equal times `step` (s) apart. What a stepper needs of the
-        step before stands in its state, so that runs of any lengths give the same numbers.
-Limits  phases are 64-bit fractions of a turn (`response.phases`): their differences are right across whole turns as
-        long as a step is shorter than half of one.
+Model   A step leads from one place and load to the next; steps are `step` seconds apart. The state contains everything
+        that a step needs of the step before, so runs of any lengths give the same numbers.
+Limits  Phases are 64-bit fractions of a turn (`response.phases`). Their differences are right across whole turns if a
+        step is shorter than half a turn.
 """
 
 from __future__ import annotations
@@ -22,23 +22,37 @@ from synth.contact.load_balance import Contact
 Phases = np.ndarray[Any, np.dtype[np.uint64]]
 
 HEIGHT, SLOPE_FORCE, REACTION, ATTACHED = range(4)
-"""Rows of what a run writes: z (m), the horizontal force of the pressure on the slopes of the texture (N), the sum of
-the pressure where it presses (N), and 1 while the finger touches or is held, 0 when it has let go."""
+"""Rows that a run writes.
+
+HEIGHT: z (m).
+SLOPE_FORCE: horizontal force of the pressure on the slopes of the texture (N).
+REACTION: sum of the pressure without attraction (N).
+ATTACHED: 1 while the finger touches or is held, 0 once it has let go.
+"""
 ROWS = 4
-TOUCH_LOAD = 1e-6  # N, far below what is felt: less does not bring back a finger that has let go
+TOUCH_LOAD = 1e-6  # N, far below what is felt: a smaller load does not bring back a finger that has let go
 
 
 Z, SPEED, LOAD, HELD, STEP, PRESSING, EARLIER, NUMBERS = 0, 1, 2, 3, 4, 5, 6, 9
-"""Places in the numbers of a state, and how many they are.
+"""Indices of the numbers of a state, and their count.
 
-z (m; of skin relative to a1 + a2), velocity (m/s), load (N), 1 while the finger touches or is held, step (s); of skin
-alone the sum of the pressure (N), and z one to three steps before.
+Z: z (m; for skin relative to a1 + a2).
+SPEED: velocity (m/s).
+LOAD: N.
+HELD: 1 while the finger touches or is held.
+STEP: s.
+PRESSING: sum of the pressure (N), of skin only.
+EARLIER: z one to three steps before, of skin only.
 """
 
 
 @dataclass(frozen=True, slots=True)
 class StiffnessLaw:
-    """k = coefficient max(w, lightest)^power in N/m: power -0.5 for eqs 4-5; lightest: N."""
+    """k = coefficient max(w, lightest)^power (N/m).
+
+    power: -0.5 for eqs 4-5.
+    lightest: N.
+    """
 
     coefficient: float
     power: float
@@ -46,7 +60,7 @@ class StiffnessLaw:
 
     @classmethod
     def of(cls, contact: Contact, load: float, lightest: float) -> StiffnessLaw:
-        """Return the stiffness of `contact`; that of one `load` (N) where its shape follows the load."""
+        """Return the stiffness of `contact`. If its shape follows the load, k is that at `load` (N) for all loads."""
         load = max(load, lightest)
         power = 1.0 - contact.stiffness.load_exponent if contact.of_one_shape else 0.0
         return cls(contact.stiffness_at(load) / load**power, power, lightest)
@@ -54,9 +68,11 @@ class StiffnessLaw:
 
 @dataclass(slots=True)
 class State:
-    """Where a finger stands: after every run, at its last step.
+    """The state of a finger after its last step.
 
-    numbers: float64 [NUMBERS]. phase: uint64 [1]. elements: of skin, see `skin_steps`; empty otherwise.
+    numbers: float64 [NUMBERS].
+    phase: uint64 [1].
+    elements: of skin, see `skin_steps`; empty otherwise.
     """
 
     numbers: Array
@@ -64,21 +80,22 @@ class State:
     elements: Array
 
     def resumed(self, step: float) -> State:
-        """Return a copy that goes on in steps of `step` s."""
+        """Return a copy that continues in steps of `step` (s)."""
         state = State(self.numbers.copy(), self.phase.copy(), self.elements.copy())
         state.numbers[STEP] = step
         return state
 
     @property
     def nbytes(self) -> int:
-        """Bytes that it holds."""
+        """Size in bytes."""
         return self.numbers.nbytes + self.phase.nbytes + self.elements.nbytes
 
 
 class Stepper(ABC):
-    """Simulates one contact; frozen coefficients, so that one stepper serves many states.
+    """Simulates one contact. Coefficients are frozen, so that one stepper serves many states.
 
-    mass: kg. pull: N, with which surfaces attract each other if all of them touch.
+    mass: kg.
+    pull: attraction of the surfaces if everything touches (N).
     """
 
     __slots__ = ()
@@ -87,33 +104,33 @@ class Stepper(ABC):
 
     @property
     def memory(self) -> float:
-        """The longest time (s) in which a start is forgotten, but for a mass's; 0 where nothing is remembered."""
+        """Longest time (s) in which a start is forgotten, apart from that of a mass; 0 without memory."""
         return 0.0
 
     @property
     def scale(self) -> float:
-        """The unit (m) of z and of the elements in a state."""
+        """Unit (m) of z and of the elements in a state."""
         return 1.0
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """The shape of the elements of a state."""
+        """Shape of the elements of a state."""
         return (0,)
 
     @property
     @abstractmethod
     def nbytes(self) -> int:
-        """Bytes that it holds."""
+        """Size in bytes."""
 
     @property
     @abstractmethod
     def step_time(self) -> float:
-        """Seconds that a step is predicted to take."""
+        """Predicted computing time of a step (s)."""
 
     @property
     @abstractmethod
     def at_rest(self) -> Self:
-        """The same contact without mass or memory, its rows of forces left out."""
+        """The same contact without mass or memory, and without its rows of forces."""
 
     @property
     def elastic(self) -> Self:
@@ -122,13 +139,16 @@ class Stepper(ABC):
 
     @abstractmethod
     def run(self, state: State, phases: Phases, loads: Array, out: Array) -> None:
-        """Go on to each of `phases` and `loads` (N) in turn, and write ROWS rows of `out`, float64 [ROWS, steps]."""
+        """Step to each of `phases` and `loads` (N) in turn, and write `out`, float64 [ROWS, steps]."""
 
     def start(self, phase: int, load: float, turns: float, step: float) -> State:
-        """Return the state of a finger in equilibrium at `phase` and `load` (N), skin relaxed.
+        """Return the state of a finger in equilibrium at `phase` and `load` (N), with relaxed skin.
 
-        With mass it has the velocity of the equilibrium at `turns` texture periods a second (signed). With adhesion
-        a finger that pulls is held where it can be; at no load at all it has let go. step: s.
+        A mass has the velocity of the equilibrium. With adhesion, a finger that pulls is held if it can be; at a load
+        of 0 it has let go.
+
+        turns: texture periods per second, signed.
+        step: s.
         """
         half = round(math.ldexp(0.5 * turns * step, 64))
         ways = np.array([(phase + move) % 2**64 for move in (-half, half, 0)], dtype=np.uint64)
@@ -143,14 +163,17 @@ class Stepper(ABC):
         return state
 
     def apart(self, before: State, after: State, seconds: float) -> Array:
-        """Return how far (m) each number of a state lies from that of another; velocities as of `seconds` / (2 pi)."""
+        """Return the difference (m) of each number of two states; velocities are multiplied by `seconds` / (2 pi)."""
         moved = (after.numbers - before.numbers)[[Z, SPEED]] * [self.scale, seconds / (2.0 * math.pi)]
         return np.concatenate([moved, self.scale * (after.elements - before.elements).ravel()])
 
     def mixed(self, states: Sequence[State], parts: Array) -> State:
-        """Return the sum of `parts`, which add up to 1, of states at one phase and load, the last the nearest to it.
+        """Return the weighted sum of states at one phase and load.
 
-        A finger that has let go stays away.
+        If the finger has let go in one of them, return the last state.
+
+        states: the last is the nearest to the result.
+        parts: weights, with sum 1.
         """
         state = states[-1].resumed(states[-1].numbers[STEP])
         if all(one.numbers[HELD] > 0.0 for one in states):
@@ -160,13 +183,13 @@ class Stepper(ABC):
         return state
 
     def forgetting(self, longest: float) -> Self:
-        """Return the same contact, none of its time constants longer than `longest` (s)."""
+        """Return the same contact with time constants of at most `longest` (s)."""
         return self
 
     def taken_over(self, state: State) -> State:
-        """Return the state of the same contact at other points, at its own."""
+        """Return a state of the same contact at other points, interpolated to the points of this stepper."""
         return state
 
     def coarser(self) -> Self | None:
-        """Return the same contact at half as many phases and heights; None where points say how fine it is."""
+        """Return the same contact at half as many phases and heights; None if it is resolved by points instead."""
         return None

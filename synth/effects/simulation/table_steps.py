@@ -1,24 +1,26 @@
-"""A finger with mass or adhesion over a texture, step by step on a table of the energy of its contact.
+"""A finger with mass or adhesion over a texture, simulated step by step on a table of the energy of its contact.
 
 Stage   table of the energy -> STEPS -> z and forces at every frame
-Model   m z'' + c z' = R(z, theta) - w, R = -dU/dz = k1 I(z) - k2 I(z - d0), k1 = k + P / d0, k2 = P / d0: at a gap g a
-        place attracts with the part 1 - g / d0 of its largest pull, at none with all of it; P is the pull if all
-        touched. k = k(w) of eqs 4-5. Loss of contact and bounce are I = 0. The force on the slopes of the texture is
-        (1 / lambda2) dU/dtheta. With mass, over a step h at the phase and load of its middle, s = z1 - z0:
+Model   m z'' + c z' = R(z, theta) - w, with R = -dU/dz = k1 I(z) - k2 I(z - d0), k1 = k + P / d0 and k2 = P / d0. P is
+        the pull if everything touched: at a gap g a place attracts with the part 1 - g / d0 of its largest pull, at no
+        gap with all of it. k = k(w) of eqs 4-5. Loss of contact and bounce are I = 0. The force on the slopes of the
+        texture is (1 / lambda2) dU/dtheta.
+        With mass, a step h with s = z1 - z0 is taken at the phase and load of its middle:
         m (v1 - v0) / h + c s / h = -[U(z1) - U(z0)] / s - w,  s = h (v0 + v1) / 2.
-        Multiplied by s: m v^2 / 2 + U + w z changes by -c s^2 / h exactly, so nothing but the surface and the load
-        drives it. Without, z goes downhill in U + w z to the first place where R = w. Both are a root g(s) = 0.
-        With P = 0 loads below `lightest` count as `lightest`. With P > 0 a finger that no equilibrium holds, or that
-        has left the range of adhesion at no load, has let go until there is load again.
+        Multiplied by s, this changes m v^2 / 2 + U + w z by exactly -c s^2 / h, so that only the surface and the load
+        drive the mass. Without mass, z goes downhill in U + w z to the first place where R = w. Both are a root g(s) =
+        0.
+        With P = 0, loads below `lightest` count as `lightest`. With P > 0, the finger lets go if no equilibrium holds
+        it, or if it leaves the range of adhesion at no load. It stays away until there is load again.
 Source  Gonzalez (1996), J. Nonlinear Sci. 6; McLachlan, Quispel & Robidoux (1999), Phil. Trans. R. Soc. A 357; for
         collisions Chatziioannou & van Walstijn (2015), J. Sound Vib. 340; Bilbao, Torin & Chatziioannou (2015), Acta
         Acust. united Ac. 101. Adhesive law: Maugis (1992), J. Colloid Interface Sci. 150, with a force that falls
         linearly with the gap. The force on slopes is the derivative of the energy of Fagiani & Barbieri (2016), eq. 1.
-Limits  solved to round-off. With adhesion a step may have several solutions: the one nearest the place where the
-        velocity leads, in the direction in which the forces push. Second order in the step where it resolves the
-        resonance, 2 pi f step below 0.5; beyond, a step still gives no energy of its own: on a surface that stands
-        still it changed by 2e-8 of itself at most in 10 s, from 8 to 192 kHz and from 1e-6 to 1 kg. A mass without
-        damping may be driven without bound by a surface that moves. What the table leaves out: `EnergyTable.error`.
+Limits  Solved to round-off. With adhesion a step may have several solutions; it takes the one nearest to the place that
+        the velocity leads to, in the direction of the forces. Second order in the step where it resolves the resonance
+        (2 pi f step below 0.5). Longer steps still add no energy: on a surface at rest it changed by at most 2e-8 of
+        itself in 10 s, from 8 to 192 kHz and from 1e-6 to 1 kg. A moving surface may drive a mass without damping
+        without bound. `EnergyTable.error` reports the error of the table.
 """
 
 from __future__ import annotations
@@ -63,19 +65,25 @@ from synth.effects.simulation.steps import (
 from synth.kernels import inlined, inner, signed_kernel
 
 EPSILON = 2.0**-52
-BAND = 64.0  # roundings of forces and of z within which a finger rests; with few a damped one swings on at 1e-19 m
-MOST_ITERATIONS = 100  # bisection ends before
-MARCH = 1.6  # growth of the strides toward a solution; above 2 they would pass over neighbouring ones
-FURTHEST, OVER = 16.0, 1.05  # of the first one: times what passes over nothing, and where the slope leads
-TABLE_STEP = 150e-9  # s of a step, as predicted (`tests.bench effects`)
-COEFFICIENT, POWER, LIGHTEST, MASS, DAMPING, PULL, RANGE, PERIOD = range(8)  # of the coefficients of a stepper
+BAND = 64.0  # roundings of forces and of z within which a finger rests; with few a damped one keeps swinging at 1e-19 m
+MOST_ITERATIONS = 100  # bisection ends before this
+MARCH = 1.6  # growth of the strides towards a solution; above 2 they would skip neighbouring solutions
+FURTHEST, OVER = 16.0, 1.05  # largest first stride: in strides that cannot skip a solution, and in Newton steps
+TABLE_STEP = 150e-9  # s per step, as predicted (`tests.bench effects`)
+COEFFICIENT, POWER, LIGHTEST, MASS, DAMPING, PULL, RANGE, PERIOD = range(8)  # indices of the coefficients of a stepper
 
 
 @dataclass(frozen=True, slots=True)
 class TableStepper(Stepper):
     """Simulates one contact with mass or adhesion.
 
-    mass: kg. damping: N s/m, of a mass. pull: P (N), 0 without adhesion; reach: d0 (m). texture_period: m.
+    table: energy of the contact.
+    stiffness: k at a load.
+    mass: kg.
+    damping: N s/m, of a mass.
+    pull: P (N), 0 without adhesion.
+    reach: d0 (m).
+    texture_period: m.
     with_forces: whether the rows SLOPE_FORCE and REACTION are written.
     """
 
@@ -91,7 +99,7 @@ class TableStepper(Stepper):
 
     @property
     def nbytes(self) -> int:
-        """Bytes that it holds."""
+        """Size in bytes."""
         return self.table.nbytes
 
     @property
@@ -105,7 +113,7 @@ class TableStepper(Stepper):
         return replace(self.at_rest, pull=0.0)
 
     def run(self, state: State, phases: Phases, loads: Array, out: Array) -> None:
-        """Go on to each of `phases` and `loads` (N) in turn, and write the rows of `out` (`steps`)."""
+        """Step to each of `phases` and `loads` (N) in turn, and write the rows of `out`; see `Stepper`."""
         table, law = (self.table.nodes, self.table.curves, self.table.grid), self.stiffness
         contact = (self.mass, self.damping, self.pull, self.reach, self.texture_period)
         coefficients = np.array([law.coefficient, law.power, law.lightest, *contact])
@@ -118,7 +126,10 @@ class TableStepper(Stepper):
 
 @inlined
 def excess_at(nodes, row, weights, law, drive, s):
-    """Return g, dg/ds and the size of what a step solves: inertia (s - ahead) + drag s - R + load."""
+    """Return g, dg/ds and the size of the terms of g, where g(s) = inertia (s - ahead) + drag s - R + load.
+
+    law, drive: see `move_of`.
+    """
     k1, k2, width, place, gap, here, away = law
     inertia, drag, ahead, load, rest = drive
     move, resisting = s / width, inertia * (s - ahead) + drag * s
@@ -138,11 +149,12 @@ def excess_at(nodes, row, weights, law, drive, s):
 
 @inlined
 def bracket_of(nodes, row, weights, law, drive):
-    """Return two moves (m) between which g changes sign, the nearest to `ahead` where the forces push, the further 2nd.
+    """Return two moves (m) between which g changes sign; the second is the further one.
 
-    Both are infinite where a finger at rest finds nothing that holds it.
+    The change is the nearest to `ahead` in the direction of the forces. Both moves are infinite if nothing holds a
+    finger at rest.
     """
-    steepest = drive[0] + drive[1] + law[0]  # g is no steeper
+    steepest = drive[0] + drive[1] + law[0]  # dg/ds is at most this
     top = (len(nodes) - 1 + law[4] - law[3]) * law[2]
     near, far, sign, stride = drive[2], drive[2], 0.0, 0.0
     while True:
@@ -162,14 +174,15 @@ def bracket_of(nodes, row, weights, law, drive):
 
 @inlined
 def move_of(nodes, row, weights, law, drive, band):
-    """Return s - ahead (m) of one step, infinite where nothing holds the finger.
+    """Return s - ahead (m) of one step, with ahead = h v0; infinite if nothing holds the finger.
 
-    law: k1, k2 (N/m), the step of d (m), the place of z in such steps, d0 in them, and the pieces of I at that place
-    and d0 below it, which an iteration seldom leaves. drive: 2 m / h^2 and c / h (N/m), h v0 (m), the load (N), and
-    whether z goes to rest, without these.
+    law: k1 and k2 (N/m), the step of d (m), the place of z and d0 in such steps, and the pieces of I at that place and
+        d0 below it, which an iteration seldom leaves.
+    drive: 2 m / h^2 and c / h (N/m), ahead (m), the load (N), and whether z goes to rest, where the first three are 0.
+    band: excess force (N) that counts as balance.
     """
     ahead = drive[2]
-    least = drive[0] + drive[1] - 0.5 * law[1]  # dg/ds is at least this: above zero there is one solution
+    least = drive[0] + drive[1] - 0.5 * law[1]  # dg/ds is at least this; if positive, there is one solution
     low, high, s = -np.inf, np.inf, ahead
     if drive[4] or least < 0.0:
         near, s = bracket_of(nodes, row, weights, law, drive)
@@ -208,7 +221,10 @@ def stiffness_of(law, load):
 
 @inlined
 def advanced(nodes, curves, grid, law, numbers, phase, load, rest):
-    """Write z and its velocity after a step at `phase` and `load` (N): by momentum, or at rest; return whether held."""
+    """Write z and its velocity after a step at `phase` and `load` (N). Return whether the finger is held.
+
+    rest: whether z goes to rest, without momentum.
+    """
     row, t = row_of(grid, phase)
     weights, width = weights_of(t), grid[WIDTH]
     z, h = numbers[Z], numbers[STEP]
@@ -220,7 +236,7 @@ def advanced(nodes, curves, grid, law, numbers, phase, load, rest):
     if k2 > 0.0:
         away = piece_at(nodes, row, weights, place - gap)
         far, fall = depth_in(away, place - gap)
-    # some roundings of forces and of z: less is balance
+    # some roundings of forces and of z: a smaller force is balance
     band = BAND * EPSILON * (k1 * near + k2 * far + abs(load) - abs(z) * (k1 * rise + k2 * fall) / width)
     ahead = 0.0 if rest else h * numbers[SPEED]
     if abs(ahead) <= BAND * EPSILON * abs(z) and abs(load - k1 * near + k2 * far) <= band:
@@ -246,7 +262,7 @@ def out_of_range(curves, grid, law, phase):
 
 @inner
 def forces_of(nodes, curves, grid, law, z, phase, load):
-    """Return k I (N) and dU/dtheta (N m a turn) at `phase` and z (m)."""
+    """Return k I (N) and dU/dtheta (N m per turn) at `phase` and z (m)."""
     row, t = row_of(grid, phase)
     stiffness, width = stiffness_of(law, load), grid[WIDTH]
     place = (z - curve_at(curves, BASE, row, weights_of(t)) - grid[BOTTOM]) / width
@@ -261,7 +277,10 @@ def forces_of(nodes, curves, grid, law, z, phase, load):
     "void(f8[:,:,::1], f8[:,::1], f8[::1], f8[::1], f8[::1], u8[::1], u8[::1], f8[::1], f8[:,::1], b1)"
 )  # fmt: skip
 def run_steps(nodes, curves, grid, law, numbers, state_phase, phases, loads, out, with_forces):
-    """Go on to each phase and load, and write the rows wanted."""
+    """Step to each phase and load, and write the rows of `out`.
+
+    with_forces: whether to write SLOPE_FORCE and REACTION.
+    """
     rest, pull, lightest = law[MASS] == 0.0, law[PULL], law[LIGHTEST]
     phase, load = state_phase[0], numbers[LOAD]
     for i in range(len(phases)):

@@ -1,4 +1,4 @@
-"""What the tests of the effects share: scenes with each effect, and with those that go together."""
+"""Shared by the tests of effects: scenes with each effect, and with every combination of effects."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ QUICK: dict[str, Any] = {
     "output": {"quantity": "displacement", "sample_rate": 8000, "bandwidth": "full"},
     "accuracy": {"tolerance": 1e-2},
 }
-"""What makes a scene with effects quick to prepare: few ridges, displacement, a low rate, a loose tolerance."""
+"""Sections that make a scene quick to prepare: few ridges, displacement, a low rate, a loose tolerance."""
 
 
 def scene_with(*names: str, **sections: Any) -> dict[str, Any]:
-    """Return a document with the effects called `names` at their defaults."""
+    """Return a document with the effects `names` at their default settings."""
     return QUICK | sections | {"effects": {name: {} for name in names}}
 
 
 def together() -> list[tuple[str, ...]]:
-    """Return every set of two effects and more that a scene may have."""
+    """Return every set of two or more effects that a scene may have."""
     found = []
     for count in range(2, len(ALONE) + 1):
         for names in combinations(ALONE, count):

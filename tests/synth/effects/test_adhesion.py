@@ -1,4 +1,4 @@
-"""Adhesion, as whole renders: the path of the finger followed in small moves, pull-off, letting go, coming back."""
+"""Adhesion in whole renders: an oracle that follows the finger in small moves, pull-off, release, and return."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from tests.synth.engine_cases import QUANTITIES, Real, physical, touch_of
 PHASES = 1024
 RATE = 8000
 LIFT = 1e-3  # N
-STRONG = {"stress": "20 kPa", "reach": "20 um"}  # lets go at a pull of 0.12 to 0.14 N on the default texture
+STRONG = {"stress": "20 kPa", "reach": "20 um"}  # releases at a pull of 0.12 to 0.14 N on the default texture
 
 
 def path_of(scene: Scene) -> Path:
@@ -32,7 +32,7 @@ def path_of(scene: Scene) -> Path:
 
 
 def oracle(scene: Scene) -> tuple[Harmonics, dict[str, float]]:
-    """Return z of the steady scan, and by how much twice as few phases change each quantity."""
+    """Return z of the steady scan, and the change of each quantity with half as many phases."""
     several, count = [], PHASES
     for count in (PHASES, PHASES // 2):
         theta = np.copysign(1.0, scene.scan.speed) * np.arange(-count // 4, count) / count
@@ -55,7 +55,7 @@ def test_a_steady_render_errs_by_no_more_than_the_plan_says(name: str) -> None:
 
 
 def test_an_attraction_that_sinks_the_finger_far_is_within_the_table() -> None:
-    """2 N at most on 0.3 N: a table that ended where the pull presses in by its mean was wrong by 9e-2."""
+    """The pull is up to 2 N at a load of 0.3 N. A table down to the mean indentation of the pull erred by 9e-2."""
     scene = scene_of("default", {"adhesion": STRONG})
     wanted, own = oracle(scene)
     assert own["acceleration"] <= 1e-3
@@ -82,9 +82,9 @@ def test_a_contact_whose_shape_follows_the_load_may_be_pulled(shape: str) -> Non
 
 
 def pulled(lowest: float, seconds: float) -> tuple[dict[str, Any], Real, Real]:
-    """Return a recording that presses, pulls down to `lowest` (N) and presses again; position and load of it.
+    """Return a recording that presses, pulls down to `lowest` (N) and presses again; its positions and its loads.
 
-    Both at twice the rate, from 0.05 s on: before that nothing moves.
+    Positions and loads are at twice the rate. Nothing moves in the first 0.05 s.
     """
 
     def at(t: Real) -> tuple[Real, Real]:
@@ -99,7 +99,7 @@ def pulled(lowest: float, seconds: float) -> tuple[dict[str, Any], Real, Real]:
 
 
 def rendered(lowest: float, seconds: float = 0.25) -> tuple[Real, Held, Real, Touch]:
-    """Return displacement (m) and what the oracle says at twice the rate; loads; the touch."""
+    """Return the displacement (m), the motion of the oracle at twice the rate, the loads, and the touch."""
     scan, place, load = pulled(lowest, seconds)
     output = {"quantity": "displacement", "sample_rate": RATE, "bandwidth": "full"}
     sections: dict[str, Any] = {"scan": scan, "output": output}

@@ -1,8 +1,8 @@
-""" "auto" is right: what it leaves out would not be missed, and what it puts in would.
+""" "auto" is right: it leaves out the effects that change little, and simulates those that change much.
 
-Random scenes, twelve of them and in a thorough run a hundred, each with one effect left to us. Left out: forced in, the
-effect changes the output by less than the tolerance. Put in: it changes it by more than a tenth of it. Both relative
-to the peak-to-peak without.
+Random scenes, twelve of them, or a hundred in a thorough run, each with one effect on "auto". An effect that is left
+out changes the output by less than the tolerance when it is forced in. An effect that is simulated changes it by more
+than a tenth of the tolerance. Changes are relative to the peak-to-peak without the effect.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ LONGEST = 8000  # frames: a period of the slowest scan
 
 
 def random_scene(random: np.random.Generator, name: str) -> dict[str, Any]:
-    """Return a scene in which `name` may matter or not: slow and fast, light and heavy, coarse and fine."""
+    """Return a scene in which the effect may matter or not: slow or fast, light or heavy, coarse or fine."""
     period = spread(random, 0.2e-3, 4e-3)
     fundamental = spread(random, 1.0, 400.0)
     loads = [1.0, spread(random, 0.02, 3.0), spread(random, 0.02, 3.0)]  # N; at 1 N contact_growth changes nothing
@@ -47,7 +47,7 @@ def random_scene(random: np.random.Generator, name: str) -> dict[str, Any]:
 
 
 def paced(scene: Scene) -> Voice:
-    """Return a voice of as many steps as can be played live: a file takes minutes for the tightest tolerances."""
+    """Return a voice with the steps of a live voice: a file takes minutes for the tightest tolerances."""
     return Voice(prepare(scene, paced=True), paced=True)
 
 

@@ -1,7 +1,7 @@
-"""The contract of every effect in the registry, alone and with those that it goes with.
+"""The contract of every effect in the registry, alone and in the largest combinations.
 
-Nothing moving is exact silence, block splits do not matter, the same scene gives the same samples, what comes out is
-finite and, live, limited; what was not called for is not even loaded.
+A finger at rest is exact silence. Block splits do not matter. The same scene gives the same samples. The output is
+finite and, live, limited. Effects that a scene does not name are not loaded.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ CHANNELS = {
 }
 
 CACHE = ResponseCache()
-"""What voices of one scene share; the test of the same samples prepares each by itself."""
+"""Responses shared by voices of one scene. The test of equal samples prepares each voice by itself."""
 
 every = pytest.mark.parametrize("names", EVERY, ids="+".join)
 
@@ -154,7 +154,7 @@ def test_effects_on_one_thing_are_refused_together_and_all_others_combine() -> N
 
 
 def shaped_and_simulated(names: tuple[str, ...]) -> bool:
-    """Return whether one of the effects shapes the contact and another moves it."""
+    """Return whether one of the effects is of kind SHAPE and another of kind BALANCE."""
     kinds = {declaration(name).kind for name in names}  # type: ignore[attr-defined]
     return {Kind.SHAPE, Kind.BALANCE} <= kinds
 
@@ -184,10 +184,10 @@ def test_only_the_effects_that_are_called_for_are_loaded(name: str | None) -> No
     done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=True)
     interface = {f"synth.effects.{name}" for name in ("effect", "simulation", "simulation.terms")}
     loaded = set(done.stdout.split()) - interface
-    if name:  # what simulates comes with the first effect of any kind
+    if name:  # the modules of simulation come with the first effect of any kind
         loaded = {one for one in loaded if not one.startswith("synth.effects.simulation.")}
     called = {f"synth.effects.{name}", "synth.voice.voice_effects"} if name else set()
-    assert loaded == called, "paid for and not called for, or the other way round"
+    assert loaded == called, "loaded without being named, or named without being loaded"
 
 
 WITHOUT = """
@@ -195,7 +195,7 @@ import hashlib
 import sys
 
 class Gone:
-    \"\"\"Has the effects, and what serves them alone, not be there.\"\"\"
+    \"\"\"Hides the effects and the modules that only they use.\"\"\"
 
     def find_spec(self, name, path=None, target=None):
         served = ("synth.voice.voice_effects", "synth.voice.tangential_force")
@@ -217,7 +217,7 @@ print(found.hexdigest())
 
 
 def test_without_effects_the_output_is_that_of_a_build_that_has_none() -> None:
-    """Bit for bit: with their modules not to be had, and with all of them there."""
+    """The output is equal bit for bit with the modules of effects hidden and with all of them there."""
     outputs = [
         subprocess.run(
             [sys.executable, "-c", WITHOUT, *words], cwd=ROOT, capture_output=True, text=True, check=True

@@ -1,4 +1,4 @@
-"""Inertia, as whole renders: SciPy's integrator on the exact reaction, slow scans, light masses, a hand."""
+"""Inertia in whole renders: SciPy's integrator on the exact reaction, slow scans, light masses, a hand."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tests.reference.stiffness_oracle import contact_in_metres, stiffness
 from tests.synth.effects.whole_renders import SCENES, check_quantities, kept_band, named, scene_of
 from tests.synth.engine_cases import QUANTITIES, Real, physical, touch_of
 
-SETTLED = 0.03  # s, in which 5 g and 3 N s/m forget e^-9 of a start; it is 1e-6 in the end
+SETTLED = 0.03  # s, after which e^-9 of a start is left with 5 g and 3 N s/m; it is 1e-6 in the end
 OWN_ERROR = 5e-6  # of the oracle
 
 
@@ -51,7 +51,7 @@ def test_a_light_mass_that_rings_errs_by_no_more_than_the_plan_says() -> None:
 
 @pytest.mark.parametrize("damping", [0.2, thorough(3.0)])
 def test_in_full_contact_it_is_a_driven_oscillator(damping: float) -> None:
-    """m z'' + c z' + k (z - mean of h) = -w, a2 |sinc(L / lambda2)| driving: what the mass changes goes as u^2."""
+    """m z'' + c z' + k (z - mean of h) = -w, driven by a2 |sinc(L / lambda2)|. The effect of the mass grows as u^2."""
     mass, changed = 2e-3, []
     for speed in (0.04, 0.02, 0.01):
         scene = parse_scene(
@@ -100,7 +100,7 @@ def test_auto_leaves_a_slow_scan_alone_and_puts_a_fast_one_in() -> None:
 
 
 def swing(t: Real) -> tuple[Real, Real]:
-    """Return position (m) and speed (m/s) of a hand that goes to and fro."""
+    """Return position (m) and speed (m/s) of a hand that moves back and forth."""
     return 3e-3 * (1 - np.cos(20.0 * t)) / 2, 3e-2 * np.sin(20.0 * t)
 
 
@@ -125,7 +125,7 @@ def test_a_hand_is_late_by_what_the_plan_says_and_else_the_trajectory() -> None:
 
 @pytest.mark.parametrize("live", [False, True])
 def test_a_finger_that_all_cancels_under_stays_where_it_stands(live: bool) -> None:
-    """Ten whole periods and twenty ridges, all of them pressed flat: nothing drives the mass, not even rounding."""
+    """Ten whole periods and twenty ridges are all pressed flat: nothing drives the mass, not even rounding."""
     texture = {"kind": "sinusoid", "period": "1 mm", "amplitude": "20 um"}
     document = {"texture": texture, "scan": {"speed": "300 mm/s", "load": "20 N"}, "effects": {"inertia": {}}}
     voice = open_voice(document, live=live)

@@ -1,4 +1,4 @@
-"""Effects in a live voice: changes cross-fade without a step, what adds a channel is refused, lifting is silence."""
+"""Effects in a live voice: changes cross-fade without a step, added channels are refused, lifting is silence."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_a_change_of_effects_makes_no_step(name: str, adding: bool) -> None:
 
 
 def level(block: Block) -> float:
-    """Return the mean of a block, and so the way that a cross-fade of 400 frames goes beside the motion."""
+    """Return the mean of a block. A cross-fade of 400 frames adds the change of the mean to the motion."""
     return float(np.mean(block[:, 0]))
 
 
@@ -79,12 +79,12 @@ def test_a_setting_of_an_effect_changes_as_any_field_does() -> None:
 @pytest.mark.parametrize("name", [*CHANGES, "tangential"])
 def test_a_finger_that_lifts_in_a_recording_is_silence(name: str) -> None:
     effects = CHANGES.get(name, {name: {}})
-    # between two points the curve swings past 0 N, four times less from point to point
+    # the curve overshoots below 0 N between points, by a quarter of the last overshoot at each further point
     points = [[i / 200, 4e-4 * i, float(np.interp(i, [0, 20, 24, 76, 80, 100], [0.3, 0.3, 0, 0, 0.3, 0.3]))]
               for i in range(101)]  # fmt: skip
     voice = open_voice(scene(effects, scan={"trajectory": points}, finger={"contact_length": "3 mm"}))
     block = voice.render(4000)
-    assert np.max(np.abs(block[round(0.24 * RATE) : round(0.26 * RATE)])) <= 1e-12  # the curve's rounding is some nN
+    assert np.max(np.abs(block[round(0.24 * RATE) : round(0.26 * RATE)])) <= 1e-12  # the curve rounds to some nN
     assert np.all(np.ptp(block[: round(0.08 * RATE)], axis=0) > 0.0)
     assert np.all(np.ptp(block[round(0.44 * RATE) :], axis=0) > 0.0)
 
@@ -102,7 +102,7 @@ def test_a_hand_that_lifts_is_exact_silence(name: str) -> None:
 def test_a_shape_that_a_hand_would_change_under_a_simulation_is_refused_at_once(
     shape: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("synth.voice.live_voice.prepare", None)  # nothing is solved before
+    monkeypatch.setattr("synth.voice.live_voice.prepare", None)  # nothing is solved before the refusal
     monkeypatch.setattr("synth.voice.voice.prepare", None)
     both = parse_scene({"effects": {shape: {}, "inertia": {}}})
     for opened in (lambda: HandVoice(both), lambda: open_voice(both, live=True)):

@@ -1,4 +1,4 @@
-"""Random scenes with effects, over the whole range of their fields: rendered, or refused in words, never not finite."""
+"""Random scenes with effects, over the whole range of their fields: finite samples, or a refusal in words."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ from tests.few import few
 from tests.synth.effects.effect_cases import ALONE
 from tests.synth.engine_cases import spread
 
-WIDE = 0.15  # of the fields lie anywhere in their range, the others near a fingertip's
+WIDE = 0.15  # part of the fields that lie anywhere in their range; the others are near those of a fingertip
 FRAMES = 400
 
 
 class Draws:
-    """Numbers for the fields of one scene."""
+    """Random numbers for the fields of one scene."""
 
     def __init__(self, seed: int) -> None:
         self.random = np.random.default_rng(seed)
 
     def one(self, low: float, high: float, usual: tuple[float, float]) -> float:
-        """Return a number from `usual`, or now and then from `low` to `high`."""
+        """Return a number in the range `usual`, or sometimes between `low` and `high`."""
         return spread(self.random, low, high) if self.random.random() < WIDE else spread(self.random, *usual)
 
     def chance(self, part: float) -> bool:
         return bool(self.random.random() < part)
 
     def settings(self, name: str) -> Any:
-        """Return settings of the effect called `name`."""
+        """Return settings of the effect `name`."""
         one = self.one
         if name != "tangential" and self.chance(0.15):
             return "auto"
@@ -95,7 +95,7 @@ def random_scene(seed: int) -> dict[str, Any]:
 
 
 def outcome(document: dict[str, Any]) -> tuple[str, str]:
-    """Return "refused", "cannot" or "renders", and what was said; AssertionError for what no scene may do."""
+    """Return "refused", "cannot" or "renders", and the message. Raise AssertionError for a forbidden result."""
     try:
         scene = parse_scene(document)
         voice = open_voice(scene)

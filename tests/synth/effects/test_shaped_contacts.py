@@ -1,4 +1,4 @@
-"""Contacts whose shape follows the load, growing or round, as whole renders against an oracle of one phase and load."""
+"""Contacts whose shape follows the load (growing, round) in whole renders, against an oracle of one phase and load."""
 
 from __future__ import annotations
 
@@ -29,16 +29,16 @@ from tests.synth.response.shaped_cases import finer
 from tests.synth.surfaces.texture_cases import random_texture
 
 RATE = 8000
-PHASES = 256  # of a period: harmonics that fold back onto the lowest of them are below 1e-4 of them
-MEAN_PHASES = 128  # of a moving load's mean
-REACH = 24  # frames that the comparing filter looks at to each side
+PHASES = 256  # per period: harmonics that fold back onto the lowest are below 1e-4 of these
+MEAN_PHASES = 128  # per period, for the mean at a load that varies
+REACH = 24  # frames on each side that the filter of the comparison reads
 
 Approach = Callable[[float, float], float]
 """z (m) at theta (turns) and load (N)."""
 
 
 def check_steady(scene: Scene, approach: Approach, phases: int = PHASES) -> None:
-    """Assert that displacement and velocity of a steady scan err by no more than the plan says."""
+    """Assert that displacement and velocity of a steady scan err by no more than the plan reports."""
     sign = np.copysign(1.0, scene.scan.speed)
     z = [approach(float(sign * i / phases), scene.scan.load) for i in range(phases)]
     fundamental = abs(scene.scan.speed) / scene.texture.period
@@ -53,7 +53,7 @@ def check_steady(scene: Scene, approach: Approach, phases: int = PHASES) -> None
 
 
 def motion(seconds: float = 0.12) -> tuple[list[list[float]], Callable[[Real], tuple[Real, Real]]]:
-    """Return a recording of varying speed and load, and the same as a function of time: position (m), load (N)."""
+    """Return a recording of varying speed and load, and its position (m) and load (N) as a function of time."""
 
     def at(t: Real) -> tuple[Real, Real]:
         return 5e-3 * t / seconds + 4e-4 * np.sin(40 * t), 0.35 + 0.2 * np.sin(30 * t)
@@ -63,7 +63,7 @@ def motion(seconds: float = 0.12) -> tuple[list[list[float]], Callable[[Real], t
 
 
 def check_moving(effects: dict[str, Any], approach: Approach, tolerance: float = 3e-3) -> None:
-    """Assert that displacement where speed and load vary is the oracle's, about its mean at each load."""
+    """Assert that displacement, at varying speed and load, is that of the oracle about its mean at each load."""
     points, at = motion()
     output = {"quantity": "displacement", "sample_rate": RATE, "bandwidth": "full", "full_scale": 1e-5}
     scene = parse_scene({"scan": {"trajectory": points}, "effects": effects, "output": output})
@@ -72,7 +72,7 @@ def check_moving(effects: dict[str, Any], approach: Approach, tolerance: float =
     place, load = at(np.arange(900) / (2 * RATE))
     z = np.array([approach(p / scene.texture.period, w) for p, w in zip(place.tolist(), load.tolist(), strict=True)])
     contact, phases = voice.solved.contact, np.arange(MEAN_PHASES) / MEAN_PHASES
-    assert contact is not None  # whose approach is held to the same oracle elsewhere; its mean bends with the load
+    assert contact is not None  # other tests compare its approach with the same oracle; the mean changes with the load
     about = z - np.array([np.mean(contact.approach(phases, w)[0]) for w in load.tolist()])
     ours, truth = below(found, 1, reach=REACH), below(about, 2, reach=REACH)[: len(found) - 2 * REACH]
     error = float(np.max(np.abs(ours - truth)) / np.ptp(truth))
@@ -90,7 +90,7 @@ def radius_of(touch: Touch) -> float:
 
 
 def approach_of(shape: str, touch: Touch) -> Approach:
-    """Return the oracle of a contact that has, smooth, the nominal length at 1 N, the default reference load."""
+    """Return the oracle of a contact that, if smooth, has the nominal length at 1 N, the default reference load."""
     if shape == "contact_growth":
         return lambda theta, load: growing_contact(touch, theta, load, 0.25).approach
     return lambda theta, load: round_contact(touch, theta, load, radius_of(touch)).approach
@@ -111,7 +111,7 @@ def test_where_speed_and_load_vary_it_is_the_oracle_too(shape: str) -> None:
 
 
 def test_at_the_reference_load_it_is_the_scene_without_it() -> None:
-    """L = L0 (w / w0)^p: at w0 nothing changes but the segments, whatever p is."""
+    """L = L0 (w / w0)^p: at w0 only the segments change, whatever p is."""
     output = {"quantity": "displacement", "sample_rate": 8000}
     plain = physical(open_voice(parse_scene({"output": output})), 800)
     for exponent in (0.0, 1 / 3, 1.0):
@@ -173,7 +173,7 @@ def equivalent_touch(profile: Profile) -> Touch:
 
 
 def test_the_force_along_a_grating_under_a_round_finger_is_that_of_its_work() -> None:
-    """Without loss F_s is k times the change of the pressed area with the place, divided by the place: dE = F_s dx."""
+    """Without loss the force is the derivative of the elastic energy over the position: dE = F_s dx."""
     texture = {"kind": "grating", "period": "1.5 mm", "height": "40 um", "duty": 0.4, "ramp": "0.2 mm"}
     scene = parse_scene({"texture": texture, "effects": {"curvature": {}}})
     contact = RoundContact.of(Geometry.of_scene(scene), Stiffness.of_scene(scene))

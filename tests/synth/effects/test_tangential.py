@@ -1,4 +1,4 @@
-"""The tangential force, as whole renders: against integrals of the pressure, its means, reversals, and with a mass."""
+"""The tangential force in whole renders: integrals of the pressure, means, reversals, and with a mass."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ RATE = 8000
 
 
 def tangential(scene: Scene, seconds: float) -> tuple[Real, float]:
-    """Return the force (N) of the first `seconds` of a scene, and the error that its plan tells."""
+    """Return the force (N) in the first `seconds` of a scene, and the error that its plan reports."""
     voice = open_voice(scene)
     assert voice.quantities[-1] == FORCE
     return physical(voice, round(seconds * RATE))[:, -1], voice.plan.estimated_error[FORCE]

@@ -1,4 +1,4 @@
-"""Viscous skin, as whole renders: places of skin one by one, slow scans, the relaxed contact."""
+"""Viscous skin in whole renders: an oracle of separate places of skin, slow scans, the relaxed contact."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from tests.reference.moving_oracle import Harmonics
 from tests.synth.effects.whole_renders import SCENES, check_quantities, errors_of, kept_band, named, scene_of
 from tests.synth.engine_cases import QUANTITIES, physical, touch_of
 
-PLACES, STEPS = 8000, 1024  # more places than steps reach: a step moves the surface by half of their distance
-LOOSE, SHORT = {"tolerance": 1e-2}, {"contact_length": "3 mm"}  # files of few steps, and of few points of skin
+PLACES, STEPS = 8000, 1024  # more places than steps can resolve: a step moves the surface by half their distance
+LOOSE, SHORT = {"tolerance": 1e-2}, {"contact_length": "3 mm"}  # for few steps per frame, and for few points of skin
 THREE = {"model": "three_time_constants", "short_time": 1e-3, "middle_time": 2e-3, "long_time": 4e-3}
 
 
@@ -40,7 +40,7 @@ def creep_of(scene: Scene, places: int) -> Creep:
 
 
 def oracle(scene: Scene, periods: int, places: int = PLACES) -> tuple[Harmonics, dict[str, float]]:
-    """Return z of the steady scan, and by how much half the places or half the steps change each quantity."""
+    """Return z of the steady scan, and the change of each quantity with half the places plus with half the steps."""
     fine = creep_of(scene, places).steady(STEPS, periods)[0]
     others = [
         creep_of(scene, places // 2).steady(STEPS, periods)[0],
@@ -98,7 +98,7 @@ def test_so_it_does_at_48_khz(name: str, bandwidth: float | str) -> None:
 
 
 def test_a_file_takes_the_steps_and_points_that_its_tolerance_asks_for() -> None:
-    """A live voice has no time for them."""
+    """A live voice has no time for so many."""
     scene = parse_scene(
         {
             "finger": SHORT,
@@ -115,7 +115,7 @@ def test_a_file_takes_the_steps_and_points_that_its_tolerance_asks_for() -> None
 
 @pytest.mark.thorough
 def test_acceleration_of_a_file_is_within_a_thousandth() -> None:
-    """Against places of skin one by one, extrapolated from three runs; what that leaves is added."""
+    """The oracle of separate places is extrapolated from three runs; its remaining error is added."""
     scene = scene_of("default", {"viscous_skin": {}})
     runs = [creep_of(scene, PLACES << finer).steady(STEPS << finer, 3)[0] for finer in range(3)]
     rough, fine = (Harmonics(2.0 * b.values[: len(a.values)] - a.values, a.fundamental_hz) for a, b in pairwise(runs))

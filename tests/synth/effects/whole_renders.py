@@ -1,4 +1,4 @@
-"""What the tests of whole renders share: a render in SI units beside what an oracle says it should be."""
+"""Shared by the tests of whole renders: compares a render in SI units with an oracle."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from tests.reference.moving_oracle import Harmonics
 from tests.reference.spectral_checks import WINDOW_PERIODS, fit_harmonics
 from tests.synth.engine_cases import QUANTITIES, Real, physical
 
-FITTED = 0.495  # of the rate: harmonics up to here are told from those that are kept
-PASSING = 0.40  # of the rate: what a steady scan keeps
+FITTED = 0.495  # of the rate: harmonics up to here are fitted, to separate them from those that are kept
+PASSING = 0.40  # of the rate: band that a steady scan keeps
 
 SCENES: dict[str, dict[str, Any]] = {
     "default": {},
@@ -26,29 +26,29 @@ SCENES: dict[str, dict[str, Any]] = {
     "heavy": {"scan": {"load": "3 N"}},
     "backwards": {"scan": {"speed": "-80 mm/s"}},
 }
-"""The scenes on which every effect is compared with its oracle."""
+"""Scenes in which every effect is compared with its oracle."""
 
 
 def named(*quick: str) -> list[Any]:
-    """Return the names of SCENES for a test to run over; those that are not `quick` are marked thorough."""
+    """Return the names of SCENES as parameters of a test; those not in `quick` are marked thorough."""
     return [name if name in quick else pytest.param(name, marks=pytest.mark.thorough) for name in SCENES]
 
 
 def scene_of(name: str, effects: dict[str, Any], rate: int = 8000, **sections: Any) -> Scene:
-    """Return a scene of SCENES with `effects`, all three quantities at `rate`."""
+    """Return a scene of SCENES with `effects` and all three quantities at `rate`."""
     output = {"sample_rate": rate, "channels": list(QUANTITIES), **sections.pop("output", {})}
     return parse_scene({**SCENES[name], **sections, "effects": effects, "output": output})
 
 
 def kept_band(scene: Scene) -> float:
-    """Return up to which frequency (Hz) a steady scan keeps its tolerance."""
+    """Return the frequency (Hz) up to which a steady scan keeps its tolerance."""
     return min(PASSING * scene.output.sample_rate, scene.output.bandwidth_hz)
 
 
 def errors_of(scene: Scene, voice: Voice, wanted: dict[str, tuple[Harmonics, int]]) -> dict[str, float]:
-    """Return the largest error of each channel below the band limit, relative to its peak-to-peak, its mean aside.
+    """Return the largest error of each channel below the band limit, without its mean, relative to its peak-to-peak.
 
-    wanted: of each quantity the harmonics, and how many times they are to be differentiated.
+    wanted: harmonics of each quantity, and the order of differentiation to apply to them.
     """
     rate, limit = scene.output.sample_rate, kept_band(scene)
     fundamental = next(iter(wanted.values()))[0].fundamental_hz
@@ -65,9 +65,10 @@ def errors_of(scene: Scene, voice: Voice, wanted: dict[str, tuple[Harmonics, int
 
 
 def check_quantities(scene: Scene, motion: tuple[Harmonics, ...], own_error: dict[str, float] | float = 0.0) -> Voice:
-    """Assert that a steady render errs by no more than its plan says.
+    """Assert that a steady render errs by no more than its plan reports.
 
-    motion: harmonics of z, z' and z'', or of z alone. own_error: of the oracle, relative, one for all or each its own.
+    motion: harmonics of z, z' and z'', or of z alone.
+    own_error: relative error of the oracle, for all quantities or for each.
     """
     voice = open_voice(scene)
     orders = {one: order for order, one in enumerate(QUANTITIES)}
@@ -78,14 +79,15 @@ def check_quantities(scene: Scene, motion: tuple[Harmonics, ...], own_error: dic
     errors, told = errors_of(scene, voice, wanted), voice.plan.estimated_error
     for quantity, error in errors.items():
         own = own_error if isinstance(own_error, float) else own_error[quantity]
-        assert error <= told[quantity] + own, f"{quantity} errs by {error:.2e}, told {told[quantity]:.2e}"
+        assert error <= told[quantity] + own, f"{quantity} errs by {error:.2e}, reported {told[quantity]:.2e}"
     return voice
 
 
 def below(signal: Real, finer: int, part: float = 0.3, reach: int = 24) -> Real:
-    """Return what of a signal lies below `part` of the rate, by a filter `reach` frames long to each side.
+    """Return the part of a signal below `part` of the rate.
 
-    signal: `finer` times a frame, from `reach` frames before the first frame to `reach` frames after the last.
+    signal: `finer` samples per frame, from `reach` frames before the first frame to `reach` frames after the last.
+    reach: frames of the filter on each side.
     """
     taps = firwin(2 * reach * finer + 1, 2 * part / finer, window=("kaiser", 10.0))
     return np.asarray(np.convolve(signal, taps / np.sum(taps), "valid")[::finer])

@@ -1,4 +1,4 @@
-"""Fingers with mass, damping or adhesion on tables of the potential, as the tests of the table steps run them."""
+"""Shared by the tests of table steps: fingers with mass, damping or adhesion on tables of the energy."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def run(steps: TableStepper, state: State, turns: Any, loads: Any) -> Real:
 
 
 def scanned(steps: TableStepper, rate: float, seconds: float, turns: float, load: float = LOAD) -> Real:
-    """Return what a finger that follows the surface from its equilibrium does at a constant speed."""
+    """Return the rows of a finger that starts in equilibrium and scans at a constant speed."""
     state = steps.start(0, load, turns, 1.0 / rate)
     return run(steps, state, turns * np.arange(1, round(rate * seconds) + 1) / rate, load)
 
@@ -81,7 +81,7 @@ PHASE = 12345678901234567890
 
 
 def released(steps: TableStepper, rate: float, height: float, load: float = LOAD) -> tuple[State, float]:
-    """Return a finger at rest `height` above its equilibrium, and the energy of the equilibrium."""
+    """Return a finger at rest, `height` above its equilibrium (m), and the energy of the equilibrium (J)."""
     state = steps.start(PHASE, load, 0.0, 1.0 / rate)
     floor = energy(steps, state, load)
     state.numbers[0] += height

@@ -1,4 +1,4 @@
-"""The table of the energy of a contact, against the exact contact and against its own definition."""
+"""The energy table of a contact, against the exact contact and against its own definition."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SCENES: dict[str, dict[str, Any]] = {
 
 
 def bottom_of(table: EnergyTable, turns: float) -> float:
-    """Return the lowest height of the cells at a phase (m): a step of d below it, l changes no more."""
+    """Return the lowest height of the cells at a phase (m). Below it l is constant."""
     heights = np.linspace(-300e-6, 0.0, 30001)
     slopes = table.read(np.full(len(heights), turns), heights)[1]
     return float(heights[np.argmax(np.abs(slopes - slopes[0]) > 1e-12)])
@@ -60,7 +60,7 @@ def test_what_is_read_is_the_slope_of_one_energy() -> None:
     table = EnergyTable.of(contact_of(scene_of()), 0.3, 0.1, 1.0)
     random = np.random.default_rng(3)
     turns = random.random(400)
-    heights = 42e-6 + random.uniform(-30e-6, 20e-6, 400)  # cells, the line below them, and nothing above
+    heights = 42e-6 + random.uniform(-30e-6, 20e-6, 400)  # in the cells, on the line below them, and above them
     depth, touching, drift, energy = table.read(turns, heights)
     assert np.count_nonzero(depth == 0.0) > 5
     z, turn = 1e-9, 1e-6

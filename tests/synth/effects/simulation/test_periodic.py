@@ -1,4 +1,4 @@
-"""Simulations begin in their periodic state: each texture period is like the first, within what the plan tells."""
+"""Simulations begin in their periodic state: each texture period is like the first, within the reported error."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ KINDS: dict[str, tuple[str, ...]] = {
 SKINS = ("kelvin_voigt", "three_time_constants")
 QUICK = [("inertia", 0), ("adhesion", 0), ("kelvin_voigt", 0), ("three_time_constants", 7)]
 OTHERS = [(kind, seed) for kind in KINDS for seed in range(50) if (kind, seed) not in QUICK]
-ROUNDING = 4e-7  # of the largest value: float32
+ROUNDING = 4e-7  # of the largest value, by float32
 
 
 def drawn(kind: str, seed: int) -> tuple[Scene, int]:
-    """Return a random scene with the effects of `kind`, and the frames of three of its periods."""
+    """Return a random scene with the effects of `kind`, and the number of frames in three of its periods."""
     random = np.random.default_rng([seed, *map(ord, kind)])
     settings: dict[str, Any] = {
         "inertia": {"mass": spread(random, 1e-3, 1.0), "damping": spread(random, 0.01, 2.0)},
@@ -39,7 +39,7 @@ def drawn(kind: str, seed: int) -> tuple[Scene, int]:
         "three_time_constants": THREE["viscous_skin"],
     }
     rate, period = int(random.choice([8000, 11025, 44100, 48000, 96000])), spread(random, 1e-4, 5e-3)
-    frames = 3 * max(4, round(rate / spread(random, 20.0, 600.0))) + 1  # a period is no whole number of frames
+    frames = 3 * max(4, round(rate / spread(random, 20.0, 600.0))) + 1  # a period is not a whole number of frames
     scene = {
         "texture": {"period": period, "amplitude": spread(random, 4e-6, 6e-5)},
         "scan": {"speed": 3.0 * period * rate / frames, "load": spread(random, 0.05, 3.0)},
@@ -53,7 +53,7 @@ def drawn(kind: str, seed: int) -> tuple[Scene, int]:
 
 
 def check_periods(scene: Scene, frames: int, seconds: float = 0.3) -> None:
-    """Assert that the first periods are like the last ones, within what the plan tells."""
+    """Assert that the first periods are like the last ones, within the reported error."""
     voice = open_voice(scene)
     count = max(2, int(seconds * voice.sample_rate) // frames)
     sound = physical(voice, count * frames)
@@ -65,7 +65,9 @@ def check_periods(scene: Scene, frames: int, seconds: float = 0.3) -> None:
         extent = max(np.ptp(parts[-1]), plan_extents[channel] if not repeats else 0.0)
         apart = np.max(np.abs(parts[0] - parts[-1]))
         rounding = ROUNDING * np.max(np.abs(sound[:, channel]))
-        assert apart <= told[quantity] * extent + rounding, f"{quantity}: {apart / extent:.2e}, told {told[quantity]}"
+        assert apart <= told[quantity] * extent + rounding, (
+            f"{quantity}: {apart / extent:.2e}, reported {told[quantity]}"
+        )
 
 
 @pytest.mark.parametrize(
@@ -77,7 +79,7 @@ def test_the_first_periods_are_like_the_last(kind: str, seed: int) -> None:
 
 @pytest.mark.parametrize("mass", ["20 g", pytest.param("100 g", marks=pytest.mark.thorough)])
 def test_a_mass_that_rings_for_seconds_does_not_ring_at_the_start(mass: str) -> None:
-    """Its time constant is 2 m / c, up to 2 s; the start was 10 % and 43 % off."""
+    """The time constant is 2 m / c, up to 2 s. The start used to be 10 % and 43 % off."""
     scene = parse_scene({"effects": {"inertia": {"mass": mass, "damping": 0.1}}, "output": {"sample_rate": 48000}})
     voice = open_voice(scene)
     sound = physical(voice, 48000)[:, 0].reshape(-1, 480)
@@ -87,7 +89,7 @@ def test_a_mass_that_rings_for_seconds_does_not_ring_at_the_start(mass: str) -> 
 
 @pytest.mark.parametrize(("rate", "bandwidth"), [(8000, "full"), (48000, 1000.0)])
 def test_skin_that_relaxes_for_seconds_begins_relaxed_at_every_rate(rate: int, bandwidth: float | str) -> None:
-    """Settled by running for 40 s its peak-to-peak is 2.3 um; the start was 6.2 um at 48 kHz, 4.9 um at 8 kHz."""
+    """After a run of 40 s the peak-to-peak is 2.3 um. The start used to be 6.2 um at 48 kHz, 4.9 um at 8 kHz."""
     output = {"quantity": "displacement", "sample_rate": rate, "bandwidth": bandwidth}
     scene = parse_scene({"effects": THREE, "output": output})
     first = physical(open_voice(scene), rate // 100)
@@ -96,7 +98,7 @@ def test_skin_that_relaxes_for_seconds_begins_relaxed_at_every_rate(rate: int, b
 
 @pytest.mark.thorough
 def test_skin_begins_where_a_long_run_of_it_ends() -> None:
-    """From relaxed skin, 30 s of steps of the same stepper: six of its slowest time constants."""
+    """The long run is 30 s of the same stepper from relaxed skin: six of its slowest time constants."""
     scene = parse_scene(
         {
             "effects": {"viscous_skin": THREE["viscous_skin"] | {"middle_time": 0.3, "long_time": 0.6}},
@@ -121,7 +123,7 @@ def test_skin_begins_where_a_long_run_of_it_ends() -> None:
 
 
 def test_a_motion_that_does_not_repeat_is_told() -> None:
-    """A heavy finger on a coarse texture bounces: periods differ, and the error says by how much."""
+    """A heavy finger on a coarse texture bounces. Its periods differ, and the error reports by how much."""
     frames = 120
     scene = parse_scene(
         {
@@ -139,7 +141,7 @@ def test_a_motion_that_does_not_repeat_is_told() -> None:
 
 
 def test_a_live_voice_begins_there_too() -> None:
-    """And so does one that is sought: a frame computed directly is the frame streamed."""
+    """A voice after a seek does too: a frame computed directly equals the streamed frame."""
     scene = parse_scene({"effects": {"viscous_skin": {"model": "three_time_constants", "long_time": 0.3}},
                          "output": {"quantity": "displacement", "sample_rate": 8000}})  # fmt: skip
     live = LiveVoice(scene)

@@ -1,4 +1,4 @@
-"""A simulation along a motion, with a stepper whose z is known exactly, and its filters from steps to frames."""
+"""A simulation along a motion, with a stepper of known z, and its filters from steps to frames."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ SIGNALS = tuple(Signal(RESPONSE, order) for order in (0, 1, 2))
 
 @dataclass(frozen=True)
 class Known:
-    """z = 1 um cos(2 pi theta) + 1 um/N w, and what it adds up: nothing is remembered but the number of steps."""
+    """A stepper with z = 1 um cos(2 pi theta) + 1 um/N w, whose state is the number of steps."""
 
     attached: float = 1.0
     nbytes: int = 0
@@ -147,7 +147,7 @@ every = pytest.mark.parametrize(("steps", "attenuation", "band"), BANDS)
 
 
 def read(filters: Decimator, frequency: float, row: int) -> tuple[Array, Array]:
-    """Return frames of a complex oscillation (cycles a frame), and what its derivative is there."""
+    """Return filtered frames of a complex oscillation (cycles per frame), and the exact derivative there."""
     count = (FRAMES - 1 + 2 * filters.margin) * filters.steps + 1
     n = np.arange(count) / filters.steps - filters.margin
     y = np.exp(2j * np.pi * frequency * n)
@@ -173,7 +173,7 @@ def test_the_stop_band_is_gone(steps: int, attenuation: float, band: tuple[float
     filters = Decimator.of((0,), RATE, steps, band, attenuation)
     for frequency in np.linspace(band[1], 0.5 * steps, 40):
         found, _wanted = read(filters, float(frequency), 0)
-        # what stands still at the frame is taken out first, and put back
+        # the value at the frame is subtracted before the filter and added after it
         assert np.max(np.abs(found)) < 10.0 ** (-attenuation / 20.0)
 
 
@@ -186,13 +186,13 @@ def test_what_stands_still_is_exactly_still(order: int) -> None:
 
 
 def test_a_mass_that_a_fast_force_drives_moves_as_far_as_it_should() -> None:
-    """The midpoint rule makes z of a force of frequency f smaller; the filter makes up for it up to the pass band."""
+    """The midpoint rule makes z of a force of frequency f too small. The filter compensates up to the pass band."""
     steps, band = 2, (0.40, 0.45)
     plain = Decimator.of((2,), RATE, steps, band, 90.0)
     made_up = Decimator.of((2,), RATE, steps, band, 90.0, of_mass=True)
     for frequency in (0.01, 0.1, 0.2, 0.3, 0.4):
         x = np.pi * frequency / steps
-        moved = x**2 * np.cos(x) / np.sin(x) ** 2  # of what the mass should move by
+        moved = x**2 * np.cos(x) / np.sin(x) ** 2  # relative to the exact motion of the mass
         found, wanted = read(made_up, frequency, 0)
         assert np.max(np.abs(moved * found / wanted - 1.0)) < 1e-4
         if frequency >= 0.2:

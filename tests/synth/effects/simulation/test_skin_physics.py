@@ -1,4 +1,4 @@
-"""What viscous skin does: its slow twin, splits of runs, rest, closed forms of full contact, loss, order, extremes."""
+"""Physics of viscous skin: slow twin, splits of runs, rest, closed forms of full contact, loss, order, extremes."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def stepper_of(law: Skin, points: int, load: float = LOAD, **settings: Any) -> S
 
 
 def stepper_of_stiffness(law: Skin, points: int, stiffness: float, **settings: Any) -> SkinStepper:
-    """Return the stepper of the default scene with a stiffness (N/m) that no load changes."""
+    """Return the stepper of the default scene with a constant stiffness (N/m)."""
     found = SkinPoints.of_contact(contact(), LOAD, points)
     return SkinStepper(found, law, StiffnessLaw(stiffness, 0.0, LIGHTEST), **settings)
 
@@ -69,7 +69,7 @@ def twin_of(stepper: SkinStepper, step: float) -> twin.Foundation:
 
 
 def turned(turns: Real) -> Phases:
-    """Return phases (turns) as 64-bit fractions of a turn."""
+    """Return `turns` as 64-bit fractions of a turn."""
     rest = turns - np.floor(turns)
     return np.asarray((rest * 2.0**63).astype(np.uint64) << np.uint64(1))
 
@@ -77,7 +77,7 @@ def turned(turns: Real) -> Phases:
 def scanned(
     stepper: SkinStepper, turns: Real, loads: float | Real, step: float, first: float = 0.0
 ) -> tuple[State, Real]:
-    """Return state and rows of a finger that starts at `first` turns, relaxed, and goes through `turns`."""
+    """Return state and rows of a finger that starts at `first` turns, relaxed, and scans through `turns`."""
     loads = np.broadcast_to(np.asarray(loads, dtype=float), turns.shape).copy()
     speed = float(turns[0] - first) / step
     state = stepper.start(int(turned(np.array([first]))[0]), float(loads[0]), speed, step)
@@ -92,7 +92,7 @@ def steady(speed: float, step: float, count: int) -> Real:
 
 
 def indentations(state: State) -> Real:
-    """Return what every element is pressed in by, relative to a1 + a2."""
+    """Return the indentation of every element, relative to a1 + a2."""
     return np.asarray(np.max(state.elements[:, 0], axis=0))
 
 
@@ -111,7 +111,7 @@ SETTINGS: list[tuple[Skin, dict[str, float]]] = [
 
 
 def wandering(count: int, seed: int) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
-    """Return turns that go to and fro and loads that rise and fall, now and then at once."""
+    """Return turns that move back and forth and loads that rise and fall, sometimes abruptly."""
     random = np.random.default_rng(seed)
     turns = 0.3 + np.cumsum(random.uniform(-0.02, 0.05) + 0.03 * np.sin(np.arange(count) / 7.0))
     loads = LOAD * np.exp(np.cumsum(0.05 * random.standard_normal(count)) - 2.0 * (np.arange(count) % 20 > 15))
@@ -171,7 +171,7 @@ def test_a_finger_at_rest_stays_where_it_is(law: Skin, settings: dict[str, float
 @pytest.mark.parametrize(("swing", "factor"), [(0.0, 4.0), (0.3, 2.0)])
 @pytest.mark.parametrize("law", LAWS)
 def test_slow_scans_come_to_the_elastic_z(law: Skin, swing: float, factor: float) -> None:
-    """The first order of the memory is tau d/dt of the mean indentation, w / k: none at a constant load."""
+    """To first order the memory adds tau d/dt of the mean indentation w / k, which is 0 at a constant load."""
     errors = []
     stepper = stepper_of(law, 257)
     fastest = 1e-6 if law.weights else 2e-4
@@ -268,7 +268,7 @@ def test_a_step_of_load_in_full_contact_sinks_in_as_an_exponential(time: float) 
     sunk = (out[HEIGHT, 0] - out[HEIGHT, 1:]) / (0.01 * DEEP / STIFFNESS)
     first = sunk[0]
     assert sunk == pytest.approx(1.0 - (1.0 - first) * np.exp(-step / time * np.arange(count)), abs=1e-9)
-    evenly = 1.0 - time / step * -math.expm1(-step / time)  # a load that rises evenly over the first step
+    evenly = 1.0 - time / step * -math.expm1(-step / time)  # for a load that rises evenly over the first step
     assert first == pytest.approx(evenly, abs=0.6 * min((step / time) ** 2, 0.3))
 
 
@@ -335,7 +335,7 @@ def test_the_work_of_the_surface_is_what_the_dashpots_lose() -> None:
      (RELAXING, {"mass": 2e-3, "damping": 2.0})],
 )  # fmt: skip
 def test_the_error_of_a_step_falls_with_its_square(law: Skin, settings: dict[str, float]) -> None:
-    """A surface that sets out smoothly under a load that moves, at so many points that their distance is not seen."""
+    """The surface starts smoothly under a varying load, with so many points that their distance has no effect."""
     stepper, runs = stepper_of(law, 4097, **settings), []
     for halved in (0, 1, 2, 3, 6):
         parts = 2**halved
@@ -354,7 +354,7 @@ def test_a_mass_swings_on_the_skin_as_the_damped_oscillator(time: float) -> None
     stepper = stepper_of_stiffness(Skin((time,)), 65, STIFFNESS, mass=mass, damping=damping)
     count = 600
     state, out = stepper.start(0, DEEP, 0.0, step), np.empty((ROWS, count))
-    state.numbers[SPEED] = 1e-3  # m/s: the blow that sets it swinging
+    state.numbers[SPEED] = 1e-3  # m/s: the impulse that starts the oscillation
     rest = state.numbers[0] * stepper.points.height_scale
     stepper.run(state, turned(np.zeros(count)), np.full(count, DEEP), out)
     decay = (damping + STIFFNESS * time) / (2.0 * mass)

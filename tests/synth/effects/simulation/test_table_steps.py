@@ -1,4 +1,4 @@
-"""A finger on a table with mass or adhesion: energy, known limits, exact contacts, closed forms, letting go."""
+"""A finger on an energy table with mass or adhesion: energy, known limits, exact contacts, closed forms, release."""
 
 from __future__ import annotations
 
@@ -153,7 +153,7 @@ def test_elastic_heights_are_those_of_the_exact_contact() -> None:
 @pytest.mark.parametrize("name", few(SCENES, 2))
 def test_elastic_heights_balance_every_load_on_a_coarse_table(name: str) -> None:
     steps = stepper(name=name, load=5.0, lightest=5.0, heaviest=5.0, tol=0.1)
-    loads = 5.0 * np.abs(np.sin(np.arange(5000) * 0.0317)) ** 4  # down to nothing, which counts as the lift load
+    loads = 5.0 * np.abs(np.sin(np.arange(5000) * 0.0317)) ** 4  # down to 0, which counts as the lift load
     turns = np.random.default_rng(9).random(5000)
     state = steps.start(0, 5.0, 0.0, 1e-4)
     z = run(steps, state, turns, loads)[HEIGHT]
@@ -172,8 +172,8 @@ def test_a_finger_that_is_let_fall_flies_a_parabola_and_comes_back() -> None:
     flying = np.minimum(np.minimum(z[:-2], z[1:-1]), z[2:]) > crest + 1e-6
     assert np.count_nonzero(flying) > 100
     assert bends[flying] == pytest.approx(-LOAD / mass, rel=1e-6)
-    assert np.max(z[1000:]) == pytest.approx(z[0], abs=0.05 * height)  # nothing is lost
-    assert np.min(z) < crest  # and it has pressed in
+    assert np.max(z[1000:]) == pytest.approx(z[0], abs=0.05 * height)  # no energy is lost
+    assert np.min(z) < crest  # it pressed into the surface
 
 
 def test_a_fast_scan_loses_contact_and_regains_it() -> None:
@@ -206,7 +206,7 @@ def test_the_elastic_slope_force_does_no_work_over_a_period() -> None:
 
 
 def test_work_against_the_slopes_is_what_the_damper_loses() -> None:
-    for rate, miss in ((48000, 1e-3), (192000, 1e-4)):  # of a work that is a small part of what F gives and takes
+    for rate, miss in ((48000, 1e-3), (192000, 1e-4)):  # the net work is a small part of what F gives and takes
         steps, turns = stepper(1e-3, 1.0, forces=True), 100.0
         out = scanned(steps, rate, 0.5, turns)
         period = round(rate / turns)
@@ -218,7 +218,7 @@ def test_work_against_the_slopes_is_what_the_damper_loses() -> None:
 
 
 def flat(pull: float, reach: float, **wanted: Any) -> TableStepper:
-    """Return a contact of two surfaces of 1 nm, flat beside the range of adhesion: k = 1e5 N/m at every load."""
+    """Return a contact of two surfaces of 1 nm, flat compared to the reach of adhesion: k = 1e5 N/m at every load."""
     geometry = Geometry(1e-9, 0.5e-3, 1e-9, 0.8e-3, 1.0, 10e-3)
     contact = Contact.of(geometry, Stiffness.of_contact(geometry, 1.35e5))
     table = EnergyTable.of(contact, LOAD, 0.1 * LOAD, LOAD, reach, tolerance=1e-2)
