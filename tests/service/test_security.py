@@ -194,14 +194,25 @@ def test_loopback_needs_no_key(host: str) -> None:
     require_key(settings_of(host=host))
 
 
-def test_the_process_does_not_start_beyond_loopback_without_a_key() -> None:
-    started = subprocess.run(
-        [sys.executable, "-m", "service"],
+def started(*arguments: str, **environment: str) -> str:
+    """Return the one line with which `python -m service` refuses to start."""
+    done = subprocess.run(
+        [sys.executable, "-m", "service", *arguments],
         cwd=ROOT,
-        env={"RIDGEWAVE_HOST": "0.0.0.0", "RIDGEWAVE_PORT": "0", "PATH": "/usr/bin:/bin"},
+        env={"RIDGEWAVE_PORT": "0", "PATH": "/usr/bin:/bin", **environment},
         capture_output=True,
+        text=True,
         timeout=60,
     )
-    assert started.returncode == 2
-    assert b"RIDGEWAVE_API_KEYS" in started.stderr and b"Traceback" not in started.stderr
-    assert started.stderr.count(b"\n") == 1
+    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
+    return done.stderr
+
+
+def test_the_process_does_not_start_beyond_loopback_without_a_key() -> None:
+    assert "RIDGEWAVE_API_KEYS" in started(RIDGEWAVE_HOST="0.0.0.0")
+
+
+@pytest.mark.parametrize("argument", ["--help", "--port=0", "serve"])
+def test_the_process_does_not_start_with_arguments(argument: str) -> None:
+    refusal = started(argument)
+    assert "docs/settings.md" in refusal and "`ridgewave serve` has options" in refusal
