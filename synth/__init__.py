@@ -1,11 +1,11 @@
-"""ridgewave's engine: a scene in, the vibration that the finger feels out. Numbers only: no network, no device.
+"""The engine of ridgewave: it computes the vibration that a finger feels from a scene. It uses no network or device.
 
     import synth
     sound = synth.render({"texture": {"period": "0.8 mm"}})  # a Sound: values in SI units, save(), plot()
-    voice = synth.open_voice("grating-1mm-31um")  # the same, block by block
+    voice = synth.open_voice("grating-1mm-31um")  # renders block by block
     plan = synth.explain("scene.json")  # what is simulated, why, at what cost and error
 
-Names are loaded when they are first used, so that importing the package costs nothing.
+Importing the package is fast, because each name is loaded when it is first used.
 """
 
 from __future__ import annotations
@@ -46,12 +46,12 @@ __all__ = [*_HOMES]
 
 
 def __getattr__(name: str) -> Any:
-    """Load a public name from its home."""
+    """Load a public name from its module."""
     if name not in _HOMES:
         raise AttributeError(f"module 'synth' has no attribute {name!r}")
     return getattr(import_module(_HOMES[name]), name)
 
 
 def __dir__() -> list[str]:
-    """Return the public names, those that are not loaded yet included."""
+    """Return the public names, including those that are not loaded yet."""
     return sorted({*globals(), *__all__})

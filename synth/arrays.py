@@ -1,6 +1,6 @@
-"""The array types that the engine computes with.
+"""The array types of the engine.
 
-Model   float64 throughout; only blocks of sound and files of tables are float32.
+Model   Arrays are float64. Only blocks of sound and the files of tables are float32.
 """
 
 from __future__ import annotations
@@ -10,4 +10,4 @@ from typing import Any
 import numpy as np
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
-Block = np.ndarray[Any, np.dtype[np.float32]]  # of sound, [frames, channels], value / full scale
+Block = np.ndarray[Any, np.dtype[np.float32]]  # a block of sound: value / full scale, [frames, channels]

@@ -1,12 +1,12 @@
 """The exception tree of ridgewave.
 
     RidgewaveError
-    ├── InvalidRequest  the request is at fault: it names each field, its value, what is allowed and what to write
-    │   └── SceneError  the same, for a scene
-    └── CannotRender    the request is fine but cannot be carried out here; `reason` is a sentence for the user
-        └── NameTaken   there is something under that name already, and it is not overwritten
+    ├── InvalidRequest  the request is invalid; lists each field, its value, what is allowed and what to write
+    │   └── SceneError  the scene is invalid
+    └── CannotRender    the request is valid but cannot be carried out; `reason` is a sentence for the user
+        └── NameTaken   the name exists already and is not overwritten
 
-What is neither is our bug: an AssertionError or any other exception. A peer learns only that it is ours.
+Any other exception, such as an AssertionError, is a bug in ridgewave. A remote client learns only that it is a bug.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from typing import Any
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """One thing that is wrong in a request.
+    """One fault of a request.
 
-    pointer: RFC 6901 JSON pointer of the field, such as "/texture/period"; "" is the whole document.
-    value: what was given, as text that is safe to print (shortened, NaN and infinities spelt out).
+    pointer: JSON pointer (RFC 6901) of the field, such as "/texture/period"; "" is the whole document.
+    value: the given value, as text that is safe to print (shortened, NaN and infinities spelt out).
     allowed: what is allowed, with its unit, such as "0.000001 m to 1 m".
     hint: what to write instead.
     """
@@ -38,11 +38,11 @@ class Fault:
 
 
 class RidgewaveError(Exception):
-    """Base of everything that ridgewave raises on purpose."""
+    """Base class of all errors that ridgewave raises on purpose."""
 
 
 class InvalidRequest(RidgewaveError):
-    """The request is at fault. `faults` lists every fault found, not only the first."""
+    """The request is invalid. `faults` lists every fault, not only the first."""
 
     def __init__(self, faults: Sequence[Fault]) -> None:
         self.faults = tuple(faults)
@@ -50,11 +50,11 @@ class InvalidRequest(RidgewaveError):
 
 
 class SceneError(InvalidRequest):
-    """The scene is at fault."""
+    """The scene is invalid."""
 
 
 class CannotRender(RidgewaveError):
-    """A sound request that cannot be carried out; `reason` says why and what to do."""
+    """A valid request cannot be carried out. `reason` states why and what to do."""
 
     def __init__(self, reason: str) -> None:
         self.reason = reason
@@ -62,13 +62,13 @@ class CannotRender(RidgewaveError):
 
 
 class NameTaken(CannotRender):
-    """There is something under that name already, and it is not overwritten."""
+    """The name exists already and is not overwritten."""
 
 
 def shown(value: Any, limit: int = 60) -> str:
-    """Return `value` as short printable text for a `Fault`; `limit` is the largest number of characters.
+    """Return `value` as printable text of at most `limit` characters, for a `Fault`.
 
-    However large the value, no more of it is looked at than is shown.
+    Only the part that is shown is converted to text, so that a large value costs little time.
     """
     text = ""
     for piece in _pieces(value, limit):
@@ -79,7 +79,7 @@ def shown(value: Any, limit: int = 60) -> str:
 
 
 def _pieces(value: Any, limit: int) -> Iterator[str]:
-    """Yield the parts of `repr(value)`; of a longer string than `limit`, that much."""
+    """Yield the parts of `repr(value)`. A string longer than `limit` is cut."""
     if type(value) is str:
         yield repr(value[: limit + 1])
     elif isinstance(value, dict):

@@ -1,13 +1,14 @@
-"""How the compiled loops are compiled: one place for the options of numba.
+"""The decorators that compile kernels, with the options of Numba in one place.
 
-Model   `kernel` compiles a function without the GIL and keeps the machine code on disk. `inner`, `inlined`, `summing`
-        and `unfused` are for the functions that kernels call: without wrappers, they compile several times faster.
-        Products and sums may be fused (one rounding fewer); nothing else is reordered but in `summing`, so the same
-        scene gives the same samples on the same machine. `unfused` is for what counts on every rounding. numba keeps a
-        kernel until its own file changes; a kernel also holds what it calls in other files, so what is older than the
-        newest of these is forgotten here.
-Limits  only kernels kept beside their source are forgotten so: with NUMBA_CACHE_DIR set, empty it after a change. numba
-        infers the types: these functions carry none, and mypy does not look into them.
+Model   `kernel` compiles a function that runs without the GIL, and keeps the machine code on disk. `inner`, `inlined`,
+        `summing` and `unfused` are for functions that kernels call. They have no wrappers and therefore compile
+        several times faster.
+        Rounding: products and sums may be fused, which rounds once less. Only `summing` reorders operations, so the
+        same scene gives the same samples on the same machine. `unfused` is for functions that depend on every rounding.
+        Cache: Numba keeps a kernel on disk until the kernel's own file changes. A kernel also contains the code that it
+        calls in other files. This module therefore deletes kernels that are older than the newest source.
+Limits  Only kernels that are kept next to their source are deleted. If NUMBA_CACHE_DIR is set, empty that folder after
+        a change of the code. Numba infers types: these functions have no annotations, and mypy does not check them.
 """
 
 from __future__ import annotations
@@ -24,45 +25,47 @@ Function = Callable[..., Any]
 Decorator = Callable[[Function], Function]
 
 HERE = Path(__file__).parent
-FOLDERS = ("contact", "response", "motion", "effects/simulation", "voice", "surfaces")  # those with compiled loops
+FOLDERS = ("contact", "response", "motion", "effects/simulation", "voice", "surfaces")  # folders with kernels
 
 
 def forget_stale_kernels(root: Path, names: tuple[str, ...]) -> None:
-    """Delete the indexes of compiled kernels, in `root` and its folders `names`, that are older than a source there."""
+    """Delete the cache indexes of kernels that are older than the newest source in `root` and its folders `names`."""
     folders = [root, *(folder for folder in (root / name for name in names) if folder.is_dir())]
     newest = max(source.stat().st_mtime for folder in folders for source in folder.glob("*.py"))
-    if newest > time():  # a wrong clock: everything would be older, at every start
+    if newest > time():  # the clock is wrong: every start would delete all kernels
         return
     for index in (index for folder in folders for index in (folder / "__pycache__").glob("*.nbi")):
-        with contextlib.suppress(OSError):  # another process was quicker, or the folder is not ours to change
+        with contextlib.suppress(OSError):  # another process was faster, or the folder is not writable
             if index.stat().st_mtime < newest:
                 index.unlink()
 
 
 forget_stale_kernels(HERE, FOLDERS)
 
-ALL: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}  # a wrapper for C: no one asks
+ALL: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}  # C never calls them
 KEPT: dict[str, Any] = {**ALL, "cache": True}
-INNER: dict[str, Any] = {**ALL, "no_cpython_wrapper": True}  # nor for Python: half of a small function's compilation
+INNER: dict[str, Any] = {**ALL, "no_cpython_wrapper": True}  # a wrapper for Python doubles their compilation
 FUSED = {"contract"}
 
 
 kernel: Decorator = njit(**KEPT, fastmath=FUSED)
-"""Compiles a function, GIL-free and kept on disk."""
+"""Compiles a function that runs without the GIL and is kept on disk."""
 inner: Decorator = njit(**INNER, fastmath=FUSED)
-"""Compiles a part of the kernels that call it; Python cannot call it."""
+"""Compiles a function that kernels call. Python cannot call it."""
 inlined: Decorator = njit(**INNER, forceinline=True, fastmath=FUSED)
-"""Compiles a function into whatever kernel calls it, at every place; Python cannot call it."""
+"""Compiles a function that is inlined at every call in a kernel. Python cannot call it."""
 summing: Decorator = njit(**INNER, fastmath={*FUSED, "reassoc", "nsz"})
-"""Compiles as `inner` does, with sums in whatever order is fastest: for loops that only add."""
+"""Compiles as `inner` does, but sums in the fastest order. For loops that only add."""
 unfused: Decorator = njit(**INNER)
-"""Compiles as `inner` does, with every product and every sum rounded by itself."""
+"""Compiles as `inner` does, but rounds every product and every sum separately."""
 
 
 def signed_kernel(signature: str, *, fused: bool = True) -> Decorator:
-    """Return what compiles a function of `signature` as `kernel` does, when its module is first imported.
+    """Return a decorator that compiles as `kernel` does, but already when the module is imported.
 
-    fused: False compiles as `unfused` does. What runs while something plays has a signature: nothing is compiled then.
+    signature: types of the result and the arguments.
+    fused: whether products and sums may be fused; False rounds as `unfused` does.
+    Functions that run during playback have a signature, so that no compilation interrupts it.
     """
     made: Decorator = njit(signature, **KEPT, fastmath=FUSED if fused else set())
     return made
@@ -70,7 +73,7 @@ def signed_kernel(signature: str, *, fused: bool = True) -> Decorator:
 
 @unfused
 def two_product(a: float, b: float) -> tuple[float, float]:
-    """Return a b rounded, and what the rounding left out, exactly (Dekker, 1971), for |a| and |b| below 1e300."""
+    """Return the rounded product a b and its rounding error, which is exact (Dekker, 1971), for |a|, |b| < 1e300."""
     product = a * b
     far, high = 134217729.0 * a, 134217729.0 * b  # 2^27 + 1: each factor is split into halves of 26 bits
     a1, b1 = far - (far - a), high - (high - b)

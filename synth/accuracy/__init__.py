@@ -1,1 +1,1 @@
-"""What accuracy costs in time: methods against a reference, and the cost of a plan."""
+"""The cost of accuracy: error and time of each method, and the cost of a plan."""

@@ -1,14 +1,15 @@
-"""The obvious way to compute a steady scan: a trapezoid rule and SciPy's `brentq`, as frames or tabled for one period.
+"""The baseline for a steady scan: the trapezoid rule and SciPy's `brentq`, for every frame or as a table of one period.
 
-Stage   beside `methods`, with which a report of accuracy compares it.
-Model   integral over [0, L] of max(h - z, 0) dx = w L / k of eq. 1 on equally spaced points, a root of a function of z,
-        a phase at a time. Frames are solved at each output frame, or oversampled and then band-limited; a table holds
-        one period, solved once, and is read as every series is. Points and solutions grow together.
+Stage   no stage. A report of accuracy compares it with `methods`.
+Model   Eq. 1 is integral over [0, L] of max(h - z, 0) dx = w L / k. The integral is computed on equally spaced points,
+        and `brentq` finds z, one phase at a time. Frames are solved at each output frame, or are oversampled and then
+        band-limited. A table has one period, solved once, and is read like any series. Points and solutions increase
+        together.
 Source  Fagiani & Barbieri (2016), eqs 1-5.
-Limits  times are those of `brentq` at PROBES phases, times the number of phases. Errors are those of the same roots, in
-        closed form: with the heights falling, h_1 >= h_2 >= ..., and weights v_i, the root is the largest over k of
-        (v_1 h_1 + ... + v_k h_k - target) / (v_1 + ... + v_k). The filter that steps oversampled frames down is not
-        counted: it is 1 % of the solutions.
+Limits  The times are those of `brentq` at PROBES phases, scaled to the number of phases. The errors are those of the
+        same roots, computed in closed form: with falling heights h_1 >= h_2 >= ... and weights v_i, the root is the
+        largest over k of (v_1 h_1 + ... + v_k h_k - target) / (v_1 + ... + v_k). The filter that reduces oversampled
+        frames to the frame rate is not counted. It takes 1 % of the time of the solutions.
 """
 
 from __future__ import annotations
@@ -25,14 +26,19 @@ from synth.contact.load_balance import Contact
 from synth.response.series_curve import SeriesCurve
 
 SIZES = tuple((25 * 2**power, 2 ** round(0.45 * power)) for power in range(8))
-"""Points a ridge and solutions a frame: folding falls as the power 2.5 of the solutions, the rule's error as the square
-of the points. The largest takes 3 ms a phase."""
-TABLED = 512  # times the solutions a frame: phases of a table
-TIMED = 16  # phases of a run of frames
+"""Points per ridge and solutions per frame. Folding falls as the power 2.5 of the solutions, and the error of the rule
+as the square of the points. The largest size takes 3 ms per phase."""
+TABLED = 512  # phases of a table, relative to the solutions per frame
+TIMED = 16  # phases of a timed run of frames
 
 
 class Trapezoid:
-    """The trapezoid rule on one contact at one load (N) with so many points a ridge. nbytes: that it holds."""
+    """The trapezoid rule on one contact at one load.
+
+    load: N.
+    points: points per ridge.
+    nbytes: memory, bytes.
+    """
 
     def __init__(self, contact: Contact, load: float, points: float) -> None:
         from scipy.optimize import brentq
@@ -49,7 +55,7 @@ class Trapezoid:
         self.nbytes = self._places.nbytes + self._weights.nbytes + self._finger.nbytes
 
     def solved(self, phases: Array) -> Array:
-        """Return z (m) at each of `phases` (turns), as somebody solves it who has only this."""
+        """Return z (m) at each of `phases` (turns), found with `brentq`."""
         scale, found = self._geometry.height_scale, []
         for phase in phases:
             h = self._heights(float(phase))
@@ -77,7 +83,7 @@ class Trapezoid:
 
 
 def baseline_methods(case: Case) -> Iterator[Method]:
-    """Yield the obvious way, as frames and as tables, the fewest points first."""
+    """Yield the baseline as frames, then as tables, each with the fewest points first."""
     rules = [(points, count, Trapezoid(case.contact, case.load, points)) for points, count in SIZES]
     for points, count, rule in rules:
         yield _framed(case, rule, f"trapezoid and brentq, {points} points a ridge, oversampling {count}", count)

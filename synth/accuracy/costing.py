@@ -1,18 +1,20 @@
-"""What a plan costs on this machine: time to set up, time a frame, memory.
+"""Measure the cost of a plan on this machine: set-up time, time per frame, memory.
 
-Stage   beside the voice: the plan of a scene with its cost, as `ridgewave explain` shows it.
-Model   the scene is prepared and a voice renders blocks of it; the fastest of REPEATS blocks is the time a frame (of
-        frames that are solved, one chunk). Of a tolerance that is "imperceptible", the same is done at UNFELT_AGAINST,
-        to tell what it saved.
-        What a process takes once, whatever it computes, is told apart: its start, its imports, its kernels.
-        What a researcher asks first stands beside the cost: k of eqs 4-5 (or as given) and the groups of eqs 6-7 at the
-        scan's load; the length that touches, mean over PHASES of a period, over `finger.contact_length`; the rms of
-        each quantity about its mean; 20 log10 of the strongest line of the motion over the detection threshold at its
-        frequency (`perception.threshold`).
+Stage   no stage. It adds the cost to the plan of a scene, as `ridgewave explain` shows it.
+Model   The scene is prepared, and a voice renders blocks of it. The time per frame is that of the fastest of REPEATS
+        blocks, or of one chunk of solved frames. If the tolerance is "imperceptible", the same is measured at
+        UNFELT_AGAINST, to report what the tolerance saved.
+        The times that a process needs once (start, imports, kernels) are reported separately.
+        The response also gets figures of the contact:
+        - stiffness k of eqs 4-5, or as given, and the groups of eqs 6-7, at the scan's load;
+        - contact fraction: mean length that touches, over PHASES phases of a period, over `finger.contact_length`;
+        - rms of each quantity about its mean;
+        - sensation level: 20 log10 of the strongest harmonic of the motion over the detection threshold at its
+          frequency (`perception.threshold`).
 Source  Fagiani & Barbieri (2016), eqs 4-7.
-Limits  the cost is that of this machine at this moment; with a warm cache the set-up costs next to nothing. What was
-        saved is not measured of a recording: it would take minutes. Stiffness, groups, rms and level are those of the
-        scan's own speed and load; rms and level are None where a simulation takes the place of the response.
+Limits  The cost is that of this machine at this moment. With a warm cache the set-up takes almost no time. For a
+        recording, the saving is not measured, because that would take minutes. Stiffness, groups, rms and level are
+        those of the scan's own speed and load. Rms and level are None if a simulation replaces the response.
 """
 
 from __future__ import annotations
@@ -35,18 +37,18 @@ from synth.voice.voice import Voice
 
 TIMED_FRAMES = 1 << 14
 REPEATS = 5
-TRIED_FRAMES, SLOW = 1 << 10, 0.05  # frames that are tried first; s that they may take, to be timed in full
-UNFELT_AGAINST = 1e-6  # the tolerance that "imperceptible" is compared with
-PHASES = 256  # the mean touching length to some thousandths of itself
-SAVED = ("setup_seconds", "ns_per_frame", "memory_bytes")  # of a plan's cost
+TRIED_FRAMES, SLOW = 1 << 10, 0.05  # frames of a first try, and its time (s) above which no more frames are timed
+UNFELT_AGAINST = 1e-6  # the tolerance with which "imperceptible" is compared
+PHASES = 256  # gives the mean length that touches to some thousandths
+SAVED = ("setup_seconds", "ns_per_frame", "memory_bytes")  # fields of `Cost` that "imperceptible" can save
 
 
 def explain(scene: SceneLike, *, cache: ResponseCache | None = None) -> Plan:
-    """Return the plan of `scene`, its response built and its cost measured on this machine.
+    """Return the plan of `scene`, with its cost measured on this machine.
 
     scene: a Scene, a mapping, the path of a JSON file, or a name of the catalogue.
-    cache: responses solved before; by default none, so that the set-up is measured in full.
-    Raises SceneError where the scene is at fault, CannotRender where it cannot be carried out.
+    cache: responses solved before; by default none, so that the whole set-up is measured.
+    Raises SceneError for an invalid scene, and CannotRender if the scene cannot be rendered.
 
     Example: synth.explain({"effects": {"inertia": {}}}).document()["simulated"]
     """
@@ -78,12 +80,12 @@ def _measured(scene: Scene, cache: ResponseCache | None) -> Plan:
 
 
 def _seconds_a_frame(voice: Voice) -> float:
-    """Return the time of a frame: that of the fastest of some blocks, or of one chunk of solved frames."""
+    """Return the time per frame (s) of the fastest of several blocks, or of one chunk of solved frames."""
     frames, repeats = voice.frames_together, 1
     if not frames:
         tried = _seconds_of(voice, TRIED_FRAMES)
         frames, repeats = (TRIED_FRAMES, 1) if tried > SLOW else (TIMED_FRAMES, REPEATS)
-    # a simulation begins some way before the frame that it is sent to: going on costs what a frame costs
+    # after a seek, a simulation also computes a time before the frame: only continuing measures the cost per frame
     goes_on = repeats == 1 or (voice.solved.effects is not None and voice.scene.scan.trajectory is None)
     times = []
     for _ in range(repeats):
@@ -100,10 +102,10 @@ def _seconds_of(voice: Voice, frames: int) -> float:
 
 
 def _unfelt(scene: Scene, plan: Plan) -> dict[str, Any]:
-    """Return what "imperceptible" became, and what it saved against UNFELT_AGAINST."""
+    """Return the tolerance of "imperceptible", and what it saved against UNFELT_AGAINST."""
     tolerance, threshold = plan.response["tolerance"], scene.accuracy.threshold
     told: dict[str, Any] = {"threshold": threshold, "tolerance": tolerance, "against": UNFELT_AGAINST, "saved": None}
-    told["sentence"] = f'Below the threshold "{threshold}" by 6 dB is a tolerance of {tolerance:.2g}.'
+    told["sentence"] = f'An error 6 dB below the threshold "{threshold}" needs a tolerance of {tolerance:.2g}.'
     if scene.scan.trajectory is not None:
         return told
     accuracy = scene.accuracy.model_copy(update={"tolerance": UNFELT_AGAINST})
@@ -115,16 +117,19 @@ def _unfelt(scene: Scene, plan: Plan) -> dict[str, Any]:
     words = (
         f"{saved['phases_solved']} solved phases",
         f"{1e3 * saved['setup_seconds']:.3g} ms of set-up",
-        f"{saved['ns_per_frame']:.3g} ns a frame",
+        f"{saved['ns_per_frame']:.3g} ns per frame",
         f"{saved['memory_bytes'] / 1024:.3g} KiB",
     )
     listed = ", ".join(text for text, amount in zip(words, saved.values(), strict=True) if amount > 0)
-    told["sentence"] += f" Against {UNFELT_AGAINST:g} it saves {listed or 'nothing'}."
+    told["sentence"] += f" Compared with {UNFELT_AGAINST:g} it saves {listed or 'nothing'}."
     return told
 
 
 def _contact_summary(solved: Preparation) -> dict[str, Any]:
-    """Return stiffness (N/m), contact_fraction, rms (a quantity, SI), sensation_level_db and groups; None: unknown."""
+    """Return stiffness (N/m), contact_fraction, rms (SI, per quantity), sensation_level_db and groups.
+
+    A value that is not known is None.
+    """
     told: dict[str, Any] = dict.fromkeys(("stiffness", "contact_fraction", "rms", "sensation_level_db", "groups"))
     contact, load = solved.contact, solved.scene.scan.load
     if contact is None or load <= 0.0:

@@ -1,15 +1,18 @@
-"""The ways to compute a steady scan, behind one interface: what a report of accuracy sets side by side.
+"""The methods to compute a steady scan, with one interface, for the comparison in a report of accuracy.
 
-Stage   beside the plan, of whose methods these are the sizes; what one would write from the paper is in `baseline`.
-Model   A method, set up for a case, gives the channel's values over a period, and runs frames as it would in use.
-        Frames that are solved (exact, sampled): what folds into their period is what folds into a series of as many
-        phases as they solve in a period, the nearest whole number.
-        Harmonics: a period is solved at some phases, and its series read, as the plan of a constant scan does.
-        Table: the response table, made to errors of a size, and read along the scan as a live voice does.
-        The exact solver is that of the texture: in closed form of two cosines, else segments, refined until they err by
-        REFINED of the scene's tolerance. The sampled solver is a polyline of so many segments, whatever the texture.
-Source  design, section 5; Fagiani & Barbieri (2016), eq. 1, for all of them.
-Limits  steady scans. Of a table, what sounds above the band is not counted: its levels fade out to 1.4 times it.
+Stage   no stage. These are the methods of the plan, in several sizes. `baseline` has the method that one would write
+        from the paper.
+Model   A method is set up for a case. It then gives the values of the channel over a period, and runs frames as in use.
+        Solved frames (families exact and sampled): frames fold as much as a series with the same number of phases per
+        period, rounded to a whole number.
+        Harmonics: a period is solved at several phases and its series is read, as in the plan of a constant scan.
+        Table: a response table is made to errors of a given size and read along the scan, as by a live voice.
+        The exact solver is that of the texture. For two cosines it is in closed form. Otherwise it uses segments,
+        refined until their error is REFINED of the scene's tolerance. The sampled solver uses a polyline with a given
+        number of segments, for any texture.
+Source  design, section 5; Fagiani & Barbieri (2016), eq. 1, for all methods.
+Limits  Steady scans only. Components of a table above the band are not counted. The mip levels fade out up to 1.4
+        times the band.
 """
 
 from __future__ import annotations
@@ -40,24 +43,29 @@ from synth.scene.scene import Scene
 from synth.voice.table_reading import HandReader
 
 OVERSAMPLINGS = (1, 2, 4, 8, 16, 32)
-SAMPLED_SIZES = 7  # numbers of segments, each twice the last
+SAMPLED_SIZES = 7  # how many numbers of segments, each twice the one before
 SERIES_PHASES = tuple(2**power for power in range(3, 17))
-TABLE_SIZES = (0.25, 1.0, 4.0)  # times as well as a live voice's table; 16 times the best takes half a minute
-TABLE_SECONDS = 0.5  # that a table of a live voice takes, about
-REFINED = 0.1  # of the tolerance: more would show in the errors of what is read from the solver
-TIMED_FRAMES = 1 << 14  # of a reader
-PROBES = 16  # phases of which the time of one is taken
-MOST_PLACES = 1 << 16  # of a period at which frames of a voice stand
+TABLE_SIZES = (0.25, 1.0, 4.0)  # accuracy relative to a live voice's table; a table of 16 would take half a minute
+TABLE_SECONDS = 0.5  # approximate time to make a table for a live voice
+REFINED = 0.1  # of the tolerance: a larger error would show in the errors of methods that read the solver
+TIMED_FRAMES = 1 << 14  # frames of a timed reader
+PROBES = 16  # phases from which the time per phase is measured
+MOST_PLACES = 1 << 16  # largest number of phases of a period at which a live voice's frames are
 
 Solve = Callable[[Array], Array]
-"""z (m) at phases (turns)."""
+"""Returns z (m) at phases (turns)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """One channel of a steady scan, as every method finds it.
+    """One channel of a steady scan, as given to every method.
 
-    contact: as finely divided as the exact solver needs. order: of the time derivative. extent: peak-to-peak (SI).
+    scene: the scene.
+    solved: the solved scene.
+    contact: contact with a grid that is fine enough for the exact solver.
+    quantity: quantity of the channel.
+    order: order of its time derivative.
+    extent: peak-to-peak, SI.
     """
 
     scene: Scene
@@ -69,17 +77,17 @@ class Case:
 
     @property
     def rate(self) -> int:
-        """Frames a second."""
+        """Frames per second."""
         return self.scene.output.sample_rate
 
     @property
     def load(self) -> float:
-        """N, of the scan."""
+        """The load of the scan, N."""
         return self.scene.scan.load
 
     @property
     def period_frames(self) -> float:
-        """Frames in a period of the texture."""
+        """Frames per texture period."""
         return self.rate / abs(self.solved.turns)
 
     def heights(self, phases: Array) -> Array:
@@ -87,20 +95,20 @@ class Case:
         return self.contact.approach(phases, self.load)[0]
 
     def series(self, solve: Solve, phases: int) -> Complex:
-        """Return the series (SI) of the channel from z at so many equal steps of a period, cut at the band."""
+        """Return the series (SI) of the channel from z at `phases` equal steps of a period, up to the band limit."""
         heights = solve(np.arange(phases) / phases)
         return self.derived(harmonics_of(heights, min(phases // 2, self.solved.highest)))
 
     def derived(self, series: Complex) -> Complex:
-        """Return the series (SI) of the channel from that of z (m), its mean left out."""
+        """Return the series (SI) of the channel from that of z (m), without the mean."""
         return self.solved.steady.series(self.order, series)
 
     def solved_period(self, solve: Solve, count: int) -> tuple[Callable[[int], Array], int]:
-        """Return `Ready.period` of frames that are solved `count` times each, and the phases of a period."""
+        """Return `Ready.period` for frames with `count` solutions each, and the number of phases per period."""
         phases = max(8, round(self.period_frames * count))
 
         def period(points: int) -> Array:
-            """Return the channel as float32 samples near full scale are."""
+            """Return the channel, rounded like float32 samples near full scale."""
             values = curve_between(self.series(solve, phases), points)
             return (values / self.extent).astype(np.float32).astype(float) * self.extent
 
@@ -111,9 +119,12 @@ class Case:
 class Ready:
     """A method that is set up.
 
-    frames: that `run` computes. nbytes: that it holds. period: gives the channel (SI) at the phases (i + 1/2) / points
-    of a period for about as many points as it is asked for. setup: seconds of set-up where they were found otherwise
-    than by setting up.
+    frames: number of frames that `run` computes.
+    nbytes: memory, bytes.
+    run: computes the frames.
+    period: returns the channel (SI) at the phases (i + 1/2) / points of a period. The number of points is about that
+        requested.
+    setup: set-up time (s), if it was not measured by setting up; else None.
     """
 
     frames: int
@@ -125,7 +136,13 @@ class Ready:
 
 @dataclass(frozen=True, slots=True)
 class Method:
-    """A way to compute a case. seconds: about what setting it up, running it and finding its error take."""
+    """A method to compute a case.
+
+    name: name in the report.
+    family: group of methods that differ only in size.
+    set_up: returns the method, ready to run.
+    seconds: approximate time to set it up, run it and find its error, s.
+    """
 
     name: str
     family: str
@@ -134,7 +151,7 @@ class Method:
 
 
 def case_of(scene: Scene, channel: int) -> Case:
-    """Return the case of a steady `scene` that is not silent; channel: its index."""
+    """Return the case of channel number `channel` of a steady `scene` that is not silent."""
     solved = prepare(scene)
     assert solved.contact is not None
     plan = solved.channels[channel]
@@ -144,7 +161,7 @@ def case_of(scene: Scene, channel: int) -> Case:
 
 
 def methods_of(case: Case) -> Iterator[Method]:
-    """Yield every method of ridgewave's own for `case`, from the slowest family to the fastest."""
+    """Yield every method of ridgewave for `case`, from the slowest family to the fastest."""
     yield from _sampled(case)
     exact = case.contact.grid
     name = f"segments solver, {exact.segments} a period" if isinstance(exact, SegmentGrid) else exact.name
@@ -160,7 +177,7 @@ def methods_of(case: Case) -> Iterator[Method]:
 
 
 def chosen_method(case: Case, channel: int) -> Method:
-    """Return what the plan of the case takes."""
+    """Return the method that the plan of the case uses."""
     spectrum, reader = case.solved.spectrum, case.solved.channels[channel].reader
     assert spectrum is not None and reader is not None
     if spectrum.closed:
@@ -180,7 +197,7 @@ def curve_between(series: Complex, points: int) -> Array:
 
 
 def read_by(case: Case, curve: SeriesCurve, setup: float | None = None) -> Ready:
-    """Return the reader of a constant scan, ready; setup: as of `Ready`."""
+    """Return the reader of a constant scan, ready to run. `setup` is that of `Ready`."""
     gain = 1.0 / case.extent
 
     def period(points: int) -> Array:
@@ -194,7 +211,7 @@ def read_by(case: Case, curve: SeriesCurve, setup: float | None = None) -> Ready
 
 
 def seconds_a_phase(solve: Solve) -> float:
-    """Return about how long a solution takes."""
+    """Return the approximate time (s) of a solution."""
     phases = np.arange(PROBES) / PROBES
     solve(phases)
     began = perf_counter()
@@ -203,7 +220,7 @@ def seconds_a_phase(solve: Solve) -> float:
 
 
 def _framed(case: Case, name: str, family: str, count: int) -> Method:
-    """Return frames that the contact of `case` is solved for, `count` times each."""
+    """Return the method that solves the contact of `case` `count` times per frame."""
     scale = min(1.0, case.scene.output.band_limit / (BAND * case.rate))
     period, phases = case.solved_period(case.heights, count)
 
@@ -217,7 +234,10 @@ def _framed(case: Case, name: str, family: str, count: int) -> Method:
 
 
 def _sampled(case: Case) -> Iterator[Method]:
-    """Yield the solver on a polyline: what folds falls as the power 2.5 of the solutions, its error as the square."""
+    """Yield the solver on polylines of several sizes.
+
+    Folding falls as the power 2.5 of the solutions, and the error of the polyline as the square of the segments.
+    """
     geometry = case.contact.geometry.as_profile()
     least = SegmentGrid.of_geometry(replace(geometry, segments=1)).segments
     for power in range(SAMPLED_SIZES):
@@ -243,7 +263,7 @@ def _closed(case: Case) -> Method:
 
 
 def _table(case: Case, size: float) -> Method:
-    """Return the response table, `size` times as well as that of a live voice."""
+    """Return a response table that is `size` times as accurate as that of a live voice."""
     bounds = bounds_for(case.scene)
     z, velocity, acceleration = bounds.targets
     targets = z / size, velocity / size, acceleration / size
@@ -259,10 +279,10 @@ def _table(case: Case, size: float) -> Method:
 
 
 def _live(case: Case, reader: TableReader) -> Ready:
-    """Return the reading of a table along the scan, block by block, as a live voice reads it."""
+    """Return the method that reads a table along the scan block by block, as a live voice does."""
     texture = case.scene.texture.period
     whole = Fraction(case.solved.turns / case.rate).limit_denominator(MOST_PLACES)
-    places, lap = whole.denominator, whole.numerator  # so many frames in so many periods, to 1e-10 of them
+    places, lap = whole.denominator, whole.numerator  # `places` frames take `lap` periods, to 1e-10
 
     def hand_along(speed: float, frames: int) -> tuple[HandReader, Motion, Block]:
         samples = np.zeros((5, frames))

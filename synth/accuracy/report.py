@@ -1,16 +1,17 @@
-"""ACCURACY: what accuracy costs in time, method by method, measured on one scene and this machine.
+"""ACCURACY: the error and the time of every method, measured on one scene and this machine.
 
-Stage   after STAGE 3, over a scene.
-Model   Every method (`methods`, `baseline`) gives one period of the channel, and is compared with a reference: the
-        series of the texture's own solver, solved and refined to REFERENCE_TOLERANCE, or as far as the bound on work
-        allows. Errors are relative to the quantity's peak-to-peak, limited to its harmonics; an error as a displacement
-        is its spectrum divided by (2 pi f)^k; a harmonic above half the rate is felt where it folds to. Timings are
-        medians of REPEATS runs after one that is not counted, so compiling is left out; the report tells it beside
-        (`start_up`).
+Stage   after STAGE 3, for a scene.
+Model   Every method (`methods`, `baseline`) gives one period of the channel. It is compared with a reference: the
+        series of the texture's own solver, refined to REFERENCE_TOLERANCE or to the solver's limit on work.
+        Errors are relative to the peak-to-peak of the quantity, limited to its harmonics. An error is converted to a
+        displacement by dividing its spectrum by (2 pi f)^k. A harmonic above half the rate is judged at the frequency
+        to which it folds.
+        Timings are medians of REPEATS runs. One run before them is not counted, so compilation is not included. The
+        report states it separately (`process_seconds`, `compile_seconds`).
 Source  design, section 5; thresholds: `threshold`.
-Limits  a stroke, or a recording, is measured as a steady scan at its largest speed and load. Methods that would take
-        longer than PATIENCE to measure are left out and named; after BUDGET of the quicker ones, those that would take
-        longer than HASTE.
+Limits  A stroke or a recording is measured as a steady scan at its largest speed and load. Methods that would take
+        longer than PATIENCE to measure are left out and listed. After BUDGET seconds of measuring, so are those that
+        would take longer than HASTE.
 """
 
 from __future__ import annotations
@@ -36,11 +37,11 @@ from synth.response.spectrum import Complex, Demand, solve_spectrum
 from synth.scene.scene import Scene, SceneLike, scene_document, scene_from
 
 REPEATS = 5
-PATIENCE, HASTE = 6.0, 0.5  # s that a method may take to be set up, run and judged once, and after BUDGET
+PATIENCE, HASTE = 6.0, 0.5  # s, longest time to set up, run and judge a method, before and after BUDGET
 BUDGET = 45.0  # s of measuring
-ENOUGH = 0.5  # s of a timing, after which it is not repeated
-REFERENCE_TOLERANCE = 1e-8  # below the rounding of float32; looser ones would show in the errors of the best methods
-SEEN_PHASES = 1 << 17  # of a period, at least, at which errors are looked for
+ENOUGH = 0.5  # s of timing, after which it is not repeated
+REFERENCE_TOLERANCE = 1e-8  # below the rounding of float32; a looser one would show in the errors of the best methods
+SEEN_PHASES = 1 << 17  # smallest number of phases of a period at which errors are computed
 
 Progress = Callable[[str, int, int], None]
 T = TypeVar("T")
@@ -48,7 +49,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """What one method errs by and costs; docs/accuracy.md tells what each field means."""
+    """The error and the cost of one method. docs/accuracy.md describes the fields."""
 
     method: str
     family: str
@@ -75,12 +76,22 @@ class LeftOutMethod:
 
 @dataclass(frozen=True, slots=True)
 class AccuracyReport:
-    """The cost-against-error table of one channel of a scene.
+    """The table of error and cost for one channel of a scene.
 
-    peak_to_peak: of the quantity, in `unit`. reference_error: a bound of that of what errors are measured against.
-    threshold: name of the detection curve. chosen: the method that the plan takes; it is among `methods`. repeats: how
-    many times each timing was taken at most. process_seconds: what this process took once before it could compute:
-    start, imports, kernels. compile_seconds: the part of that which only a first use takes.
+    scene: complete document of the scene.
+    quantity: quantity of the channel.
+    unit: its SI unit.
+    peak_to_peak: peak-to-peak of the quantity, in `unit`.
+    duration: duration of the scene's output, s.
+    sample_rate: frames per second.
+    threshold: name of the detection threshold.
+    reference_error: bound on the error of the reference, relative to the peak-to-peak.
+    chosen: name of the method that the plan uses; it is one of `methods`.
+    repeats: largest number of runs per timing.
+    process_seconds: start, imports and kernels of this process, once, before it can compute, s.
+    compile_seconds: the part of process_seconds that only a first use takes, s.
+    methods: the measured methods.
+    left_out: the methods that were not measured.
     """
 
     scene: dict[str, Any]
@@ -99,7 +110,7 @@ class AccuracyReport:
     left_out: tuple[LeftOutMethod, ...]
 
     def document(self) -> dict[str, Any]:
-        """Return the JSON document (design, section 5); null where a number is not finite."""
+        """Return the JSON document (design, section 5). A number that is not finite is null."""
         made = asdict(self)
         made["methods"] = [_finite(row) for row in made["methods"]]
         made["left_out"] = list(made["left_out"])
@@ -107,7 +118,7 @@ class AccuracyReport:
 
 
 def reference_of(case: Case) -> tuple[Complex, float]:
-    """Return the truth: the series of the channel (SI), and a bound of its error relative to the peak-to-peak."""
+    """Return the reference series of the channel (SI), and a bound on its error, relative to the peak-to-peak."""
     demand = Demand(case.solved.highest, (case.order,), REFERENCE_TOLERANCE)
     found = solve_spectrum(case.contact, case.load, demand)
     return case.derived(found.harmonics), found.errors[0]
@@ -116,12 +127,13 @@ def reference_of(case: Case) -> tuple[Complex, float]:
 def measure_accuracy(
     scene: SceneLike, *, quantity: str | None = None, progress: Progress | None = None
 ) -> AccuracyReport:
-    """Return what every method errs by and costs for one channel of `scene`. Takes half a minute.
+    """Return the error and the cost of every method, for one channel of `scene`. Takes half a minute.
 
-    scene: a Scene, a mapping, the path of a JSON file, or a name of the catalogue. quantity: that of the channel, None
-    for the first. progress: told before each method its name, how many are done, and how many there are.
-    Raises InvalidRequest for a quantity that the scene has no channel of, and for a scene with effects, CannotRender
-    where nothing moves.
+    scene: a Scene, a mapping, the path of a JSON file, or a name of the catalogue.
+    quantity: quantity of the channel; None for the first channel.
+    progress: called before each method with its name, the number of methods done, and the number of all methods.
+    Raises InvalidRequest if the scene has no channel with that quantity, or has effects. Raises CannotRender if the
+    finger does not move.
     """
     scene = scene_from(scene)
     require_measurable(scene)
@@ -156,7 +168,7 @@ def measure_accuracy(
 def _measured_all(
     case: Case, listed: Sequence[Method], reference: Complex, progress: Progress | None
 ) -> list[Measured | LeftOutMethod]:
-    """Return what each method of `listed` errs by and costs, or why it was left out; the quickest come first."""
+    """Return the result of each method of `listed`, or why it was left out. The fastest are measured first."""
     made: dict[str, Measured | LeftOutMethod] = {}
     began, told = perf_counter(), progress or (lambda *_done: None)
     for done, method in enumerate(sorted(listed, key=lambda one: one.seconds)):
@@ -171,24 +183,24 @@ def _measured_all(
 
 
 def _not_there(case: Case) -> Iterator[LeftOutMethod]:
-    """Yield the methods that this scene does not have, with the reason in words."""
+    """Yield the methods that do not apply to this scene, with the reason."""
     sinusoid = case.contact.geometry.profile is None
     if not sinusoid:
-        reason = "Two cosines alone have antiderivatives in closed form: segments, refined, take its place."
+        reason = "Only two cosines have antiderivatives in closed form. Refined segments replace them."
         yield LeftOutMethod("exact solver in closed form", "exact", reason)
     if case.contact.closed(case.load) is None:
         pressed = "The load does not flatten the whole contact at every phase."
-        reason = pressed if sinusoid else "Full contact is one sinusoid only where the texture is."
+        reason = pressed if sinusoid else "Full contact gives one sinusoid only if the texture is a sinusoid."
         yield LeftOutMethod("closed form", "closed", reason)
 
 
 def require_measurable(scene: Scene) -> None:
-    """Raise what `measure_accuracy` raises of `scene`, as far as that is seen without solving anything."""
+    """Raise the errors of `measure_accuracy` that can be found without solving the scene."""
     if scene.effects:
-        hint = "The report compares ways to compute the contact response: leave the effects out."
+        hint = "The report compares methods that compute the contact response. Leave the effects out."
         raise InvalidRequest([Fault("/effects", ", ".join(scene.effects), "{}", hint)])
     if scene.scan.speed == 0.0:
-        raise CannotRender("The finger stands still (scan.speed is 0 m/s): there is nothing to measure.")
+        raise CannotRender("The finger does not move (scan.speed is 0 m/s), so there is nothing to measure.")
 
 
 def _channel_of(scene: Scene, quantity: str | None) -> int:
@@ -203,7 +215,7 @@ def _channel_of(scene: Scene, quantity: str | None) -> int:
 
 
 def _steady(scene: Scene) -> Scene:
-    """Return `scene` as a constant scan; raises CannotRender where that is silent."""
+    """Return `scene` with a constant scan. Raises CannotRender if that is silent."""
     scan = scene.scan.model_copy(update={"stroke": None, "trajectory": None})
     scene = scene.model_copy(update={"scan": scan})
     silence = prepare(scene).silence
@@ -235,7 +247,7 @@ def _measured(case: Case, method: Method, reference: Complex) -> Measured:
 
 
 def _timed(work: Callable[[], T]) -> tuple[T, float]:
-    """Return what `work` returns, and the median of its times (s) after a first run."""
+    """Return the result of `work`, and the median of its times (s) after a first run."""
     times: list[float] = []
     made = work()
     while len(times) < REPEATS and sum(times) < ENOUGH:
@@ -246,7 +258,12 @@ def _timed(work: Callable[[], T]) -> tuple[T, float]:
 
 
 def _spectral_errors(case: Case, error: Array, reference: Complex) -> tuple[float, float, float]:
-    """Return the largest error as a displacement (m), that of a harmonic in the band in dB, and the margin in dB."""
+    """Return three figures of an error.
+
+    - its largest value as a displacement, m
+    - its largest harmonic in the band, relative to the strongest harmonic of the reference, dB
+    - its margin below the detection threshold, dB
+    """
     lines = np.fft.rfft(error) / len(error)
     n = np.arange(1, len(lines))
     sizes = 2.0 * np.abs(lines[1:])
@@ -268,7 +285,10 @@ def _decibels(ratio: float) -> float:
 
 
 def _with_front(rows: Sequence[Measured], duration: float) -> tuple[Measured, ...]:
-    """Return the rows, `pareto` true where none is nearer and cheaper, set-up and `duration` seconds together."""
+    """Return the rows with `pareto` true for those on the Pareto front.
+
+    The cost is the set-up time plus the time for `duration` seconds.
+    """
     pairs = [(row.max_error, row.setup_seconds + duration * row.seconds_per_second) for row in rows]
     beaten = [any(other != own and other[0] <= own[0] and other[1] <= own[1] for other in pairs) for own in pairs]
     return tuple(replace(row, pareto=not one) for row, one in zip(rows, beaten, strict=True))

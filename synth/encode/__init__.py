@@ -1,1 +1,1 @@
-"""Blocks to WAV, FLAC and PCM with their metadata; `formats` is the door, `sound` a finite render as a value."""
+"""Encode blocks to WAV, FLAC and PCM with metadata. `formats` is the entry point; `sound` holds a finite render."""

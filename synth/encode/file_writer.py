@@ -1,9 +1,10 @@
-"""Block after block into a sound file, with flat memory and nothing half done under the final name.
+"""Write a sound file block by block, with constant memory. The final name never has an incomplete file.
 
 Stage: part of STAGE 4 (encode), its only part with state.
-Model: a writer is an encoder (WAV or raw here, FLAC in `synth.encode.flac`) on a place (a path through
-    `synth.encode.part_file`, or a binary stream that the caller owns). Blocks are encoded 65536 frames at a time, so an
-    hour takes no more memory than a second. At the end a WAV header that promised another length is written again.
+Model: a writer has an encoder and a place. The encoder is for WAV or raw (here) or FLAC (`synth.encode.flac`). The
+    place is a path (`synth.encode.part_file`) or a binary stream that the caller owns. Blocks are encoded 65536 frames
+    at a time, so an hour takes no more memory than a second. If the header of a WAV has another length than the sound,
+    it is written again at the end.
 """
 
 from __future__ import annotations
@@ -21,20 +22,23 @@ from synth.encode.samples import Block, SoundFormat, block_bytes
 from synth.encode.sound_metadata import Metadata
 from synth.errors import CannotRender
 
-CHUNK_FRAMES = 65536  # frames encoded at once: large enough to be fast, small enough to stay in cache
+CHUNK_FRAMES = 65536  # frames encoded at a time: large enough to be fast, small enough to stay in the cache
 
 
 class LentStream:
-    """A stream of the caller's in the place of a `PartFile`: it is left open, with what was written so far."""
+    """A binary stream that the caller owns, with the interface of a `PartFile`. It stays open.
+
+    After a failure it keeps what was written so far.
+    """
 
     def __init__(self, stream: BinaryIO) -> None:
         self.stream = stream
-        name = getattr(stream, "name", None)  # of a temporary file: the number of its descriptor
+        name = getattr(stream, "name", None)  # for a temporary file, its descriptor, a number
         self.shown = name if isinstance(name, str) else "the sound"
         self.target = None
 
     def commit(self) -> None:
-        """Hand on what is buffered."""
+        """Flush the stream."""
         self.stream.flush()
 
     def discard(self) -> None:
@@ -42,7 +46,7 @@ class LentStream:
 
 
 class PcmEncoder:
-    """WAV and raw formats: a header (none for raw), then the samples as they are."""
+    """Encodes WAV and raw formats: a header (none for raw), then the samples."""
 
     def __init__(
         self,
@@ -53,7 +57,10 @@ class PcmEncoder:
         metadata: Metadata | None,
         frames: int | None,
     ) -> None:
-        """Write the header: for `frames`; else endless, to be corrected by `finish` where `stream` can seek."""
+        """Write the header.
+
+        frames: length of the sound; None for an endless header, which `finish` corrects if `stream` can seek.
+        """
         self._stream, self._format, self._sample_rate = stream, sound_format, sample_rate
         self._channels, self._metadata = channels, metadata
         self._promised, self._frames = frames, 0
@@ -74,7 +81,7 @@ class PcmEncoder:
         self._frames += len(block)
 
     def finish(self) -> None:
-        """Pad the samples to an even byte; correct the header where it promised something else."""
+        """Pad the samples to an even number of bytes, and correct the header if it has another length."""
         if self._format.container == "raw":
             return
         self._stream.write(padding(self._frames * self._channels * self._format.bytes_per_sample))
@@ -90,14 +97,14 @@ class PcmEncoder:
             self._stream.seek(end)
 
     def discard(self) -> None:
-        """Do nothing: the place is discarded as a whole."""
+        """Do nothing: the place discards what was written."""
 
 
 class Writer:
-    """A sound file being written: `write` blocks, then `close`, or `abort` to leave nothing.
+    """A sound file that is being written. `write` blocks, then `close`; or `abort` to remove the file.
 
-    As a context manager it closes on success and aborts on any exception. Every failure of the file system is a
-    CannotRender, after which nothing is left and the writer is closed.
+    As a context manager it closes on success and aborts on any exception. A failure of the file system raises
+    CannotRender, removes the file and closes the writer.
     """
 
     def __init__(
@@ -125,7 +132,7 @@ class Writer:
                 self._encoder = PcmEncoder(place.stream, sound_format, sample_rate, channels, metadata, frames)
 
     def write(self, block: Block) -> None:
-        """Append `block`, float32 [frames, channels]; any number of frames, none too."""
+        """Append `block`, float32 [frames, channels], of any number of frames, including none."""
         assert self._open and self._encoder is not None, "the writer is closed"
         assert block.ndim == 2 and block.shape[1] == self._channels, f"not [frames, {self._channels}]: {block.shape}"
         with self._undone_on_failure():
@@ -134,7 +141,7 @@ class Writer:
         self.frames += len(block)
 
     def close(self) -> None:
-        """Complete the file and give it its name; a second call does nothing."""
+        """Complete the file and give it its name. A second call does nothing."""
         if not self._open:
             return
         assert self._encoder is not None
@@ -144,7 +151,7 @@ class Writer:
             self._place.commit()
 
     def abort(self) -> None:
-        """Remove what was written (a stream of the caller's stays as it is); after `close` it does nothing."""
+        """Remove what was written. A stream of the caller keeps it. After `close`, do nothing."""
         if self._open:
             self._undo()
 
@@ -188,12 +195,14 @@ def open_writer(
     exclusive: bool = False,
     shown: str | None = None,
 ) -> Writer:
-    """Open a writer on a path (atomic, see `synth.encode.part_file`) or on a binary stream, which is left open.
+    """Return a writer to a path or a binary stream.
 
-    frames: the length, where it is known. A stream that cannot seek needs it for exact sizes, else the WAV is endless.
-    exclusive: refuse a name that exists or is being written.
-    shown: what refusals call the file in place of its path.
-    Raises CannotRender at once where the target cannot be written: before anything is rendered.
+    target: a path, where the file appears when it is complete (`synth.encode.part_file`), or a stream, which stays
+        open.
+    frames: number of frames, if it is known. Without it, a WAV on a stream that cannot seek is endless.
+    exclusive: whether to refuse a name that exists or is being written.
+    shown: name of the file in errors; None for its path.
+    Raises CannotRender if the target cannot be written, before anything is rendered.
     """
     if isinstance(target, str | Path):
         place: PartFile | LentStream = PartFile(Path(target), exclusive=exclusive, shown=shown)

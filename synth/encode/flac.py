@@ -1,10 +1,10 @@
-"""FLAC, through libsndfile, block after block, into anything that can seek.
+"""Write FLAC block by block, with libsndfile, to a stream that can seek.
 
-Stage: part of STAGE 4 (encode). libsndfile is loaded when the first FLAC is written, not before.
-Model: 24 bit integers by the rule of `synth.encode.samples`, so a FLAC decodes to the integers of the 24 bit WAV. 24
-    rather than 16 because a render is quiet for long stretches (light touch, lifted finger) and FLAC spends no bits on
-    leading zeros.
-Limits: 8 channels, 655350 Hz; the target must seek, since the number of frames stands in the header.
+Stage: part of STAGE 4 (encode). libsndfile is loaded when the first FLAC is written.
+Model: samples are 24 bit integers by the rule of `synth.encode.samples`. A FLAC therefore decodes to the integers of
+    the 24 bit WAV. 24 bits are better than 16, because a render can be quiet for long (light touch, lifted finger),
+    and FLAC uses no bits for leading zeros.
+Limits: 8 channels, 655350 Hz. The target must be able to seek, because the header contains the number of frames.
 """
 
 from __future__ import annotations
@@ -20,20 +20,23 @@ from synth.encode.samples import Block, SoundFormat, quantise
 from synth.encode.sound_metadata import FLAC_COMMENT_BYTES, Metadata
 from synth.errors import CannotRender, Fault, InvalidRequest
 
-MOST_CHANNELS = 8  # the format's own bound
-NO_LIBRARY = "FLAC needs libsndfile: pip install soundfile, and where it brings no library apt-get install libsndfile1."
+MOST_CHANNELS = 8  # the limit of the format
+NO_LIBRARY = "FLAC needs libsndfile. Run: pip install soundfile. If it brings no library: apt-get install libsndfile1."
 
 
 class FlacEncoder:
-    """Writes FLAC into `stream`; where the stream fails, its own error comes out of `write` or `finish`."""
+    """Writes FLAC to `stream`. If the stream fails, `write` or `finish` raises the stream's own error."""
 
     def __init__(self, stream: BinaryIO, sample_rate: int, channels: int, metadata: Metadata | None) -> None:
-        """Raise InvalidRequest for more than 8 channels, CannotRender where libsndfile is missing or refuses."""
+        """Open the encoder.
+
+        Raises InvalidRequest for more than 8 channels, and CannotRender if libsndfile is missing or refuses.
+        """
         comment = "" if metadata is None else metadata.text().decode("ascii")
         _check(channels, comment)
         try:
             import soundfile
-        except (ImportError, OSError) as error:  # OSError: the Python part is there, the library is not
+        except (ImportError, OSError) as error:  # OSError: soundfile is installed, but libsndfile is missing
             raise CannotRender(NO_LIBRARY) from error
         self._keeper = _FaultKeeper(stream)
         try:
@@ -49,22 +52,22 @@ class FlacEncoder:
 
     def write(self, block: Block) -> None:
         """Encode `block` [frames, channels]."""
-        if len(block):  # the lowest 8 of 32 bits are zero: libsndfile keeps the upper 24
+        if len(block):  # libsndfile keeps the upper 24 of 32 bits
             integers = np.left_shift(quantise(block, SoundFormat.FLAC.bits), 8)
             self._guarded(lambda: self._file.write(integers))
 
     def finish(self) -> None:
-        """Write what libFLAC still holds and the final header."""
+        """Write the frames that libFLAC has buffered, and the final header."""
         self._guarded(self._file.close)
 
     def discard(self) -> None:
-        """Give libsndfile's memory back after a failure; what it would still write goes nowhere."""
+        """Free libsndfile's memory after a failure. What it would still write is dropped."""
         self._keeper.fault = self._keeper.fault or CannotRender("the file is given up")
-        with contextlib.suppress(RuntimeError):  # it may repeat the error that brought us here
+        with contextlib.suppress(RuntimeError):  # it may raise the same error again
             self._file.close()
 
     def _guarded(self, action: Callable[[], object]) -> None:
-        """Run `action`; where the stream failed under libsndfile, raise the stream's own error."""
+        """Run `action`. If the stream failed in it, raise the stream's own error instead of libsndfile's."""
         try:
             action()
         except (RuntimeError, AssertionError):  # libsndfile's "system error", or soundfile's count of the frames
@@ -74,9 +77,9 @@ class FlacEncoder:
 
 
 class _FaultKeeper:
-    """A stream for libsndfile's callbacks, through which no exception may pass: the first is kept, the rest is void.
+    """A stream for libsndfile's callbacks, which must not raise.
 
-    Its position 0 is where `stream` stood at the beginning.
+    The first exception is kept, and later calls do nothing. Position 0 is the initial position of `stream`.
     """
 
     def __init__(self, stream: BinaryIO) -> None:
@@ -102,14 +105,16 @@ class _FaultKeeper:
         if self.fault is None:
             try:
                 return action()
-            except BaseException as error:  # an interrupt must not be lost in C either
+            except BaseException as error:  # a KeyboardInterrupt must not get lost in C
                 self.fault = error
         return 0
 
 
 def _check(channels: int, comment: str) -> None:
     if channels > MOST_CHANNELS:
-        hint = "Write WAV, which takes any number, or fewer channels."
+        hint = "Write WAV, which allows more channels, or write fewer channels."
         raise InvalidRequest([Fault("/output/channels", f"{channels} channels", f"1 to {MOST_CHANNELS} in FLAC", hint)])
     if len(comment) > FLAC_COMMENT_BYTES:
-        raise CannotRender(f"the scene is {len(comment)} bytes of JSON and a FLAC file holds 16 MB of it: write WAV.")
+        raise CannotRender(
+            f"the scene is {len(comment)} bytes of JSON, and a FLAC file holds 16 MB at most. Write WAV."
+        )

@@ -1,11 +1,11 @@
-"""Sound out: float32 blocks into WAV, FLAC and PCM, as files, as whole bodies and as endless streams.
+"""Encode float32 blocks as WAV, FLAC and PCM: to files, to bytes, or as endless streams.
 
-STAGE 4 (encode). Pure but for `open_writer`, which writes files.
-Model: one integer rule for every format (`synth.encode.samples`), headers written by hand (`synth.encode.riff`), FLAC
-    by libsndfile (`synth.encode.flac`), the scene and the physical full scale in each file
-    (`synth.encode.sound_metadata`), files that appear only when complete (`synth.encode.file_writer`,
-    `synth.encode.part_file`). The same blocks give the same bytes: no time stamps, no dither.
-Limits: L16 is refused above 48 kHz (the media type's own bound); raw formats carry no metadata; FLAC does not stream.
+STAGE 4 (encode). All functions are pure, except `open_writer`, which writes files.
+Model: every format uses the same rule for integers (`synth.encode.samples`). WAV headers are written here
+    (`synth.encode.riff`), and FLAC by libsndfile (`synth.encode.flac`). Each file contains the scene and the physical
+    full scale (`synth.encode.sound_metadata`). A file appears only when it is complete (`synth.encode.file_writer`,
+    `synth.encode.part_file`). The same blocks give the same bytes: there are no time stamps and no dither.
+Limits: L16 is refused above 48 kHz, the limit of its media type. Raw formats have no metadata. FLAC cannot be streamed.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ __all__ = [
     "stream_header",
 ]
 
-L16_RATE_LIMIT_HZ = 48000  # RFC 4856: the largest rate of audio/L16 outside RTP
+L16_RATE_LIMIT_HZ = 48000  # largest rate of audio/L16 outside RTP (RFC 4856)
 
-# For each ending of a file: the sample types that it has, the default first.
+# The sample types of each file ending, with the default first.
 ENDINGS: dict[str, dict[str, SoundFormat]] = {
     ".wav": {"float": SoundFormat.WAV, "pcm16": SoundFormat.WAV16, "pcm24": SoundFormat.WAV24},
     ".flac": {"pcm24": SoundFormat.FLAC},
@@ -49,9 +49,12 @@ ENDINGS: dict[str, dict[str, SoundFormat]] = {
 
 
 def choose_format(path: str | Path, subtype: str | None = None) -> SoundFormat:
-    """Return the format that the ending of `path` and a subtype ask for; raises InvalidRequest for anything else.
+    """Return the format for the ending of `path` and a subtype. Raises InvalidRequest if there is none.
 
-    .wav: float (default), pcm16, pcm24. .flac: pcm24. .raw, .f32, .pcm: float, little-endian. .l16: pcm16, big-endian.
+    .wav: float (default), pcm16, pcm24
+    .flac: pcm24
+    .raw, .f32, .pcm: float, little-endian
+    .l16: pcm16, big-endian
     """
     ending = Path(path).suffix.lower()
     if ending not in ENDINGS:
@@ -67,10 +70,10 @@ def choose_format(path: str | Path, subtype: str | None = None) -> SoundFormat:
 
 
 def media_type(sound_format: SoundFormat, sample_rate: int, channels: int) -> str:
-    """Return the Content-Type of `sound_format`; raises InvalidRequest for L16 above 48 kHz, which has none."""
+    """Return the Content-Type of `sound_format`. Raises InvalidRequest for L16 above 48 kHz, which has none."""
     if sound_format is SoundFormat.L16:
         if sample_rate > L16_RATE_LIMIT_HZ:
-            hint = "Ask for format wav16 or f32le, or for a lower rate."
+            hint = "Request the format wav16 or f32le, or a lower rate."
             allowed = f"at most {L16_RATE_LIMIT_HZ} Hz for audio/L16"
             raise InvalidRequest([Fault("/output/sample_rate", str(sample_rate), allowed, hint)])
         return f"audio/L16;rate={sample_rate};channels={channels}"
@@ -78,7 +81,7 @@ def media_type(sound_format: SoundFormat, sample_rate: int, channels: int) -> st
 
 
 def encode_all(block: Block, sound_format: SoundFormat, sample_rate: int, metadata: Metadata | None = None) -> bytes:
-    """Return a whole file, exact sizes, of `block` float32 [frames, channels]: the bytes that a writer would write."""
+    """Return the bytes of a whole file, with exact sizes, for `block`, float32 [frames, channels]."""
     body = io.BytesIO()
     with open_writer(body, sound_format, sample_rate, block.shape[1], metadata, frames=len(block)) as writer:
         writer.write(block)
@@ -88,13 +91,15 @@ def encode_all(block: Block, sound_format: SoundFormat, sample_rate: int, metada
 def stream_header(
     sound_format: SoundFormat, sample_rate: int, channels: int, metadata: Metadata | None = None
 ) -> bytes:
-    """Return what opens an endless stream of `block_bytes`: a WAV header without an end, nothing for raw formats.
+    """Return the header of an endless stream of `block_bytes`: an endless WAV header, or nothing for raw formats.
 
-    Raises InvalidRequest for FLAC, whose header counts its frames.
+    Raises InvalidRequest for FLAC, whose header contains the number of frames.
     """
     if sound_format is SoundFormat.FLAC:
         streams = ", ".join(kind for kind in SoundFormat if kind is not SoundFormat.FLAC)
-        raise InvalidRequest([Fault("/format", "flac", f"{streams} for a stream", "Ask for wav24: the same samples.")])
+        raise InvalidRequest(
+            [Fault("/format", "flac", f"{streams} for a stream", "Use wav24: it has the same samples.")]
+        )
     if sound_format.container == "raw":
         return b""
     return wav_header(sound_format, sample_rate, channels, metadata, None)

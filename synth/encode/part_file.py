@@ -1,13 +1,13 @@
 """A file that appears under its name only when it is complete.
 
-Stage: part of STAGE 4 (encode), the part that touches the file system.
-Model: the bytes go to NAME.TOKEN.part beside the target (a fresh token each time, so two writers do not meet), which
-    `os.replace` renames at the end: readers see the old file or the new one, never half of one. A symbolic link is
-    followed, and its target replaced. What is not a regular file (a pipe, /dev/null) is written directly.
-    `exclusive` serves the file sink: the name must be free, no link is followed, and NAME.part itself, created only
-    where it does not exist, reserves the name among all processes.
-Limits: a process that is killed outright leaves its .part file behind. The rename is atomic, but does not wait for the
-    disk, so that a power cut may undo it.
+Stage: part of STAGE 4 (encode), the part that uses the file system.
+Model: the bytes are written to NAME.TOKEN.part in the folder of the target. Each writer has its own token. At the end
+    `os.replace` renames the file, so readers see the old file or the new file, never a part of one. A symbolic link is
+    followed, and its target is replaced. A target that is not a regular file (a pipe, /dev/null) is written directly.
+    With `exclusive`, which the file sink uses, the name must be free and no link is followed. The file is then
+    NAME.part. It must not exist before, and so reserves the name among all processes.
+Limits: a process that is killed leaves its .part file behind. The rename is atomic, but does not wait for the disk. A
+    power cut can undo it.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from typing import BinaryIO
 
 from synth.errors import CannotRender, NameTaken
 
-NAME_BYTES = 200  # of the target's name kept in the part file's, so that its own stays below the usual 255
+NAME_BYTES = 200  # bytes of the target's name in the name of the part file, to keep that below the usual limit of 255
 
 REASONS = {
     errno.ENOSPC: "the disk is full",
@@ -29,18 +29,18 @@ REASONS = {
     errno.EFBIG: "the file grew past the largest size allowed here",
     errno.EROFS: "the file system is read-only",
     errno.ENAMETOOLONG: "the name is too long",
-    errno.EPIPE: "whoever read it has gone away",
+    errno.EPIPE: "its reader has closed it",
 }
 
 
 class PartFile:
-    """The bytes on their way to `target`: `stream` while open, then `commit` or `discard`.
+    """A file on its way to `target`. Write to `stream`, then call `commit` or `discard`.
 
-    shown: what refusals call the target, where whoever reads them must not learn its path; None: its path.
+    shown: name of the target in errors, for readers who must not learn its path; None for its path.
     """
 
     def __init__(self, target: Path, *, exclusive: bool = False, shown: str | None = None) -> None:
-        """Open it; raise CannotRender with its name and the reason where the target could not be written later."""
+        """Open the file. Raises CannotRender, with the name and the reason, if the target cannot be written."""
         self.target = target
         self.shown = shown
         self._part: Path | None = None
@@ -52,7 +52,7 @@ class PartFile:
     def _opened(self, exclusive: bool) -> BinaryIO:
         if exclusive:
             if os.path.lexists(self.target):
-                raise NameTaken(f"cannot write {self.shown or self.target}: it exists already. Choose another name.")
+                raise NameTaken(f"cannot write {self.shown or self.target}: it already exists. Choose another name.")
             self._part = self.target.with_name(f"{self.target.name}.part")
         else:
             if self.target.is_dir():
@@ -66,7 +66,7 @@ class PartFile:
         return os.fdopen(os.open(self._part, flags, 0o666), "wb")
 
     def commit(self) -> None:
-        """Give the file its name; on failure nothing is left and the OSError comes out."""
+        """Give the file its name. On failure, remove it and raise the OSError."""
         try:
             self.stream.flush()
             self.stream.close()
@@ -78,17 +78,17 @@ class PartFile:
 
     def discard(self) -> None:
         """Remove what was written."""
-        with contextlib.suppress(OSError):  # what cannot be flushed is thrown away anyway
+        with contextlib.suppress(OSError):  # the file is deleted anyway
             self.stream.close()
         if self._part is not None:
             self._part.unlink(missing_ok=True)
 
 
 def cannot_write(target: Path | None, error: OSError, shown: str | None = None) -> CannotRender:
-    """Return the sentence that names the target and the reason.
+    """Return the error with the target and the reason.
 
-    target: None for a stream, which has a name alone. shown: what it is called in place of its path, which is not told
-    then.
+    target: path, or None for a stream.
+    shown: name of the target in the message, instead of its path.
     """
     code = error.errno or 0
     if code in REASONS:
@@ -99,11 +99,11 @@ def cannot_write(target: Path | None, error: OSError, shown: str | None = None) 
         folder = "its folder" if shown else f"the folder {target.parent}"
         reason = f"{folder} does not exist. Make it first"
     elif target and code == errno.EEXIST:
-        reason = "it is being written, or a recording was cut off and left its .part file. Choose another name"
+        reason = "it is being written, or an interrupted recording left its .part file. Choose another name"
     elif target and code in (errno.EACCES, errno.EPERM):
         place = target if os.path.exists(target) else target.parent
         reason = f"{'it' if shown else place} is not writable for this user"
     else:
-        reason = error.strerror or "the system refuses it"
+        reason = error.strerror or "the operating system refused it"
     kind = NameTaken if code == errno.EEXIST else CannotRender
     return kind(f"cannot write {shown or target}: {reason}.")

@@ -1,18 +1,18 @@
-"""WAV headers, by hand, so that the same sound gives the same bytes and an endless stream can have one.
+"""Make WAV headers. They are written here so that the same sound gives the same bytes, and for endless streams.
 
 Stage: part of STAGE 4 (encode), pure.
-Model: RIFF or RF64, WAVE, [JUNK or ds64], fmt, [fact], LIST INFO, data. No PEAK chunk: libsndfile stamps it with the
-    time.
-    - Known length: exact sizes. 36 bytes are reserved (JUNK) where the ds64 chunk of RF64 stands once the file passes
-      4 GiB, so that the header keeps its length whatever the length of the sound turns out to be.
-    - Endless: 0xFFFFFFFF in both size fields, and no fact chunk, whose count nobody knows.
-    - One or two channels: the plain format codes, 1 (integer, 24 bit too: every reader takes it) and 3 (float). More
-      channels: WAVE_FORMAT_EXTENSIBLE with an empty channel mask, since the channels are quantities, not
-      loudspeakers, and the plain codes would have players guess a quadraphonic room. Python's `wave` reads these from
-      3.12 on.
+Model: the chunks are RIFF or RF64, WAVE, [JUNK or ds64], fmt, [fact], LIST INFO, data. There is no PEAK chunk, to which
+    libsndfile adds the time.
+    - Known length: the sizes are exact. 36 bytes (JUNK) are reserved for the ds64 chunk of RF64, which is needed above
+      4 GiB. The header therefore has the same length for every length of the sound.
+    - Endless: both size fields are 0xFFFFFFFF. There is no fact chunk, because the number of frames is not known.
+    - One or two channels: the format codes are 1 (integer, also for 24 bit, which every reader accepts) and 3 (float).
+    - More channels: WAVE_FORMAT_EXTENSIBLE with an empty channel mask, because the channels are quantities, not
+      loudspeakers. With the simple codes, players would assume quadraphonic sound. Python's `wave` reads these files
+      from 3.12 on.
 Source: Microsoft, Multimedia Programming Interface and Data Specifications 1.0 (1991); Microsoft, Multiple Channel
     Audio Data and WAVE Files (2007); EBU Tech 3306 (2009) for RF64.
-Limits: 65535 bytes a frame at most; RF64 is not read by sox 14.4 nor by `wave`.
+Limits: 65535 bytes per frame at most. Neither sox 14.4 nor `wave` reads RF64.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ import struct
 from synth.encode.samples import SoundFormat
 from synth.encode.sound_metadata import Metadata
 
-UNKNOWN = 0xFFFFFFFF  # in a 32 bit size field: endless (RIFF) or "see ds64" (RF64); 0 would read as an empty sound
-RF64_ABOVE = 0xFFFFFFFE  # largest RIFF size field that is a size; changed only by tests
+UNKNOWN = 0xFFFFFFFF  # in a 32 bit size field: endless (RIFF) or "see ds64" (RF64); 0 would mean an empty sound
+RF64_ABOVE = 0xFFFFFFFE  # largest size of a RIFF file; only tests change it
 
 FORMAT_PCM = 1
 FORMAT_FLOAT = 3
 FORMAT_EXTENSIBLE = 0xFFFE
-SUBFORMAT_TAIL = bytes.fromhex("000000001000800000aa00389b71")  # KSDATAFORMAT_SUBTYPE GUID after its 16 bit format code
+SUBFORMAT_TAIL = bytes.fromhex("000000001000800000aa00389b71")  # KSDATAFORMAT_SUBTYPE GUID without its 16 bit code
 
 
 def wav_header(
@@ -39,10 +39,12 @@ def wav_header(
     frames: int | None,
     reserve: bool | None = None,
 ) -> bytes:
-    """Return everything that stands before the samples of a WAV file of `frames`, or of an endless one (None).
+    """Return the bytes before the samples of a WAV file.
 
-    reserve: leave room for ds64; None = where the length is known. The header's length depends on nothing else than the
-    format, the metadata and this.
+    frames: number of frames; None for an endless file.
+    reserve: whether to leave room for ds64; None for leaving it if the number of frames is known.
+
+    The length of the header depends only on the format, the channels, the metadata and `reserve`.
     """
     reserve = frames is not None if reserve is None else reserve
     chunks = _format_chunk(sound_format, sample_rate, channels)
@@ -54,12 +56,12 @@ def wav_header(
 
 
 def padding(data_bytes: int) -> bytes:
-    """Return what follows `data_bytes` of samples: chunks end on an even byte."""
+    """Return the padding after `data_bytes` bytes: chunks have an even length."""
     return b"\0" * (data_bytes & 1)
 
 
 def _sized(chunks: bytes, frames: int | None, frame_bytes: int, reserve: bool) -> bytes:
-    """Return the header round `chunks`, as RIFF, as RF64, or as endless RIFF."""
+    """Return the header with `chunks` in it, as RIFF, RF64, or endless RIFF."""
     room = _chunk(b"JUNK", bytes(28)) if reserve else b""
     if frames is None:
         return struct.pack("<4sI4s", b"RIFF", UNKNOWN, b"WAVE") + room + chunks + struct.pack("<4sI", b"data", UNKNOWN)

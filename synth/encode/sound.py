@@ -1,9 +1,9 @@
-"""SOUND: what a render gives: samples with their scale in physical units, and what became of the scene.
+"""SOUND: the result of a render: samples with their physical full scale, the scene, and its plan.
 
-Stage   after STAGE 4 (encode), whose files it writes.
-Model   `frames` hold value / full scale, float32, as a float file holds them; `values` are in SI units.
-Limits  the whole sound is in memory: 4 bytes a frame and channel, and 8 more where `values` is asked for. A voice
-        (`synth.open_voice`) renders longer ones block by block.
+Stage   after STAGE 4 (encode), with which it writes files.
+Model   `frames` has value / full scale in float32, as in a float file. `values` has SI units.
+Limits  The whole sound is in memory: 4 bytes per frame and channel, and 8 more if `values` is used. A voice
+        (`synth.open_voice`) renders longer sounds block by block.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from synth.scene.scene import SceneLike
 
 Real = npt.NDArray[np.float64]
-PLOTTED_SECONDS = 0.05  # s that a plot shows: some periods of a usual texture
-BLOCK = 1 << 18  # frames rendered at once
+PLOTTED_SECONDS = 0.05  # s shown in a plot: several periods of a usual texture
+BLOCK = 1 << 18  # frames rendered at a time
 NO_PLOTS = "cannot plot: matplotlib is not installed. Run: pip install 'ridgewave[plots]'."
 
 
@@ -34,13 +34,13 @@ class Sound:
     """A finite sound.
 
     Attributes:
-        frames: samples in units of `full_scale`, float32 [frames, channels]. Not limited: they may exceed 1.
-        sample_rate: frames a second.
-        full_scale: SI value of a sample of 1.0, one a channel.
-        quantities: what each channel is, such as "acceleration".
-        scene: what was asked for.
-        warnings: what a user should know before listening.
-        plan: what was simulated, and to which error; None for a sound that came from a service.
+        frames: samples in units of `full_scale`, float32 [frames, channels]. They are not limited and may exceed 1.
+        sample_rate: frames per second.
+        full_scale: SI value of a sample of 1.0, one per channel.
+        quantities: quantity of each channel, such as "acceleration".
+        scene: the rendered scene.
+        warnings: sentences that a user should read before listening.
+        plan: what was simulated, with its error; None for a sound from a service.
 
     Example:
         sound = synth.render({"texture": {"period": "0.6 mm"}})
@@ -58,7 +58,7 @@ class Sound:
 
     @property
     def seconds(self) -> float:
-        """How long it lasts."""
+        """The duration, s."""
         return len(self.frames) / self.sample_rate
 
     @property
@@ -74,8 +74,8 @@ class Sound:
     def spectrum(self) -> tuple[Real, Real]:
         """Return the frequencies (Hz, [lines]) and the peak amplitudes (SI, [lines, channels]) of the whole sound.
 
-        A Hann window is taken, so a sinusoid reads its amplitude, less 1.4 dB at most where it lies between two lines.
-        The mean is left out.
+        The mean is subtracted, and a Hann window is applied. The line of a sinusoid has the sinusoid's amplitude, or up
+        to 1.4 dB less if its frequency is between two lines.
         """
         values = self.values - self.values.mean(axis=0) if len(self.frames) else self.values
         window = np.hanning(len(values))
@@ -84,11 +84,12 @@ class Sound:
         return frequencies, np.asarray(2.0 * lines / max(1.0, float(window.sum())), np.float64)
 
     def save(self, path: str | Path, subtype: str | None = None) -> Path:
-        """Write a sound file, with its full scale and its scene in it, and return its path.
+        """Write a sound file that contains the full scale and the scene, and return its path.
 
-        path: ends in .wav, .flac, .raw, .f32, .pcm or .l16. subtype: "float", "pcm16" or "pcm24", where the ending has
-        several. A file that is there is replaced. Integer sound passes the safety limiter first, because integers clip.
-        Raises InvalidRequest for another ending or subtype, CannotRender where the file cannot be written.
+        path: ends in .wav, .flac, .raw, .f32, .pcm or .l16. An existing file is replaced.
+        subtype: "float", "pcm16" or "pcm24", if the ending allows several. For integers the sound first passes the
+            safety limiter, because integers clip.
+        Raises InvalidRequest for another ending or subtype, and CannotRender if the file cannot be written.
         """
         from synth.encode.formats import Metadata, choose_format, open_writer
         from synth.scene.scene import scene_document, scene_from
@@ -137,12 +138,12 @@ class Sound:
 
 
 def render(scene: SceneLike, *, cache: ResponseCache | None = None) -> Sound:
-    """Render the whole duration of a scene.
+    """Render the whole duration of a scene and return a `Sound`.
 
     scene: a Scene, a mapping, the path of a JSON file, or a name of the catalogue.
     cache: responses solved before; by default those of this process.
-    Returns a `Sound`; its `values` are in SI units. Source: Fagiani & Barbieri (2016), eqs 1-5.
-    Raises SceneError where the scene is at fault, CannotRender where it cannot be carried out.
+    Source: Fagiani & Barbieri (2016), eqs 1-5.
+    Raises SceneError for an invalid scene, and CannotRender if the scene cannot be rendered.
 
     Example: synth.render("grating-1mm-31um").save("coarse.wav")
     """

@@ -1,13 +1,15 @@
-"""What a sound file says about itself: the physical full scale of each channel, its quantity, and the whole scene.
+"""The metadata of a sound file: the quantity and physical full scale of each channel, and the whole scene.
 
 Stage: part of STAGE 4 (encode), pure.
-Model: one ASCII JSON text that common tools show, {"version", "generator", "channels": [{"quantity", "full_scale",
-    "unit"}], "scene"}: in WAV the ICMT (comment) entry of a LIST INFO chunk that stands before the samples, with the
-    generator alone in ISFT; in FLAC the Vorbis comment COMMENT, with the generator in SOFTWARE (libsndfile adds its own
-    version there). Endless WAV has it too; raw formats have no room for it. Numbers are written so that they read back
-    to the same float64.
-Limits: libsndfile and soundfile show a WAV comment only below 2 kB (the sound they read all the same); ffprobe and sox
-    show any length. A FLAC comment ends at 16 MB.
+Model: the metadata is an ASCII JSON text, which common tools show as a comment:
+    {"version", "generator", "channels": [{"quantity", "full_scale", "unit"}], "scene"}
+    - WAV, endless WAV included: the ICMT (comment) entry of a LIST INFO chunk before the samples. ISFT has the
+      generator.
+    - FLAC: the Vorbis comment COMMENT. SOFTWARE has the generator, to which libsndfile adds its own version.
+    - Raw formats have no metadata.
+    Numbers are written so that they read back to the same float64.
+Limits: libsndfile and soundfile show a WAV comment only below 2 kB, but read the sound in any case. ffprobe and sox
+    show any length. A FLAC comment has 16 MB at most.
 """
 
 from __future__ import annotations
@@ -17,7 +19,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-VERSION = 2  # of the JSON text; a first one had none, and its scenes had the full band where they named no bandwidth
+VERSION = 2  # of the JSON text. The first one had no version, and its scenes without a bandwidth had the full band
 
 UNITS: Mapping[str, str] = {
     "approach": "m",
@@ -27,7 +29,7 @@ UNITS: Mapping[str, str] = {
     "force": "N",
     "tangential_force": "N",
 }
-FLAC_COMMENT_BYTES = 2**24 - 4096  # a FLAC metadata block counts its bytes in 24 bits; some are taken by other entries
+FLAC_COMMENT_BYTES = 2**24 - 4096  # a FLAC metadata block counts its bytes in 24 bits, and other entries use some
 
 
 def generator_name() -> str:
@@ -42,12 +44,13 @@ def generator_name() -> str:
 
 @dataclass(frozen=True)
 class Metadata:
-    """What stands in the file beside the samples.
+    """The metadata of a file.
 
-    full_scale: the physical value, in SI units, that a sample of 1.0 stands for; one a channel.
-    quantities: the quantity of each channel, one of `UNITS`.
-    scene: the scene as a JSON document in SI numbers (as `scene_document` makes it): what JSON can hold, and no tuples,
-        since these would come back as lists.
+    full_scale: SI value of a sample of 1.0, one per channel.
+    quantities: quantity of each channel, one of `UNITS`.
+    scene: the scene as a JSON document in SI numbers, as `scene_document` makes it. It contains only JSON types; tuples
+        would be read back as lists.
+    generator: name and version of the program.
     """
 
     full_scale: tuple[float, ...]
@@ -59,7 +62,10 @@ class Metadata:
         assert len(self.full_scale) == len(self.quantities), "a full scale and a quantity for each channel"
 
     def text(self) -> bytes:
-        """Return the JSON text, ASCII, without spaces to spare; NaN or infinity in it is our bug (ValueError)."""
+        """Return the JSON text in ASCII, without unnecessary spaces.
+
+        NaN or infinity in it is a bug in ridgewave and raises ValueError.
+        """
         channels = [
             {"quantity": quantity, "full_scale": float(full_scale), "unit": UNITS[quantity]}
             for quantity, full_scale in zip(self.quantities, self.full_scale, strict=True)

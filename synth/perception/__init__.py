@@ -1,1 +1,1 @@
-"""What is felt of a vibration: detection thresholds."""
+"""Perception of vibrations: detection thresholds."""

@@ -1,1 +1,1 @@
-"""What will be simulated for a scene: the methods, their reasons, costs and errors, and the warnings."""
+"""The plan of a scene: what is simulated, and the methods, reasons, costs, errors and warnings."""

@@ -1,12 +1,12 @@
 """The channels of a scene: full scale, reader and error of each quantity at the scan's own speed and load.
 
-Stage   2, the part of `preparation` that makes a series into what is heard.
-Model   quantity = sum over n of (2 pi i n u / lambda2)^k Z_n exp(2 pi i n theta), times the lift gate; full_scale,
-        where it is left to us, makes the peak 0.8: that of the steady scan, or along a motion (`motion_peak`). The
-        error adds what was measured of the series and the rounding to float32. The reader (`series_curve`) errs by
-        less.
+Stage   2, the part of `preparation` that converts a series of z to the quantities of the output.
+Model   quantity = sum over n of (2 pi i n u / lambda2)^k Z_n exp(2 pi i n theta), multiplied by the lift gate. An
+        automatic full scale makes the peak 0.8. The peak is that of the steady scan, or the largest along a motion
+        (`motion_peak`). The error is the sum of the measured error of the series and the rounding to float32. The
+        error of the reader (`series_curve`) is smaller.
 Source  design, section 4.
-Limits  below 1 nm of motion an automatic full scale gives silence: it would only amplify rounding.
+Limits  If the motion is below 1 nm, an automatic full scale gives silence, because it would only amplify rounding.
 """
 
 from __future__ import annotations
@@ -27,21 +27,25 @@ from synth.scene.output_section import Channel
 
 APPROACH = "approach"
 UNITS = {APPROACH: "m", "displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
-NEARLY = 1.05  # times the tolerance: less than this is not worth a warning, since the error is itself an estimate
-ROUNDING = 6e-8  # of the peak: float32
-PEAK = 0.8  # of full scale: the steady peak when full_scale is left to us
-SMALLEST_MOTION = 1e-9  # m: below it an automatic gain gives silence, not noise
-STILL = 1e-30  # of any quantity in SI units: what is below is nothing
+NEARLY = 1.05  # times the tolerance: a smaller error causes no warning, because the error is itself an estimate
+ROUNDING = 6e-8  # rounding to float32, relative to the peak
+PEAK = 0.8  # steady peak with an automatic full scale, as a part of full scale
+SMALLEST_MOTION = 1e-9  # m: for smaller motions an automatic full scale gives silence, not noise
+STILL = 1e-30  # SI unit of any quantity: smaller peaks count as zero
 
 
 @dataclass(frozen=True, slots=True)
 class ChannelPlan:
     """One channel.
 
-    quantity, order: its name and how many times it is a time derivative of z. full_scale, extent: SI value of 1.0, and
-    peak-to-peak at the scan's speed and load. level: what is added to displacement, m: the mean of z over a period at
-    that load for the approach, else 0. error: largest error relative to that peak-to-peak. reader: of the steady
-    scan, in SI units; None for a moving scan.
+    quantity: its name.
+    order: order of the time derivative of z.
+    full_scale: SI value of a sample of 1.0.
+    error: largest error, relative to `extent`.
+    extent: peak-to-peak at the scan's speed and load, SI.
+    reader: reader of the steady scan, in SI units; None for a moving scan.
+    level: for the approach, the mean of z over a period at the scan's load, m, which is added to the displacement; 0
+        for other quantities.
     """
 
     quantity: str
@@ -54,33 +58,39 @@ class ChannelPlan:
 
     @property
     def is_approach(self) -> bool:
-        """True where the samples are z itself, not z about its mean."""
+        """True if the samples are z itself. Otherwise they are z minus its mean, or a derivative of it."""
         return self.quantity == APPROACH
 
 
 @dataclass(frozen=True, slots=True)
 class SteadyScan(Request):
-    """The scan's own speed and load: what a channel is planned from. spectrum: the series at the scan's load."""
+    """The scan's own speed and load, from which the channels are planned.
+
+    spectrum: the series of z at the scan's load.
+    """
 
     spectrum: Spectrum
 
     def series(self, order: int, harmonics: Complex | None = None) -> Complex:
-        """Return the series of a quantity in SI units, the lift gate included; harmonics: of z, or those it has."""
+        """Return the series of a quantity in SI units, multiplied by the lift gate.
+
+        harmonics: harmonics of z; None for those of `spectrum`.
+        """
         kept = (self.spectrum.harmonics if harmonics is None else harmonics)[: self.highest + 1] * self._gate
         kept[0] = 0.0
         return kept * (2j * math.pi * np.arange(len(kept)) * self.turns) ** order if order else kept
 
     @property
     def _gate(self) -> float:
-        scan = self.scene.scan  # what holds a finger that pulls is no affair of the gate
+        scan = self.scene.scan  # the gate does not apply to a finger that pulls
         return float(gate(scan.load, scan.lift_load)) if scan.load >= 0.0 else 1.0
 
     def planned(self, channel: Channel, peaks: Mapping[int, float], *, still: bool = False) -> ChannelPlan:
-        """Return one channel, its reader made and its error added up.
+        """Return the plan of one channel, with its reader and its total error.
 
-        peaks: of each order along the scan's own motion, where that is not steady.
-        still: the scan moves by too little for an automatic full scale; it is then that of a finger that follows the
-        texture.
+        peaks: peak of each order (SI) along the scan's own motion, if that is not steady.
+        still: the finger moves too little for an automatic full scale. The full scale is then that of a finger that
+            follows the texture exactly.
         """
         order = ORDERS[channel.quantity]
         series = self.series(order)
@@ -99,33 +109,33 @@ class SteadyScan(Request):
         return ChannelPlan(channel.quantity, order, full_scale, error, extent, reader, level)
 
     def warning(self, channel: ChannelPlan, tolerance: float) -> str:
-        """Return what to tell where a channel misses the tolerance by more than round-off, or ""."""
+        """Return a warning if a channel misses the tolerance by more than round-off, or ""."""
         height = self.scene.finger.ridge_amplitude + self.scene.texture.amplitude
         floor = error_floor(height, max(self.highest, 1), channel.order) * abs(self.turns) ** channel.order
         if (channel.error - tolerance) * channel.extent <= floor:
             return ""
         return (
-            f"The {channel.quantity} reaches an error of {channel.error:.2g} of its peak-to-peak, not the "
-            f"{tolerance:.2g} asked for."
+            f"The error of the {channel.quantity} is {channel.error:.2g} of its peak-to-peak; the tolerance is "
+            f"{tolerance:.2g}."
         )
 
     def silence(self, peaks: Mapping[int, float]) -> str:
-        """Return why an automatic full scale leaves this motion silent, or ""; peaks: as of `planned`."""
+        """Return why an automatic full scale leaves this motion silent, or "". `peaks` are those of `planned`."""
         swing = peaks.get(0, extent_and_peak(self.series(0))[1])
         if swing >= SMALLEST_MOTION or all(channel.full_scale for channel in self.scene.output.channel_list):
             return ""
         return (
-            f"The finger moves by {swing:.3g} m, less than 1 nm: an automatic full scale would only amplify rounding. "
-            "Set output.full_scale to hear it."
+            f"The finger moves by {swing:.3g} m, less than 1 nm. An automatic full scale would only amplify rounding. "
+            "Set output.full_scale to hear the motion."
         )
 
 
 def spendable(tolerance: float) -> float:
-    """Return what of the tolerance the series may use: the rounding to float32 comes on top."""
+    """Return the part of the tolerance that the series may use. The rounding to float32 uses the rest."""
     return max(tolerance - ROUNDING, 0.3 * tolerance)
 
 
 def extent_and_peak(series: Complex) -> tuple[float, float]:
-    """Return peak-to-peak and peak of a series about its mean."""
+    """Return the peak-to-peak of a series, and its peak about the mean."""
     curve = curves(series, 0, 2 * points_for(len(series) - 1))
     return float(np.ptp(curve)), float(np.max(np.abs(curve)))

@@ -1,16 +1,22 @@
-"""The surfaces of a scene, the height of the finger over them, and where they touch: what is drawn of a contact.
+"""The picture of a contact: the two surfaces, the height of the finger, and the patches in which they touch.
 
-Stage   2 (PLAN), for people: nothing that is heard comes from here.
-Model   h(x) = texture(x - p) + finger(x), texture(s) = a2 cos(2 pi s / lambda2 + phi), finger(x) = - a1 cos(2 pi x /
-        lambda1) - (x - xc)^2 / (2 R), the parabola of a round finger alone. At phase i of n, p = i lambda2 / n. z is
-        that of eq. 1, by the exact solver. They touch where h > z, with k / L newtons a metre for each metre of h - z.
-        An edge is where h - z changes its sign between two samples, halved until it stands still. Samples lie
-        SAMPLES_A_PERIOD to a period, and on the crests and in the valleys between them.
+Stage   2 (PLAN), for display only. Rendering does not use it.
+Model   The overlap of the surfaces is h(x) - z, with
+
+            h(x) = texture(x - p) + finger(x)
+            texture(s) = a2 cos(2 pi s / lambda2 + phi)
+            finger(x) = - a1 cos(2 pi x / lambda1) - (x - xc)^2 / (2 R)
+
+        The parabola applies to a round finger only. At phase i of n, p = i lambda2 / n. The exact solver gives z of
+        eq. 1. The surfaces touch where h > z; the force per metre of length is k / L times (h - z). The samples of h
+        are spaced SAMPLES_A_PERIOD to a period, with one more on each crest and in each valley between them. An edge
+        of a patch is where h - z changes sign between two samples. It is found by bisection.
 Source  Fagiani & Barbieri (2016), eqs 1, 2, 4, 5; shapes as in `contact.growing_contact`, `contact.curved_contact`.
-Limits  what touches carries the load to 1e-7, of a round or growing finger to 1e-4: it is solved on segments. One load,
-        standing still: what moves z with time, or by attraction, is left out and named. x is that of eq. 2,
-        so a contact that has grown about the middle of its nominal length begins below 0. Edges err by 1e-9 of a
-        sample's distance; a patch or a gap may be missed where h turns twice between two samples.
+Limits  The patches carry the load to 1e-7, or to 1e-4 for a round or growing finger, which is solved on segments. The
+        picture is for one load and a finger at rest. Effects that change z over time, or by attraction, are left out
+        and listed. x is that of eq. 2. A contact grows about the middle of its nominal length, so a grown contact
+        begins below 0. The error of an edge is 1e-9 of the distance between samples. A patch or a gap can be missed
+        where h has two extremes between two samples.
 """
 
 from __future__ import annotations
@@ -35,14 +41,14 @@ from synth.scene.scene import Scene
 
 POINTS, MOST_POINTS, FEWEST_POINTS = 2048, 8192, 16
 PHASES, MOST_PHASES = 256, 1024
-MOST_CELLS = 1 << 25  # of the solver, all phases together: some 0.3 s; more would keep others waiting
-MOST_PATCHES = 1 << 16  # of all phases together: 3 MB of JSON; more is told as null
+MOST_CELLS = 1 << 25  # solver cells of all phases, about 0.3 s; more would delay other requests
+MOST_PATCHES = 1 << 16  # patches of all phases, 3 MB of JSON; for more, the picture has null
 MOST_PATCHES_A_PHASE = 1 << 13  # 40 MB of samples
-SAMPLES_A_PERIOD = 64  # of h, where patches are sought; fewer would miss narrow ones where two surfaces nearly cancel
-CHUNK = 1 << 18  # samples of h held at a time, 2 MB each array
-NEAR = 1.0 / 32.0  # of a sample's distance: parabolas through so near heights turn within 1e-9 of where h does
-HALVINGS = 30  # of a sample's distance: leaves 1e-9 of it
-DIGITS = 9  # of heights and edges as they are told
+SAMPLES_A_PERIOD = 64  # samples of h per period; fewer would miss narrow patches where two surfaces nearly cancel
+CHUNK = 1 << 18  # samples of h in memory at a time, 2 MB per array
+NEAR = 1.0 / 32.0  # of the distance between samples: parabolas through such near heights give an extreme to 1e-9 of it
+HALVINGS = 30  # bisections of the distance between samples: leaves 1e-9 of it
+DIGITS = 9  # digits of heights and edges in the picture
 
 Phase = list[float]
 
@@ -52,13 +58,18 @@ def picture(
 ) -> dict[str, Any]:
     """Return the picture of `scene` at the load of its scan, as the JSON document of `/v1/picture`.
 
-    Lengths are in metres, over x of eq. 2. Heights of the texture are over one period, its end left out; those of the
-    finger over the contact, both ends in; those of the response are z at each phase. foundation: k / L (N/m^2), None
-    at no load. touching: begins and ends of the patches of each phase, rising; None where they are too many. left_out:
-    names of effects.
-    points: None for POINTS. phases: None for PHASES, or as many as are cheap. Raises InvalidRequest for numbers out of
-    range, for phases that would cost too much, and where neither surface has a height; CannotRender for a shape that
-    cannot be solved.
+    points: number of heights of each surface; None for POINTS.
+    phases: number of phases; None for PHASES, or fewer if so many would cost too much.
+
+    The document has lengths in metres, over x of eq. 2:
+    texture: heights over one period, without its end.
+    finger: heights over the contact, with both ends.
+    response: heights z at each phase, and the foundation k / L (N/m^2), which is None at zero load.
+    touching: the rising begins and ends of the patches of each phase; None if there are too many patches.
+    left_out: the names of effects that are not in the picture.
+
+    Raises InvalidRequest for numbers out of range, for phases that would cost too much, and if neither surface has a
+    height. Raises CannotRender for a shape that cannot be solved.
     """
     points = POINTS if points is None else points
     _check(points, phases)
@@ -90,7 +101,13 @@ def picture(
 
 @dataclass(frozen=True, slots=True)
 class Surfaces:
-    """The two surfaces over begin <= x <= begin + length (m); dome: 1 / R (1/m) about the middle."""
+    """The two surfaces over begin <= x <= begin + length.
+
+    geometry: the nominal contact.
+    begin: first x of the contact, m.
+    length: length of the contact, m.
+    dome: curvature 1 / R of the finger about the middle, 1/m.
+    """
 
     geometry: Geometry
     begin: float
@@ -105,22 +122,28 @@ class Surfaces:
         return min(period for amplitude, period in both if amplitude > 0.0)
 
     def finger(self, places: Array) -> Array:
-        """Return the finger (m) at x = `places` (m)."""
+        """Return the height of the finger (m) at x = `places` (m)."""
         from_middle = places - 0.5 * self.geometry.contact_length
         return np.asarray(self.geometry.finger(places) - 0.5 * self.dome * from_middle**2)
 
     def overlap(self, places: Array, turns: Array, approach: Array) -> Array:
-        """Return h - z (m) at x = `places` (m), where the texture has moved by `turns` periods under z = `approach`."""
+        """Return h - z (m).
+
+        places: x, m.
+        turns: displacement of the texture, texture periods.
+        approach: z, m.
+        """
         moved = places - turns * self.geometry.texture_period
         return np.asarray(self.geometry.texture(moved) + self.finger(places) - approach)
 
 
 def patches(surfaces: Surfaces, turns: Array, approach: Array) -> tuple[Phase, ...] | None:
-    """Return where the surfaces touch at each phase: begin, end, begin, end, ... (m), rising; None for too many.
+    """Return the patches of each phase: begin, end, begin, end, ... (m), rising. Return None if there are too many.
 
-    turns, approach: [phases], in texture periods and m.
+    turns: displacement of the texture, texture periods, [phases].
+    approach: z, m, [phases].
     """
-    likely = math.ceil(surfaces.length / surfaces.shortest) + 1  # patches of a phase
+    likely = math.ceil(surfaces.length / surfaces.shortest) + 1  # patches per phase
     if likely > MOST_PATCHES_A_PHASE or likely * len(turns) > MOST_PATCHES:
         return None
     count = max(4, math.ceil(SAMPLES_A_PERIOD * surfaces.length / surfaces.shortest)) + 1
@@ -133,7 +156,11 @@ def patches(surfaces: Surfaces, turns: Array, approach: Array) -> tuple[Phase, .
 
 
 def _patches(surfaces: Surfaces, turns: Array, approach: Array, count: int) -> list[Phase]:
-    """Return the patches of some phases; turns, approach: [phases, 1]; count: samples over the contact."""
+    """Return the patches of some phases.
+
+    turns, approach: as of `patches`, [phases, 1].
+    count: number of samples over the contact.
+    """
     end = surfaces.begin + surfaces.length
     places, heights = _sampled(surfaces, turns, approach, np.linspace(surfaces.begin, end, count))
     touches = heights > 0.0
@@ -151,10 +178,11 @@ def _patches(surfaces: Surfaces, turns: Array, approach: Array, count: int) -> l
 
 
 def _sampled(surfaces: Surfaces, turns: Array, approach: Array, samples: Array) -> tuple[Array, Array]:
-    """Return x (m) and h - z (m) at `samples` and, behind each but the last, where h turns in the cell that it begins.
+    """Return x (m) and h - z (m) at the samples and at the extremes between them, both [phases, 2 samples - 1].
 
-    Both are [phases, 2 samples - 1]. Where h does not turn, the sample stands twice. A turning point is that of the
-    parabola through a sample and its neighbours, then that of the same through nearer ones.
+    Each sample except the last is followed by the extreme of h before the next sample, or, if there is none, by the
+    sample itself again. An extreme is that of the parabola through a sample and its neighbours. It is then refined
+    with a parabola through nearer points.
     """
     step = samples[1] - samples[0]
     heights = surfaces.overlap(samples, turns, approach)
@@ -174,7 +202,7 @@ def _sampled(surfaces: Surfaces, turns: Array, approach: Array, samples: Array) 
 
 
 def _vertex(before: Array, here: Array, behind: Array) -> Array:
-    """Return where the parabola through three heights turns, in steps from the middle one; 0 for a straight line."""
+    """Return the extreme of the parabola through three heights, in steps from the middle one; 0 for a straight line."""
     bend = before - 2.0 * here + behind
     rise = 0.5 * (behind - before)
     return np.asarray(np.divide(-rise, bend, out=np.full_like(bend, 0.0), where=bend != 0.0))
@@ -200,12 +228,15 @@ def _contact_of(scene: Scene, cache: ResponseCache | None) -> Contact:
 
 
 def _affordable(cells: int, phases: int | None) -> int:
-    """Return how many phases are solved of a contact of so many cells; InvalidRequest for more than are cheap."""
+    """Return the number of phases that are solved. Raises InvalidRequest if `phases` would cost too much.
+
+    cells: cells of the solver per phase.
+    """
     most = max(1, MOST_CELLS // cells)
     if phases is None:
         return min(PHASES, most)
     if phases > most:
-        hint = "Ask for fewer, or for a coarser surface: this contact holds very many periods."
+        hint = "Request fewer phases, or choose a coarser surface: this contact contains very many periods."
         raise InvalidRequest([Fault("/phases", str(phases), f"0 to {most} for this scene", hint)])
     return phases
 
@@ -221,5 +252,5 @@ def _check(points: int, phases: int | None) -> None:
 
 
 def _told(lengths: Any) -> list[float]:
-    """Return lengths (m) with DIGITS digits."""
+    """Return lengths (m) rounded to DIGITS digits."""
     return [float(f"{length:.{DIGITS}g}") for length in lengths]

@@ -1,11 +1,11 @@
-"""Which effects a scene calls for: those it sets, and those it leaves to us that change enough of its output.
+"""Choose the effects that are simulated: those with settings, and those set to "auto" that change the output enough.
 
 Stage   2, used by `preparation`.
-Model   "auto" is decided by what the effect does to this scene, at its own speed and load: the output is computed with
-        and without it, and the largest difference is told relative to the peak-to-peak without it. PUT_IN of the
-        tolerance and more is simulated. Effects are decided in the order in which they run, each against what is
-        simulated before it.
-Limits  an estimate, within a factor of two of what a whole render changes by.
+Model   For "auto", the output of the scene is computed with and without the effect, at the scene's own speed and load.
+        The change is the largest difference, relative to the peak-to-peak without the effect. The effect is simulated
+        if the change is more than PUT_IN of the tolerance. Effects are judged in the order in which they run, each
+        together with those that were chosen before it.
+Limits  The change is an estimate. It is within a factor of two of the change of a whole render.
 """
 
 from __future__ import annotations
@@ -27,24 +27,28 @@ from synth.scene.effects_section import AUTO, FrozenMapping, declaration
 from synth.scene.scene import Scene
 
 OF_ONE_SHAPE = (
-    "An effect that shapes the contact (contact_growth, curvature) and one that moves it (inertia, viscous_skin, "
-    "adhesion) go together at a load that does not change: the simulation reads a contact of one shape. Leave one of "
+    "An effect that shapes the contact (contact_growth, curvature) can be combined with one that moves it (inertia, "
+    "viscous_skin, adhesion) only at a constant load, because the simulation uses a contact of one shape. Leave one of "
     "them out, or keep the load constant."
 )
-PUT_IN = 0.4  # of the tolerance: between a tenth, below which nobody would miss it, and all of it
-MEAN_PHASES = 64  # of a period over which the contact is averaged: more would move its stiffness by less than 1 %
+PUT_IN = 0.4  # of the tolerance: between a tenth, which would be negligible, and the whole
+MEAN_PHASES = 64  # phases of a period over which the contact is averaged; more would change its stiffness by under 1 %
 
 
 @dataclass(frozen=True, slots=True)
 class SimulationCase(Request):
-    """What is to be simulated: a request, its contact in its shape, and the tolerance as a number."""
+    """A request to simulate.
+
+    contact: the contact, in the shape that the effects give it.
+    tolerance: the tolerance as a number.
+    """
 
     contact: Contact
     tolerance: float
 
     @property
     def orders(self) -> tuple[int, ...]:
-        """The time derivatives of the channels, rising, of a finger that stands still too."""
+        """The orders of the channels' time derivatives, rising, also for a finger at rest."""
         return tuple(sorted({ORDERS[channel.quantity] for channel in self.scene.output.channel_list}))
 
     @property
@@ -55,18 +59,18 @@ class SimulationCase(Request):
 
     @property
     def load(self) -> float:
-        """The scan's load (N), a pull too; or the lift load where it presses less."""
+        """The scan's load (N): a pull, or a load that is at least the lift load."""
         load = self.scene.scan.load
         return load if load < 0.0 else max(load, self.scene.scan.lift_load)
 
     @property
     def pressed(self) -> float:
-        """The load (N) at which the contact is pressed."""
+        """The load (N) at which the contact is solved: at least the lift load."""
         return max(self.load, self.scene.scan.lift_load)
 
 
 def stiffness_round(contact: Contact, load: float) -> float:
-    """Return the mean of -dF/dz (N/m) over a period at `load` (N): what a small motion meets."""
+    """Return the mean of -dF/dz (N/m) over a period at `load` (N): the stiffness for small motions."""
     phases = np.arange(MEAN_PHASES) / MEAN_PHASES
     height, _slope = contact.approach(phases, load)
     _depth, touching = contact.measure(phases, height, load)
@@ -75,7 +79,10 @@ def stiffness_round(contact: Contact, load: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class SimulatedEffect:
-    """An effect that is simulated. reason: why "auto" put it in, as a sentence; "" where the scene asks for it."""
+    """An effect that is simulated.
+
+    reason: why "auto" chose it, as a sentence; "" if the scene sets it.
+    """
 
     effect: Effect
     settings: Any
@@ -84,7 +91,12 @@ class SimulatedEffect:
 
 @dataclass(frozen=True, slots=True)
 class LeftOut:
-    """One thing that is not simulated: why, and how much of the output it would change (relative, or None: nothing)."""
+    """One thing that is not simulated.
+
+    name: name of the effect or component.
+    reason: why it is left out, as a sentence.
+    effect_on_output: change of the output that it would cause, relative; None if none was computed.
+    """
 
     name: str
     reason: str
@@ -92,9 +104,7 @@ class LeftOut:
 
 
 def asked(scene: Scene, kind: Kind) -> Iterator[tuple[Effect, Any, bool]]:
-    """Yield the effects of one kind that `scene` names, in order, with their settings, and whether they are left to
-    us.
-    """
+    """Yield each effect of one kind that `scene` names, in order, with its settings and whether it is "auto"."""
     for name in sorted(scene.effects):
         effect, settings = effect_called(name), scene.effects[name]
         if effect.kind == kind:
@@ -102,13 +112,13 @@ def asked(scene: Scene, kind: Kind) -> Iterator[tuple[Effect, Any, bool]]:
 
 
 def require_one_shape(scene: Scene) -> None:
-    """Raise CannotRender where `scene` asks for effects on shape and balance both: no hand may lead these."""
+    """Raise CannotRender if `scene` sets effects on shape and on balance, which a hand cannot combine."""
     if all(any(not auto for *_effect, auto in asked(scene, kind)) for kind in (Kind.SHAPE, Kind.BALANCE)):
         raise CannotRender(OF_ONE_SHAPE)
 
 
 def effect_called(name: str) -> Effect:
-    """Return the effect of that name."""
+    """Return the effect called `name`."""
     effect = declaration(name)
     assert isinstance(effect, Effect), f"{name} is of no kind"
     return effect
@@ -117,7 +127,12 @@ def effect_called(name: str) -> Effect:
 def judged(
     effect: Effect, settings: Any, orders: tuple[int, ...], change: tuple[float, ...], turns: float, tolerance: float
 ) -> SimulatedEffect | LeftOut:
-    """Return `effect` as called for or spared, by what it changes of each order, relative to its peak-to-peak."""
+    """Return `effect` as simulated or left out.
+
+    orders: orders of time derivatives.
+    change: change of each order by the effect, relative to its peak-to-peak.
+    turns: texture periods per second.
+    """
     largest = max(change)
     words = (
         f"It moves the {QUANTITIES[orders[change.index(largest)]]} by {largest:.2g} of its peak-to-peak at "
@@ -129,7 +144,7 @@ def judged(
 
 
 def outputs_of(scene: Scene) -> list[tuple[OutputEffect[Any], Any]]:
-    """Return the effects on the output that `scene` calls for, with their settings."""
+    """Return the effects on the output that `scene` names, with their settings."""
     found = []
     for effect, settings, _auto in asked(scene, Kind.OUTPUT):
         assert isinstance(effect, OutputEffect)
@@ -143,7 +158,7 @@ def added_quantities(scene: Scene) -> tuple[str, ...]:
 
 
 def with_added_scales(scene: Scene, full_scale: tuple[float | None, ...]) -> Scene:
-    """Return `scene` with the full scale of each channel that its effects add."""
+    """Return `scene` with the full scales `full_scale` in the channels that its effects add."""
     chosen, place = dict(scene.effects), 0
     for effect, settings in outputs_of(scene):
         count = len(effect.channels(settings))
@@ -153,7 +168,7 @@ def with_added_scales(scene: Scene, full_scale: tuple[float | None, ...]) -> Sce
 
 
 def relative_change(before: Array, after: Array) -> float:
-    """Return the largest difference of two curves, relative to the peak-to-peak of the first."""
+    """Return the largest difference between two curves, relative to the peak-to-peak of the first."""
     difference, extent = float(abs(after - before).max()), float(before.max() - before.min())
     if extent > 0.0:
         return difference / extent

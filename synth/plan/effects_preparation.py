@@ -1,8 +1,8 @@
-"""What the effects of a scene become when it is prepared: another contact, a simulation, stages of the output.
+"""Prepare the effects of a scene: they become another contact, a simulation, or stages of the output.
 
-Stage   2, the part of `preparation` that a scene with effects alone pays for; `effect_choice` says which there are.
-Model   see `effect`. Effects on the balance that are left to us are judged one after another, each by a pilot with and
-        one without it.
+Stage   2, the part of `preparation` that only scenes with effects need. `effect_choice` chooses the effects.
+Model   See `effect`. Effects on the balance that are set to "auto" are judged one after another, each with a pilot that
+        has the effect and one that does not.
 """
 
 from __future__ import annotations
@@ -32,17 +32,19 @@ from synth.scene.scene import Scene
 if TYPE_CHECKING:
     from synth.plan.simulation_plan import SimulationPlan
 
-LET_GO = "The finger pulls harder than what holds it: it has let go, and nothing moves."
-JUDGED_TO = 0.05  # of the tolerance: error of the series by which a shape is judged
+LET_GO = "The load pulls harder than the adhesion holds: the finger has come off the texture, and the output is silent."
+JUDGED_TO = 0.05  # error of the series with which a shape is judged, as a part of the tolerance
 
 
 @dataclass(frozen=True, slots=True)
 class PreparedEffects:
-    """The effects of one scene, ready.
+    """The prepared effects of one scene.
 
-    called, spared: what is simulated and what is left out, in the order in which they run. simulation: of the effects
-    on the balance, None where there are none. stages: of the effects on the output; silent: their channels in a scene
-    that is silent.
+    called: effects that are simulated, in the order in which they run.
+    spared: effects that are left out, in the same order.
+    simulation: simulation of the effects on the balance, or None.
+    stages: stages of the effects on the output.
+    silent: channels of the effects on the output, if the scene is silent.
     """
 
     called: tuple[SimulatedEffect, ...]
@@ -57,7 +59,7 @@ class PreparedEffects:
         return self.silent or tuple(channel for stage in self.stages for channel in stage.channels)
 
     def warnings(self, tolerance: float) -> tuple[str, ...]:
-        """Return what a listener should know: what misses the tolerance."""
+        """Return a warning for each quantity that misses the tolerance, and one if the finger has come off."""
         late = {channel.quantity: channel.error for channel in self.channels}
         gone: tuple[str, ...] = ()
         if self.simulation is not None:
@@ -66,25 +68,25 @@ class PreparedEffects:
             if self.simulation.let_go:
                 gone = (LET_GO,)
         return gone + tuple(
-            f"The {quantity.replace('_', ' ')} reaches an error of {error:.2g} of its peak-to-peak, not the "
-            f"{tolerance:.2g} asked for: effects are simulated step by step."
+            f"The error of the {quantity.replace('_', ' ')} is {error:.2g} of its peak-to-peak; the tolerance is "
+            f"{tolerance:.2g}. Effects are simulated step by step."
             for quantity, error in late.items()
             if error > NEARLY * tolerance
         )
 
     def scaled_as(self, other: PreparedEffects) -> PreparedEffects:
-        """Return silent effects with the full scales of another preparation's channels."""
+        """Return the effects of a silent scene with the full scales of `other`."""
         pairs = zip(self.silent, other.channels, strict=False)
         return replace(self, silent=tuple(replace(now, full_scale=then.full_scale) for now, then in pairs))
 
     def louder(self, times: float) -> PreparedEffects:
-        """Return the effects with the automatic full scale of each channel that they add so many times as large."""
+        """Return the effects with the automatic full scale of each added channel multiplied by `times`."""
         silent = tuple(replace(one, full_scale=one.full_scale * times) for one in self.silent)
         return replace(self, stages=tuple(stage.louder(times) for stage in self.stages), silent=silent)
 
     @property
     def memory_bytes(self) -> int:
-        """Bytes that they hold."""
+        """Memory of the effects, in bytes."""
         held = 0 if self.simulation is None else self.simulation.simulation.nbytes
         return held + sum(stage.memory_bytes for stage in self.stages)
 
@@ -92,9 +94,11 @@ class PreparedEffects:
 def shape_for(
     contact: Contact, scene: Scene, demand: Demand, loads: tuple[float, float], turns: float
 ) -> tuple[Contact, PreparedEffects]:
-    """Return the contact in the shape that `scene` calls for, and the effects that shape it.
+    """Return the contact in the shape that the effects of `scene` give it, and the effects on the shape.
 
-    demand: what a series of this scene must hold. loads: N, of the scan; turns: texture periods a second.
+    demand: harmonics, orders and tolerance of the scene's series.
+    loads: smallest and largest load of the scan, N.
+    turns: texture periods per second.
     """
     judged_at = sorted({max(load, scene.scan.lift_load) for load in (*loads, scene.scan.load)})
     called: list[SimulatedEffect] = []
@@ -115,7 +119,7 @@ def shape_for(
 
 
 def _shape_change(plain: Contact, shaped: Contact, demand: Demand, loads: list[float]) -> tuple[float, ...]:
-    """Return the largest change of each order over `loads`, relative to its peak-to-peak in the plain contact."""
+    """Return the largest change of each order over `loads`, relative to the peak-to-peak of the plain contact."""
     finer = Demand(demand.highest, demand.orders, JUDGED_TO * demand.tolerance)
     points, kept = points_for(demand.highest), slice(demand.highest + 1)
     pairs = [[solve_spectrum(one, load, finer).harmonics[kept] for one in (plain, shaped)] for load in loads]
@@ -126,14 +130,14 @@ def _shape_change(plain: Contact, shaped: Contact, demand: Demand, loads: list[f
 
 
 def effects_of(case: SimulationCase, shapes: PreparedEffects) -> PreparedEffects:
-    """Return the effects of `case`, whose contact is in its shape; their stages are still to be made."""
+    """Return the effects of `case`, without the stages of the output. The contact of `case` has its shape."""
     plan, called, spared = _simulated(case)
     called += [SimulatedEffect(effect, settings) for effect, settings in outputs_of(case.scene)]
     return PreparedEffects((*shapes.called, *called), (*shapes.spared, *spared), plan)
 
 
 def left_out(scene: Scene, silence: str) -> PreparedEffects:
-    """Return the effects of a scene that is silent: none is simulated; the channels that they add are silent too."""
+    """Return the effects of a silent scene. None is simulated, and the channels that they add are silent too."""
     silent = []
     for effect, settings in outputs_of(scene):
         for quantity, scale in zip(effect.channels(settings), effect.scales(settings), strict=True):
@@ -143,9 +147,11 @@ def left_out(scene: Scene, silence: str) -> PreparedEffects:
 
 
 def simulated_channel(base: ChannelPlan, full_scale: float | None, plan: SimulationPlan, *, along: bool) -> ChannelPlan:
-    """Return a channel as it is with the simulation.
+    """Return the plan of a channel of a simulated scene.
 
-    base: with the response alone; full_scale: as asked for; along: the full scale of `base` is that of a motion.
+    base: plan of the channel with the response only.
+    full_scale: full scale in the scene, SI, or None.
+    along: whether the full scale of `base` is that of the scan's own motion.
     """
     place = plan.orders.index(base.order)
     peak, extent = plan.peaks[place], plan.extents[place]
@@ -159,7 +165,7 @@ def simulated_channel(base: ChannelPlan, full_scale: float | None, plan: Simulat
 
 
 def _simulated(case: SimulationCase) -> tuple[SimulationPlan | None, list[SimulatedEffect], list[LeftOut]]:
-    """Return the simulation of the effects on the balance, those that are called for, and those left out."""
+    """Return the simulation of the effects on the balance, the effects simulated, and the effects left out."""
     terms, called, open_ones = Terms(), [], []
     spared: list[LeftOut] = []
     for effect, settings, auto in asked(case.scene, Kind.BALANCE):

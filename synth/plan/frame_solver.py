@@ -1,20 +1,24 @@
-"""The response solved along a scan, at equal steps of time: no table. At which steps, with which error, in what time.
+"""Solve the response along a scan at equal steps of time, without a table. Plan the steps, their error and their cost.
 
-Stage   2, used by `preparation`; `solved_frames` renders it, and `motion_peak` looks for its largest values.
-Model   y = g(w) (z(p / lambda2, w) - mean of z over a period at w) is solved at equal steps of time: many in a frame,
-        or, where the band is narrow, some in several frames. The band limit, the derivatives and the step to the frame
-        rate are one product in the frequency domain: (2 pi i f)^k / 2 erfc((f - CUT rate) / (WIDTH rate)), chunk by
-        chunk, with margins on both sides that are longer than the filter rings. The mean over a period is a spline
-        over w^(1/3), in which it is smooth.
-        What folds at n solutions a period is what folds into a steady series of n phases: the loads of the scan are
-        probed for how many phases their series take to hold the tolerance, and the fastest speed then gives the
-        solutions a second, of which a landing takes some at least. Where the load stays, the series itself is read,
-        which is cheap; else every solution is one of eq. 1.
-Source  design, sections 4 (`"exact"`) and 8; eq. 1 (Fagiani & Barbieri, 2016) is solved by `contact.exact_solver`;
-        constants: seen with 18 recordings of 0.1 to 1 N, one machine.
-Limits  up to 0.40 of the rate the filter is 1 to 1e-9, above 0.49 below 1e-9 (in parts of the bandwidth where that is
-        narrower). A solution costs a few microseconds. Costs are predicted, not measured: the same scene always takes
-        the same way.
+Stage   2, used by `preparation`. `solved_frames` renders the result, and `motion_peak` searches it for the largest
+        values.
+Model   y = g(w) (z(p / lambda2, w) - mean of z over a period at w) is solved at equal steps of time: several per frame,
+        or, for a narrow band, some in several frames. One product in the frequency domain limits the band, takes the
+        derivatives and reduces the rate to the frame rate:
+
+            (2 pi i f)^k / 2 erfc((f - CUT rate) / (WIDTH rate))
+
+        This is done chunk by chunk, with margins on both sides that are longer than the filter's ringing. The mean
+        over a period is a spline over w^(1/3), because it is smooth in w^(1/3).
+        Number of solutions: n solutions per period fold as much as a steady series of n phases. Loads of the scan are
+        probed for the number of phases with which their series reach the tolerance. With the fastest speed, this gives
+        the solutions per second. A landing requires a minimum number.
+        If the load is constant, the series is read, which is cheap. Otherwise every solution is one of eq. 1.
+Source  design, sections 4 (`"exact"`) and 8. `contact.exact_solver` solves eq. 1 (Fagiani & Barbieri, 2016). The
+        constants were measured with 18 recordings of 0.1 to 1 N, on one machine.
+Limits  The filter is 1 to within 1e-9 up to 0.40 of the rate, and below 1e-9 above 0.49 of the rate. For a narrower
+        bandwidth these are parts of the bandwidth. A solution costs a few microseconds. Costs are predicted, not
+        measured, so that the same scene is always solved by the same method.
 """
 
 from __future__ import annotations
@@ -35,32 +39,34 @@ from synth.scene.scene import Scene
 
 Heights = Callable[[Array, Array], Array]
 
-WITH_MEAN = -1  # the order that stands for z itself: the approach, where 0 is displacement, z about its mean
-CUT, WIDTH = 0.445, 0.0105  # of the rate: half amplitude, and how steeply; 0.045 beside the cut 1e-9 is left
-MARGIN = 192  # frames beside a chunk, at the full band: the filter rings by less than 1e-15 there
-CHUNK = 4096  # frames of a chunk, where the filter does not ring for long
-TOGETHER = 1 << 21  # solutions of a chunk and its margins at most: 200 MB of working memory; more where margins need it
-PROBED_LOADS = 5  # of the recording: how many phases a period they take
-FEWEST_PHASES = 16  # a period, where every probed load is in full contact
-FALL = 2.5  # the power of the phases by which the error falls: kinks of order 3/2
-# Of displacement, velocity and acceleration: what folded at SEEN solutions a frame of recordings that land in full
-# contact, at 8 to 48 kHz, relative to the peak-to-peak. A landing passes contacts that no recorded load has.
+WITH_MEAN = -1  # stands for the approach, which is z itself; order 0 is displacement, z minus its mean
+CUT, WIDTH = 0.445, 0.0105  # parts of the rate: half amplitude, and width of the edge; 0.045 above the cut 1e-9 is left
+MARGIN = 192  # frames on each side of a chunk at the full band: the ringing of the filter is below 1e-15 there
+CHUNK = 4096  # frames of a chunk, unless the filter rings for long
+TOGETHER = 1 << 21  # largest number of solutions of a chunk and its margins (200 MB), unless the margins need more
+PROBED_LOADS = 5  # loads of the recording at which the number of phases per period is found
+FEWEST_PHASES = 16  # per period, if every probed load is in full contact
+FALL = 2.5  # the error falls with the number of phases to this power: kinks of order 3/2
+# Folded error of displacement, velocity and acceleration with SEEN solutions per frame, relative to the peak-to-peak.
+# Measured with recordings that land in full contact, at 8 to 48 kHz. A landing passes contacts of no recorded load.
 SEEN, FOLDED = 4, (2.5e-4, 8e-4, 3e-3)
-FOLDED_SHARE = 0.3  # of the tolerance
-EXACT_CELL = 8.0  # ns that the solver takes a phase and cell, on one core with AVX-512; elsewhere PATIENCE is longer
-FRAME_SETUP = 60.0  # ns a solution for everything but the solver: motion, transforms
-CURVE_READ = 80.0  # ns a solution where a series is read
+FOLDED_SHARE = 0.3  # part of the tolerance for the folded error
+EXACT_CELL = 8.0  # ns per phase and cell of the solver, on one core with AVX-512; slower machines exceed PATIENCE
+FRAME_SETUP = 60.0  # ns per solution outside the solver: motion, transforms
+CURVE_READ = 80.0  # ns per solution that is read from a series
 MOST_TOGETHER = 1 << 23  # solutions of the smallest chunk, which is as long as its margins: 800 MB of working memory
-PATIENCE = 300.0  # s of predicted work of a recording: beyond it the response table is read, with its error
+PATIENCE = 300.0  # s of predicted work for a recording; above it, the response table is read, with its error
 
 
 @dataclass(frozen=True, slots=True)
 class FramePlan:
     """How frames are solved.
 
-    count, stride: so many solutions in so many frames. errors: of each order of the demand, relative to its
-    peak-to-peak. scale: of the filter's frequencies, as a part of those of the whole band. work: predicted seconds of
-    a processor for a second of the motion.
+    count: number of solutions per `stride` frames.
+    stride: number of frames.
+    errors: error of each order of the demand, relative to its peak-to-peak.
+    scale: the kept band, as a part of the whole band.
+    work: predicted processor time per second of the motion, s.
     """
 
     count: int
@@ -71,17 +77,18 @@ class FramePlan:
 
 
 def plan_frames(contact: Contact, scene: Scene, demand: Demand, tolerance: float, scale: float) -> FramePlan | None:
-    """Return how the moving scan of `scene` is solved, or None where that would take too much time or memory.
+    """Return how the moving scan of `scene` is solved, or None if that would take too much time or memory.
 
-    demand: what a series must hold; tolerance: the whole of which it is a share; scale: the band that is kept, as a
-    part of the rate's own.
+    demand: harmonics, orders and tolerance of the series.
+    tolerance: whole tolerance, of which that of the demand is a part.
+    scale: the kept band, as a part of the whole band.
     """
     motion = ScanMotion(scene)
     low, high = (max(load, scene.scan.lift_load) for load in motion.recorded_loads())
     varies = motion.load_range()[0] != motion.load_range()[1]
     probed = np.geomspace(low, high, PROBED_LOADS) if high > low else [low]
     series = [solve_spectrum(contact, float(load), demand) for load in probed]
-    # fewer hold the tolerance than the series took, since those were doubled until it did
+    # The number of phases was doubled until the series reached the tolerance, so fewer phases are enough.
     spared = [min(max((max(one.errors) / demand.tolerance) ** (1.0 / FALL), 0.5), 1.0) for one in series]
     phases = max(FEWEST_PHASES, *(one.phases * part for one, part in zip(series, spared, strict=True)))
     errors = tuple(
@@ -89,8 +96,8 @@ def plan_frames(contact: Contact, scene: Scene, demand: Demand, tolerance: float
     )
     stride = 1 << math.floor(math.log2(1.0 / scale))
     rate = scene.output.sample_rate / stride
-    fastest = motion.fastest() / scene.texture.period  # periods a second
-    if not varies:  # the series that is read ends with the harmonics of the demand: nothing folds
+    fastest = motion.fastest() / scene.texture.period  # periods per second
+    if not varies:  # the series that is read ends with the harmonics of the demand, so that none fold
         count = math.ceil((demand.highest * fastest + scene.output.band_limit) / rate)
         errors = series[0].errors
     else:
@@ -108,11 +115,14 @@ def plan_frames(contact: Contact, scene: Scene, demand: Demand, tolerance: float
 
 
 class FrameSolver:
-    """Solves chunks of frames of a scan; any chunk, in any order.
+    """Solves chunks of frames of a scan, in any order.
 
-    heights: z (m) at each place (turns) and load (N, above 0). mean: of z over a period (m), over the cube root of the
-    load (N^(1/3)). rate: frames a second. count, stride: so many solutions in so many frames. scale: of the filter's
-    frequencies, as a part of those of the whole band. chunk: frames that are solved together.
+    heights: function that returns z (m) at each phase (turns) and load (N, above 0).
+    mean: mean of z over a period (m), as a function of the cube root of the load (N^(1/3)).
+    rate: frames per second.
+    count: number of solutions per `stride` frames.
+    scale: the kept band, as a part of the whole band.
+    chunk: number of frames that are solved together.
     """
 
     def __init__(
@@ -128,16 +138,16 @@ class FrameSolver:
 
     @property
     def memory_bytes(self) -> int:
-        """Bytes of the working memory of a chunk."""
+        """Working memory of a chunk, in bytes."""
         return 8 * 12 * self.solutions
 
     @property
     def solutions(self) -> int:
-        """Solutions that a chunk takes."""
+        """Number of solutions of a chunk, with its margins."""
         return (self.chunk + 2 * self._margin) // self._stride * self._count
 
     def solved(self, number: int, orders: tuple[int, ...]) -> Array:
-        """Return a chunk: float64 [orders, chunk], the time derivative of each of `orders` (0: m) at its frames.
+        """Return the frames of chunk `number`: the time derivative of each of `orders`, SI, float64 [orders, chunk].
 
         The order WITH_MEAN is z itself, with its mean.
         """
@@ -152,7 +162,7 @@ class FrameSolver:
         ])  # fmt: skip
 
     def _gated(self, theta: Array, loads: Array) -> tuple[Array, Array]:
-        """Return y, and the mean (m) that it is about, at each phase (turns) and load (N)."""
+        """Return y and the mean that is subtracted from z (both m, gated), at each phase (turns) and load (N)."""
         value, means = np.zeros_like(loads), np.zeros_like(loads)
         touching = np.flatnonzero(loads > 0.0)
         if len(touching):
@@ -164,9 +174,9 @@ class FrameSolver:
         return value, means
 
     def _limited(self, value: Array, frames: int, order: int) -> Array:
-        """Return the derivative of `order` of `value`, band-limited, at the frames.
+        """Return the time derivative of `value`, of order `order`, band-limited, at the frames.
 
-        A straight line from end to end is taken out first and put back: without it the ends would not meet.
+        A straight line from end to end is subtracted first and added back at the end, so that the ends meet.
         """
         from scipy.special import erfc
 
@@ -177,7 +187,7 @@ class FrameSolver:
         gain = 0.5 * erfc((cycles - CUT * self._scale) / (WIDTH * self._scale))
         spectrum *= gain * (2j * math.pi * self._rate * cycles) ** order
         found = np.fft.irfft(spectrum, frames)
-        rise *= self._count / self._stride  # a frame
+        rise *= self._count / self._stride  # per frame
         if order == 0:
             found += value[0] + rise * np.arange(frames)
         elif order == 1:
@@ -186,5 +196,5 @@ class FrameSolver:
 
 
 def _multiple(least: int, stride: int) -> int:
-    """Return the smallest multiple of `stride` from `least` on."""
+    """Return the smallest multiple of `stride` that is at least `least`."""
     return -(-least // stride) * stride

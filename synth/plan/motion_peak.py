@@ -1,16 +1,16 @@
-"""The largest value of each quantity along a scan's own motion: what an automatic full scale goes by.
+"""Find the largest value of each quantity along a scan's own motion. It determines an automatic full scale.
 
 Stage   2, used by `preparation` for strokes and recordings.
-Model   The response is solved along the motion (`frame_solver`), at the lowest rate that holds the band, OVERSAMPLING
-        times a frame, and its largest values are taken. A motion that would take longer than PATIENCE is solved where
-        its values are likely to be largest, chunk by chunk. With Y_k the largest k-th derivative over the phase of the
-        steady response at the load w, and f = u / lambda2, those are likely to be
+Model   The response is solved along the motion (`frame_solver`), at the lowest rate that contains the band, with
+        OVERSAMPLING solutions per frame. If the whole motion would take longer than PATIENCE, only the chunks with the
+        largest estimated values are solved. The estimates of z and its two time derivatives are
 
             Y_0,  Y_1 |f| + Y_0 |w'| / w,  Y_2 f^2 + Y_1 (|f'| + 2 |f w'| / w) + Y_0 (|w''| / w + (w' / w)^2)
 
-Source  the chain rule; that a change of the load by itself changes the response by about as much is a guess.
-Limits  what folds of OVERSAMPLING solutions a frame is about 1 % of the peak. Of a motion that is not solved as a whole
-        a louder place may be missed. Responses alone: what a simulation makes of them is not known here.
+        Y_k is the largest k-th derivative over the phase of the steady response at the load w, and f = u / lambda2.
+Source  The chain rule. The size of the terms with w' and w'' is a guess.
+Limits  With OVERSAMPLING solutions per frame, the folded error is about 1 % of the peak. If the motion is not solved as
+        a whole, a louder part can be missed. The peaks are those of the response, without any simulation of effects.
 """
 
 from __future__ import annotations
@@ -29,25 +29,25 @@ from synth.response.spectrum import Demand, curves, points_for, solve_spectrum
 from synth.scene.output_section import BAND
 from synth.scene.scene import Scene
 
-OVERSAMPLING = 4  # solutions a frame: the band is 0.40 of the rate, so a line must be 9 times as high to fold into it
-TOLERANCE = 1e-2  # of the series that tell where the motion is loud
-PATIENCE = 1.0  # s of predicted work: what opening a recording may take longer; less: louder places may be missed
-FEW_PERIODS = 5  # of the texture: a shorter stroke may not pass its loudest place
-QUICK_TURN = 0.02  # s: a quicker turn of a stroke may be louder than its cruise
-LOUD_LOADS = 7  # between the smallest and the largest load, at which Y_k is solved
-LOOKS = 1 << 20  # moments at which a long motion is judged at most: 10 s of work for each 2^24
-LOOK_RATE = 4000  # Hz of those moments: a step of the load takes 1 ms at least
+OVERSAMPLING = 4  # solutions per frame: the band is 0.40 of the rate, so only lines 9 times as high fold into it
+TOLERANCE = 1e-2  # tolerance of the series for the estimates
+PATIENCE = 1.0  # s of predicted work, which delays the opening of a recording; with less, louder parts may be missed
+FEW_PERIODS = 5  # texture periods: a shorter stroke may not pass its loudest place
+QUICK_TURN = 0.02  # s: a shorter turn of a stroke may be louder than its cruise
+LOUD_LOADS = 7  # number of loads, from the smallest to the largest, at which Y_k is solved
+LOOKS = 1 << 20  # largest number of moments at which a long motion is estimated: 2^24 moments take 10 s
+LOOK_RATE = 4000  # Hz, rate of those moments: a step of the load takes at least 1 ms
 
 
 def peaks_along(contact: Contact, scene: Scene, mean: Mean, orders: tuple[int, ...]) -> Array:
-    """Return the largest magnitude of the time derivative of each of `orders` (0: m), float64 [orders].
+    """Return the largest magnitude of the time derivative of each of `orders`, SI, float64 [orders].
 
-    mean: of z over a period, as `frame_solver` takes it.
+    mean: mean of z over a period, as for `FrameSolver`.
     """
     output, stroke = scene.output, scene.scan.stroke
     rate = min(output.sample_rate, max(100, math.ceil(output.band_limit / BAND)))
     solver = FrameSolver(contact.heights, scene, mean, rate, count=OVERSAMPLING, scale=1.0)
-    # after so many seconds the motion is over, or comes again
+    # the motion ends or repeats after this time (s)
     length = stroke.period if stroke is not None else ScanMotion(scene).duration + LIFT_TIME
     chunks = list(range(math.ceil(length * rate / solver.chunk)))
     most = max(1, math.floor(PATIENCE / (1e-9 * solver.solutions * (EXACT_CELL * contact.grid.cells + FRAME_SETUP))))
@@ -57,7 +57,7 @@ def peaks_along(contact: Contact, scene: Scene, mean: Mean, orders: tuple[int, .
 
 
 def differs_from_cruise(scene: Scene) -> bool:
-    """Return whether the largest values of a scan may not be those at its own speed and load."""
+    """Return whether the largest values of a scan may differ from those at its own speed and load."""
     stroke = scene.scan.stroke
     if stroke is None:
         return scene.scan.trajectory is not None
@@ -67,9 +67,11 @@ def differs_from_cruise(scene: Scene) -> bool:
 def _loud_chunks(
     contact: Contact, scene: Scene, orders: tuple[int, ...], length: float, chunk: float, most: int
 ) -> list[int]:
-    """Return the chunks that are likely to be the loudest, `most` of them for all orders together.
+    """Return the numbers of the chunks that are likely to be the loudest.
 
-    length, chunk: seconds of the motion and of a chunk.
+    length: duration of the motion, s.
+    chunk: duration of a chunk, s.
+    most: largest number of chunks, for all orders together.
     """
     look_rate = max(1, math.floor(min(LOOK_RATE, LOOKS / length)))
     looks = max(1, math.floor(length * look_rate))
@@ -83,7 +85,7 @@ def _loud_chunks(
 
 
 def _likely(contact: Contact, scene: Scene, orders: tuple[int, ...], samples: Array) -> list[Array]:
-    """Return about how large each of `orders` is at the moments of `samples` (rows of a Motion)."""
+    """Return the estimated size of each of `orders` at the moments of `samples` (rows of a Motion)."""
     lift, period = scene.scan.lift_load, scene.texture.period
     load, touching = np.maximum(samples[LOAD], lift), samples[LOAD] > 0.0
     known = np.geomspace(load.min(), load.max(), LOUD_LOADS) if np.ptp(load) else load[:1]

@@ -1,8 +1,7 @@
-"""PLAN: what will be simulated for a scene, in order, each with its reason, cost and error; and what is left out and
-why.
+"""PLAN: what is simulated for a scene, what is left out, the reasons, the errors and the cost.
 
 Stage   2 (PLAN), as data that a person can read.
-Source  design, sections 2 and 5. Errors are those measured while the response was built; `costing` adds the cost.
+Source  design, sections 2 and 5. The errors were measured while the response was solved. `costing` adds the cost.
 """
 
 from __future__ import annotations
@@ -27,9 +26,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Simulated:
-    """One thing that is simulated: its name and the reason, as sentences; an effect also has its settings and price.
+    """One thing that is simulated.
 
-    price: of a voice with this effect alone in the default scene, measured once on one machine; `Cost` is this scene's.
+    name: its name.
+    reason: why and how it is simulated, in sentences.
+    settings: settings of an effect.
+    price: cost of a voice of the default scene with only this effect, measured once on one machine. `Cost` has the cost
+        of the present scene.
     """
 
     name: str
@@ -38,16 +41,21 @@ class Simulated:
     price: Price | None = None
 
     def document(self) -> dict[str, Any]:
-        """Return it as JSON."""
+        """Return it as a JSON object, without fields that are None."""
         return {name: value for name, value in asdict(self).items() if value is not None}
 
 
 @dataclass(frozen=True, slots=True)
 class Cost:
-    """What a scene costs on this machine.
+    """The cost of a scene on this machine.
 
-    process_seconds: what this process took once before it could compute any scene, on top of setup_seconds: start,
-    imports, and kernels. compile_seconds: the part of it in which kernels were compiled, as only a first use does.
+    setup_seconds: time for the set-up of the scene.
+    ns_per_frame: time per frame, ns.
+    times_real_time: duration of the sound over the time to render it.
+    memory_bytes: memory of a voice of the scene.
+    process_seconds: start, imports and kernels of this process, once, before it can compute any scene. This time is not
+        part of setup_seconds.
+    compile_seconds: the part of process_seconds in which kernels were compiled. Only the first use compiles them.
     """
 
     setup_seconds: float
@@ -60,7 +68,16 @@ class Cost:
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """The plan of one scene; `document` is its JSON."""
+    """The plan of one scene.
+
+    scene: complete document of the scene.
+    simulated: what is simulated, in the order in which it runs.
+    left_out: what is not simulated.
+    response: how z is computed.
+    estimated_error: error of each quantity, relative to its peak-to-peak.
+    cost: None until `costing` adds it.
+    warnings: sentences.
+    """
 
     scene: dict[str, Any]
     simulated: tuple[Simulated, ...]
@@ -81,7 +98,7 @@ class Plan:
 
 
 def plan_of(solved: Preparation) -> Plan:
-    """Return the plan of what was prepared, without a cost."""
+    """Return the plan of a prepared scene, without its cost."""
     errors: dict[str, float] = {}
     for channel in solved.all_channels:
         errors[channel.quantity] = max(errors.get(channel.quantity, 0.0), channel.error)
@@ -119,53 +136,53 @@ def _simulated(solved: Preparation) -> tuple[Simulated, ...]:
 
 def _simulation_part(solved: Preparation, plan: SimulationPlan) -> Simulated:
     steps = (
-        f"z is simulated {plan.simulation.steps} steps a frame, in the place of the response, since that changes it by "
+        f"z is simulated with {plan.simulation.steps} steps per frame and replaces the response. This changes it by "
         f"{max(plan.change):.2g} of its peak-to-peak."
     )
     if plan.work > 1.0:
-        steps += f" A second of sound takes {plan.work:.2g} s of a processor."
+        steps += f" A second of sound takes {plan.work:.2g} s of processor time."
     return Simulated("simulation", f"{steps} {_beginning(solved, plan)}")
 
 
 def _beginning(solved: Preparation, plan: SimulationPlan) -> str:
-    """Return in which state a simulation begins, as a sentence."""
+    """Return a sentence on the state in which a simulation begins."""
     scan = solved.scene.scan
     if solved.by_hand:
-        return "It begins on the elastic contact, following it."
+        return "The simulation begins on the elastic contact and follows it."
     if scan.stroke is not None:
-        return "It begins at rest."
+        return "The simulation begins at rest."
     if scan.trajectory is not None:
-        return "It begins where the finger comes down, on the elastic contact."
+        return "The simulation begins on the elastic contact, where the finger comes down."
     if plan.simulation.steady is None:
-        return f"It begins {plan.simulation.settling:.2g} s ahead, on the elastic contact."
+        return f"The simulation begins on the elastic contact, {plan.simulation.settling:.2g} s before the first frame."
     if plan.pilot.repeats:
-        return "It begins in its periodic state: each texture period is like the first."
-    return "The motion does not repeat with the texture, so the error counts by how much its periods differ."
+        return "The simulation begins in its periodic state: each texture period equals the first."
+    return "The motion does not repeat with the texture. The error therefore includes the difference between periods."
 
 
 def _response_parts(solved: Preparation) -> list[Simulated]:
-    """Return the response at the scan's own speed and load, and what follows a motion where they vary."""
+    """Return the response at the scan's own speed and load, and the solved frames or table of a moving scan."""
     spectrum, frames, table = solved.spectrum, solved.frames, solved.table
     assert spectrum is not None
     how = "The load flattens the whole contact, so z is one sinusoid in closed form."
     if not spectrum.closed:
         how = (
             f"z is solved at {spectrum.phases} phases of the texture period ({spectrum.solver}) and kept "
-            f"as {solved.highest} harmonics, so that each output quantity keeps {solved.tolerance:.3g} of its "
-            "peak-to-peak."
+            f"as {solved.highest} harmonics, for a tolerance of {solved.tolerance:.3g} of the peak-to-peak of each "
+            "quantity."
         )
     parts = [Simulated("contact response", how)]
-    varies = "A hand moves and presses as it likes" if solved.by_hand else "The speed varies"
+    varies = "A hand sets speed and load" if solved.by_hand else "The speed varies"
     if solved.load_varies and not solved.by_hand:
         low, high = solved.loads
         varies = f"The load varies between {low:.4g} N and {high:.4g} N"
     if frames is not None:
-        every = "a frame" if frames.stride == 1 else f"in {frames.stride} frames"
+        every = "per frame" if frames.stride == 1 else f"per {frames.stride} frames"
         parts.append(Simulated("solved frames", f"{varies}, and z is solved {frames.count} times {every}."))
     if table is not None:
         reason = (
             f"{varies}, so z is read from a table of {len(table.loads)} loads and {len(table.levels.highest)} levels, "
-            f"up to {table.harmonics} harmonics and {table.covered[1]:.4g} N; a heavier load is read as that."
+            f"up to {table.harmonics} harmonics and {table.covered[1]:.4g} N. A heavier load is read as that load."
         )
         parts.append(Simulated("response table", reason))
     return parts
@@ -177,17 +194,17 @@ def _left_out(solved: Preparation) -> tuple[LeftOut, ...]:
     if solved.spectrum is None:
         parts.append(LeftOut("contact response", solved.silence, None))
     elif output.bandwidth_hz < BAND * output.sample_rate:
-        reason = f'output.bandwidth is {output.bandwidth_hz:.6g} Hz; "full" keeps what the sample rate holds.'
+        reason = f'output.bandwidth is {output.bandwidth_hz:.6g} Hz; "full" keeps the whole band of the sample rate.'
         parts.append(LeftOut("components above the band", reason, None))
     if solved.spectrum is not None and not solved.moving and not solved.simulated:
-        parts.append(LeftOut("response table", "Neither speed nor load varies: one series serves.", None))
+        parts.append(LeftOut("response table", "Speed and load are constant, so one series is enough.", None))
     parts += () if solved.effects is None else solved.effects.spared
     others = [name for name in effect_names() if name not in solved.scene.effects]
     return (*parts, *(LeftOut(name, "The scene does not call for it.", None) for name in others))
 
 
 def _response(solved: Preparation) -> dict[str, Any]:
-    """Return how the response is found, with its channels, and the simulation and the table where there are any."""
+    """Return how z is computed, the channels, and the simulation or the table if there is one."""
     spectrum, table, reach = solved.spectrum, solved.table, solved.reach if solved.moving else N_MAX
     told = {
         "method": _method(solved),
@@ -221,7 +238,7 @@ def _response(solved: Preparation) -> dict[str, Any]:
 
 
 def _channels(solved: Preparation) -> list[dict[str, Any]]:
-    """Return the channels of the response and those that effects add."""
+    """Return the channels of the response, then those that effects add."""
     added = {} if solved.effects is None else {one.quantity: one.method for one in solved.effects.channels}
     readers = {
         channel.quantity: "simulation" if solved.simulated else "" if channel.reader is None else channel.reader.name

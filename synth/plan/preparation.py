@@ -1,11 +1,12 @@
-"""What a scene needs to sound, solved once: the series of its response, its full scale, its readers, its errors.
+"""Prepare a scene for rendering: solve its response once, and choose full scales, readers and errors.
 
-Stage   2, the part that calculates; `plan` tells it to people.
-Model   Harmonics below 0.40 of the rate (and below the bandwidth) at the scan's speed are kept. A constant scan is read
-        from their series, which is solved to the tolerance, less the rounding to float32. A scan that moves is solved
-        along its motion (`frame_solver`), or, by hand and where blocks have deadlines, read from the response table.
+Stage   2, the part that computes. `plan` describes the result for people.
+Model   Harmonics below 0.40 of the rate, and below the bandwidth, are kept at the speed of the scan. A constant scan is
+        read from the series of these harmonics. The series is solved to the tolerance, minus the rounding to float32.
+        A moving scan is solved along its motion (`frame_solver`). A hand, and a moving scan whose blocks have
+        deadlines, read the response table instead.
 Source  design, section 4.
-Limits  no more harmonics than `request` says.
+Limits  The number of harmonics is that of `request`.
 """
 
 from __future__ import annotations
@@ -41,21 +42,27 @@ from synth.response.table_making import HEAVIEST
 from synth.scene.output_section import BAND, FULL_BAND
 from synth.scene.scene import Scene
 
-SERIES_SHARE = 0.7  # of the tolerance of a moving scan, for its series; what folds where it lands takes the rest
-TIGHTEST, LOOSEST = 1e-7, 3e-2  # between which "imperceptible" is translated: the range of accuracy.tolerance
-FELT = 0.1  # of the peak-to-peak: a hand tells amplitudes apart by 0.1 to 0.25, so less is not worth a warning
-EXACT = 1e-6  # the tolerance of "exact": what folds below 0.40 of the rate (design, section 4)
+SERIES_SHARE = 0.7  # part of a moving scan's tolerance for its series; the folded error of a landing uses the rest
+TIGHTEST, LOOSEST = 1e-7, 3e-2  # range of the tolerance for "imperceptible", which is the range of accuracy.tolerance
+FELT = 0.1  # of the peak-to-peak: smaller errors cause no warning, as a hand distinguishes amplitudes by 0.1 to 0.25
+EXACT = 1e-6  # tolerance of "exact": the folded error below 0.40 of the rate (design, section 4)
 
 
 @dataclass(frozen=True, slots=True)
 class Preparation(Request):
-    """A scene, solved.
+    """A solved scene.
 
-    tolerance: as a number. warnings: sentences. contact: None where nothing is solved. spectrum: the series at the
-    scan's load, None where nothing sounds; silence: why, or "". mean: of z over a period (m), over the cube root of the
-    load, where the scan's own motion decides the full scale, or the approach is asked for. frames: how a moving scan is
-    solved, None where a table is read. table: what a moving voice reads, None where none does. effects: what the
-    scene's effects became, None where it has none.
+    tolerance: tolerance as a number.
+    warnings: sentences.
+    contact: the contact; None if nothing is solved.
+    spectrum: series of z at the scan's load; None if the scene is silent.
+    channels: plans of the channels.
+    silence: why the scene is silent, or "".
+    mean: mean of z over a period (m), over the cube root of the load (N^(1/3)). It is None unless the scan's own motion
+        determines the full scale, or the scene has an approach channel.
+    frames: how a moving scan is solved; None if a table is read.
+    table: table that a moving voice reads, or None.
+    effects: the prepared effects; None if the scene has none.
     """
 
     tolerance: float
@@ -71,23 +78,23 @@ class Preparation(Request):
 
     @property
     def all_channels(self) -> tuple[ChannelPlan | AddedChannel, ...]:
-        """The channels of the response, and those that effects add."""
+        """The channels of the response, then those that effects add."""
         return self.channels if self.effects is None else (*self.channels, *self.effects.channels)
 
     @property
     def simulated(self) -> bool:
-        """True where a simulation takes the place of the response."""
+        """True if a simulation replaces the response."""
         return self.effects is not None and self.effects.simulation is not None
 
     @property
     def steady(self) -> SteadyScan:
-        """The scan's own speed and load, of a scene that sounds."""
+        """The scan's own speed and load, of a scene that is not silent."""
         assert self.spectrum is not None
         return SteadyScan(*self.request, self.spectrum)
 
     @property
     def memory_bytes(self) -> int:
-        """Bytes that the preparation holds, but for its table, which others share."""
+        """Memory of the preparation, in bytes, without its table, which is shared."""
         held = 0 if self.spectrum is None else self.spectrum.memory_bytes
         held += sum(channel.reader.nbytes for channel in self.channels if channel.reader is not None)
         held += 0 if self.effects is None else self.effects.memory_bytes
@@ -102,11 +109,13 @@ def prepare(
     paced: bool = False,
     exact: bool = False,
 ) -> Preparation:
-    """Return `scene` solved; what was solved before comes from `cache`.
+    """Return `scene` solved. Results that are in `cache` are reused.
 
-    by_hand: for any speed and load, round those of a constant scan that is not silent. paced: its blocks have
-    deadlines, so that a simulation takes no more steps than can be played live beside others; otherwise it takes those
-    that the tolerance asks for. exact: what moves reads a table that is made to the tolerance, however long that takes.
+    cache: None for the shared one.
+    by_hand: prepare for any speed and load of a hand. `scene` then has a constant scan that is not silent.
+    paced: the blocks have deadlines. A simulation then takes no more steps than can be played live with other voices.
+        Otherwise it takes the steps that the tolerance requires.
+    exact: a moving scan reads a table that is made to the tolerance, however long that takes.
     """
     begun()
     kept = cache or SHARED
@@ -144,7 +153,7 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool) -> Preparati
     channels = tuple(steady.planned(one, peaks, still=bool(silence)) for one in scene.output.channel_list)
     missed = tuple(text for text in (steady.warning(channel, tolerance) for channel in channels) if text)
     if scene.accuracy.tolerance == "imperceptible" and tolerance <= TIGHTEST:
-        missed += (f"A tolerance of {TIGHTEST:g}, the tightest there is, may leave an error that is felt.",)
+        missed += (f"A tolerance of {TIGHTEST:g}, the tightest allowed, may leave an error that is felt.",)
     frames = None
     if asked.moving and not asked.live:
         scale = min(1.0, scene.output.band_limit / (BAND * scene.output.sample_rate))
@@ -157,7 +166,7 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool) -> Preparati
 
 
 def _silent(solved: Preparation, silence: str) -> Preparation:
-    """Return the preparation of a scene in which nothing sounds."""
+    """Return the preparation of a silent scene."""
     scene = solved.scene
     return replace(
         solved,
@@ -172,15 +181,15 @@ def _silent(solved: Preparation, silence: str) -> Preparation:
 
 
 def _shaped(asked: Request, contact: Contact, tolerance: float) -> tuple[Contact, PreparedEffects | None, Demand]:
-    """Return the contact in the shape that the scene's effects ask for, those effects, and what series must hold."""
+    """Return the contact in the shape that the scene's effects give it, the effects, and the demand on the series."""
     scene, loads, shapes = asked.scene, asked.loads, None
     if scene.effects:
         demand = Demand(max(asked.highest, 1), asked.orders, tolerance)
         contact, shapes = shape_for(contact, scene, demand, loads, asked.turns)
-        contact.geometry_at(max(*loads, scene.scan.lift_load))  # refuses a shape that is too long under it
+        contact.geometry_at(max(*loads, scene.scan.lift_load))  # raises if the contact is too long at this load
     share = SERIES_SHARE if asked.moving else 1.0
     demand = Demand(asked.highest if asked.load_varies else asked.reach, asked.orders, share * spendable(tolerance))
-    if any(asked_effects(scene, Kind.BALANCE)) or (asked.load_varies and not asked.live):  # a table refines by itself
+    if any(asked_effects(scene, Kind.BALANCE)) or (asked.load_varies and not asked.live):  # tables refine themselves
         pressed, ends = _pressed(scene), (0.0, HEAVIEST) if asked.by_hand else loads
         judged = tuple(sorted({max(load, scene.scan.lift_load) for load in (*ends, pressed)}))
         contact = fine_enough(contact, judged, pressed, demand)
@@ -188,7 +197,7 @@ def _shaped(asked: Request, contact: Contact, tolerance: float) -> tuple[Contact
 
 
 def _with_motion(solved: Preparation, cache: ResponseCache, *, exact: bool) -> Preparation:
-    """Return a moving scan with the table that its voice reads, unless its frames are solved, and its errors."""
+    """Return a moving scan with its errors and, unless its frames are solved, the table that its voice reads."""
     assert solved.contact is not None
     if solved.frames is not None:
         errors = dict(zip(solved.orders, solved.frames.errors, strict=True))
@@ -204,8 +213,8 @@ def _with_motion(solved: Preparation, cache: ResponseCache, *, exact: bool) -> P
         where = f" at loads from {low:.4g} to {high:.4g} N"
     channels = tuple(replace(one, error=one.error + errors[one.order]) for one in solved.channels)
     warnings = dict.fromkeys(
-        f"The {one.quantity} of the moving scan may err by {one.error:.2g} of its peak-to-peak{where}, not by the "
-        f"{solved.tolerance:.2g} asked for."
+        f"The error of the {one.quantity} of the moving scan may be {one.error:.2g} of its peak-to-peak{where}; the "
+        f"tolerance is {solved.tolerance:.2g}."
         for one in channels
         if one.error > limit
     )
@@ -213,7 +222,7 @@ def _with_motion(solved: Preparation, cache: ResponseCache, *, exact: bool) -> P
 
 
 def _with_effects(solved: Preparation, shapes: PreparedEffects, cache: ResponseCache) -> Preparation:
-    """Return `solved` with its effects, its channels as they are with them."""
+    """Return `solved` with its effects, and with channels that take them into account."""
     assert solved.contact is not None
     case = SimulationCase(*solved.request, solved.contact, solved.tolerance)
     effects = effects_of(case, shapes)
@@ -232,8 +241,9 @@ def _with_effects(solved: Preparation, shapes: PreparedEffects, cache: ResponseC
 
 
 def _own_motion(asked: Request, contact: Contact, tolerance: float) -> tuple[Mean | None, dict[int, float]]:
-    """Return the mean of z and the peak of each order along the scan's own motion, nothing where its own speed and load
-    tell them.
+    """Return the mean of z, and the peak of each order along the scan's own motion.
+
+    They are None and empty if the scan's own speed and load determine the peaks.
     """
     scene, listed = asked.scene, asked.scene.output.channel_list
     approach = any(channel.quantity == APPROACH for channel in listed)
@@ -249,27 +259,27 @@ def _own_motion(asked: Request, contact: Contact, tolerance: float) -> tuple[Mea
 def _silence(asked: Request, geometry: Geometry) -> str:
     output = asked.scene.output
     if geometry.texture_amplitude == 0.0:
-        return "The texture has no height (texture.amplitude is 0 m): nothing moves."
+        return "The texture has no height (texture.amplitude is 0 m), so the finger does not move."
     if asked.scene.scan.load == 0.0:
-        return "The finger does not touch (the load is 0 N): nothing moves."
+        return "The finger does not touch the texture (the load is 0 N), so it does not move."
     if asked.highest > 0:
         return ""
     text = (
         f"Every harmonic is above the band: u / lambda2 is {abs(asked.turns):.6g} Hz, "
-        f"and what is below {output.band_limit:.6g} Hz is rendered."
+        f"and only harmonics below {output.band_limit:.6g} Hz are rendered."
     )
     if abs(asked.turns) < BAND * output.sample_rate and output.bandwidth != FULL_BAND:
-        text += ' Write output.bandwidth "full" for all that the sample rate holds.'
+        text += ' Write output.bandwidth "full" for the whole band of the sample rate.'
     return text
 
 
 def _pressed(scene: Scene) -> float:
-    """Return the load (N) at which the response of `scene` is solved: a finger that pulls has none of its own."""
+    """Return the load (N) at which the response of `scene` is solved: for a finger that pulls, the lift load."""
     return scene.scan.load if scene.scan.load > 0.0 else scene.scan.lift_load
 
 
 def _imperceptible(contact: Contact, asked: Request) -> float:
-    """Return the tolerance of which nothing is felt at the harmonics; `contact` is not yet in its shape."""
+    """Return the tolerance at which the error of the harmonics is not felt. `contact` is without effects on shape."""
     spectrum = solve_spectrum(contact, _pressed(asked.scene), Demand(asked.highest, asked.orders, 1e-2))
     turns, tolerance = abs(asked.turns), LOOSEST
     harmonics = np.arange(1, len(spectrum.harmonics)) * max(turns, 1e-9)

@@ -1,10 +1,11 @@
-"""The response table of a scene: its contact, in the shape that its effects ask for, as one table.
+"""Make or reuse the response table of a scene: its contact, in the shape that its effects give it, as one table.
 
-Stage   PLAN.
-Model   What decides a table is the finger, the texture, the effects that shape the contact, the lift load and the band.
-        Speed, quantity and duration do not, nor a load within TableBounds: scenes that differ in these share a table.
-Limits  effects with a memory (inertia, viscous skin, adhesion) are simulated beside the table; a force that an effect
-        adds has a table of its own.
+Stage   2 (PLAN).
+Model   A table depends on the finger, the texture, the effects that shape the contact, the lift load and the band. It
+        does not depend on speed, quantity, duration, or a load within TableBounds. Scenes that differ only in these
+        share a table.
+Limits  The table does not contain effects with a memory (inertia, viscous skin, adhesion), which are simulated. A force
+        that an effect adds has a separate table.
 """
 
 from __future__ import annotations
@@ -30,22 +31,23 @@ from synth.response.table_making import BOUNDS, TableBounds, make_table
 from synth.scene.output_section import FULL_BAND
 from synth.scene.scene import Scene, scene_document
 
-RATE_SHARE = 0.35  # of the sample rate: the band of a table at most (levels end at 0.49)
-USUAL_BAND = 1000.0  # Hz: tables of wider bands hold more harmonics, in proportion, in fewer rows
+RATE_SHARE = 0.35  # largest band of a table, as a part of the sample rate (mip levels end at 0.49)
+USUAL_BAND = 1000.0  # Hz: tables of wider bands have proportionally more harmonics, in fewer rows
 MOST_HARMONICS = 256  # of a table; more would leave too few rows of load
-EXACT_BYTES = 128 << 20  # of a table that is made to a tolerance; the default scene's takes 4 s and 7 MB
-EXACT_PHASES, EXACT_PLACES = 16, 10.0  # a harmonic of such a table; with fewer what folds, or images, add 1e-3
-ROWS_SHARE = 0.4  # of the tolerance: between rows; what folds, and the images of the places, take the rest
-SHAPES_JUDGED = Demand(8, (0,), 1e-2)  # by which "auto" decides whether a shape is called for
+EXACT_BYTES = 128 << 20  # largest table made to a tolerance; that of the default scene takes 4 s and 7 MB
+EXACT_PHASES, EXACT_PLACES = 16, 10.0  # per harmonic of such a table; with fewer, folding or images add 1e-3
+ROWS_SHARE = 0.4  # part of the tolerance for the error between rows; folding and the images of places use the rest
+SHAPES_JUDGED = Demand(8, (0,), 1e-2)  # demand with which an effect on the shape set to "auto" is judged
 
 
 def table_of_scene(
     scene: Scene, bounds: TableBounds | None = None, cache: ResponseCache | None = None
 ) -> ResponseTable:
-    """Return the table of `scene`; the same scene gives the same hash, whatever the cache holds.
+    """Return the table of `scene`. The same scene always gives the same hash.
 
-    cache: where the table is taken from if a voice reads it, and kept for the next. Raises SceneError where neither
-    surface has a height, CannotRender for a shape that cannot be solved.
+    bounds: limits on the table's cost; None for those of `bounds_for`.
+    cache: cache from which the table is taken if it is there, and in which a new one is kept.
+    Raises SceneError if neither surface has a height, and CannotRender for a shape that cannot be solved.
     """
     geometry = Geometry.of_scene(scene)
     if geometry.height_scale == 0.0:
@@ -56,16 +58,18 @@ def table_of_scene(
         loads = (0.0, chosen.heaviest)
         contact, _shapes = shape_for(contact, scene, SHAPES_JUDGED, loads, scene.scan.speed / scene.texture.period)
     kept = _kept(contact, scene, ResponseCache() if cache is None else cache, chosen)
-    return replace(kept, scene=_told_text(scene))  # it may have been made for another scene of the same contact
+    return replace(kept, scene=_told_text(scene))  # another scene with the same contact may have made the table
 
 
 def kept_table(
     response: Response, scene: Scene, cache: ResponseCache, *, work: float = 1.0, tolerance: float | None = None
 ) -> ResponseTable:
-    """Return the table of `response`, a contact or a force of `scene`, from `cache` where it was made before.
+    """Return the table of `response`, from `cache` if it was made before.
 
-    work: times as much as a contact's table may cost. tolerance: to which it is made, within EXACT_BYTES, where time
-    does not matter; None: as well as a voice can wait for.
+    response: a contact or a force of `scene`.
+    work: permitted cost, relative to that of a contact's table.
+    tolerance: tolerance to which the table is made, within EXACT_BYTES, for any time it takes. None: the cost is
+        limited so that a voice can wait for it.
     """
     bounds = bounds_for(scene)
     bounds = replace(bounds, work=work * bounds.work)
@@ -85,29 +89,31 @@ def _kept(response: Response, scene: Scene, cache: ResponseCache, bounds: TableB
 
 
 def bounds_for(scene: Scene) -> TableBounds:
-    """Return what the table of `scene` may cost: rows reach the loads of its own scan, a wide band has more places."""
+    """Return the limits of the table of `scene`. Rows cover the loads of its scan; a wide band has more harmonics."""
     heaviest = max(BOUNDS.heaviest, ScanMotion(scene).recorded_loads()[1])
     wider = 1 << max(0, math.ceil(math.log2(band_of(scene) / USUAL_BAND)))
     return replace(BOUNDS, heaviest=heaviest, harmonics=min(MOST_HARMONICS, wider * BOUNDS.harmonics))
 
 
 def read_error(table: ResponseTable, quantity: str, rate: int, loads: tuple[float, float], highest: int) -> float:
-    """Return what reading `quantity` at `rate` (Hz) may err by, relative to its peak-to-peak, at `loads` (N).
+    """Return the error of reading `quantity` from the table, relative to its peak-to-peak.
 
-    highest: harmonics in the band.
+    rate: frames per second.
+    loads: smallest and largest load, N.
+    highest: number of harmonics in the band.
     """
     told = QUANTITIES[ORDERS[quantity]]
     return table.error.over(loads, told, highest) + reading_filter(quantity, rate, table.band).error
 
 
 def band_of(scene: Scene) -> float:
-    """Return the frequency (Hz) up to which a table of `scene` sounds in full."""
+    """Return the frequency (Hz) up to which a table of `scene` has all components in full."""
     most = RATE_SHARE * scene.output.sample_rate
     return most if scene.output.bandwidth == FULL_BAND else min(scene.output.bandwidth_hz, most)
 
 
 def _told_text(scene: Scene) -> str:
-    """Return the parts of the scene's document that decide its table, as JSON."""
+    """Return the parts of the scene's document that determine its table, as JSON."""
     document = scene_document(scene)
     told = {name: document[name] for name in ("finger", "texture", "effects") if name in document}
     return json.dumps(told, sort_keys=True)

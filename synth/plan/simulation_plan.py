@@ -1,19 +1,25 @@
-"""How a scene is simulated step by step, and what that changes: planned by pilots at its own speed and load.
+"""Plan a step-by-step simulation: steps, points, errors, and the change by the effects, found with pilot runs.
 
-Stage   2, used by `preparation`; `simulation.running` runs it, in the place of the response.
-Model   A spring, with or without adhesion, has a pressure that only depends on where things stand: all of it fits into
-        a table of its energy. A viscous skin has a memory at every place, and is followed there.
-        A pilot is whole texture periods of the steady scan; a stroke or a recording is also run along its own motion.
-        Skin is first followed at few points, then at twice as many, until half as many change little. Then a pilot is
-        run with n and with 2 n steps a frame; n doubles until they agree within SETTLED of the tolerance. A pilot of
-        the same contact without mass, memory and adhesion tells what the effects change.
-        `errors` adds what twice the steps change (second order: a third more than the difference); of skin, what half
-        the points change, and of a table, what half as many phases and heights change; what has not settled where the
-        scan begins; and what the filter lets through.
-Source  design, section 4: below 0.40 of the rate kept and above 0.45 removed; 0.35 and 0.49 where the speed changes.
-Limits  estimates, held against independent solutions by tests/synth/effects. Where more would take longer than BUSY of
-        a second's sound live, or BUSY_FILE in a file, or the pilot than PATIENCE, doubling ends, and `errors` tells
-        what is left. So slow scans of coarse textures, whose periods are long, are planned within some seconds.
+Stage   2, used by `preparation`. `simulation.running` runs the simulation, which replaces the response.
+Model   The force of a spring, with or without adhesion, depends only on the positions, so a table of its energy
+        represents it. A viscous skin has a memory at every place, so points of the skin are simulated.
+        A pilot is a run of whole texture periods of the steady scan. A stroke or a recording is also run along its own
+        motion.
+        Points: the number of skin points is doubled until the last doubling changes the pilot little.
+        Steps: pilots are run with n and 2 n steps per frame. n is doubled until they agree within SETTLED of the
+        tolerance.
+        Change: a pilot of the same contact without mass, memory and adhesion shows what the effects change.
+        `errors` is the sum of
+        - the change by twice the steps, plus a third of it (second order);
+        - for skin, the change by half the points; for a table, the change by half as many phases and heights;
+        - what has not settled where the scan begins;
+        - what the filter lets through.
+Source  design, section 4: components below 0.40 of the rate are kept and those above 0.45 removed; 0.35 and 0.49 where
+        the speed changes.
+Limits  The errors are estimates; tests/synth/effects compares them with independent solutions. Doubling ends where the
+        steps of a second of sound would take longer than BUSY (live) or BUSY_FILE (file), or the pilot longer than
+        PATIENCE. `errors` then contains the remaining error. Slow scans of coarse textures, whose periods are long, are
+        therefore planned within some seconds.
 """
 
 from __future__ import annotations
@@ -43,37 +49,39 @@ from synth.plan.effect_choice import (
 )
 from synth.response.mean_approach import mean_curve
 
-PILOT, LONGEST_PILOT = 0.05, 20.0  # s: of whole periods at least, and where a period takes longer than that
-LONGEST_OWN = 10.0  # s of a recording that are tried, to see what the effects change along it
-OWN = 1.0  # s of a stroke or a recording along which steps are judged too
-STEADY_BAND, MOVING_BAND = (0.40, 0.45), (0.35, 0.49)  # of the rate: kept and removed
-# times the bandwidth, of a scan and after a hand: where a narrower band is gone. Steeper filters look further ahead,
-# and are later behind a hand: 2.6 ms at 1 kHz
+PILOT, LONGEST_PILOT = 0.05, 20.0  # s, shortest run of whole periods, and longest run if a period is longer than that
+LONGEST_OWN = 10.0  # s of a recording along which the change by the effects is computed
+OWN = 1.0  # s of a stroke or a recording along which the number of steps is judged
+STEADY_BAND, MOVING_BAND = (0.40, 0.45), (0.35, 0.49)  # kept and removed band, as parts of the rate
+# Frequency above which a narrower band is removed, relative to the bandwidth, for a scan and for a hand. A steeper
+# filter looks further ahead and increases the delay behind a hand, which is 2.6 ms at 1 kHz.
 WIDENING, WIDENING_AFTER_HAND = 1.5, 2.0
 LEAST_ATTENUATION, MOST_ATTENUATION = 70.0, 140.0  # dB
-FEWEST_STEPS = 96e3  # steps a second at least: contacts change within tens of microseconds
-FORGOTTEN, AHEAD = 16.0, 0.05  # of a memory, which leaves 1e-7 of a start; s of it that a stream has time for
-SETTLING = 0.5  # s that is simulated before a frame from which a run begins in the middle of its motion
-HEAVIEST_HAND = 5.0  # N: a hand is prepared for at least; heavier, the contact is linear, which it is once all touches
-HAND_MEAN = 0.1  # the tolerance to which the mean of z follows a hand's load, which a hand does not repeat
-LIGHTEST = 0.01  # N: of a load that varies, what the table is made for at least
-TABLE_SHARE = 0.2  # of the tolerance: the error of the table
-LOOSEST_TABLE, TIGHTEST_TABLE = 1e-3, 1e-5  # of z: derivatives ask for more than displacement; tighter takes seconds
-BUSY, BUSY_FILE = 0.14, 8.0  # s of work a second of sound, as predicted: more would not run beside others; takes hours
-PATIENCE, PATIENCE_FILE = 0.2, 1.0  # s of work that the next finer pilot may take, as predicted, live and of a file
-SHARED = 1.5  # times as long as predicted: a processor whose caches others share was seen to take 1 to 2 times
-FEWEST_POINTS, MOST_POINTS = 65, 16385  # of skin: fewer save less than a call costs; 30 us a step
-SETTLED = 0.4  # of the tolerance: what twice the steps may change of a quantity
-POINTS_SHARE = 0.5  # of the tolerance: the error of the skin's points
-LEFT_BY_POINTS = 0.55  # of what half as fine a contact changes: order 1.5, by kinks where surfaces begin to touch
+FEWEST_STEPS = 96e3  # smallest number of steps per second: contacts change within tens of microseconds
+FORGOTTEN, AHEAD = 16.0, 0.05  # time constants of a memory, after which 1e-7 is left; longest such time of a stream, s
+SETTLING = 0.5  # s that are simulated before the first frame of a run that begins in the middle of its motion
+HEAVIEST_HAND = 5.0  # N, smallest range of loads for a hand; above it the contact is linear, as if all of it touched
+HAND_MEAN = 0.1  # tolerance of the mean of z over a hand's load, which a hand never repeats exactly
+LIGHTEST = 0.01  # N, smallest load of the table for a varying load
+TABLE_SHARE = 0.2  # error of the table, as a part of the tolerance
+LOOSEST_TABLE, TIGHTEST_TABLE = 1e-3, 1e-5  # of z: derivatives need more than displacement; a tighter one takes seconds
+BUSY, BUSY_FILE = 0.14, 8.0  # predicted s of work per second of sound: limits other live voices; files would take hours
+PATIENCE, PATIENCE_FILE = 0.2, 1.0  # predicted s of work of the next finer pilot, live and for a file
+SHARED = 1.5  # measured over predicted time on a processor that shares its caches: 1 to 2 were seen
+FEWEST_POINTS, MOST_POINTS = 65, 16385  # of skin: fewer points save less than a call costs; the most take 30 us
+SETTLED = 0.4  # largest change of a quantity by twice the steps, as a part of the tolerance
+POINTS_SHARE = 0.5  # error of the skin's points, as a part of the tolerance
+LEFT_BY_POINTS = 0.55  # error over the change by half the points: order 1.5, from kinks where surfaces begin to touch
 
 
 @dataclass(frozen=True, slots=True)
 class Pilot:
-    """A simulation in the state in which it begins, and a run of it at the scan's speed and load.
+    """A simulation in its initial state, and a run of it at the scan's speed and load.
 
-    moved: z, float64 [orders, frames]. offset: of displacement (m). own: the same along the first part of a stroke or a
-    recording, no frames otherwise.
+    simulation: the simulation in the state in which it begins.
+    moved: z minus its offset, and derivatives, SI, float64 [orders, frames].
+    offset: offset of the displacement, m.
+    own: the same along the first part of a stroke or a recording; otherwise it has no frames.
     """
 
     simulation: Simulation
@@ -83,16 +91,16 @@ class Pilot:
 
     @property
     def repeats(self) -> bool:
-        """False where the motion does not repeat: in other steps it would begin elsewhere, which says nothing."""
+        """False if the motion does not repeat. Runs with other steps then begin elsewhere and cannot be compared."""
         return self.simulation.steady is None or self.simulation.steady.repeats
 
     @property
     def work(self) -> float:
-        """How long (s) its steps take, as predicted."""
+        """Predicted time of its steps, s."""
         return float(_work(self.simulation) * self.moved.shape[1] / self.simulation.scene.output.sample_rate)
 
     def differs_from(self, other: Pilot) -> tuple[float, ...]:
-        """Return the largest difference of each order from another pilot, relative to the peak-to-peak."""
+        """Return the largest difference of each order from `other`, relative to the peak-to-peak."""
         steady = map(relative_change, self.moved, other.moved)
         if not self.own.size:
             return tuple(steady)
@@ -100,10 +108,11 @@ class Pilot:
 
 
 def started(simulation: Simulation, case: SimulationCase) -> Pilot:
-    """Return the pilot of `simulation` in its periodic state, searched for from the one that it has, if any.
+    """Return the pilot of `simulation` in its periodic state.
 
-    Where nothing moves a start is that state. None, too, where a period is too long to be run several times. Skin that
-    forgets within a small part of a period is run for so long ahead instead.
+    The search begins from the periodic state that `simulation` has, if any. There is no search for a finger at rest,
+    or if a period is too long to be run several times. Skin that forgets within a small part of a period is
+    simulated ahead for that time instead.
     """
     memory = FORGOTTEN * simulation.stepper.memory
     if simulation.stepper.mass == 0.0 and 0.0 < memory <= min(AHEAD, 0.5 / max(abs(case.turns), 1e-9)):
@@ -122,11 +131,15 @@ def steps_of_period(simulation: Simulation, case: SimulationCase) -> int:
 
 @dataclass(frozen=True, slots=True)
 class SimulationPlan:
-    """How a scene is simulated.
+    """How a scene is simulated. Tuples have one value per order.
 
-    simulation: ready to run. change, errors, peaks: of each order asked for: what the effects change, relative; the
-    error, relative to the peak-to-peak; the peak (SI) at the scan's speed and load, or along a recording. pilot: the
-    run that showed it. finer: the same in steps of half the length.
+    simulation: simulation that is ready to run.
+    orders: orders of the time derivatives.
+    change: change by the effects, relative to the peak-to-peak of the response.
+    errors: error, relative to the peak-to-peak.
+    peaks: peak at the scan's speed and load, or along a recording, SI.
+    pilot: the pilot from which these were computed.
+    finer: the same simulation with steps of half the length.
     """
 
     simulation: Simulation
@@ -139,7 +152,7 @@ class SimulationPlan:
 
     @property
     def nominal(self) -> Simulation:
-        """What the pilot ran."""
+        """The simulation of the pilot."""
         return self.pilot.simulation
 
     @property
@@ -149,26 +162,29 @@ class SimulationPlan:
 
     @property
     def signals(self) -> tuple[Signal, ...]:
-        """What a voice asks of the simulation: z about its mean, of every order."""
+        """The signals that a voice takes from the simulation: z minus its mean, for every order."""
         return tuple(Signal(RESPONSE, order) for order in self.orders)
 
     @property
     def let_go(self) -> bool:
-        """True where nothing holds the finger at the scan's own load."""
+        """True if the adhesion cannot hold the finger at the scan's own load."""
         return self.simulation.held and not any(self.extents)
 
     def change_from(self, other: SimulationPlan) -> tuple[float, ...]:
-        """Return by how much each order differs from another simulation of the same scan, relative to that one."""
+        """Return the difference of each order from `other`, a simulation of the same scan, relative to `other`."""
         return tuple(map(relative_change, other.pilot.moved, self.pilot.moved))
 
     @property
     def work(self) -> float:
-        """Processor seconds that a second of sound takes, as predicted."""
+        """Predicted processor time of a second of sound, s."""
         return SHARED * _work(self.simulation)
 
 
 def plan_simulation(case: SimulationCase, terms: Terms) -> SimulationPlan:
-    """Return how `case` is simulated with `terms`; CannotRender where the contact changes its shape with the load."""
+    """Return how `case` is simulated with `terms`.
+
+    Raises CannotRender if the load varies and the shape of the contact depends on the load.
+    """
     if not case.contact.of_one_shape and case.load_varies:
         raise CannotRender(OF_ONE_SHAPE)
     busy, patience = (BUSY, PATIENCE) if case.live else (BUSY_FILE, PATIENCE_FILE)
@@ -199,7 +215,7 @@ def plan_simulation(case: SimulationCase, terms: Terms) -> SimulationPlan:
 
 
 def _points(case: SimulationCase, terms: Terms, busy: float) -> list[int]:
-    """Return the numbers of points to try, each half of the next; the last is what steps leave time for."""
+    """Return the numbers of points to try, each half of the next. The time for the steps limits the last."""
     if terms.skin is None:
         return [0]
     steps = max(2.0 * case.scene.output.sample_rate, FEWEST_STEPS)
@@ -210,7 +226,7 @@ def _points(case: SimulationCase, terms: Terms, busy: float) -> list[int]:
 
 
 def _table_errors(case: SimulationCase, tried: Pilot) -> tuple[float, ...]:
-    """Return what the error of a table makes of each order, from what half as fine a one changes; 0 without one."""
+    """Return the error of each order by the table, from the change by a table half as fine. It is 0 without a table."""
     coarser = tried.simulation.stepper.coarser()
     if coarser is None or not tried.repeats:
         return (0.0,) * len(case.orders)
@@ -219,7 +235,7 @@ def _table_errors(case: SimulationCase, tried: Pilot) -> tuple[float, ...]:
 
 
 def _start_errors(case: SimulationCase, tried: Pilot) -> tuple[float, ...]:
-    """Return by how much a constant scan may differ from what it settles to, or comes to later, of each order."""
+    """Return the estimated difference of each order between a constant scan's start and its later motion."""
     simulation, steady = tried.simulation, tried.simulation.steady
     if steady is not None:
         later, factor = steady.later(simulation.stepper, steps_of_period(simulation, case))
@@ -233,18 +249,18 @@ def _start_errors(case: SimulationCase, tried: Pilot) -> tuple[float, ...]:
 
 
 def _work(simulation: Simulation) -> float:
-    """Return how long (s) the steps of a second of sound take, as predicted."""
+    """Return the predicted time (s) of the steps of a second of sound."""
     return simulation.rate * simulation.stepper.step_time
 
 
 def _run(simulation: Simulation, case: SimulationCase, frames: int) -> Array:
-    """Return the first frames of a run: float64 [orders, frames]."""
+    """Return the first `frames` frames of a run, SI, float64 [orders, frames]."""
     signals = tuple(Signal(RESPONSE, order) for order in case.orders)
     return Running(simulation, signals).along(0, frames)
 
 
 def run_pilot(simulation: Simulation, case: SimulationCase) -> Pilot:
-    """Return a run of whole periods; only a run of one that is too long may hold a part of it."""
+    """Return a run of whole periods, or of a part of a period that is longer than LONGEST_PILOT."""
     rate = case.scene.output.sample_rate
     period = 1.0 / abs(case.turns) if case.turns else PILOT
     whole = rate * min(period * max(1.0, math.ceil(PILOT / period)), LONGEST_PILOT)
@@ -262,15 +278,17 @@ def run_pilot(simulation: Simulation, case: SimulationCase) -> Pilot:
 
 
 def _run_own(simulation: Simulation, case: SimulationCase, longest: float) -> Array:
-    """Return the scan's own motion, `longest` seconds of it at most: float64 [orders, frames]."""
+    """Return a run along the scan's own motion, at most `longest` seconds, SI, float64 [orders, frames]."""
     output = case.scene.output
     seconds = min(output.duration, longest, ScanMotion(case.scene).duration + LIFT_TIME)
     return _run(replace(simulation, scene=case.scene), case, max(1, round(seconds * output.sample_rate)))
 
 
 def _change_and_peaks(case: SimulationCase, tried: Pilot) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return what the effects change of each order, relative to the elastic peak-to-peak, and its peak (SI): at the
-    scan's speed and load, or, where they change more there, along a recording, whose peak it always is.
+    """Return two values of each order: its change by the effects, and its peak (SI).
+
+    The change is relative to the elastic peak-to-peak. It is that at the scan's speed and load; for a recording, the
+    larger of that and the change along the recording. The peak of a recording is always that along the recording.
     """
     simulation, moved = tried.simulation, tried.moved
     elastic = replace(simulation, stepper=simulation.stepper.elastic, steady=None, settling=0.0)
@@ -284,7 +302,7 @@ def _change_and_peaks(case: SimulationCase, tried: Pilot) -> tuple[tuple[float, 
 
 
 def _first_simulation(case: SimulationCase, terms: Terms, points: int) -> Simulation:
-    """Return the simulation of `case` with `terms` in as few steps as may do, and skin at so many points."""
+    """Return the simulation of `case` with `terms`, the fewest steps, and `points` points of skin."""
     steps = max(2, math.ceil(FEWEST_STEPS / case.scene.output.sample_rate))
     low, high = case.loads
     between = (max(low, 0.0), max(high, case.pressed)) if case.load_varies else (case.pressed, case.pressed)
@@ -301,10 +319,10 @@ def _first_simulation(case: SimulationCase, terms: Terms, points: int) -> Simula
 
 
 def _stepper_of(case: SimulationCase, terms: Terms, points: int) -> Stepper:
-    """Return what simulates `case` with `terms`, skin at so many points."""
+    """Return the stepper of `case` with `terms` and `points` points of skin."""
     contact, load, forces = case.contact, case.pressed, bool(outputs_of(case.scene))
     stiffness = StiffnessLaw.of(contact, load, case.scene.scan.lift_load)
-    if terms.skin is not None:  # what a scene has no use for is not loaded
+    if terms.skin is not None:  # import only the stepper that the scene needs
         from synth.effects.simulation.skin_points import SkinPoints
         from synth.effects.simulation.skin_steps import SkinStepper
 
@@ -313,7 +331,7 @@ def _stepper_of(case: SimulationCase, terms: Terms, points: int) -> Stepper:
     from synth.effects.simulation.energy_table import EnergyTable
     from synth.effects.simulation.table_steps import TableStepper
 
-    # a finger only passes lighter loads than these
+    # a landing or lifting finger passes lighter loads than these only briefly
     low, high = (LIGHTEST, max(HEAVIEST_HAND, 4.0 * load)) if case.by_hand else case.loads
     lightest, heaviest = min(max(low, LIGHTEST), load), max(high, load)
     reach = pull = sunk = 0.0
@@ -328,9 +346,9 @@ def _stepper_of(case: SimulationCase, terms: Terms, points: int) -> Stepper:
 
 
 def _sunk(contact: Contact, load: float, heaviest: float, pull: float) -> float:
-    """Return how much deeper (m) the contact of `load` (N) sinks at most where all of `pull` (N) adds to `heaviest`.
+    """Return the largest additional depth (m) of the contact of `load` (N) if `pull` (N) is added to `heaviest` (N).
 
-    Its first part sinks it far more than the mean indentation says: only a part of the length touches.
+    It is larger than the additional mean indentation, because only a part of the length touches.
     """
     phases, stiffness = np.arange(MEAN_PHASES) / MEAN_PHASES, contact.stiffness_at(heaviest)
     solver = contact.solver(load)
@@ -339,12 +357,15 @@ def _sunk(contact: Contact, load: float, heaviest: float, pull: float) -> float:
 
 
 def _attenuation_of(case: SimulationCase) -> float:
-    """Return by how much (dB) what is removed is removed: to a tenth of the tolerance."""
+    """Return the attenuation (dB) of removed components: to a tenth of the tolerance."""
     return min(max(-20.0 * math.log10(0.1 * case.tolerance), LEAST_ATTENUATION), MOST_ATTENUATION)
 
 
 def _filters_of(case: SimulationCase, terms: Terms, steps: int) -> Decimator:
-    """Return what makes frames of `steps` steps; a mass that the band shows has made up what its steps lose."""
+    """Return the decimator from `steps` steps to a frame.
+
+    If the mass has an effect within the band, the decimator compensates for what the mass's steps lose.
+    """
     orders = tuple(sorted({0, *case.orders}))
     rate = case.scene.output.sample_rate
     kept, removed = MOVING_BAND if case.moving else STEADY_BAND  # parts of the rate

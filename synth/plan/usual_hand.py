@@ -1,17 +1,17 @@
-"""A scene in a hand: what is prepared where neither speed nor load is known beforehand.
+"""Prepare a scene for a hand, whose speed and load are not known in advance.
 
 Stage   2, for hands and for streams.
-Model   A hand is prepared for round a nominal scan, which also sets an automatic full scale: the scene's own speed and
-        load, or usual ones where those would be silent.
-        A stream without a hand keeps the full scale of its first scene. That of a hand is PEAK at the loudest of the
-        usual loads and speeds (`usual_peaks`), or of the scene's own scan, if that is louder: a hand within them is not
-        limited. Lighter loads, which a finger passes when it lands and lifts, count up to the scene's own speed. Where
-        a simulation takes the place of the response its own peak is raised as the response's would be; a force, with
-        the load.
+Model   A hand is prepared with a nominal scan: the scene's own speed and load, or usual ones if those would be silent.
+        Automatic full scale of a stream without a hand: that of its first scene.
+        Automatic full scale of a hand: the peak is PEAK at the loudest of the usual loads and speeds (`usual_peaks`),
+        or at the scene's own scan if that is louder. A hand within these loads and speeds is not limited. Lighter
+        loads, which occur when a finger lands or lifts, count up to the scene's own speed.
+        If a simulation replaces the response, its peak is raised by the same ratio as that of the response. The peak of
+        a force is raised in proportion to the load.
 Source  HAND_LOADS: the loads at which roughness is usefully perceived (Fagiani & Barbieri, 2016, section 2).
         HAND_SPEEDS: unverified default. HAND_SPEED, HAND_LOAD, HAND_AMPLITUDE: the defaults of a scene (design,
         section 4).
-Limits  a hand so slow that more harmonics than the table's lie in the band sounds duller than the texture is.
+Limits  If a hand is so slow that the band contains more harmonics than the table, the sound is too dull.
 """
 
 from __future__ import annotations
@@ -33,20 +33,25 @@ from synth.scene.output_section import Channel
 from synth.scene.scene import Scene
 
 HAND_SPEED, HAND_LOAD = 0.08, 0.3  # m/s and N of a usual hand
-HAND_SPEEDS = (0.01, 0.16)  # m/s of usual hands, or to the scene's own; faster is limited, slower upper ends are louder
-# whose peaks are known; more: opening takes longer (4 ms a load)
+HAND_SPEEDS = (0.01, 0.16)  # m/s, usual range, extended to the scene's speed: faster hands are limited; with a lower
+# upper end, the sound is louder
+# Numbers of loads, landing loads and speeds whose peaks are computed. With more, opening takes longer (4 ms per load).
 PROBED_LOADS, PROBED_LANDINGS, PROBED_SPEEDS = 12, 5, 9
-MOVING_BAND = 0.49 / 0.40  # of the band: levels fade from it to 1.4 times it (`mip_levels`): as loud as all up to here
+MOVING_BAND = 0.49 / 0.40  # of the band: mip levels fade from the band to 1.4 times it, which sounds as loud as this
 MOST_HARMONICS = 1024  # of those peaks: slow hands on coarse textures are not the loudest
-PROBE_TOLERANCE = 3e-2  # of their series
-OF_APPROACH = 3  # where a peak of the approach stands, behind those of the three orders
-HAND_BAND = 0.1  # of the band: where a usual hand's fundamental lies at most, so that a fine texture is heard
-HAND_AMPLITUDE = 20e-6  # m: for the full scale of a stream that begins with a texture of no height
+PROBE_TOLERANCE = 3e-2  # tolerance of the series of those peaks
+OF_APPROACH = 3  # index of the approach among the peaks, after the three orders
+HAND_BAND = 0.1  # largest fundamental of a usual hand, as a part of the band, so that a fine texture is heard
+HAND_AMPLITUDE = 20e-6  # m, for the full scale of a stream that begins with a texture without height
 
 
 @dataclass(frozen=True, slots=True)
 class UsualPeaks:
-    """Peaks of displacement, velocity, acceleration and approach (SI): over usual hands, and of the own scan."""
+    """Peaks of displacement, velocity, acceleration and approach (SI).
+
+    usual: over the usual loads and speeds of a hand.
+    own: at the scene's own scan.
+    """
 
     usual: tuple[float, ...]
     own: tuple[float, ...]
@@ -56,17 +61,18 @@ class UsualPeaks:
 def prepare_hand(
     scene: Scene, full_scale: tuple[float | None, ...], cache: ResponseCache | None = None, *, exact: bool = False
 ) -> Preparation:
-    """Return `scene` solved for a hand: any speed, any load.
+    """Return `scene` solved for any speed and load of a hand.
 
-    full_scale: of each channel; None: chosen so that the nominal scan peaks at 0.8.
+    full_scale: full scale of each channel, SI. None: chosen so that the peak of the nominal scan is 0.8.
+    exact: as of `prepare`.
     """
     return prepare(with_full_scale(nominal_scene(scene), full_scale), cache, by_hand=True, exact=exact)
 
 
 def with_stream_scale(solved: Preparation, cache: ResponseCache | None = None) -> Preparation:
-    """Return `solved` with full scales that a stream may keep: what is silent now has that of a usual hand.
+    """Return `solved` with full scales that a stream can keep.
 
-    It may sound later.
+    A silent channel gets the full scale of a usual hand, because it may sound later.
     """
     kept = [None if channel.extent == 0.0 else channel.full_scale for channel in solved.all_channels]
     known = tuple(one or scale for one, scale in zip(asked_scales(solved.scene), kept, strict=True))
@@ -81,7 +87,7 @@ def with_stream_scale(solved: Preparation, cache: ResponseCache | None = None) -
 
 
 def with_hand_scale(solved: Preparation, cache: ResponseCache | None = None) -> Preparation:
-    """Return `solved` with automatic full scales that hold for the usual loads and speeds of a hand."""
+    """Return `solved` with automatic full scales for the usual loads and speeds of a hand."""
     solved, asked = with_stream_scale(solved, cache), asked_scales(solved.scene)
     if None not in asked:
         return solved
@@ -101,9 +107,10 @@ def with_hand_scale(solved: Preparation, cache: ResponseCache | None = None) -> 
 
 
 def usual_peaks(scene: Scene, contact: Contact | None, cache: ResponseCache) -> UsualPeaks:
-    """Return the peaks over the usual loads and speeds of a hand on `scene`, whose scan is constant.
+    """Return the peaks over the usual loads and speeds of a hand.
 
-    contact: in the scene's shape, where that is known.
+    scene: a scene with a constant scan.
+    contact: contact in the shape that the scene's effects give it; None for the contact without effects.
     """
     solver = contact or Contact.of(Geometry.of_scene(scene), Stiffness.of_scene(scene))
     own, speed = max(scene.scan.load, scene.scan.lift_load), scene.scan.speed
@@ -129,7 +136,7 @@ def usual_peaks(scene: Scene, contact: Contact | None, cache: ResponseCache) -> 
 
 
 def _peaks(series: Complex, turns: float) -> list[float]:
-    """Return the peaks of z about its mean, of its two time derivatives, and of z, at `turns` periods a second."""
+    """Return the peaks of z minus its mean, of its two time derivatives, and of z, at `turns` periods per second."""
     level = abs(float(series[0].real))
     if len(series) < 2:
         return [0.0, 0.0, 0.0, level]
@@ -139,13 +146,13 @@ def _peaks(series: Complex, turns: float) -> list[float]:
 
 
 def asked_scales(scene: Scene) -> tuple[float | None, ...]:
-    """Return the full scale that `scene` asks for of each channel, those that its effects add included."""
+    """Return the full scale that `scene` sets for each channel, including those that its effects add."""
     added = (scale for effect, settings in outputs_of(scene) for scale in effect.scales(settings))
     return (*(channel.full_scale for channel in scene.output.channel_list), *added)
 
 
 def with_full_scale(scene: Scene, full_scale: tuple[float | None, ...]) -> Scene:
-    """Return `scene` with the full scale of each channel, those that its effects add included."""
+    """Return `scene` with the full scale of each channel set, including those that its effects add."""
     own = len(scene.output.channel_list)
     listed = zip(scene.output.channel_list, full_scale[:own], strict=True)
     channels = tuple(Channel.model_construct(quantity=channel.quantity, full_scale=value) for channel, value in listed)
@@ -155,7 +162,7 @@ def with_full_scale(scene: Scene, full_scale: tuple[float | None, ...]) -> Scene
 
 
 def nominal_scene(scene: Scene) -> Scene:
-    """Return `scene` with the constant scan of a usual hand on it: its own speed and load, unless they are silent."""
+    """Return `scene` with a constant scan for a hand: its own speed and load, or usual ones if those are silent."""
     scan, texture = scene.scan, scene.texture
     limit = scene.output.band_limit
     speed = abs(scan.speed)

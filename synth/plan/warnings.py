@@ -1,15 +1,17 @@
-"""PLAN DOUBTS: what a careful person questions in a plan: unusual values, motions nobody feels or no actuator makes.
+"""PLAN WARNINGS: unusual values, motions too weak to be felt, and accelerations beyond any actuator.
 
-Stage   2 (PLAN), as warnings.
-Model   Each harmonic of the motion is compared with the detection threshold of its frequency (`threshold`). Where the
-        squares of all of them, each relative to its threshold, add up to less than 1, nobody feels the motion. What is
-        below LOWEST is no vibration, and counts as unfelt. A scan that varies its speed passes lower frequencies too:
-        a harmonic counts with the smallest threshold at or below its frequency. A simulated motion is judged by the
-        largest sinusoid that its peak-to-peak can hold, so that what is called unfelt is surely below the curve.
-Source  sum of squares: Bensmaia & Hollins (2003), roughness by Pacinian-weighted power. Actuators: a TacHammer Carlton,
+Stage   2 (PLAN).
+Model   Each harmonic of the motion is divided by the detection threshold at its frequency (`threshold`). If the sum of
+        the squares of these ratios is less than 1, the motion is not felt.
+        Harmonics below LOWEST are no vibration and count as unfelt.
+        A scan with varying speed also passes lower frequencies. Each of its harmonics is therefore compared with the
+        smallest threshold at or below its frequency.
+        A simulated motion is judged by the largest sinusoid that fits into its peak-to-peak. It is therefore reported
+        as unfelt only if it is certainly below the threshold.
+Source  Sum of squares: Bensmaia & Hollins (2003), roughness by Pacinian-weighted power. Actuators: a TacHammer Carlton,
         5 g steadily and 25 g in an impulse, as others quote its maker; unverified.
-Limits  the threshold is one observer's, for steady sinusoids. A load that varies is not judged as unfelt, nor are
-        channels of force. Acceleration is judged in the band of the output.
+Limits  The threshold is that of one observer, for steady sinusoids. Motions with a varying load, and channels of force,
+        are never reported as unfelt. The acceleration is that within the band of the output.
 """
 
 from __future__ import annotations
@@ -25,14 +27,14 @@ from synth.response.spectrum import curves, points_for
 from synth.scene.doubtful_values import doubts
 
 GRAVITY = 9.80665  # m/s^2
-IMPULSE = 25.0 * GRAVITY  # m/s^2, the largest peak that an actuator is said to make
-STEADY = 5.0 * GRAVITY / math.sqrt(2.0)  # m/s^2 rms, the most that one is said to make steadily
+IMPULSE = 25.0 * GRAVITY  # m/s^2, largest claimed peak of an actuator
+STEADY = 5.0 * GRAVITY / math.sqrt(2.0)  # m/s^2 rms, largest claimed steady acceleration
 LOWEST = 1.0  # Hz: below it no threshold is known, and a motion is no vibration
-STEPS = 64  # frequencies at which a varying scan is judged below each harmonic
+STEPS = 64  # number of frequencies below each harmonic at which a scan with varying speed is judged
 
 
 def plan_doubts(solved: Preparation) -> tuple[str, ...]:
-    """Return what to question in what was prepared, a sentence each."""
+    """Return the warnings about a prepared scene."""
     return (*doubts(solved.scene), *_unfelt(solved), *_unmakeable(solved))
 
 
@@ -47,7 +49,7 @@ def _unfelt(solved: Preparation) -> tuple[str, ...]:
     if solved.moving:
         lower = np.geomspace(LOWEST, np.maximum(frequencies, LOWEST), STEPS)
         felt = np.minimum(felt, threshold_displacement(lower, threshold).min(axis=0))
-    if solved.simulated:  # the largest line that the peak-to-peak of each channel can hold
+    if solved.simulated:  # the largest sinusoid that fits into the peak-to-peak of each channel
         held = [one.extent / (2.0 * math.pi * frequencies) ** one.order for one in solved.channels]
         levels = LARGEST_LINE * 0.5 * np.min(held, axis=0) / felt
     else:
@@ -58,10 +60,10 @@ def _unfelt(solved: Preparation) -> tuple[str, ...]:
     if power >= 1.0:
         return ()
     if levels[strongest] == 0.0:
-        return (f"Nobody feels this as a vibration: all of it is below {LOWEST:g} Hz.",)
+        return (f"This is not felt as a vibration: all of it is below {LOWEST:g} Hz.",)
     below = f"{-20.0 * math.log10(levels[strongest]):.0f} dB"
     at = "" if solved.simulated or solved.moving else f", at {frequencies[strongest]:.3g} Hz,"
-    return (f'Nobody feels this: the strongest harmonic{at} is {below} below the detection threshold "{threshold}".',)
+    return (f'This is not felt: the strongest harmonic{at} is {below} below the detection threshold "{threshold}".',)
 
 
 def _unmakeable(solved: Preparation) -> tuple[str, ...]:
@@ -78,7 +80,6 @@ def _unmakeable(solved: Preparation) -> tuple[str, ...]:
         return ()
     size = f"peaks at {peak:.3g} m/s^2" if peak > IMPULSE else f"is {rms:.3g} m/s^2 rms"
     return (
-        f"No actuator known here makes this: the acceleration {size}; the strongest makes {IMPULSE:.0f} m/s^2 in an "
-        f"impulse and {STEADY:.0f} m/s^2 rms steadily. output.bandwidth leaves out what no actuator plays; a slower "
-        "scan asks for less.",
+        f"This is beyond any known actuator: the acceleration {size}. The strongest actuator reaches {IMPULSE:.0f} "
+        f"m/s^2 in an impulse and {STEADY:.0f} m/s^2 rms steadily. Reduce output.bandwidth or the speed.",
     )

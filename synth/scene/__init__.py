@@ -1,1 +1,1 @@
-"""What was asked for: the sections of a scene, their units and rules, text, merge, and the catalogue."""
+"""The scene that a user requests: its sections, units and rules, its JSON text, merging, and the catalogue."""

@@ -1,10 +1,10 @@
-"""The catalogue: named textures, each with where its numbers come from.
+"""The catalogue: named textures, each with the source of its numbers.
 
-A name stands for a scene on the command line and for `texture.kind` in a scene. `height` in a name is the distance from
-valley to crest, twice the amplitude of eq. 2.
+On the command line a name can replace a scene file. In a scene it can be the value of `texture.kind`. The height in a
+name is the distance from valley to crest, twice the amplitude of eq. 2.
 
-Source: the periods that a published experiment turned on name it; the rest was chosen, and says so. No height is
-measured.
+Source: an entry whose period is the subject of a published experiment cites it. The other values were chosen, and the
+entry states that. No height is measured.
 Limits: every entry is a sinusoid, as in Fagiani & Barbieri 2016, eq. 2; machined gratings have flatter tops.
 """
 
@@ -22,7 +22,13 @@ _CHOSEN_HEIGHT = "height chosen for this catalogue (no source)"
 
 @dataclass(frozen=True, slots=True)
 class CatalogueEntry:
-    """A named texture: `document` is a partial scene that holds its texture section, `source` says whom to believe."""
+    """A named texture.
+
+    name: the name that a scene or the command line writes.
+    title: one line for a list of textures.
+    document: a partial scene with the texture section.
+    source: the source of each number.
+    """
 
     name: str
     title: str
@@ -96,7 +102,7 @@ _GRATINGS: tuple[tuple[str, str, dict[str, str], str], ...] = (
 
 
 def catalogue() -> tuple[CatalogueEntry, ...]:
-    """Return every entry, finest first. Each call makes new ones, so that nobody's change is seen by others."""
+    """Return every entry, finest first. Each call returns new documents: changing one does not affect other callers."""
     return tuple(
         CatalogueEntry(name, title, {"texture": {"kind": "sinusoid", **texture}}, source)
         for name, title, texture, source in _GRATINGS
@@ -104,12 +110,12 @@ def catalogue() -> tuple[CatalogueEntry, ...]:
 
 
 def catalogue_names() -> tuple[str, ...]:
-    """Return the names of every entry, finest first."""
+    """Return the name of every entry, finest first."""
     return tuple(row[0] for row in _GRATINGS)
 
 
 def lookup(name: str) -> CatalogueEntry:
-    """Return the entry called `name`; raises SceneError, which names the nearest entry, if there is none."""
+    """Return the entry called `name`. If there is none, raise SceneError with the nearest name."""
     for entry in catalogue():
         if entry.name == name:
             return entry

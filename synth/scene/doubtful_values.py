@@ -1,8 +1,9 @@
-"""What a careful reader questions in a scene that is allowed: a length, a load or a speed that no finger has.
+"""Find values that are allowed in a scene but unusual: a length, a load or a speed that no finger has.
 
-Stage: 1 (SCENE). A field says what is usual (`Quantity.usual`); its range allows more, since a machine may do more.
-Model: a number without a unit is in SI units, and a page that counts in millimetres makes people write 0.6 for 0.6 mm.
-    What is beyond the usual is told, with what was probably meant.
+Stage: 1 (SCENE). `Quantity.usual` is the largest usual magnitude of a field. The field's range is wider, because a
+    machine can exceed what a finger does.
+Model: a number without a unit is in SI units. Users who think in millimetres write 0.6 where they mean 0.6 mm. An
+    unusual value causes a warning that proposes the value that was probably meant.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from synth.scene.section import Section, inner_section, rule_of, without
 
 
 def doubts(scene: Scene) -> tuple[str, ...]:
-    """Return a sentence for each value of `scene` that is beyond what is usual."""
+    """Return a warning for each value of `scene` that is unusual."""
     return tuple(
         f"{'.'.join(path)} is {value:g} {rule.unit}, and more than {rule.show(rule.usual)} is unusual. A number "
         f"without a unit is in {rule.unit}{_meant(value, rule)}."
@@ -47,7 +48,7 @@ def _numbers(
     for name, value in given.items():
         inner = inner_section(section, name) if name in section.model_fields else None
         if isinstance(value, Section):
-            fields = dict(value)  # in a stroke, speed and load of the scan are the stroke's own
+            fields = dict(value)  # with a stroke, the scan's speed and load repeat those of the stroke
             value = fields if fields.get("stroke") is None else without(fields, "speed", "load")
         if inner is not None and isinstance(value, Mapping):
             yield from _numbers(inner, value, *above, name)
@@ -62,7 +63,7 @@ def _is_number(value: object) -> TypeGuard[float]:
 
 
 def _meant(value: float, rule: Quantity) -> str:
-    """Return what was probably meant, as the end of a sentence, or ""."""
+    """Return the value that was probably meant, as the end of a sentence, or ""."""
     for unit in rule.dimension.shown_units:
         meant = float(value) * float(rule.dimension.units[unit])
         if unit != rule.unit and rule.low <= meant and abs(meant) <= rule.usual:

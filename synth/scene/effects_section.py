@@ -1,13 +1,14 @@
 """The `effects` of a scene: which physical causes beyond the contact are simulated, and with what settings.
 
-Stage   1 (SCENE): a scene names effects and sets them. What they do is called for by later stages (`effect`).
-Model   Every module of `synth/effects` but their interface is one effect, called by the module's name, and holds it
-        as EFFECT. A new file there is a new effect; nothing else has to change. A name is known without reading its
-        module, and of an effect that a scene does not name, nothing is read.
-        null or absent: not simulated. An object: simulated with these settings, read as the section that the effect
-        declares. "auto": simulated where it changes the output by more than the tolerance.
-Limits  two effects that replace the same part of the model are refused together; so is what an effect itself refuses
-        beside others (`Declaration.clash`).
+Stage   1 (SCENE): a scene names effects and gives their settings. Later stages simulate them (`effect`).
+Model   Each module of `synth/effects`, except the interface, is one effect. The effect has the module's name and is
+        the module's EFFECT. To add an effect, add a file there; nothing else has to change. Listing the names imports
+        no effect, and only effects that a scene names are imported.
+        null or absent: the effect is not simulated.
+        An object: the effect is simulated with these settings, which are read as the section that it declares.
+        "auto": the effect is simulated where it changes the output by more than the tolerance.
+Limits  Two effects that replace the same part of the model are refused together. An effect can also refuse to be
+        combined with others (`Declaration.clash`).
 """
 
 from __future__ import annotations
@@ -24,18 +25,21 @@ from synth.scene.rules import MOST_FAULTS, Refusal, Rule, nearest, refusal, refu
 from synth.scene.section import Section, plain, section_schema
 
 FOLDER = "synth.effects"
-INTERFACE = "effect"  # the module that says what an effect is
+INTERFACE = "effect"  # the module that defines the interface of an effect
 AUTO = "auto"
-"""Written in place of settings: simulated only where it changes the output by more than the tolerance."""
+"""Replaces an effect's settings: simulate the effect only where it changes the output by more than the tolerance."""
 
 
 class Declaration(Protocol):
-    """What a scene needs to know of an effect.
+    """What a scene needs to know about an effect.
 
-    name: of its module. summary: what it simulates, a sentence. settings: the section that its settings are read as.
-    replaces: what of the model it puts something else in place of, in words, or "": two effects cannot replace one
-    thing. without_auto: why "auto" makes no sense for it, or "". lowest_load: N, the smallest load that a scene with it
-    may ask for; 0 but where something holds a finger that pulls. units: SI unit of each quantity that it adds.
+    name: name of its module.
+    summary: one sentence on what it simulates.
+    settings: the section that its settings are read as.
+    replaces: the part of the model that it replaces, in words, or "". Two effects cannot replace the same part.
+    without_auto: why "auto" makes no sense for it, or "".
+    lowest_load: smallest load that a scene with it can have, N. It is 0 unless the effect holds a finger that pulls.
+    units: SI unit of each quantity that it adds.
     """
 
     name: str
@@ -47,21 +51,21 @@ class Declaration(Protocol):
     units: Mapping[str, str]
 
     def added(self, settings: Any) -> int:
-        """Return how many channels it adds."""
+        """Return the number of channels that it adds."""
 
     def clash(self, settings: Any, others: Mapping[str, Any]) -> tuple[str, str] | None:
-        """Return what is allowed and what to write instead, where these settings cannot go with the other effects."""
+        """Return what is allowed and what to write instead, or None if the settings go with the other effects."""
 
 
 @cache
 def effect_names() -> tuple[str, ...]:
-    """Return the names of all effects, in alphabetical order; reads no effect."""
+    """Return the names of all effects, in alphabetical order, without importing them."""
     modules = iter_modules(import_module(FOLDER).__path__)
     return tuple(sorted(module.name for module in modules if not module.ispkg and module.name != INTERFACE))
 
 
 def unit_of(quantity: str) -> str:
-    """Return the SI unit of a quantity that some effect adds as a channel."""
+    """Return the SI unit of `quantity`, which an effect adds as a channel."""
     return next(effect.units[quantity] for effect in map(declaration, effect_names()) if quantity in effect.units)
 
 
@@ -72,7 +76,7 @@ def declaration(name: str) -> Declaration:
 
 
 class FrozenMapping(Mapping[str, Any]):
-    """A mapping that cannot change and can be hashed, so that a scene can be a key."""
+    """An immutable, hashable mapping: a scene that holds it can be a dictionary key."""
 
     __slots__ = ("_items",)
 
@@ -96,12 +100,12 @@ class FrozenMapping(Mapping[str, Any]):
 
 
 class Effects(Rule):
-    """An object of effects by name: null is not simulated, an object is its settings, "auto" is where it matters."""
+    """An object of effects by name. Each value is null, "auto" or an object of settings."""
 
     allowed = 'an object of effects by name, each null, "auto" or an object of settings'
 
     def read(self, value: object) -> FrozenMapping:
-        """Return the effects that are not null: "auto", or the section of its settings."""
+        """Return the value of each effect that is not null: "auto", or the section of its settings."""
         if not isinstance(value, Mapping):
             raise refused(self.allowed, "Write {} to simulate the contact alone.")
         refusals: list[Refusal] = []
@@ -115,7 +119,7 @@ class Effects(Rule):
         return FrozenMapping({name: chosen[name] for name in sorted(chosen)})
 
     def schema(self) -> dict[str, Any]:
-        """Return an object with a property for each effect: its settings, "auto" where that makes sense, or null."""
+        """Return an object with a property for each effect: its settings, "auto" where it makes sense, or null."""
         known = {name: declaration(name) for name in effect_names()}
         properties = {
             name: {
@@ -135,12 +139,12 @@ class Effects(Rule):
 
 
 def allowed_of(effect: Declaration) -> str:
-    """Return what may be written for an effect."""
+    """Return the allowed values of an effect, as text."""
     return "null or an object of settings" if effect.without_auto else 'null, "auto" or an object of settings'
 
 
 def lowest_load(effects: object) -> float:
-    """Return the smallest load (N) that a scene may ask for whose `effects`, as written, are these."""
+    """Return the smallest load (N) that a scene with these `effects` can have; `effects` is the field as written."""
     if not isinstance(effects, Mapping):
         return 0.0
     called = [name for name, settings in effects.items() if settings is not None and name in effect_names()]
@@ -148,7 +152,7 @@ def lowest_load(effects: object) -> float:
 
 
 def _choose(name: object, settings: object, chosen: dict[str, Any], refusals: list[Refusal]) -> None:
-    """Put the settings of one effect into `chosen`, or what is wrong with them into `refusals`."""
+    """Add the settings of one effect to `chosen`, or their faults to `refusals`."""
     if not isinstance(name, str) or name not in effect_names():
         names = ", ".join(effect_names())
         near = nearest(str(name), effect_names())
@@ -171,14 +175,14 @@ def _choose(name: object, settings: object, chosen: dict[str, Any], refusals: li
 
 
 def _clashes(chosen: Mapping[str, Any]) -> Iterator[Refusal]:
-    """Yield a refusal for each effect that cannot go with one before it."""
+    """Yield a refusal for each effect that cannot be combined with the others."""
     taken: dict[str, str] = {}
     for name in sorted(chosen):
         effect = declaration(name)
         other = taken.setdefault(effect.replaces, name) if effect.replaces else name
         if other != name:
             allowed = f"one effect that replaces {effect.replaces}"
-            hint = f'"{other}" replaces {effect.replaces} too, and both cannot hold. Leave one of them out.'
+            hint = f'"{other}" replaces {effect.replaces} too. Leave one of them out.'
             yield refusal([name], plain(chosen[name]), allowed, hint)
         elif chosen[name] != AUTO:
             clash = effect.clash(chosen[name], {key: value for key, value in chosen.items() if key != name})

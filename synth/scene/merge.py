@@ -1,17 +1,17 @@
-"""Change a scene by a partial scene.
+"""Change a scene with a partial scene.
 
 Stage: 1 (SCENE).
-Model: JSON merge patch (RFC 7396): what the patch names is replaced, null deletes it (so that it has its default
-again), objects are merged field by field. On top of it, fields that displace each other:
-- naming `texture.kind`, `scan.stroke` or `scan.trajectory` replaces that section, as the fields of another kind mean
-  nothing;
-- naming `scan.speed` or `scan.load` replaces a scan that is a stroke or a trajectory: it becomes a constant one;
-- an amplitude displaces a roughness, and the reverse, in finger and texture; so do other pairs of a texture's fields
-  that are two ways to write the same (`texture_registry.alternatives`);
-- `output.channels` displaces `quantity` and `full_scale`; a `quantity` displaces `channels`, and the full scale of
-  another quantity.
-Null names nothing here: it only deletes.
-Limits: nothing is checked; `parse_scene` reads the result.
+Model: a JSON merge patch (RFC 7396). A field that the patch names is replaced. Null deletes a field, which then has
+its default. Objects are merged field by field. In addition, some fields displace others:
+- Naming `texture.kind`, `scan.stroke` or `scan.trajectory` replaces the whole section, because the fields of another
+  kind have no meaning there.
+- Naming `scan.speed` or `scan.load` replaces a scan that is a stroke or a trajectory. The scan becomes constant.
+- An amplitude displaces a roughness, and a roughness an amplitude, in finger and texture. The same applies to other
+  pairs of texture fields that write one value in two ways (`texture_registry.alternatives`).
+- `output.channels` displaces `quantity` and `full_scale`. A `quantity` displaces `channels`, and displaces the full
+  scale if the quantity changes.
+A field that is set to null displaces nothing.
+Limits: the result is not checked; `parse_scene` checks it.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _RIDGES = {"ridge_amplitude", "roughness"}
 
 
 def merge_patch(document: Mapping[str, object], patch: Mapping[str, object]) -> Document:
-    """Return `document` changed by `patch`; neither is changed. Raises SceneError if `patch` is nested too deeply."""
+    """Return a new document: `document` merged with `patch`. Raises SceneError if `patch` is nested too deeply."""
     kept: Document = dict(document)
     for section, change in patch.items():
         present = kept.get(section)
@@ -42,7 +42,10 @@ def merge_patch(document: Mapping[str, object], patch: Mapping[str, object]) -> 
 
 
 def scene_before_bands(document: Mapping[str, object]) -> Document:
-    """Return a scene that was written when no bandwidth meant the full band, as it is written now: the same samples."""
+    """Return a scene of an earlier version in today's form, so that it gives the same samples.
+
+    In earlier versions a scene without a bandwidth had the full band.
+    """
     output = document.get("output")
     if output is None:
         return {**document, "output": {"bandwidth": FULL_BAND}}
@@ -52,7 +55,7 @@ def scene_before_bands(document: Mapping[str, object]) -> Document:
 
 
 def _merged(target: object, patch: Mapping[str, object]) -> Document:
-    """RFC 7396, section 2, for a patch that is an object."""
+    """Return the merge of RFC 7396, section 2, for a patch that is an object."""
     result: Document = dict(target) if isinstance(target, Mapping) else {}
     for name, change in patch.items():
         if change is None:
@@ -67,7 +70,7 @@ def _merged(target: object, patch: Mapping[str, object]) -> Document:
 def _displaced(
     section: str, present: Mapping[str, object], named: set[str], change: Mapping[str, object]
 ) -> Mapping[str, object]:
-    """Return the section as it stands, less what the fields that a change names displace."""
+    """Return the present section without the fields that the named fields of the change displace."""
     given = {name for name, value in present.items() if value is not None}
     if section == "texture" and "kind" in named:
         return {}

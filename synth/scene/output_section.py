@@ -1,8 +1,9 @@
-"""What comes out of a scene: the quantities, the frames, and how exact they must be.
+"""The output and accuracy sections of a scene: quantities, frames, and the permitted error.
 
-Stage: 1 (SCENE). Every field is declared once: its type with its rule, its default in SI, a sentence that says what it
-means.
-Limits: rates, durations and tolerances as fixed by the project's design; the range of full scales is derived below.
+Stage: 1 (SCENE). Every field is declared once: its type with its rule, its default in SI, and a sentence on its
+meaning.
+Limits: the project's design fixes the ranges of rates, durations and tolerances. The ranges of full scales are derived
+below.
 """
 
 from __future__ import annotations
@@ -40,31 +41,31 @@ FULL_SCALE_RANGES = {
     "velocity": Quantity(Dimension.SPEED, 1e-18, 1e6),
     "acceleration": Quantity(Dimension.ACCELERATION, 1e-24, 1e9),
 }
-"""Full scales of each quantity. The low ends hold the full scale of 1 nm of motion at the slowest speeds; above them
-the largest motion of any scene divided by the full scale still fits a 32-bit float."""
+"""Allowed full scales of each quantity. The low ends admit the full scale of 1 nm of motion at the slowest speeds. With
+any allowed full scale, the largest motion of any scene divided by it still fits a 32-bit float."""
 
 DEFAULT_BANDWIDTH = 1000.0
-"""Hz. Skin feels nothing above it (google/audio-to-tactile, its documentation). A wider band costs more, and most of
-the size of an acceleration then lies where nobody feels it."""
+"""Hz. Skin feels nothing above this frequency (google/audio-to-tactile, its documentation). A wider band costs more,
+and most of the size of an acceleration would then be above the frequencies that are felt."""
 
 FULL_BAND = "full"
-"""The bandwidth that leaves the limit to the sample rate."""
+"""The bandwidth that only the sample rate limits."""
 
 BAND = 0.40
-"""Of the sample rate: harmonics below it keep the tolerance (design, section 4)."""
+"""Part of the sample rate below which harmonics keep the tolerance (design, section 4)."""
 
 MOST_CHANNELS = 16
-"""Channels of one output: more than any haptic interface here has, and few enough that a typing slip cannot fill
-memory."""
+"""Largest number of channels: more than any supported haptic interface has, and few enough that a typing error cannot
+fill the memory."""
 
 
 class FullScale(Rule):
-    """A value of the section's own quantity."""
+    """A full scale: a value of the quantity in the same section."""
 
     allowed = "; ".join(f"{name} {rule.allowed}" for name, rule in FULL_SCALE_RANGES.items())
 
     def read(self, value: object, quantity: object = None) -> float:
-        """Return the value in SI; where the quantity is not known, any quantity will do."""
+        """Return the value in SI. If the quantity is not known, a value of any quantity is accepted."""
         if quantity in FULL_SCALE_RANGES:
             return FULL_SCALE_RANGES[str(quantity)].read(value)
         for rule in FULL_SCALE_RANGES.values():
@@ -75,34 +76,34 @@ class FullScale(Rule):
         raise refused(self.allowed, "Write a number in the SI unit of the quantity, or text with its unit.")
 
     def schema(self) -> dict[str, Any]:
-        """Return the union over the quantities."""
+        """Return the union of the schemas of all quantities."""
         numbers = {"type": "number", "minimum": 1e-24, "maximum": 1e9}
         texts = [rule.schema()["anyOf"][1] for rule in FULL_SCALE_RANGES.values()]
         return {"anyOf": [numbers, *texts]}
 
     def read_in(self, value: object, found: ValidationInfo) -> float:
-        """Return the value in SI, of the quantity of the same section, which is declared before."""
+        """Return the value in SI, read as the quantity of the same section. That field is declared before this one."""
         return self.read(value, found.data.get("quantity"))
 
 
 FullScaleField = Annotated[
     float | None,
     FullScale(),
-    Field(description="Value of the quantity that becomes 1.0 in the audio; by default the peak becomes 0.8."),
+    Field(description="Value of the quantity that becomes 1.0 in the audio. By default the peak becomes 0.8."),
 ]
 
 
 class Channel(Section):
-    """One channel of the output. Text alone is the channel's quantity."""
+    """One channel of the output. A channel written as text is a quantity."""
 
     quantity: Annotated[QuantityName, QUANTITY_NAME] = Field(
-        default="acceleration", description="What the samples of this channel are."
+        default="acceleration", description="Quantity of the samples of this channel."
     )
     full_scale: FullScaleField = None
 
 
 class Channels(Rule):
-    """A list of quantities, or of objects with a quantity and its full scale."""
+    """A list of channels, each a quantity or an object with a quantity and a full scale."""
 
     allowed = f"a list of 1 to {MOST_CHANNELS} channels, each a quantity ({QUANTITY_NAME.allowed}) or an object"
 
@@ -124,29 +125,30 @@ class Channels(Rule):
         return tuple(channels)
 
     def schema(self) -> dict[str, Any]:
-        """Return the list."""
+        """Return the schema of the list."""
         items = {"anyOf": [*QUANTITY_NAME.schema()["anyOf"], section_schema(Channel)]}
         return {"anyOf": [{"type": "array", "minItems": 1, "maxItems": MOST_CHANNELS, "items": items}]}
 
 
 class Output(Section):
-    """What the samples are, and how many of them.
+    """Quantity, rate, number and scale of the samples.
 
-    `quantity` and `full_scale` are those of the first channel where `channels` is given; `channel_list` holds them all.
+    If `channels` is given, `quantity` and `full_scale` are those of the first channel. `channel_list` holds every
+    channel in both cases.
     """
 
     quantity: Annotated[QuantityName, QUANTITY_NAME] = Field(
-        default="acceleration", description="What the samples of the one channel are."
+        default="acceleration", description="Quantity of the samples of a one-channel output."
     )
     channels: Annotated[tuple[Channel, ...] | None, Channels()] = Field(
         default=None,
-        description="One quantity a channel, each with its own full scale, instead of quantity and full_scale.",
+        description="One quantity per channel, each with its own full scale, instead of quantity and full_scale.",
     )
     sample_rate: Annotated[int, Quantity(Dimension.FREQUENCY, 1e3, 192e3, whole=True)] = Field(
-        default=48000, description="Frames a second."
+        default=48000, description="Frames per second."
     )
     duration: Annotated[float, Quantity(Dimension.TIME, 1e-3, 86400.0)] = Field(
-        default=2.0, description="Length of a finite render; a live stream goes on until it is stopped."
+        default=2.0, description="Length of a finite render. A live stream continues until it is stopped."
     )
     full_scale: FullScaleField = None
     bandwidth: Annotated[
@@ -154,11 +156,11 @@ class Output(Section):
         QuantityOrName(Quantity(Dimension.FREQUENCY, 1.0, 96e3), Choice((FULL_BAND,))),
     ] = Field(
         default=DEFAULT_BANDWIDTH,
-        description="Frequency above which components are removed. Where it is full, or above 0.45 of the sample "
-        "rate, the rate alone sets the limit.",
+        description="Components above this frequency are removed. With full, or a value above 0.45 of the sample "
+        "rate, only the sample rate limits the band.",
     )
     fade: Annotated[float, Quantity(Dimension.TIME, 0.0, 60.0)] = Field(
-        default=0.0, description="Time a finite render takes to fade in at its start, and out at its end."
+        default=0.0, description="Duration of the fade at the start and of the fade at the end of a finite render."
     )
 
     @property
@@ -168,17 +170,17 @@ class Output(Section):
 
     @property
     def bandwidth_hz(self) -> float:
-        """The bandwidth as a number (Hz); infinite where it is full."""
+        """The bandwidth as a number (Hz); infinite for the full band."""
         return math.inf if isinstance(self.bandwidth, str) else self.bandwidth
 
     @property
     def channel_list(self) -> tuple[Channel, ...]:
-        """Every channel in order, at least one."""
+        """Every channel, in order. There is at least one."""
         return self.channels or (Channel(quantity=self.quantity, full_scale=self.full_scale),)
 
     @classmethod
     def conflicts(cls, given: Fields) -> list[Refusal]:
-        """Refuse one quantity beside a list of them, and fades that overlap."""
+        """Refuse a quantity or a full scale together with channels, and fades that overlap."""
         refusals = [
             refusal(
                 [name], given[name], f"{name}, or channels, not both", "Write it inside the channel, or leave it out."
@@ -194,29 +196,29 @@ class Output(Section):
         return refusals
 
     def derived(self) -> Fields:
-        """Return the quantity and full scale of the first channel if there is a list."""
+        """Return the quantity and full scale of the first channel if `channels` is given."""
         if not self.channels:
             return {}
         return {"quantity": self.channels[0].quantity, "full_scale": self.channels[0].full_scale}
 
     def document(self) -> dict[str, Any]:
-        """Return the section with either the list of channels or the one quantity."""
+        """Return the section with either the channels, or the quantity and its full scale."""
         return without(super().document(), *(("quantity", "full_scale") if self.channels else ("channels",)))
 
 
 class Accuracy(Section):
-    """How exact the samples must be."""
+    """The permitted error of the samples."""
 
     tolerance: Annotated[
         float | Literal["exact", "imperceptible"],
         QuantityOrName(Quantity(Dimension.NONE, 1e-7, 3e-2), Choice(("exact", "imperceptible"))),
     ] = Field(
         default=1e-3,
-        description="Largest error of each quantity relative to its own peak-to-peak; exact: to round-off; "
+        description="Largest error of each quantity, relative to its own peak-to-peak. exact: the error is round-off. "
         "imperceptible: the error spectrum stays 6 dB below the human detection threshold.",
     )
     threshold: Annotated[Literal["fingertip", "probe", "pen"], THRESHOLD_NAME] = Field(
         default="fingertip",
-        description="Detection threshold that imperceptible, and the margins of an accuracy report, go by: of a bare "
+        description="Detection threshold used by imperceptible and by the margins of an accuracy report: of a bare "
         "fingertip, of a small probe on it, or of a pen held in the hand.",
     )

@@ -1,16 +1,17 @@
-"""Recorded points whose times come too close together: what a tracker's clock makes of a hand, and what is made of it.
+"""Merge or move apart the points of a recorded motion that are too close in time.
 
-Stage   1 (SCENE), for trajectories alone.
-Model   Two reports whose times nearly coincide say nothing of the speed between them: 50 um within 10 us are 5 m/s.
-        Points are too close where the interval to the next is shorter than a gap: half of the mean interval of the
-        points within AROUND on either side, or, where there are fewer than SEVERAL of them, LEAST_GAP.
-        Place: a run of points that are too close counts as one, at the mean of their times and places.
-        Load: all of them count, since a step of the load is written with two points. Their times are moved apart: those
-        are taken which are nearest to the recorded ones, by least squares, and keep the gaps.
-Source  the least-squares times are an isotonic regression of t_i - (sum of the gaps before i). AROUND, SEVERAL and
+Stage   1 (SCENE), for trajectories only.
+Model   Points that are nearly simultaneous do not define a speed: 50 um within 10 us are 5 m/s. A tracker's clock can
+        give such times. Two points are too close if the interval between them is shorter than the gap: half the mean
+        interval of the points within AROUND on either side. If there are fewer than SEVERAL such points, the gap is
+        LEAST_GAP.
+        Position: a run of points that are too close counts as one point, at the mean of their times and positions.
+        Load: every point counts, because a step of the load is written with two points. The times are moved apart to
+        those times that are nearest to the recorded ones (least squares) and keep the gaps.
+Source  The least-squares times are an isotonic regression of t_i - (sum of the gaps before i). AROUND, SEVERAL and
         LEAST_GAP are unverified defaults.
-Limits  no place moves by more than what its run covers; no time of a load by more than AROUND / 2, that of a pair by
-        half a gap. A recording with even times is never changed.
+Limits  No position moves by more than its run covers. No time of a load moves by more than AROUND / 2; the times of a
+        pair move by half a gap at most. A recording with even times is never changed.
 """
 
 from __future__ import annotations
@@ -21,18 +22,24 @@ import numpy as np
 
 from synth.arrays import Array
 
-AROUND = (
-    0.04  # s on either side: longer than a tracker's interval (8 ms), shorter than a stroke's turn; longer: a pause
-)
-# in a recording makes its neighbours seem seldom; shorter: bursts of reports look like a quick tracker
-SEVERAL = 5  # points within AROUND that tell a tracker's interval; fewer: points that were written by hand
-LEAST_GAP = 1e-3  # s: the interval of the quickest usual trackers and mice (1000 Hz); less: a load that is written as a
-# step is a click; more: steps of load that were recorded become slower
-ROUNDING = 1e-12  # s: an interval that is shorter than its gap by less keeps it
+AROUND = 0.04
+"""s on either side of an interval: longer than the interval of a tracker (8 ms), shorter than the turn of a stroke.
+With a larger value, a pause in a recording makes the points next to it look sparse. With a smaller value, a burst of
+reports looks like a fast tracker."""
+
+SEVERAL = 5
+"""Points within AROUND from which a tracker's interval is estimated. Fewer points were probably written by hand."""
+
+LEAST_GAP = 1e-3
+"""s. The interval of the fastest common trackers and mice (1000 Hz). With a smaller value, a load written as a step
+sounds as a click. With a larger value, recorded steps of the load become slower."""
+
+ROUNDING = 1e-12
+"""s. An interval may be shorter than its gap by this much."""
 
 
 def least_gaps(times: Array) -> Array:
-    """Return the least interval (s) between each of the rising `times` and the next."""
+    """Return the shortest permitted interval (s) between each of the rising `times` and the next."""
     middle = 0.5 * (times[:-1] + times[1:])
     low, high = np.maximum(middle - AROUND, times[0]), np.minimum(middle + AROUND, times[-1])
     count = np.searchsorted(times, high, side="right") - np.searchsorted(times, low)
@@ -40,7 +47,7 @@ def least_gaps(times: Array) -> Array:
 
 
 def merged_places(times: Array, places: Array) -> tuple[Array, Array]:
-    """Return times (s) and places (m) with the runs of points that are too close merged; the ends keep their times."""
+    """Return times (s) and positions (m) with each run of too close points merged. The first and last times stay."""
     wide = np.diff(times) >= least_gaps(times) - ROUNDING
     if wide.all() or not wide.any():
         return times, places
@@ -51,12 +58,12 @@ def merged_places(times: Array, places: Array) -> tuple[Array, Array]:
     alone = np.flatnonzero(count == 1)
     found = np.bincount(run, places) / count
     first = np.searchsorted(run, alone)
-    means[alone], found[alone] = times[first], places[first]  # without a rounding
+    means[alone], found[alone] = times[first], places[first]  # exact, without the rounding of a mean
     return means, found
 
 
 def spaced_times(times: Array) -> Array:
-    """Return the times (s) of the loads, moved apart where they come too close."""
+    """Return the times (s) of the loads, moved apart where they are too close."""
     gaps = least_gaps(times)
     if np.all(np.diff(times) >= gaps - ROUNDING):
         return times
@@ -68,7 +75,7 @@ def spaced_times(times: Array) -> Array:
 
 
 def largest_speed(points: Sequence[tuple[float, float, float]]) -> float:
-    """Return the largest mean speed (m/s) from one place to the next."""
+    """Return the largest mean speed (m/s) between successive positions, after merging."""
     recorded = np.array(points)
     times, places = merged_places(recorded[:, 0], recorded[:, 1])
     return float(np.max(np.abs(np.diff(places)) / np.diff(times)))

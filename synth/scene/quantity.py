@@ -1,9 +1,9 @@
-"""Read "0.8 mm" or 0.0008 as one SI number, and write SI numbers back the way people write them.
+"""Read "0.8 mm" or 0.0008 as one SI number, and write SI numbers as text with a convenient unit.
 
-Stage: before 1 (SCENE), which reads every number of a scene through `parse_quantity`.
-Model: a number is SI already; text is a decimal number, optional spaces, and one unit of the asked dimension.
-Limits: the result is the float nearest to the decimal value ("40 um" is 4e-05, not 40 * 1e-06); results that are too
-small for a normal float are 0.0, and so is -0.0; what is too large, infinite or not a number is refused.
+Stage: before 1 (SCENE), which reads every number of a scene with `parse_quantity`.
+Model: a number is in SI units. Text is a decimal number, optional spaces, and a unit of the required dimension.
+Limits: the result is the float nearest to the decimal value ("40 um" is 4e-05, not 40 * 1e-06). Results too small for a
+normal float, and -0.0, become 0.0. Values that are too large, infinite or not a number are refused.
 """
 
 from __future__ import annotations
@@ -16,21 +16,22 @@ from enum import Enum
 from numbers import Real
 
 SMALLEST_NORMAL = sys.float_info.min
-"""Magnitudes below this (2.2e-308) are read as zero: denormal numbers slow every filter that they reach."""
+"""Magnitudes below this (2.2e-308) are read as zero, because denormal numbers slow down every filter."""
 
 LONGEST_TEXT = 80
-"""Characters of a quantity as text; longer text is no quantity, and would only cost time."""
+"""Largest number of characters of a quantity. Longer text is refused at once, because reading it would cost time."""
 
 STANDARD_GRAVITY = "9.80665"
 """m/s^2 in one g, exact by definition (3rd General Conference on Weights and Measures, 1901)."""
 
 
 class Dimension(Enum):
-    """What a number measures, and in which units it may be written.
+    """A physical dimension and the units in which its numbers may be written.
 
-    unit: the SI unit that a bare number is in; "" where numbers have none. units: those that text may carry, each with
-    its exact decimal factor to SI. shown_units: those that numbers are shown in, largest first. example: a quantity of
-    this dimension as a person would write it.
+    unit: SI unit of a number without a unit, or "" for a dimensionless number.
+    units: units allowed in text, each with its exact decimal factor to SI.
+    shown_units: units in which numbers are shown, largest first.
+    example: a quantity of this dimension as a person would write it.
     """
 
     LENGTH = (
@@ -82,7 +83,11 @@ _EXACT = Context(prec=400)
 
 
 class QuantityError(ValueError):
-    """The value is no quantity of the asked dimension: `reason` says why, `hint` what to write instead."""
+    """The value is not a quantity of the required dimension.
+
+    reason: why it is refused.
+    hint: what to write instead.
+    """
 
     def __init__(self, reason: str, hint: str) -> None:
         self.reason = reason
@@ -91,9 +96,10 @@ class QuantityError(ValueError):
 
 
 def parse_quantity(value: object, dimension: Dimension) -> float:
-    """Return `value`, a number in SI or text with a unit of `dimension`, as a finite float in SI.
+    """Return `value` as a finite float in SI.
 
-    Raises QuantityError for anything else: booleans, text without a unit or with a wrong one, NaN, infinities.
+    value: a number in SI, or text with a unit of `dimension`.
+    Raises QuantityError for any other value: a boolean, text without a unit or with a wrong unit, NaN, an infinity.
     """
     if isinstance(value, str):
         number = _from_text(value, dimension)
@@ -107,7 +113,7 @@ def parse_quantity(value: object, dimension: Dimension) -> float:
 
 
 def show_quantity(value: float, dimension: Dimension) -> str:
-    """Return `value`, finite and in SI, as text in a handy unit that `parse_quantity` reads back to the same float."""
+    """Return the finite SI `value` as text with a convenient unit; `parse_quantity` reads it back to the same float."""
     shown_units = dimension.shown_units
     if not shown_units:
         return _decimal_text(Decimal(repr(float(value))))
@@ -120,7 +126,7 @@ def show_quantity(value: float, dimension: Dimension) -> str:
 
 
 def text_pattern(dimension: Dimension) -> str:
-    """Return the regular expression of the text that `parse_quantity` reads, for JSON Schema."""
+    """Return the regular expression, for JSON Schema, of the text that `parse_quantity` reads."""
     number = _NUMBER.replace("[+-]?", "[+\u2212-]?", 1)
     spellings = [re.escape(unit).replace("\\ ", " ").replace("u", "[u\u00b5\u03bc]") for unit in dimension.units]
     units = "|".join(spellings).replace(r"\^2", r"(?:\^2|\u00b2)")

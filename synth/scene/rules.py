@@ -1,8 +1,8 @@
-"""What a field of a scene may hold: one rule a field, which reads it, refuses it, and describes it.
+"""The rules of scene fields. Each field has one rule, which reads, checks and describes its values.
 
 Stage: 1 (SCENE).
-Model: a rule turns what was written into the value that the engine uses, or raises a refusal that carries what is
-allowed and what to write instead.
+Model: a rule converts the written value to the value that the engine uses. For an invalid value it raises a refusal
+with what is allowed and what to write instead.
 """
 
 from __future__ import annotations
@@ -28,34 +28,38 @@ from synth.scene.quantity import (
 )
 
 MOST_FAULTS = 100
-"""Faults that one answer lists, and one more at which the checking of a list or an object stops: a document with more
-is not a scene with slips, and must not cost more than its bytes do."""
+"""Largest number of faults in one answer. The check of a list or an object stops at the next fault, so that a large
+invalid document costs little time."""
 
 LONGEST_KEY = 64
-"""Characters of an unknown field's name that are compared with the known names; comparing costs time."""
+"""Number of characters of an unknown field's name that are compared with the known names. Comparing costs time."""
 
 Fields = dict[str, object]
 Refusal = InitErrorDetails
 
 
 def refused(allowed: str, hint: str) -> PydanticCustomError:
-    """Return the error a rule raises: what is `allowed`, with its unit, and what to write instead."""
+    """Return the error that a rule raises.
+
+    allowed: what is allowed, with its unit.
+    hint: what to write instead.
+    """
     return PydanticCustomError("refused", "refused", {"allowed": allowed, "hint": hint})
 
 
 def refusal(location: Iterable[str | int], value: object, allowed: str, hint: str) -> Refusal:
-    """Return a refusal of the field at `location`, for those who gather several."""
+    """Return a refusal of the field at `location`, for a list of refusals."""
     return InitErrorDetails(type=refused(allowed, hint), loc=tuple(location), input=value)
 
 
 def told(error: PydanticCustomError) -> dict[str, str]:
-    """Return what a rule's error says: `allowed` and `hint`."""
+    """Return the `allowed` and `hint` of a rule's error."""
     context = error.context or {}
     return {"allowed": str(context["allowed"]), "hint": str(context["hint"])}
 
 
 def refusals_of(error: ValidationError, *above: str | int) -> list[Refusal]:
-    """Return what `error` gathered, each location put below `above`."""
+    """Return the refusals in `error`, with `above` put before each location."""
     return [
         refusal((*above, *line["loc"]), line["input"], line["ctx"]["allowed"], line["ctx"]["hint"])
         for line in error.errors(include_url=False)
@@ -63,22 +67,23 @@ def refusals_of(error: ValidationError, *above: str | int) -> list[Refusal]:
 
 
 def refuse(title: str, refusals: list[Refusal]) -> None:
-    """Raise everything in `refusals` as one error; do nothing if there are none."""
+    """Raise all `refusals` as one error. Do nothing if there are none."""
     if refusals:
         raise ValidationError.from_exception_data(title, refusals)
 
 
 def nearest(name: str, known: Iterable[str]) -> str | None:
-    """Return the name in `known` that `name` was most likely meant to be, if any is near."""
+    """Return the name in `known` that is most similar to `name`, or None if none is similar."""
     shortened = name[:LONGEST_KEY].lower()
     near = difflib.get_close_matches(shortened, list(known), n=1, cutoff=0.5)
     return near[0] if near else None
 
 
 class Rule(ABC):
-    """What one field may hold.
+    """The allowed values of one field.
 
-    allowed: what is allowed, with its unit, as text. unit: SI unit of a bare number; "" where there is none.
+    allowed: the allowed values as text, with the unit.
+    unit: SI unit of a number without a unit, or "".
     """
 
     allowed: str
@@ -86,30 +91,33 @@ class Rule(ABC):
 
     @abstractmethod
     def read(self, value: object) -> object:
-        """Return the value that the engine uses; raises the error of `refused`."""
+        """Return the value that the engine uses. Raises the error of `refused`."""
 
     @abstractmethod
     def schema(self) -> dict[str, Any]:
-        """Return the JSON Schema of what may be written, without null."""
+        """Return the JSON Schema of the allowed values, without null."""
 
     def show(self, value: Any) -> str:
-        """Return a value of the field as a person would write it."""
+        """Return `value` as a person would write it."""
         return str(value)
 
     def read_in(self, value: object, _found: ValidationInfo) -> object:
-        """Return the value in a scene of which so much has been found."""
+        """Return the value that the engine uses, given the fields of the section read so far."""
         return self.read(value)
 
     def __get_pydantic_core_schema__(self, _source: object, _handler: object) -> CoreSchema:
-        """Make pydantic read the field with this rule and nothing else."""
+        """Make pydantic read the field with this rule only."""
         return core_schema.with_info_plain_validator_function(self.read_in)
 
 
 @dataclass(eq=False)
 class Quantity(Rule):
-    """A number in SI or text with its unit, from `low` to `high`, both in SI and both allowed.
+    """A number in SI, or text with its unit, within a range.
 
-    usual: the largest magnitude that nobody questions (`scene_doubts`).
+    dimension: dimension of the value.
+    low, high: ends of the range, in SI. Both are allowed.
+    whole: whether the value must be a whole number.
+    usual: magnitude above which the plan has a warning (`doubtful_values`).
     """
 
     dimension: Dimension
@@ -123,7 +131,7 @@ class Quantity(Rule):
         self.allowed = f"{self.show(self.low)} to {self.show(self.high)}{', a whole number' if self.whole else ''}"
 
     def show(self, value: Any) -> str:
-        """Return `value`, in SI, with a handy unit."""
+        """Return the SI `value` as text with a convenient unit."""
         return show_quantity(value, self.dimension)
 
     def read(self, value: object) -> float:
@@ -141,7 +149,7 @@ class Quantity(Rule):
         return int(number) if self.whole else number
 
     def schema(self) -> dict[str, Any]:
-        """Return a number with its range, or text with its unit."""
+        """Return the schema of a number with its range, and of text with its unit."""
         number = {"type": "integer" if self.whole else "number", "minimum": self.low, "maximum": self.high}
         if self.dimension is Dimension.NONE:
             return {"anyOf": [number]}
@@ -152,7 +160,7 @@ class Quantity(Rule):
         bound = f"at least {self.show(self.low)}" if number < self.low else f"at most {self.show(self.high)}"
         if isinstance(value, str) or not self.unit:
             return f"Write {bound}."
-        return f'Write {bound}; a number without a unit is in {self.unit}, "{self.dimension.example}" carries its own.'
+        return f'Write {bound}. A number without a unit is in {self.unit}; "{self.dimension.example}" has a unit.'
 
 
 @dataclass(eq=False)
@@ -168,11 +176,11 @@ class QuantityList(Rule):
         self.allowed = f"a list of {self.fewest} to {self.most} numbers, each {self.item.allowed}"
 
     def show(self, value: Any) -> str:
-        """Return the list with units."""
+        """Return the list as text with units."""
         return f"[{', '.join(self.item.show(number) for number in value)}]"
 
     def read(self, value: object) -> tuple[float, ...]:
-        """Return the values in SI; every one at fault is refused, the first of them by its place."""
+        """Return the values in SI. Every invalid value is refused, with its index."""
         if not isinstance(value, list | tuple):
             raise refused(self.allowed, f"Write a list, such as [{self.item.dimension.example!r}].".replace("'", '"'))
         if not self.fewest <= len(value) <= self.most:
@@ -194,7 +202,7 @@ class QuantityList(Rule):
         return f"The list has {count}."
 
     def schema(self) -> dict[str, Any]:
-        """Return an array of what an item may be."""
+        """Return the schema of the list."""
         bounds = {"minItems": self.fewest, "maxItems": self.most}
         return {"anyOf": [{"type": "array", "items": self.item.schema(), **bounds}]}
 
@@ -216,13 +224,13 @@ class Choice(Rule):
         raise refused(self.allowed, f'Write "{near or self.names[0]}".')
 
     def schema(self) -> dict[str, Any]:
-        """Return the names."""
+        """Return the schema of the names."""
         return {"anyOf": [{"enum": list(self.names)}]}
 
 
 @dataclass(eq=False)
 class QuantityOrName(Rule):
-    """A quantity, or one of a few names in its place."""
+    """A quantity, or one of a few names."""
 
     quantity: Quantity
     names: Choice
@@ -232,7 +240,7 @@ class QuantityOrName(Rule):
         self.allowed = f"{self.quantity.allowed}, {self.names.allowed}"
 
     def read(self, value: object) -> float | str:
-        """Return the number or the name."""
+        """Return the number in SI, or the name."""
         if isinstance(value, str) and value in self.names.names:
             return value
         try:
@@ -241,11 +249,11 @@ class QuantityOrName(Rule):
             raise refused(self.allowed, self._hint(value, told(error)["hint"])) from error
 
     def schema(self) -> dict[str, Any]:
-        """Return both."""
+        """Return the schema of the number and of the names."""
         return {"anyOf": [*self.quantity.schema()["anyOf"], *self.names.schema()["anyOf"]]}
 
     def show(self, value: Any) -> str:
-        """Return a name as it is, and a number, in SI, with a handy unit."""
+        """Return a name unchanged, or an SI number as text with a convenient unit."""
         return value if isinstance(value, str) else self.quantity.show(value)
 
     def _hint(self, value: object, of_quantity: str) -> str:

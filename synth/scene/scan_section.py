@@ -1,12 +1,13 @@
-"""How the finger moves over the texture: at constant speed, back and forth, or along recorded points.
+"""The scan section of a scene: motion at constant speed, back and forth, or along recorded points.
 
 Stage: 1 (SCENE).
-Model of the stroke: the finger starts at rest at position 0, speeds up to `speed`, cruises, turns at `length`, comes
-back, turns at 0, and so on. A turn lasts `turn_time`; in it the velocity goes from u to -u as u (1 - 2 S(s)), s from 0
-to 1, S(s) = 3 s^2 - 2 s^3, so that position, velocity and acceleration are continuous (the acceleration peaks at 3 u /
-turn_time). Either half of a turn covers (5/16) u turn_time. Frame 0 stands in the middle of a turn.
-Limits: a stroke must have room for its turns; recorded points must be 1 us apart or more and ask for 10 m/s at most
-(`scene_spacing` then moves apart what comes too close for a tracker).
+Model of the stroke: the finger starts at rest at position 0, accelerates to `speed`, cruises, turns at `length`, comes
+back, turns at 0, and so on. A turn lasts `turn_time`. In a turn the velocity goes from u to -u as u (1 - 2 S(s)), where
+s runs from 0 to 1 and S(s) = 3 s^2 - 2 s^3. Position, velocity and acceleration are therefore continuous; the
+acceleration peaks at 3 u / turn_time. Each half of a turn covers (5/16) u turn_time. Frame 0 is in the middle of a
+turn.
+Limits: a stroke must have room for its turns. Recorded points must be at least 1 us apart, and the speed between them
+must be 10 m/s at most. `point_spacing` then merges or moves apart the points that are too close for a tracker.
 """
 
 from __future__ import annotations
@@ -34,34 +35,34 @@ from synth.scene.rules import (
 from synth.scene.section import Section, without
 
 TURN_REACH = 5.0 / 16.0
-"""Way covered in half a turn, in units of speed * turn_time: the integral of 1 - 2 S over s from 0 to 1/2."""
+"""Distance covered in half a turn, in units of speed * turn_time: the integral of 1 - 2 S over s from 0 to 1/2."""
 
 USUAL_TURN_TIME = 0.1
-"""s. A default chosen here, with no source: at 80 mm/s it asks for 2.4 m/s^2 and 5 mm of the stroke."""
+"""s. Default chosen here, without a source. At 80 mm/s it needs 2.4 m/s^2 and 5 mm of the stroke."""
 
 FASTEST = 10.0
-"""m/s. The largest speed of a scene, and the largest between two recorded points."""
+"""m/s. Largest speed of a scene, also between two recorded points."""
 
 CLOSEST_POINTS = 1e-6
-"""s between recorded points. Closer ones are the same moment to any tracker: one of them is a mistake."""
+"""s. Shortest interval between recorded points. No tracker separates closer points: one of them is a mistake."""
 
 FEWEST_POINTS = 4
-"""Recorded points that a curve with two continuous derivatives needs."""
+"""Smallest number of recorded points, required by a curve with two continuous derivatives."""
 
 MOST_POINTS = 1_000_000
-"""Recorded points: 16 minutes at 1 kHz, about 100 MB while they are read."""
+"""Largest number of recorded points: 16 minutes at 1 kHz, about 100 MB while they are read."""
 
 Point = tuple[float, float, float]
 
 LOWEST_LOAD = "lowest_load"
-"""Of the context of validation: the smallest load (N) that a scene may ask for, where an effect allows a pull."""
+"""Key of the validation context: the smallest load (N) of the scene, negative where an effect allows a pull."""
 
 
 class Load(Quantity):
-    """A load: at least 0, unless an effect of the scene holds a finger that pulls."""
+    """A load. It must be at least 0, unless an effect of the scene holds a finger that pulls."""
 
     def down_to(self, found: ValidationInfo) -> Quantity:
-        """Return the rule with the lowest load of the scene that is being read."""
+        """Return the rule for the scene that is being read, with that scene's lowest load."""
         lowest = (found.context or {}).get(LOWEST_LOAD, self.low)
         return replace(self, low=lowest) if lowest < self.low else self
 
@@ -70,7 +71,7 @@ class Load(Quantity):
         return self.down_to(found).read(value)
 
 
-LOAD = Load(Dimension.LOAD, 0.0, 1e3, usual=20.0)  # ten times what the paper calls useful
+LOAD = Load(Dimension.LOAD, 0.0, 1e3, usual=20.0)  # ten times the load that the paper calls useful
 SPEED = Quantity(Dimension.SPEED, -FASTEST, FASTEST, usual=1.0)  # several times the fastest natural strokes
 STROKE_SPEED = Quantity(Dimension.SPEED, 1e-6, FASTEST, usual=1.0)
 STROKE_LENGTH = Quantity(Dimension.LENGTH, 1e-4, 10.0, usual=1.0)
@@ -93,7 +94,7 @@ class Trajectory(Rule):
     )
 
     def read(self, value: object, rules: PointRules = POINT_RULES) -> tuple[Point, ...]:
-        """Return the points in SI, times rising; rules: of time, position and load."""
+        """Return the points in SI, with rising times. `rules` are those of time, position and load."""
         if not isinstance(value, list | tuple) or not FEWEST_POINTS <= len(value) <= MOST_POINTS:
             raise refused(self.allowed, "Write a list of points such as [[0, 0, 0.3], [0.1, 0.008, 0.3], ...].")
         refusals: list[Refusal] = []
@@ -110,7 +111,7 @@ class Trajectory(Rule):
         return tuple(points)
 
     def schema(self) -> dict[str, Any]:
-        """Return the list of points."""
+        """Return the schema of the list of points."""
         return {"anyOf": [{
             "type": "array",
             "minItems": FEWEST_POINTS,
@@ -124,12 +125,12 @@ class Trajectory(Rule):
         }]}  # fmt: skip
 
     def read_in(self, value: object, found: ValidationInfo) -> tuple[Point, ...]:
-        """Return the points in SI, with loads down to the lowest of the scene."""
+        """Return the points in SI. Loads may go down to the lowest load of the scene."""
         return self.read(value, (*POINT_RULES[:2], LOAD.down_to(found)))
 
 
 def _read_point(point: object, index: int, rules: PointRules, refusals: list[Refusal]) -> Point | None:
-    """Return the point in SI, or None after adding to `refusals`."""
+    """Return the point in SI, or add to `refusals` and return None."""
     if not isinstance(point, list | tuple) or len(point) != 3:
         refusals.append(
             refusal([index], point, "[t, position, load]", "Write three numbers, such as [0.1, 0.008, 0.3].")
@@ -145,20 +146,19 @@ def _read_point(point: object, index: int, rules: PointRules, refusals: list[Ref
 
 
 def _steps(before: Point, after: Point, index: int) -> Iterator[Refusal]:
-    """Yield what is wrong with the step from one point to the next."""
+    """Yield a refusal if the step from one point to the next is too short in time or too fast."""
     duration = after[0] - before[0]
     if not duration >= 0.999 * CLOSEST_POINTS:
-        allowed = f"at least 1 us later than the point before, which is at {show_quantity(before[0], Dimension.TIME)}"
+        allowed = f"at least 1 us after the previous point, which is at {show_quantity(before[0], Dimension.TIME)}"
         yield refusal([index, 0], after[0], allowed, "Sort the points by time and keep one of each time.")
     elif abs(after[1] - before[1]) > FASTEST * duration * (1.0 + 1e-9):
         reach = _rounded(FASTEST * duration, Dimension.LENGTH, ROUND_FLOOR)
-        allowed = f"within {reach} of the point before ({show_quantity(FASTEST, Dimension.SPEED)} at most)"
+        allowed = f"within {reach} of the previous point ({show_quantity(FASTEST, Dimension.SPEED)} at most)"
         yield refusal([index, 1], after[1], allowed, "Check the units: times are in s and positions in m.")
 
 
 class Stroke(Section):
-    """Back and forth between position 0 and `length`, with smooth turns; the same heights pass under the finger both
-    ways."""
+    """Back and forth between position 0 and `length`, with smooth turns. The same heights pass in both directions."""
 
     length: Annotated[float, STROKE_LENGTH] = Field(
         default=0.05, description="Distance between the two positions where the finger turns."
@@ -169,8 +169,8 @@ class Stroke(Section):
     load: Annotated[float, LOAD] = Field(default=0.3, description="Normal force of the finger on the texture.")
     turn_time: Annotated[float, TURN_TIME] = Field(
         default=USUAL_TURN_TIME,
-        description="Time a turn takes, from full speed one way to full speed the other way; the default shrinks to "
-        "half of the longest possible where the stroke is too short for it.",
+        description="Duration of a turn, from full speed one way to full speed the other way. For a short stroke the "
+        "default is half of the longest possible turn.",
     )
 
     @property
@@ -185,7 +185,7 @@ class Stroke(Section):
 
     @classmethod
     def completed(cls, given: Fields) -> Fields:
-        """Shorten the default turn where the stroke has no room for it."""
+        """Shorten the default turn if the stroke has no room for it."""
         longest = _longest_turn(cls.value_of(given, "length"), cls.value_of(given, "speed"))
         if "turn_time" in given or longest is None or longest < TURN_TIME.low:
             return given
@@ -208,25 +208,25 @@ class Stroke(Section):
 
 
 def _rounded(number: float, dimension: Dimension, rounding: str) -> str:
-    """Return `number` as text of three digits, rounded to the side on which it is allowed."""
+    """Return `number` as text of three digits, rounded in the direction of allowed values."""
     digits = Context(prec=3, rounding=rounding).create_decimal(repr(number))
     return show_quantity(float(digits), dimension)
 
 
 def _longest_turn(length: float | None, speed: float | None) -> float | None:
-    """Return the time in s of turns that leave no cruise between them, or None if a field is at fault."""
+    """Return the duration (s) of turns with no cruise between them, or None if a field is invalid."""
     return None if length is None or speed is None else length / speed / (2.0 * TURN_REACH)
 
 
 class Scan(Section):
     """The motion: constant `speed` and `load`, or a `stroke`, or a `trajectory`.
 
-    `speed` and `load` of a stroke are its own; those of a trajectory are the largest speed between two points and the
-    largest load. They say how fast and how hard the scan is at most, whatever its kind.
+    For every kind of scan, `speed` and `load` are the largest of the scan. For a stroke they equal those of the stroke.
+    For a trajectory they are the largest speed between two points and the largest load.
     """
 
     speed: Annotated[float, SPEED] = Field(
-        default=0.08, description="Constant speed of the surface past the finger; negative is backwards."
+        default=0.08, description="Constant speed of the surface past the finger. Negative is backwards."
     )
     load: Annotated[float, LOAD] = Field(default=0.3, description="Constant normal force of the finger on the texture.")
     stroke: Stroke | None = Field(
@@ -234,8 +234,8 @@ class Scan(Section):
     )
     trajectory: Annotated[tuple[Point, ...] | None, Trajectory()] = Field(
         default=None,
-        description="Recorded points [t, position, load], times rising, instead of speed and load; a curve with two "
-        "continuous derivatives stays between neighbouring points, and times that come too close are moved apart.",
+        description="Recorded points [t, position, load], with rising times, instead of speed and load. The motion has "
+        "two continuous derivatives and stays between neighbouring points. Times that are too close are moved apart.",
     )
     lift_load: Annotated[float, LIFT_LOAD] = Field(
         default=1e-3,
@@ -244,14 +244,14 @@ class Scan(Section):
 
     @classmethod
     def conflicts(cls, given: Fields) -> list[Refusal]:
-        """Refuse a scan that is of two kinds at once."""
+        """Refuse a scan of two kinds at once."""
         if "stroke" not in given and "trajectory" not in given:
             return []
         kind = "stroke" if "stroke" in given else "trajectory"
         inside = (
             'Write it inside the stroke: {"stroke": {"speed": ..., "load": ...}}.'
             if kind == "stroke"
-            else "Leave it out: the points carry positions and loads."
+            else "Leave it out: the points contain positions and loads."
         )
         refusals = [
             refusal([name], given[name], f"speed and load, or {kind}, not both", inside)
@@ -275,7 +275,7 @@ class Scan(Section):
         return {}
 
     def document(self) -> dict[str, Any]:
-        """Return the section with the fields of its own kind only."""
+        """Return the section with only the fields of its kind."""
         unused = {"stroke", "trajectory"}
         if self.stroke is not None:
             unused = {"speed", "load", "trajectory"}

@@ -1,9 +1,9 @@
-"""SCENE: a finger, a texture, a scan, and what is to come out, checked and frozen, in SI units.
+"""SCENE: a finger, a texture, a scan, effects, and the requested output, checked and frozen, in SI units.
 
-Stage: 1 (SCENE). Everything downstream takes a `Scene` and trusts it.
-Model: a scene is written as JSON; a number is SI, text carries its unit, null or absent is the default. The fields are
-declared in the files called after the sections; docs/scene.md tells users.
-Limits: a document that cannot be read is refused with all of its faults at once (the first 100 of them).
+Stage: 1 (SCENE). All later stages take a `Scene` and do not check it again.
+Model: a scene is written as JSON. A number is in SI units and text has its unit; null or absent means the default. The
+files named after the sections declare the fields; docs/scene.md describes them for users.
+Limits: an invalid document is refused with all of its faults at once (the first 100).
 """
 
 from __future__ import annotations
@@ -29,28 +29,29 @@ from synth.scene.texture_registry import with_files
 
 
 class Scene(Section):
-    """A scene: what touches what, how it moves, and what comes out."""
+    """A scene: the surfaces that touch, their motion, and the requested output."""
 
     finger: Finger = Field(default=Finger(), description="The fingertip.")
-    texture: Texture = Field(default=Texture(), description="The sample under it.")
-    scan: Scan = Field(default=Scan(), description="How the finger moves and presses.")
+    texture: Texture = Field(default=Texture(), description="The sample under the finger.")
+    scan: Scan = Field(default=Scan(), description="Motion and load of the finger.")
     effects: Annotated[FrozenMapping, Effects()] = Field(
-        default=FrozenMapping(), description="Physical causes beyond the contact, by name; absent is not simulated."
+        default=FrozenMapping(),
+        description="Physical causes beyond the contact, by name. An absent one is not simulated.",
     )
-    output: Output = Field(default=Output(), description="What the samples are, and how many.")
-    accuracy: Accuracy = Field(default=Accuracy(), description="How exact the samples must be.")
+    output: Output = Field(default=Output(), description="Quantity, rate, number and scale of the samples.")
+    accuracy: Accuracy = Field(default=Accuracy(), description="The permitted error of the samples.")
 
 
 SceneLike = Scene | Mapping[str, Any] | str | os.PathLike[str]
-LARGEST_BYTES = 64 * 2**20  # a day-long trajectory at 10 Hz is 40 MB of text; more is a mistake, such as a WAV file
+LARGEST_BYTES = 64 * 2**20  # a day-long trajectory at 10 Hz is 40 MB of text; a larger file is not a scene
 
 
 def scene_from(source: SceneLike) -> Scene:
     """Return the scene that `source` is or names.
 
-    source: a Scene, which is returned as it is; a mapping as in docs/scene.md; the path of a JSON file; or a name of
-    the catalogue. A texture's heights may be in a file of this machine. Raises SceneError, which lists every fault;
-    OSError where a file cannot be read.
+    source: a Scene (returned unchanged), a mapping as in docs/scene.md, the path of a JSON file, or a catalogue name.
+        The heights of a texture may be in a file of this machine.
+    Raises SceneError, which lists every fault, and OSError if a file cannot be read.
     """
     if isinstance(source, Scene):
         return source
@@ -60,9 +61,10 @@ def scene_from(source: SceneLike) -> Scene:
 
 
 def document_of(source: str | os.PathLike[str]) -> dict[str, object]:
-    """Return the JSON object of a file, or that of a catalogue name; raises SceneError, OSError.
+    """Return the JSON object of a file, or the document of a catalogue name. Raises SceneError, OSError.
 
-    A text is a name if the catalogue has it, or if it has no ending, names no folder, and no file is called so.
+    A string is a catalogue name if the catalogue has it. It is also treated as a name if it contains no folder, does
+    not end in .json, and no such file exists.
     """
     path = Path(source)
     looks_like_a_name = path.suffix != ".json" and len(path.parts) == 1 and not path.exists()
@@ -78,7 +80,7 @@ def _read(path: Path) -> bytes:
     except FileNotFoundError:
         _refuse(path, "a JSON file that exists", "Check the path.")
     except IsADirectoryError:
-        _refuse(path, "a JSON file", "This is a folder; name a file in it.")
+        _refuse(path, "a JSON file", "This is a folder. Name a file in it.")
     if len(text) > LARGEST_BYTES:
         _refuse(path, f"a JSON file of at most {LARGEST_BYTES} bytes", "Is this a scene?")
     return text
@@ -89,8 +91,9 @@ def _refuse(path: Path, allowed: str, hint: str) -> NoReturn:
 
 
 def parse_scene(document: object) -> Scene:
-    """Return the scene that `document` (a mapping, or a name of the catalogue) describes.
+    """Return the scene that `document` describes.
 
+    document: a mapping, or a catalogue name.
     Raises SceneError, which lists every fault of the document.
     """
     if isinstance(document, Scene):
@@ -105,23 +108,25 @@ def parse_scene(document: object) -> Scene:
 
 
 def parse_scene_text(text: str | bytes) -> Scene:
-    """Return the scene that JSON `text` describes; raises SceneError as `parse_scene` does, and for text that is no
-    JSON object or has a field twice."""
+    """Return the scene that JSON `text` describes.
+
+    Raises SceneError as `parse_scene` does, and if the text is not a JSON object or has the same field twice.
+    """
     return parse_scene(object_from_text(text))
 
 
 def channel_count(scene: Scene) -> int:
-    """Return how many channels `scene` has, those that its effects add included."""
+    """Return the number of channels of `scene`, including those that its effects add."""
     return len(scene.output.channel_list) + sum(declaration(name).added(scene.effects[name]) for name in scene.effects)
 
 
 def scene_document(scene: Scene) -> dict[str, Any]:
-    """Return the complete document of `scene`, numbers in SI; `parse_scene` reads it back to an equal scene."""
+    """Return the complete document of `scene`, with numbers in SI. `parse_scene` reads it back to an equal scene."""
     return scene.document()
 
 
 def scene_schema() -> dict[str, Any]:
-    """Return the JSON Schema (2020-12) of a scene, with each field's sentence, default, unit (`x-unit`) and range."""
+    """Return the JSON Schema (2020-12) of a scene: description, default, unit (`x-unit`) and range of each field."""
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "ridgewave scene",
@@ -131,7 +136,7 @@ def scene_schema() -> dict[str, Any]:
 
 @dataclass(frozen=True, slots=True)
 class FieldLine:
-    """One field, for documentation: its dotted path, its sentence, SI unit, default and range as text."""
+    """One field, for documentation: dotted path, description, SI unit, default and range, all as text."""
 
     path: str
     description: str
@@ -141,7 +146,7 @@ class FieldLine:
 
 
 def scene_fields() -> tuple[FieldLine, ...]:
-    """Return a line for every field of a scene that holds a value; a field of `channels` has a path with `[]`."""
+    """Return a line for every field that holds a value. The path of a field of `channels` contains `[]`."""
     return (*_lines(Scene, ""), *_lines(Channel, "output.channels[]."))
 
 

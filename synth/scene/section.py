@@ -1,8 +1,9 @@
-"""An object of named fields, of which a scene is made: how it is read, written and described.
+"""A section of a scene: an object of named fields, and how it is read, written and described.
 
-Stage: 1 (SCENE). A section declares each field once, as a type with
-its rule, a default and a sentence; validation, JSON Schema and the check of docs/scene.md all read that declaration.
-Model: `Section` gathers the refusals of all its fields and of what is wrong between them: one answer names every fault.
+Stage: 1 (SCENE). A section declares each field once: its type with its rule, a default and a sentence. Validation, JSON
+Schema and the check of docs/scene.md use this declaration.
+Model: `Section` collects the refusals of single fields and of combinations of fields, so that one answer lists every
+fault.
 """
 
 from __future__ import annotations
@@ -18,36 +19,39 @@ from synth.scene.rules import MOST_FAULTS, Fields, Refusal, Rule, nearest, refus
 
 
 class Section(BaseModel):
-    """An object of named fields. Null or absent is the default, an unknown name is refused, every fault is reported."""
+    """An object of named fields.
+
+    Null or absent means the default. An unknown name is refused. Every fault is reported.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     @classmethod
     def completed(cls, given: Fields) -> Fields:
-        """Return `given` with what one field implies about others filled in. It still holds what users wrote."""
+        """Return `given` with the fields that other fields imply added. The values stay as the user wrote them."""
         return given
 
     @classmethod
     def conflicts(cls, given: Fields) -> list[Refusal]:
-        """Return what is wrong between fields that are each in order."""
+        """Return the refusals of combinations of fields that are each valid."""
         return []
 
     def derived(self) -> Fields:
-        """Return fields whose value follows from others."""
+        """Return the fields whose values follow from others."""
         return {}
 
     def document(self) -> dict[str, Any]:
-        """Return the section as JSON values in SI, from which it can be read back to equal values."""
+        """Return the section as JSON values in SI. It reads back to equal values."""
         return {name: plain(getattr(self, name)) for name in type(self).model_fields}
 
     @classmethod
     def value_of(cls, given: Fields, name: str) -> Any:
-        """Return field `name` as read, its default if absent, or None if it is at fault."""
+        """Return the value of field `name` as read: its default if it is absent, None if it is invalid."""
         if name not in given:
             return cls.model_fields[name].default
         try:
             return rule_of(cls, name).read(given[name])
-        except (PydanticCustomError, ValidationError):  # the second names several items of a list
+        except (PydanticCustomError, ValidationError):  # a list raises ValidationError, which names several items
             return None
 
     @model_validator(mode="wrap")
@@ -81,13 +85,12 @@ def _unknown(section: type[Section], key: object, value: object) -> Refusal:
 
 
 def rule_of(section: type[Section], name: str) -> Rule:
-    """Return the rule of field `name`, which must have one (a field that is a section has none)."""
+    """Return the rule of field `name`, which must not be a section."""
     return next(item for item in section.model_fields[name].metadata if isinstance(item, Rule))
 
 
 def section_schema(section: type[Section]) -> dict[str, Any]:
-    """Return the JSON Schema of `section`: a sentence, the default, the unit and the range of every field, null
-    allowed."""
+    """Return the JSON Schema of `section`: description, default, unit and range of every field. Null is allowed."""
     return {
         "type": "object",
         "description": (section.__doc__ or "").split("\n\n")[0],
@@ -112,7 +115,7 @@ def _field_schema(section: type[Section], name: str) -> dict[str, Any]:
 
 
 def inner_section(section: type[Section], name: str) -> type[Section] | None:
-    """Return the section that field `name` holds, or None if it holds a value with a rule."""
+    """Return the type of section that field `name` holds, or None if the field holds a value with a rule."""
     annotation = section.model_fields[name].annotation
     for kind in (annotation, *get_args(annotation)):
         if isinstance(kind, type) and issubclass(kind, Section):
@@ -121,12 +124,12 @@ def inner_section(section: type[Section], name: str) -> type[Section] | None:
 
 
 def without(fields: Mapping[str, Any], *names: str) -> dict[str, Any]:
-    """Return `fields` less those called `names`."""
+    """Return `fields` without those called `names`."""
     return {name: value for name, value in fields.items() if name not in names}
 
 
 def plain(value: Any) -> Any:
-    """Return `value` as what JSON is made of: sections and mappings become dicts, tuples become lists."""
+    """Return `value` as JSON types: sections and mappings become dicts, tuples become lists."""
     if isinstance(value, Section):
         return value.document()
     if isinstance(value, Mapping):

@@ -1,12 +1,11 @@
-"""The two surfaces of a scene: the finger and the texture under it.
+"""The finger and texture sections of a scene.
 
-Stage: 1 (SCENE). Every field is declared once: its type with its rule, its default in SI, a sentence that says what it
-means.
-    The fields that one kind of texture has are declared with the kind (`texture_registry`).
-Model: eq. 3 of Fagiani & Barbieri 2016 turns a roughness Ra into an amplitude, a = (pi / 2) Ra. A scene that has been
-read holds the amplitude alone.
-Limits: the ranges of the moduli and the phase are this project's choice: wide enough for any finger and any sample,
-narrow enough that a slipped unit is noticed.
+Stage: 1 (SCENE). Every field is declared once: its type with its rule, its default in SI, and a sentence on its
+    meaning. Fields that belong to one kind of texture are declared with the kind (`texture_registry`).
+Model: eq. 3 of Fagiani & Barbieri 2016 converts a roughness Ra to an amplitude, a = (pi / 2) Ra. After reading, a scene
+holds only the amplitude.
+Limits: this project chose the ranges of the moduli and the phase. They are wide enough for any finger and any sample,
+and narrow enough that a wrong unit is noticed.
 """
 
 from __future__ import annotations
@@ -30,33 +29,34 @@ from synth.scene.texture_registry import (
     special_fields,
 )
 
-# Beyond `usual` a value is questioned: ridges of fingers are 0.05 to 0.15 mm high and 0.5 mm apart, a fingertip touches
-# over 4 to 16 mm (general knowledge, rounded up); the coarsest texture of the catalogue has a period of 20 mm.
+# A value above `usual` causes a warning. Ridges of fingers are 0.05 to 0.15 mm high and 0.5 mm apart, and a fingertip
+# touches over 4 to 16 mm (general knowledge, rounded up). The coarsest texture of the catalogue has a period of 20 mm.
 RIDGE_AMPLITUDE = Quantity(Dimension.LENGTH, 0.0, 1e-3, usual=0.2e-3)
 AMPLITUDE = Quantity(Dimension.LENGTH, 0.0, 1e-3, usual=0.5e-3)
 LARGEST_ROUGHNESS = 0.636e-3  # m: the amplitude range by eq. 3, rounded down
 RIDGE_ROUGHNESS = Quantity(Dimension.LENGTH, 0.0, LARGEST_ROUGHNESS, usual=0.127e-3)
 ROUGHNESS = Quantity(Dimension.LENGTH, 0.0, LARGEST_ROUGHNESS, usual=0.318e-3)
-MODULUS = Quantity(Dimension.PRESSURE, 1e3, 1e12)  # softer than any skin layer, to about diamond
-STIFFNESS = Quantity(Dimension.STIFFNESS, 1.0, 1e9)  # 1 N presses in by 1 m to 1 nm; the default scene has 3.3e5 N/m
-POISSON_RATIO = Quantity(Dimension.NONE, 0.0, 0.5)  # 0.5 is incompressible, the largest an isotropic solid can have
+MODULUS = Quantity(Dimension.PRESSURE, 1e3, 1e12)  # from softer than any skin layer to about diamond
+STIFFNESS = Quantity(Dimension.STIFFNESS, 1.0, 1e9)  # 1 N indents by 1 m to 1 nm; the default scene has 3.3e5 N/m
+POISSON_RATIO = Quantity(Dimension.NONE, 0.0, 0.5)  # 0.5 is incompressible, the largest value of an isotropic solid
 
 
 HIGHEST = 2e-3
-"""m from valley to crest of a texture: twice the largest amplitude."""
+"""m. Largest height of a texture from valley to crest: twice the largest amplitude."""
 
 
 WIDER = 1e-6
-"""By how much the bounds of a profile at the end of its range may exceed it: they are bounds, not extremes."""
+"""Relative excess that is allowed when a profile is checked. A profile's computed bounds can slightly exceed its true
+extremes."""
 
 
 def amplitude_of(roughness: float) -> float:
-    """Return the amplitude in m of a cosine whose mean arithmetic roughness Ra is `roughness` in m (eq. 3)."""
+    """Return the amplitude (m) of a cosine whose mean arithmetic roughness Ra is `roughness` (m), by eq. 3."""
     return 0.5 * math.pi * roughness
 
 
 class Finger(Section):
-    """The fingertip: a row of ridges, a cosine along the contact, and the skin's elasticity."""
+    """The fingertip: a row of ridges (a cosine along the contact) on an elastic skin."""
 
     ridge_period: Annotated[float, Quantity(Dimension.LENGTH, 1e-5, 1e-2, usual=2e-3)] = Field(
         default=0.5e-3, description="Distance from one ridge of the fingerprint to the next (lambda1 of eq. 2)."
@@ -78,7 +78,7 @@ class Finger(Section):
     )
     stiffness: Annotated[float | None, STIFFNESS] = Field(
         default=None,
-        description="Stiffness k of the contact, in the place of that of eqs 4-5; the moduli then change nothing.",
+        description="Stiffness k of the contact. It replaces eqs 4-5; the moduli then have no effect.",
     )
 
     @classmethod
@@ -87,23 +87,24 @@ class Finger(Section):
         return _amplitude_twice(given, "ridge_amplitude")
 
     def derived(self) -> Fields:
-        """Return the amplitude if it was given as a roughness."""
+        """Return the amplitude if a roughness was given."""
         return {} if self.roughness is None else {"ridge_amplitude": amplitude_of(self.roughness), "roughness": None}
 
     def document(self) -> dict[str, Any]:
-        """Return the section with the amplitude alone, and a stiffness where one is given."""
+        """Return the section without the roughness, and without the stiffness if none is given."""
         return without(super().document(), "roughness", *(("stiffness",) if self.stiffness is None else ()))
 
 
 class TextureFields(Section):
-    """The sample under the finger: its form, rigid or elastic."""
+    """The sample under the finger: its form and its elasticity."""
 
     kind: Annotated[str, Choice((*KINDS, *catalogue_names()))] = Field(
-        default="sinusoid", description="Form of the surface, or a name of the catalogue for the fields not given here."
+        default="sinusoid",
+        description="Form of the surface, or a catalogue name, which sets the fields not given here.",
     )
     period: Annotated[float, Quantity(Dimension.LENGTH, 1e-6, 1.0, usual=0.05)] = Field(
         default=0.8e-3,
-        description="Distance after which the texture repeats (lambda2 of eq. 2); of a rough one 20 mm by default.",
+        description="Distance after which the texture repeats (lambda2 of eq. 2). Of a rough one, 20 mm by default.",
     )
     amplitude: Annotated[float, AMPLITUDE] = Field(
         default=20e-6, description="sinusoid: half the height of the texture from valley to crest (a2 of eq. 2)."
@@ -115,18 +116,18 @@ class TextureFields(Section):
         default=math.sqrt(2.0), description="Phase of the texture at position 0 (phi of eq. 2)."
     )
     youngs_modulus: Annotated[float | None, MODULUS] = Field(
-        default=None, description="Young's modulus of the sample (E2 of eq. 4); the default is a rigid sample."
+        default=None, description="Young's modulus of the sample (E2 of eq. 4). The default is a rigid sample."
     )
     poisson_ratio: Annotated[float, POISSON_RATIO] = Field(
         default=0.5,
-        description="Poisson's ratio of the sample (nu2 of eq. 4); it changes nothing if the sample is rigid.",
+        description="Poisson's ratio of the sample (nu2 of eq. 4). It has no effect if the sample is rigid.",
     )
 
     @classmethod
     def completed(cls, given: Fields) -> Fields:
-        """Replace a name of the catalogue by its texture, and fill in what the kind has for other defaults.
+        """Replace a catalogue name by its texture, and add defaults that are specific to the kind.
 
-        What is given here beside the name stays.
+        Other given fields override those of the catalogue.
         """
         name = given.get("kind")
         if not isinstance(name, str):
@@ -159,7 +160,10 @@ class TextureFields(Section):
         return found + (between or _beyond(kind, kind.make(values), given))
 
     def derived(self) -> Fields:
-        """Return the amplitude of a roughness, and what other kinds stand for: period, and equivalent amplitude."""
+        """Return the amplitude of a given roughness. For kinds other than a sinusoid, return period and amplitude.
+
+        That amplitude is the one of the equivalent sinusoid.
+        """
         kind = kind_of(self.kind)
         found: Fields = {name: None for name in special_fields() if name not in kind.names}
         if "amplitude" in kind.shared:
@@ -175,7 +179,7 @@ class TextureFields(Section):
         return {name: getattr(self, name) for name in ("phase", *kind_of(self.kind).names)}
 
     def document(self) -> dict[str, Any]:
-        """Return the section with the fields of its kind, and of a sinusoid with the amplitude alone."""
+        """Return the section with only the fields of its kind, and without the roughness."""
         names = kind_of(self.kind).names
         foreign = [name for name in special_fields() if name not in names]
         return kind_of(self.kind).written(without(super().document(), "roughness", "file", *foreign), self.values())
@@ -184,17 +188,17 @@ class TextureFields(Section):
 if TYPE_CHECKING:
 
     class Texture(TextureFields):
-        """The sample under the finger, with the fields of every kind; None where its kind has no such field.
+        """The sample under the finger, with the fields of every kind. A field that its kind does not have is None.
 
-        period and amplitude are those of every kind: the length after which it repeats, and the amplitude of the
-        sinusoid of equal Rq and rms slope.
+        period: length after which the texture repeats, m, for every kind.
+        amplitude: amplitude of the sinusoid with the same Rq and rms slope, m, for every kind.
         """
 
 else:
     _OF_KINDS = [kind_of(name).fields for name in reversed(KINDS) if kind_of(name).fields is not Section]
     Texture = create_model(
         "Texture",
-        __base__=(*_OF_KINDS, TextureFields),  # fields come in the reverse of this order
+        __base__=(*_OF_KINDS, TextureFields),  # pydantic orders the fields in the reverse of this order
         __module__=__name__,
         __doc__=TextureFields.__doc__,
     )
@@ -203,11 +207,11 @@ else:
 def _foreign(given: Fields, field: str, name: str) -> Refusal:
     kinds = " or ".join(f'"{kind}"' for kind in kinds_with(field))
     allowed = f'the fields of kind "{name}": {", ".join(kind_of(name).names)}'
-    return refusal([field], given[field], allowed, f"Leave it out; it is a field of {kinds}.")
+    return refusal([field], given[field], allowed, f"Leave it out. It is a field of {kinds}.")
 
 
 def _beyond(kind: Kind, profile: Any, given: Fields) -> list[Refusal]:
-    """Refuse a surface that is steeper or higher than any texture of a contact is."""
+    """Refuse a surface that is too steep or too high."""
     if not kind.steep:
         return []
     low, high = profile.extent
@@ -225,5 +229,5 @@ def _beyond(kind: Kind, profile: Any, given: Fields) -> list[Refusal]:
 def _amplitude_twice(given: Mapping[str, object], amplitude: str) -> list[Refusal]:
     if amplitude not in given or "roughness" not in given:
         return []
-    hint = f"Leave one out; they are two ways to write the same, {amplitude} = pi / 2 times roughness."
+    hint = f"Leave one out. They are two ways to write one value: {amplitude} = pi / 2 times roughness."
     return [refusal(["roughness"], given["roughness"], f"{amplitude} or roughness, not both", hint)]

@@ -1,8 +1,8 @@
-"""Strict JSON text to the object it holds.
+"""Read one JSON object from text, strictly.
 
-Stage: 1 (SCENE), and whoever else takes a partial scene as text.
-Limits: UTF-8, with or without a byte order mark. NaN and Infinity are let through as numbers, because the field that
-holds one can say more about it than its position in the text; every field refuses them.
+Stage: 1 (SCENE). Also used wherever a partial scene is read as text.
+Limits: the text is UTF-8, with or without a byte order mark. NaN and Infinity are read as numbers and later refused by
+their fields, whose error is more useful than a position in the text.
 """
 
 from __future__ import annotations
@@ -19,14 +19,17 @@ WANTED = "one JSON object"
 
 
 class _Repeated(dict[str, object]):
-    """An object in which a field was written more than once."""
+    """An object in which fields are written more than once. `repeated` has their names."""
 
     repeated: tuple[str, ...] = ()
 
 
 def object_from_text(text: str | bytes) -> dict[str, object]:
-    """Return the object that `text` holds. Raises SceneError for what is not exactly one JSON object, and for fields
-    that are written twice, each with its pointer."""
+    """Return the object that `text` holds.
+
+    Raises SceneError if the text is not exactly one JSON object, or if fields are written twice (with the pointer of
+    each).
+    """
     decoded = _decoded(text)
     if not decoded.strip():
         raise _refusal("nothing", "Write {} for the default scene.")
@@ -49,7 +52,7 @@ def object_from_text(text: str | bytes) -> dict[str, object]:
 
 
 def pointer(*parts: object) -> str:
-    """Return the RFC 6901 pointer of `parts`, safe to print and to encode."""
+    """Return the JSON pointer (RFC 6901) of `parts`. It is safe to print and to encode."""
     return "".join(f"/{_part(part)}" for part in parts)
 
 
@@ -69,7 +72,7 @@ def _decoded(text: str | bytes) -> str:
 
 
 def _fields(pairs: list[tuple[str, object]], repeated: list[_Repeated]) -> dict[str, object]:
-    """Return the object of `pairs`, noted in `repeated` where a field is written more than once."""
+    """Return the object of `pairs`. If a field is written more than once, also add the object to `repeated`."""
     fields = dict(pairs)
     if len(fields) == len(pairs) or len(repeated) >= MOST_FAULTS:
         return fields

@@ -1,9 +1,9 @@
-"""The registry of texture kinds: what there is, by name, and the declaration of each.
+"""The registry of texture kinds: their names and declarations.
 
-Stage   1 (SCENE): a scene names a kind and sets its fields. The heights are made by a later stage (`surfaces`).
-Model   A kind is one file of `synth/surfaces`, which holds its declaration as KIND, and one row of KINDS here. The
-        scene asks the declaration for the kind's fields; nothing else has to change.
-Limits  kinds may share a field's name only where they share its rule: the fields in SHARED.
+Stage   1 (SCENE): a scene names a kind and sets its fields. A later stage makes the heights (`surfaces`).
+Model   A kind is a file of `synth/surfaces`, with its declaration as KIND, and a row of KINDS here. The declaration
+        contains the fields of the kind. To add a kind, nothing else has to change.
+Limits  Kinds can share the name of a field only if they share its rule. These are the fields in SHARED.
 """
 
 from __future__ import annotations
@@ -29,27 +29,31 @@ KINDS: Mapping[str, str] = MappingProxyType(
         "profile": "synth.surfaces.measured",
     }
 )
-"""The module of each kind that `texture.kind` takes."""
+"""The module of each kind that `texture.kind` can name."""
 
 SHARED = ("period", "amplitude", "roughness")
-"""Fields of several kinds; `surface_sections` declares them. Every kind has phase and the moduli too."""
+"""Fields that several kinds share. `surface_sections` declares them, and also phase and the moduli, which every kind
+has."""
 
 
 STEEPEST = 20.0
-"""Largest slope of a surface, 87 degrees: a steeper wall is a step, which a period's points cannot hold, or a slip."""
+"""Largest slope of a surface (87 degrees). A steeper wall is a step, which the points of a period cannot represent, or
+a mistake."""
 
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """What a scene needs to know of a kind of texture.
+    """What a scene needs to know about a kind of texture.
 
-    fields: the section of its own fields. make: the profile of values that are in order, by name; a field that is not
-    given has its default. shared: those of SHARED that it has. defaults: of shared fields, where they differ. steep:
-    the field to which a surface that is too steep or too high is told; "": it may be. refusals: what is wrong between
-    fields that are each in order, of the values as read and the fields as written. pairs: two ways to write the same,
-    of which one may be given and displaces the other. local: the fields with those in place that a file of this machine
-    holds; raises SceneError. written: the fields as a document holds them, of the document and the
-    values.
+    fields: section with the fields that only this kind has.
+    make: returns the profile for valid values, by name. A field that is not given has its default.
+    shared: the fields of SHARED that the kind has.
+    defaults: defaults of shared fields that differ from the usual ones.
+    steep: field that is refused if the surface is too steep or too high, or "" if every surface is allowed.
+    refusals: returns the refusals of combinations of valid fields, from the values as read and the fields as written.
+    pairs: pairs of fields that write one value in two ways. Only one may be given; it displaces the other.
+    local: returns the fields with the contents of a file of this machine in place of its path. Raises SceneError.
+    written: returns the fields as a document has them, from the document and the values.
     """
 
     fields: type[Section]
@@ -64,7 +68,7 @@ class Kind:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the fields that only some kinds have and that this one has."""
+        """The names of this kind's fields, without those that every kind has."""
         return (*self.shared, *self.fields.model_fields)
 
 
@@ -77,7 +81,7 @@ def kind_of(name: str) -> Kind:
 
 @cache
 def special_fields() -> tuple[str, ...]:
-    """Return the names of all fields that only some kinds have."""
+    """Return the names of all fields that some kinds do not have."""
     return tuple(dict.fromkeys(chain(SHARED, *(kind_of(name).fields.model_fields for name in KINDS))))
 
 
@@ -87,9 +91,10 @@ def kinds_with(name: str) -> tuple[str, ...]:
 
 
 def with_files(document: Any) -> Any:
-    """Return the `document` of a scene with what files of this machine hold in place of their paths.
+    """Return the `document` of a scene with the contents of files of this machine in place of their paths.
 
-    Only for who may read any file of this machine: the command line and Python. Raises SceneError, OSError.
+    Use it only for callers that may read any file of this machine: the command line and Python.
+    Raises SceneError, OSError.
     """
     texture = document.get("texture") if isinstance(document, Mapping) else None
     kind = texture.get("kind") if isinstance(texture, Mapping) else None

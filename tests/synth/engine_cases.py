@@ -1,4 +1,4 @@
-"""What the tests of the engine share: scenes from documents, the same touch for the oracles, random documents."""
+"""Shared by the tests of the engine: scenes from documents, the same touch for the oracles, random documents."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Real = npt.NDArray[np.float64]
 
 
 def scene_of(**sections: Any) -> Scene:
-    """Return the scene whose sections are given, in the full band where its output names none: that is the hardest."""
+    """Return the scene of the given sections. Without a bandwidth it has the full band, which is the hardest case."""
     return parse_scene(sections | {"output": {"bandwidth": "full"} | sections.get("output", {})})
 
 
@@ -55,7 +55,7 @@ def contact_of(scene: Scene) -> Contact:
 
 
 def spread(random: np.random.Generator, low: float, high: float) -> float:
-    """Return a number between `low` and `high`, evenly on a logarithmic scale."""
+    """Return a number between `low` and `high`, uniform on a logarithmic scale."""
     return math.exp(random.uniform(math.log(low), math.log(high)))
 
 

@@ -1,4 +1,4 @@
-"""Compiled kernels: those older than what they were made from are not used, and Python calls those that it can call."""
+"""Compiled kernels: kernels older than their sources are deleted, and Python calls only those that it can call."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from synth.kernels import forget_stale_kernels
 
 
 def made(folder: Path, stamps: dict[str, float]) -> None:
-    """Make empty files in `folder` with the given times of change (s)."""
+    """Make empty files in `folder` with the given modification times (s)."""
     for name, stamp in stamps.items():
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -56,7 +56,7 @@ def functions_of(tree: ast.Module) -> list[ast.FunctionDef]:
 
 
 def test_python_calls_no_inner_function() -> None:
-    """An inner function has no wrapper for Python: a call from there ends the process."""
+    """An inner function has no wrapper for Python: a call from Python would end the process."""
     trees = {path: ast.parse(path.read_text("utf-8")) for path in Path(synth.__path__[0]).rglob("*.py")}
     inner = {
         f"synth.{'.'.join(path.relative_to(synth.__path__[0]).with_suffix('').parts)}": {

@@ -1,4 +1,4 @@
-"""The report of what accuracy costs: its errors against an independent reading of the model, and its own words."""
+"""The accuracy report: its errors against an independent implementation of the model, and its reasons and names."""
 
 from __future__ import annotations
 
@@ -44,15 +44,15 @@ FIELDS = {
     "setup_seconds", "seconds_per_second", "times_real_time", "memory_bytes", "pareto",
 }  # fmt: skip
 FAMILIES = ["baseline", "sampled", "exact", "table", "harmonics"]
-FEW = 1  # timings of a method, where no test looks at how steady they are
-ORACLE = 4e-4  # of the peak-to-peak: what the quadrature of the oracle errs by
+FEW = 1  # timings of a method, in tests that do not check their spread
+ORACLE = 4e-4  # error of the oracle's quadrature, relative to the peak-to-peak
 
 
 @pytest.fixture(autouse=True)
 def few_repeats(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("synth.accuracy.report.REPEATS", FEW)
     monkeypatch.setattr("synth.accuracy.report.PATIENCE", 0.7)
-    for module in ("report", "methods"):  # other work on the machine costs no time
+    for module in ("report", "methods"):  # so that other work on the machine is not counted
         monkeypatch.setattr(f"synth.accuracy.{module}.perf_counter", thread_time)
 
 
@@ -95,7 +95,7 @@ def test_what_two_cosines_alone_have_is_left_out_elsewhere_with_the_reason() -> 
     assert left("sinusoid") == {"closed form": "The load does not flatten the whole contact at every phase."}
     other = left("grating")
     assert "antiderivatives in closed form" in other["exact solver in closed form"]
-    assert "sinusoid only where the texture is" in other["closed form"]
+    assert "sinusoid only if the texture is a sinusoid" in other["closed form"]
     assert rows("exact", "exact solver") and not rows("exact", "exact solver", kind="grating")
 
 
@@ -114,7 +114,7 @@ def test_full_contact_adds_the_closed_form_and_the_plan_takes_it() -> None:
 )
 @pytest.mark.parametrize("family", ["baseline", "sampled", "exact", "harmonics"])
 def test_more_work_comes_nearer(family: str, quantity: str, kind: str) -> None:
-    """To the reference, or to where the solver's own segments end."""
+    """The error falls to the reference, or to the error of the solver's own segments."""
     found = [row for row in rows(family, "", quantity, kind) if row.method != report(quantity, kind).chosen]
     found = [row for row in found if "tabled" not in row.method]
     errors = np.array([row.max_error for row in found])
@@ -124,7 +124,7 @@ def test_more_work_comes_nearer(family: str, quantity: str, kind: str) -> None:
 
 
 def truth_of(kind: str, phases: int = 1024) -> tuple[Real, int]:
-    """Return z (m) of the oracle at equal steps of a period, and how many harmonics lie below 3200 Hz."""
+    """Return z (m) of the oracle at equal steps of a period, and the number of harmonics below 3200 Hz."""
     scene = scene_of_kind(kind)
     profile = profile_of(scene)
     pressed = scene.scan.load / Stiffness.of_scene(scene).stiffness(scene.scan.load)
@@ -147,7 +147,7 @@ def test_the_reference_is_the_oracles_quadrature_of_every_kind(kind: str) -> Non
 
 @pytest.mark.parametrize("kind", SOME_KINDS)
 def test_coarse_methods_err_by_what_the_oracle_shows(kind: str) -> None:
-    """A series of 8 phases and a trapezoid of 25 points a ridge, each read by hand, against the oracle's quadrature."""
+    """A series of 8 phases and a trapezoid of 25 points per ridge, computed here, against the oracle's quadrature."""
     z, highest = truth_of(kind)
     case = case_of(scene_of_kind(kind), 0)
     wanted = curves(np.fft.rfft(z)[: highest + 1] / len(z), 0, 4096)
@@ -155,7 +155,7 @@ def test_coarse_methods_err_by_what_the_oracle_shows(kind: str) -> None:
     def error_of(heights: Real) -> float:
         kept = np.fft.rfft(heights)[: highest + 1] / len(heights)
         if len(heights) // 2 < len(kept):
-            kept[-1] *= 0.5  # the line at half the number stands for both sides
+            kept[-1] *= 0.5  # the line at half the number counts for both sides
         return float(np.max(np.abs(curves(kept, 0, 4096) - wanted)) / case.extent)
 
     (coarse,) = rows("harmonics", " 8 phases", kind=kind)
@@ -176,11 +176,11 @@ def test_the_roots_of_the_trapezoid_rule_are_those_of_brentq(kind: str, points: 
 
 
 def test_every_measure_of_an_error_is_what_an_independent_reading_shows() -> None:
-    """The series of 16 exact phases, against one of thousands."""
+    """Compares the series of 16 exact phases with one of thousands."""
     scene = scene_of(**QUICK)
     contact = contact_of(scene)
     (row,) = rows("harmonics", " 16 phases")
-    highest = 4  # 750 Hz below 3200 Hz
+    highest = 4  # harmonics of 750 Hz below 3200 Hz
     truth = solve_spectrum(contact, 0.01, Demand(highest, (0,), 1e-7), highest).harmonics
     kept = np.fft.rfft(contact.approach(np.arange(16) / 16, 0.01)[0])[: highest + 1] / 16
     kept[0] = truth[0] = 0.0
@@ -278,7 +278,9 @@ def test_a_tabled_baseline_costs_its_phases_in_set_up_and_is_then_as_fast_as_any
         _name, points, _tabled, phases = row.method.split(", ")
         if points in framed and "oversampling 1" in framed[points].method:
             expected = int(phases.split()[0]) * framed[points].seconds_per_second / 8000
-            assert 0.03 * expected < row.setup_seconds < 30.0 * expected  # other work on the machine takes less
+            assert (
+                0.03 * expected < row.setup_seconds < 30.0 * expected
+            )  # a wide range, because of other work on the machine
         assert row.seconds_per_second < 0.1
     assert min(row.max_error for row in rows("baseline")) <= 1e-3
 

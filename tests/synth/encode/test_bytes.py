@@ -1,4 +1,4 @@
-"""Every byte of each format, for small sounds; how floats become integers; what a file says of itself comes back."""
+"""Every byte of each format for small sounds, the conversion of floats to integers, and the metadata read back."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ COMMENT = (
 LIST = (
     b"LIST\xaa\x00\x00\x00INFO"
     b"ISFT\x10\x00\x00\x00ridgewave 0.1.0\x00"
-    b"ICMT\x85\x00\x00\x00" + COMMENT + b"\x00\x00"  # 133 bytes with the terminator, and one to make them even
+    b"ICMT\x85\x00\x00\x00" + COMMENT + b"\x00\x00"  # 133 bytes with the terminator, and one byte of padding
 )
 JUNK = b"JUNK\x1c\x00\x00\x00" + bytes(28)
 FLOAT_SAMPLES = b"\x00\x00\x00\x3f\x00\x00\x80\xbf\x00\x00\x00\x40"  # 0.5, -1, 2

@@ -1,4 +1,4 @@
-"""Files appear complete or not at all, and every failure says which file and why."""
+"""Files appear complete or not at all, and every error names the file and the reason."""
 
 from __future__ import annotations
 
@@ -129,7 +129,7 @@ def test_a_folder_is_not_a_target(tmp_path: Path) -> None:
 
 @pytest.fixture
 def plain_user() -> Iterator[None]:
-    """Run as a user whom permissions bind: root is not."""
+    """Run as a user to whom permissions apply, which root is not."""
     root = os.geteuid() == 0
     if root:
         os.seteuid(65534)
@@ -139,7 +139,7 @@ def plain_user() -> Iterator[None]:
 
 
 def test_a_folder_that_is_not_writable_is_told(tmp_path: Path, plain_user: None) -> None:
-    folder = tmp_path if os.getuid() == 0 else tmp_path / "locked"  # root made tmp_path, for itself alone
+    folder = tmp_path if os.getuid() == 0 else tmp_path / "locked"  # root made tmp_path, and only root may use it
     if folder != tmp_path:
         folder.mkdir(mode=0o500)
     with pytest.raises(CannotRender, match=r"cannot write .*sound\.wav: .* is not writable"):
@@ -165,7 +165,7 @@ except CannotRender as error:
 @every_format
 @pytest.mark.parametrize("blocks", [1000, 105])
 def test_no_room_leaves_nothing_and_says_so(tmp_path: Path, sound_format: SoundFormat, blocks: int) -> None:
-    """The kernel refuses the file's growth past 200 kB; with 105 float blocks that shows only when it is completed."""
+    """The kernel refuses a file above 200 kB. With 105 float blocks that fails only when the file is completed."""
     path = tmp_path / "sound"
     command = [sys.executable, "-c", FULL_DISK, str(path), sound_format, str(blocks)]
     result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=60)
@@ -251,7 +251,7 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
 
 @wav_and_flac
 def test_memory_is_flat_however_long_the_sound(tmp_path: Path, sound_format: SoundFormat) -> None:
-    """Five minutes are 58 MB of float32; the peak grows by less than a tenth of that."""
+    """Five minutes are 58 MB of float32. The peak memory grows by less than a tenth of that."""
     command = [sys.executable, "-c", LONG, str(tmp_path / "sound"), sound_format]
     grown_kib = int(subprocess.run(command, cwd=ROOT, capture_output=True, check=True, timeout=300).stdout)
     assert grown_kib < 5600

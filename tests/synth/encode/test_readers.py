@@ -1,4 +1,4 @@
-"""What others make of our files: soundfile, SciPy, wave, sox and ffmpeg read the very samples."""
+"""Other programs read our files: soundfile, SciPy, wave, sox and ffmpeg give exactly the same samples."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def sound(channels: int) -> Block:
 
 
 def heard(channels: int, sound_format: SoundFormat) -> npt.NDArray[np.float64]:
-    """Return what a reader should find in the file, in units of full scale."""
+    """Return the samples that a reader should find in the file, in units of full scale."""
     block = sound(channels)
     if sound_format.is_float:
         return block.astype(np.float64)
@@ -78,7 +78,7 @@ def test_soundfile_reads_samples_and_scene(tmp_path: Path, channels: int, sound_
 def test_scipy_reads_them(tmp_path: Path, channels: int, sound_format: SoundFormat, endless: bool) -> None:
     path = written(tmp_path, channels, sound_format, endless)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore" if endless else "error")  # it remarks on an end before the promised one
+        warnings.simplefilter("ignore" if endless else "error")  # an endless file ends before its header says
         rate, samples = wavfile.read(path)
     assert rate == 48000
     scale = 1.0 if sound_format.is_float else {16: 2.0**15, 24: 2.0**31}[sound_format.bits]  # 24 bit: upper of 32
@@ -89,7 +89,7 @@ def test_scipy_reads_them(tmp_path: Path, channels: int, sound_format: SoundForm
 @pytest.mark.parametrize("sound_format", [SoundFormat.WAV16, SoundFormat.WAV24])
 @pytest.mark.parametrize("channels", [1, 2, 3] if sys.version_info >= (3, 12) else [1, 2])
 def test_wave_reads_integers(tmp_path: Path, channels: int, sound_format: SoundFormat, endless: bool) -> None:
-    """More than two channels are WAVE_FORMAT_EXTENSIBLE, which wave reads from Python 3.12 on."""
+    """Files of more than two channels are WAVE_FORMAT_EXTENSIBLE, which `wave` reads from Python 3.12 on."""
     with wave.open(str(written(tmp_path, channels, sound_format, endless))) as file:
         assert (file.getframerate(), file.getnchannels(), file.getsampwidth() * 8) == (
             48000,
@@ -144,7 +144,7 @@ def test_a_scene_of_a_megabyte_hides_no_samples(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("declared", [True, False])
 def test_rf64_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, declared: bool) -> None:
-    """The bound is lowered, so that a small file takes the way of a large one."""
+    """The limit is lowered, so that a small file is written like a large one."""
     monkeypatch.setattr(riff, "RF64_ABOVE", 1000)
     metadata = Metadata((1.0, 2.0), ("acceleration", "velocity"), {"finger": {}})
     path = tmp_path / "large.wav"
@@ -161,7 +161,7 @@ def test_rf64_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, declared:
 
 @pytest.mark.parametrize("frames", [2**30, 86400 * 48000])
 def test_a_file_beyond_4_gib_tells_its_length(tmp_path: Path, frames: int) -> None:
-    """The samples are a hole in the file: a day of float32 takes no room on the disk."""
+    """The samples are a hole in the file, so that a day of float32 takes no space on the disk."""
     header = wav_header(SoundFormat.WAV, 48000, 1, None, frames)
     path = tmp_path / "day.wav"
     with open(path, "wb") as file:

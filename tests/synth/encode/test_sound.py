@@ -1,4 +1,4 @@
-"""`render` gives a Sound: values in physical units, a spectrum, a file; and a scene is whatever a scene can be."""
+"""`render` returns a Sound with values in physical units, a spectrum and a file, for every way to give a scene."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A plan questions unusual values, motions that nobody feels, and accelerations that no actuator makes."""
+"""A plan warns of unusual values, motions too weak to be felt, and accelerations beyond any actuator."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_a_bare_number_of_a_change_is_questioned_and_one_with_a_unit_is_not() ->
 
 
 def test_a_motion_below_the_threshold_is_told_and_one_above_is_not() -> None:
-    assert "Nobody feels this: the strongest harmonic, at 100 Hz, is 83 dB below" in warned(
+    assert "This is not felt: the strongest harmonic, at 100 Hz, is 83 dB below" in warned(
         {"texture": {"amplitude": "1 nm"}, "output": {"full_scale": 1}}
     )
     slow = {"texture": {"period": "50 mm"}, "scan": {"speed": "10 mm/s"}, "output": {"bandwidth": 1}}
@@ -66,19 +66,19 @@ def test_the_threshold_of_the_scene_decides() -> None:
 
 def test_a_stroke_is_judged_at_the_lower_frequencies_that_it_passes() -> None:
     weak = {"texture": {"period": "0.5 mm", "amplitude": "2 um"}, "output": {"bandwidth": "full"}}
-    assert "Nobody feels" in warned(weak | {"scan": {"speed": 1}})
-    assert "Nobody feels" not in warned(weak | {"scan": {"stroke": {"speed": 1}}})
+    assert "is not felt" in warned(weak | {"scan": {"speed": 1}})
+    assert "is not felt" not in warned(weak | {"scan": {"stroke": {"speed": 1}}})
 
 
 def test_a_simulated_motion_is_judged_too() -> None:
     quick = {"texture": {"amplitude": "1 nm"}, "effects": {"inertia": {}}}
-    assert "Nobody feels this" in warned(quick | {"output": {"full_scale": 1}})
+    assert "This is not felt" in warned(quick | {"output": {"full_scale": 1}})
 
 
 def test_an_acceleration_beyond_every_actuator_is_told() -> None:
     strong: dict[str, Any] = {"texture": {"period": "0.25 mm", "amplitude": "15 um"}, "output": {"bandwidth": "full"}}
     voice = open_voice(strong)
     assert voice.full_scale[0] * 0.8 > IMPULSE
-    assert "No actuator known here makes this: the acceleration peaks at" in warned(strong)
-    assert "No actuator" not in warned(strong | {"output": {"quantity": "displacement"}})
-    assert "No actuator" not in warned(strong | {"output": {"bandwidth": 200}})
+    assert "This is beyond any known actuator: the acceleration peaks at" in warned(strong)
+    assert "actuator" not in warned(strong | {"output": {"quantity": "displacement"}})
+    assert "actuator" not in warned(strong | {"output": {"bandwidth": 200}})

@@ -1,4 +1,4 @@
-"""The picture of a contact: its surfaces add up to eq. 2, and its patches carry the load by the paper's law."""
+"""The picture of a contact: its surfaces add up to eq. 2, and its patches carry the load of the paper's law."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ SCENES: dict[str, dict[str, Any]] = {
 
 
 def drawn(scene: Scene, **asked: Any) -> SimpleNamespace:
-    """Return what a picture of `scene` tells, by name."""
+    """Return the picture of `scene`, with arrays by name."""
     told = picture(scene, **asked)
     finger, response = told["finger"], told["response"]
     return SimpleNamespace(**told | finger | response, approach=np.array(response["heights"]))
@@ -145,7 +145,7 @@ def test_z_is_that_of_the_solver_to_the_last_digit() -> None:
 
 @pytest.mark.parametrize("name", ["default", "grown", "round", "long period"])
 def test_what_is_told_adds_up_to_the_overlap(name: str) -> None:
-    """A reader who lays the told surfaces over each other sees the overlap of eq. 2."""
+    """The two surfaces of the picture together give the overlap of eq. 2."""
     scene = parse_scene(SCENES[name])
     told = picture(scene, points=4096, phases=5, cache=CACHE)
     texture, finger, response = told["texture"], told["finger"], told["response"]

@@ -1,4 +1,4 @@
-"""The plan: what is simulated and why, what is left out and why, what it costs, what it tells of the contact."""
+"""The plan: what is simulated, what is left out, the reasons, the cost, and the description of the contact."""
 
 from __future__ import annotations
 
@@ -172,7 +172,7 @@ def test_the_rms_is_that_of_the_samples_and_the_level_that_of_the_strongest_line
     samples = physical(voice, 4800)  # ten periods of 100 Hz
     assert list(found["rms"].values()) == pytest.approx(np.std(samples, axis=0), rel=1e-4)
     lines = 2.0 / 4800 * np.abs(np.fft.rfft(samples[:, 0]))[::10][1:]
-    felt = 1e-6 * 10.0 ** (-18.0 / 20.0)  # of a fingertip at 300 Hz, where the strongest line stands
+    felt = 1e-6 * 10.0 ** (-18.0 / 20.0)  # threshold of a fingertip at 300 Hz, the strongest line
     assert found["fundamental_hz"] == pytest.approx(100.0)
     assert found["sensation_level_db"] == pytest.approx(20.0 * math.log10(lines[2] / felt), abs=0.05)
 

@@ -1,4 +1,4 @@
-"""Preparation: how many harmonics, which tolerance, which full scale (of a scan that changes too), what is kept."""
+"""Preparation: number of harmonics, tolerance, full scale (also of a varying scan), and what is cached."""
 
 from __future__ import annotations
 
@@ -141,7 +141,7 @@ def test_a_tolerance_that_was_not_reached_is_told(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr("synth.response.spectrum.MOST_PHASES", 1 << 10)
     solved = prepare(scene_of(accuracy={"tolerance": 1e-5}, output={"quantity": "acceleration"}))
     assert solved.channels[0].error > 1e-5
-    assert any("acceleration reaches an error" in warning for warning in solved.warnings)
+    assert any("error of the acceleration is" in warning for warning in solved.warnings)
     assert not prepare(scene_of(accuracy={"tolerance": 3e-2}, output={"quantity": "displacement"})).warnings
 
 
@@ -158,7 +158,7 @@ def peaks(scene: Scene) -> Real:
 
 
 def test_a_recording_is_scaled_by_its_loudest_place_and_not_by_its_largest_load() -> None:
-    """It had peaked at 76 in a float file: pressed by 1 N the texture hardly moves the finger."""
+    """Such a scene once peaked at 76 in a float file: at 1 N the texture hardly moves the finger."""
     scene = scene_of(scan={"trajectory": GETS_LOUDER}, output={"duration": 0.3})
     assert peaks(scene) == pytest.approx([0.8], rel=0.02)
 
@@ -176,7 +176,7 @@ def test_recordings_peak_at_four_fifths(seeds: range) -> None:
 
 
 def test_a_long_recording_is_solved_where_it_is_loud(monkeypatch: pytest.MonkeyPatch) -> None:
-    """0.1 s of 3 s are ten times as fast: they are found though a fifth of the recording is solved."""
+    """0.1 s of 3 s are ten times as fast. They are found although only a fifth of the recording is solved."""
     places = np.cumsum(0.02 * np.where((np.arange(150) > 100) & (np.arange(150) < 105), 0.1, 0.01))
     points = [[0.02 * number, place, 0.3] for number, place in enumerate(places)]
     solved = prepare(recording(points, sample_rate=8000))

@@ -1,4 +1,4 @@
-"""What the tests of the scene share: paths to its fields, refusals, and documents of random scenes."""
+"""Shared by the tests of the scene: paths of fields, refusals, and documents of random scenes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The example scenes: each can be rendered, and docs/examples/README.md says where every value comes from."""
+"""The example scenes: each can be rendered, and docs/examples/README.md has the source of every value."""
 
 from __future__ import annotations
 

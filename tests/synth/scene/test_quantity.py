@@ -1,4 +1,4 @@
-"""Numbers with units: what is read, to which float, and what is refused with what advice."""
+"""Numbers with units: which are read, to which float, which are refused, and with which hint."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def test_a_quantity_is_read_to_the_nearest_float(written: object, dimension: Dim
         ("inf m", Dimension.LENGTH, '"0.8 mm"'),
         ("1e9999 m", Dimension.LENGTH, "finite"),
         ("1e99999 m", Dimension.LENGTH, '"0.8 mm"'),
-        ("\u0661 mm", Dimension.LENGTH, '"0.8 mm"'),  # a digit, but not one of ours
+        ("\u0661 mm", Dimension.LENGTH, '"0.8 mm"'),  # an Arabic-Indic digit
         ("9" * 100 + " mm", Dimension.LENGTH, '"0.8 mm"'),
         ("0x10 mm", Dimension.LENGTH, '"0.8 mm"'),
         ("1_000 mm", Dimension.LENGTH, '"0.8 mm"'),

@@ -1,4 +1,4 @@
-"""What a scene refuses, as a document or as text: each fault with its pointer and advice, all of them at once."""
+"""Invalid scenes, as documents and as text: all faults are reported at once, each with its pointer and hint."""
 
 from __future__ import annotations
 
@@ -219,7 +219,7 @@ def test_fields_written_twice_are_told_up_to_a_hundred() -> None:
 
 
 class Written:
-    """Counts how often it is written."""
+    """A value that counts how often it is converted to text."""
 
     def __init__(self) -> None:
         self.times = 0

@@ -1,4 +1,4 @@
-"""The scene: defaults, units, what is derived, and that a scene reads back from its document."""
+"""The scene: defaults, units, derived fields, and reading a scene back from its document."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def test_the_band_is_1_khz_unless_one_is_named() -> None:
         scene = parse_scene({"output": output})
         assert scene == Scene()
         assert (scene.output.band_limit, scene_document(scene)["output"]["bandwidth"]) == (1000.0, 1000.0)
-    assert parse_scene({"output": {"sample_rate": 2000}}).output.band_limit == 800.0  # the rate holds no more
+    assert parse_scene({"output": {"sample_rate": 2000}}).output.band_limit == 800.0  # the limit of the sample rate
 
 
 @pytest.mark.parametrize("rate", [1000, 8000, 48000, 192000])

@@ -1,4 +1,4 @@
-"""The JSON Schema of a scene and the lines for its documentation say what the scene reads and refuses."""
+"""The JSON Schema of a scene, and the lines for its documentation, agree with what a scene accepts and refuses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The catalogue: what its names promise, and that each row says whom to believe."""
+"""The catalogue: every entry has the dimensions in its name, and a source."""
 
 from __future__ import annotations
 
