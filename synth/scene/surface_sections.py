@@ -21,10 +21,9 @@ from synth.scene.quantity import Dimension
 from synth.scene.rules import Choice, Fields, Quantity, Refusal, refusal
 from synth.scene.section import Section, without
 from synth.scene.texture_registry import (
-    KINDS,
     STEEPEST,
     Kind,
-    kind_of,
+    kinds,
     kinds_with,
     special_fields,
 )
@@ -98,7 +97,7 @@ class Finger(Section):
 class TextureFields(Section):
     """The sample under the finger: its form and its elasticity."""
 
-    kind: Annotated[str, Choice((*KINDS, *catalogue_names()))] = Field(
+    kind: Annotated[str, Choice((*kinds(), *catalogue_names()))] = Field(
         default="sinusoid",
         description="Form of the surface, or a catalogue name, which sets the fields not given here.",
     )
@@ -132,12 +131,12 @@ class TextureFields(Section):
         name = given.get("kind")
         if not isinstance(name, str):
             return given
-        if name in KINDS:
-            return {**kind_of(name).defaults, **given}
+        if name in kinds():
+            return {**kinds()[name].defaults, **given}
         if name not in catalogue_names():
             return given
         named: Fields = dict(lookup(name).document["texture"])
-        for pair in kind_of(str(named["kind"])).pairs:
+        for pair in kinds()[str(named["kind"])].pairs:
             if any(field in given for field in pair):
                 named = without(named, *pair)
         return {**named, **without(given, "kind")}
@@ -146,9 +145,9 @@ class TextureFields(Section):
     def conflicts(cls, given: Fields) -> list[Refusal]:
         """Refuse fields of other kinds, an amplitude given twice, and a surface that is too steep or too high."""
         name = given.get("kind", "sinusoid")
-        if not isinstance(name, str) or name not in KINDS:
+        if not isinstance(name, str) or name not in kinds():
             return []
-        kind = kind_of(name)
+        kind = kinds()[name]
         found = [
             _foreign(given, field, name) for field in given if field in special_fields() and field not in kind.names
         ]
@@ -164,7 +163,7 @@ class TextureFields(Section):
 
         That amplitude is the one of the equivalent sinusoid.
         """
-        kind = kind_of(self.kind)
+        kind = kinds()[self.kind]
         found: Fields = {name: None for name in special_fields() if name not in kind.names}
         if "amplitude" in kind.shared:
             return found | (
@@ -176,13 +175,13 @@ class TextureFields(Section):
 
     def values(self) -> dict[str, Any]:
         """Return the phase and the fields of the kind, from which its profile is made."""
-        return {name: getattr(self, name) for name in ("phase", *kind_of(self.kind).names)}
+        return {name: getattr(self, name) for name in ("phase", *kinds()[self.kind].names)}
 
     def document(self) -> dict[str, Any]:
         """Return the section with only the fields of its kind, and without the roughness."""
-        names = kind_of(self.kind).names
+        names = kinds()[self.kind].names
         foreign = [name for name in special_fields() if name not in names]
-        return kind_of(self.kind).written(without(super().document(), "roughness", "file", *foreign), self.values())
+        return kinds()[self.kind].written(without(super().document(), "roughness", "file", *foreign), self.values())
 
 
 if TYPE_CHECKING:
@@ -195,7 +194,7 @@ if TYPE_CHECKING:
         """
 
 else:
-    _OF_KINDS = [kind_of(name).fields for name in reversed(KINDS) if kind_of(name).fields is not Section]
+    _OF_KINDS = [kind.fields for kind in reversed(kinds().values()) if kind.fields is not Section]
     Texture = create_model(
         "Texture",
         __base__=(*_OF_KINDS, TextureFields),  # pydantic orders the fields in the reverse of this order
@@ -205,9 +204,9 @@ else:
 
 
 def _foreign(given: Fields, field: str, name: str) -> Refusal:
-    kinds = " or ".join(f'"{kind}"' for kind in kinds_with(field))
-    allowed = f'the fields of kind "{name}": {", ".join(kind_of(name).names)}'
-    return refusal([field], given[field], allowed, f"Leave it out. It is a field of {kinds}.")
+    owners = " or ".join(f'"{kind}"' for kind in kinds_with(field))
+    allowed = f'the fields of kind "{name}": {", ".join(kinds()[name].names)}'
+    return refusal([field], given[field], allowed, f"Leave it out. It is a field of {owners}.")
 
 
 def _beyond(kind: Kind, profile: Any, given: Fields) -> list[Refusal]:

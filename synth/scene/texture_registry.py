@@ -1,8 +1,8 @@
 """The registry of texture kinds: their names and declarations.
 
 Stage   1 (SCENE): a scene names a kind and sets its fields. A later stage makes the heights (`surfaces`).
-Model   A kind is a file of `synth/surfaces`, with its declaration as KIND, and a row of KINDS here. The declaration
-        contains the fields of the kind. To add a kind, nothing else has to change.
+Model   A kind is a file of `synth/surfaces` with its declaration as KIND. The registry finds the file. The declaration
+        contains the name and the fields of the kind. To add a kind, nothing else has to change.
 Limits  Kinds can share the name of a field only if they share its rule. These are the fields in SHARED.
 """
 
@@ -14,22 +14,14 @@ from dataclasses import field as dataclass_field
 from functools import cache
 from importlib import import_module
 from itertools import chain
-from types import MappingProxyType
+from pkgutil import iter_modules
 from typing import Any
 
 from synth.scene.rules import Fields, Refusal
 from synth.scene.section import Section
 
-KINDS: Mapping[str, str] = MappingProxyType(
-    {
-        "sinusoid": "synth.surfaces.sinusoid",
-        "harmonics": "synth.surfaces.harmonics",
-        "grating": "synth.surfaces.grating",
-        "rough": "synth.surfaces.rough",
-        "profile": "synth.surfaces.measured",
-    }
-)
-"""The module of each kind that `texture.kind` can name."""
+FOLDER = "synth.surfaces"
+DEFAULT = "sinusoid"
 
 SHARED = ("period", "amplitude", "roughness")
 """Fields that several kinds share. `surface_sections` declares them, and also phase and the moduli, which every kind
@@ -45,6 +37,7 @@ a mistake."""
 class Kind:
     """What a scene needs to know about a kind of texture.
 
+    name: value of `texture.kind`.
     fields: section with the fields that only this kind has.
     make: returns the profile for valid values, by name. A field that is not given has its default.
     shared: the fields of SHARED that the kind has.
@@ -56,6 +49,7 @@ class Kind:
     written: returns the fields as a document has them, from the document and the values.
     """
 
+    name: str
     fields: type[Section]
     make: Callable[[Mapping[str, Any]], Any]
     shared: tuple[str, ...] = ("period",)
@@ -73,21 +67,22 @@ class Kind:
 
 
 @cache
-def kind_of(name: str) -> Kind:
-    """Return the declaration of the kind called `name`, one of KINDS."""
-    declared: Kind = import_module(KINDS[name]).KIND
-    return declared
+def kinds() -> Mapping[str, Kind]:
+    """Return the declaration of each kind by its name: the sinusoid first, the others in alphabetical order."""
+    modules = (import_module(f"{FOLDER}.{module.name}") for module in iter_modules(import_module(FOLDER).__path__))
+    found: list[Kind] = [module.KIND for module in modules if hasattr(module, "KIND")]
+    return {kind.name: kind for kind in sorted(found, key=lambda kind: (kind.name != DEFAULT, kind.name))}
 
 
 @cache
 def special_fields() -> tuple[str, ...]:
     """Return the names of all fields that some kinds do not have."""
-    return tuple(dict.fromkeys(chain(SHARED, *(kind_of(name).fields.model_fields for name in KINDS))))
+    return tuple(dict.fromkeys(chain(SHARED, *(kind.fields.model_fields for kind in kinds().values()))))
 
 
 def kinds_with(name: str) -> tuple[str, ...]:
     """Return the kinds that have the field `name`."""
-    return tuple(kind for kind in KINDS if name in kind_of(kind).names)
+    return tuple(kind.name for kind in kinds().values() if name in kind.names)
 
 
 def with_files(document: Any) -> Any:
@@ -98,12 +93,12 @@ def with_files(document: Any) -> Any:
     """
     texture = document.get("texture") if isinstance(document, Mapping) else None
     kind = texture.get("kind") if isinstance(texture, Mapping) else None
-    if not isinstance(texture, Mapping) or not isinstance(kind, str) or kind not in KINDS:
+    if not isinstance(texture, Mapping) or not isinstance(kind, str) or kind not in kinds():
         return document
-    return {**document, "texture": kind_of(kind).local(texture)}
+    return {**document, "texture": kinds()[kind].local(texture)}
 
 
 def alternatives(name: str) -> set[str]:
     """Return the fields of a texture that a change of field `name` displaces."""
-    pairs = chain(*(kind_of(kind).pairs for kind in KINDS))
+    pairs = chain(*(kind.pairs for kind in kinds().values()))
     return {other for pair in pairs if name in pair for other in pair}

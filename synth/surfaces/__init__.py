@@ -9,7 +9,7 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
-from synth.scene.texture_registry import kind_of
+from synth.scene.texture_registry import kinds
 from synth.surfaces.profile import Profile
 
 if TYPE_CHECKING:  # not at run time: a scene imports the kinds while it is being declared
@@ -24,5 +24,5 @@ def profile_of(scene: Scene) -> Profile:
 
 @lru_cache(maxsize=16)
 def _made(texture: Texture) -> Profile:
-    profile: Profile = kind_of(texture.kind).make(texture.values())
+    profile: Profile = kinds()[texture.kind].make(texture.values())
     return profile

@@ -163,4 +163,4 @@ def _refusals(values: Mapping[str, Any], given: Fields) -> list[Refusal]:
     return []
 
 
-KIND = Kind(GratingFields, _made, steep="height", refusals=_refusals, pairs=(("ramp", "edge_radius"),))
+KIND = Kind("grating", GratingFields, _made, steep="height", refusals=_refusals, pairs=(("ramp", "edge_radius"),))

@@ -90,4 +90,4 @@ def _refusals(values: Mapping[str, Any], given: Fields) -> list[Refusal]:
     return []
 
 
-KIND = Kind(HarmonicsFields, _made, steep="amplitudes", refusals=_refusals)
+KIND = Kind("harmonics", HarmonicsFields, _made, steep="amplitudes", refusals=_refusals)

@@ -250,6 +250,7 @@ def _refuse(path: Path, allowed: str, hint: str) -> NoReturn:
 
 
 KIND = Kind(
+    "profile",
     MeasuredFields,
     _made,
     shared=(),

@@ -136,6 +136,7 @@ def _refusals(values: Mapping[str, Any], given: Fields) -> list[Refusal]:
 
 
 KIND = Kind(
+    "rough",
     RoughFields,
     _made,
     defaults={"period": 20e-3},

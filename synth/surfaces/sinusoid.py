@@ -60,6 +60,7 @@ class Sinusoid(Profile):
 
 
 KIND = Kind(
+    "sinusoid",
     Section,
     lambda values: Sinusoid(values["amplitude"], values["period"], values["phase"]),
     shared=SHARED,

@@ -17,7 +17,7 @@ from synth.scene.rules import Quantity
 from synth.scene.scene import parse_scene, scene_document, scene_from
 from synth.scene.section import rule_of
 from synth.scene.surface_sections import Texture
-from synth.scene.texture_registry import KINDS, SHARED, kind_of, kinds_with, special_fields
+from synth.scene.texture_registry import SHARED, kinds, kinds_with, special_fields
 from synth.surfaces import profile_of
 from synth.surfaces.measured import LARGEST_FILE, MOST_INLINE
 from tests.synth.scene.scene_cases import faults_of
@@ -48,7 +48,7 @@ def npy(kind: str, shape: tuple[int, ...], content: bytes) -> bytes:
     return b"\x93NUMPY\x01\x00" + struct.pack("<H", len(header)) + header + content
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", kinds())
 def test_a_kind_by_its_name_alone_is_a_scene_that_reads_back(kind: str) -> None:
     scene = parse_scene(texture(kind))
     document = scene_document(scene)
@@ -56,10 +56,10 @@ def test_a_kind_by_its_name_alone_is_a_scene_that_reads_back(kind: str) -> None:
     assert hash(parse_scene(document)) == hash(scene)
     assert document["texture"]["kind"] == kind == profile_of(scene).kind
     shared = {"kind", "phase", "youngs_modulus", "poisson_ratio"}
-    assert set(document["texture"]) == shared | set(kind_of(kind).names) - {"roughness", "file"}
+    assert set(document["texture"]) == shared | set(kinds()[kind].names) - {"roughness", "file"}
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", kinds())
 def test_period_and_amplitude_are_those_of_the_profile(kind: str) -> None:
     scene = parse_scene(texture(kind))
     profile = profile_of(scene)
@@ -86,7 +86,7 @@ def test_the_document_of_a_sinusoid_is_as_it_was() -> None:
 def test_a_field_of_one_kind_is_refused_with_all_others(name: str) -> None:
     value = {"heights": WAVE, "amplitudes": [1e-6], "phases": [0.0], "file": "a.csv"}.get(name, 1)
     owners = kinds_with(name)
-    for kind in KINDS:
+    for kind in kinds():
         if kind not in owners:
             document = texture(kind, **{name: value})
             (fault,) = [one for one in faults_of(document) if "the fields of kind" in one.allowed]
