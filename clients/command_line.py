@@ -8,18 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from clients.commands.parser import parse
+from clients.parser import parse
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line and return the exit code (see `clients.commands.exit_codes`).
+    """Run the command line and return the exit code (see `clients.outcome`).
 
     arguments: the words after the program's name; None reads this process's own.
     """
     parsed = parse(arguments)
     from importlib import import_module
 
-    from clients.commands.exit_codes import carry_out
+    from clients.outcome import carry_out
 
     def command() -> int:
         code: int = import_module(parsed.command_module).run(parsed)

@@ -42,7 +42,7 @@ KEPT_OUT = {
 }
 """What a room has no business with: the network and devices are the service's, terminals are the clients'."""
 
-START_UP = ("clients/__init__.py", "clients/__main__.py", "clients/command_line.py", "clients/commands/parser.py")
+START_UP = ("clients/__init__.py", "clients/__main__.py", "clients/command_line.py", "clients/parser.py")
 """What every run of the command line reads, `ridgewave --help` too: at module level, argparse and the like only."""
 START_UP_IMPORTS = {"__future__", "argparse", "collections", "os", "textwrap", "typing", "clients"}
 

@@ -6,8 +6,8 @@ import json
 from collections.abc import Callable
 from typing import Any
 
-from clients.live.live_core import LiveCore, Reconnect, Wish
-from clients.live.reconnection import Backoff, Closure
+from clients.live_core import LiveCore, Reconnect, Wish
+from clients.live_reconnect import Backoff, Closure
 from tests.clients import fake_live
 from tests.clients.fake_live import RATE, Message
 

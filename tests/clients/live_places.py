@@ -21,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clients import AsyncLive, Live
-from clients.live.reconnection import Backoff
+from clients.live_reconnect import Backoff
 from tests.clients.fake_live import Service
 from tests.clients.loopback import LoopbackService, cutting
 from tests.clients.memory_connection import LoopNetwork, ThreadNetwork

@@ -10,8 +10,8 @@ import queue
 from collections.abc import Iterable, Iterator
 from typing import Generic, TypeVar
 
-from clients.live.live_connection import Address
-from clients.live.reconnection import Closed, Closure
+from clients.live_connection import Address
+from clients.live_reconnect import Closed, Closure
 from tests.clients.fake_live import Answer, Close, Message, Service
 
 BROKEN = Close(None, "cut")

@@ -12,7 +12,7 @@ from typing import Any, NoReturn
 
 import pytest
 
-import clients.commands.accuracy_command
+import clients.accuracy_command
 from clients.command_line import main
 from synth.errors import CannotRender, Fault, InvalidRequest
 from tests.accuracy_case import CHOSEN, document, fake_drawings, fake_measure
@@ -46,7 +46,7 @@ print("matplotlib" in sys.modules, file=sys.stderr)
 @pytest.fixture
 def measured(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Put made-up numbers in the place of the measuring, and work in an empty folder."""
-    monkeypatch.setattr(clients.commands.accuracy_command, "measure_accuracy", fake_measure)
+    monkeypatch.setattr(clients.accuracy_command, "measure_accuracy", fake_measure)
     monkeypatch.chdir(tmp_path)
 
 
@@ -138,7 +138,7 @@ def test_a_folder_gets_the_three_files(capsys: pytest.CaptureFixture[str]) -> No
 
 @pytest.mark.usefixtures("measured")
 def test_files_that_were_there_are_replaced_and_others_stay(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("clients.accuracy.figure.drawings", fake_drawings)
+    monkeypatch.setattr("clients.accuracy_plot.drawings", fake_drawings)
     Path("accuracy.svg").write_text("an older one")
     Path("notes.txt").write_text("mine")
     assert main(["accuracy", SCENE, "-o", "."]) == 0
@@ -168,7 +168,7 @@ def test_a_file_in_the_place_of_the_folder_is_refused(name: str, capsys: pytest.
 def test_what_fails_leaves_the_folder_as_it_was(
     error: Exception, code: int, folder: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(clients.commands.accuracy_command, "measure_accuracy", refusing(error))
+    monkeypatch.setattr(clients.accuracy_command, "measure_accuracy", refusing(error))
     Path("old").mkdir()
     (Path("old") / "accuracy.json").write_text("an older one")
     assert main(["accuracy", SCENE, "-o", folder]) == code
@@ -180,7 +180,7 @@ def test_what_fails_leaves_the_folder_as_it_was(
 
 @pytest.mark.usefixtures("measured")
 def test_a_drawing_that_fails_leaves_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("clients.accuracy.figure.drawings", refusing(OSError(28, "No space left on device")))
+    monkeypatch.setattr("clients.accuracy_plot.drawings", refusing(OSError(28, "No space left on device")))
     assert main(["accuracy", SCENE, "-o", "made"]) == 1
     assert os.listdir() == []
 
@@ -188,7 +188,7 @@ def test_a_drawing_that_fails_leaves_nothing(monkeypatch: pytest.MonkeyPatch) ->
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
 @pytest.mark.usefixtures("measured")
 def test_a_folder_that_may_not_be_written_is_told_before_the_measuring(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(clients.commands.accuracy_command, "measure_accuracy", refusing(AssertionError("it measured")))
+    monkeypatch.setattr(clients.accuracy_command, "measure_accuracy", refusing(AssertionError("it measured")))
     Path("locked").mkdir(mode=0o500)
     assert main(["accuracy", SCENE, "-o", "locked"]) == 1
 

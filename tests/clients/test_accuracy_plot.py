@@ -20,9 +20,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
 
-from clients.accuracy.figure import draw, drawings
-from clients.accuracy.figure_style import LOOK, STYLES
-from clients.accuracy.method_series import FAMILIES, ROUNDING, cost_of, felt_error, front_of
+from clients.accuracy_look import LOOK, STYLES
+from clients.accuracy_plot import draw, drawings
+from clients.accuracy_series import FAMILIES, ROUNDING, cost_of, felt_error, front_of
 from tests.accuracy_case import CHOSEN, document
 
 
@@ -199,6 +199,6 @@ def test_it_is_drawn_again_from_the_json_alone_to_the_same_bytes(
     files: dict[str, bytes], tmp_path: Path, environment: dict[str, str]
 ) -> None:
     (tmp_path / "accuracy.json").write_text(json.dumps(document()))
-    command = [sys.executable, "-m", "clients.accuracy.figure", str(tmp_path)]
+    command = [sys.executable, "-m", "clients.accuracy_plot", str(tmp_path)]
     subprocess.run(command, env=environment, timeout=300, check=True)
     assert {name: (tmp_path / name).read_bytes() for name in files} == files

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from clients.accuracy.method_series import (
+from clients.accuracy_series import (
     chosen_row,
     cost_of,
     felt_error,

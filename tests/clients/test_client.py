@@ -303,8 +303,8 @@ def test_an_async_session_is_read_steered_and_ended(running: Running) -> None:
 
 
 def test_both_clients_have_the_same_calls() -> None:
-    from clients.http.http_async_client import AsyncSession
-    from clients.http.http_client import Session
+    from clients.http_async_client import AsyncSession
+    from clients.http_client import Session
 
     for plain, other in ((Client, AsyncClient), (Session, AsyncSession)):
         assert {n for n in vars(plain) if n[0] != "_"} == {n for n in vars(other) if n[0] != "_"}

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from clients.commands.completion import fields, quantities, scenes, textures
-from clients.commands.parser import EXAMPLES, build_parser, parse
+from clients.completion import fields, quantities, scenes, textures
+from clients.parser import EXAMPLES, build_parser, parse
 from tests.conftest import RunsRidgewave
 
 
@@ -59,7 +59,7 @@ def test_every_command_has_examples_that_parse() -> None:
     for name, examples in EXAMPLES.items():
         for words, _what in examples:
             plain = words.replace("'", "").split(" > ")[0].split(" >> ")[0].split(" | ")[0].split()
-            assert parse(plain).command_module == f"clients.commands.{plain[0]}_command"
+            assert parse(plain).command_module == f"clients.{plain[0]}_command"
             assert name in ("", plain[0])
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from clients.commands.explain_command import print_plan
+from clients.explain_command import print_plan
 
 PLAN: dict[str, Any] = {
     "simulated": [

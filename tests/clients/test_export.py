@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from clients.commands.export import BLOCK_FRAMES, export
+from clients.export import BLOCK_FRAMES, export
 
 Block = npt.NDArray[np.float32]
 

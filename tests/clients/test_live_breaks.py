@@ -14,8 +14,8 @@ from websockets.frames import Frame, Opcode
 from websockets.protocol import Protocol, Side
 
 from clients import ConnectionLost, ProtocolError, ResumeLost
-from clients.live.live_core import LiveCore, Wish
-from clients.live.reconnection import Backoff, Closure
+from clients.live_core import LiveCore, Wish
+from clients.live_reconnect import Backoff, Closure
 from tests.clients.fake_live import Answer, Close, Message, Service
 from tests.clients.live_core_cases import BROKEN, Clock, core_of, opened, ready, sent, told
 

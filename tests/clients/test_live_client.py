@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from clients import AsyncLive, ConnectionLost, Live, RefusedError, ResumeLost, StreamEnded
-from clients.live.reconnection import Backoff, Closure
+from clients.live_reconnect import Backoff, Closure
 from synth.errors import InvalidRequest
 from tests.clients.fake_live import FULL_SCALE, RATE, Service, sound
 from tests.clients.live_places import (

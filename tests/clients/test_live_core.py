@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from clients import ConnectionLost, ProtocolError, RefusedError, ServiceError, StreamEnded
-from clients.live.live_core import Wish
-from clients.live.reconnection import Closure
-from clients.live.wire_messages import subprotocols
+from clients.live_core import Wish
+from clients.live_reconnect import Closure
+from clients.live_wire import subprotocols
 from synth.errors import InvalidRequest
 from tests.clients import fake_live
 from tests.clients.fake_live import RATE, Message, sound

@@ -14,9 +14,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from clients import AsyncLive, Client, ConnectionLost, Live, RefusedError
-from clients.live.live_connection import Address
-from clients.live.live_threads import open_connection
-from clients.live.reconnection import Closed
+from clients.live import open_connection
+from clients.live_connection import Address
+from clients.live_reconnect import Closed
 from tests.clients.fake_live import Service, sound
 from tests.clients.live_places import LIVE_SERVICES, READS, WebSocketPlace, at_once, serving_live, stroke
 from tests.clients.loopback import LoopbackService, silenced
@@ -105,8 +105,8 @@ def test_nobody_listening_is_said_at_once() -> None:
 
 
 def test_a_peer_that_is_gone_without_a_word_is_found_by_a_ping(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("clients.live.live_connection.PING_SECONDS", 0.1)
-    monkeypatch.setattr("clients.live.live_connection.CLOSE_SECONDS", 0.1)
+    monkeypatch.setattr("clients.live_connection.PING_SECONDS", 0.1)
+    monkeypatch.setattr("clients.live_connection.CLOSE_SECONDS", 0.1)
     with (
         LoopbackService(Service()) as service,
         silenced(service.url) as (url, silence),
@@ -120,8 +120,8 @@ def test_a_peer_that_is_gone_without_a_word_is_found_by_a_ping(monkeypatch: pyte
 
 
 def test_a_peer_that_takes_nothing_does_not_hold_up_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("clients.live.live_threads.STALL_SECONDS", 0.2)
-    monkeypatch.setattr("clients.live.live_connection.CLOSE_SECONDS", 0.2)
+    monkeypatch.setattr("clients.live.STALL_SECONDS", 0.2)
+    monkeypatch.setattr("clients.live_connection.CLOSE_SECONDS", 0.2)
     with LoopbackService(Service()) as service, silenced(service.url, stalled=True) as (url, silence):
         connection = open_connection(Address.of(url, None))
         silence.set()
@@ -133,8 +133,8 @@ def test_a_peer_that_takes_nothing_does_not_hold_up_the_end(monkeypatch: pytest.
 
 
 def test_a_service_that_never_gets_ready_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("clients.live.live_threads.READY_SECONDS", 0.05)
-    monkeypatch.setattr("clients.live.live_async.READY_SECONDS", 0.05)
+    monkeypatch.setattr("clients.live.READY_SECONDS", 0.05)
+    monkeypatch.setattr("clients.live_async.READY_SECONDS", 0.05)
     with LoopbackService(Service()) as service:
         monkeypatch.setattr(Service, "connect", lambda *_: Mute())
         with pytest.raises(ConnectionLost, match="not ready"), Live(url=service.url):

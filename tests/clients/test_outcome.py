@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from clients.commands.exit_codes import (
+from clients.outcome import (
     COULD_NOT,
     DONE,
     INTERRUPTED,

@@ -10,8 +10,8 @@ import numpy.typing as npt
 import pytest
 import soundfile
 
-from clients.commands.exit_codes import DONE, INTERRUPTED, TERMINATED
-from clients.commands.play_command import Stop, play, stopped_by_signals
+from clients.outcome import DONE, INTERRUPTED, TERMINATED
+from clients.play_command import Stop, play, stopped_by_signals
 from service.sinks import FileSink
 from synth.encode.formats import Metadata
 from synth.errors import CannotRender

@@ -11,12 +11,12 @@ from pathlib import Path
 
 import pytest
 
-from clients.commands.progress import Progress, Waiting
+from clients.progress import Progress, Waiting
 from tests.service.harness import until
 
 BAR = """
 import time
-from clients.commands.progress import Progress, Waiting
+from clients.progress import Progress, Waiting
 with Progress("rendering", 10.0, "s", True) as bar:
     bar.advance(5.0)
     time.sleep(0.3)
@@ -45,7 +45,7 @@ def test_asked_for_without_a_terminal_it_is_a_line_every_tenth(capsys: pytest.Ca
 def test_work_of_unknown_length_says_that_it_goes_on(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("clients.commands.progress.WAIT_AFTER", 0.01)
+    monkeypatch.setattr("clients.progress.WAIT_AFTER", 0.01)
     told: list[str] = []
 
     def something() -> bool:

@@ -34,7 +34,7 @@ def test_no_clobber_keeps_what_is_there(
     assert main([*WORDS, "out.wav", "--no-clobber"]) == 0
     before = (tmp_path / "out.wav").read_bytes()
     (tmp_path / "link.wav").symlink_to("out.wav")
-    monkeypatch.setattr("clients.commands.render_command.open_voice", None)  # nothing is computed
+    monkeypatch.setattr("clients.render_command.open_voice", None)  # nothing is computed
     for name in ("out.wav", "link.wav"):
         assert main([*WORDS, name, "--no-clobber"]) == 2
         assert "--no-clobber" in capsys.readouterr().err
@@ -44,8 +44,8 @@ def test_no_clobber_keeps_what_is_there(
 def test_a_report_keeps_and_tells_likewise(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("clients.commands.accuracy_command.measure_accuracy", fake_measure)
-    monkeypatch.setattr("clients.accuracy.figure.drawings", fake_drawings)
+    monkeypatch.setattr("clients.accuracy_command.measure_accuracy", fake_measure)
+    monkeypatch.setattr("clients.accuracy_plot.drawings", fake_drawings)
     words = ["accuracy", "grating-1mm-31um", "-o", "report"]
     assert main([*words, "--no-clobber"]) == 0
     assert main([*words, "--no-clobber"]) == 2

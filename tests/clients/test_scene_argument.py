@@ -12,8 +12,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from clients.commands.parser import parse
-from clients.commands.scene_argument import patch_of, read_document, read_scene, value_of
+from clients.parser import parse
+from clients.scene_argument import patch_of, read_document, read_scene, value_of
 from synth.errors import InvalidRequest
 from synth.scene.catalogue import catalogue
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from clients.commands.output_option import read_target
+from clients.target import read_target
 from synth.encode.formats import ENDINGS, SoundFormat
 from synth.errors import InvalidRequest
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from clients.commands import serve_command
+from clients import serve_command
 from service import __main__ as plain_command
 from service.http import page_files
 from service.operations.settings import Settings, as_environment, read_settings

@@ -8,11 +8,11 @@ import time
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, BinaryIO
 
-from clients.commands.exit_codes import DONE, invalid_request, print_json, say, warn
-from clients.commands.export import Export, export
-from clients.commands.output_option import Target, read_target, replaces
-from clients.commands.progress import Progress, Waiting
-from clients.commands.scene_argument import read_document, scene_of, unchanged
+from clients.export import Export, export
+from clients.outcome import DONE, invalid_request, print_json, say, warn
+from clients.progress import Progress, Waiting
+from clients.scene_argument import read_document, scene_of, unchanged
+from clients.target import Target, read_target, replaces
 from synth import Scene, open_voice
 from synth.encode.formats import Metadata, open_writer
 from synth.encode.sound_metadata import UNITS

@@ -1,6 +1,6 @@
 """The calls of the service over HTTP without a connection: what each sends, and what its answer means.
 
-Stage: `clients.http.http_client` and `clients.http.http_async_client` carry them.
+Stage: `clients.http_client` and `clients.http_async_client` carry them.
 Model: a `Call` is method, path, query, body, and the function that reads a good answer. An answer that is not good
     becomes the exception of its problem document.
 """
@@ -24,9 +24,9 @@ from clients.client_errors import (
     read_problem,
     retry_seconds,
 )
-from clients.http.rendered_sound import read_shape, read_sound
-from clients.live.wire_messages import checked_key, document_of, text_of
+from clients.live_wire import checked_key, document_of, text_of
 from clients.pcm import SAMPLE_TYPES, Block, PcmBuffer
+from clients.rendered_sound import read_shape, read_sound
 from synth.encode.sound import Sound
 from synth.errors import CannotRender, Fault, InvalidRequest, shown
 

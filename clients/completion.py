@@ -1,7 +1,7 @@
 """What a shell offers when somebody presses TAB: commands, options, files, textures, and fields of a scene.
 
 Model: the shell runs `ridgewave` with _ARGCOMPLETE set (the lines of `ridgewave completion` say so). argcomplete
-    reads the grammar of `clients.commands.parser` and asks here for values. Nothing else of the program runs.
+    reads the grammar of `clients.parser` and asks here for values. Nothing else of the program runs.
 Limits: a field is offered with its `=`; its value is left to the person.
 """
 

@@ -13,7 +13,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from clients.commands.exit_codes import invalid_request
+from clients.outcome import invalid_request
 from synth.encode.formats import SoundFormat, choose_format
 
 STANDARD_OUTPUT = "-"

@@ -4,7 +4,7 @@
         touch.move(position, load)
         block = await touch.read(frames)
 
-Model: the protocol is `clients.live.live_core`; here are two tasks, one that connects and receives, one that sends.
+Model: the protocol is `clients.live_core`; here are two tasks, one that connects and receives, one that sends.
 Limits: one task reads; any of the same loop may move, change and look.
 """
 
@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, Self, Unpack
 
 from websockets.asyncio.client import ClientConnection, connect
 
-from clients.live.live_connection import (
+from clients.live_connection import (
     CLOSE_SECONDS,
     FAILURES,
     READY_SECONDS,
@@ -29,19 +29,19 @@ from clients.live.live_connection import (
     closure_of,
     not_ready,
 )
-from clients.live.live_controls import LiveHand, LiveOptions
-from clients.live.live_core import LiveCore, not_open
-from clients.live.reconnection import Closed
+from clients.live_core import LiveCore, not_open
+from clients.live_hand import LiveHand, LiveOptions
+from clients.live_reconnect import Closed
 from clients.pcm import Block
 
 if TYPE_CHECKING:
-    from clients.http.http_async_client import AsyncClient
+    from clients.http_async_client import AsyncClient
 
 
 class AsyncLive(LiveHand):
     """A live stream; see `LiveHand` for the arguments.
 
-    connect: makes the connection, `websockets` unless given; see `clients.live.live_connection.AsyncConnection`.
+    connect: makes the connection, `websockets` unless given; see `clients.live_connection.AsyncConnection`.
     client: the `AsyncClient` that fetches the recording; None makes one of `url` and `key`.
     """
 
@@ -97,7 +97,7 @@ class AsyncLive(LiveHand):
 
     async def recording(self) -> dict[str, Any]:
         """As `Live.recording`."""
-        from clients.http.http_async_client import AsyncClient
+        from clients.http_async_client import AsyncClient
 
         if self._client is not None:
             return await self._client.recording(self.session)

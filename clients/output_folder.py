@@ -11,7 +11,7 @@ import contextlib
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from clients.commands.exit_codes import invalid_request
+from clients.outcome import invalid_request
 from synth.encode.part_file import PartFile, cannot_write
 
 

@@ -1,6 +1,6 @@
 """One live stream without its connection: what to say next, what was heard, and where to go on after a break.
 
-Stage: client -> WS /v1/live -> client, its protocol. `live_threads` and `live_async` carry the messages.
+Stage: client -> WS /v1/live -> client, its protocol; `clients.live` and `clients.live_async` carry the messages.
 Model: frames are numbered from the first that the stream ever gave. `heard` of them came, whole messages only, so a
     break in the middle of one changes nothing; the next connection asks for frame `heard`. A new session (reconnect
     "new") keeps the numbers, and `gaps` says at which of them the sound does not join.
@@ -19,12 +19,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from clients import live_wire as wire
 from clients.client_errors import ClientError, ConnectionLost, Problem, ProtocolError, ResumeLost, StreamEnded
-from clients.live import wire_messages as wire
-from clients.live.credit import Credit, Playout
-from clients.live.pending_changes import Changes
-from clients.live.reconnection import POLICY_CODE, RETRY_AFTER, Backoff, Closure
-from clients.live.session_state import Applied, Ready
+from clients.live_changes import Changes
+from clients.live_credit import Credit, Playout
+from clients.live_ready import Applied, Ready
+from clients.live_reconnect import POLICY_CODE, RETRY_AFTER, Backoff, Closure
 from clients.pcm import Block, PcmBuffer
 from synth.errors import Fault, InvalidRequest, shown
 

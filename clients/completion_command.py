@@ -6,7 +6,7 @@ import argparse
 
 from argcomplete.shell_integration import shellcode
 
-from clients.commands.exit_codes import DONE, print_json
+from clients.outcome import DONE, print_json
 
 
 def run(arguments: argparse.Namespace) -> int:

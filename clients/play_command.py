@@ -15,8 +15,8 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any, Protocol
 
-from clients.commands.exit_codes import DONE, INTERRUPTED, TERMINATED, print_json, warn
-from clients.commands.scene_argument import read_scene
+from clients.outcome import DONE, INTERRUPTED, TERMINATED, print_json, warn
+from clients.scene_argument import read_scene
 from service.sinks import Sink, open_sink
 from synth.encode.sound_metadata import Metadata
 from synth.errors import CannotRender

@@ -104,7 +104,7 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     """
     parser = build_parser()
     if "_ARGCOMPLETE" in os.environ:  # set by the shell, while somebody presses TAB
-        from clients.commands.completion import complete
+        from clients.completion import complete
 
         complete(parser)
     parsed = parser.parse_args(arguments)
@@ -129,7 +129,7 @@ def _add_command(commands: Any, name: str, summary: str, description: str) -> ar
         epilog=_epilog(name),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.set_defaults(command_module=f"clients.commands.{name}_command")
+    parser.set_defaults(command_module=f"clients.{name}_command")
     parser.add_argument("--json", action="store_true", help="machine-readable results, and messages too")
     return parser
 

@@ -1,6 +1,6 @@
 """Draws what accuracy costs: accuracy.svg and accuracy.png from the JSON document of `ridgewave accuracy`.
 
-    python -m clients.accuracy.figure FOLDER      draws FOLDER/accuracy.json again
+    python -m clients.accuracy_plot FOLDER      draws FOLDER/accuracy.json again
 
 Model: across, the time for a second of sound, set-up spread over the scene's duration; up, the largest error of a
     period relative to the peak-to-peak; both in decades. A line joins the methods of a series, the broad one the Pareto
@@ -28,10 +28,9 @@ from matplotlib.markers import CARETDOWNBASE
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from matplotlib.transforms import Bbox
 
-from clients.accuracy.figure_style import FAINT, FRONT, INK, LOOK, place_of, style_of
-from clients.accuracy.figure_text import write_names, write_title_and_notes
-from clients.accuracy.label_placement import Placing
-from clients.accuracy.method_series import (
+from clients.accuracy_labels import Placing
+from clients.accuracy_look import FAINT, FRONT, INK, LOOK, place_of, style_of
+from clients.accuracy_series import (
     Document,
     Series,
     chosen_row,
@@ -42,6 +41,7 @@ from clients.accuracy.method_series import (
     name_of,
     series_of,
 )
+from clients.accuracy_words import write_names, write_title_and_notes
 
 SIZE = (6.0, 5.1)  # inches: printed 12 cm wide, the smallest words are 6 points high
 DOTS_PER_INCH = 300

@@ -3,7 +3,7 @@
     async with AsyncClient("http://127.0.0.1:8000") as client:
         sound = await client.render({"scan": {"speed": "120 mm/s"}})
 
-Model: the calls of `clients.http.http_calls`, carried by `httpx.AsyncClient`; each method is that of `clients.Client`.
+Model: the calls of `clients.http_calls`, carried by `httpx.AsyncClient`; each method is that of `clients.Client`.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from typing import Any, Self, TypeVar
 
 import httpx
 
+from clients import http_calls as calls
 from clients.client_errors import ClientError, RefusedError
-from clients.http import http_calls as calls
-from clients.http.http_calls import Call, Document, SessionFace, StreamFrames
+from clients.http_calls import Call, Document, SessionFace, StreamFrames
 from clients.pcm import Block
 from synth.encode.sound import Sound
 

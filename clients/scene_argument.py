@@ -12,7 +12,7 @@ import json
 import sys
 from typing import Any, NoReturn
 
-from clients.commands.exit_codes import invalid_request
+from clients.outcome import invalid_request
 from synth.errors import Fault, InvalidRequest
 from synth.scene.doubtful_values import bare_doubts
 from synth.scene.merge import merge_patch

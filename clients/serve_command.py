@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from clients.commands.exit_codes import INTERRUPTED, TERMINATED, Terminated
+from clients.outcome import INTERRUPTED, TERMINATED, Terminated
 from service.http.page_files import shipped_page
 from service.operations.settings import read_settings
 from service.server import run as run_service

@@ -4,8 +4,8 @@
         touch.move(position, load)
         block = touch.read(frames)
 
-Model: the protocol is `live_core`. One thread connects and receives, another sends. So only `read` and `stop` ever wait
-    for the network.
+Model: the protocol is `clients.live_core`; here are two threads, one that connects and receives, one that sends, so
+    that nothing a person calls but `read` and `stop` ever waits for the network.
 Limits: one thread reads; any may move, change and look.
 """
 
@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any, Self, Unpack
 from websockets.sync.client import ClientConnection, connect
 
 from clients.client_errors import ConnectionLost
-from clients.live.live_connection import (
+from clients.live_connection import (
     FAILURES,
     READY_SECONDS,
     Address,
@@ -33,13 +33,13 @@ from clients.live.live_connection import (
     closure_of,
     not_ready,
 )
-from clients.live.live_controls import LiveHand, LiveOptions
-from clients.live.live_core import LiveCore, not_open
-from clients.live.reconnection import Closed
+from clients.live_core import LiveCore, not_open
+from clients.live_hand import LiveHand, LiveOptions
+from clients.live_reconnect import Closed
 from clients.pcm import Block
 
 if TYPE_CHECKING:
-    from clients.http.http_client import Client
+    from clients.http_client import Client
 
 STALL_SECONDS = 5.0  # s for a peer to take a message; without a bound, one that reads nothing holds `close` up for ever
 
@@ -47,7 +47,7 @@ STALL_SECONDS = 5.0  # s for a peer to take a message; without a bound, one that
 class Live(LiveHand):
     """A live stream; see `LiveHand` for the arguments.
 
-    connect: makes the connection, `websockets` unless given; see `clients.live.live_connection.Connection`.
+    connect: makes the connection, `websockets` unless given; see `clients.live_connection.Connection`.
     client: the `Client` that fetches the recording; None makes one of `url` and `key`.
     """
 
@@ -108,7 +108,7 @@ class Live(LiveHand):
 
     def recording(self) -> dict[str, Any]:
         """Return what the hand did, as `ridgewave render` renders it to the same samples; of a stream with `record`."""
-        from clients.http.http_client import Client
+        from clients.http_client import Client
 
         if self._client is not None:
             return self._client.recording(self.session)

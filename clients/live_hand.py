@@ -13,11 +13,11 @@ from contextlib import AbstractContextManager
 from typing import Any, Literal, TypedDict
 
 from clients.client_errors import Problem
-from clients.live.live_connection import Address
-from clients.live.live_core import LiveCore, Reconnect, Wish, not_open
-from clients.live.reconnection import Backoff
-from clients.live.session_state import Applied, Ready
-from clients.live.wire_messages import document_of
+from clients.live_connection import Address
+from clients.live_core import LiveCore, Reconnect, Wish, not_open
+from clients.live_ready import Applied, Ready
+from clients.live_reconnect import Backoff
+from clients.live_wire import document_of
 
 DEFAULT_URL = "ws://127.0.0.1:8000/v1/live"
 

@@ -11,9 +11,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from clients.accuracy.figure_style import FAINT, INK, SMALL, SMALLEST, place_of, style_of
-from clients.accuracy.label_placement import ASIDE, UP_OR_DOWN, Label, Placing
-from clients.accuracy.method_series import (
+from clients.accuracy_labels import ASIDE, UP_OR_DOWN, Label, Placing
+from clients.accuracy_look import FAINT, INK, SMALL, SMALLEST, place_of, style_of
+from clients.accuracy_series import (
     Document,
     chosen_row,
     felt_error,

@@ -5,11 +5,11 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from clients.commands.exit_codes import DONE, invalid_request, print_json
-from clients.commands.output_option import replaces
-from clients.commands.printed_table import print_table
-from clients.commands.progress import Waiting
-from clients.commands.scene_argument import read_scene
+from clients.outcome import DONE, invalid_request, print_json
+from clients.progress import Waiting
+from clients.scene_argument import read_scene
+from clients.tables import print_table
+from clients.target import replaces
 from synth.encode.part_file import PartFile
 
 ENDING = ".safetensors"

@@ -7,10 +7,10 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from clients.commands.exit_codes import DONE, print_json
-from clients.commands.printed_table import print_table
-from clients.commands.progress import Waiting
-from clients.commands.scene_argument import read_scene
+from clients.outcome import DONE, print_json
+from clients.progress import Waiting
+from clients.scene_argument import read_scene
+from clients.tables import print_table
 from synth import explain
 from synth.scene.effects_section import declaration
 from synth.scene.rules import Quantity

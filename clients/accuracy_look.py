@@ -7,7 +7,7 @@ from typing import Any
 
 from matplotlib.axes import Axes
 
-from clients.accuracy.method_series import Document, Row, cost_of
+from clients.accuracy_series import Document, Row, cost_of
 
 SMALL, SMALLEST = 8.0, 7.6  # points, of words
 INK, FAINT, FRONT = "#1d2733", "#6b7682", "#c3cad2"

@@ -17,8 +17,8 @@ from websockets import Subprotocol
 from websockets.exceptions import ConnectionClosed, InvalidMessage, InvalidStatus, WebSocketException
 
 from clients.client_errors import ConnectionLost, read_problem, retry_seconds
-from clients.live.reconnection import Closed, Closure
-from clients.live.wire_messages import SUBPROTOCOL, subprotocols
+from clients.live_reconnect import Closed, Closure
+from clients.live_wire import SUBPROTOCOL, subprotocols
 from synth.errors import Fault, InvalidRequest, shown
 
 PING_SECONDS = 5.0  # s between pings, and to wait for each answer: a peer that is gone is found within twice that

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import argparse
 
-from clients.commands.exit_codes import DONE, print_json
-from clients.commands.printed_table import print_table
+from clients.outcome import DONE, print_json
+from clients.tables import print_table
 from service.sinks import list_devices
 
 

@@ -14,13 +14,13 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from clients.accuracy.method_series import FAMILIES, Document, Row, in_words, rest_of, series_of, start_in_words
-from clients.commands.exit_codes import DONE, print_json, say
-from clients.commands.output_folder import opened_folder
-from clients.commands.output_option import replaces
-from clients.commands.printed_table import print_table
-from clients.commands.progress import Progress
-from clients.commands.scene_argument import read_scene
+from clients.accuracy_series import FAMILIES, Document, Row, in_words, rest_of, series_of, start_in_words
+from clients.outcome import DONE, print_json, say
+from clients.output_folder import opened_folder
+from clients.progress import Progress
+from clients.scene_argument import read_scene
+from clients.tables import print_table
+from clients.target import replaces
 from synth.accuracy.report import measure_accuracy
 from synth.errors import CannotRender
 from synth.plan.process_start import begun
@@ -142,7 +142,7 @@ def _folder(output: str | None) -> Iterator[Callable[[Document], None] | None]:
         yield None
         return
     try:
-        from clients.accuracy.figure import drawings
+        from clients.accuracy_plot import drawings
     except ImportError as error:
         raise CannotRender(NO_PLOTS) from error
     with opened_folder(Path(output), FILES) as folder:

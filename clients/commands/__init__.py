@@ -1,1 +1,0 @@
-"""The command line, a command per file, and what the commands share."""
