@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from clients.client_errors import ClientError
-    from clients.http_async_client import AsyncClient
-    from clients.http_client import Client
-    from clients.live import Live
-    from clients.live_async import AsyncLive
+    from clients.http_client.async_client import AsyncClient
+    from clients.http_client.sync_client import Client
+    from clients.live_client.async_live import AsyncLive
+    from clients.live_client.sync_live import Live
     from ridgewave.scenes import explain, open_voice, render
     from synth.accuracy.report import measure_accuracy
     from synth.encode.sound import Sound
@@ -31,12 +31,12 @@ if TYPE_CHECKING:
     from synth.voice.voice import Voice
 
 _HOMES = {
-    "AsyncClient": "clients.http_async_client",
-    "AsyncLive": "clients.live_async",
+    "AsyncClient": "clients.http_client.async_client",
+    "AsyncLive": "clients.live_client.async_live",
     "CannotRender": "synth.errors",
-    "Client": "clients.http_client",
+    "Client": "clients.http_client.sync_client",
     "ClientError": "clients.client_errors",
-    "Live": "clients.live",
+    "Live": "clients.live_client.sync_live",
     "Motion": "synth.motion.motion",
     "Plan": "synth.plan.plan",
     "RidgewaveError": "synth.errors",
