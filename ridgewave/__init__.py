@@ -16,11 +16,22 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from clients.client_errors import ClientError
-    from clients.http_async_client import AsyncClient
-    from clients.http_client import Client
-    from clients.live import Live
-    from clients.live_async import AsyncLive
+    from clients.client_errors import (
+        ClientError,
+        ConnectionLost,
+        Problem,
+        ProblemError,
+        ProtocolError,
+        RefusedError,
+        ResumeLost,
+        ServiceError,
+        StreamEnded,
+    )
+    from clients.http_client.async_client import AsyncClient
+    from clients.http_client.sync_client import Client
+    from clients.live_client.async_live import AsyncLive
+    from clients.live_client.reconnection import Backoff
+    from clients.live_client.sync_live import Live
     from ridgewave.scenes import explain, open_voice, render
     from synth.accuracy.report import measure_accuracy
     from synth.encode.sound import Sound
@@ -31,18 +42,27 @@ if TYPE_CHECKING:
     from synth.voice.voice import Voice
 
 _HOMES = {
-    "AsyncClient": "clients.http_async_client",
-    "AsyncLive": "clients.live_async",
+    "AsyncClient": "clients.http_client.async_client",
+    "AsyncLive": "clients.live_client.async_live",
+    "Backoff": "clients.live_client.reconnection",
     "CannotRender": "synth.errors",
-    "Client": "clients.http_client",
+    "Client": "clients.http_client.sync_client",
     "ClientError": "clients.client_errors",
-    "Live": "clients.live",
+    "ConnectionLost": "clients.client_errors",
+    "Live": "clients.live_client.sync_live",
     "Motion": "synth.motion.motion",
     "Plan": "synth.plan.plan",
+    "Problem": "clients.client_errors",
+    "ProblemError": "clients.client_errors",
+    "ProtocolError": "clients.client_errors",
+    "RefusedError": "clients.client_errors",
+    "ResumeLost": "clients.client_errors",
     "RidgewaveError": "synth.errors",
     "Scene": "synth.scene.scene",
     "SceneError": "synth.errors",
+    "ServiceError": "clients.client_errors",
     "Sound": "synth.encode.sound",
+    "StreamEnded": "clients.client_errors",
     "Voice": "synth.voice.voice",
     "explain": "ridgewave.scenes",
     "measure_accuracy": "synth.accuracy.report",
@@ -54,16 +74,25 @@ _HOMES = {
 __all__ = [
     "AsyncClient",
     "AsyncLive",
+    "Backoff",
     "CannotRender",
     "Client",
     "ClientError",
+    "ConnectionLost",
     "Live",
     "Motion",
     "Plan",
+    "Problem",
+    "ProblemError",
+    "ProtocolError",
+    "RefusedError",
+    "ResumeLost",
     "RidgewaveError",
     "Scene",
     "SceneError",
+    "ServiceError",
     "Sound",
+    "StreamEnded",
     "Voice",
     "explain",
     "measure_accuracy",

@@ -1,0 +1,1 @@
+"""The commands of `ridgewave`, one per file; each has `run(arguments) -> int`."""
