@@ -23,19 +23,19 @@ if TYPE_CHECKING:
         ServiceError,
         StreamEnded,
     )
-    from clients.http.http_async_client import AsyncClient
-    from clients.http.http_client import Client
-    from clients.live.live_async import AsyncLive
-    from clients.live.live_threads import Live
+    from clients.http_client.async_client import AsyncClient
+    from clients.http_client.sync_client import Client
+    from clients.live_client.async_live import AsyncLive
+    from clients.live_client.sync_live import Live
     from synth.encode.sound import Sound
 
 _HOMES = {
-    "AsyncClient": "clients.http.http_async_client",
-    "AsyncLive": "clients.live.live_async",
-    "Client": "clients.http.http_client",
+    "AsyncClient": "clients.http_client.async_client",
+    "AsyncLive": "clients.live_client.async_live",
+    "Client": "clients.http_client.sync_client",
     "ClientError": "clients.client_errors",
     "ConnectionLost": "clients.client_errors",
-    "Live": "clients.live.live_threads",
+    "Live": "clients.live_client.sync_live",
     "Problem": "clients.client_errors",
     "ProblemError": "clients.client_errors",
     "ProtocolError": "clients.client_errors",

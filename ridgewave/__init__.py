@@ -27,11 +27,11 @@ if TYPE_CHECKING:
         ServiceError,
         StreamEnded,
     )
-    from clients.http.http_async_client import AsyncClient
-    from clients.http.http_client import Client
-    from clients.live.live_async import AsyncLive
-    from clients.live.live_threads import Live
-    from clients.live.reconnection import Backoff
+    from clients.http_client.async_client import AsyncClient
+    from clients.http_client.sync_client import Client
+    from clients.live_client.async_live import AsyncLive
+    from clients.live_client.reconnection import Backoff
+    from clients.live_client.sync_live import Live
     from ridgewave.scenes import explain, open_voice, render
     from synth.accuracy.report import measure_accuracy
     from synth.encode.sound import Sound
@@ -42,14 +42,14 @@ if TYPE_CHECKING:
     from synth.voice.voice import Voice
 
 _HOMES = {
-    "AsyncClient": "clients.http.http_async_client",
-    "AsyncLive": "clients.live.live_async",
-    "Backoff": "clients.live.reconnection",
+    "AsyncClient": "clients.http_client.async_client",
+    "AsyncLive": "clients.live_client.async_live",
+    "Backoff": "clients.live_client.reconnection",
     "CannotRender": "synth.errors",
-    "Client": "clients.http.http_client",
+    "Client": "clients.http_client.sync_client",
     "ClientError": "clients.client_errors",
     "ConnectionLost": "clients.client_errors",
-    "Live": "clients.live.live_threads",
+    "Live": "clients.live_client.sync_live",
     "Motion": "synth.motion.motion",
     "Plan": "synth.plan.plan",
     "Problem": "clients.client_errors",

@@ -54,7 +54,7 @@ def fake_measure(
 
 
 def fake_drawings(_document: object) -> dict[str, bytes]:
-    """Stand in for `clients.accuracy.figure.drawings` where any picture will do."""
+    """Stand in for `clients.accuracy_report.figure.drawings` where any picture will do."""
     return {"accuracy.svg": b"<svg>", "accuracy.png": b"PNG"}
 
 

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from clients.commands.accuracy_command import COLUMNS
-from clients.commands.parser import parse
-from clients.commands.scene_argument import read_scene
+from clients.accuracy_report.printed_table import COLUMNS
+from clients.command_line.parser import parse
+from clients.command_line.scene_argument import read_scene
 from synth.contact.full_contact import full_contact
 from synth.contact.geometry import Geometry
 from synth.contact.stiffness import Stiffness

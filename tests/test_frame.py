@@ -72,8 +72,7 @@ def test_what_is_imported_is_required() -> None:
     """
     from tests.test_layers import ROOMS, imports_of, sources
 
-    drawing = set((ROOT / "clients" / "accuracy").glob("*.py"))
-    drawing.add(ROOT / "synth" / "encode" / "sound.py")
+    drawing = {*(ROOT / "clients" / "accuracy_report").glob("*.py"), ROOT / "synth" / "encode" / "sound.py"}
     plots = {requirement_name(each) for each in PROJECT["optional-dependencies"]["plots"]}
     other_names = {"starlette", "pydantic-core", "pythonjsonlogger"}  # in what fastapi, pydantic and the like bring
     required = {requirement_name(each) for each in PROJECT["dependencies"]} | other_names

@@ -20,7 +20,7 @@ from pathlib import Path
 
 import pytest
 
-from clients.commands.parser import parse
+from clients.command_line.parser import parse
 from synth.scene.catalogue import catalogue
 from synth.scene.scene import parse_scene
 from tests.readme_blocks import CodeBlock, code_blocks, marked_command

@@ -1,1 +1,1 @@
-"""The command line, a command per file, and what the commands share."""
+"""The commands of `ridgewave`, one per file; each has `run(arguments) -> int`."""

@@ -1,63 +1,20 @@
-"""What a shell offers when somebody presses TAB: commands, options, files, textures, and fields of a scene.
-
-Model: the shell runs `ridgewave` with _ARGCOMPLETE set (the lines of `ridgewave completion` say so). argcomplete
-    reads the grammar of `clients.commands.parser` and asks here for values. Nothing else of the program runs.
-Limits: a field is offered with its `=`; its value is left to the person.
-"""
+"""`ridgewave completion SHELL`: the lines that make a shell complete `ridgewave` with TAB."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
-from typing import Any
 
-import argcomplete
-from argcomplete.completers import FilesCompleter
+from argcomplete.shell_integration import shellcode
 
-
-def complete(parser: argparse.ArgumentParser) -> None:
-    """Offer the completions of the words typed so far, and end the process."""
-    for command in _commands(parser):
-        for action in command._actions:
-            completer = _COMPLETERS.get(action.dest)
-            if completer is not None:
-                action.completer = completer  # type: ignore[attr-defined]
-    argcomplete.autocomplete(parser)
+from clients.command_line.exit_codes import DONE
+from clients.command_line.printing import print_json
 
 
-def scenes(prefix: str, **rest: Any) -> list[str]:
-    """Return the textures of the catalogue, and JSON files."""
-    files: list[str] = FilesCompleter(("json",))(prefix, **rest)
-    return [*textures(prefix), *files]
-
-
-def textures(prefix: str, **_rest: Any) -> list[str]:
-    """Return the textures of the catalogue."""
-    from synth.scene.catalogue import catalogue_names
-
-    return [name for name in catalogue_names() if name.startswith(prefix)]
-
-
-def fields(prefix: str, **_rest: Any) -> list[str]:
-    """Return the fields of a scene, each with its "="; nothing once that is typed."""
-    from synth.scene.effects_section import effect_names
-    from synth.scene.scene import scene_fields
-
-    if "=" in prefix:
-        return []
-    paths = [line.path for line in scene_fields() if "[]" not in line.path and line.path != "effects"]
-    return [f"{path}=" for path in (*paths, *(f"effects.{name}" for name in effect_names()))]
-
-
-def quantities(prefix: str, **_rest: Any) -> list[str]:
-    """Return the quantities of a channel."""
-    return [name for name in ("displacement", "velocity", "acceleration") if name.startswith(prefix)]
-
-
-_COMPLETERS = {"scene": scenes, "name": textures, "changes": fields, "quantity": quantities}
-
-
-def _commands(parser: argparse.ArgumentParser) -> Iterator[argparse.ArgumentParser]:
-    for action in parser._actions:
-        if isinstance(action, argparse._SubParsersAction):
-            yield from action.choices.values()
+def run(arguments: argparse.Namespace) -> int:
+    """Carry out the command."""
+    lines = shellcode(["ridgewave"], shell=arguments.shell)
+    if arguments.json:
+        print_json({"shell": arguments.shell, "lines": lines})
+    else:
+        print(lines)
+    return DONE

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.clients.live_places import LIVE_SERVICES, serving_live
+from tests.clients.live_client.live_services import LIVE_SERVICES, serving_live
 from tests.readme_blocks import CodeBlock, code_blocks
 from tests.service.harness import Running, serving
 from tests.service.plain_engine import PlainEngine

@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 from clients import Live
-from clients.live.live_connection import Address, Connection
-from clients.live.live_threads import WebSocketConnection, open_connection
+from clients.live_client.sync_live import WebSocketConnection, open_connection
+from clients.live_client.websocket_connection import Address, Connection
 from tests.service.harness import PATIENCE, Child, problem
 from tests.service.live.client import live
 from tests.service.nginx import NODES, nginx

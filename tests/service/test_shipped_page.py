@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from clients.commands import serve_command
+from clients.commands import serve
 from service import __main__ as plain_command
 from service.http import page_files
 from service.operations.settings import Settings, as_environment, read_settings
@@ -18,7 +18,7 @@ ARGUMENTS = argparse.Namespace(host=None, port=0, workers=None)
 
 Command = Callable[[], int]
 COMMANDS: dict[str, Command] = {
-    "ridgewave serve": lambda: serve_command.run(ARGUMENTS),
+    "ridgewave serve": lambda: serve.run(ARGUMENTS),
     "python -m service": plain_command.main,
 }
 
@@ -41,7 +41,7 @@ def told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[Settings]:
     (tmp_path / "own" / "index.html").write_text("<!doctype html>")
     (tmp_path / "other").mkdir()
     monkeypatch.setattr(page_files, "SHIPPED", tmp_path / "own")
-    monkeypatch.setattr(serve_command, "run_service", run_service)
+    monkeypatch.setattr(serve, "run_service", run_service)
     monkeypatch.setattr(plain_command, "run", run_service)
     monkeypatch.delenv("RIDGEWAVE_WEB", raising=False)
     return settings

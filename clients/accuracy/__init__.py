@@ -1,1 +1,0 @@
-"""The figure and the table of what accuracy costs, from the JSON of an accuracy report."""

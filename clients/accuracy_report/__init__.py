@@ -1,0 +1,1 @@
+"""The accuracy report for people: its printed table and its figure."""

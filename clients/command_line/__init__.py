@@ -1,0 +1,28 @@
+"""The program `ridgewave`: parses the command line, runs one command, returns its exit code.
+
+Each command is a module of `clients.commands` with one function `run(arguments) -> int`. Only the module of the
+requested command is imported.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from clients.command_line.parser import parse
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line and return the exit code (see `exit_codes`).
+
+    arguments: the words after the program's name; None reads this process's own.
+    """
+    parsed = parse(arguments)
+    from importlib import import_module
+
+    from clients.command_line.exit_codes import carry_out
+
+    def command() -> int:
+        code: int = import_module(parsed.command_module).run(parsed)
+        return code
+
+    return carry_out(command, as_json=parsed.json)

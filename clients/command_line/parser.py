@@ -1,0 +1,291 @@
+"""The command line's grammar: every command, argument and option, and the words of `--help`.
+
+Imports argparse and nothing of ridgewave, so that help answers before NumPy could even be found. A command is known
+here by its name and by the module that carries it out; `clients.command_line` imports that module when it runs.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import textwrap
+from collections.abc import Sequence
+from typing import Any
+
+WIDTH = 100  # characters of a description in a line
+SCENE_HELP = "a JSON file, - for standard input, or a name from the catalogue (see `ridgewave textures`)"
+EXIT_CODES = "Exit codes: 0 done, 1 could not, 2 invalid request, 130 interrupted."
+EXAMPLES = {
+    "": (
+        ("render grating-800um-40um -o out.wav", "a texture of the catalogue as a sound file"),
+        ("explain scene.json", "what would be simulated, why, and what it costs"),
+        ("serve", "the web page and the HTTP service"),
+    ),
+    "render": (
+        ("render grating-800um-40um -o out.wav", "two seconds, float WAV"),
+        ("render scene.json -o out.flac --set texture.period=0.6mm --duration 5", "with changes, as FLAC"),
+        ("render scene.json -o - | sox - -d", "to a player"),
+    ),
+    "explain": (
+        ("explain grating-800um-40um", "as tables"),
+        ("explain scene.json --set 'effects.inertia={}' --json", "with an effect, as JSON"),
+    ),
+    "accuracy": (
+        ("accuracy grating-800um-40um", "as a table"),
+        ("accuracy scene.json --quantity displacement -o report", "with figures, in the folder report"),
+    ),
+    "serve": (
+        ("serve", "on http://127.0.0.1:8000"),
+        ("serve --port 0", "on a free port"),
+    ),
+    "play": (
+        ("play grating-1mm-31um --endless", "until Ctrl-C"),
+        ("play scene.json --device file:sound.wav", "into a file in place of a device"),
+    ),
+    "devices": (("devices --json", "for a program"),),
+    "textures": (
+        ("textures", "the catalogue"),
+        ("textures grating-1mm-31um > scene.json", "one entry, as a scene to edit"),
+    ),
+    "table": (
+        ("table grating-800um-40um -o grating.safetensors", "its response table, for a voice elsewhere"),
+        ("table scene.json -o scene.safetensors --set output.bandwidth=500Hz", "of a narrower band"),
+    ),
+    "completion": (
+        ("completion bash >> ~/.bashrc", "for every new bash"),
+        ("completion zsh >> ~/.zshrc", "for every new zsh"),
+        ("completion fish > ~/.config/fish/completions/ridgewave.fish", "for fish"),
+    ),
+}
+"""What `--help` of each command shows: the words after `ridgewave`, and what they do."""
+
+
+class _Version(argparse.Action):
+    """Prints the version; reading the package's metadata is slow, so it happens only here."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_rest: Any) -> None:
+        from importlib.metadata import PackageNotFoundError, version
+
+        try:
+            number = version("ridgewave")
+        except PackageNotFoundError:
+            number = "(a checkout that is not installed)"
+        print(f"ridgewave {number}")
+        parser.exit()
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """Return the parser; the parsed namespace names the command's module in `command_module`."""
+    parser = argparse.ArgumentParser(
+        prog="ridgewave",
+        description="The vibration a finger feels when it scans a texture: as a file, a stream, or on this machine.",
+        epilog=_epilog(""),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.set_defaults(command_module=None)
+    parser.add_argument("--version", action=_Version, nargs=0, help="print the version and stop")
+    commands = parser.add_subparsers(title="commands", metavar="COMMAND")
+    _add_render(commands)
+    _add_explain(commands)
+    _add_accuracy(commands)
+    _add_serve(commands)
+    _add_play(commands)
+    _add_devices(commands)
+    _add_textures(commands)
+    _add_table(commands)
+    _add_completion(commands)
+    return parser
+
+
+def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
+    """Parse `arguments` (None: those of this process); ends the process with 2 where they make no sense.
+
+    Without any argument it prints what there is, and ends with 0.
+    """
+    parser = build_parser()
+    if "_ARGCOMPLETE" in os.environ:  # set by the shell, while somebody presses TAB
+        from clients.command_line.tab_completion import complete
+
+        complete(parser)
+    parsed = parser.parse_args(arguments)
+    if parsed.command_module is None:
+        parser.print_help()
+        parser.exit()
+    return parsed
+
+
+def _epilog(command: str) -> str:
+    """Return the examples of a command and the exit codes."""
+    width = max(len(words) for words, _ in EXAMPLES[command])
+    lines = [f"  ridgewave {words:{width}}  # {what}" for words, what in EXAMPLES[command]]
+    return "\n".join(["examples:", *lines, "", EXIT_CODES])
+
+
+def _add_command(commands: Any, name: str, summary: str, description: str) -> argparse.ArgumentParser:
+    parser: argparse.ArgumentParser = commands.add_parser(
+        name,
+        help=summary,
+        description=textwrap.fill(description, WIDTH),
+        epilog=_epilog(name),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.set_defaults(command_module=f"clients.commands.{name}")
+    parser.add_argument("--json", action="store_true", help="machine-readable results, and messages too")
+    return parser
+
+
+def _add_scene(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("scene", metavar="SCENE", help=SCENE_HELP)
+    parser.add_argument(
+        "--set",
+        metavar="FIELD=VALUE",
+        action="append",
+        default=[],
+        dest="changes",
+        help="change one field, as in texture.period=0.6mm; VALUE is JSON where it parses, else a string; repeatable",
+    )
+    parser.add_argument("--duration", metavar="TIME", help="seconds, or with a unit, as in 2min; sets output.duration")
+
+
+def _add_render(commands: Any) -> None:
+    parser = _add_command(
+        commands,
+        "render",
+        "render a scene to a file",
+        "Render a scene to a sound file. The file appears under its name only when it is complete, and then replaces "
+        "one that was there.",
+    )
+    _add_scene(parser)
+    parser.add_argument(
+        "-o",
+        "--output",
+        metavar="OUT",
+        required=True,
+        help=".wav, .flac, .raw/.f32/.pcm (float32, little-endian) or .l16 (16 bit, big-endian); - streams WAV to "
+        "standard output",
+    )
+    parser.add_argument(
+        "--subtype",
+        choices=("float", "pcm16", "pcm24"),
+        help="sample type: WAV has all three (default float), FLAC is pcm24, raw is float, .l16 is pcm16. "
+        "Integer files pass the safety limiter",
+    )
+    parser.add_argument(
+        "--exact",
+        action="store_true",
+        help="a recording: solved to its tolerance, not as it was heard; takes some seconds",
+    )
+    _add_no_clobber(parser)
+    _add_progress(parser)
+
+
+def _add_no_clobber(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--no-clobber", action="store_true", help="replace no file that is there: stop before anything is computed"
+    )
+
+
+def _add_progress(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--progress",
+        action=argparse.BooleanOptionalAction,
+        default=None,
+        help="show progress on standard error; without either, only when that is a terminal",
+    )
+
+
+def _add_explain(commands: Any) -> None:
+    parser = _add_command(
+        commands,
+        "explain",
+        "say what would be simulated, why, and what it costs",
+        "Build a scene's plan and print it: what is simulated and why, what is left out, the cost and the error.",
+    )
+    _add_scene(parser)
+    _add_progress(parser)
+
+
+def _add_accuracy(commands: Any) -> None:
+    parser = _add_command(
+        commands,
+        "accuracy",
+        "measure what accuracy costs in time",
+        "Compute a scene with every method there is, and say what each errs by and what it costs on this machine. "
+        "Takes up to a minute.",
+    )
+    _add_scene(parser)
+    parser.add_argument(
+        "-o",
+        "--output",
+        metavar="DIR",
+        help="a folder, made where there is none, that gets accuracy.json, accuracy.svg and accuracy.png; the figures "
+        "need the extra plots",
+    )
+    parser.add_argument("--quantity", metavar="Q", help="a quantity of the scene's channels; without it, the first")
+    _add_no_clobber(parser)
+    _add_progress(parser)
+
+
+def _add_serve(commands: Any) -> None:
+    parser = _add_command(
+        commands,
+        "serve",
+        "run the HTTP service",
+        "Run the HTTP service. Settings come from RIDGEWAVE_* in the environment; these options win over them.",
+    )
+    parser.add_argument("--host", help="the address to bind; beyond loopback RIDGEWAVE_API_KEYS must be set")
+    parser.add_argument("--port", type=int, help="the port to bind; 0 picks a free one")
+    parser.add_argument("--workers", type=int, help="how many server processes")
+
+
+def _add_play(commands: Any) -> None:
+    parser = _add_command(
+        commands,
+        "play",
+        "play a scene on this machine",
+        "Play a scene on an audio device of this machine, faded in and out and through the safety limiter. Ctrl-C "
+        "fades out and stops.",
+    )
+    _add_scene(parser)
+    parser.add_argument("--device", metavar="D", help="name or number of the device (see `ridgewave devices`)")
+    parser.add_argument("--endless", action="store_true", help="play until interrupted")
+
+
+def _add_devices(commands: Any) -> None:
+    _add_command(
+        commands, "devices", "list this machine's audio devices", "List the audio devices that `play` can use."
+    )
+
+
+def _add_textures(commands: Any) -> None:
+    parser = _add_command(
+        commands,
+        "textures",
+        "list the catalogue of textures",
+        "List the catalogue, or print one entry's scene as JSON, ready to be saved, edited and rendered.",
+    )
+    parser.add_argument("name", metavar="NAME", nargs="?", help="the entry to print")
+
+
+def _add_table(commands: Any) -> None:
+    parser = _add_command(
+        commands,
+        "table",
+        "write a scene's response table to a file",
+        "Make the response table of a scene and write it to a file that voices elsewhere read: docs/table.md. Speed "
+        "and load of the scene do not matter.",
+    )
+    _add_scene(parser)
+    parser.add_argument("-o", "--output", metavar="NAME", required=True, help="a file that ends in .safetensors")
+    _add_no_clobber(parser)
+    _add_progress(parser)
+
+
+def _add_completion(commands: Any) -> None:
+    parser = _add_command(
+        commands,
+        "completion",
+        "print what makes a shell complete commands with TAB",
+        "Print the lines that make a shell complete commands, options, textures and fields of a scene with TAB.",
+    )
+    parser.add_argument("shell", metavar="SHELL", choices=("bash", "zsh", "fish"), help="bash, zsh or fish")

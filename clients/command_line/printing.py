@@ -1,0 +1,52 @@
+"""Prints results on standard output, as tables or as JSON, and messages on standard error."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Collection, Iterable, Sequence
+
+WIDTH = 120  # columns without a terminal: a file or a pager gets the same table every time
+
+
+def print_table(
+    title: str, columns: Sequence[str], rows: Iterable[Sequence[str] | None], *, numbers: Collection[str] = ()
+) -> None:
+    """Print `rows` under `columns`, with a title unless it is empty; long cells wrap. Cells are text, never markup.
+
+    rows: None is a line between two groups. numbers: the columns that are aligned to the right.
+    """
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    for column in columns:
+        table.add_column(column, overflow="fold", justify="right" if column in numbers else "left")
+    for row in rows:
+        if row is None:
+            table.add_section()
+        else:
+            table.add_row(*(Text(cell) for cell in row))
+    console = Console(file=sys.stdout, width=None if sys.stdout.isatty() else WIDTH)
+    if title:
+        console.print(Text(title, style="bold"))
+    console.print(table)
+    if title:
+        console.print()
+
+
+def print_json(document: object) -> None:
+    """Print a result as indented JSON; raises ValueError for NaN and infinities, which are bugs."""
+    print(json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False))
+
+
+def say(text: str) -> None:
+    """Print a message on standard error."""
+    print(f"ridgewave: {text}", file=sys.stderr)
+
+
+def warn(text: str) -> None:
+    """Print a warning on standard error."""
+    say(f"warning: {text}")

@@ -1,0 +1,86 @@
+"""SCENE, `--set` and `--duration`: the words of a command line into one checked scene.
+
+Stage: request -> SCENE. The file is read and the changes are merged as JSON; `synth.scene.scene` does all the checking,
+so a
+field is refused in the same words here, over HTTP and in Python.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from typing import Any, NoReturn
+
+from clients.command_line.exit_codes import invalid_request
+from synth.errors import Fault, InvalidRequest
+from synth.scene.doubtful_values import bare_doubts
+from synth.scene.merge import merge_patch
+from synth.scene.scene import LARGEST_BYTES, Scene, document_of, parse_scene
+from synth.scene.text import object_from_text
+from synth.scene.texture_registry import with_files
+
+
+def read_scene(arguments: argparse.Namespace) -> Scene:
+    """Return the scene that `arguments` (scene, changes, duration) ask for; raises InvalidRequest, OSError."""
+    return scene_of(read_document(arguments.scene), arguments)
+
+
+def scene_of(document: dict[str, object], arguments: argparse.Namespace) -> Scene:
+    """Return the scene of `document` with the changes that `arguments` ask for; raises InvalidRequest."""
+    changes = list(arguments.changes)
+    if arguments.duration is not None:
+        changes.append(f"output.duration={arguments.duration}")
+    faults: list[Fault] = []
+    for change in changes:
+        patch = patch_of(change)
+        faults += bare_doubts(patch)
+        document = merge_patch(document, patch)
+    scene = parse_scene(with_files(document))
+    if faults:
+        raise InvalidRequest(faults)
+    return scene
+
+
+def unchanged(arguments: argparse.Namespace, what: str) -> None:
+    """Raise InvalidRequest where `arguments` would change what can only be taken as it is."""
+    if arguments.changes:
+        invalid_request("--set", arguments.changes[0], f"nothing with {what}", "Render a scene to change one.")
+    if arguments.duration is not None:
+        invalid_request(
+            "--duration", arguments.duration, f"nothing with {what}", f"{what.capitalize()} has its length."
+        )
+
+
+def read_document(name: str) -> dict[str, object]:
+    """Return the JSON object that SCENE names: a file, standard input for `-`, or an entry of the catalogue."""
+    if name == "-":
+        return object_from_text(sys.stdin.buffer.read(LARGEST_BYTES))
+    return document_of(name)
+
+
+def patch_of(change: str) -> dict[str, object]:
+    """Return the partial scene that `FIELD=VALUE` stands for: "a.b=1" is {"a": {"b": 1}}; raises InvalidRequest."""
+    field, equals, value = change.partition("=")
+    names = field.strip().split(".")
+    if not equals or not all(names):
+        invalid_request("--set", change, "FIELD=VALUE", "Write the field's path with dots, as in texture.period=0.6mm.")
+    if any(name.isdigit() for name in names):
+        invalid_request("--set", change, "a path of field names", "A list is set as a whole, as JSON: FIELD=[...].")
+    patch: Any = value_of(value)
+    for name in reversed(names):
+        patch = {name: patch}
+    assert isinstance(patch, dict)
+    return patch
+
+
+def value_of(text: str) -> Any:
+    """Return `text` as JSON where it parses strictly (so NaN and Infinity do not), else as the string it is."""
+    try:
+        return json.loads(text, parse_constant=_not_json)
+    except ValueError:
+        return text.strip()
+
+
+def _not_json(word: str) -> NoReturn:
+    raise ValueError(word)

@@ -1,0 +1,141 @@
+"""`ridgewave render SCENE -o OUT`: a scene, or a recording of a live session, in; a sound file out, block by block."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, BinaryIO
+
+from clients.command_line.exit_codes import DONE, invalid_request
+from clients.command_line.output_file import Target, read_target, replaces
+from clients.command_line.printing import print_json, say, warn
+from clients.command_line.progress import Progress, Waiting
+from clients.command_line.scene_argument import read_document, scene_of, unchanged
+from clients.commands.export import Export, export
+from synth import Scene, open_voice
+from synth.encode.formats import Metadata, open_writer
+from synth.encode.sound_metadata import UNITS
+from synth.scene.scene import scene_document
+from synth.voice.hand_log import is_recording
+
+if TYPE_CHECKING:
+    from synth.voice.limiter import Limiter
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Carry out the command; raises InvalidRequest, CannotRender, OSError."""
+    target = read_target(arguments.output, arguments.subtype)
+    replaced = target.path is not None and replaces(target.path, arguments.no_clobber)
+    document = read_document(arguments.scene)
+    if is_recording(document):
+        unchanged(arguments, "a recording")
+        result = render_recording(target, document, arguments.progress, exact=arguments.exact)
+    elif arguments.exact:
+        invalid_request(
+            "--exact", "true", "a recording of a live session", "Leave it out: files of scenes are solved anyway."
+        )
+    else:
+        result = render_to(target, scene_of(document, arguments), arguments.progress)
+    result["replaced"] = replaced
+    if not arguments.json:
+        for text in result["warnings"]:
+            warn(text)
+        if replaced:
+            say(f"replaced {target.name}, which was there; --no-clobber keeps what is there")
+    if target.path is None:
+        # Standard output carries the sound, so the result goes where the messages go.
+        print(_summary(result), file=sys.stderr)
+    elif arguments.json:
+        print_json(result)
+    else:
+        print(_summary(result))
+    return DONE
+
+
+def render_to(target: Target, scene: Scene, progress: bool | None) -> dict[str, Any]:
+    """Render `scene` into `target` and return the result, in the words of `--json`."""
+    started = time.perf_counter()
+    with Waiting("solving the contact", progress):
+        voice = open_voice(scene)
+    return _written(target, voice, scene, round(scene.output.duration * voice.sample_rate), started, progress)
+
+
+def render_recording(
+    target: Target, document: Mapping[str, Any], progress: bool | None, *, exact: bool = False
+) -> dict[str, Any]:
+    """Render the recording of a live session into `target` and return the result.
+
+    It gives the samples that were sent, or, exact, those of the same motion to the scene's tolerance.
+    """
+    from synth.voice.recording import Recording
+
+    started = time.perf_counter()
+    with Waiting("solving the contact", progress):
+        replay = Recording(document).open(exact=exact)
+    return _written(target, replay, replay.scene, replay.frames, started, progress)
+
+
+def _written(
+    target: Target, voice: Any, scene: Scene, frames: int, started: float, progress: bool | None
+) -> dict[str, Any]:
+    """Write `frames` of `voice` and return the result; started: when its preparation began."""
+    ready = time.perf_counter()
+    rate = voice.sample_rate
+    limiter = None if target.sound_format.is_float else _limiter(voice.channels, rate)
+    metadata = Metadata(voice.full_scale, voice.quantities, scene_document(scene))
+    place: Any = _standard_output() if target.path is None else target.path
+    with (
+        Progress("rendering", frames / rate, "s", progress) as bar,
+        open_writer(place, target.sound_format, rate, voice.channels, metadata, frames=frames) as writer,
+    ):
+        written = export(voice, writer, frames, limiter, lambda count: bar.advance(count / rate))
+    return _result(target, voice, written, ready - started, time.perf_counter() - ready)
+
+
+def _limiter(channels: int, rate: int) -> Limiter:
+    """Return the safety limiter; only a file of integers loads it."""
+    from synth.voice.limiter import Limiter, look_ahead
+
+    return Limiter(channels, rate, look_ahead(rate))
+
+
+def _standard_output() -> BinaryIO:
+    return sys.stdout.buffer
+
+
+def _result(target: Target, voice: Any, written: Export, setup: float, rendering: float) -> dict[str, Any]:
+    from synth.voice.fades import reduction_warning
+
+    seconds = written.frames / voice.sample_rate
+    channels = [
+        {"quantity": quantity, "unit": UNITS[quantity], "full_scale": full_scale, "peak": peak}
+        for quantity, full_scale, peak in zip(voice.quantities, voice.full_scale, written.peaks, strict=True)
+    ]
+    return {
+        "file": target.name,
+        "format": str(target.sound_format),
+        "seconds": seconds,
+        "frames": written.frames,
+        "sample_rate": voice.sample_rate,
+        "channels": channels,
+        "setup_seconds": setup,
+        "render_seconds": rendering,
+        "times_real_time": seconds / rendering,
+        "gain_reduction_db": written.reduction_db,
+        "warnings": [*voice.warnings, *reduction_warning(written.reduction_db)],
+    }
+
+
+def _summary(result: dict[str, Any]) -> str:
+    lines = [f"{result['file']}: {result['seconds']:.6g} s at {result['sample_rate']} Hz, {result['format']}"]
+    for channel in result["channels"]:
+        unit, full_scale, peak = channel["unit"], channel["full_scale"], channel["peak"]
+        level = f"peak {peak:.4f} ({peak * full_scale:.4g} {unit})"
+        lines.append(f"{channel['quantity']}: full scale {full_scale:.6g} {unit}, {level}")
+    lines.append(
+        f"set up in {result['setup_seconds']:.3f} s, rendered in {result['render_seconds']:.3f} s: "
+        f"{result['times_real_time']:.0f} times real time"
+    )
+    return "\n".join(lines)

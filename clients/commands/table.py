@@ -1,0 +1,57 @@
+"""`ridgewave table SCENE -o NAME.safetensors`: the response table of a scene, for voices elsewhere."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from clients.command_line.exit_codes import DONE, invalid_request
+from clients.command_line.output_file import replaces
+from clients.command_line.printing import print_json, print_table
+from clients.command_line.progress import Waiting
+from clients.command_line.scene_argument import read_scene
+from synth.encode.part_file import PartFile
+
+ENDING = ".safetensors"
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Carry out the command; raises InvalidRequest, CannotRender, OSError."""
+    from synth.plan.scene_table import table_of_scene
+    from synth.response.table_file import table_bytes
+
+    path = Path(arguments.output)
+    if path.suffix != ENDING or path.is_dir():
+        invalid_request(
+            "--output", arguments.output, f"the name of a file that ends in {ENDING}", "Write NAME.safetensors."
+        )
+    scene = read_scene(arguments)
+    replaced = replaces(path, arguments.no_clobber)
+    with Waiting("making the table", arguments.progress):
+        table = table_of_scene(scene)
+        content = table_bytes(table)
+        part = PartFile(path)
+        try:
+            part.stream.write(content)
+            part.commit()
+        except BaseException:
+            part.discard()
+            raise
+    told = {
+        "path": str(path),
+        "replaced": replaced,
+        "hash": table.hash,
+        "bytes": len(content),
+        "rows": len(table.loads),
+        "harmonics": table.harmonics,
+        "band_hz": table.band,
+        "covered_n": list(table.covered),
+        "largest_error": {
+            name: table.error.largest_told(name) for name in ("displacement", "velocity", "acceleration")
+        },
+    }
+    if arguments.json:
+        print_json(told)
+    else:
+        print_table("", ("table", "value"), [(name, str(value)) for name, value in told.items()])
+    return DONE

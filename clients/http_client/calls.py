@@ -1,0 +1,260 @@
+"""The calls of the service over HTTP without a connection: what each sends, and what its answer means.
+
+Stage: `clients.http_client.sync_client` and `clients.http_client.async_client` carry them.
+Model: a `Call` is method, path, query, body, and the function that reads a good answer. An answer that is not good
+    becomes the exception of its problem document.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Generic, TypeVar
+from urllib.parse import quote
+
+import httpx
+
+from clients.client_errors import (
+    ConnectionLost,
+    ProblemError,
+    ProtocolError,
+    StreamEnded,
+    problem_error,
+    read_problem,
+    retry_seconds,
+)
+from clients.http_client.rendered_sound import read_shape, read_sound
+from clients.live_client.wire_messages import checked_key, document_of, text_of
+from clients.pcm_buffer import SAMPLE_TYPES, Block, PcmBuffer
+from synth.encode.sound import Sound
+from synth.errors import CannotRender, Fault, InvalidRequest, shown
+
+DEFAULT_URL = "http://127.0.0.1:8000"
+CONNECT_SECONDS = 5.0  # s; a service that is there answers at once
+ANSWER_SECONDS = 120.0  # s without a byte: a first render compiles for seconds, `accuracy` measures for up to a minute
+
+T = TypeVar("T")
+Document = dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Call(Generic[T]):
+    """One request, and how to read its answer; body: a JSON document, None for no body."""
+
+    method: str
+    path: str
+    answer: Callable[[httpx.Response], T]
+    body: Mapping[str, Any] | None = None
+    query: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def keywords(self) -> dict[str, Any]:
+        """Return the keywords of `request` of httpx."""
+        keywords: dict[str, Any] = {"params": self.query}
+        if self.body is not None:
+            keywords |= {"content": text_of(self.body).encode(), "headers": {"Content-Type": "application/json"}}
+        return keywords
+
+    def read(self, response: httpx.Response) -> T:
+        """Return what a whole answer says; raises RefusedError, ServiceError, ProtocolError."""
+        check(response)
+        try:
+            return self.answer(response)
+        except (ValueError, KeyError, TypeError, CannotRender) as error:
+            raise ProtocolError(f"{self.method} {self.path}: not an answer of this service") from error
+
+
+def settings_of(base_url: str, key: str | None) -> dict[str, Any]:
+    """Return the keywords of a client of httpx."""
+    headers = {} if key is None else {"Authorization": f"Bearer {checked_key(key)}"}
+    timeout = httpx.Timeout(ANSWER_SECONDS, connect=CONNECT_SECONDS)
+    return {"base_url": base_url, "headers": headers, "timeout": timeout}
+
+
+def check(response: httpx.Response) -> None:
+    """Raise what an answer that is not good stands for; its body has been read."""
+    if not response.is_success:
+        raise _refusal(response)
+
+
+@contextlib.contextmanager
+def transported() -> Iterator[None]:
+    """Raise ConnectionLost in place of what httpx raises where a connection fails."""
+    try:
+        yield
+    except httpx.TransportError as error:
+        raise ConnectionLost(f"the service does not answer: {str(error) or type(error).__name__}") from error
+
+
+def _refusal(response: httpx.Response) -> ProblemError:
+    problem = read_problem(response.content, response.status_code, response.reason_phrase)
+    return problem_error(problem, retry_seconds(response.headers.get("Retry-After")))
+
+
+def render(scene: Any, sound_format: str) -> Call[Sound]:
+    """Return the call that renders a scene."""
+    document = document_of(scene)
+
+    def answer(response: httpx.Response) -> Sound:
+        return read_sound(response.content, response.headers, document)
+
+    return Call("POST", "/v1/render", answer, document, {"format": sound_format})
+
+
+def explain(scene: Any) -> Call[Document]:
+    """Return the call that explains a scene."""
+    return Call("POST", "/v1/explain", _object, document_of(scene))
+
+
+def accuracy(scene: Any, quantity: str | None) -> Call[Document]:
+    """Return the call that measures what accuracy costs."""
+    query = {} if quantity is None else {"quantity": quantity}
+    return Call("POST", "/v1/accuracy", _object, document_of(scene), query)
+
+
+def textures() -> Call[list[Document]]:
+    """Return the call that lists the named textures."""
+    return Call("GET", "/v1/textures", lambda response: list(_object(response)["textures"]))
+
+
+def texture(name: str) -> Call[Document]:
+    """Return the call that shows one named texture."""
+    return Call("GET", f"/v1/textures/{quote(name, safe='')}", _object)
+
+
+def make_table(scene: Any) -> Call[str]:
+    """Return the call that has the table of a scene made, and answers its hash."""
+    return Call("POST", "/v1/tables", lambda response: str(_object(response)["hash"]), document_of(scene))
+
+
+def table(name: str) -> Call[bytes]:
+    """Return the call for the file of the table whose hash is `name`; another content is no good answer."""
+
+    def answer(response: httpx.Response) -> bytes:
+        from synth.response.table_file import table_of_bytes
+
+        if table_of_bytes(response.content).hash != name:
+            raise ValueError("another table")
+        return response.content
+
+    return Call("GET", f"/v1/tables/{quote(name, safe='')}", answer)
+
+
+def devices() -> Call[list[Document]]:
+    """Return the call that lists the audio devices of the service's machine."""
+    return Call("GET", "/v1/devices", lambda response: list(_object(response)["devices"]))
+
+
+def stop() -> Call[Document]:
+    """Return the call that silences everything."""
+    return Call("POST", "/v1/stop", lambda response: dict(_object(response)["stopped"]))
+
+
+def healthz() -> Call[bool]:
+    """Return the call that asks whether the process answers."""
+    return Call("GET", "/healthz", lambda _: True)
+
+
+def open_session(scene: Any) -> Call[Document]:
+    """Return the call that opens a session."""
+    return Call("POST", "/v1/sessions", _object, document_of(scene))
+
+
+def look(session: str) -> Call[Document]:
+    """Return the call that looks at a session."""
+    return Call("GET", _session_path(session), _object)
+
+
+def change(session: str, partial: Mapping[str, Any]) -> Call[Document]:
+    """Return the call that changes the scene of a session."""
+    return Call("PATCH", _session_path(session), _object, partial)
+
+
+def delete(session: str) -> Call[None]:
+    """Return the call that ends a session."""
+    return Call("DELETE", _session_path(session), lambda _: None)
+
+
+def play(session: str, device: str | int | None) -> Call[Document]:
+    """Return the call that plays a session on the service's machine."""
+    return Call("POST", _session_path(session, "play"), _object, {"device": device})
+
+
+def end_play(session: str) -> Call[Document]:
+    """Return the call that ends a play."""
+    return Call("DELETE", _session_path(session, "play"), _object)
+
+
+def recording(session: str) -> Call[Document]:
+    """Return the call for what the hand of a live session did."""
+    return Call("GET", _session_path(session, "recording"), _object)
+
+
+def stream(session: str, duration: float | None, sound_format: str) -> Call[None]:
+    """Return the call whose answer is the sound of a session; raises InvalidRequest for a format that is a file's."""
+    if sound_format not in ("f32le", "l16"):
+        raise InvalidRequest([Fault("/format", shown(sound_format), "f32le or l16", "Write f32le.")])
+    length = {} if duration is None else {"duration": repr(float(duration))}
+    return Call("GET", _session_path(session, "stream"), lambda _: None, None, {"format": sound_format, **length})
+
+
+def _session_path(session: str, rest: str = "") -> str:
+    return f"/v1/sessions/{quote(session, safe='')}" + (f"/{rest}" if rest else "")
+
+
+def _object(response: httpx.Response) -> Document:
+    document = response.json()
+    if not isinstance(document, dict):
+        raise ValueError("not a JSON object")
+    return document
+
+
+class SessionFace:
+    """What is known of a session: `document` is the service's last word on it."""
+
+    def __init__(self, document: Document) -> None:
+        self.document = document
+        self.id = str(document["id"])
+        self.sample_rate = int(document["sample_rate"])
+        self.channels = int(document["channels"])
+        self.quantities = tuple(str(quantity) for quantity in document["quantities"])
+        self.full_scale = tuple(float(value) for value in document["full_scale"])
+
+    @property
+    def scene(self) -> Document:
+        """Return the complete scene, as it was when the session was last opened, changed or looked at."""
+        return dict(self.document["scene"])
+
+
+class StreamFrames:
+    """The frames of a stream's answer as its bytes arrive; raises ProtocolError where its headers do not tell them."""
+
+    def __init__(self, response: httpx.Response) -> None:
+        try:
+            shape = read_shape(response.headers)
+        except (KeyError, ValueError) as error:
+            raise ProtocolError("the service's answer does not say what its samples are") from error
+        if shape.sound_format not in SAMPLE_TYPES:
+            raise ProtocolError(f"asked for raw samples, got {shape.sound_format}")
+        self.sample_rate, self.channels = shape.sample_rate, shape.channels
+        self.frame = 0
+        self._buffer = PcmBuffer(shape.sound_format, shape.channels)
+
+    def append(self, samples: bytes) -> None:
+        """Take the next bytes."""
+        self._buffer.append(samples)
+
+    def has(self, frames: int) -> bool:
+        """Return whether the next `frames` are there."""
+        return self._buffer.frames >= frames
+
+    def take(self, frames: int) -> Block:
+        """Return the next `frames`."""
+        self.frame += frames
+        return self._buffer.take(frames)
+
+    def ended(self) -> StreamEnded:
+        """Return the exception for a stream that is over, with what is left."""
+        rest = self.take(self._buffer.frames)
+        return StreamEnded("finished", self.frame, rest=rest)

@@ -1,0 +1,190 @@
+"""`Client`: the service over HTTP, for programs with threads.
+
+    with Client("http://127.0.0.1:8000") as client:
+        sound = client.render({"scan": {"speed": "120 mm/s"}})
+
+`httpx.Client` sends the calls of `clients.http_client.calls`.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator, Mapping
+from types import TracebackType
+from typing import Any, Self, TypeVar
+
+import httpx
+
+from clients.client_errors import ClientError, RefusedError
+from clients.http_client import calls as calls
+from clients.http_client.calls import Call, Document, SessionFace, StreamFrames
+from clients.pcm_buffer import Block
+from synth.encode.sound import Sound
+
+T = TypeVar("T")
+
+
+class Client:
+    """The service at `base_url`.
+
+    key: what the service wants as a Bearer token, None where it wants none. transport: of httpx, such as
+    `httpx.MockTransport`; None is the network.
+    Every call raises RefusedError (the request is at fault: `faults`), ServiceError (it cannot be done there),
+    ConnectionLost (nothing answers), ProtocolError (it is not this service that answers).
+    """
+
+    def __init__(
+        self, base_url: str = calls.DEFAULT_URL, key: str | None = None, transport: httpx.BaseTransport | None = None
+    ) -> None:
+        self._http = httpx.Client(transport=transport, **calls.settings_of(base_url, key))
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the connections."""
+        self._http.close()
+
+    def render(self, scene: Any = None, format: str = "f32le") -> Sound:
+        """Return the sound of a scene (a partial scene as a mapping, a `synth.Scene`, None for the default scene).
+
+        format: how it travels: "f32le" and "wav" are float32, not limited; "wav16", "wav24", "flac" and "l16" are
+        integers, limited, and come back as float32.
+        """
+        return self.carry(calls.render(scene, format))
+
+    def explain(self, scene: Any = None) -> Document:
+        """Return what a render of the scene would simulate, why, at what error and cost."""
+        return self.carry(calls.explain(scene))
+
+    def accuracy(self, scene: Any = None, quantity: str | None = None) -> Document:
+        """Return what accuracy costs: every method, what it errs by and how long it takes. Takes up to a minute."""
+        return self.carry(calls.accuracy(scene, quantity))
+
+    def textures(self) -> list[Document]:
+        """Return the named textures."""
+        return self.carry(calls.textures())
+
+    def texture(self, name: str) -> Document:
+        """Return one named texture."""
+        return self.carry(calls.texture(name))
+
+    def table(self, scene: Any = None) -> bytes:
+        """Return the file of the scene's response table, as docs/table.md describes it; its hash has been checked."""
+        return self.carry(calls.table(self.carry(calls.make_table(scene))))
+
+    def devices(self) -> list[Document]:
+        """Return the audio devices of the service's machine."""
+        return self.carry(calls.devices())
+
+    def stop(self) -> Document:
+        """Silence everything that the service plays and streams, and end every session; return the counts."""
+        return self.carry(calls.stop())
+
+    def healthz(self) -> bool:
+        """Return whether the service answers."""
+        try:
+            return self.carry(calls.healthz())
+        except ClientError:
+            return False
+
+    def open_session(self, scene: Any = None) -> Session:
+        """Open a session, to be read with `stream` and steered with `change`; as a context manager it ends itself."""
+        return Session(self, self.carry(calls.open_session(scene)))
+
+    def session(self, name: str) -> Session:
+        """Return the session of that id."""
+        return Session(self, self.carry(calls.look(name)))
+
+    def recording(self, name: str) -> Document:
+        """Return what the hand did in the live session of that id, which was opened with `record`."""
+        return self.carry(calls.recording(name))
+
+    def carry(self, call: Call[T]) -> T:
+        """Send a call and return what its answer says."""
+        with calls.transported():
+            response = self._http.request(call.method, call.path, **call.keywords)
+        return call.read(response)
+
+    @contextlib.contextmanager
+    def carry_open(self, call: Call[None]) -> Iterator[httpx.Response]:
+        """Send a call and yield its answer, whose body is still to come."""
+        with (
+            calls.transported(),
+            self._http.stream(call.method, call.path, **call.keywords) as response,
+        ):
+            if not response.is_success:
+                response.read()
+            calls.check(response)
+            yield response
+
+
+class Session(SessionFace):
+    """A session of the service; made by `Client.open_session`."""
+
+    def __init__(self, client: Client, document: Document) -> None:
+        super().__init__(document)
+        self._client = client
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        with contextlib.suppress(ClientError if kind is not None else RefusedError):  # it may have ended already
+            self.delete()
+
+    def look(self) -> Document:
+        """Return the session as it is now."""
+        self.document = self._client.carry(calls.look(self.id))
+        return self.document
+
+    def change(self, partial: Mapping[str, Any]) -> Document:
+        """Change the scene by a partial scene, cross-faded; return the session."""
+        self.document = self._client.carry(calls.change(self.id, partial))
+        return self.document
+
+    def delete(self) -> None:
+        """End the session; its stream and its play fade out."""
+        self._client.carry(calls.delete(self.id))
+
+    def play(self, device: str | int | None = None) -> Document:
+        """Play on a device of the service's machine, or into "file:NAME.wav" there; return how it goes."""
+        return self._client.carry(calls.play(self.id, device))
+
+    def end_play(self) -> Document:
+        """End the play; return how it went."""
+        return self._client.carry(calls.end_play(self.id))
+
+    @contextlib.contextmanager
+    def stream(self, duration: float | None = None, format: str = "f32le") -> Iterator[Stream]:
+        """Yield the sound, in real time; endless, or of `duration` seconds. format: "f32le", or "l16": half as much."""
+        with self._client.carry_open(calls.stream(self.id, duration, format)) as response:
+            yield Stream(response)
+
+
+class Stream(StreamFrames):
+    """The sound of a session, to be read; made by `Session.stream`."""
+
+    def __init__(self, response: httpx.Response) -> None:
+        super().__init__(response)
+        self._parts = response.iter_raw()
+
+    def read(self, frames: int) -> Block:
+        """Return the next `frames`, float32 [frames, channels], in units of the session's full scale.
+
+        Raises StreamEnded, whose `rest` holds the frames before the end; ConnectionLost.
+        """
+        with calls.transported():
+            while not self.has(frames):
+                part = next(self._parts, None)
+                if part is None:
+                    raise self.ended()
+                self.append(part)
+        return self.take(frames)

@@ -1,1 +1,0 @@
-"""The Python client of the live protocol, with threads and with an event loop."""
