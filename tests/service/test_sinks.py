@@ -98,7 +98,7 @@ def test_a_name_that_exists_is_refused_and_left_alone(tmp_path: Path, what: str)
         (folder / "other").write_bytes(b"")
         target.symlink_to({"link": folder / "other", "dangling link": tmp_path / "none", "link out": outside}[what])
     before = names(folder)
-    with pytest.raises(CannotRender, match="exists already"):
+    with pytest.raises(CannotRender, match="already exists"):
         FileSink(folder, "a.wav").start(48000, 1)
     assert names(folder) == before and outside.read_bytes() == b"precious"
     assert names(tmp_path) == ["outside", "recordings"]

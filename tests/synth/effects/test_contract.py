@@ -93,7 +93,7 @@ def test_block_splits_do_not_matter_under_a_hand(names: tuple[str, ...]) -> None
     scene = parse_scene(scene_with(*names))
     voice = open_voice(scene, cache=CACHE)
     if shaped_and_simulated(names):
-        with pytest.raises(CannotRender, match="load that does not change"):
+        with pytest.raises(CannotRender, match="only at a constant load"):
             voice.render(10, hand(10, 8000))
         return
     whole = voice.render(600, hand(600, 8000))

@@ -106,5 +106,5 @@ def test_a_shape_that_a_hand_would_change_under_a_simulation_is_refused_at_once(
     monkeypatch.setattr("synth.voice.voice.prepare", None)
     both = parse_scene({"effects": {shape: {}, "inertia": {}}})
     for opened in (lambda: HandVoice(both), lambda: open_voice(both, live=True)):
-        with pytest.raises(CannotRender, match="at a load that does not change"):
+        with pytest.raises(CannotRender, match="only at a constant load"):
             opened()

@@ -87,7 +87,7 @@ def test_an_exclusive_writer_takes_no_name_that_exists_or_is_being_written(tmp_p
         with pytest.raises(CannotRender, match="being written"):
             open_writer(path, SoundFormat.WAV, 48000, 1, exclusive=True)
         writer.write(sound(10))
-    with pytest.raises(CannotRender, match="exists already"):
+    with pytest.raises(CannotRender, match="already exists"):
         open_writer(path, SoundFormat.WAV, 48000, 1, exclusive=True)
     assert path.read_bytes() == encode_all(sound(10), SoundFormat.WAV, 48000) and names(tmp_path) == ["sound.wav"]
 
@@ -210,7 +210,7 @@ def test_a_reader_that_goes_away_is_told() -> None:
     with open(writing, "wb", buffering=0) as target:
         writer = open_writer(target, SoundFormat.WAV, 48000, 1)
         os.close(reading)
-        with pytest.raises(CannotRender, match="gone away"):
+        with pytest.raises(CannotRender, match="reader has closed it"):
             writer.write(sound())
 
 

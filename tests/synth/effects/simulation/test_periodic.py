@@ -84,7 +84,7 @@ def test_a_mass_that_rings_for_seconds_does_not_ring_at_the_start(mass: str) -> 
     voice = open_voice(scene)
     sound = physical(voice, 48000)[:, 0].reshape(-1, 480)
     assert np.max(np.abs(sound[0] - sound[-1])) <= 1e-5 * np.ptp(sound[-1])
-    assert "each texture period is like the first" in voice.plan.document()["simulated"][0]["reason"]
+    assert "each texture period equals the first" in voice.plan.document()["simulated"][0]["reason"]
 
 
 @pytest.mark.parametrize(("rate", "bandwidth"), [(8000, "full"), (48000, 1000.0)])
