@@ -47,7 +47,7 @@ def power_integrals(grid: SegmentGrid, phases: Array, heights: Array, exponent: 
 def fill_place(pieces, phase, z, depths, widths):
     """Write h - z at both ends of every segment over L, and the width of each (in segments); return their number.
 
-    depths: float64 [2, capacity], at the begin and the end of each segment.
+    depths: float64 [2, capacity], at the start and the end of each segment.
     """
     finger, numbers = pieces[1], pieces[3]
     knot, before, count, cosine, sine = begin_place(numbers, phase)

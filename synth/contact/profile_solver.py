@@ -92,7 +92,7 @@ class SegmentGrid:
     @property
     def name(self) -> str:
         """Name of the solver in reports."""
-        return f"segments, {self.segments} a period"
+        return f"segments, {self.segments} per period"
 
     @property
     def cells(self) -> int:

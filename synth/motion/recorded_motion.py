@@ -138,7 +138,7 @@ def _reduced(d: Array, s: Array, h: Array, rise: Array) -> tuple[Array, Array]:
     s = np.where(left > 0.0, np.minimum(s, 4.0 * d / wide_left), s)
     s = np.where(left < 0.0, np.maximum(s, 4.0 * d / wide_left), s)
     s[0] = s[-1] = 0.0
-    used_after = side * h * (0.4 * d[:-1] + 0.05 * h * s[:-1])  # of the rise, at the begin of each interval
+    used_after = side * h * (0.4 * d[:-1] + 0.05 * h * s[:-1])  # of the rise, at the start of each interval
     used_before = side * h * (0.4 * d[1:] - 0.05 * h * s[1:])  # the same at its end
     whole = np.abs(rise)
     keep_after = _kept(used_after, np.maximum(0.5 * whole, whole - used_before))
