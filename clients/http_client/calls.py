@@ -25,8 +25,8 @@ from clients.client_errors import (
     retry_seconds,
 )
 from clients.http_client.rendered_sound import read_shape, read_sound
-from clients.live_client.wire_messages import checked_key, document_of, text_of
 from clients.pcm_buffer import SAMPLE_TYPES, Block, PcmBuffer
+from clients.scene_and_key import checked_key, json_text, scene_to_send
 from synth.encode.sound import Sound
 from synth.errors import CannotRender, Fault, InvalidRequest, shown
 
@@ -53,7 +53,7 @@ class Call(Generic[T]):
         """Return the keywords of `request` of httpx."""
         keywords: dict[str, Any] = {"params": self.query}
         if self.body is not None:
-            keywords |= {"content": text_of(self.body).encode(), "headers": {"Content-Type": "application/json"}}
+            keywords |= {"content": json_text(self.body).encode(), "headers": {"Content-Type": "application/json"}}
         return keywords
 
     def read(self, response: httpx.Response) -> T:
@@ -94,7 +94,7 @@ def _refusal(response: httpx.Response) -> ProblemError:
 
 def render(scene: Any, sound_format: str) -> Call[Sound]:
     """Return the call that renders a scene."""
-    document = document_of(scene)
+    document = scene_to_send(scene)
 
     def answer(response: httpx.Response) -> Sound:
         return read_sound(response.content, response.headers, document)
@@ -104,13 +104,13 @@ def render(scene: Any, sound_format: str) -> Call[Sound]:
 
 def explain(scene: Any) -> Call[Document]:
     """Return the call that explains a scene."""
-    return Call("POST", "/v1/explain", _object, document_of(scene))
+    return Call("POST", "/v1/explain", _object, scene_to_send(scene))
 
 
 def accuracy(scene: Any, quantity: str | None) -> Call[Document]:
     """Return the call that measures what accuracy costs."""
     query = {} if quantity is None else {"quantity": quantity}
-    return Call("POST", "/v1/accuracy", _object, document_of(scene), query)
+    return Call("POST", "/v1/accuracy", _object, scene_to_send(scene), query)
 
 
 def textures() -> Call[list[Document]]:
@@ -125,7 +125,7 @@ def texture(name: str) -> Call[Document]:
 
 def make_table(scene: Any) -> Call[str]:
     """Return the call that has the table of a scene made, and answers its hash."""
-    return Call("POST", "/v1/tables", lambda response: str(_object(response)["hash"]), document_of(scene))
+    return Call("POST", "/v1/tables", lambda response: str(_object(response)["hash"]), scene_to_send(scene))
 
 
 def table(name: str) -> Call[bytes]:
@@ -158,7 +158,7 @@ def healthz() -> Call[bool]:
 
 def open_session(scene: Any) -> Call[Document]:
     """Return the call that opens a session."""
-    return Call("POST", "/v1/sessions", _object, document_of(scene))
+    return Call("POST", "/v1/sessions", _object, scene_to_send(scene))
 
 
 def look(session: str) -> Call[Document]:

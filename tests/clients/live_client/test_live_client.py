@@ -181,7 +181,7 @@ def test_without_reconnection_a_break_is_an_error_once_the_sound_is_read() -> No
     with MemoryPlace().live(reconnect=False, ahead=100) as touch:
         until(lambda: touch.late > 0.0)
         _break(touch)
-        until(lambda: touch._core.over is not None)
+        until(lambda: touch._protocol.over is not None)
         assert touch.read(100).shape == (100, 1)
         with pytest.raises(ConnectionLost):
             touch.read(1)
