@@ -22,7 +22,7 @@ def test_a_replaced_file_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[s
     assert main([*WORDS, "out.wav"]) == 0
     assert "replaced" not in capsys.readouterr().err
     assert main([*WORDS, "out.wav"]) == 0
-    assert "ridgewave: replaced out.wav, which was there" in capsys.readouterr().err
+    assert "ridgewave: replaced out.wav, which existed" in capsys.readouterr().err
     assert main([*WORDS, "out.wav", "--json"]) == 0
     told = capsys.readouterr()
     assert json.loads(told.out)["replaced"] is True and not told.err
