@@ -1,4 +1,4 @@
-"""A protocol of the live protocol as its tests want it: opened by hand, with a clock that a test sets."""
+"""A `LiveProtocol` for tests, opened without a connection, with a clock that the test sets."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A live stream whose connection breaks: what is said again, where it goes on, and that no sample differs."""
+"""A live stream whose connection breaks: what is sent again, where it resumes, and that no sample differs."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from tests.clients.live_client.protocol_cases import BROKEN, Clock, opened, prot
 # Going on after a break
 
 
-def test_an_update_that_was_not_heard_of_is_said_again_unless_it_is_old() -> None:
+def test_an_update_that_was_not_applied_is_sent_again_unless_it_is_old() -> None:
     clock = Clock()
     protocol = opened(clock)
     protocol.update_contact(0.1, False, 0.2)
@@ -39,7 +39,7 @@ def test_an_update_that_was_not_heard_of_is_said_again_unless_it_is_old() -> Non
     assert sent(protocol) == []
 
 
-def test_an_update_that_was_applied_is_not_said_again() -> None:
+def test_an_update_that_was_applied_is_not_sent_again() -> None:
     protocol = opened()
     protocol.update_contact(0.1, False, 0.2)
     sent(protocol)
@@ -50,7 +50,7 @@ def test_an_update_that_was_applied_is_not_said_again() -> None:
     assert sent(protocol) == []
 
 
-def test_changes_without_an_answer_are_said_again_and_a_slider_is_one_change() -> None:
+def test_unanswered_changes_are_sent_again_and_a_slider_is_one_change() -> None:
     protocol = opened()
     protocol.change({"scan": {"load": 0.1}})
     protocol.change({"texture": {"period": "1 mm"}})
@@ -66,7 +66,7 @@ def test_changes_without_an_answer_are_said_again_and_a_slider_is_one_change() -
     assert changes == [{"texture": {"period": "1 mm"}}, {"scan": {"load": 0.3}}]
 
 
-def test_a_session_that_is_gone_is_said_to_be() -> None:
+def test_a_lost_session_raises_resume_lost() -> None:
     protocol = opened()
     protocol.lost(BROKEN)
     protocol.hello()
@@ -76,7 +76,7 @@ def test_a_session_that_is_gone_is_said_to_be() -> None:
     assert isinstance(protocol.over, ResumeLost)
 
 
-def test_a_new_session_goes_on_with_the_numbers_and_flags_the_gap() -> None:
+def test_a_new_session_continues_the_frame_numbers_and_reports_the_gap() -> None:
     protocol = opened(reconnect="new")
     protocol.change({"scan": {"load": 0.1}})
     protocol.change({"nonsense": 1})
@@ -101,7 +101,7 @@ def test_a_new_session_goes_on_with_the_numbers_and_flags_the_gap() -> None:
     assert protocol.hello() == '{"type":"hello","resume":{"session":"s2","frame":160}}'
 
 
-def test_a_new_session_with_another_scale_is_not_passed_off_as_the_old() -> None:
+def test_a_new_session_with_another_full_scale_is_an_error() -> None:
     protocol = opened(reconnect="new")
     protocol.lost(BROKEN)
     protocol.hello()
@@ -112,7 +112,7 @@ def test_a_new_session_with_another_scale_is_not_passed_off_as_the_old() -> None
     assert isinstance(protocol.over, ProtocolError)
 
 
-def test_tries_come_later_and_later_and_stop_when_nobody_would_wait() -> None:
+def test_delays_between_tries_grow_and_the_tries_end() -> None:
     clock = Clock()
     protocol = LiveProtocol(StreamRequest({}), clock, True, Backoff(uniform=lambda low, high: high))
     protocol.hello()
@@ -127,7 +127,7 @@ def test_tries_come_later_and_later_and_stop_when_nobody_would_wait() -> None:
     assert isinstance(protocol.over, ConnectionLost)
 
 
-def test_tries_are_counted_anew_once_sound_has_come_and_not_before() -> None:
+def test_the_delays_start_again_once_sound_was_received() -> None:
     protocol = LiveProtocol(StreamRequest({}), Clock(), True, Backoff(uniform=lambda low, high: high))
     protocol.hello()
     protocol.receive(ready())
@@ -142,7 +142,7 @@ def test_tries_are_counted_anew_once_sound_has_come_and_not_before() -> None:
     assert delays == [0.0, 0.1, 0.2, 0.0]
 
 
-def test_a_full_service_is_asked_again_when_it_says() -> None:
+def test_a_full_service_is_tried_again_after_its_retry_after() -> None:
     protocol = opened()
     protocol.lost(Closure(None, "", 503, None, 3.0))
     assert protocol.next_try() == 3.0

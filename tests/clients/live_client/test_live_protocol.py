@@ -1,4 +1,4 @@
-"""The protocol of a live stream without its connection: wire frames to the byte, the hand, credit, ends."""
+"""The live protocol without a connection: messages to the byte, the hand, credit, ends."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def test_a_speed_without_load_sets_both_flags() -> None:
     assert message == bytes.fromhex("01 03 0000 00000000 0000000000005940 000000000000e03f 00000000")
 
 
-def test_lifting_keeps_the_place_and_takes_the_load_away() -> None:
+def test_lifting_keeps_the_position_and_removes_the_load() -> None:
     protocol = opened()
     protocol.update_contact(1.0, False, 0.5)
     protocol.lift()
@@ -48,7 +48,7 @@ def test_lifting_before_any_move_is_a_finger_at_rest_without_load() -> None:
     assert sent(protocol) == [bytes.fromhex("01 01 0000 00000000 0000000000005940 0000000000000000 00000000")]
 
 
-def test_the_texts_that_are_said() -> None:
+def test_the_text_messages_of_the_client() -> None:
     protocol = protocol_of(block=64, record=True, sample_format="s16le", pacing="pull")
     assert protocol.hello() == ('{"type":"hello","scene":{},"format":"s16le","pacing":"pull","block":64,"record":true}')
     protocol.receive(ready(frame=0))
@@ -67,7 +67,7 @@ def test_the_texts_that_are_said() -> None:
     assert sent(protocol)[0] == '{"type":"stop"}'
 
 
-def test_the_default_hello_names_no_more_than_it_must() -> None:
+def test_the_default_hello_has_only_the_required_fields() -> None:
     assert protocol_of().hello() == '{"type":"hello","scene":{},"format":"f32le","pacing":"pull"}'
 
 
@@ -79,7 +79,7 @@ def test_a_key_is_offered_in_base64url_without_padding() -> None:
 # The hand
 
 
-def test_only_the_newest_of_unsent_updates_is_said() -> None:
+def test_only_the_newest_unsent_update_is_sent() -> None:
     protocol = opened()
     for step in range(100):
         protocol.update_contact(0.001 * step, False, 0.1)
@@ -87,14 +87,14 @@ def test_only_the_newest_of_unsent_updates_is_said() -> None:
     assert fake_live.CONTACT.unpack(message)[3] == 99  # type: ignore[arg-type]
 
 
-def test_an_update_goes_ahead_of_the_credit_of_the_read_after_it() -> None:
+def test_an_update_is_sent_before_the_credit_of_the_next_read() -> None:
     protocol = opened()
     protocol.update_contact(0.1, False, 0.1)
     protocol.want(80)
     assert [isinstance(message, bytes) for message in sent(protocol)] == [True, False]
 
 
-def test_updates_that_never_end_do_not_hold_up_the_credit() -> None:
+def test_a_flood_of_updates_does_not_delay_the_credit() -> None:
     protocol = opened()
     protocol.update_contact(0.1, False, 0.1)
     protocol.want(80)
@@ -117,7 +117,7 @@ def test_updates_that_never_end_do_not_hold_up_the_credit() -> None:
         (0.0, 1e4, "/load"),
     ],
 )
-def test_an_update_that_cannot_be_is_refused_with_its_field(value: Any, load: Any, field: str) -> None:
+def test_an_invalid_update_is_refused_with_its_field(value: Any, load: Any, field: str) -> None:
     with pytest.raises(InvalidRequest) as refused:
         opened().update_contact(value, False, load)
     assert [fault.pointer for fault in refused.value.faults] == [field]
@@ -133,7 +133,7 @@ def test_a_scene_that_is_not_json_is_refused_before_anything_is_sent() -> None:
 # Credit
 
 
-def test_credit_is_what_the_read_lacks_and_no_more() -> None:
+def test_credit_is_exactly_what_the_read_lacks() -> None:
     protocol = opened()
     protocol.want(100)
     assert sent(protocol) == ['{"type":"more","frames":100}']
@@ -166,7 +166,7 @@ def test_a_long_read_is_granted_in_bounded_parts() -> None:
     assert grants < 30
 
 
-def test_realtime_grants_nothing_and_stops_listening_when_nobody_reads() -> None:
+def test_realtime_grants_no_credit_and_stops_receiving_if_nobody_reads() -> None:
     protocol = opened(pacing="realtime")
     protocol.want(480)
     assert sent(protocol) == []
@@ -181,7 +181,7 @@ def test_realtime_grants_nothing_and_stops_listening_when_nobody_reads() -> None
 # Underruns
 
 
-def test_a_device_that_is_fed_in_time_never_runs_dry_and_one_that_is_not_does() -> None:
+def test_a_late_read_is_an_underrun() -> None:
     clock = Clock()
     protocol = opened(clock)
     protocol.receive(bytes(4 * 800))
@@ -229,7 +229,7 @@ def test_a_refused_scene_names_its_faults() -> None:
     assert "scan.load: got '-1 N'; allowed: 0 N to 1000 N" in str(protocol.over)
 
 
-def test_the_end_comes_after_all_the_sound_and_gives_what_is_left() -> None:
+def test_the_end_is_raised_after_all_sound_and_holds_the_rest() -> None:
     protocol = opened()
     protocol.receive(sound(0, 100, 1).tobytes())
     protocol.receive('{"type":"end","reason":"finished","frame":100}')
@@ -245,7 +245,7 @@ def test_the_end_comes_after_all_the_sound_and_gives_what_is_left() -> None:
 
 
 @pytest.mark.parametrize(("code", "reason"), [(4408, "slow reader"), (1008, "policy"), (1001, "shutting down")])
-def test_what_somebody_closed_is_not_tried_again(code: int, reason: str) -> None:
+def test_a_closed_connection_is_not_tried_again(code: int, reason: str) -> None:
     protocol = opened()
     protocol.lost(Closure(code))
     assert protocol.next_try() is None
@@ -253,7 +253,7 @@ def test_what_somebody_closed_is_not_tried_again(code: int, reason: str) -> None
 
 
 @pytest.mark.parametrize("closure", [BROKEN, Closure(1006), Closure(1011), Closure(1012)])
-def test_what_broke_is_tried_again_unless_that_is_not_wanted(closure: Closure) -> None:
+def test_a_broken_connection_is_tried_again_unless_reconnect_is_false(closure: Closure) -> None:
     protocol = opened()
     protocol.lost(closure)
     assert protocol.next_try() == 0.0 and protocol.over is None
@@ -274,7 +274,7 @@ def test_what_broke_is_tried_again_unless_that_is_not_wanted(closure: Closure) -
         b"\0\0\0",
     ],
 )
-def test_what_cannot_be_right_ends_the_stream(message: Message) -> None:
+def test_an_invalid_message_ends_the_stream(message: Message) -> None:
     protocol = opened()
     protocol.lost(BROKEN)
     protocol.hello()
@@ -282,13 +282,13 @@ def test_what_cannot_be_right_ends_the_stream(message: Message) -> None:
     assert isinstance(protocol.over, ProtocolError)
 
 
-def test_messages_of_a_later_protocol_are_left_alone() -> None:
+def test_unknown_messages_are_ignored() -> None:
     protocol = opened()
     protocol.receive('{"type":"weather","sun":true}')
     assert protocol.over is None
 
 
-def test_problems_on_the_way_are_kept_and_the_sound_goes_on() -> None:
+def test_problems_during_the_stream_are_kept_and_the_sound_continues() -> None:
     protocol = opened()
     protocol.change({"nonsense": 1})
     sent(protocol)
