@@ -1,10 +1,9 @@
-"""clients: what people hold: the command line `ridgewave` (`python -m clients` is the same), and the Python client.
+"""The command line `ridgewave` (also `python -m clients`), the Python client of the service, and the web page.
 
     from clients import Client, AsyncClient, Live, AsyncLive
 
-The house's last room: it may import `service` and `synth`, and nothing imports it. Everything heavy is imported inside
-the command that needs it, and a name of the Python client is loaded when it is first used, so that `ridgewave --help`
-answers at once.
+A name of the Python client is loaded when it is first used, and each command imports what it needs, so that
+`ridgewave --help` answers at once.
 """
 
 from __future__ import annotations
@@ -26,12 +25,14 @@ if TYPE_CHECKING:
     from clients.http_client.async_client import AsyncClient
     from clients.http_client.sync_client import Client
     from clients.live_client.async_live import AsyncLive
+    from clients.live_client.reconnection import Backoff
     from clients.live_client.sync_live import Live
     from synth.encode.sound import Sound
 
-_HOMES = {
+_MODULES = {
     "AsyncClient": "clients.http_client.async_client",
     "AsyncLive": "clients.live_client.async_live",
+    "Backoff": "clients.live_client.reconnection",
     "Client": "clients.http_client.sync_client",
     "ClientError": "clients.client_errors",
     "ConnectionLost": "clients.client_errors",
@@ -49,6 +50,7 @@ _HOMES = {
 __all__ = [
     "AsyncClient",
     "AsyncLive",
+    "Backoff",
     "Client",
     "ClientError",
     "ConnectionLost",
@@ -65,14 +67,14 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Load a name of the Python client from its home."""
+    """Load a name of the Python client from its module."""
     from importlib import import_module
 
-    if name not in _HOMES:
+    if name not in _MODULES:
         raise AttributeError(f"module 'clients' has no attribute {name!r}")
-    return getattr(import_module(_HOMES[name]), name)
+    return getattr(import_module(_MODULES[name]), name)
 
 
 def __dir__() -> list[str]:
-    """Return the public names, those that are not loaded yet included."""
+    """Return the public names, also those that are not loaded yet."""
     return sorted({*globals(), *__all__})

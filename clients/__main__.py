@@ -1,4 +1,4 @@
-"""`python -m clients`: the command line, from a checkout or wherever the script is not on the path."""
+"""`python -m clients`: the command line, where the script `ridgewave` is not on the path."""
 
 from clients.command_line import main
 

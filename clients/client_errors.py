@@ -1,15 +1,15 @@
-"""What the Python client raises.
+"""The exceptions of the Python client.
 
 RidgewaveError (synth.errors)
-├── InvalidRequest             an argument is at fault, found before anything was sent: `faults`
+├── InvalidRequest         an argument is invalid; nothing was sent: `faults`
 └── ClientError
     ├── ProblemError       the service answered with a problem document: `problem`, `retry_after`
     │   ├── RefusedError   4xx: the request is at fault; `faults` lists each field
-    │   └── ServiceError   5xx: full, shutting down, cannot be done there, or the service's own mistake
-    ├── ConnectionLost     nothing answers, or the connection broke and could not be made again
-    ├── ResumeLost         the connection is back, and the service no longer has the sound to go on from
-    ├── ProtocolError      what came is not what the service's documentation promises
-    └── StreamEnded        a live stream is over: `reason`, `frame`, `problem`, and the frames that are left, `rest`
+    │   └── ServiceError   5xx: full, shutting down, unable to answer, or a bug of the service
+    ├── ConnectionLost     nothing answers, or the connection broke and could not be restored
+    ├── ResumeLost         the connection was restored, but the service no longer has the session or its past sound
+    ├── ProtocolError      the answer is not from this service, or not from this version
+    └── StreamEnded        a stream is over: `reason`, `frame`, `problem`, and the unread frames, `rest`
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from synth.errors import Fault, RidgewaveError
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """A problem document (RFC 9457) as the service sends it; docs/problems.md lists the kinds."""
+    """A problem document (RFC 9457) of the service; docs/problems.md lists the kinds."""
 
     type: str
     title: str
@@ -38,12 +38,12 @@ class Problem:
 
     @property
     def kind(self) -> str:
-        """Return the name of the problem, such as "scene-refused": the last part of its type."""
+        """The name of the problem, such as "scene-refused": the last part of its type."""
         return self.type.rpartition("#problem-")[2]
 
     @classmethod
     def read(cls, document: Mapping[str, Any]) -> Problem:
-        """Return the problem that a JSON object holds; fields that it lacks are empty."""
+        """Return the problem in a JSON object; missing fields are empty."""
         found = document.get("errors")
         entries = [entry for entry in found if isinstance(entry, Mapping)] if isinstance(found, list) else []
         names = ("pointer", "value", "allowed", "hint")
@@ -59,13 +59,13 @@ class Problem:
         )
 
     def sentence(self) -> str:
-        """Return the problem as text for a person: every fault, or what it says as a whole."""
+        """Return the problem as text: all faults, or the detail if there are none."""
         told = "\n".join(fault.sentence() for fault in self.faults) or self.detail or self.title
         return f"{told} ({self.instance})" if self.instance else told
 
 
 def read_problem(body: bytes | bytearray, status: int, reason: str = "") -> Problem:
-    """Return the problem in the body of an answer; where there is none, one that names the status alone."""
+    """Return the problem in the body of an answer; for other bodies, a problem that names the status only."""
     try:
         document = json.loads(body)
     except ValueError:
@@ -77,11 +77,11 @@ def read_problem(body: bytes | bytearray, status: int, reason: str = "") -> Prob
 
 
 class ClientError(RidgewaveError):
-    """Base of what the client raises once it has asked."""
+    """Base of the exceptions after a request was made."""
 
 
 class ProblemError(ClientError):
-    """The service answered with `problem`; `retry_after` is the seconds after which it may be asked again, or None."""
+    """The service answered with `problem`. retry_after: seconds after which to try again, or None."""
 
     def __init__(self, problem: Problem, retry_after: float | None = None) -> None:
         self.problem = problem
@@ -90,7 +90,7 @@ class ProblemError(ClientError):
 
     @property
     def faults(self) -> tuple[Fault, ...]:
-        """Return what is wrong, a field each."""
+        """The faults of the request, one per field."""
         return self.problem.faults
 
 
@@ -99,27 +99,28 @@ class RefusedError(ProblemError):
 
 
 class ServiceError(ProblemError):
-    """The request is sound; the service cannot carry it out, now or at all."""
+    """The request is valid, but the service cannot carry it out."""
 
 
 class ConnectionLost(ClientError):
-    """Nothing answers, or the connection broke and could not be made again."""
+    """Nothing answers, or the connection broke and could not be restored."""
 
 
 class ResumeLost(ClientError):
-    """The service no longer has the live session, or the sound from the frame on that was asked for."""
+    """The service no longer has the live session, or its sound from the requested frame on."""
 
 
 class ProtocolError(ClientError):
-    """What came is not what the service's documentation promises: another service, or another version."""
+    """The answer is not from this service, or not from this version."""
 
 
 class StreamEnded(ClientError):
-    """A live stream is over.
+    """A stream is over.
 
-    reason: the word of the service's `end`, such as "stopped", "finished", "shutting down", "slow reader".
-    frame: the frame after the last. problem: what the service said about it, or None.
-    rest: the frames that were asked for and came before the end, float32 [fewer than asked, channels].
+    reason: the reason that the service gave, such as "stopped", "finished", "shutting down", "slow reader".
+    frame: the number of the frame after the last one.
+    problem: the problem that ended the stream, or None.
+    rest: the unread frames before the end, float32 [fewer than requested, channels].
     """
 
     def __init__(
@@ -132,11 +133,11 @@ class StreamEnded(ClientError):
 
 
 def problem_error(problem: Problem, retry_after: float | None = None) -> ProblemError:
-    """Return the exception for `problem`, by its status."""
+    """Return the exception for `problem`, which depends on its status."""
     kind = ServiceError if problem.status >= 500 else RefusedError
     return kind(problem, retry_after)
 
 
 def retry_seconds(value: str | None) -> float | None:
-    """Return the seconds of a Retry-After header; None where there is none, or a date."""
+    """Return the seconds of a Retry-After header; None without one, or for a date."""
     return float(value) if value is not None and value.strip().isdigit() else None

@@ -1,7 +1,7 @@
-"""Samples as they arrive, any number of bytes at a time, into float32 blocks of the length that is asked for.
+"""Collects PCM bytes, in parts of any size, and returns float32 blocks of the requested length.
 
-Stage: encode, backwards.
-Model: interleaved; float32 as it is, int16 as n / 32768 (the rule of `synth.encode.samples`, read backwards).
+Samples are interleaved. float32 samples are unchanged; int16 samples are n / 32768, the inverse of
+`synth.encode.samples`.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ import numpy.typing as npt
 Block = npt.NDArray[np.float32]
 
 SAMPLE_TYPES: dict[str, np.dtype[Any]] = {"f32le": np.dtype("<f4"), "s16le": np.dtype("<i2"), "l16": np.dtype(">i2")}
-"""The type of a sample of each wire format: the first two are those of the live protocol, the last is audio/L16."""
-INT16_STEPS = 32768.0  # integer steps to full scale, as in synth.encode.samples; another number changes the level
+"""Sample type of each raw format: the first two are those of the live protocol, the last is audio/L16."""
+INT16_STEPS = 32768.0  # integer steps per full scale, as in synth.encode.samples
 
 
 class PcmBuffer:
@@ -31,16 +31,16 @@ class PcmBuffer:
 
     @property
     def frames(self) -> int:
-        """Return how many whole frames there are."""
+        """The number of complete frames."""
         return self._bytes // self.frame_bytes
 
     def append(self, samples: bytes) -> None:
-        """Take the next bytes; a frame may be cut anywhere."""
+        """Append bytes, which may end within a frame."""
         self._parts.append(samples)
         self._bytes += len(samples)
 
     def take(self, frames: int) -> Block:
-        """Return the next `frames`, float32 [frames, channels], which are there."""
+        """Remove and return the next `frames`, float32 [frames, channels]; there must be so many."""
         wanted = frames * self.frame_bytes
         assert wanted <= self._bytes, f"{frames} frames of {self.frames}"
         gathered = bytearray()

@@ -1,13 +1,13 @@
-"""ridgewave: what a finger feels when it scans a texture. The public Python interface.
+"""The public Python interface of ridgewave: the vibration that a finger feels when it scans a texture.
 
     import ridgewave as rw
     sound = rw.render("grating-1mm-31um", scan={"speed": "120 mm/s"})  # a Sound: values in SI units, save(), plot()
-    plan = rw.explain({"texture": {"period": "0.8 mm"}})  # what is simulated, why, at what cost and error
+    plan = rw.explain({"texture": {"period": "0.8 mm"}})  # what is simulated, why, with which cost and error
     voice = rw.open_voice("scene.json")  # the same sound, block by block
     client = rw.Client("http://127.0.0.1:8000")  # the service, over HTTP; `rw.Live` over a WebSocket
 
-Model   a thin face: `scenes` changes a scene by fields, everything else comes from `synth` and `clients`, whose names
-        may move. A name is loaded when it is first used, so that the import costs nothing.
+Only these names are stable; `synth`, `service` and `clients` may move theirs. A name is loaded when it is first used,
+so that the import takes no time.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from synth.scene.scene import Scene, parse_scene
     from synth.voice.voice import Voice
 
-_HOMES = {
+_MODULES = {
     "AsyncClient": "clients.http_client.async_client",
     "AsyncLive": "clients.live_client.async_live",
     "Backoff": "clients.live_client.reconnection",
@@ -103,12 +103,12 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Load a public name from its home."""
-    if name not in _HOMES:
+    """Load a public name from its module."""
+    if name not in _MODULES:
         raise AttributeError(f"module 'ridgewave' has no attribute {name!r}")
-    return getattr(import_module(_HOMES[name]), name)
+    return getattr(import_module(_MODULES[name]), name)
 
 
 def __dir__() -> list[str]:
-    """Return the public names, those that are not loaded yet included."""
+    """Return the public names, also those that are not loaded yet."""
     return sorted({*globals(), *__all__})

@@ -1,7 +1,7 @@
-"""Render, explain and open a scene, changed by fields.
+"""Renders, explains and opens a scene, with changes to its fields.
 
-Model   the fields are a partial scene. They are merged into the scene as a PATCH is (RFC 7396, with the fields that
-        displace each other, `synth.scene.merge`), and the whole is then checked.
+The changes are a partial scene. `synth.scene.merge` merges them like a PATCH request (RFC 7396; a field also removes
+the fields that it excludes), and the result is checked.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ def changed(scene: SceneLike, fields: Mapping[str, Any]) -> Scene:
     """Return `scene` with the sections of the partial scene `fields` merged into it.
 
     scene: a Scene, a mapping as in docs/scene.md, the path of a JSON file, or a name of the catalogue.
-    Raises SceneError, which lists every fault; OSError where a file cannot be read.
+    Raises SceneError, which lists every fault; OSError if a file cannot be read.
     """
     if isinstance(scene, Scene):
         return parse_scene(merge_patch(scene_document(scene), fields)) if fields else scene
@@ -37,7 +37,7 @@ def render(scene: SceneLike, **fields: Any) -> Sound:
     scene: a Scene, a mapping as in docs/scene.md, the path of a JSON file, or a name of the catalogue.
     fields: sections of a partial scene, such as scan={"load": "0.5 N"}.
     Returns a Sound: float32 frames, their full scale, and `values` in SI units.
-    Raises SceneError where the scene is at fault, CannotRender where it cannot be carried out.
+    Raises SceneError for an invalid scene, CannotRender if it cannot be rendered.
     Source: Fagiani & Barbieri (2016), eqs 1-5.
 
     Example: rw.render("grating-1mm-31um", output={"duration": "1 s"}).save("coarse.wav")
@@ -48,7 +48,7 @@ def render(scene: SceneLike, **fields: Any) -> Sound:
 
 
 def explain(scene: SceneLike, **fields: Any) -> Plan:
-    """Return what is simulated for a scene, why, with which error, and what it costs on this machine.
+    """Return the plan of a scene: what is simulated, why, with which error, and its cost on this machine.
 
     scene, fields, errors: as `render`.
 
@@ -62,7 +62,8 @@ def explain(scene: SceneLike, **fields: Any) -> Plan:
 def open_voice(scene: SceneLike, *, live: bool = False, **fields: Any) -> Voice:
     """Return a voice whose `render(frames, motion)` gives the next block, float32 [frames, channels] over full scale.
 
-    scene, fields, errors: as `render`. live: for a hand that moves it in real time; close such a voice when it is done.
+    scene, fields, errors: as `render`.
+    live: True for a hand that moves in real time; close such a voice after use.
 
     Example: block = rw.open_voice("grating-1mm-31um").render(480)
     """

@@ -1,4 +1,4 @@
-"""The program `ridgewave`: parses the command line, runs one command, returns its exit code.
+"""The program `ridgewave`: parses the command line and runs one command.
 
 Each command is a module of `clients.commands` with one function `run(arguments) -> int`. Only the module of the
 requested command is imported.
@@ -14,7 +14,7 @@ from clients.command_line.parser import parse
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return the exit code (see `exit_codes`).
 
-    arguments: the words after the program's name; None reads this process's own.
+    arguments: the words after the program's name; None: those of this process.
     """
     parsed = parse(arguments)
     from importlib import import_module

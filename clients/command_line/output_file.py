@@ -1,4 +1,4 @@
-"""`-o` and `--subtype`: where a render goes and as which kind of samples.
+"""`-o` and `--subtype`: the output of a render and its sample format.
 
 .wav              float (default), pcm16, pcm24
 .flac             pcm24
@@ -21,24 +21,22 @@ STANDARD_OUTPUT = "-"
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """Where a render goes: `path` (None: standard output), and the format of its samples."""
+    """The output of a render. path: None is standard output."""
 
     path: Path | None
     sound_format: SoundFormat
 
     @property
     def name(self) -> str:
-        """Return the name to show."""
+        """The name for messages."""
         return "standard output" if self.path is None else str(self.path)
 
 
 def read_target(output: str, subtype: str | None) -> Target:
-    """Return the target that `-o output --subtype subtype` asks for; raises InvalidRequest."""
+    """Return the target of `-o output --subtype subtype`; raises InvalidRequest."""
     if output == STANDARD_OUTPUT:
         if sys.stdout.isatty():
-            invalid_request(
-                "--output", output, "a pipe or a file behind standard output", "Sound is not for a terminal."
-            )
+            invalid_request("--output", output, "standard output to a pipe or a file", "A terminal cannot play sound.")
         return Target(None, choose_format("-.wav", subtype))
     path = Path(output)
     sound_format = choose_format(path, subtype)
@@ -48,11 +46,11 @@ def read_target(output: str, subtype: str | None) -> Target:
 
 
 def replaces(path: Path, no_clobber: bool) -> bool:
-    """Return whether a file stands at `path`, which would be replaced; raises InvalidRequest where it must be kept."""
-    if not path.is_file():  # a pipe or a device is written into, not replaced
+    """Return whether `path` is an existing file; if it is, and must be kept, raise InvalidRequest."""
+    if not path.is_file():  # a pipe or a device is written to, not replaced
         return False
     if no_clobber:
         invalid_request(
-            "--no-clobber", str(path), "a name that is free", "Name another file, or leave out --no-clobber."
+            "--no-clobber", str(path), "the name of a new file", "Name another file, or leave out --no-clobber."
         )
     return True

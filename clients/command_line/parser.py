@@ -1,7 +1,7 @@
-"""The command line's grammar: every command, argument and option, and the words of `--help`.
+"""The grammar of the command line: every command, argument and option, and the text of `--help`.
 
-Imports argparse and nothing of ridgewave, so that help answers before NumPy could even be found. A command is known
-here by its name and by the module that carries it out; `clients.command_line` imports that module when it runs.
+This module imports argparse and nothing of ridgewave, so that `--help` answers at once. The parsed arguments name the
+module of the command, which `clients.command_line` then imports.
 """
 
 from __future__ import annotations
@@ -12,13 +12,13 @@ import textwrap
 from collections.abc import Sequence
 from typing import Any
 
-WIDTH = 100  # characters of a description in a line
+WIDTH = 100  # characters per line of a description
 SCENE_HELP = "a JSON file, - for standard input, or a name from the catalogue (see `ridgewave textures`)"
-EXIT_CODES = "Exit codes: 0 done, 1 could not, 2 invalid request, 130 interrupted."
+EXIT_CODES = "Exit codes: 0 done, 1 cannot be done, 2 invalid request, 130 interrupted."
 EXAMPLES = {
     "": (
         ("render grating-800um-40um -o out.wav", "a texture of the catalogue as a sound file"),
-        ("explain scene.json", "what would be simulated, why, and what it costs"),
+        ("explain scene.json", "what would be simulated, why, and at what cost"),
         ("serve", "the web page and the HTTP service"),
     ),
     "render": (
@@ -40,7 +40,7 @@ EXAMPLES = {
     ),
     "play": (
         ("play grating-1mm-31um --endless", "until Ctrl-C"),
-        ("play scene.json --device file:sound.wav", "into a file in place of a device"),
+        ("play scene.json --device file:sound.wav", "into a file instead of a device"),
     ),
     "devices": (("devices --json", "for a program"),),
     "textures": (
@@ -48,8 +48,8 @@ EXAMPLES = {
         ("textures grating-1mm-31um > scene.json", "one entry, as a scene to edit"),
     ),
     "table": (
-        ("table grating-800um-40um -o grating.safetensors", "its response table, for a voice elsewhere"),
-        ("table scene.json -o scene.safetensors --set output.bandwidth=500Hz", "of a narrower band"),
+        ("table grating-800um-40um -o grating.safetensors", "its response table, for another program"),
+        ("table scene.json -o scene.safetensors --set output.bandwidth=500Hz", "with a narrower band"),
     ),
     "completion": (
         ("completion bash >> ~/.bashrc", "for every new bash"),
@@ -57,11 +57,11 @@ EXAMPLES = {
         ("completion fish > ~/.config/fish/completions/ridgewave.fish", "for fish"),
     ),
 }
-"""What `--help` of each command shows: the words after `ridgewave`, and what they do."""
+"""The examples in the `--help` of each command: the words after `ridgewave`, and what they do."""
 
 
 class _Version(argparse.Action):
-    """Prints the version; reading the package's metadata is slow, so it happens only here."""
+    """Prints the version. Reading the metadata of the package is slow, so only this option does it."""
 
     def __call__(self, parser: argparse.ArgumentParser, *_rest: Any) -> None:
         from importlib.metadata import PackageNotFoundError, version
@@ -75,15 +75,15 @@ class _Version(argparse.Action):
 
 
 def build_parser() -> argparse.ArgumentParser:
-    """Return the parser; the parsed namespace names the command's module in `command_module`."""
+    """Return the parser; `command_module` of the parsed arguments is the module of the command."""
     parser = argparse.ArgumentParser(
         prog="ridgewave",
-        description="The vibration a finger feels when it scans a texture: as a file, a stream, or on this machine.",
+        description="The vibration that a finger feels on a texture: as a file, a stream, or on an audio device.",
         epilog=_epilog(""),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.set_defaults(command_module=None)
-    parser.add_argument("--version", action=_Version, nargs=0, help="print the version and stop")
+    parser.add_argument("--version", action=_Version, nargs=0, help="print the version and exit")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND")
     _add_render(commands)
     _add_explain(commands)
@@ -98,12 +98,12 @@ def build_parser() -> argparse.ArgumentParser:
 
 
 def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
-    """Parse `arguments` (None: those of this process); ends the process with 2 where they make no sense.
+    """Parse `arguments` (None: those of this process). Invalid arguments end the process with 2.
 
-    Without any argument it prints what there is, and ends with 0.
+    Without arguments this prints the help and ends the process with 0.
     """
     parser = build_parser()
-    if "_ARGCOMPLETE" in os.environ:  # set by the shell, while somebody presses TAB
+    if "_ARGCOMPLETE" in os.environ:  # set by the shell when TAB is pressed
         from clients.command_line.tab_completion import complete
 
         complete(parser)
@@ -130,7 +130,7 @@ def _add_command(commands: Any, name: str, summary: str, description: str) -> ar
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.set_defaults(command_module=f"clients.commands.{name}")
-    parser.add_argument("--json", action="store_true", help="machine-readable results, and messages too")
+    parser.add_argument("--json", action="store_true", help="print results and messages as JSON")
     return parser
 
 
@@ -142,7 +142,7 @@ def _add_scene(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         dest="changes",
-        help="change one field, as in texture.period=0.6mm; VALUE is JSON where it parses, else a string; repeatable",
+        help="change one field, as in texture.period=0.6mm; VALUE is JSON if it parses, otherwise a string; repeatable",
     )
     parser.add_argument("--duration", metavar="TIME", help="seconds, or with a unit, as in 2min; sets output.duration")
 
@@ -152,8 +152,8 @@ def _add_render(commands: Any) -> None:
         commands,
         "render",
         "render a scene to a file",
-        "Render a scene to a sound file. The file appears under its name only when it is complete, and then replaces "
-        "one that was there.",
+        "Render a scene to a sound file. The file gets its name only when it is complete; it then replaces an existing "
+        "file.",
     )
     _add_scene(parser)
     parser.add_argument(
@@ -173,7 +173,7 @@ def _add_render(commands: Any) -> None:
     parser.add_argument(
         "--exact",
         action="store_true",
-        help="a recording: solved to its tolerance, not as it was heard; takes some seconds",
+        help="for a recording: solve it to its tolerance instead of rendering what was heard; takes some seconds",
     )
     _add_no_clobber(parser)
     _add_progress(parser)
@@ -181,7 +181,7 @@ def _add_render(commands: Any) -> None:
 
 def _add_no_clobber(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "--no-clobber", action="store_true", help="replace no file that is there: stop before anything is computed"
+        "--no-clobber", action="store_true", help="keep existing files: stop before anything is computed"
     )
 
 
@@ -190,7 +190,7 @@ def _add_progress(parser: argparse.ArgumentParser) -> None:
         "--progress",
         action=argparse.BooleanOptionalAction,
         default=None,
-        help="show progress on standard error; without either, only when that is a terminal",
+        help="show progress on standard error; default: only on a terminal",
     )
 
 
@@ -198,8 +198,8 @@ def _add_explain(commands: Any) -> None:
     parser = _add_command(
         commands,
         "explain",
-        "say what would be simulated, why, and what it costs",
-        "Build a scene's plan and print it: what is simulated and why, what is left out, the cost and the error.",
+        "print what would be simulated, why, and at what cost",
+        "Print the plan of a scene: what is simulated and why, what is left out, the cost and the error.",
     )
     _add_scene(parser)
     _add_progress(parser)
@@ -210,18 +210,18 @@ def _add_accuracy(commands: Any) -> None:
         commands,
         "accuracy",
         "measure what accuracy costs in time",
-        "Compute a scene with every method there is, and say what each errs by and what it costs on this machine. "
-        "Takes up to a minute.",
+        "Compute a scene with every method, and report the error of each and its cost on this machine. Takes up to a "
+        "minute.",
     )
     _add_scene(parser)
     parser.add_argument(
         "-o",
         "--output",
         metavar="DIR",
-        help="a folder, made where there is none, that gets accuracy.json, accuracy.svg and accuracy.png; the figures "
-        "need the extra plots",
+        help="a folder, created if it does not exist, for accuracy.json, accuracy.svg and accuracy.png; the figures "
+        "require the extra plots",
     )
-    parser.add_argument("--quantity", metavar="Q", help="a quantity of the scene's channels; without it, the first")
+    parser.add_argument("--quantity", metavar="Q", help="a quantity of the scene's channels; default: the first")
     _add_no_clobber(parser)
     _add_progress(parser)
 
@@ -231,11 +231,11 @@ def _add_serve(commands: Any) -> None:
         commands,
         "serve",
         "run the HTTP service",
-        "Run the HTTP service. Settings come from RIDGEWAVE_* in the environment; these options win over them.",
+        "Run the HTTP service. The environment variables RIDGEWAVE_* set it up; these options override them.",
     )
-    parser.add_argument("--host", help="the address to bind; beyond loopback RIDGEWAVE_API_KEYS must be set")
-    parser.add_argument("--port", type=int, help="the port to bind; 0 picks a free one")
-    parser.add_argument("--workers", type=int, help="how many server processes")
+    parser.add_argument("--host", help="the address to bind; any other than loopback requires RIDGEWAVE_API_KEYS")
+    parser.add_argument("--port", type=int, help="the port to bind; 0 chooses a free one")
+    parser.add_argument("--workers", type=int, help="number of server processes")
 
 
 def _add_play(commands: Any) -> None:
@@ -243,8 +243,8 @@ def _add_play(commands: Any) -> None:
         commands,
         "play",
         "play a scene on this machine",
-        "Play a scene on an audio device of this machine, faded in and out and through the safety limiter. Ctrl-C "
-        "fades out and stops.",
+        "Play a scene on an audio device of this machine. The sound is faded in and out and passes the safety limiter. "
+        "Ctrl-C fades out and stops.",
     )
     _add_scene(parser)
     parser.add_argument("--device", metavar="D", help="name or number of the device (see `ridgewave devices`)")
@@ -271,9 +271,9 @@ def _add_table(commands: Any) -> None:
     parser = _add_command(
         commands,
         "table",
-        "write a scene's response table to a file",
-        "Make the response table of a scene and write it to a file that voices elsewhere read: docs/table.md. Speed "
-        "and load of the scene do not matter.",
+        "write the response table of a scene to a file",
+        "Write the response table of a scene to a file that other programs can read (docs/table.md). The speed and the "
+        "load of the scene do not matter.",
     )
     _add_scene(parser)
     parser.add_argument("-o", "--output", metavar="NAME", required=True, help="a file that ends in .safetensors")
@@ -285,7 +285,7 @@ def _add_completion(commands: Any) -> None:
     parser = _add_command(
         commands,
         "completion",
-        "print what makes a shell complete commands with TAB",
-        "Print the lines that make a shell complete commands, options, textures and fields of a scene with TAB.",
+        "print the script for completion with TAB",
+        "Print the script with which a shell completes commands, options, textures and scene fields with TAB.",
     )
     parser.add_argument("shell", metavar="SHELL", choices=("bash", "zsh", "fish"), help="bash, zsh or fish")

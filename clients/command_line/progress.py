@@ -1,6 +1,6 @@
-"""Progress of a long render, on standard error: a bar on a terminal, a line every tenth elsewhere.
+"""Progress on standard error: a bar on a terminal, elsewhere a line per tenth.
 
-Nothing shows, and rich is not imported, for work that is over within SHOW_AFTER.
+Work that ends within SHOW_AFTER shows nothing and does not import rich.
 """
 
 from __future__ import annotations
@@ -15,16 +15,16 @@ if TYPE_CHECKING:
     from rich.progress import Progress as RichProgress
     from rich.progress import TaskID
 
-SHOW_AFTER = 0.5  # s; shorter, and every quick render flickers; longer, and people wonder whether it hangs
-WAIT_AFTER = 1.0  # s before work of unknown length says that it goes on, and between two such words
-LINES = 10  # lines in all where there is no terminal; many more would drown a log
+SHOW_AFTER = 0.5  # s; if shorter, quick renders flicker; if longer, a render seems to hang
+WAIT_AFTER = 1.0  # s before the first message on work of unknown length, and between messages
+LINES = 10  # lines in total without a terminal; more would fill a log
 
 
 class Progress:
-    """Use in a `with`; `advance` says how much more is done. What was shown on a terminal is gone at the end."""
+    """A context manager that shows progress; `advance` reports it. A bar on a terminal is removed at the end."""
 
     def __init__(self, label: str, total: float, unit: str, wanted: bool | None) -> None:
-        """Count up to `total` of `unit`; wanted: True at once, False never, None only on a terminal."""
+        """Count to `total` in `unit`. wanted: True shows at once, False never, None only on a terminal."""
         self._label, self._total, self._unit = label, total, unit
         self._terminal = sys.stderr.isatty()
         self._shown = self._terminal if wanted is None else wanted
@@ -43,7 +43,7 @@ class Progress:
             self._bar[0].stop()
 
     def advance(self, amount: float) -> None:
-        """Say that `amount` more is done."""
+        """Report that `amount` more is done."""
         self._done += amount
         if not self._shown:
             return
@@ -72,9 +72,9 @@ class Progress:
 
 
 class Waiting:
-    """Use in a `with`, round work whose length nobody knows: after WAIT_AFTER it says, each second, how long it takes.
+    """A context manager for work of unknown length: after WAIT_AFTER it shows the elapsed time, once per second.
 
-    wanted: as for `Progress`. On a terminal one line is written again and again, and gone at the end.
+    wanted: as for `Progress`. On a terminal one line is updated, and removed at the end.
     """
 
     def __init__(self, label: str, wanted: bool | None) -> None:
@@ -82,7 +82,7 @@ class Waiting:
         self._terminal = sys.stderr.isatty()
         self._shown = self._terminal if wanted is None else wanted
         self._over = threading.Event()
-        self._thread = threading.Thread(target=self._tell, name="waiting", daemon=True)
+        self._thread = threading.Thread(target=self._show, name="waiting", daemon=True)
 
     def __enter__(self) -> Self:
         if self._shown:
@@ -96,20 +96,20 @@ class Waiting:
         if self._shown:
             self._thread.join()
 
-    def _tell(self) -> None:
-        began, told = time.monotonic(), False
+    def _show(self) -> None:
+        began, shown = time.monotonic(), False
         while not self._over.wait(WAIT_AFTER):
-            text = f"{_doing(self._label)}: {time.monotonic() - began:.0f} s"
+            text = f"{_with_compiling(self._label)}: {time.monotonic() - began:.0f} s"
             print(f"\r{text}\x1b[K" if self._terminal else text, end="" if self._terminal else "\n", file=sys.stderr)
             sys.stderr.flush()
-            told = True
-        if told and self._terminal:
+            shown = True
+        if shown and self._terminal:
             print("\r\x1b[K", end="", file=sys.stderr)
 
 
-def _doing(label: str) -> str:
-    """Return what takes the time: compiling, while that is so."""
-    start_up = sys.modules.get("synth.plan.process_start")  # known once there is anything to wait for
+def _with_compiling(label: str) -> str:
+    """Return the label; while kernels are compiled, it says so."""
+    start_up = sys.modules.get("synth.plan.process_start")  # imported before there is anything to wait for
     if start_up is not None and start_up.compiling():
         return f"{label} (compiling, once on this machine)"
     return label

@@ -1,8 +1,7 @@
-"""SCENE, `--set` and `--duration`: the words of a command line into one checked scene.
+"""SCENE, `--set` and `--duration`: turns these arguments into a checked scene.
 
-Stage: request -> SCENE. The file is read and the changes are merged as JSON; `synth.scene.scene` does all the checking,
-so a
-field is refused in the same words here, over HTTP and in Python.
+The changes are merged as JSON, and `synth.scene.scene` checks the result. Therefore a fault has the same text here,
+over HTTP and in Python.
 """
 
 from __future__ import annotations
@@ -22,12 +21,12 @@ from synth.scene.texture_registry import with_files
 
 
 def read_scene(arguments: argparse.Namespace) -> Scene:
-    """Return the scene that `arguments` (scene, changes, duration) ask for; raises InvalidRequest, OSError."""
+    """Return the scene of `arguments` (scene, changes, duration); raises InvalidRequest, OSError."""
     return scene_of(read_document(arguments.scene), arguments)
 
 
 def scene_of(document: dict[str, object], arguments: argparse.Namespace) -> Scene:
-    """Return the scene of `document` with the changes that `arguments` ask for; raises InvalidRequest."""
+    """Return the scene of `document` with the changes in `arguments`; raises InvalidRequest."""
     changes = list(arguments.changes)
     if arguments.duration is not None:
         changes.append(f"output.duration={arguments.duration}")
@@ -42,8 +41,8 @@ def scene_of(document: dict[str, object], arguments: argparse.Namespace) -> Scen
     return scene
 
 
-def unchanged(arguments: argparse.Namespace, what: str) -> None:
-    """Raise InvalidRequest where `arguments` would change what can only be taken as it is."""
+def check_unchanged(arguments: argparse.Namespace, what: str) -> None:
+    """Raise InvalidRequest if `arguments` change `what`, which cannot be changed."""
     if arguments.changes:
         invalid_request("--set", arguments.changes[0], f"nothing with {what}", "Render a scene to change one.")
     if arguments.duration is not None:
@@ -53,20 +52,20 @@ def unchanged(arguments: argparse.Namespace, what: str) -> None:
 
 
 def read_document(name: str) -> dict[str, object]:
-    """Return the JSON object that SCENE names: a file, standard input for `-`, or an entry of the catalogue."""
+    """Return the JSON object of SCENE: a file, `-` for standard input, or a texture of the catalogue."""
     if name == "-":
         return object_from_text(sys.stdin.buffer.read(LARGEST_BYTES))
     return document_of(name)
 
 
 def patch_of(change: str) -> dict[str, object]:
-    """Return the partial scene that `FIELD=VALUE` stands for: "a.b=1" is {"a": {"b": 1}}; raises InvalidRequest."""
+    """Return the partial scene of `FIELD=VALUE`: "a.b=1" is {"a": {"b": 1}}; raises InvalidRequest."""
     field, equals, value = change.partition("=")
     names = field.strip().split(".")
     if not equals or not all(names):
         invalid_request("--set", change, "FIELD=VALUE", "Write the field's path with dots, as in texture.period=0.6mm.")
     if any(name.isdigit() for name in names):
-        invalid_request("--set", change, "a path of field names", "A list is set as a whole, as JSON: FIELD=[...].")
+        invalid_request("--set", change, "a path of field names", "Set the whole list, as JSON: FIELD=[...].")
     patch: Any = value_of(value)
     for name in reversed(names):
         patch = {name: patch}
@@ -75,7 +74,7 @@ def patch_of(change: str) -> dict[str, object]:
 
 
 def value_of(text: str) -> Any:
-    """Return `text` as JSON where it parses strictly (so NaN and Infinity do not), else as the string it is."""
+    """Return `text` as JSON if it parses (NaN and Infinity do not), otherwise as a string."""
     try:
         return json.loads(text, parse_constant=_not_json)
     except ValueError:

@@ -1,8 +1,9 @@
-"""What a shell offers when somebody presses TAB: commands, options, files, textures, and fields of a scene.
+"""Completion with TAB: commands, options, files, textures, and fields of a scene.
 
-Model: the shell runs `ridgewave` with _ARGCOMPLETE set (the lines of `ridgewave completion` say so). argcomplete
-    reads the grammar of `clients.command_line.parser` and asks here for values. Nothing else of the program runs.
-Limits: a field is offered with its `=`; its value is left to the person.
+The shell runs `ridgewave` with _ARGCOMPLETE set, as the script of `ridgewave completion` says. argcomplete reads the
+grammar of `parser` and takes values from here. Nothing else of the program runs.
+
+Limits: a field is completed up to its `=`, not its value.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from argcomplete.completers import FilesCompleter
 
 
 def complete(parser: argparse.ArgumentParser) -> None:
-    """Offer the completions of the words typed so far, and end the process."""
+    """Print the completions of the words typed so far, and end the process."""
     for command in _commands(parser):
         for action in command._actions:
             completer = _COMPLETERS.get(action.dest)
@@ -26,20 +27,20 @@ def complete(parser: argparse.ArgumentParser) -> None:
 
 
 def scenes(prefix: str, **rest: Any) -> list[str]:
-    """Return the textures of the catalogue, and JSON files."""
+    """Return the textures of the catalogue and the JSON files that begin with `prefix`."""
     files: list[str] = FilesCompleter(("json",))(prefix, **rest)
     return [*textures(prefix), *files]
 
 
 def textures(prefix: str, **_rest: Any) -> list[str]:
-    """Return the textures of the catalogue."""
+    """Return the textures of the catalogue that begin with `prefix`."""
     from synth.scene.catalogue import catalogue_names
 
     return [name for name in catalogue_names() if name.startswith(prefix)]
 
 
 def fields(prefix: str, **_rest: Any) -> list[str]:
-    """Return the fields of a scene, each with its "="; nothing once that is typed."""
+    """Return the fields of a scene, each with its "="; none after "=" was typed."""
     from synth.scene.effects_section import effect_names
     from synth.scene.scene import scene_fields
 
@@ -50,7 +51,7 @@ def fields(prefix: str, **_rest: Any) -> list[str]:
 
 
 def quantities(prefix: str, **_rest: Any) -> list[str]:
-    """Return the quantities of a channel."""
+    """Return the quantities of a channel that begin with `prefix`."""
     return [name for name in ("displacement", "velocity", "acceleration") if name.startswith(prefix)]
 
 

@@ -1,4 +1,4 @@
-"""`ridgewave completion SHELL`: the lines that make a shell complete `ridgewave` with TAB."""
+"""`ridgewave completion SHELL`: prints the script with which a shell completes `ridgewave` with TAB."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`ridgewave devices`: the audio devices of this machine that `play` can use."""
+"""`ridgewave devices`: lists the audio devices of this machine that `play` can use."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from service.sinks import list_devices
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Carry out the command; raises CannotRender where PortAudio is missing."""
+    """Carry out the command; raises CannotRender without PortAudio."""
     devices = list_devices()
     if arguments.json:
         print_json({"devices": devices})

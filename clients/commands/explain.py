@@ -1,4 +1,4 @@
-"""`ridgewave explain SCENE`: the plan of a scene, as tables or as JSON."""
+"""`ridgewave explain SCENE`: prints the plan of a scene, as tables or as JSON."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from synth.scene.rules import Quantity
 from synth.scene.section import rule_of
 
 ENDINGS = {"_hz": " (Hz)", "_db": " (dB)", "_seconds": " (s)", "_bytes": " (bytes)", "_m": " (m)"}
-"""What the name of a number ends in where it has a unit, and what people read instead."""
+"""Endings of field names that give a unit, and the text shown instead."""
 SIZES = ((1e9, "GB"), (1e6, "MB"), (1e3, "kB"))
 
 
@@ -34,7 +34,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def print_plan(document: Mapping[str, Any]) -> None:
-    """Print a plan's document (design: `explain`) for a person to read."""
+    """Print the document of a plan as tables."""
     _print_simulated(document["simulated"])
     _print_left_out(document["left_out"])
     _print_mapping("Contact response", document["response"])
@@ -45,7 +45,7 @@ def print_plan(document: Mapping[str, Any]) -> None:
 
 
 def _print_simulated(items: list[dict[str, Any]]) -> None:
-    """Print a line for each thing that is simulated; an effect's settings and price stand beside it."""
+    """Print a row for each simulated part; effects also have their settings and price."""
     title = "Simulated, in order"
     if not items:
         print(f"{title}: nothing\n")
@@ -68,7 +68,7 @@ def _print_left_out(items: list[dict[str, Any]]) -> None:
 
 
 def _settings(item: Mapping[str, Any]) -> str:
-    """Return the settings of an effect, one a line, each with its unit."""
+    """Return the settings of an effect, one per line, with units."""
     if "settings" not in item:
         return ""
     section = declaration(item["name"]).settings
@@ -85,11 +85,10 @@ def _price(item: Mapping[str, Any]) -> str:
     if "price" not in item:
         return ""
     price = item["price"]
-    return f"{price['ns_per_frame']:.4g} ns a frame\n{_size(price['memory_bytes'])}"
+    return f"{price['ns_per_frame']:.4g} ns per frame\n{_size(price['memory_bytes'])}"
 
 
 def _size(count: int) -> str:
-    """Return a number of bytes in a handy unit."""
     for size, unit in SIZES:
         if count >= size:
             return f"{count / size:.3g} {unit}"
@@ -97,7 +96,7 @@ def _size(count: int) -> str:
 
 
 def _print_mapping(title: str, values: Mapping[str, Any], columns: tuple[str, str] = ("what", "value")) -> None:
-    """Print the values of a mapping under `columns`; what holds values of its own has a table of its own behind it."""
+    """Print the plain values of a mapping under `columns`, then a table for each nested mapping or list."""
     print_table(title, columns, [(_words(name), _text(value)) for name, value in values.items() if _is_plain(value)])
     for name, value in values.items():
         if isinstance(value, Mapping):
@@ -107,7 +106,7 @@ def _print_mapping(title: str, values: Mapping[str, Any], columns: tuple[str, st
 
 
 def _print_list(title: str, items: list[Mapping[str, Any]]) -> None:
-    """Print a line for each mapping of a list; they have equal names."""
+    """Print a row for each mapping of a list; all have the same fields."""
     names = list(items[0])
     print_table(title, [_words(name) for name in names], [[_text(item[name]) for name in names] for item in items])
 
@@ -119,7 +118,7 @@ def _is_plain(value: object) -> bool:
 
 
 def _leaves(values: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield the leaves of `values`, their names behind those of what holds them."""
+    """Yield the leaves of `values`, named with the names of the mappings that hold them."""
     for name, value in values.items():
         if isinstance(value, Mapping):
             yield from _leaves(value, f"{above}{name}: ")
@@ -128,7 +127,7 @@ def _leaves(values: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, A
 
 
 def _words(name: str) -> str:
-    """Return the name of a field as people read it: words, and the unit in brackets."""
+    """Return the name of a field as words, with the unit in brackets."""
     for ending, unit in ENDINGS.items():
         if name.endswith(ending):
             return name.removesuffix(ending).replace("_", " ") + unit

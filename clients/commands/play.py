@@ -1,6 +1,6 @@
-"""`ridgewave play SCENE`: a scene on an audio device of this machine, or into a recording in place of one.
+"""`ridgewave play SCENE`: plays a scene on an audio device of this machine, or into a file.
 
-Stage: voice -> sink, live: the voice ramps in and out and ends in the safety limiter; the device sets the pace.
+The voice is faded in and out and passes the safety limiter. The device sets the pace.
 """
 
 from __future__ import annotations
@@ -29,24 +29,24 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
-BLOCK_SECONDS = 0.01  # s; longer makes Ctrl-C late, shorter makes Python's share of the time felt
-SWITCH_SECONDS = 0.0005  # s; Python's usual 5 ms lets this thread keep the audio callback waiting past its deadline
+BLOCK_SECONDS = 0.01  # s; longer delays Ctrl-C, shorter costs more time in Python
+SWITCH_SECONDS = 0.0005  # s; with Python's default of 5 ms this thread makes the audio callback miss its deadline
 
 
 class LiveSound(Protocol):
-    """The part of a live voice that playing needs."""
+    """What `play` needs of a live voice."""
 
     @property
     def sample_rate(self) -> int:
-        """Return the frames a second."""
+        """Frames per second."""
 
     @property
     def finished(self) -> bool:
-        """Return whether the fade-out is over."""
+        """Whether the fade-out is over."""
 
     @property
     def reduction_db(self) -> float:
-        """Return the largest gain reduction of the limiter in the last block, in dB."""
+        """Largest gain reduction by the limiter in the last block, in dB."""
 
     def render(self, frames: int) -> npt.NDArray[np.float32]:
         """Return the next float32 block [frames, channels]."""
@@ -57,24 +57,24 @@ class LiveSound(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Played:
-    """What was played: frames, and the largest gain reduction (dB) of the limiter."""
+    """The number of frames played, and the largest gain reduction by the limiter, in dB."""
 
     frames: int
     reduction_db: float
 
 
 class Stop:
-    """Whether somebody asked to stop, and the exit code that this asks for."""
+    """A request to stop, and the exit code for it."""
 
     def __init__(self) -> None:
         self.code = DONE
 
     def asked(self) -> bool:
-        """Return whether to stop."""
+        """Return whether a signal requested a stop."""
         return self.code != DONE
 
     def ask(self, number: int, _frame: FrameType | None = None) -> None:
-        """Take note of a signal; a second one ends at once, without the fade."""
+        """Note a signal. A second one ends the command at once, without the fade."""
         if self.asked():
             raise KeyboardInterrupt
         self.code = INTERRUPTED if number == signal.SIGINT else TERMINATED
@@ -108,7 +108,7 @@ def run(arguments: argparse.Namespace) -> int:
 def play(voice: LiveSound, sink: Sink, frames: int | None, stop: Stop) -> Played:
     """Play `frames` of `voice` (None: until stopped) into a started `sink`, then its fade-out.
 
-    What goes wrong silences the sink at once and is raised.
+    An error silences the sink at once and is raised.
     """
     played, reduction = 0, 0.0
     try:
@@ -138,7 +138,7 @@ def _sound(voice: LiveSound, frames: int | None, stop: Stop) -> Iterator[npt.NDA
 
 @contextmanager
 def stopped_by_signals() -> Iterator[Stop]:
-    """Let Ctrl-C and SIGTERM ask to stop, so that the sound fades out instead of breaking off."""
+    """Turn Ctrl-C and SIGTERM into a request to stop, so that the sound fades out."""
     stop = Stop()
     before = {number: signal.signal(number, stop.ask) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
@@ -154,6 +154,6 @@ def _report(result: dict[str, Any], as_json: bool) -> None:
         return
     print(f"played {result['seconds']:.3f} s on {result['device']}")
     if result["underruns"]:
-        warn(f"the device ran dry {result['underruns']} times: this machine did not keep up, or the device stalled")
+        warn(f"{result['underruns']} underruns: this machine did not keep up, or the device stalled")
     for sentence in reduction_warning(result["gain_reduction_db"]):
         warn(sentence)

@@ -1,4 +1,8 @@
-"""`ridgewave render SCENE -o OUT`: a scene, or a recording of a live session, in; a sound file out, block by block."""
+"""`ridgewave render SCENE -o OUT`: renders a scene, or a recording of a live session, to a sound file.
+
+The file is written block by block, so memory does not grow with its length. Float formats hold value / full scale.
+Integer formats pass the safety limiter first, because integers clip.
+"""
 
 from __future__ import annotations
 
@@ -8,20 +12,24 @@ import time
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, BinaryIO
 
+import numpy as np
+
 from clients.command_line.exit_codes import DONE, invalid_request
 from clients.command_line.output_file import Target, read_target, replaces
 from clients.command_line.printing import print_json, say, warn
 from clients.command_line.progress import Progress, Waiting
-from clients.command_line.scene_argument import read_document, scene_of, unchanged
-from clients.commands.export import Export, export
+from clients.command_line.scene_argument import check_unchanged, read_document, scene_of
 from synth import Scene, open_voice
 from synth.encode.formats import Metadata, open_writer
 from synth.encode.sound_metadata import UNITS
 from synth.scene.scene import scene_document
+from synth.voice.fades import reduction_warning
 from synth.voice.hand_log import is_recording
 
 if TYPE_CHECKING:
     from synth.voice.limiter import Limiter
+
+BLOCK_FRAMES = 1 << 14  # larger only takes memory, smaller costs more time in Python
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -30,11 +38,11 @@ def run(arguments: argparse.Namespace) -> int:
     replaced = target.path is not None and replaces(target.path, arguments.no_clobber)
     document = read_document(arguments.scene)
     if is_recording(document):
-        unchanged(arguments, "a recording")
+        check_unchanged(arguments, "a recording")
         result = render_recording(target, document, arguments.progress, exact=arguments.exact)
     elif arguments.exact:
         invalid_request(
-            "--exact", "true", "a recording of a live session", "Leave it out: files of scenes are solved anyway."
+            "--exact", "true", "a recording of a live session", "Leave it out: the file of a scene is always solved."
         )
     else:
         result = render_to(target, scene_of(document, arguments), arguments.progress)
@@ -43,10 +51,9 @@ def run(arguments: argparse.Namespace) -> int:
         for text in result["warnings"]:
             warn(text)
         if replaced:
-            say(f"replaced {target.name}, which was there; --no-clobber keeps what is there")
+            say(f"replaced {target.name}, which existed; --no-clobber keeps existing files")
     if target.path is None:
-        # Standard output carries the sound, so the result goes where the messages go.
-        print(_summary(result), file=sys.stderr)
+        print(_summary(result), file=sys.stderr)  # standard output carries the sound
     elif arguments.json:
         print_json(result)
     else:
@@ -55,7 +62,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def render_to(target: Target, scene: Scene, progress: bool | None) -> dict[str, Any]:
-    """Render `scene` into `target` and return the result, in the words of `--json`."""
+    """Render `scene` into `target`; return the result as `--json` prints it."""
     started = time.perf_counter()
     with Waiting("solving the contact", progress):
         voice = open_voice(scene)
@@ -65,9 +72,9 @@ def render_to(target: Target, scene: Scene, progress: bool | None) -> dict[str, 
 def render_recording(
     target: Target, document: Mapping[str, Any], progress: bool | None, *, exact: bool = False
 ) -> dict[str, Any]:
-    """Render the recording of a live session into `target` and return the result.
+    """Render the recording of a live session into `target`; return the result as `--json` prints it.
 
-    It gives the samples that were sent, or, exact, those of the same motion to the scene's tolerance.
+    The samples are those that were sent, or, if exact, those of the same motion to the scene's tolerance.
     """
     from synth.voice.recording import Recording
 
@@ -80,22 +87,45 @@ def render_recording(
 def _written(
     target: Target, voice: Any, scene: Scene, frames: int, started: float, progress: bool | None
 ) -> dict[str, Any]:
-    """Write `frames` of `voice` and return the result; started: when its preparation began."""
+    """Write `frames` of `voice`; return the result. started: time at which its preparation began."""
     ready = time.perf_counter()
     rate = voice.sample_rate
     limiter = None if target.sound_format.is_float else _limiter(voice.channels, rate)
     metadata = Metadata(voice.full_scale, voice.quantities, scene_document(scene))
     place: Any = _standard_output() if target.path is None else target.path
+    peaks = np.zeros(voice.channels)
+    blocks = (voice.render(min(BLOCK_FRAMES, frames - done)) for done in range(0, frames, BLOCK_FRAMES))
     with (
         Progress("rendering", frames / rate, "s", progress) as bar,
         open_writer(place, target.sound_format, rate, voice.channels, metadata, frames=frames) as writer,
     ):
-        written = export(voice, writer, frames, limiter, lambda count: bar.advance(count / rate))
-    return _result(target, voice, written, ready - started, time.perf_counter() - ready)
+        for block in blocks if limiter is None else limiter.limited(blocks):
+            writer.write(block)
+            np.maximum(peaks, np.abs(block).max(axis=0), out=peaks)
+            bar.advance(len(block) / rate)
+    reduction_db = 0.0 if limiter is None else limiter.take_reduction()
+    seconds, rendering = frames / rate, time.perf_counter() - ready
+    channels = [
+        {"quantity": quantity, "unit": UNITS[quantity], "full_scale": full_scale, "peak": float(peak)}
+        for quantity, full_scale, peak in zip(voice.quantities, voice.full_scale, peaks, strict=True)
+    ]
+    return {
+        "file": target.name,
+        "format": str(target.sound_format),
+        "seconds": seconds,
+        "frames": frames,
+        "sample_rate": rate,
+        "channels": channels,
+        "setup_seconds": ready - started,
+        "render_seconds": rendering,
+        "times_real_time": seconds / rendering,
+        "gain_reduction_db": reduction_db,
+        "warnings": [*voice.warnings, *reduction_warning(reduction_db)],
+    }
 
 
 def _limiter(channels: int, rate: int) -> Limiter:
-    """Return the safety limiter; only a file of integers loads it."""
+    """Return the safety limiter, which only integer formats import."""
     from synth.voice.limiter import Limiter, look_ahead
 
     return Limiter(channels, rate, look_ahead(rate))
@@ -103,29 +133,6 @@ def _limiter(channels: int, rate: int) -> Limiter:
 
 def _standard_output() -> BinaryIO:
     return sys.stdout.buffer
-
-
-def _result(target: Target, voice: Any, written: Export, setup: float, rendering: float) -> dict[str, Any]:
-    from synth.voice.fades import reduction_warning
-
-    seconds = written.frames / voice.sample_rate
-    channels = [
-        {"quantity": quantity, "unit": UNITS[quantity], "full_scale": full_scale, "peak": peak}
-        for quantity, full_scale, peak in zip(voice.quantities, voice.full_scale, written.peaks, strict=True)
-    ]
-    return {
-        "file": target.name,
-        "format": str(target.sound_format),
-        "seconds": seconds,
-        "frames": written.frames,
-        "sample_rate": voice.sample_rate,
-        "channels": channels,
-        "setup_seconds": setup,
-        "render_seconds": rendering,
-        "times_real_time": seconds / rendering,
-        "gain_reduction_db": written.reduction_db,
-        "warnings": [*voice.warnings, *reduction_warning(written.reduction_db)],
-    }
 
 
 def _summary(result: dict[str, Any]) -> str:

@@ -1,4 +1,4 @@
-"""`ridgewave serve`: the HTTP service, with settings from RIDGEWAVE_* unless an option says otherwise."""
+"""`ridgewave serve`: runs the HTTP service. The options override the environment variables RIDGEWAVE_*."""
 
 from __future__ import annotations
 
@@ -16,6 +16,6 @@ def run(arguments: argparse.Namespace) -> int:
     try:
         return run_service(settings)
     except KeyboardInterrupt:
-        return INTERRUPTED  # Ctrl-C is how a service is stopped: the log has said so already
+        return INTERRUPTED  # the usual way to stop a service; the log reports it
     except Terminated:
         return TERMINATED

@@ -1,4 +1,4 @@
-"""`ridgewave table SCENE -o NAME.safetensors`: the response table of a scene, for voices elsewhere."""
+"""`ridgewave table SCENE -o NAME.safetensors`: writes the response table of a scene, for other programs."""
 
 from __future__ import annotations
 
@@ -22,9 +22,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     path = Path(arguments.output)
     if path.suffix != ENDING or path.is_dir():
-        invalid_request(
-            "--output", arguments.output, f"the name of a file that ends in {ENDING}", "Write NAME.safetensors."
-        )
+        invalid_request("--output", arguments.output, f"a file name that ends in {ENDING}", "Write NAME.safetensors.")
     scene = read_scene(arguments)
     replaced = replaces(path, arguments.no_clobber)
     with Waiting("making the table", arguments.progress):
@@ -37,7 +35,7 @@ def run(arguments: argparse.Namespace) -> int:
         except BaseException:
             part.discard()
             raise
-    told = {
+    result = {
         "path": str(path),
         "replaced": replaced,
         "hash": table.hash,
@@ -51,7 +49,7 @@ def run(arguments: argparse.Namespace) -> int:
         },
     }
     if arguments.json:
-        print_json(told)
+        print_json(result)
     else:
-        print_table("", ("table", "value"), [(name, str(value)) for name, value in told.items()])
+        print_table("", ("table", "value"), [(name, str(value)) for name, value in result.items()])
     return DONE

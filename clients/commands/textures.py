@@ -1,4 +1,4 @@
-"""`ridgewave textures [NAME]`: the catalogue as a table, or one entry's scene as JSON."""
+"""`ridgewave textures [NAME]`: prints the catalogue as a table, or the scene of one texture as JSON."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ import httpx
 
 from clients.client_errors import ClientError, RefusedError
 from clients.http_client import calls as calls
-from clients.http_client.calls import Call, Document, SessionFace, StreamFrames
+from clients.http_client.calls import Call, Document, SessionState, StreamFrames
 from clients.pcm_buffer import Block
 from synth.encode.sound import Sound
 
@@ -25,7 +25,7 @@ T = TypeVar("T")
 
 
 class AsyncClient:
-    """The service at `base_url`; arguments and exceptions are those of `Client`."""
+    """The service at `base_url`. Arguments and exceptions are those of `Client`."""
 
     def __init__(
         self,
@@ -87,7 +87,7 @@ class AsyncClient:
             return False
 
     async def open_session(self, scene: Any = None) -> AsyncSession:
-        """As `Client.open_session`; `async with await client.open_session(scene) as session` ends it by itself."""
+        """As `Client.open_session`; `async with await client.open_session(scene) as session` ends it."""
         return AsyncSession(self, await self.carry(calls.open_session(scene)))
 
     async def session(self, name: str) -> AsyncSession:
@@ -99,14 +99,14 @@ class AsyncClient:
         return await self.carry(calls.recording(name))
 
     async def carry(self, call: Call[T]) -> T:
-        """Send a call and return what its answer says."""
+        """Send a call and return its result."""
         with calls.transported():
             response = await self._http.request(call.method, call.path, **call.keywords)
         return call.read(response)
 
     @contextlib.asynccontextmanager
     async def carry_open(self, call: Call[None]) -> AsyncIterator[httpx.Response]:
-        """Send a call and yield its answer, whose body is still to come."""
+        """Send a call and yield the response, whose body was not read."""
         with calls.transported():
             async with self._http.stream(call.method, call.path, **call.keywords) as response:
                 if not response.is_success:
@@ -115,8 +115,8 @@ class AsyncClient:
                 yield response
 
 
-class AsyncSession(SessionFace):
-    """A session of the service; made by `AsyncClient.open_session`. Each method is that of `Session`, awaited."""
+class AsyncSession(SessionState):
+    """A session of the service, made by `AsyncClient.open_session`. Each method is that of `Session`, awaited."""
 
     def __init__(self, client: AsyncClient, document: Document) -> None:
         super().__init__(document)
@@ -161,7 +161,7 @@ class AsyncSession(SessionFace):
 
 
 class AsyncStream(StreamFrames):
-    """The sound of a session, to be read; made by `AsyncSession.stream`."""
+    """The sound of a session, made by `AsyncSession.stream`."""
 
     def __init__(self, response: httpx.Response) -> None:
         super().__init__(response)

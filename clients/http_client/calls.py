@@ -1,8 +1,6 @@
-"""The calls of the service over HTTP without a connection: what each sends, and what its answer means.
+"""The calls of the service over HTTP: what each sends, and how to read its answer.
 
-Stage: `clients.http_client.sync_client` and `clients.http_client.async_client` carry them.
-Model: a `Call` is method, path, query, body, and the function that reads a good answer. An answer that is not good
-    becomes the exception of its problem document.
+`Client` and `AsyncClient` send them.
 """
 
 from __future__ import annotations
@@ -25,14 +23,14 @@ from clients.client_errors import (
     retry_seconds,
 )
 from clients.http_client.rendered_sound import read_shape, read_sound
-from clients.live_client.wire_messages import checked_key, document_of, text_of
 from clients.pcm_buffer import SAMPLE_TYPES, Block, PcmBuffer
+from clients.scene_and_key import checked_key, json_text, scene_to_send
 from synth.encode.sound import Sound
 from synth.errors import CannotRender, Fault, InvalidRequest, shown
 
 DEFAULT_URL = "http://127.0.0.1:8000"
-CONNECT_SECONDS = 5.0  # s; a service that is there answers at once
-ANSWER_SECONDS = 120.0  # s without a byte: a first render compiles for seconds, `accuracy` measures for up to a minute
+CONNECT_SECONDS = 5.0  # s; a running service accepts connections at once
+ANSWER_SECONDS = 120.0  # s without a byte; a first render compiles for seconds, `accuracy` measures for up to a minute
 
 T = TypeVar("T")
 Document = dict[str, Any]
@@ -40,7 +38,7 @@ Document = dict[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class Call(Generic[T]):
-    """One request, and how to read its answer; body: a JSON document, None for no body."""
+    """One request. answer: reads a successful response. body: a JSON document, or None."""
 
     method: str
     path: str
@@ -50,14 +48,14 @@ class Call(Generic[T]):
 
     @property
     def keywords(self) -> dict[str, Any]:
-        """Return the keywords of `request` of httpx."""
+        """The keyword arguments of `request` of httpx."""
         keywords: dict[str, Any] = {"params": self.query}
         if self.body is not None:
-            keywords |= {"content": text_of(self.body).encode(), "headers": {"Content-Type": "application/json"}}
+            keywords |= {"content": json_text(self.body).encode(), "headers": {"Content-Type": "application/json"}}
         return keywords
 
     def read(self, response: httpx.Response) -> T:
-        """Return what a whole answer says; raises RefusedError, ServiceError, ProtocolError."""
+        """Return the result in a complete response; raises RefusedError, ServiceError, ProtocolError."""
         check(response)
         try:
             return self.answer(response)
@@ -66,21 +64,21 @@ class Call(Generic[T]):
 
 
 def settings_of(base_url: str, key: str | None) -> dict[str, Any]:
-    """Return the keywords of a client of httpx."""
+    """Return the keyword arguments of a client of httpx."""
     headers = {} if key is None else {"Authorization": f"Bearer {checked_key(key)}"}
     timeout = httpx.Timeout(ANSWER_SECONDS, connect=CONNECT_SECONDS)
     return {"base_url": base_url, "headers": headers, "timeout": timeout}
 
 
 def check(response: httpx.Response) -> None:
-    """Raise what an answer that is not good stands for; its body has been read."""
+    """Raise the exception for an unsuccessful response, whose body must have been read."""
     if not response.is_success:
         raise _refusal(response)
 
 
 @contextlib.contextmanager
 def transported() -> Iterator[None]:
-    """Raise ConnectionLost in place of what httpx raises where a connection fails."""
+    """Raise ConnectionLost in place of the exceptions of httpx for failed connections."""
     try:
         yield
     except httpx.TransportError as error:
@@ -94,7 +92,7 @@ def _refusal(response: httpx.Response) -> ProblemError:
 
 def render(scene: Any, sound_format: str) -> Call[Sound]:
     """Return the call that renders a scene."""
-    document = document_of(scene)
+    document = scene_to_send(scene)
 
     def answer(response: httpx.Response) -> Sound:
         return read_sound(response.content, response.headers, document)
@@ -104,13 +102,13 @@ def render(scene: Any, sound_format: str) -> Call[Sound]:
 
 def explain(scene: Any) -> Call[Document]:
     """Return the call that explains a scene."""
-    return Call("POST", "/v1/explain", _object, document_of(scene))
+    return Call("POST", "/v1/explain", _object, scene_to_send(scene))
 
 
 def accuracy(scene: Any, quantity: str | None) -> Call[Document]:
     """Return the call that measures what accuracy costs."""
     query = {} if quantity is None else {"quantity": quantity}
-    return Call("POST", "/v1/accuracy", _object, document_of(scene), query)
+    return Call("POST", "/v1/accuracy", _object, scene_to_send(scene), query)
 
 
 def textures() -> Call[list[Document]]:
@@ -124,12 +122,12 @@ def texture(name: str) -> Call[Document]:
 
 
 def make_table(scene: Any) -> Call[str]:
-    """Return the call that has the table of a scene made, and answers its hash."""
-    return Call("POST", "/v1/tables", lambda response: str(_object(response)["hash"]), document_of(scene))
+    """Return the call that makes the table of a scene and returns its hash."""
+    return Call("POST", "/v1/tables", lambda response: str(_object(response)["hash"]), scene_to_send(scene))
 
 
 def table(name: str) -> Call[bytes]:
-    """Return the call for the file of the table whose hash is `name`; another content is no good answer."""
+    """Return the call for the file of the table whose hash is `name`; the hash of the file is checked."""
 
     def answer(response: httpx.Response) -> bytes:
         from synth.response.table_file import table_of_bytes
@@ -152,17 +150,17 @@ def stop() -> Call[Document]:
 
 
 def healthz() -> Call[bool]:
-    """Return the call that asks whether the process answers."""
+    """Return the call that checks whether the service answers."""
     return Call("GET", "/healthz", lambda _: True)
 
 
 def open_session(scene: Any) -> Call[Document]:
     """Return the call that opens a session."""
-    return Call("POST", "/v1/sessions", _object, document_of(scene))
+    return Call("POST", "/v1/sessions", _object, scene_to_send(scene))
 
 
 def look(session: str) -> Call[Document]:
-    """Return the call that looks at a session."""
+    """Return the call that reads the state of a session."""
     return Call("GET", _session_path(session), _object)
 
 
@@ -187,12 +185,12 @@ def end_play(session: str) -> Call[Document]:
 
 
 def recording(session: str) -> Call[Document]:
-    """Return the call for what the hand of a live session did."""
+    """Return the call for the recording of a live session."""
     return Call("GET", _session_path(session, "recording"), _object)
 
 
 def stream(session: str, duration: float | None, sound_format: str) -> Call[None]:
-    """Return the call whose answer is the sound of a session; raises InvalidRequest for a format that is a file's."""
+    """Return the call for the stream of a session; raises InvalidRequest for formats other than raw samples."""
     if sound_format not in ("f32le", "l16"):
         raise InvalidRequest([Fault("/format", shown(sound_format), "f32le or l16", "Write f32le.")])
     length = {} if duration is None else {"duration": repr(float(duration))}
@@ -210,8 +208,8 @@ def _object(response: httpx.Response) -> Document:
     return document
 
 
-class SessionFace:
-    """What is known of a session: `document` is the service's last word on it."""
+class SessionState:
+    """The state of a session. document: its newest description by the service."""
 
     def __init__(self, document: Document) -> None:
         self.document = document
@@ -223,30 +221,30 @@ class SessionFace:
 
     @property
     def scene(self) -> Document:
-        """Return the complete scene, as it was when the session was last opened, changed or looked at."""
+        """The complete scene, as of the last call that opened, changed or read the session."""
         return dict(self.document["scene"])
 
 
 class StreamFrames:
-    """The frames of a stream's answer as its bytes arrive; raises ProtocolError where its headers do not tell them."""
+    """The received frames of a stream; raises ProtocolError if the headers do not describe the samples."""
 
     def __init__(self, response: httpx.Response) -> None:
         try:
             shape = read_shape(response.headers)
         except (KeyError, ValueError) as error:
-            raise ProtocolError("the service's answer does not say what its samples are") from error
+            raise ProtocolError("the headers of the answer do not describe its samples") from error
         if shape.sound_format not in SAMPLE_TYPES:
-            raise ProtocolError(f"asked for raw samples, got {shape.sound_format}")
+            raise ProtocolError(f"requested raw samples, got {shape.sound_format}")
         self.sample_rate, self.channels = shape.sample_rate, shape.channels
         self.frame = 0
         self._buffer = PcmBuffer(shape.sound_format, shape.channels)
 
     def append(self, samples: bytes) -> None:
-        """Take the next bytes."""
+        """Append received bytes."""
         self._buffer.append(samples)
 
     def has(self, frames: int) -> bool:
-        """Return whether the next `frames` are there."""
+        """Return whether the next `frames` were received."""
         return self._buffer.frames >= frames
 
     def take(self, frames: int) -> Block:
@@ -255,6 +253,6 @@ class StreamFrames:
         return self._buffer.take(frames)
 
     def ended(self) -> StreamEnded:
-        """Return the exception for a stream that is over, with what is left."""
+        """Return the exception for the end of the stream, with the unread frames."""
         rest = self.take(self._buffer.frames)
         return StreamEnded("finished", self.frame, rest=rest)

@@ -1,7 +1,6 @@
-"""The answer of a service to a render, read back into a `synth.Sound`.
+"""Reads the answer to a render into a `synth.Sound`.
 
-Stage: encode, backwards.
-Model: float32 formats hold value / full scale as they were rendered; integer ones come back as n / 2**(bits - 1).
+float32 formats hold value / full scale; integer formats are read as n / 2**(bits - 1).
 """
 
 from __future__ import annotations
@@ -19,13 +18,13 @@ from synth.encode.sound import Sound
 
 
 def read_sound(body: bytes, headers: Mapping[str, str], scene: Mapping[str, Any]) -> Sound:
-    """Return the sound of an answer; raises ProtocolError where the headers do not describe it."""
+    """Return the sound in an answer; raises ProtocolError if the headers do not describe it."""
     try:
         shape = read_shape(headers)
         full_scale = tuple(float(value) for value in headers["ridgewave-full-scale"].split(","))
         quantities = tuple(value.strip() for value in headers["ridgewave-quantities"].split(","))
     except (KeyError, ValueError) as error:
-        raise ProtocolError("the service's answer does not say what its samples are") from error
+        raise ProtocolError("the headers of the answer do not describe its samples") from error
     warning = headers.get("ridgewave-warning")
     frames = _decode(body, shape.sound_format, shape.channels)
     return Sound(frames, shape.sample_rate, full_scale, quantities, scene, () if warning is None else (warning,))
@@ -33,7 +32,7 @@ def read_sound(body: bytes, headers: Mapping[str, str], scene: Mapping[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class Shape:
-    """The samples of an answer: the header Ridgewave-Format."""
+    """The header Ridgewave-Format: the form of the samples."""
 
     sound_format: str
     sample_rate: int
@@ -41,14 +40,13 @@ class Shape:
 
 
 def read_shape(headers: Mapping[str, str]) -> Shape:
-    """Return what Ridgewave-Format says, as in `f32le;rate=48000;channels=1`; raises KeyError, ValueError."""
+    """Read Ridgewave-Format, such as `f32le;rate=48000;channels=1`; raises KeyError, ValueError."""
     sound_format, *rest = headers["ridgewave-format"].split(";")
     named = dict(part.strip().split("=") for part in rest)
     return Shape(sound_format, int(named["rate"]), int(named["channels"]))
 
 
 def _decode(body: bytes, sound_format: str, channels: int) -> Block:
-    """Return the samples of a whole answer."""
     if sound_format in SAMPLE_TYPES:
         return _raw(body, sound_format, channels)
     import soundfile
@@ -56,13 +54,13 @@ def _decode(body: bytes, sound_format: str, channels: int) -> Block:
     try:
         frames, _ = soundfile.read(io.BytesIO(body), dtype="float32", always_2d=True)
     except soundfile.LibsndfileError as error:
-        raise ProtocolError(f"the service's answer is no {sound_format} file") from error
+        raise ProtocolError(f"the answer is not a {sound_format} file") from error
     return np.asarray(frames, dtype=np.float32)
 
 
 def _raw(body: bytes, sample_format: str, channels: int) -> Block:
     buffer = PcmBuffer(sample_format, channels)
     if len(body) % buffer.frame_bytes:
-        raise ProtocolError("the service's answer does not hold whole frames")
+        raise ProtocolError("the answer ends within a frame")
     buffer.append(body)
     return buffer.take(buffer.frames)

@@ -17,7 +17,7 @@ import httpx
 
 from clients.client_errors import ClientError, RefusedError
 from clients.http_client import calls as calls
-from clients.http_client.calls import Call, Document, SessionFace, StreamFrames
+from clients.http_client.calls import Call, Document, SessionState, StreamFrames
 from clients.pcm_buffer import Block
 from synth.encode.sound import Sound
 
@@ -27,10 +27,10 @@ T = TypeVar("T")
 class Client:
     """The service at `base_url`.
 
-    key: what the service wants as a Bearer token, None where it wants none. transport: of httpx, such as
-    `httpx.MockTransport`; None is the network.
-    Every call raises RefusedError (the request is at fault: `faults`), ServiceError (it cannot be done there),
-    ConnectionLost (nothing answers), ProtocolError (it is not this service that answers).
+    key: a key of the service, sent as a Bearer token; None if it requires none.
+    transport: of httpx, such as `httpx.MockTransport`; None is the network.
+    Every call raises RefusedError (the request is at fault), ServiceError (the service cannot carry it out),
+    ConnectionLost (nothing answers), ProtocolError (another service answers).
     """
 
     def __init__(
@@ -51,19 +51,20 @@ class Client:
         self._http.close()
 
     def render(self, scene: Any = None, format: str = "f32le") -> Sound:
-        """Return the sound of a scene (a partial scene as a mapping, a `synth.Scene`, None for the default scene).
+        """Return the sound of a scene.
 
-        format: how it travels: "f32le" and "wav" are float32, not limited; "wav16", "wav24", "flac" and "l16" are
-        integers, limited, and come back as float32.
+        scene: a partial scene as a mapping, or a `synth.Scene`; None is the default scene.
+        format: of the transfer. "f32le" and "wav" are float32, not limited; "wav16", "wav24", "flac" and "l16" are
+            limited integers, which are converted to float32.
         """
         return self.carry(calls.render(scene, format))
 
     def explain(self, scene: Any = None) -> Document:
-        """Return what a render of the scene would simulate, why, at what error and cost."""
+        """Return the plan of a scene: what is simulated, why, with which error and cost."""
         return self.carry(calls.explain(scene))
 
     def accuracy(self, scene: Any = None, quantity: str | None = None) -> Document:
-        """Return what accuracy costs: every method, what it errs by and how long it takes. Takes up to a minute."""
+        """Return the error and the cost of every method for a scene. Takes up to a minute."""
         return self.carry(calls.accuracy(scene, quantity))
 
     def textures(self) -> list[Document]:
@@ -75,7 +76,7 @@ class Client:
         return self.carry(calls.texture(name))
 
     def table(self, scene: Any = None) -> bytes:
-        """Return the file of the scene's response table, as docs/table.md describes it; its hash has been checked."""
+        """Return the file of the scene's response table (docs/table.md); its hash was checked."""
         return self.carry(calls.table(self.carry(calls.make_table(scene))))
 
     def devices(self) -> list[Document]:
@@ -83,7 +84,7 @@ class Client:
         return self.carry(calls.devices())
 
     def stop(self) -> Document:
-        """Silence everything that the service plays and streams, and end every session; return the counts."""
+        """Silence all plays and streams of the service and end all sessions; return their numbers."""
         return self.carry(calls.stop())
 
     def healthz(self) -> bool:
@@ -94,26 +95,26 @@ class Client:
             return False
 
     def open_session(self, scene: Any = None) -> Session:
-        """Open a session, to be read with `stream` and steered with `change`; as a context manager it ends itself."""
+        """Open a session: read it with `stream`, steer it with `change`. As a context manager it ends on exit."""
         return Session(self, self.carry(calls.open_session(scene)))
 
     def session(self, name: str) -> Session:
-        """Return the session of that id."""
+        """Return the session with the id `name`."""
         return Session(self, self.carry(calls.look(name)))
 
     def recording(self, name: str) -> Document:
-        """Return what the hand did in the live session of that id, which was opened with `record`."""
+        """Return the recording of the live session with the id `name`, which was opened with `record`."""
         return self.carry(calls.recording(name))
 
     def carry(self, call: Call[T]) -> T:
-        """Send a call and return what its answer says."""
+        """Send a call and return its result."""
         with calls.transported():
             response = self._http.request(call.method, call.path, **call.keywords)
         return call.read(response)
 
     @contextlib.contextmanager
     def carry_open(self, call: Call[None]) -> Iterator[httpx.Response]:
-        """Send a call and yield its answer, whose body is still to come."""
+        """Send a call and yield the response, whose body was not read."""
         with (
             calls.transported(),
             self._http.stream(call.method, call.path, **call.keywords) as response,
@@ -124,8 +125,8 @@ class Client:
             yield response
 
 
-class Session(SessionFace):
-    """A session of the service; made by `Client.open_session`."""
+class Session(SessionState):
+    """A session of the service, made by `Client.open_session`."""
 
     def __init__(self, client: Client, document: Document) -> None:
         super().__init__(document)
@@ -141,12 +142,12 @@ class Session(SessionFace):
             self.delete()
 
     def look(self) -> Document:
-        """Return the session as it is now."""
+        """Return the present state of the session."""
         self.document = self._client.carry(calls.look(self.id))
         return self.document
 
     def change(self, partial: Mapping[str, Any]) -> Document:
-        """Change the scene by a partial scene, cross-faded; return the session."""
+        """Change the scene by a partial scene, cross-faded; return the state of the session."""
         self.document = self._client.carry(calls.change(self.id, partial))
         return self.document
 
@@ -155,22 +156,25 @@ class Session(SessionFace):
         self._client.carry(calls.delete(self.id))
 
     def play(self, device: str | int | None = None) -> Document:
-        """Play on a device of the service's machine, or into "file:NAME.wav" there; return how it goes."""
+        """Play on a device of the service's machine, or into "file:NAME.wav" there; return the state of the play."""
         return self._client.carry(calls.play(self.id, device))
 
     def end_play(self) -> Document:
-        """End the play; return how it went."""
+        """End the play; return its final state."""
         return self._client.carry(calls.end_play(self.id))
 
     @contextlib.contextmanager
     def stream(self, duration: float | None = None, format: str = "f32le") -> Iterator[Stream]:
-        """Yield the sound, in real time; endless, or of `duration` seconds. format: "f32le", or "l16": half as much."""
+        """Yield the sound in real time.
+
+        duration: seconds; None is endless. format: "f32le", or "l16" for half the bytes.
+        """
         with self._client.carry_open(calls.stream(self.id, duration, format)) as response:
             yield Stream(response)
 
 
 class Stream(StreamFrames):
-    """The sound of a session, to be read; made by `Session.stream`."""
+    """The sound of a session, made by `Session.stream`."""
 
     def __init__(self, response: httpx.Response) -> None:
         super().__init__(response)
@@ -179,7 +183,7 @@ class Stream(StreamFrames):
     def read(self, frames: int) -> Block:
         """Return the next `frames`, float32 [frames, channels], in units of the session's full scale.
 
-        Raises StreamEnded, whose `rest` holds the frames before the end; ConnectionLost.
+        Raises StreamEnded, whose `rest` holds the unread frames before the end; ConnectionLost.
         """
         with calls.transported():
             while not self.has(frames):

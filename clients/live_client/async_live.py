@@ -18,18 +18,17 @@ from typing import TYPE_CHECKING, Any, Self, Unpack
 
 from websockets.asyncio.client import ClientConnection, connect
 
-from clients.live_client.live_interface import LiveHand, LiveOptions
-from clients.live_client.live_protocol import LiveCore, not_open
+from clients.live_client.live_interface import LiveInterface, LiveOptions
+from clients.live_client.live_protocol import LiveProtocol, not_open
 from clients.live_client.reconnection import Closed
 from clients.live_client.websocket_connection import (
     CLOSE_SECONDS,
-    FAILURES,
     READY_SECONDS,
     Address,
     AsyncConnect,
     AsyncConnection,
     check_subprotocol,
-    closure_of,
+    failures_as_closed,
     not_ready,
 )
 from clients.pcm_buffer import Block
@@ -38,11 +37,11 @@ if TYPE_CHECKING:
     from clients.http_client.async_client import AsyncClient
 
 
-class AsyncLive(LiveHand):
-    """A live stream; see `LiveHand` for the arguments.
+class AsyncLive(LiveInterface):
+    """A live stream; see `LiveInterface` for the other arguments.
 
-    connect: makes the connection, `websockets` unless given; see `AsyncConnection`.
-    client: the `AsyncClient` that fetches the recording; None makes one of `url` and `key`.
+    connect: opens the connection in place of `websockets`; see `AsyncConnection`.
+    client: the `AsyncClient` that fetches the recording; None opens one with `url` and `key`.
     """
 
     def __init__(
@@ -61,15 +60,15 @@ class AsyncLive(LiveHand):
         self._task: asyncio.Task[None] | None = None
 
     async def __aenter__(self) -> Self:
-        assert self._task is None, "a stream is opened once"
-        self._task = asyncio.create_task(self._live(), name="ridgewave-live")
-        core = self._core
+        assert self._task is None, "a stream can be opened once"
+        self._task = asyncio.create_task(self._run(), name="ridgewave-live")
+        protocol = self._protocol
         try:
             with contextlib.suppress(TimeoutError):
                 async with asyncio.timeout(READY_SECONDS):
-                    await self._until(lambda: core.ready is not None or core.over is not None)
-            if core.ready is None:
-                raise core.over or not_ready()
+                    await self._until(lambda: protocol.ready is not None or protocol.over is not None)
+            if protocol.ready is None:
+                raise protocol.over or not_ready()
         except BaseException:
             await self.close()
             raise
@@ -81,19 +80,19 @@ class AsyncLive(LiveHand):
         await self.close()
 
     async def read(self, frames: int) -> Block:
-        """As `Live.read`; bounded by `asyncio.timeout`, after which, as after any cancellation, nothing is missing."""
-        with self._guarded():
+        """As `Live.read`; limit the wait with `asyncio.timeout`. A cancelled read loses no frame."""
+        with self._changing():
             self._open().want(frames)
-        await self._until(lambda: self._core.may_take(frames))
-        with self._guarded():
-            return self._core.take(frames)
+        await self._until(lambda: self._protocol.may_take(frames))
+        with self._changing():
+            return self._protocol.take(frames)
 
     async def stop(self) -> Block:
         """As `Live.stop`."""
-        with self._guarded():
+        with self._changing():
             self._open().stop()
-        await self._until(lambda: self._core.over is not None)
-        return self._core.take_rest()
+        await self._until(lambda: self._protocol.over is not None)
+        return self._protocol.take_rest()
 
     async def recording(self) -> dict[str, Any]:
         """As `Live.recording`."""
@@ -106,23 +105,23 @@ class AsyncLive(LiveHand):
 
     async def close(self) -> None:
         """As `Live.close`."""
-        with self._guarded():
-            goodbye, connection = self._core.leave(), self._connection
+        with self._changing():
+            goodbye, connection = self._protocol.leave(), self._connection
         if connection is not None:
             with contextlib.suppress(Closed, TimeoutError):
                 if goodbye is not None:
                     async with asyncio.timeout(CLOSE_SECONDS):
                         await connection.send(goodbye)
-                await connection.close()  # which ends the task; cancelled, it would leave the socket open
+                await connection.close()  # this ends the task; a cancelled task would leave the socket open
         elif self._task is not None:
             self._task.cancel()
         if self._task is not None:
             await asyncio.gather(self._task, return_exceptions=True)
 
-    # Inside
+    # Internals
 
     @contextlib.contextmanager
-    def _guarded(self) -> Iterator[None]:
+    def _changing(self) -> Iterator[None]:
         yield
         self._changed.set()
         self._changed = asyncio.Event()
@@ -131,39 +130,39 @@ class AsyncLive(LiveHand):
         while not happened():
             await self._changed.wait()
 
-    def _open(self) -> LiveCore:
-        if self._core.ready is None:
+    def _open(self) -> LiveProtocol:
+        if self._protocol.ready is None:
             raise not_open()
-        return self._core
+        return self._protocol
 
-    async def _live(self) -> None:
-        """Connect, and connect again, until the stream is over."""
+    async def _run(self) -> None:
+        """Connect, again after each break, until the stream is over."""
         try:
             while (delay := self._next_try()) is not None:
                 await asyncio.sleep(delay)
                 try:
-                    await self._carry(await self._connect(self._address.resuming(self._core.resume_url)))
+                    await self._use(await self._connect(self._address.resuming(self._protocol.resume_url)))
                 except Closed as closed:
-                    with self._guarded():
-                        self._core.lost(closed.closure)
-        except Exception as bug:  # whoever reads must learn of it
-            with self._guarded():
-                self._core.over = bug
+                    with self._changing():
+                        self._protocol.lost(closed.closure)
+        except Exception as bug:  # the reader must learn of it
+            with self._changing():
+                self._protocol.over = bug
 
     def _next_try(self) -> float | None:
-        with self._guarded():
-            return self._core.next_try()
+        with self._changing():
+            return self._protocol.next_try()
 
-    async def _carry(self, connection: AsyncConnection) -> None:
-        """Receive over one connection until it ends, which raises Closed, or until the stream is over."""
+    async def _use(self, connection: AsyncConnection) -> None:
+        """Receive from one connection until the stream is over; raises Closed if the connection ends first."""
         self._connection = connection
         sender = asyncio.create_task(self._send(connection), name="ridgewave-live-send")
         try:
-            while self._core.over is None:
+            while self._protocol.over is None:
                 message = await connection.recv()
-                with self._guarded():
-                    self._core.receive(message)
-                await self._until(lambda: not self._core.congested or self._core.over is not None)
+                with self._changing():
+                    self._protocol.receive(message)
+                await self._until(lambda: not self._protocol.congested or self._protocol.over is not None)
         finally:
             sender.cancel()
             with contextlib.suppress(Closed):
@@ -172,39 +171,39 @@ class AsyncLive(LiveHand):
 
     async def _send(self, connection: AsyncConnection) -> None:
         """Send `hello`, then what is due."""
-        with contextlib.suppress(Closed):  # whoever receives learns of it too
-            await connection.send(self._core.hello())
+        with contextlib.suppress(Closed):  # the receiver gets it too
+            await connection.send(self._protocol.hello())
             while True:
-                while (message := self._core.next_message()) is None:
+                while (message := self._protocol.next_message()) is None:
                     await self._changed.wait()
                 await connection.send(message)
 
 
 class AsyncWebSocketConnection:
-    """A connection of `websockets`, with its ways of ending as `Closed`."""
+    """A connection of `websockets` that raises `Closed` when it ends."""
 
     def __init__(self, connection: ClientConnection) -> None:
         self._connection = connection
 
     async def send(self, message: str | bytes) -> None:
         """Send one message."""
-        with _closed():
+        with failures_as_closed():
             await self._connection.send(message)
 
     async def recv(self) -> str | bytes:
         """Wait for one message."""
-        with _closed():
+        with failures_as_closed():
             return await self._connection.recv()
 
     async def close(self) -> None:
         """Close."""
-        with _closed():
+        with failures_as_closed():
             await self._connection.close()
 
 
 async def open_connection(address: Address) -> AsyncConnection:
     """Return a connection to `address`; raises Closed."""
-    with _closed():
+    with failures_as_closed():
         connection = await connect(address.url, **address.options)
     made = AsyncWebSocketConnection(connection)
     try:
@@ -213,11 +212,3 @@ async def open_connection(address: Address) -> AsyncConnection:
         await made.close()
         raise
     return made
-
-
-@contextlib.contextmanager
-def _closed() -> Iterator[None]:
-    try:
-        yield
-    except FAILURES as error:
-        raise Closed(closure_of(error)) from error

@@ -1,7 +1,6 @@
-"""What a person holds of a live stream, with or without threads: the hand that moves, and what is known of the sound.
+"""The part of `Live` and `AsyncLive` that never waits: updates of the hand, and the state of the stream.
 
-Model: `LiveHand` is the part of `Live` and `AsyncLive` that never waits: it tells the core under the shell's guard and
-    rouses whoever sends. What waits (opening, reading, stopping) is each shell's own.
+Opening, reading and stopping wait; `Live` waits with threads, `AsyncLive` with an event loop.
 """
 
 from __future__ import annotations
@@ -13,17 +12,17 @@ from contextlib import AbstractContextManager
 from typing import Any, Literal, TypedDict
 
 from clients.client_errors import Problem
-from clients.live_client.live_protocol import LiveCore, Reconnect, Wish, not_open
-from clients.live_client.ready_message import Applied, Ready
+from clients.live_client.live_protocol import LiveProtocol, Reconnect, StreamRequest, not_open
 from clients.live_client.reconnection import Backoff
 from clients.live_client.websocket_connection import Address
-from clients.live_client.wire_messages import document_of
+from clients.live_client.wire_messages import Applied, Ready
+from clients.scene_and_key import scene_to_send
 
 DEFAULT_URL = "ws://127.0.0.1:8000/v1/live"
 
 
 class LiveOptions(TypedDict, total=False):
-    """The arguments of a live stream; see `LiveHand`."""
+    """The arguments of a live stream; see `LiveInterface`."""
 
     url: str
     key: str | None
@@ -37,19 +36,21 @@ class LiveOptions(TypedDict, total=False):
     clock: Callable[[], float]
 
 
-class LiveHand(ABC):
+class LiveInterface(ABC):
     """A live stream, opened by `with` (`async with`).
 
     scene: a partial scene as a mapping, or a `synth.Scene`; None is the default scene.
-    url, key: where the service is, and the key if it wants one.
-    format: "f32le", or "s16le" for half the bytes; blocks are float32 either way. block: frames of the service's blocks
-    (None: 10 ms). pacing: "pull", the service renders what is read; "realtime", by its own clock.
-    record: the service keeps what the hand did; see `recording`.
-    ahead: frames to have ready beyond what is read; each delays the hand by as much, and hides as much of the network.
-    reconnect: True goes on after a break without a gap, or raises ResumeLost; "new" opens a new session where that
-    cannot be, and says so in `gaps`; False raises ConnectionLost. backoff: when to try again.
-    clock: monotonic seconds, which also date the contacts.
-    Raises InvalidRequest for arguments that cannot be.
+    url, key: address of the service, and a key if the service requires one.
+    block: frames per message of the service; None: 10 ms.
+    pacing: "pull", the service renders the frames that are read; "realtime", it renders by its own clock.
+    format: "f32le", or "s16le" for half the bytes. Blocks are float32 either way.
+    record: the service keeps a recording of the hand; see `recording`.
+    ahead: frames to keep ready beyond those that are read. Each adds a frame of delay, and hides as much network delay.
+    reconnect: True resumes after a break without a gap, or raises ResumeLost; "new" opens a new session if the old one
+        cannot be resumed, see `gaps`; False raises ConnectionLost.
+    backoff: when to connect again.
+    clock: returns monotonic seconds; updates carry its time.
+    Raises InvalidRequest.
     """
 
     def __init__(
@@ -69,140 +70,140 @@ class LiveHand(ABC):
     ) -> None:
         self._address = Address.of(url, key)
         self._key = key
-        wish = Wish(document_of(scene), format, pacing, block, record, ahead)
-        self._core = LiveCore(wish, clock, reconnect, backoff)
+        request = StreamRequest(scene_to_send(scene), format, pacing, block, record, ahead)
+        self._protocol = LiveProtocol(request, clock, reconnect, backoff)
 
     @abstractmethod
-    def _guarded(self) -> AbstractContextManager[Any]:
-        """Return what keeps others out of the core, and rouses whoever waits for a change of it, on leaving."""
+    def _changing(self) -> AbstractContextManager[Any]:
+        """Return a context for a change of the protocol: it excludes other threads, and then wakes waiting calls."""
 
     # The hand
 
     def move(self, position: float, load: float | None = None) -> int:
-        """Put the finger at `position` (m), pressed with `load` (N; None keeps the last).
+        """Move the finger to `position` (m), pressed with `load` (N; None keeps the last load).
 
-        Returns the number of the update, which `applied` names once the sound follows it. Never waits: an update that
-        was not sent yet gives way to this one. After `max_silence` seconds without one the service lifts the finger.
+        Returns the number of the update; `applied` names it once the sound follows it. Never waits: this update
+        replaces one that was not sent yet. After `max_silence` seconds without an update the service lifts the finger.
         """
-        with self._guarded():
-            return self._core.touch(position, False, load)
+        with self._changing():
+            return self._protocol.update_contact(position, False, load)
 
     def slide(self, speed: float, load: float | None = None) -> int:
-        """Let the finger slide at `speed` (m/s), pressed with `load` (N; None keeps the last); else as `move`."""
-        with self._guarded():
-            return self._core.touch(speed, True, load)
+        """Let the finger slide at `speed` (m/s), pressed with `load` (N; None keeps the last load). See `move`."""
+        with self._changing():
+            return self._protocol.update_contact(speed, True, load)
 
     def lift(self) -> int:
-        """Take the finger off, where it is: the sound fades with the load."""
-        with self._guarded():
-            return self._core.lift()
+        """Lift the finger where it is: the sound fades with the load."""
+        with self._changing():
+            return self._protocol.lift()
 
     def change(self, partial: Mapping[str, Any]) -> None:
-        """Change the scene by a partial scene, cross-faded; `changed_frame` tells when. A refusal is in `problems`."""
-        with self._guarded():
-            self._core.change(partial)
+        """Change the scene by a partial scene, cross-faded at `changed_frame`. A refusal appears in `problems`."""
+        with self._changing():
+            self._protocol.change(partial)
 
     # The sound
 
     @property
     def session(self) -> str:
-        """Return the id of the session."""
+        """The id of the session."""
         return self._ready.session
 
     @property
     def sample_rate(self) -> int:
-        """Return frames a second."""
+        """Frames per second."""
         return self._ready.sample_rate
 
     @property
     def channels(self) -> int:
-        """Return samples a frame."""
+        """Samples per frame."""
         return self._ready.channels
 
     @property
     def quantities(self) -> tuple[str, ...]:
-        """Return the quantity of each channel."""
+        """The quantity of each channel."""
         return self._ready.quantities
 
     @property
     def full_scale(self) -> tuple[float, ...]:
-        """Return the SI value of a sample of 1.0, one a channel."""
+        """The SI value of a sample of 1.0, per channel."""
         return self._ready.full_scale
 
     @property
     def block(self) -> int:
-        """Return the frames of the service's blocks."""
+        """Frames per message of the service."""
         return self._ready.block
 
     @property
     def max_silence(self) -> float:
-        """Return the seconds without an update after which the service lifts the finger."""
+        """Seconds without an update after which the service lifts the finger."""
         return self._ready.max_silence
 
     @property
     def motion_delay(self) -> float:
-        """Return the seconds by which the sound follows the hand."""
+        """Seconds by which the sound follows the hand."""
         return self._ready.motion_delay
 
     @property
     def plan(self) -> Mapping[str, Any]:
-        """Return what is simulated, why, and what is left out."""
-        return self._core.plan
+        """The plan: what is simulated, why, and what is left out."""
+        return self._protocol.plan
 
     @property
     def changed_frame(self) -> int | None:
-        """Return the frame at which the cross-fade to the newest changed scene begins; None before any."""
-        return self._core.changed_frame
+        """The frame at which the newest cross-fade to a changed scene begins; None before the first."""
+        return self._protocol.changed_frame
 
-    # How it goes
+    # The state of the stream
 
     @property
     def frame(self) -> int:
-        """Return the number of the next frame to be read."""
-        return self._core.frame
+        """The number of the next frame to be read."""
+        return self._protocol.frame
 
     @property
     def applied(self) -> Applied | None:
-        """Return (seq, frame): the newest update that the sound follows, and its first frame; None before any."""
-        return self._core.applied
+        """(seq, frame): the newest update that the sound follows, and its first frame; None before the first."""
+        return self._protocol.applied
 
     @property
     def problems(self) -> tuple[Problem, ...]:
-        """Return what the service found wrong while the stream went on, the newest last."""
-        return tuple(self._core.problems)
+        """The problems that the service reported during the stream, the newest last."""
+        return tuple(self._protocol.problems)
 
     @property
     def gain_reduction_db(self) -> float:
-        """Return the largest reduction of the safety limiter that the service last told."""
-        return self._core.gain_reduction_db
+        """The last reduction by the safety limiter that the service reported, in dB."""
+        return self._protocol.gain_reduction_db
 
     @property
     def skipped(self) -> float:
-        """Return the seconds for which the service said that it was late and silent (realtime)."""
-        return self._core.skipped
+        """Seconds for which the service reported that it was late and silent (realtime)."""
+        return self._protocol.skipped
 
     @property
     def underruns(self) -> int:
-        """Return how often a device that plays each block as `read` returns it would have run dry."""
-        return self._core.playout.underruns
+        """How often a device that plays each block as `read` returns it would have run dry."""
+        return self._protocol.underrun_counter.underruns
 
     @property
     def late(self) -> float:
-        """Return the seconds of sound that came and wait to be read: so much later is it heard."""
-        return self._core.waiting / self._ready.sample_rate
+        """Seconds of sound received and not read: the delay that they add."""
+        return self._protocol.waiting / self._ready.sample_rate
 
     @property
     def reconnections(self) -> int:
-        """Return how often the connection was made again."""
-        return self._core.reconnections
+        """The number of reconnections."""
+        return self._protocol.reconnections
 
     @property
     def gaps(self) -> tuple[int, ...]:
-        """Return the frames at which a new session begins; the sound does not join there."""
-        return self._core.gaps
+        """The frames at which a new session begins; the sound is interrupted there."""
+        return self._protocol.gaps
 
     @property
     def _ready(self) -> Ready:
-        if self._core.ready is None:
+        if self._protocol.ready is None:
             raise not_open()
-        return self._core.ready
+        return self._protocol.ready

@@ -24,28 +24,31 @@ from typing import Any, Literal
 
 from clients.client_errors import ClientError, ConnectionLost, Problem, ProtocolError, ResumeLost, StreamEnded
 from clients.live_client import wire_messages as wire
-from clients.live_client.credit import Credit, Playout
+from clients.live_client.credit import Credit, UnderrunCounter
 from clients.live_client.pending_changes import Changes
-from clients.live_client.ready_message import Applied, Ready
 from clients.live_client.reconnection import POLICY_CODE, RETRY_AFTER, Backoff, Closure
+from clients.live_client.wire_messages import Applied, Ready
 from clients.pcm_buffer import Block, PcmBuffer
+from clients.scene_and_key import json_text
 from synth.errors import Fault, InvalidRequest, shown
 
 log = logging.getLogger("ridgewave.clients")
 
 Reconnect = Literal["new"] | bool
 
-PROBLEMS_KEPT = 100  # the newest; a client that is told more does not read them
-REALTIME_WAITING = 1.0  # s of sound that may wait to be read; past it the service sees a slow reader, as there is one
-SCENE_REFUSALS = frozenset({"scene-refused", "fixed", "cannot-render"})  # problems that answer a change of the scene
-LEFT = "left"  # the reason where `with` ended before the stream
+PROBLEMS_KEPT = 100  # the newest ones; more only take memory
+REALTIME_WAITING = (
+    1.0  # s of sound that may wait to be read; then nothing is received, and the service sees a slow reader
+)
+SCENE_REFUSALS = frozenset({"scene-refused", "fixed", "cannot-render"})  # problems that refuse a change of the scene
+LEFT = "left"  # the reason if the `with` block ended before the stream
 ASKED_ENDS = frozenset({"stopped", "finished", LEFT})
 ENDS = {1000: "stopped", 1001: "shutting down", 1008: "policy", 1009: "too large", 4408: "slow reader"}
 
 
 @dataclass(frozen=True, slots=True)
-class Wish:
-    """What a stream is asked to be; the words of `hello`. ahead: frames of credit kept beyond what is read."""
+class StreamRequest:
+    """The request of a `hello` message, and `ahead`: the frames of credit kept beyond those that are read."""
 
     scene: Mapping[str, Any]
     sample_format: str = "f32le"
@@ -58,16 +61,24 @@ class Wish:
         _one_of("format", self.sample_format, ("f32le", "s16le"))
         _one_of("pacing", self.pacing, ("pull", "realtime"))
         _whole("ahead", self.ahead)
-        wire.text_of(self.scene)
+        json_text(self.scene)
 
 
-class LiveCore:
-    """The protocol of one stream. `over` is what ended it, an exception; None while it goes on."""
+class LiveProtocol:
+    """The protocol of one stream.
+
+    over: the exception that ended the stream; None while it runs.
+    received: the number of frames received so far.
+    """
 
     def __init__(
-        self, wish: Wish, clock: Callable[[], float], reconnect: Reconnect = True, backoff: Backoff | None = None
+        self,
+        request: StreamRequest,
+        clock: Callable[[], float],
+        reconnect: Reconnect = True,
+        backoff: Backoff | None = None,
     ) -> None:
-        self.wish, self.clock, self.reconnect = wish, clock, reconnect
+        self.request, self.clock, self.reconnect = request, clock, reconnect
         self.ready: Ready | None = None
         self.plan: Mapping[str, Any] = {}
         self.applied: Applied | None = None
@@ -77,16 +88,16 @@ class LiveCore:
         self.problems: deque[Problem] = deque(maxlen=PROBLEMS_KEPT)
         self.gaps: tuple[int, ...] = ()
         self.reconnections = 0
-        self.heard = 0
+        self.received = 0
         self.over: Exception | None = None
-        self.playout = Playout()
+        self.underrun_counter = UnderrunCounter()
         self._backoff = backoff or Backoff()
         self._changes = Changes()
-        self._attached = False  # `ready` has come on the present connection
-        self._anew = True  # the next connection opens a new session
-        self._offset = 0  # the stream's number of a frame, less the session's
+        self._attached = False  # `ready` was received on this connection
+        self._new_session = True  # the next connection opens a new session
+        self._offset = 0  # number of a frame in the stream, less its number in the session
         self._closure: Closure | None = None
-        self._told: Problem | None = None  # on the present connection
+        self._last_problem: Problem | None = None  # on this connection
         self._contact: wire.Contact | None = None
         self._contact_unsent = self._contact_first = False
         self._seq = 0
@@ -96,76 +107,76 @@ class LiveCore:
     # The connection
 
     def next_try(self) -> float | None:
-        """Return the seconds to wait before connecting, None where the stream is over."""
+        """Return the seconds to wait before connecting; None if the stream is over."""
         if self.over is None and self._closure is not None:
             rest = (self._closure.retry_after or RETRY_AFTER) if self._closure.full else 0.0
             delay = self._backoff.delay(self.clock(), rest)
             if delay is not None:
                 return delay
-            self.over = self._closure.error(self._told)
+            self.over = self._closure.error(self._last_problem)
         return None if self.over is not None else 0.0
 
     @property
     def resume_url(self) -> str:
-        """Return where the next connection is to be made, as `ready` told; "" where any will do."""
-        return "" if self._anew or self.ready is None else self.ready.resume_url
+        """Return the path and query at which to resume, as `ready` gave them; "" if any connection will do."""
+        return "" if self._new_session or self.ready is None else self.ready.resume_url
 
     def hello(self) -> str:
-        """Return the first message of a connection that has just been made."""
-        self._attached, self._told = False, None
-        if self._anew or self.ready is None:
-            wish = self.wish
-            return wire.hello(wish.scene, wish.sample_format, wish.pacing, wish.block, wish.record)
-        return wire.hello_again(self.ready.session, self.heard - self._offset)
+        """Return the first message of a new connection."""
+        self._attached, self._last_problem = False, None
+        if self._new_session or self.ready is None:
+            request = self.request
+            return wire.hello(request.scene, request.sample_format, request.pacing, request.block, request.record)
+        return wire.resume(self.ready.session, self.received - self._offset)
 
     def receive(self, message: str | bytes) -> None:
-        """Heed one message of the service; what cannot be right ends the stream, and nothing is heard after an end."""
+        """Take one message of the service. An invalid message ends the stream; after the end messages are ignored."""
         if self.over is not None:
             return
         try:
             if isinstance(message, bytes):
-                self._hear(message)
+                self._receive_samples(message)
             else:
-                self._heed(wire.read_text(message))
+                self._receive_text(wire.read_text(message))
         except ProtocolError as error:
             self.over = error
         except (KeyError, TypeError, ValueError) as error:
-            self.over = ProtocolError(f"the service sent a message that lacks something: {error!r}")
+            self.over = ProtocolError(f"the service sent an incomplete message: {error!r}")
 
     def lost(self, closure: Closure) -> None:
-        """Note that the connection ended, or was not made, and decide what that means."""
+        """Decide what the end of a connection, or a failed attempt to connect, means for the stream."""
         attached, self._attached = self._attached, False
         self._closure = closure
         if self.over is not None:
             return
         if self.ready is None:
-            self.over = closure.error(self._told)
+            self.over = closure.error(self._last_problem)
         elif closure.worth_another_try and self.reconnect:
-            log.info("live stream: connection lost at frame %d: %s", self.heard, closure)
+            log.info("live stream: connection lost at frame %d: %s", self.received, closure)
         elif attached and not closure.broken:
             reason = ENDS.get(closure.code or 0, closure.reason)
-            self.over = StreamEnded(reason, self.heard, self._told)
-        elif attached or not self._forgotten(closure):
-            self.over = closure.error(self._told)
+            self.over = StreamEnded(reason, self.received, self._last_problem)
+        elif attached or not self._session_is_gone(closure):
+            self.over = closure.error(self._last_problem)
         elif self._stopping:
-            self.over = StreamEnded("stopped", self.heard)  # a session that was told to stop is not kept
+            self.over = StreamEnded("stopped", self.received)  # the service does not keep a session that was stopped
         elif self.reconnect == "new":
-            self._anew = True
+            self._new_session = True
         else:
-            detail = self._told.detail if self._told else closure.reason
-            self.over = ResumeLost(f"the service cannot go on from frame {self.heard}: {detail}")
+            detail = self._last_problem.detail if self._last_problem else closure.reason
+            self.over = ResumeLost(f"the service cannot resume at frame {self.received}: {detail}")
 
     def leave(self) -> str | None:
-        """End the stream from this side, and drop what was not read; return what is to be said first, if anything."""
+        """End the stream from this side and discard unread frames; return the message to send first, if any."""
         if self.ready is not None:
             self._buffer.take(self._buffer.frames)
         if self.over is not None:
             return None
-        self.over = StreamEnded(LEFT, self.heard)
+        self.over = StreamEnded(LEFT, self.received)
         return wire.stop() if self._attached else None
 
     def next_message(self) -> str | bytes | None:
-        """Return what to send now, which counts as sent; None where there is nothing."""
+        """Return the next message and mark it as sent; None if there is none."""
         if not self._attached or self.over is not None:
             return None
         if self._stop_unsent:
@@ -176,77 +187,79 @@ class LiveCore:
         change = self._changes.next_to_send()
         if change is not None:
             return wire.scene_change(change)
-        granted = self._credit.grant(self._missing) if self.wish.pacing == "pull" else 0
+        granted = self._credit.grant(self._missing) if self.request.pacing == "pull" else 0
         if granted:
             return wire.more(granted)
         return self._contact_message() if self._contact_unsent else None
 
     @property
     def congested(self) -> bool:
-        """Return whether so much waits to be read that no more is to be received."""
-        if self.ready is None or self.wish.pacing == "pull":
-            return False  # in pull the credit bounds it
+        """Return whether so many frames wait to be read that none should be received."""
+        if self.ready is None or self.request.pacing == "pull":
+            return False  # the credit bounds it
         return self._buffer.frames >= max(self._wanted, round(REALTIME_WAITING * self.ready.sample_rate))
 
-    # The person
+    # For the user
 
-    def touch(self, value: float, is_speed: bool, load: float | None) -> int:
-        """Take what the hand does now; return the number of the update. Raises InvalidRequest."""
+    def update_contact(self, value: float, is_speed: bool, load: float | None) -> int:
+        """Send an update of the hand; return its number. Raises InvalidRequest."""
         self._contact = wire.contact(self._seq, self.clock(), value, is_speed, load)
         self._contact_unsent = True
         self._seq += 1
         return self._contact.seq
 
     def lift(self) -> int:
-        """Take the hand off the surface, where it is."""
+        """Lift the finger where it is."""
         last = self._contact
-        return self.touch(0.0, True, 0.0) if last is None else self.touch(last.value, last.is_speed, 0.0)
+        return (
+            self.update_contact(0.0, True, 0.0) if last is None else self.update_contact(last.value, last.is_speed, 0.0)
+        )
 
     def change(self, partial: Mapping[str, Any]) -> None:
-        """Take a change of the scene. Raises InvalidRequest where it is not JSON."""
-        wire.text_of(partial)
+        """Send a change of the scene. Raises InvalidRequest if JSON cannot hold it."""
+        json_text(partial)
         self._changes.ask(partial)
 
     def stop(self) -> None:
-        """Ask for the end; the fade that comes before it needs no credit."""
+        """Request the end of the stream; the fade before it needs no credit."""
         if not self._stopping:
             self._stopping = self._stop_unsent = True
             self._wanted = 0
 
     def want(self, frames: int) -> None:
-        """Note that `frames` are to be read next. Raises InvalidRequest for what is not a number of frames."""
+        """Request `frames` for the next read. Raises InvalidRequest unless it is a whole number from 0."""
         self._wanted = _whole("frames", frames)
         self._contact_first = self._contact_unsent
 
     def may_take(self, frames: int) -> bool:
-        """Return whether `take` would answer, or raise, at once."""
+        """Return whether `take` would return or raise now."""
         return self._buffer.frames >= frames or self.over is not None
 
     def take(self, frames: int) -> Block:
-        """Return the next `frames`; raises what ended the stream where there are fewer."""
+        """Return the next `frames`; if there are fewer, raise the exception that ended the stream."""
         if self._buffer.frames < frames:
             assert self.over is not None, "nothing to take yet"
             self._raise_end()
         self._wanted = 0
         if frames:
-            self.playout.play(frames / self._rate, self.clock())
+            self.underrun_counter.play(frames / self._rate, self.clock())
         return self._buffer.take(frames)
 
     def take_rest(self) -> Block:
-        """Return what is left of a stream that was stopped; raises what else ended it."""
-        assert self.over is not None, "the stream goes on"
+        """Return the unread frames of a stopped stream; if it ended otherwise, raise that exception."""
+        assert self.over is not None, "the stream is not over"
         if not (isinstance(self.over, StreamEnded) and self.over.reason in ASKED_ENDS):
             self._raise_end()
         return self._buffer.take(self._buffer.frames)
 
     @property
     def frame(self) -> int:
-        """Return the number of the next frame to be read."""
-        return self.heard - self.waiting
+        """The number of the next frame to be read."""
+        return self.received - self.waiting
 
     @property
     def waiting(self) -> int:
-        """Return how many frames have come and were not read."""
+        """The number of frames received and not read."""
         return 0 if self.ready is None else self._buffer.frames
 
     # Inside
@@ -258,7 +271,7 @@ class LiveCore:
 
     @property
     def _missing(self) -> int:
-        ahead = 0 if self._stopping else self.wish.ahead
+        ahead = 0 if self._stopping else self.request.ahead
         return self._wanted + ahead - self._buffer.frames
 
     def _raise_end(self) -> None:
@@ -273,16 +286,16 @@ class LiveCore:
         self._contact_unsent = self._contact_first = False
         return self._contact.message()
 
-    def _hear(self, samples: bytes) -> None:
+    def _receive_samples(self, samples: bytes) -> None:
         if not self._attached or len(samples) % self._buffer.frame_bytes:
-            raise ProtocolError("the service sent samples that are not whole frames of a stream that is ready")
+            raise ProtocolError("the service sent samples before `ready`, or not in whole frames")
         frames = len(samples) // self._buffer.frame_bytes
         self._buffer.append(samples)
         self._credit.spend(frames)
-        self.heard += frames
+        self.received += frames
         self._backoff.settle()
 
-    def _heed(self, message: Mapping[str, Any]) -> None:
+    def _receive_text(self, message: Mapping[str, Any]) -> None:
         kind = message["type"]
         if kind == "ready":
             self._begin(Ready.read(message))
@@ -295,40 +308,40 @@ class LiveCore:
             self.gain_reduction_db = float(message["gain_reduction_db"])
         elif kind == "skipped":
             self.skipped += float(message["seconds"])
-            log.warning("live stream: the service was late, and silent for %.3f s", float(message["seconds"]))
+            log.warning("live stream: the service was late and silent for %.3f s", float(message["seconds"]))
         elif kind == "problem":
             self._note(Problem.read({**message, "type": message.get("problem", "about:blank")}))
         elif kind == "end" and self._attached:
             reason = str(message["reason"])
-            told = None if reason in ASKED_ENDS else self._told
+            told = None if reason in ASKED_ENDS else self._last_problem
             self.over = StreamEnded(reason, int(message["frame"]) + self._offset, told)
 
     def _begin(self, ready: Ready) -> None:
-        """Take a `ready`: of the first connection, of one that goes on, or of a new session after a lost one."""
+        """Take a `ready`: of the first session, of a resumed one, or of a new one in place of a lost one."""
         if self.ready is None:
-            self._buffer = PcmBuffer(self.wish.sample_format, ready.channels)
+            self._buffer = PcmBuffer(self.request.sample_format, ready.channels)
             self._credit = Credit(ready.sample_rate)
             self._offset = -ready.frame
         else:
             ready.check_like(self.ready)
             self.reconnections += 1
-            if self._anew:
-                self.gaps = (*self.gaps, self.heard)
-                self._offset = self.heard - ready.frame
+            if self._new_session:
+                self.gaps = (*self.gaps, self.received)
+                self._offset = self.received - ready.frame
                 self.applied = None
-                self._changes.begin_anew()
-            elif ready.frame != self.heard - self._offset:
-                raise ProtocolError(f"asked to go on at frame {self.heard - self._offset}, got {ready.frame}")
+                self._changes.begin_new_session()
+            elif ready.frame != self.received - self._offset:
+                raise ProtocolError(f"asked to resume at frame {self.received - self._offset}, got {ready.frame}")
             else:
                 self._changes.resume()
-            self._recall(ready)
+            self._choose_contact(ready)
         self.ready, self.plan = ready, ready.plan
         self._credit.reset()
         self._stop_unsent = self._stopping
-        self._attached, self._anew, self._told = True, False, None
+        self._attached, self._new_session, self._last_problem = True, False, None
 
-    def _recall(self, ready: Ready) -> None:
-        """Decide after a break whether the newest contact is to be said, again or at last."""
+    def _choose_contact(self, ready: Ready) -> None:
+        """Decide after a break whether to send the newest contact update (again)."""
         last = self._contact
         applied = self.applied is not None and last is not None and self.applied.seq >= last.seq
         fresh = last is not None and self.clock() - last.time <= ready.max_silence
@@ -338,18 +351,18 @@ class LiveCore:
     def _note(self, problem: Problem) -> None:
         log.warning("live stream: %s: %s", problem.title, problem.sentence())
         self.problems.append(problem)
-        self._told = problem
+        self._last_problem = problem
         if self._attached and problem.kind in SCENE_REFUSALS:
             self._changes.refused()
 
-    def _forgotten(self, closure: Closure) -> bool:
-        """Return whether a connection that was to go on was refused because the session, or its past, is gone."""
-        told = self._told or closure.problem
+    def _session_is_gone(self, closure: Closure) -> bool:
+        """Return whether the service refused to resume because the session, or its past sound, is gone."""
+        told = self._last_problem or closure.problem
         return closure.code == POLICY_CODE and told is not None and told.kind == "not-found"
 
 
 def not_open() -> ClientError:
-    """Return the exception for the use of a stream that is not open."""
+    """Return the exception for using a stream that is not open."""
     return ConnectionLost("the stream is not open: use it inside `with`")
 
 
@@ -364,5 +377,5 @@ def _whole(name: str, value: object) -> int:
     except TypeError:
         whole = -1
     if whole < 0:
-        raise InvalidRequest([Fault("/" + name, shown(value), "a whole number from 0 on", "Write a number of frames.")])
+        raise InvalidRequest([Fault("/" + name, shown(value), "a whole number from 0", "Write a number of frames.")])
     return whole

@@ -1,8 +1,8 @@
-"""The changes of the scene that a live stream was asked for, so that a broken connection loses none.
+"""The changes of the scene that a live stream requested, so that a broken connection loses none.
 
-Model: a change that names the same fields as an earlier one takes its place (a slider is one change, however long it is
-    dragged). What the service has not answered when the connection breaks is said again: a partial scene merged twice
-    is the scene merged once. A new session is told everything that was not refused, in order.
+A change replaces an earlier one that names the same fields: a dragged slider is one change. After a break, changes that
+the service did not answer are sent again; merging a partial scene twice is the same as merging it once. A new session
+gets every change that was not refused, in order.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ Partial = Mapping[str, Any]
 
 
 def shape_of(partial: Partial) -> Shape:
-    """Return the fields that `partial` names, each as its path."""
+    """Return the paths of the fields that `partial` names."""
     return tuple(sorted(_paths(partial, ())))
 
 
@@ -28,21 +28,21 @@ def _paths(partial: Partial, root: tuple[str, ...]) -> Iterator[tuple[str, ...]]
 
 
 class Changes:
-    """Changes of one stream: to be sent, sent and not answered, and all that hold."""
+    """The changes of one stream: to be sent, sent but unanswered, and all that apply."""
 
     def __init__(self) -> None:
         self._waiting: dict[Shape, Partial] = {}
         self._unanswered: dict[Shape, Partial] = {}
-        self._holding: dict[Shape, Partial] = {}
+        self._applying: dict[Shape, Partial] = {}
 
     def ask(self, partial: Partial) -> None:
-        """Take a change."""
-        for kept in (self._waiting, self._holding):
+        """Add a change."""
+        for kept in (self._waiting, self._applying):
             kept.pop(shape_of(partial), None)
             kept[shape_of(partial)] = partial
 
     def next_to_send(self) -> Partial | None:
-        """Return the next change to send, which counts as sent; None where there is none."""
+        """Return the next change and mark it as sent; None if there is none."""
         if not self._waiting:
             return None
         shape, partial = next(iter(self._waiting.items()))
@@ -52,22 +52,22 @@ class Changes:
         return partial
 
     def answered(self) -> None:
-        """Note that the service took the oldest change that it had not answered."""
+        """Note that the service accepted the oldest unanswered change."""
         self._oldest()
 
     def refused(self) -> None:
-        """Note that the service refused it."""
+        """Note that the service refused the oldest unanswered change."""
         oldest = self._oldest()
-        if oldest is not None and self._holding.get(oldest[0]) is oldest[1]:
-            del self._holding[oldest[0]]
+        if oldest is not None and self._applying.get(oldest[0]) is oldest[1]:
+            del self._applying[oldest[0]]
 
     def resume(self) -> None:
-        """Prepare for a connection that goes on with the session."""
+        """Prepare for a connection that resumes the session."""
         self._waiting, self._unanswered = {**self._unanswered, **self._waiting}, {}
 
-    def begin_anew(self) -> None:
-        """Prepare for a session that knows none of the changes."""
-        self._waiting, self._unanswered = dict(self._holding), {}
+    def begin_new_session(self) -> None:
+        """Prepare for a new session, which has none of the changes."""
+        self._waiting, self._unanswered = dict(self._applying), {}
 
     def _oldest(self) -> tuple[Shape, Partial] | None:
         if not self._unanswered:

@@ -1,13 +1,11 @@
-"""What the end of a connection means: over, an invalid request, or to be made again, and when.
+"""What the end of a live connection means, and when to connect again.
 
-Model: a `Closure` says how a connection ended, or why it was not made. `worth_another_try` sorts it:
+    broken (reset, half-open, 1006, 1011, 1012, HTTP 500, 502, 504)    connect again, after a `Backoff`
+    full (1013, HTTP 503)                                              connect again, after Retry-After or RETRY_AFTER
+    anything else (1000, 1001, 1007 to 1010, 4408, other HTTP)         do not: the answer would be the same
 
-    broken (reset, half-open, 1006, 1011, 1012, HTTP 500, 502, 504)    again, after a `Backoff`
-    full (1013, HTTP 503)                                              again, after Retry-After, or RETRY_AFTER
-    anything else (1000, 1001, 1007 to 1010, 4408, other HTTP)         not again: it would only be answered the same
-
-Source: delays double from one to the next and are drawn at random below that (full jitter, Brooker 2015), so that
-    clients of a service that comes back do not come all at once.
+Delays double from one try to the next and are drawn at random below that bound (full jitter, Brooker 2015), so that the
+clients of a restarted service do not all connect at once.
 """
 
 from __future__ import annotations
@@ -18,24 +16,26 @@ from dataclasses import dataclass, field
 
 from clients.client_errors import ClientError, ConnectionLost, Problem, ServiceError, problem_error
 
-BROKEN_CODES = frozenset({1005, 1006, 1011, 1012})  # no word, no close frame (or no pong), their mistake, restarting
-BROKEN_STATUS = frozenset({500, 502, 504})  # answers of a service or a proxy that may be well in a moment
+BROKEN_CODES = frozenset({1005, 1006, 1011, 1012})  # no code, no close frame (or no pong), internal error, restart
+BROKEN_STATUS = frozenset({500, 502, 504})  # from a service or a proxy that may recover soon
 FULL_CODE = 1013
 FULL_STATUS = 503
 POLICY_CODE = 1008
 
-FIRST_DELAY = 0.1  # s before the second try, at most; longer is a longer silence, shorter hammers a service that starts
-LARGEST_DELAY = 2.0  # s between tries, at most; longer wastes the time for which the service keeps a session
-PATIENCE = 10.0  # s from the break to giving up: RIDGEWAVE_RESUME's default, beyond which there is nothing to resume
-RETRY_AFTER = 1.0  # s before a full service is asked again where it does not say; unverified default
+FIRST_DELAY = 0.1  # s before the second try, at most; longer extends the silence, shorter burdens a service that starts
+LARGEST_DELAY = 2.0  # s between tries, at most; longer wastes time while the service still keeps the session
+PATIENCE = 10.0  # s from the break to the last try: the default of RIDGEWAVE_RESUME; later there is nothing to resume
+RETRY_AFTER = 1.0  # s before a full service that sends no Retry-After is tried again; unverified default
 
 
 @dataclass(frozen=True, slots=True)
 class Closure:
     """How a connection ended.
 
-    code: the close code, None where there was no close frame. status: that of an upgrade that was refused with HTTP.
-    reason: words of the peer or of the operating system. problem, retry_after: what came with a refused upgrade.
+    code: the close code; None without a close frame.
+    reason: text from the peer or from the operating system.
+    status: the HTTP status of a refused upgrade.
+    problem, retry_after: what a refused upgrade contained.
     """
 
     code: int | None = None
@@ -46,26 +46,26 @@ class Closure:
 
     @property
     def full(self) -> bool:
-        """Return whether there was no room."""
+        """Whether the service was full."""
         return self.code == FULL_CODE or self.status == FULL_STATUS
 
     @property
     def broken(self) -> bool:
-        """Return whether the connection broke, as opposed to being closed or refused by somebody."""
+        """Whether the connection broke; not if a peer closed or refused it."""
         if self.status is not None:
             return self.status in BROKEN_STATUS
         return self.code is None or self.code in BROKEN_CODES
 
     @property
     def worth_another_try(self) -> bool:
-        """Return whether the same request may do better in a moment."""
+        """Whether the same request may succeed soon."""
         return self.broken or self.full
 
     def error(self, problem: Problem | None = None) -> ClientError:
-        """Return the exception for it; `problem` is what the service last said, if it said anything."""
-        told = self.problem or problem
-        if told is not None:
-            return problem_error(told, self.retry_after)
+        """Return the exception for this end. problem: the last problem that the service reported, if any."""
+        reported = self.problem or problem
+        if reported is not None:
+            return problem_error(reported, self.retry_after)
         if self.full:
             return ServiceError(Problem("about:blank", "Full", FULL_STATUS, "The service is full."), self.retry_after)
         words = self.reason or "no reason given"
@@ -77,7 +77,7 @@ class Closure:
 
 
 class Closed(Exception):
-    """Raised by a connection that has ended, or could not be made; shells catch it, people never see it."""
+    """Raised by a connection that ended or could not be made. `Live` and `AsyncLive` catch it; users never see it."""
 
     def __init__(self, closure: Closure) -> None:
         self.closure = closure
@@ -86,9 +86,12 @@ class Closed(Exception):
 
 @dataclass
 class Backoff:
-    """When to try again: at once, then after growing, jittered delays, until `patience` seconds after the break.
+    """When to connect again: at once, then after growing, random delays.
 
-    first, largest, patience: seconds. uniform: gives a number in [low, high); a test gives its own.
+    first: largest delay before the second try, in seconds; it doubles with each further try.
+    largest: bound of all delays, in seconds.
+    patience: seconds from the break to the last try.
+    uniform: returns a random number in [low, high).
     """
 
     first: float = FIRST_DELAY
@@ -99,7 +102,7 @@ class Backoff:
     _tries: int = field(default=0, init=False)
 
     def delay(self, now: float, at_least: float = 0.0) -> float | None:
-        """Return the seconds to wait before the next try; None where it would come too late. now: monotonic seconds."""
+        """Return the seconds to wait before the next try; None if the try would be too late. now: monotonic seconds."""
         if self._since is None:
             self._since = now
         bound = 0.0 if self._tries == 0 else min(self.largest, self.first * 2 ** (self._tries - 1))
@@ -108,5 +111,5 @@ class Backoff:
         return wait if now + wait - self._since <= self.patience else None
 
     def settle(self) -> None:
-        """Forget the break: sound has come since."""
+        """Forget the break, because sound was received after it."""
         self._since, self._tries = None, 0

@@ -23,17 +23,16 @@ from typing import TYPE_CHECKING, Any, Self, Unpack
 from websockets.sync.client import ClientConnection, connect
 
 from clients.client_errors import ConnectionLost
-from clients.live_client.live_interface import LiveHand, LiveOptions
-from clients.live_client.live_protocol import LiveCore, not_open
+from clients.live_client.live_interface import LiveInterface, LiveOptions
+from clients.live_client.live_protocol import LiveProtocol, not_open
 from clients.live_client.reconnection import Closed
 from clients.live_client.websocket_connection import (
-    FAILURES,
     READY_SECONDS,
     Address,
     Connect,
     Connection,
     check_subprotocol,
-    closure_of,
+    failures_as_closed,
     not_ready,
 )
 from clients.pcm_buffer import Block
@@ -41,14 +40,16 @@ from clients.pcm_buffer import Block
 if TYPE_CHECKING:
     from clients.http_client.sync_client import Client
 
-STALL_SECONDS = 5.0  # s for a peer to take a message; without a bound, one that reads nothing holds `close` up for ever
+STALL_SECONDS = (
+    5.0  # s for a peer to accept a message; without a bound, a peer that reads nothing blocks `close` for ever
+)
 
 
-class Live(LiveHand):
-    """A live stream; see `LiveHand` for the arguments.
+class Live(LiveInterface):
+    """A live stream; see `LiveInterface` for the other arguments.
 
-    connect: makes the connection, `websockets` unless given; see `Connection`.
-    client: the `Client` that fetches the recording; None makes one of `url` and `key`.
+    connect: opens the connection in place of `websockets`; see `Connection`.
+    client: the `Client` that fetches the recording; None opens one with `url` and `key`.
     """
 
     def __init__(
@@ -67,15 +68,15 @@ class Live(LiveHand):
         self._thread: threading.Thread | None = None
 
     def __enter__(self) -> Self:
-        assert self._thread is None, "a stream is opened once"
-        self._thread = threading.Thread(target=self._live, name="ridgewave-live", daemon=True)
+        assert self._thread is None, "a stream can be opened once"
+        self._thread = threading.Thread(target=self._run, name="ridgewave-live", daemon=True)
         self._thread.start()
-        core = self._core
+        protocol = self._protocol
         try:
             with self._changed:
-                self._changed.wait_for(lambda: core.ready is not None or core.over is not None, READY_SECONDS)
-                if core.ready is None:
-                    raise core.over or not_ready()
+                self._changed.wait_for(lambda: protocol.ready is not None or protocol.over is not None, READY_SECONDS)
+                if protocol.ready is None:
+                    raise protocol.over or not_ready()
         except BaseException:
             self.close()
             raise
@@ -87,27 +88,27 @@ class Live(LiveHand):
         self.close()
 
     def read(self, frames: int, timeout: float | None = None) -> Block:
-        """Return the next `frames`, float32 [frames, channels], in units of `full_scale`; exactly so many.
+        """Return exactly `frames` frames, float32 [frames, channels], in units of `full_scale`.
 
-        Waits for them, at most `timeout` seconds (None: as long as it takes), and through a break of the connection.
-        Raises TimeoutError, after which nothing is missing; StreamEnded, whose `rest` holds what came before the end;
-        ConnectionLost, ResumeLost.
+        Waits for them, through breaks of the connection, for at most `timeout` seconds (None: no limit).
+        Raises TimeoutError, after which no frame is lost; StreamEnded, whose `rest` holds the frames before the end;
+        ConnectionLost; ResumeLost.
         """
-        with self._guarded():
+        with self._changing():
             self._open().want(frames)
-        return self._awaited(lambda: self._core.may_take(frames), timeout, lambda: self._core.take(frames))
+        return self._awaited(lambda: self._protocol.may_take(frames), timeout, lambda: self._protocol.take(frames))
 
     def stop(self, timeout: float | None = None) -> Block:
-        """End the stream with a fade, and return what is left to play, the fade included; float32 [frames, channels].
+        """End the stream with a fade; return the unread frames and the fade, float32 [frames, channels].
 
-        Raises what else ended it, and TimeoutError.
+        Raises the exception that ended the stream otherwise, and TimeoutError.
         """
-        with self._guarded():
+        with self._changing():
             self._open().stop()
-        return self._awaited(lambda: self._core.over is not None, timeout, self._core.take_rest)
+        return self._awaited(lambda: self._protocol.over is not None, timeout, self._protocol.take_rest)
 
     def recording(self) -> dict[str, Any]:
-        """Return what the hand did, as `ridgewave render` renders it to the same samples; of a stream with `record`."""
+        """Return the recording of the hand, which `ridgewave render` renders to the same samples; requires `record`."""
         from clients.http_client.sync_client import Client
 
         if self._client is not None:
@@ -116,9 +117,9 @@ class Live(LiveHand):
             return client.recording(self.session)
 
     def close(self) -> None:
-        """End the stream where it stands; what was not read is gone. A second call does nothing."""
-        with self._guarded():
-            goodbye, connection = self._core.leave(), self._connection
+        """End the stream now and discard unread frames. A second call does nothing."""
+        with self._changing():
+            goodbye, connection = self._protocol.leave(), self._connection
         if connection is not None:
             with contextlib.suppress(Closed):
                 if goodbye is not None:
@@ -127,64 +128,64 @@ class Live(LiveHand):
         if self._thread is not None:
             self._thread.join()
 
-    # Inside
+    # Internals
 
     @contextlib.contextmanager
-    def _guarded(self) -> Iterator[None]:
+    def _changing(self) -> Iterator[None]:
         with self._changed:
             yield
             self._changed.notify_all()
 
-    def _open(self) -> LiveCore:
-        if self._core.ready is None:
+    def _open(self) -> LiveProtocol:
+        if self._protocol.ready is None:
             raise not_open()
-        return self._core
+        return self._protocol
 
     def _awaited(self, happened: Callable[[], bool], timeout: float | None, result: Callable[[], Block]) -> Block:
-        with self._guarded():
+        with self._changing():
             if not self._changed.wait_for(happened, timeout):
                 raise TimeoutError(f"no sound within {timeout:g} s")
             return result()
 
-    def _live(self) -> None:
-        """Connect, and connect again, until the stream is over."""
+    def _run(self) -> None:
+        """Connect, again after each break, until the stream is over."""
         try:
             while (delay := self._next_try()) is not None:
                 with self._changed:
-                    if self._changed.wait_for(lambda: self._core.over is not None, delay):
+                    if self._changed.wait_for(lambda: self._protocol.over is not None, delay):
                         continue
                 try:
-                    self._carry(self._connect(self._address.resuming(self._core.resume_url)))
+                    self._use(self._connect(self._address.resuming(self._protocol.resume_url)))
                 except Closed as closed:
-                    with self._guarded():
-                        self._core.lost(closed.closure)
-        except BaseException as bug:  # whoever reads must learn of it
-            with self._guarded():
-                self._core.over = bug if isinstance(bug, Exception) else ConnectionLost(repr(bug))
+                    with self._changing():
+                        self._protocol.lost(closed.closure)
+        except BaseException as bug:  # the reader must learn of it
+            with self._changing():
+                self._protocol.over = bug if isinstance(bug, Exception) else ConnectionLost(repr(bug))
 
     def _next_try(self) -> float | None:
-        with self._guarded():
-            return self._core.next_try()
+        with self._changing():
+            return self._protocol.next_try()
 
-    def _carry(self, connection: Connection) -> None:
-        """Receive over one connection until it ends, which raises Closed, or until the stream is over."""
-        with self._guarded():
+    def _use(self, connection: Connection) -> None:
+        """Receive from one connection until the stream is over; raises Closed if the connection ends first."""
+        with self._changing():
             self._connection = connection
-            hello = self._core.hello()
+            hello = self._protocol.hello()
         sender = threading.Thread(target=self._send, args=(connection,), name="ridgewave-live-send", daemon=True)
         try:
             connection.send(hello)
             sender.start()
             while True:
                 with self._changed:
-                    self._changed.wait_for(lambda: not self._core.congested or self._core.over is not None)
-                    if self._core.over is not None:
+                    self._changed.wait_for(lambda: not self._protocol.congested or self._protocol.over is not None)
+                    if self._protocol.over is not None:
                         return
                 message = connection.recv()
-                with self._guarded():
-                    self._core.receive(message)
+                with self._changing():
+                    self._protocol.receive(message)
         finally:
-            with self._guarded():
+            with self._changing():
                 self._connection = None
             with contextlib.suppress(Closed):
                 connection.close()
@@ -192,68 +193,60 @@ class Live(LiveHand):
                 sender.join()
 
     def _send(self, connection: Connection) -> None:
-        """Send what is due while `connection` is the one."""
+        """Send what is due, as long as `connection` is in use."""
         while True:
             with self._changed:
                 message = None
-                while self._connection is connection and (message := self._core.next_message()) is None:
+                while self._connection is connection and (message := self._protocol.next_message()) is None:
                     self._changed.wait()
             if message is None:
                 return
             try:
                 connection.send(message)
             except Closed:
-                return  # whoever receives learns of it too
+                return  # the receiver gets it too
 
 
 class WebSocketConnection:
-    """A connection of `websockets`, with its ways of ending as `Closed`."""
+    """A connection of `websockets` that raises `Closed` when it ends."""
 
     def __init__(self, connection: ClientConnection) -> None:
         self._connection = connection
 
     def send(self, message: str | bytes) -> None:
         """Send one message."""
-        with _closed():
+        with failures_as_closed():
             self._connection.send(message)
 
     def recv(self) -> str | bytes:
         """Wait for one message."""
-        with _closed():
+        with failures_as_closed():
             return self._connection.recv()
 
     def close(self) -> None:
         """Close."""
-        with _closed():
+        with failures_as_closed():
             self._connection.close()
 
 
 def open_connection(address: Address) -> Connection:
     """Return a connection to `address`; raises Closed."""
-    with _closed():
-        connection = connect(address.url, **address.options).__enter__()  # as `with`, which ends elsewhere
+    with failures_as_closed():
+        connection = connect(address.url, **address.options).__enter__()  # `close` ends what `with` would
     made = WebSocketConnection(connection)
     try:
         check_subprotocol(connection.subprotocol)
     except Closed:
         made.close()
         raise
-    with contextlib.suppress(OSError):  # one that has ended already says so where it is used
+    with contextlib.suppress(OSError):  # a connection that has ended reports this when it is used
         _bound_sends(connection.socket)
     return made
 
 
 def _bound_sends(sock: socket.socket) -> None:
-    """Let a send fail that a peer does not take: `websockets` would hold its lock meanwhile, and `close` needs it."""
+    """Bound the time of a send: meanwhile `websockets` holds the lock that `close` needs."""
     if sys.platform != "win32":
         whole = int(STALL_SECONDS)
         interval = struct.pack("@ll", whole, round(1e6 * (STALL_SECONDS - whole)))  # a timeval: s and us
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, interval)
-
-
-@contextlib.contextmanager
-def _closed() -> Iterator[None]:
-    try:
-        yield
-    except FAILURES as error:
-        raise Closed(closure_of(error)) from error

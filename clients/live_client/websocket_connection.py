@@ -1,14 +1,15 @@
-"""The connection that carries a live stream: where it goes, how it is made, and what its end means.
+"""The WebSocket of a live stream: its address, its settings, and the meaning of each way in which it ends.
 
-Model: `websockets`, without compression (noise does not compress), with pings that find a peer that is gone, and with
-    bounded messages. A shell knows only `send`, `recv`, `close` and the exception `Closed`, so that a test, or another
-    library, may put its own connection in the place of this one.
+Messages are not compressed (noise does not compress) and bounded. Pings detect a peer that is gone. `Live` and
+`AsyncLive` use only `send`, `recv`, `close` and the exception `Closed`, so that tests and other transports can supply
+another connection.
 """
 
 from __future__ import annotations
 
+import contextlib
 import ssl
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 from urllib.parse import urlsplit, urlunsplit
@@ -21,19 +22,23 @@ from clients.live_client.reconnection import Closed, Closure
 from clients.live_client.wire_messages import SUBPROTOCOL, subprotocols
 from synth.errors import Fault, InvalidRequest, shown
 
-PING_SECONDS = 5.0  # s between pings, and to wait for each answer: a peer that is gone is found within twice that
-OPEN_SECONDS = 5.0  # s for TCP, TLS and the upgrade; longer wastes the time for which the service keeps a session
-READY_SECONDS = 60.0  # s from there to `ready`; a scene is solved meanwhile, and the dearest take some ten seconds
-CLOSE_SECONDS = 1.0  # s for the peer to answer a close; longer only delays the next connection
-LARGEST_MESSAGE = 1 << 23  # bytes: one second at 48 kHz in 32 channels of float32 is 6.1 MB; the service sends no more
+PING_SECONDS = 5.0  # s between pings, and to wait for each answer: a lost peer is detected within twice that
+OPEN_SECONDS = 5.0  # s for TCP, TLS and the upgrade; longer wastes time while the service still keeps the session
+READY_SECONDS = (
+    60.0  # s from the upgrade to `ready`; the service solves the scene meanwhile, for up to some ten seconds
+)
+CLOSE_SECONDS = 1.0  # s to wait for the answer to a close; longer only delays the next connection
+LARGEST_MESSAGE = (
+    1 << 23
+)  # bytes; one second of 32 float32 channels at 48 kHz is 6.1 MB, the largest message of the service
 
-PROTOCOL_CODE = 1002  # close code of what is no WebSocket, or another protocol: not worth another try
-TLS_CODE = 1015  # close code (RFC 6455, 7.4.1) of a certificate that is not trusted: not worth another try
+PROTOCOL_CODE = 1002  # close code for no WebSocket, or another protocol: do not try again
+TLS_CODE = 1015  # close code (RFC 6455, 7.4.1) for an untrusted certificate: do not try again
 
 
 @dataclass(frozen=True, slots=True)
 class Address:
-    """Where a live stream is to be had: the URL, and the subprotocols to offer, of which one may hold a key."""
+    """The URL of a live stream, and the subprotocols to offer, one of which may hold a key."""
 
     url: str
     subprotocols: tuple[str, ...]
@@ -48,9 +53,9 @@ class Address:
         return cls(url, subprotocols(key))
 
     def resuming(self, resume_url: str) -> Address:
-        """Return the address that `ready` says to resume at, on the same host; "" is this one.
+        """Return the address at which to resume, on the same host. resume_url: as `ready` gave it; "" is this address.
 
-        A path before /v1/live, where a proxy has one, and the query of this address stay.
+        The query of this address stays, and so does the path prefix of a proxy.
         """
         if not resume_url:
             return self
@@ -61,14 +66,14 @@ class Address:
 
     @property
     def service(self) -> str:
-        """Return the base address of the same service over HTTP."""
+        """The base URL of the same service over HTTP."""
         parts = urlsplit(self.url)
         scheme = "https" if parts.scheme == "wss" else "http"
         return urlunsplit((scheme, parts.netloc, parts.path.removesuffix("/v1/live"), "", ""))
 
     @property
     def options(self) -> dict[str, Any]:
-        """Return the keywords for `connect` of websockets, either kind."""
+        """The keyword arguments of `connect` of websockets, with threads and without."""
         return {
             "subprotocols": [Subprotocol(name) for name in self.subprotocols],
             "compression": None,
@@ -81,7 +86,7 @@ class Address:
 
 
 class Connection(Protocol):
-    """What the shell with threads needs; `send` and `close` are called beside a `recv` that waits. All raise Closed."""
+    """What `Live` needs of a connection. `send` and `close` may be called while `recv` waits. All raise Closed."""
 
     def send(self, message: str | bytes) -> None:
         """Send one message."""
@@ -90,11 +95,11 @@ class Connection(Protocol):
         """Wait for one message."""
 
     def close(self) -> None:
-        """Close; a second time does nothing. Whatever waits is woken with Closed."""
+        """Close; a second call does nothing. Waiting calls raise Closed."""
 
 
 class AsyncConnection(Protocol):
-    """The same for the shell without threads."""
+    """What `AsyncLive` needs of a connection. All methods raise Closed."""
 
     async def send(self, message: str | bytes) -> None:
         """Send one message."""
@@ -103,7 +108,7 @@ class AsyncConnection(Protocol):
         """Wait for one message."""
 
     async def close(self) -> None:
-        """Close; a second time does nothing."""
+        """Close; a second call does nothing."""
 
 
 Connect = Callable[[Address], Connection]
@@ -111,22 +116,27 @@ AsyncConnect = Callable[[Address], Awaitable[AsyncConnection]]
 
 
 def not_ready() -> ConnectionLost:
-    """Return the exception for a service that was connected and has not answered `hello`."""
+    """Return the exception for a service that did not answer `hello`."""
     return ConnectionLost(f"the service was not ready within {READY_SECONDS:g} s")
 
 
 def check_subprotocol(chosen: str | None) -> None:
-    """Raise Closed unless the service speaks the protocol."""
+    """Raise Closed unless the service chose the protocol."""
     if chosen != SUBPROTOCOL:
         raise Closed(Closure(PROTOCOL_CODE, f"the service does not speak {SUBPROTOCOL}"))
 
 
-FAILURES = (OSError, WebSocketException)
-"""What websockets and the operating system raise; `closure_of` says what each means."""
+@contextlib.contextmanager
+def failures_as_closed() -> Iterator[None]:
+    """Raise Closed in place of the exceptions of websockets and of the operating system."""
+    try:
+        yield
+    except (OSError, WebSocketException) as error:
+        raise Closed(closure_of(error)) from error
 
 
 def closure_of(error: Exception) -> Closure:
-    """Return how a connection ended that raised `error`, one of FAILURES."""
+    """Return how a connection that raised `error` ended."""
     if isinstance(error, ConnectionClosed):
         return _closure_of_close(error)
     if isinstance(error, InvalidStatus):
@@ -142,7 +152,7 @@ def closure_of(error: Exception) -> Closure:
 
 
 def _closure_of_close(error: ConnectionClosed) -> Closure:
-    """Return whose word ended it: the peer's, ours, or nobody's (a reset; no answer to a ping)."""
+    """Return the code of the side that closed first; none after a reset or a missing answer to a ping."""
     if error.rcvd is not None and (error.sent is None or error.rcvd_then_sent):
         return Closure(error.rcvd.code, error.rcvd.reason)
     if error.sent is not None and error.sent.code in (PROTOCOL_CODE, 1007, 1009):

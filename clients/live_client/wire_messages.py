@@ -1,8 +1,10 @@
-"""The messages of the live protocol `ridgewave.v1` as they stand on the wire.
+"""The messages of the live protocol `ridgewave.v1`, as docs/live.md defines them.
 
-Model: what the client says, as the text or bytes of one WebSocket message; what the service says, as a dictionary
-    (text) or as samples (bytes). The page on the live protocol defines the words.
-Limits: a stream has 2**32 contact updates (49 days of a thousand a second): past them `contact` raises InvalidRequest.
+The functions make what the client sends: the text or bytes of one WebSocket message. `read_text`, `Ready` and `Applied`
+read what the service sends; unknown fields are ignored.
+
+Limits: a stream has at most 2**32 contact updates (49 days of a thousand per second); then `contact` raises
+InvalidRequest.
 """
 
 from __future__ import annotations
@@ -10,13 +12,13 @@ from __future__ import annotations
 import base64
 import json
 import math
-import re
 import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from clients.client_errors import ProtocolError
+from clients.scene_and_key import checked_key, json_text
 from synth.errors import Fault, InvalidRequest, shown
 
 SUBPROTOCOL = "ridgewave.v1"
@@ -28,17 +30,21 @@ IS_SPEED = 1  # flag: the value is a speed, not a position
 NO_LOAD = 2  # flag: the load is absent and stays what it was
 SEQ_LIMIT = 2**32
 
-# SI; what the service takes. Wider bounds here would only move the refusal to the service.
+# The bounds of the service. Wider ones here would only move the refusal to the service.
 POSITION_LIMIT = 1e3  # m
 SPEED_LIMIT = 10.0  # m/s
-LOAD_LIMIT = 1e3  # N, either way: a surface that attracts the finger may be pulled at
+LOAD_LIMIT = 1e3  # N, in both directions: a finger may pull at a surface that attracts it
 
 SceneDocument = Mapping[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
 class Contact:
-    """What the hand does: where it is (m) or how fast it moves (m/s), never both, and the load (N; None keeps it)."""
+    """One update of the hand.
+
+    seq: number of the update. time: s, by the client's clock. value: position (m), or speed (m/s) if `is_speed`.
+    load: N; None keeps the last load.
+    """
 
     seq: int
     time: float
@@ -54,7 +60,7 @@ class Contact:
 
 
 def contact(seq: int, time: float, value: float, is_speed: bool, load: float | None) -> Contact:
-    """Return a checked contact; raises InvalidRequest for what the service would refuse."""
+    """Return a checked update; raises InvalidRequest for values that the service would refuse."""
     if seq >= SEQ_LIMIT:
         raise InvalidRequest([Fault("/seq", shown(seq), f"below {SEQ_LIMIT}", "Open another stream.")])
     name, limit, unit = ("speed", SPEED_LIMIT, "m/s") if is_speed else ("position", POSITION_LIMIT, "m")
@@ -74,42 +80,31 @@ def hello(scene: SceneDocument, sample_format: str, pacing: str, block: int | No
         document["block"] = block
     if record:
         document["record"] = True
-    return text_of(document)
+    return json_text(document)
 
 
-def hello_again(session: str, frame: int) -> str:
-    """Return the message that asks for a session to go on from `frame`."""
-    return text_of({"type": "hello", "resume": {"session": session, "frame": frame}})
+def resume(session: str, frame: int) -> str:
+    """Return the message that resumes a session at `frame`."""
+    return json_text({"type": "hello", "resume": {"session": session, "frame": frame}})
 
 
 def more(frames: int) -> str:
     """Return the message that grants credit."""
-    return text_of({"type": "more", "frames": frames})
+    return json_text({"type": "more", "frames": frames})
 
 
 def scene_change(partial: SceneDocument) -> str:
     """Return the message that changes the scene."""
-    return text_of({"type": "scene", "scene": partial})
+    return json_text({"type": "scene", "scene": partial})
 
 
 def stop() -> str:
     """Return the message that ends the stream."""
-    return text_of({"type": "stop"})
-
-
-def text_of(document: Mapping[str, Any]) -> str:
-    """Return the JSON text of a message; raises InvalidRequest where a scene in it is not JSON."""
-    try:
-        return json.dumps(document, allow_nan=False, separators=(",", ":"))
-    except (TypeError, ValueError, RecursionError) as error:
-        hint = 'Write finite numbers, or strings with a unit such as "0.8 mm".'
-        raise InvalidRequest(
-            [Fault("", "something that is not JSON", "JSON without NaN and infinity", hint)]
-        ) from error
+    return json_text({"type": "stop"})
 
 
 def read_text(text: str) -> dict[str, Any]:
-    """Return the message that `text` holds; raises ProtocolError where it holds none."""
+    """Return the message in `text`; raises ProtocolError for text that is not a message."""
     try:
         message = json.loads(text)
     except ValueError as error:
@@ -120,34 +115,66 @@ def read_text(text: str) -> dict[str, Any]:
 
 
 def subprotocols(key: str | None) -> tuple[str, ...]:
-    """Return the subprotocols to offer: the protocol, and the key, in BASE64URL without padding, where there is one."""
+    """Return the subprotocols to offer: the protocol, and the key, if any, as BASE64URL without padding."""
     if key is None:
         return (SUBPROTOCOL,)
     encoded = base64.urlsafe_b64encode(checked_key(key).encode()).decode()
     return (SUBPROTOCOL, KEY_SUBPROTOCOL + encoded.rstrip("="))
 
 
-def checked_key(key: str) -> str:
-    """Return `key`, which goes into a header; raises InvalidRequest for what cannot, and does not show it."""
-    if not re.fullmatch(r"[\x21-\x7e]+", key):
-        raise InvalidRequest(
-            [Fault("/key", "(not shown)", "visible ASCII characters", "Write one of the service's keys.")]
+class Applied(NamedTuple):
+    """The newest contact update that the sound follows, and the first frame that follows it."""
+
+    seq: int
+    frame: int
+
+
+@dataclass(frozen=True, slots=True)
+class Ready:
+    """The `ready` message: a session that begins or is resumed.
+
+    resume_url: path and query at which to resume the session; "" if any connection will do.
+    full_scale: SI value of a sample of 1.0, per channel.
+    block: frames per message of samples.
+    frame: number of the first frame to come.
+    max_silence: seconds without an update after which the service lifts the finger.
+    motion_delay: seconds by which the sound follows the hand, because updates are smoothed.
+    """
+
+    session: str
+    resume_url: str
+    sample_rate: int
+    channels: int
+    quantities: tuple[str, ...]
+    full_scale: tuple[float, ...]
+    block: int
+    frame: int
+    plan: Mapping[str, Any]
+    max_silence: float
+    motion_delay: float
+
+    @classmethod
+    def read(cls, message: Mapping[str, Any]) -> Ready:
+        """Read a `ready` message; raises KeyError, TypeError or ValueError for an incomplete one."""
+        return cls(
+            session=str(message["session"]),
+            resume_url=str(message.get("resume_url", "")),
+            sample_rate=int(message["sample_rate"]),
+            channels=int(message["channels"]),
+            quantities=tuple(str(quantity) for quantity in message["quantities"]),
+            full_scale=tuple(float(value) for value in message["full_scale"]),
+            block=int(message["block"]),
+            frame=int(message["frame"]),
+            plan=dict(message["plan"]),
+            max_silence=float(message["max_silence_ms"]) / 1000.0,
+            motion_delay=float(message["motion_delay_ms"]) / 1000.0,
         )
-    return key
 
-
-def document_of(scene: Any) -> dict[str, Any]:
-    """Return the JSON document of a scene: a mapping as it is (None is the default scene), a `synth.Scene` in SI."""
-    if scene is None:
-        return {}
-    if isinstance(scene, Mapping):
-        return dict(scene)
-    from synth.scene.scene import Scene as CheckedScene
-    from synth.scene.scene import scene_document
-
-    if isinstance(scene, CheckedScene):
-        return scene_document(scene)
-    raise InvalidRequest([Fault("", shown(scene), "a scene", 'Write {} or {"texture": {"period": "1 mm"}}.')])
+    def check_like(self, other: Ready) -> None:
+        """Raise ProtocolError unless the samples of both have the same form: one device plays them in a row."""
+        for name in ("sample_rate", "channels", "quantities", "full_scale"):
+            if getattr(self, name) != getattr(other, name):
+                raise ProtocolError(f"{name} was {getattr(other, name)} and is now {getattr(self, name)}")
 
 
 def _fault(name: str, value: float, limit: float, unit: str) -> Fault | None:

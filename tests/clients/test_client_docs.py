@@ -1,4 +1,4 @@
-"""The examples of docs/client.md run, as they stand but for the address: over HTTP against the service itself.
+"""The examples of docs/client.md run unchanged, except for the address of the service.
 
 The live ones, and that of README.md, talk to the last of `LIVE_SERVICES`.
 """

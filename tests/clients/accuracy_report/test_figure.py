@@ -1,4 +1,4 @@
-"""The figure of what accuracy costs: axes, families, names, front, levels, zeros, and the same bytes every time."""
+"""The accuracy figure: axes, families, legend, front, levels, zeros, and the same bytes every time."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ def test_the_plans_choice_is_ringed_and_named(figure: Figure) -> None:
     assert CHOSEN in words(figure).replace("\n", " ")
 
 
-def test_the_levels_stand_where_they_belong(figure: Figure) -> None:
+def test_each_level_is_a_line_at_its_error(figure: Figure) -> None:
     shown = words(figure).replace("\n", " ")
     assert all(text in shown for text in ("tolerance 0.001", "float32 rounding", "not felt below", "real time"))
     drawn = [points_of(line) for line in axes_of(figure).get_lines()]
@@ -162,7 +162,7 @@ def test_where_no_error_could_be_felt_it_says_so_without_a_line() -> None:
     assert "even an error as large as the motion" in shown and "not felt below" not in shown
 
 
-def test_no_words_lie_on_others(figure: Figure) -> None:
+def test_no_labels_overlap(figure: Figure) -> None:
     canvas = FigureCanvasAgg(figure)
     canvas.draw()  # type: ignore[no-untyped-call]
     renderer = canvas.get_renderer()  # type: ignore[no-untyped-call]
@@ -188,7 +188,7 @@ def test_odd_documents_are_drawn_too(changed: Any) -> None:
         draw(made).draw_without_rendering()
 
 
-def test_the_svg_holds_words_and_no_date(files: dict[str, bytes]) -> None:
+def test_the_svg_holds_text_and_no_date(files: dict[str, bytes]) -> None:
     svg = files["accuracy.svg"].decode()
     assert svg.startswith("<?xml") and "<svg" in svg
     assert all(

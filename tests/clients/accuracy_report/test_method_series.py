@@ -1,4 +1,4 @@
-"""How the methods of an accuracy document are grouped, sized and set beside what matters."""
+"""How the methods of an accuracy document are grouped and sized, and the levels of error beside them."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_sizes_rise_within_a_series_whatever_the_order_of_the_rows() -> None:
         assert sizes == sorted(sizes)
 
 
-def test_a_family_that_nobody_knows_comes_last() -> None:
+def test_an_unknown_family_comes_last() -> None:
     made = document()
     made["methods"][0]["family"] = "oracle"
     assert series_of(made)[-1].family == "oracle"
@@ -117,5 +117,5 @@ def test_the_tolerance_is_a_level_unless_it_is_the_threshold(asked: float | str,
         (3.2e-15, "m", "3e-15 m"),
     ],
 )
-def test_values_are_written_as_people_read_them(value: float, unit: str, words: str) -> None:
+def test_values_have_three_digits_and_a_prefixed_unit(value: float, unit: str, words: str) -> None:
     assert with_unit(value, unit) == words

@@ -1,4 +1,4 @@
-"""How a command ends: exit codes and messages, for people and for programs."""
+"""Exit codes and messages of a command, as text and as JSON."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def raising(error: BaseException) -> Callable[[], int]:
     return command
 
 
-def test_done_is_the_commands_own_code() -> None:
+def test_the_exit_code_is_that_of_the_command() -> None:
     assert carry_out(lambda: DONE, as_json=False) == 0
     assert carry_out(lambda: INTERRUPTED, as_json=False) == 130
 
@@ -75,7 +75,7 @@ def test_an_invalid_request_as_json_has_the_services_shape(capsys: pytest.Captur
         (KeyboardInterrupt(), INTERRUPTED, "stopped; no unfinished file is left behind"),
     ],
 )
-def test_what_stopped_it_is_one_sentence(
+def test_an_error_is_one_sentence(
     error: BaseException, code: int, text: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert carry_out(raising(error), as_json=False) == code

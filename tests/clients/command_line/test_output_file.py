@@ -1,4 +1,4 @@
-"""`-o` and `--subtype` pick one format, or say what there is."""
+"""`-o` and `--subtype` choose one format, or the message lists the formats."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def test_ending_and_subtype_pick_the_format(output: str, subtype: str | None, so
     assert (target.path, target.sound_format) == (Path(output), sound_format)
 
 
-def test_every_format_can_be_had() -> None:
+def test_every_format_has_an_ending_and_a_subtype() -> None:
     assert {kind for kinds in ENDINGS.values() for kind in kinds.values()} == set(SoundFormat)
 
 
@@ -47,7 +47,7 @@ def test_every_format_can_be_had() -> None:
         ("out.raw", "pcm16", "Write pcm16 to a .l16 or .wav file"),
     ],
 )
-def test_what_does_not_go_together_is_refused(output: str, subtype: str | None, told: str) -> None:
+def test_an_ending_with_another_subtype_is_refused(output: str, subtype: str | None, told: str) -> None:
     with pytest.raises(InvalidRequest, match=told):
         read_target(output, subtype)
 

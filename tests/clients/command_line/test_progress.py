@@ -1,4 +1,4 @@
-"""Progress on standard error: lines where there is no terminal, a bar where there is, nothing where nobody wants it."""
+"""Progress on standard error: lines without a terminal, a bar on one, nothing unless wanted."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def test_without_a_terminal_nothing_shows_unless_asked(capsys: pytest.CaptureFix
     assert capsys.readouterr() == ("", "")
 
 
-def test_asked_for_without_a_terminal_it_is_a_line_every_tenth(capsys: pytest.CaptureFixture[str]) -> None:
+def test_on_request_without_a_terminal_it_is_a_line_per_tenth(capsys: pytest.CaptureFixture[str]) -> None:
     with Progress("rendering", 60.0, "s", True) as bar:
         for _ in range(120):
             bar.advance(0.5)
@@ -42,7 +42,7 @@ def test_asked_for_without_a_terminal_it_is_a_line_every_tenth(capsys: pytest.Ca
     assert lines[-1] == "rendering: 100 %, 60 of 60 s"
 
 
-def test_work_of_unknown_length_says_that_it_goes_on(
+def test_work_of_unknown_length_reports_the_elapsed_time(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("clients.command_line.progress.WAIT_AFTER", 0.01)
@@ -62,7 +62,7 @@ def test_work_of_unknown_length_says_that_it_goes_on(
         assert capsys.readouterr() == ("", "")
 
 
-def test_short_work_says_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+def test_short_work_reports_nothing(capsys: pytest.CaptureFixture[str]) -> None:
     with Waiting("solving the contact", True):
         pass
     assert capsys.readouterr() == ("", "")

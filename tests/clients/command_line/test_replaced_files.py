@@ -1,4 +1,4 @@
-"""Files that are there: a render says that it replaced one, and with --no-clobber keeps it and computes nothing."""
+"""Existing files: a render reports that it replaced one; with --no-clobber it keeps it and computes nothing."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ def _in_a_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
 
 
-def test_a_replaced_file_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_replaced_file_is_reported(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([*WORDS, "out.wav"]) == 0
     assert "replaced" not in capsys.readouterr().err
     assert main([*WORDS, "out.wav"]) == 0
-    assert "ridgewave: replaced out.wav, which was there" in capsys.readouterr().err
+    assert "ridgewave: replaced out.wav, which existed" in capsys.readouterr().err
     assert main([*WORDS, "out.wav", "--json"]) == 0
     told = capsys.readouterr()
     assert json.loads(told.out)["replaced"] is True and not told.err
 
 
-def test_no_clobber_keeps_what_is_there(
+def test_no_clobber_keeps_existing_files(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert main([*WORDS, "out.wav", "--no-clobber"]) == 0
@@ -41,7 +41,7 @@ def test_no_clobber_keeps_what_is_there(
     assert (tmp_path / "out.wav").read_bytes() == before
 
 
-def test_a_report_keeps_and_tells_likewise(
+def test_an_accuracy_report_does_the_same(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("clients.commands.accuracy.measure_accuracy", fake_measure)

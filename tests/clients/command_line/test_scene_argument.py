@@ -76,7 +76,7 @@ def test_changes_apply_in_order(scene_file: str) -> None:
     assert scene.scan.load == 0.5
 
 
-def test_a_changed_amplitude_displaces_the_files_roughness(scene_file: str) -> None:
+def test_a_changed_amplitude_replaces_the_roughness_of_the_file(scene_file: str) -> None:
     assert read_scene(words(scene_file, "--set", "texture.amplitude=7um")).texture.amplitude == pytest.approx(7e-6)
 
 
@@ -104,7 +104,7 @@ def test_duration_takes_seconds_or_a_unit_and_wins(scene_file: str, given: str, 
         ("scan.speed=-Infinity", {"scan": {"speed": "-Infinity"}}),
     ],
 )
-def test_a_change_is_json_where_it_parses_else_text(given: str, patch: dict[str, Any]) -> None:
+def test_a_change_is_json_if_it_parses_otherwise_text(given: str, patch: dict[str, Any]) -> None:
     assert patch_of(given) == patch
 
 
@@ -134,14 +134,12 @@ def test_a_change_inside_a_list_says_what_to_write(scene_file: str) -> None:
         ("scan.speed=8", '"8 mm/s"'),
     ],
 )
-def test_a_bare_number_that_no_finger_has_is_refused_with_what_was_meant(
-    scene_file: str, change: str, meant: str
-) -> None:
+def test_a_number_that_is_probably_in_the_wrong_unit_is_refused(scene_file: str, change: str, meant: str) -> None:
     message = fault_of(scene_file, "--set", change)
     assert meant in message and change.partition("=")[0] in message
 
 
-def test_a_unit_or_a_usual_number_is_taken(scene_file: str) -> None:
+def test_a_unit_or_a_usual_number_is_accepted(scene_file: str) -> None:
     assert read_scene(words(scene_file, "--set", "texture.period=0.6m")).texture.period == 0.6
     assert read_scene(words(scene_file, "--set", "texture.period=0.0006")).texture.period == 0.0006
 
@@ -150,7 +148,7 @@ def test_a_misspelt_field_names_its_path(scene_file: str) -> None:
     assert "texture.perod" in fault_of(scene_file, "--set", "texture.perod=1mm")
 
 
-def test_all_faults_are_told_at_once(scene_file: str) -> None:
+def test_all_faults_are_reported_at_once(scene_file: str) -> None:
     message = fault_of(scene_file, "--set", "scan.load=-1", "--set", "texture.period=3kg", "--duration", "soon")
     assert all(field in message for field in ("scan.load", "texture.period", "output.duration"))
 

@@ -1,4 +1,4 @@
-"""The command line answers at once: what it loads before there is anything to compute."""
+"""The command line answers at once: what it imports before it computes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""TAB completes commands, textures and fields, and a shell takes the lines that `ridgewave completion` prints."""
+"""TAB completes commands, textures and fields, and a shell accepts the script of `ridgewave completion`."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def test_commands_and_textures_are_completed(tmp_path: Path, environment: dict[s
     assert completed("ridgewave play grating-1m", tmp_path, environment) == ["grating-1mm-31um"]
 
 
-def test_values_that_are_offered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_values_are_completed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "grating.json").touch()
     assert {"texture.period=", "scan.stroke.length=", "effects.inertia="} <= set(fields(""))
@@ -45,7 +45,7 @@ def test_values_that_are_offered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
-def test_the_lines_for_a_shell_name_the_command(ridgewave: RunsRidgewave, shell: str) -> None:
+def test_the_script_for_a_shell_names_the_command(ridgewave: RunsRidgewave, shell: str) -> None:
     done = ridgewave("completion", shell)
     assert done.returncode == 0 and b"ridgewave" in done.stdout
     if shell == "bash":
@@ -63,7 +63,7 @@ def test_every_command_has_examples_that_parse() -> None:
             assert name in ("", plain[0])
 
 
-def test_a_bare_command_says_what_there_is(ridgewave: RunsRidgewave) -> None:
+def test_without_arguments_the_help_is_printed(ridgewave: RunsRidgewave) -> None:
     done = ridgewave()
     assert done.returncode == 0 and not done.stderr
     assert b"examples:" in done.stdout and b"render a scene to a file" in done.stdout

@@ -1,4 +1,4 @@
-"""`ridgewave accuracy`: the table, the JSON, the files of -o, and what is refused before anything is measured."""
+"""`ridgewave accuracy`: the table, the JSON, the files of -o, and what is refused before the measurement."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def test_the_table_names_every_method_under_its_family(capsys: pytest.CaptureFix
 
 
 @pytest.mark.usefixtures("measured")
-def test_the_first_line_says_what_the_numbers_are_of(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_first_line_describes_the_numbers(capsys: pytest.CaptureFixture[str]) -> None:
     main(["accuracy", SCENE])
     assert capsys.readouterr().out.splitlines()[0] == (
         "grating-800um-40um: acceleration, peak-to-peak 37.9 m/s^2; timings are medians of 7 on this machine; "
@@ -97,7 +97,7 @@ def test_the_table_is_no_wider_than_120_columns_and_no_row_wraps(capsys: pytest.
 
 
 @pytest.mark.usefixtures("measured")
-def test_no_error_is_a_zero_and_not_a_number_of_decibels(capsys: pytest.CaptureFixture[str]) -> None:
+def test_no_error_is_a_zero_without_decibels(capsys: pytest.CaptureFixture[str]) -> None:
     main(["accuracy", SCENE])
     (row,) = (line for line in capsys.readouterr().out.splitlines() if " 65536 phases " in line)
     assert row.partition(" phases ")[2].split()[:5] == ["0", "0", "0", "-", "-"]
@@ -137,7 +137,7 @@ def test_a_folder_gets_the_three_files(capsys: pytest.CaptureFixture[str]) -> No
 
 
 @pytest.mark.usefixtures("measured")
-def test_files_that_were_there_are_replaced_and_others_stay(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_existing_files_are_replaced_and_others_stay(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("clients.accuracy_report.figure.drawings", fake_drawings)
     Path("accuracy.svg").write_text("an older one")
     Path("notes.txt").write_text("mine")
@@ -165,7 +165,7 @@ def test_a_file_in_the_place_of_the_folder_is_refused(name: str, capsys: pytest.
     ],
 )
 @pytest.mark.parametrize("folder", ["old", "new/within"])
-def test_what_fails_leaves_the_folder_as_it_was(
+def test_a_failure_leaves_the_folder_as_it_was(
     error: Exception, code: int, folder: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(clients.commands.accuracy, "measure_accuracy", refusing(error))
@@ -187,13 +187,13 @@ def test_a_drawing_that_fails_leaves_nothing(monkeypatch: pytest.MonkeyPatch) ->
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
 @pytest.mark.usefixtures("measured")
-def test_a_folder_that_may_not_be_written_is_told_before_the_measuring(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_folder_that_cannot_be_written_is_reported_before_the_measurement(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(clients.commands.accuracy, "measure_accuracy", refusing(AssertionError("it measured")))
     Path("locked").mkdir(mode=0o500)
     assert main(["accuracy", SCENE, "-o", "locked"]) == 1
 
 
-def test_a_taken_name_of_a_file_is_told_before_the_measuring(ridgewave: RunsRidgewave, tmp_path: Path) -> None:
+def test_a_taken_file_name_is_reported_before_the_measurement(ridgewave: RunsRidgewave, tmp_path: Path) -> None:
     (tmp_path / "made" / "accuracy.svg").mkdir(parents=True)
     done = ridgewave("accuracy", SCENE, "-o", "made")
     assert done.returncode == 1
@@ -201,7 +201,7 @@ def test_a_taken_name_of_a_file_is_told_before_the_measuring(ridgewave: RunsRidg
     assert os.listdir(tmp_path / "made") == ["accuracy.svg"]
 
 
-def test_without_matplotlib_the_figures_are_refused_before_the_measuring(
+def test_without_matplotlib_the_figures_are_refused_before_the_measurement(
     tmp_path: Path, environment: dict[str, str]
 ) -> None:
     command = [sys.executable, "-c", WITHOUT_MATPLOTLIB, "accuracy", SCENE, "-o", "made"]

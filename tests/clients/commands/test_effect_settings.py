@@ -1,4 +1,4 @@
-"""Bad settings of effects on the command line: exit 2, and one message with field, value, range and hint."""
+"""Invalid settings of effects on the command line: exit code 2, one message with field, value, range and hint."""
 
 from __future__ import annotations
 

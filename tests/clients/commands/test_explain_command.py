@@ -1,4 +1,4 @@
-"""The tables of `ridgewave explain`: effects with settings, units and prices, and nothing that reads like JSON."""
+"""The tables of `ridgewave explain`: effects with settings, units and prices, and no JSON."""
 
 from __future__ import annotations
 
@@ -44,19 +44,19 @@ def lines(capsys: pytest.CaptureFixture[str]) -> list[str]:
     return [" ".join(line.split()) for line in capsys.readouterr().out.splitlines()]
 
 
-def test_an_effect_stands_with_its_settings_in_their_units_and_its_price(lines: list[str]) -> None:
+def test_an_effect_has_its_settings_with_units_and_its_price(lines: list[str]) -> None:
     assert "name reason settings price, alone" in lines
-    assert "inertia The finger moves as 5 g on the contact. mass 5 g 340 ns a frame" in lines
+    assert "inertia The finger moves as 5 g on the contact. mass 5 g 340 ns per frame" in lines
     assert "damping 3 N s/m 6.1 MB" in lines
     assert "tangential The force on the slopes. pressure exponent 0.3333 14 ns a frame" in lines
     assert "full scale - 110 kB" in lines
 
 
-def test_what_is_left_out_tells_what_it_would_change(lines: list[str]) -> None:
+def test_each_omitted_part_says_what_it_would_change(lines: list[str]) -> None:
     assert "viscous_skin It moves little. 0.00012" in lines
 
 
-def test_what_is_left_out_for_one_reason_stands_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+def test_parts_omitted_for_one_reason_share_a_line(capsys: pytest.CaptureFixture[str]) -> None:
     reason = "The scene does not call for it."
     parts = [{"name": name, "reason": reason, "effect_on_output": None} for name in ("adhesion", "inertia")]
     print_plan(PLAN | {"left_out": [*PLAN["left_out"], *parts]})
@@ -64,14 +64,14 @@ def test_what_is_left_out_for_one_reason_stands_in_one_line(capsys: pytest.Captu
     assert f"adhesion, inertia {reason} -" in shown and "viscous_skin It moves little. 0.00012" in shown
 
 
-def test_what_holds_more_than_a_value_has_a_table_of_its_own(lines: list[str]) -> None:
+def test_nested_values_have_their_own_table(lines: list[str]) -> None:
     assert lines[lines.index("Channels") + 1] == "quantity full scale"
     assert "velocity 0.2" in lines
     assert "takes the place of the response yes" in lines
     assert "changes: acceleration 0.84" in lines
 
 
-def test_numbers_have_their_units_and_nothing_is_written_as_json(lines: list[str]) -> None:
+def test_numbers_have_units_and_nothing_is_printed_as_json(lines: list[str]) -> None:
     assert {"fundamental (Hz) 100", "setup (s) 1.5", "times real time 18610"} <= set(lines)
     assert not any(sign in line for line in lines for sign in '{}[]"')
     assert lines[-1] == "Warning: It misses the tolerance."

@@ -1,4 +1,4 @@
-"""Playing: the sound, its fade-out, and what happens when somebody or something stops it."""
+"""`ridgewave play`: the sound, its fade-out, and its end by a signal or a failure."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def test_a_stop_fades_an_endless_sound_out(tmp_path: Path) -> None:
     assert len(sound) == 80  # the fade in whole blocks of 10 ms
 
 
-def test_a_sink_that_fails_is_told(tmp_path: Path) -> None:
+def test_a_failing_sink_is_reported(tmp_path: Path) -> None:
     sink = started(tmp_path)
     sink.stop()
     with pytest.raises(CannotRender, match="closed"):
@@ -83,7 +83,7 @@ def test_a_sink_that_fails_is_told(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, INTERRUPTED), (signal.SIGTERM, TERMINATED)])
-def test_signals_ask_to_stop_and_a_second_one_insists(number: signal.Signals, code: int) -> None:
+def test_a_signal_requests_a_stop_and_a_second_one_forces_it(number: signal.Signals, code: int) -> None:
     before = signal.getsignal(number)
     with stopped_by_signals() as stop:
         assert (stop.asked(), stop.code) == (False, DONE)

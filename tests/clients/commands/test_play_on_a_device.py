@@ -1,4 +1,4 @@
-"""`ridgewave play` and `devices` on a real PortAudio device: it takes the live voice, sample for sample."""
+"""`ridgewave play` and `devices` with a real PortAudio device: it receives the live voice, sample for sample."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def live_sound(frames: int) -> npt.NDArray[np.float32]:
 
 
 @pytest.mark.alone  # no underrun: the player must have the processor when a block is due
-def test_the_device_takes_every_sample_of_the_live_voice(
+def test_the_device_receives_every_sample_of_the_live_voice(
     recorder: AlsaRecorder, with_device: dict[str, str], tmp_path: Path
 ) -> None:
     process = player(["--duration", "0.5"], tmp_path, with_device)
@@ -95,9 +95,7 @@ def test_devices_lists_the_recorder(ridgewave: RunsRidgewave, with_device: dict[
     assert all(device["name"] in shown for device in listed)
 
 
-def test_a_device_that_is_not_there_is_an_invalid_request(
-    ridgewave: RunsRidgewave, with_device: dict[str, str]
-) -> None:
+def test_an_unknown_device_is_an_invalid_request(ridgewave: RunsRidgewave, with_device: dict[str, str]) -> None:
     done = ridgewave("play", NAME, "--device", "no such device", env=with_device)
     assert done.returncode == 2
     assert DEVICE.encode() in done.stderr

@@ -1,4 +1,4 @@
-"""`ridgewave render` and `explain`: the file, the result, the messages, and what is never left behind."""
+"""`ridgewave render` and `explain`: the file, the result, the messages, and no unfinished files."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def scene_path(tmp_path: Path) -> str:
     return str(path)
 
 
-def test_the_file_holds_the_very_samples_of_python(scene_path: str, tmp_path: Path, ridgewave: RunsRidgewave) -> None:
+def test_the_file_holds_the_samples_of_python(scene_path: str, tmp_path: Path, ridgewave: RunsRidgewave) -> None:
     done = ridgewave("render", scene_path, "-o", "out.wav")
     assert (done.returncode, done.stderr) == (0, b"")
     scene = parse_scene(SCENE)
@@ -46,7 +46,7 @@ def test_the_file_holds_the_very_samples_of_python(scene_path: str, tmp_path: Pa
     assert metadata.scene == json.loads(json.dumps(scene_document(scene)))
 
 
-def test_the_result_is_for_programs_too(scene_path: str, tmp_path: Path, ridgewave: RunsRidgewave) -> None:
+def test_the_result_is_available_as_json(scene_path: str, tmp_path: Path, ridgewave: RunsRidgewave) -> None:
     done = ridgewave("render", scene_path, "-o", "out.flac", "--json", "--set", "output.full_scale=null")
     assert done.returncode == 0, done.stderr
     result = json.loads(done.stdout)
@@ -99,7 +99,7 @@ def test_an_invalid_request_is_one_message_and_no_file(
 @pytest.mark.parametrize(
     ("output", "told"), [("none/out.wav", b"does not exist"), ("scene.json/out.wav", b"cannot write")]
 )
-def test_a_place_that_cannot_be_written(scene_path: str, output: str, told: bytes, ridgewave: RunsRidgewave) -> None:
+def test_an_unwritable_output_is_reported(scene_path: str, output: str, told: bytes, ridgewave: RunsRidgewave) -> None:
     done = ridgewave("render", scene_path, "-o", output)
     assert done.returncode == 1
     assert told in done.stderr

@@ -1,4 +1,4 @@
-"""`ridgewave render` of a recording: the samples that a live session sent, as any file."""
+"""`ridgewave render` of a recording: the samples that a live session sent, in any file format."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def test_sixteen_bit_files_are_what_a_sixteen_bit_session_sends(
 
 
 @pytest.mark.parametrize("words", [["--set", "texture.period=1mm"], ["--duration", "2"]])
-def test_a_recording_is_taken_as_it_is(
+def test_a_recording_accepts_no_changes(
     words: list[str], session: tuple[Path, np.ndarray], tmp_path: Path, ridgewave: RunsRidgewave
 ) -> None:
     out = tmp_path / "out.wav"
@@ -68,7 +68,7 @@ def test_a_recording_is_taken_as_it_is(
     assert not out.exists()
 
 
-def test_a_recording_that_was_cut_short_is_refused_with_its_place(tmp_path: Path, ridgewave: RunsRidgewave) -> None:
+def test_a_truncated_recording_is_refused_with_its_place(tmp_path: Path, ridgewave: RunsRidgewave) -> None:
     path = tmp_path / "broken.json"
     path.write_text(json.dumps({"format": "ridgewave-recording", "version": 1, "scene": {}, "events": []}))
     done = ridgewave("render", str(path), "-o", str(tmp_path / "out.wav"))
@@ -76,7 +76,7 @@ def test_a_recording_that_was_cut_short_is_refused_with_its_place(tmp_path: Path
     assert b"frames: got None" in done.stderr and b"Traceback" not in done.stderr
 
 
-def test_an_exact_render_comes_near_and_of_a_scene_it_is_refused(
+def test_an_exact_render_is_close_and_for_a_scene_it_is_refused(
     session: tuple[Path, np.ndarray], tmp_path: Path, ridgewave: RunsRidgewave
 ) -> None:
     path, heard = session

@@ -1,4 +1,4 @@
-"""`textures`, `devices`, `play` into a recording, invalid requests to `serve`, and readers that leave."""
+"""`textures`, `devices`, `play` into a file, invalid requests to `serve`, and closed pipes."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ def test_an_unknown_texture_is_an_invalid_request(ridgewave: RunsRidgewave) -> N
     assert ridgewave("textures", "sandpaper").returncode == 2
 
 
-def test_results_that_find_no_room_are_told(ridgewave: RunsRidgewave) -> None:
+def test_a_full_disk_is_reported(ridgewave: RunsRidgewave) -> None:
     with open("/dev/full", "wb") as full:
         done = ridgewave("textures", stdout=full)
     assert done.returncode == 1
     assert done.stderr == b"ridgewave: no space left on device\n"
 
 
-def test_a_reader_that_left_gets_no_traceback(ridgewave: RunsRidgewave) -> None:
+def test_a_closed_pipe_causes_no_traceback(ridgewave: RunsRidgewave) -> None:
     ours, theirs = os.pipe()
     os.close(ours)
     done = ridgewave("textures", stdout=theirs)
@@ -74,7 +74,7 @@ def test_a_recording_never_replaces_one(ridgewave: RunsRidgewave, tmp_path: Path
     assert (tmp_path / "take.wav").read_bytes() == b"precious"
 
 
-def test_a_recordings_name_stays_in_its_folder(ridgewave: RunsRidgewave) -> None:
+def test_a_recording_cannot_leave_its_folder(ridgewave: RunsRidgewave) -> None:
     assert ridgewave("play", "grating-1mm-31um", "--device", "file:../take.wav").returncode == 2
 
 

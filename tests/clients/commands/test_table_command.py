@@ -1,4 +1,4 @@
-"""`ridgewave table`: a file that voices elsewhere read, and clear refusals."""
+"""`ridgewave table`: the file, and clear refusals."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from synth.response.table_file import read_table
 from tests.conftest import RunsRidgewave
 
 
-def test_a_table_is_written_told_and_replaced_only_where_it_may_be(ridgewave: RunsRidgewave, tmp_path: Path) -> None:
+def test_a_table_is_written_and_replaces_a_file_unless_no_clobber(ridgewave: RunsRidgewave, tmp_path: Path) -> None:
     path = tmp_path / "one.safetensors"
     told = json.loads(ridgewave("table", "grating-800um-40um", "-o", str(path), "--json").stdout)
     table = read_table(path)

@@ -1,4 +1,4 @@
-"""`Client` and `AsyncClient`: every call against the service itself, and what comes of answers that it never gives."""
+"""`Client` and `AsyncClient`: every call to the service, and answers that the service never gives."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def test_a_render_is_the_samples_of_the_service(client: Client, sound_format: st
 
 
 @pytest.mark.parametrize(("sound_format", "bits"), [("wav16", 16), ("l16", 16), ("wav24", 24), ("flac", 24)])
-def test_integer_formats_come_back_as_floats(client: Client, sound_format: str, bits: int) -> None:
+def test_integer_formats_are_read_as_floats(client: Client, sound_format: str, bits: int) -> None:
     sound = client.render(SHORT, format=sound_format)
     assert sound.frames.shape == (FRAMES, 1) and sound.frames.dtype == np.float32
     assert np.abs(sound.frames - sine(parse_scene(SHORT), 0, FRAMES)).max() <= 0.5001 / 2 ** (bits - 1)
@@ -126,7 +126,7 @@ def test_a_session_is_read_steered_and_ended(client: Client) -> None:
     assert gone.value.problem.kind == "not-found"
 
 
-def test_a_finite_stream_ends_with_what_is_left(client: Client) -> None:
+def test_a_finite_stream_ends_with_the_unread_frames(client: Client) -> None:
     with client.open_session({}) as session, session.stream(duration=0.05, format="l16") as stream:
         assert stream.read(2000).shape == (2000, 1)
         with pytest.raises(StreamEnded) as ended:
@@ -141,7 +141,7 @@ def test_a_session_records_on_the_machine_of_the_service(client: Client) -> None
         assert session.end_play()["failure"] is None
 
 
-def test_a_session_that_was_stopped_may_be_left(client: Client) -> None:
+def test_leaving_a_stopped_session_raises_nothing(client: Client) -> None:
     with client.open_session({}):
         assert client.stop()["sessions"] >= 1
 
@@ -157,7 +157,7 @@ def test_a_refused_scene_names_each_fault(client: Client) -> None:
     assert "scan.load: got '-1 N'" in str(refused.value)
 
 
-def test_what_is_not_json_is_refused_before_it_is_sent() -> None:
+def test_a_scene_that_json_cannot_hold_is_refused_before_it_is_sent() -> None:
     with Client("http://localhost", transport=httpx.MockTransport(lambda _: pytest.fail("sent"))) as client:
         with pytest.raises(InvalidRequest):
             client.render({"scan": {"load": float("nan")}})
@@ -165,7 +165,7 @@ def test_what_is_not_json_is_refused_before_it_is_sent() -> None:
             client.render("paper-finger")
 
 
-def test_a_full_service_says_when_to_come_again() -> None:
+def test_a_full_service_says_when_to_try_again() -> None:
     document = {"type": "/docs#problem-full", "title": "Full", "status": 503, "detail": "Full.", "errors": []}
     with (
         answering(lambda _: httpx.Response(503, json=document, headers={"Retry-After": "7"})) as client,
@@ -175,7 +175,7 @@ def test_a_full_service_says_when_to_come_again() -> None:
     assert full.value.retry_after == 7.0 and full.value.problem.kind == "full"
 
 
-def test_a_key_is_sent_as_a_bearer_token_and_its_lack_is_a_problem() -> None:
+def test_a_key_is_sent_as_a_bearer_token_and_a_missing_one_is_a_problem() -> None:
     with serving(PlainEngine(), api_keys="first,se/cr+et") as server:
         with Client(server.url) as client, pytest.raises(RefusedError) as refused:
             client.explain({})
@@ -184,7 +184,7 @@ def test_a_key_is_sent_as_a_bearer_token_and_its_lack_is_a_problem() -> None:
             assert client.explain({})["left_out"] == []
 
 
-def test_a_key_that_fits_no_header_is_refused_and_not_shown() -> None:
+def test_a_key_that_no_header_can_hold_is_refused_and_not_shown() -> None:
     with pytest.raises(InvalidRequest, match="not shown") as refused:
         Client(key="a key\r\nX: y")
     assert "a key" not in str(refused.value)
@@ -197,7 +197,7 @@ def test_a_key_that_fits_no_header_is_refused_and_not_shown() -> None:
         httpx.Response(200, json=[1]),
     ],
 )
-def test_an_answer_of_something_else_is_not_taken_for_one(answer: httpx.Response) -> None:
+def test_an_answer_of_another_service_is_a_protocol_error(answer: httpx.Response) -> None:
     with answering(lambda _: answer) as client:
         for call in (client.explain, client.render, client.textures):
             with pytest.raises(ProtocolError):
@@ -225,7 +225,7 @@ def test_a_frame_that_is_cut_short_is_not_a_sound() -> None:
         client.render()
 
 
-def test_nobody_listening_is_a_lost_connection() -> None:
+def test_a_refused_connection_is_a_lost_connection() -> None:
     with socket.create_server(("127.0.0.1", 0)) as listener:
         port = listener.getsockname()[1]
     with Client(f"http://127.0.0.1:{port}") as client:

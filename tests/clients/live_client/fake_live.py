@@ -55,7 +55,7 @@ def encoded(block: npt.NDArray[np.float32], sample_format: str) -> bytes:
 
 @dataclass
 class Session:
-    """What outlives a connection."""
+    """A session, which outlives its connections."""
 
     name: str
     sample_format: str
@@ -83,7 +83,7 @@ def problem(name: str, status: int, detail: str, errors: list[dict[str, str]] | 
 
 @dataclass
 class Service:
-    """The service. said: every message that ever came. full: whether a new session gets 1013."""
+    """The service. said: all messages received. full: whether a new session gets 1013."""
 
     sessions: dict[str, Session] = field(default_factory=dict)
     said: list[Message] = field(default_factory=list)
@@ -93,11 +93,11 @@ class Service:
         return Peer(self, deliver)
 
     def forget(self) -> None:
-        """Lose every session, as a restart does."""
+        """Lose all sessions, as a restart does."""
         self.sessions.clear()
 
     def heard(self, kind: str) -> list[dict[str, Any]]:
-        """Return the text messages of a kind that came."""
+        """Return the text messages of a kind that were received."""
         texts = [json.loads(message) for message in self.said if isinstance(message, str)]
         return [message for message in texts if message["type"] == kind]
 
@@ -134,7 +134,7 @@ class Peer:
             self.session.peer = None
 
     def tick(self, blocks: int = 1) -> None:
-        """Let the service's clock go on, where it sets the pace."""
+        """Advance the clock of the service, if it sets the pace."""
         for _ in range(blocks):
             if self.session is not None and not self.closed:
                 self._block(self.session.block)
@@ -218,7 +218,7 @@ class Peer:
             self.credit -= self._block(min(session.block, self.credit))
 
     def _block(self, frames: int) -> int:
-        """Send the next block, of so many frames at most; return how many it had."""
+        """Send the next block, of at most so many frames; return its number of frames."""
         session = self.session
         assert session is not None
         behind = session.frame - self.position

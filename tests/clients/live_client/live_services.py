@@ -41,12 +41,12 @@ def serving_live() -> Iterator[dict[str, str]]:
 
 
 def at_once() -> Backoff:
-    """Return a backoff that loses no time."""
+    """Return a backoff without delays."""
     return Backoff(0.0, 0.0)
 
 
 class Place(Protocol):
-    """Where a service is to be had; cuts: the byte from the service after which each connection breaks."""
+    """A service to connect to. cuts: the byte from the service after which each connection breaks."""
 
     def live(self, scene: Any = None, cuts: Cuts = (), **options: Any) -> AbstractContextManager[Live]: ...
     def live_async(
@@ -55,7 +55,7 @@ class Place(Protocol):
 
 
 class MemoryPlace:
-    """No socket."""
+    """A service in memory, without a socket."""
 
     def __init__(self) -> None:
         self.service = Service()
@@ -74,7 +74,7 @@ class MemoryPlace:
 
 
 class WebSocketPlace:
-    """A real WebSocket to `url`, through a proxy where there are cuts."""
+    """A real WebSocket to `url`, through a proxy if there are cuts."""
 
     def __init__(self, url: str) -> None:
         self.url = url

@@ -23,7 +23,7 @@ PATIENCE = 20.0
 
 
 class LoopbackService:
-    """Serves `service` in a thread; `key`: what a client has to offer. requests: the opening requests that came."""
+    """Serves `service` in a thread; key: the key that a client must offer. requests: the opening requests received."""
 
     def __init__(self, service: Service, key: str | None = None) -> None:
         self.service, self.key = service, key

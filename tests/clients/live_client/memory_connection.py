@@ -18,14 +18,14 @@ BROKEN = Close(None, "cut")
 
 
 class Line:
-    """One connection's way down, which breaks after `limit` bytes (None: never)."""
+    """The direction from the service, which breaks after `limit` bytes (None: never)."""
 
     def __init__(self, limit: int | None) -> None:
         self._left = limit
         self.broken = False
 
     def carried(self, answer: Answer) -> Answer:
-        """Return what arrives of `answer`."""
+        """Return the part of `answer` that arrives."""
         size = 0 if isinstance(answer, Close) else len(answer)
         if self.broken or (self._left is not None and size > self._left):
             self.broken = True
@@ -39,7 +39,7 @@ Connection = TypeVar("Connection")
 
 
 class Network(Generic[Connection]):
-    """Where connections are made; cuts: the byte after which each breaks, those after them never."""
+    """Makes connections. cuts: the byte after which each breaks; later ones never break."""
 
     def __init__(self, service: Service, cuts: Iterable[int | None] = ()) -> None:
         self.service = service
@@ -56,7 +56,7 @@ class Network(Generic[Connection]):
 
 
 class MemoryConnection:
-    """The connection of the shell with threads."""
+    """The connection of `Live`."""
 
     def __init__(self, service: Service, line: Line) -> None:
         self._line = line
@@ -94,7 +94,7 @@ class MemoryConnection:
 
 
 class AsyncMemoryConnection:
-    """The connection of the shell with an event loop."""
+    """The connection of `AsyncLive`."""
 
     def __init__(self, service: Service, line: Line) -> None:
         self._line = line

@@ -1,4 +1,4 @@
-"""A core of the live protocol as its tests want it: opened by hand, with a clock that a test sets."""
+"""A `LiveProtocol` for tests, opened without a connection, with a clock that the test sets."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable
 from typing import Any
 
-from clients.live_client.live_protocol import LiveCore, Reconnect, Wish
+from clients.live_client.live_protocol import LiveProtocol, Reconnect, StreamRequest
 from clients.live_client.reconnection import Backoff, Closure
 from tests.clients.live_client import fake_live
 from tests.clients.live_client.fake_live import RATE, Message
@@ -24,8 +24,8 @@ class Clock:
         return self.now
 
 
-def core_of(clock: Callable[[], float] | None = None, reconnect: Reconnect = True, **wish: Any) -> LiveCore:
-    return LiveCore(Wish({}, **wish), clock or Clock(), reconnect, Backoff(0.0, 0.0))
+def protocol_of(clock: Callable[[], float] | None = None, reconnect: Reconnect = True, **request: Any) -> LiveProtocol:
+    return LiveProtocol(StreamRequest({}, **request), clock or Clock(), reconnect, Backoff(0.0, 0.0))
 
 
 def ready(**changes: Any) -> str:
@@ -37,17 +37,17 @@ def ready(**changes: Any) -> str:
     return json.dumps({**document, **changes})
 
 
-def opened(clock: Callable[[], float] | None = None, reconnect: Reconnect = True, **wish: Any) -> LiveCore:
-    core = core_of(clock, reconnect, **wish)
-    core.hello()
-    core.receive(ready())
-    assert core.over is None
-    return core
+def opened(clock: Callable[[], float] | None = None, reconnect: Reconnect = True, **request: Any) -> LiveProtocol:
+    protocol = protocol_of(clock, reconnect, **request)
+    protocol.hello()
+    protocol.receive(ready())
+    assert protocol.over is None
+    return protocol
 
 
-def sent(core: LiveCore) -> list[Message]:
+def sent(protocol: LiveProtocol) -> list[Message]:
     messages = []
-    while (message := core.next_message()) is not None:
+    while (message := protocol.next_message()) is not None:
         messages.append(message)
     return messages
 

@@ -1,4 +1,4 @@
-"""A live stream whose connection breaks: what is said again, where it goes on, and that no sample differs."""
+"""A live stream whose connection breaks: what is sent again, where it resumes, and that no sample differs."""
 
 from __future__ import annotations
 
@@ -14,140 +14,140 @@ from websockets.frames import Frame, Opcode
 from websockets.protocol import Protocol, Side
 
 from clients import ConnectionLost, ProtocolError, ResumeLost
-from clients.live_client.live_protocol import LiveCore, Wish
+from clients.live_client.live_protocol import LiveProtocol, StreamRequest
 from clients.live_client.reconnection import Backoff, Closure
 from tests.clients.live_client.fake_live import Answer, Close, Message, Service
-from tests.clients.live_client.protocol_cases import BROKEN, Clock, core_of, opened, ready, sent, told
+from tests.clients.live_client.protocol_cases import BROKEN, Clock, opened, protocol_of, ready, sent, told
 
 # Going on after a break
 
 
-def test_an_update_that_was_not_heard_of_is_said_again_unless_it_is_old() -> None:
+def test_an_update_that_was_not_applied_is_sent_again_unless_it_is_old() -> None:
     clock = Clock()
-    core = opened(clock)
-    core.touch(0.1, False, 0.2)
-    first = sent(core)
-    core.lost(BROKEN)
-    core.hello()
+    protocol = opened(clock)
+    protocol.update_contact(0.1, False, 0.2)
+    first = sent(protocol)
+    protocol.lost(BROKEN)
+    protocol.hello()
     clock.now += 0.2
-    core.receive(ready())
-    assert sent(core) == first
-    core.lost(BROKEN)
-    core.hello()
+    protocol.receive(ready())
+    assert sent(protocol) == first
+    protocol.lost(BROKEN)
+    protocol.hello()
     clock.now += 0.1
-    core.receive(ready())
-    assert sent(core) == []
+    protocol.receive(ready())
+    assert sent(protocol) == []
 
 
-def test_an_update_that_was_applied_is_not_said_again() -> None:
-    core = opened()
-    core.touch(0.1, False, 0.2)
-    sent(core)
-    core.receive('{"type":"applied","seq":0,"frame":0}')
-    core.lost(BROKEN)
-    core.hello()
-    core.receive(ready())
-    assert sent(core) == []
+def test_an_update_that_was_applied_is_not_sent_again() -> None:
+    protocol = opened()
+    protocol.update_contact(0.1, False, 0.2)
+    sent(protocol)
+    protocol.receive('{"type":"applied","seq":0,"frame":0}')
+    protocol.lost(BROKEN)
+    protocol.hello()
+    protocol.receive(ready())
+    assert sent(protocol) == []
 
 
-def test_changes_without_an_answer_are_said_again_and_a_slider_is_one_change() -> None:
-    core = opened()
-    core.change({"scan": {"load": 0.1}})
-    core.change({"texture": {"period": "1 mm"}})
-    assert len(sent(core)) == 2
-    core.receive('{"type":"scene","frame":0,"plan":{"of":"load"}}')
-    assert core.plan == {"of": "load"}
-    core.lost(BROKEN)
+def test_unanswered_changes_are_sent_again_and_a_slider_is_one_change() -> None:
+    protocol = opened()
+    protocol.change({"scan": {"load": 0.1}})
+    protocol.change({"texture": {"period": "1 mm"}})
+    assert len(sent(protocol)) == 2
+    protocol.receive('{"type":"scene","frame":0,"plan":{"of":"load"}}')
+    assert protocol.plan == {"of": "load"}
+    protocol.lost(BROKEN)
     for load in (0.2, 0.3):
-        core.change({"scan": {"load": load}})
-    core.hello()
-    core.receive(ready())
-    changes = [json.loads(message)["scene"] for message in sent(core)]
+        protocol.change({"scan": {"load": load}})
+    protocol.hello()
+    protocol.receive(ready())
+    changes = [json.loads(message)["scene"] for message in sent(protocol)]
     assert changes == [{"texture": {"period": "1 mm"}}, {"scan": {"load": 0.3}}]
 
 
-def test_a_session_that_is_gone_is_said_to_be() -> None:
-    core = opened()
-    core.lost(BROKEN)
-    core.hello()
-    core.receive(told("not-found", 404))
-    core.receive('{"type":"end","reason":"policy","frame":0}')
-    core.lost(Closure(1008, "policy"))
-    assert isinstance(core.over, ResumeLost)
+def test_a_lost_session_raises_resume_lost() -> None:
+    protocol = opened()
+    protocol.lost(BROKEN)
+    protocol.hello()
+    protocol.receive(told("not-found", 404))
+    protocol.receive('{"type":"end","reason":"policy","frame":0}')
+    protocol.lost(Closure(1008, "policy"))
+    assert isinstance(protocol.over, ResumeLost)
 
 
-def test_a_new_session_goes_on_with_the_numbers_and_flags_the_gap() -> None:
-    core = opened(reconnect="new")
-    core.change({"scan": {"load": 0.1}})
-    core.change({"nonsense": 1})
-    sent(core)
-    core.receive('{"type":"scene","frame":0,"plan":{}}')
-    core.receive(told("scene-refused", 422))
-    core.receive(bytes(4 * 100))
-    core.lost(BROKEN)
-    core.hello()
-    core.receive(told("not-found", 404))
-    core.lost(Closure(1008, "policy"))
-    assert core.next_try() == 0.0 and core.resume_url == ""
-    assert json.loads(core.hello())["scene"] == {}
-    core.receive(ready(session="s2", resume_url="/v1/live?session=s2"))
-    assert [json.loads(message) for message in sent(core)] == [{"type": "scene", "scene": {"scan": {"load": 0.1}}}]
-    core.receive('{"type":"applied","seq":7,"frame":80}')
-    core.receive(bytes(4 * 160))
-    assert core.gaps == (100,) and core.heard == 260
-    assert core.applied == (7, 180)
-    core.lost(BROKEN)
-    assert core.resume_url == "/v1/live?session=s2"
-    assert core.hello() == '{"type":"hello","resume":{"session":"s2","frame":160}}'
+def test_a_new_session_continues_the_frame_numbers_and_reports_the_gap() -> None:
+    protocol = opened(reconnect="new")
+    protocol.change({"scan": {"load": 0.1}})
+    protocol.change({"nonsense": 1})
+    sent(protocol)
+    protocol.receive('{"type":"scene","frame":0,"plan":{}}')
+    protocol.receive(told("scene-refused", 422))
+    protocol.receive(bytes(4 * 100))
+    protocol.lost(BROKEN)
+    protocol.hello()
+    protocol.receive(told("not-found", 404))
+    protocol.lost(Closure(1008, "policy"))
+    assert protocol.next_try() == 0.0 and protocol.resume_url == ""
+    assert json.loads(protocol.hello())["scene"] == {}
+    protocol.receive(ready(session="s2", resume_url="/v1/live?session=s2"))
+    assert [json.loads(message) for message in sent(protocol)] == [{"type": "scene", "scene": {"scan": {"load": 0.1}}}]
+    protocol.receive('{"type":"applied","seq":7,"frame":80}')
+    protocol.receive(bytes(4 * 160))
+    assert protocol.gaps == (100,) and protocol.received == 260
+    assert protocol.applied == (7, 180)
+    protocol.lost(BROKEN)
+    assert protocol.resume_url == "/v1/live?session=s2"
+    assert protocol.hello() == '{"type":"hello","resume":{"session":"s2","frame":160}}'
 
 
-def test_a_new_session_with_another_scale_is_not_passed_off_as_the_old() -> None:
-    core = opened(reconnect="new")
-    core.lost(BROKEN)
-    core.hello()
-    core.receive(told("not-found", 404))
-    core.lost(Closure(1008, "policy"))
-    core.hello()
-    core.receive(ready(session="s2", full_scale=[3.0]))
-    assert isinstance(core.over, ProtocolError)
+def test_a_new_session_with_another_full_scale_is_an_error() -> None:
+    protocol = opened(reconnect="new")
+    protocol.lost(BROKEN)
+    protocol.hello()
+    protocol.receive(told("not-found", 404))
+    protocol.lost(Closure(1008, "policy"))
+    protocol.hello()
+    protocol.receive(ready(session="s2", full_scale=[3.0]))
+    assert isinstance(protocol.over, ProtocolError)
 
 
-def test_tries_come_later_and_later_and_stop_when_nobody_would_wait() -> None:
+def test_delays_between_tries_grow_and_the_tries_end() -> None:
     clock = Clock()
-    core = LiveCore(Wish({}), clock, True, Backoff(uniform=lambda low, high: high))
-    core.hello()
-    core.receive(ready())
-    core.lost(BROKEN)
+    protocol = LiveProtocol(StreamRequest({}), clock, True, Backoff(uniform=lambda low, high: high))
+    protocol.hello()
+    protocol.receive(ready())
+    protocol.lost(BROKEN)
     delays = []
-    while (delay := core.next_try()) is not None:
+    while (delay := protocol.next_try()) is not None:
         delays.append(delay)
         clock.now += delay
-        core.lost(BROKEN)
+        protocol.lost(BROKEN)
     assert delays == [0.0, 0.1, 0.2, 0.4, 0.8, 1.6, 2.0, 2.0, 2.0]
-    assert isinstance(core.over, ConnectionLost)
+    assert isinstance(protocol.over, ConnectionLost)
 
 
-def test_tries_are_counted_anew_once_sound_has_come_and_not_before() -> None:
-    core = LiveCore(Wish({}), Clock(), True, Backoff(uniform=lambda low, high: high))
-    core.hello()
-    core.receive(ready())
+def test_the_delays_start_again_once_sound_was_received() -> None:
+    protocol = LiveProtocol(StreamRequest({}), Clock(), True, Backoff(uniform=lambda low, high: high))
+    protocol.hello()
+    protocol.receive(ready())
     delays = []
     for message in (None, None, bytes(4 * 80), None):
-        core.lost(BROKEN)
-        delays.append(core.next_try())
-        core.hello()
-        core.receive(ready(frame=core.heard))
+        protocol.lost(BROKEN)
+        delays.append(protocol.next_try())
+        protocol.hello()
+        protocol.receive(ready(frame=protocol.received))
         if message is not None:
-            core.receive(message)
+            protocol.receive(message)
     assert delays == [0.0, 0.1, 0.2, 0.0]
 
 
-def test_a_full_service_is_asked_again_when_it_says() -> None:
-    core = opened()
-    core.lost(Closure(None, "", 503, None, 3.0))
-    assert core.next_try() == 3.0
-    core.lost(Closure(1013))
-    assert core.next_try() == 1.0
+def test_a_full_service_is_tried_again_after_its_retry_after() -> None:
+    protocol = opened()
+    protocol.lost(Closure(None, "", 503, None, 3.0))
+    assert protocol.next_try() == 3.0
+    protocol.lost(Closure(1013))
+    assert protocol.next_try() == 1.0
 
 
 # Any chunks, any break
@@ -186,17 +186,17 @@ class Wire:
 
 def played(
     reads: list[int], cuts: Iterator[int], chunks: Iterator[int], sample_format: str = "f32le"
-) -> tuple[npt.NDArray[np.float32], LiveCore]:
+) -> tuple[npt.NDArray[np.float32], LiveProtocol]:
     """Return what a hand that moves before each read gets over wires that break after `cuts` bytes each.
 
     The first wire counts from behind its `ready`: a first connection is not tried again.
     """
     service = Service()
-    core = core_of(sample_format=sample_format)
+    protocol = protocol_of(sample_format=sample_format)
     first = Wire(service, None, chunks)
-    first.peer.receive(core.hello())
+    first.peer.receive(protocol.hello())
     for message in first.messages():
-        core.receive(message)
+        protocol.receive(message)
     first.left = next(cuts, None)
     wire: Wire | None = first
     blocks = []
@@ -204,27 +204,27 @@ def played(
     def pump() -> None:
         nonlocal wire
         if wire is None:
-            assert core.next_try() == 0.0
+            assert protocol.next_try() == 0.0
             wire = Wire(service, next(cuts, None), chunks)
-            wire.peer.receive(core.hello())
+            wire.peer.receive(protocol.hello())
         for message in wire.messages():
-            core.receive(message)
-        while not wire.broken and (outgoing := core.next_message()) is not None:
+            protocol.receive(message)
+        while not wire.broken and (outgoing := protocol.next_message()) is not None:
             wire.peer.receive(outgoing)
             for message in wire.messages():
-                core.receive(message)
+                protocol.receive(message)
         if wire.broken:
             wire.peer.lost()
-            core.lost(BROKEN)
+            protocol.lost(BROKEN)
             wire = None
 
     for number, frames in enumerate(reads):
-        core.touch(0.001 * number, False, 0.3)
-        core.want(frames)
-        while not core.may_take(frames):
+        protocol.update_contact(0.001 * number, False, 0.3)
+        protocol.want(frames)
+        while not protocol.may_take(frames):
             pump()
-        blocks.append(core.take(frames))
-    return np.concatenate(blocks), core
+        blocks.append(protocol.take(frames))
+    return np.concatenate(blocks), protocol
 
 
 READS = [80, 1, 200, 80, 37, 160]
@@ -232,14 +232,14 @@ READS = [80, 1, 200, 80, 37, 160]
 
 @pytest.mark.parametrize("sample_format", ["f32le", "s16le"])
 def test_a_break_at_every_byte_leaves_the_same_samples(sample_format: str) -> None:
-    whole, core = played(READS, iter(()), iter(()), sample_format)
-    assert core.reconnections == 0
+    whole, protocol = played(READS, iter(()), iter(()), sample_format)
+    assert protocol.reconnections == 0
     size = (4 if sample_format == "f32le" else 2) * sum(READS)  # and headers, and updates: every cut up to it breaks
     breaks = 0
     for cut in range(size):
-        samples, core = played(READS, iter((cut,)), iter(()), sample_format)
+        samples, protocol = played(READS, iter((cut,)), iter(()), sample_format)
         assert np.array_equal(samples, whole), cut
-        breaks += core.reconnections
+        breaks += protocol.reconnections
     assert breaks == size
 
 

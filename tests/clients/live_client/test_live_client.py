@@ -48,7 +48,7 @@ def live_urls() -> Iterator[dict[str, str]]:
 # Any service
 
 
-def test_a_read_has_exactly_the_frames_asked_for(place: Place) -> None:
+def test_a_read_returns_exactly_the_requested_frames(place: Place) -> None:
     with place.live() as touch:
         for frames in (1, 479, 80, 0, 1000):
             block = touch.read(frames, timeout=60.0)
@@ -97,7 +97,7 @@ def test_int16_is_the_float_sound_rounded(place: Place) -> None:
         assert np.abs(stroke(touch, READS) - whole).max() <= 0.5 / 32768
 
 
-def test_a_stopped_stream_gives_its_fade_and_then_its_end(place: Place) -> None:
+def test_a_stopped_stream_returns_its_fade_and_then_raises_its_end(place: Place) -> None:
     with place.live() as touch:
         touch.read(100, timeout=60.0)
         tail = touch.stop(timeout=60.0)
@@ -114,7 +114,7 @@ def test_a_stopped_stream_gives_its_fade_and_then_its_end(place: Place) -> None:
     assert asyncio.run(stopped()).shape == tail.shape
 
 
-def test_a_refused_scene_is_an_exception_that_says_what_is_wrong(place: Place) -> None:
+def test_a_refused_scene_raises_its_faults(place: Place) -> None:
     with pytest.raises(RefusedError) as refused, place.live({"nonsense": 1}):
         pass
     assert refused.value.problem.status == 422
@@ -128,7 +128,7 @@ def test_a_refused_scene_is_an_exception_that_says_what_is_wrong(place: Place) -
         asyncio.run(opened())
 
 
-def test_a_change_is_told_by_the_plan_and_a_refused_one_by_a_problem(place: Place) -> None:
+def test_a_change_updates_the_plan_and_a_refused_one_is_a_problem(place: Place) -> None:
     with place.live() as touch:
         assert touch.changed_frame is None
         touch.change({"scan": {"load": 0.2}})
@@ -140,7 +140,7 @@ def test_a_change_is_told_by_the_plan_and_a_refused_one_by_a_problem(place: Plac
         assert touch.read(80, timeout=60.0).shape == (80, touch.channels)
 
 
-def test_realtime_comes_by_itself(place: Place) -> None:
+def test_realtime_blocks_arrive_without_credit(place: Place) -> None:
     if isinstance(place, MemoryPlace):
         pytest.skip("time does not pass in memory")
     with place.live(pacing="realtime") as touch:
@@ -160,7 +160,7 @@ def test_the_samples_are_those_of_the_frames_that_are_read() -> None:
         assert touch.full_scale == (FULL_SCALE, FULL_SCALE) and touch.sample_rate == RATE
 
 
-def test_a_session_that_is_gone_ends_the_stream_or_begins_another() -> None:
+def test_a_lost_session_ends_the_stream_or_a_new_one_begins() -> None:
     place = MemoryPlace()
     with place.live() as touch:
         touch.read(100)
@@ -181,7 +181,7 @@ def test_without_reconnection_a_break_is_an_error_once_the_sound_is_read() -> No
     with MemoryPlace().live(reconnect=False, ahead=100) as touch:
         until(lambda: touch.late > 0.0)
         _break(touch)
-        until(lambda: touch._core.over is not None)
+        until(lambda: touch._protocol.over is not None)
         assert touch.read(100).shape == (100, 1)
         with pytest.raises(ConnectionLost):
             touch.read(1)
@@ -222,7 +222,7 @@ def test_a_move_does_not_wait_for_a_connection_that_takes_nothing() -> None:
         assert numbers[-1] == 999 and len(numbers) <= 2
 
 
-def test_a_read_that_was_given_up_loses_nothing() -> None:
+def test_a_read_that_times_out_loses_nothing() -> None:
     held: list[Callable[[], None]] = []
 
     class Held(MemoryConnection):
@@ -253,7 +253,7 @@ def test_a_cancelled_read_loses_nothing() -> None:
     assert np.array_equal(asyncio.run(cancelled()), sound(0, 150, 1))
 
 
-def test_leaving_tells_the_service_to_stop_and_ends_every_thread() -> None:
+def test_leaving_stops_the_session_and_ends_every_thread() -> None:
     service = Service()
     before = threading.active_count()
     with Live(connect=ThreadNetwork(service)) as touch:
@@ -289,7 +289,7 @@ def test_leaving_a_stream_that_has_just_ended_lets_its_connection_close() -> Non
     assert asyncio.run(stopped()).closed >= 1
 
 
-def test_a_mistake_of_a_connection_reaches_the_reader() -> None:
+def test_a_bug_in_a_connection_reaches_the_reader() -> None:
     def connect(_: object) -> MemoryConnection:
         raise ZeroDivisionError
 
@@ -313,7 +313,7 @@ def test_a_stream_is_used_inside_with() -> None:
         ({"scene": "paper-finger"}, ""),
     ],
 )
-def test_arguments_that_cannot_be_are_refused_at_once(options: dict[str, Any], pointer: str) -> None:
+def test_invalid_arguments_are_refused_at_once(options: dict[str, Any], pointer: str) -> None:
     with pytest.raises(InvalidRequest) as refused:
         Live(**options)
     assert [fault.pointer for fault in refused.value.faults] == [pointer]

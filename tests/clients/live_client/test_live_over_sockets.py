@@ -1,4 +1,4 @@
-"""`Live` and `AsyncLive` over real sockets: the opening to the byte, keys, resets, silence, the recording."""
+"""`Live` and `AsyncLive` over real sockets: the opening handshake, keys, resets, silence, the recording."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def loopback() -> Iterator[LoopbackService]:
         yield service
 
 
-def test_the_opening_is_what_the_protocol_says_to_the_byte() -> None:
+def test_the_opening_handshake_is_that_of_the_protocol_to_the_byte() -> None:
     with socket.create_server(("127.0.0.1", 0)) as listener:
         port = listener.getsockname()[1]
         heads: list[bytes] = []
@@ -54,7 +54,7 @@ def test_the_opening_is_what_the_protocol_says_to_the_byte() -> None:
     assert not any(line.lower().startswith(("sec-websocket-extensions", "authorization")) for line in lines)
 
 
-def test_a_key_lets_in_and_its_lack_is_a_problem() -> None:
+def test_a_key_is_accepted_and_a_missing_one_is_a_problem() -> None:
     with LoopbackService(Service(), key="a2V5") as service:
         with Live(url=service.url, key="key") as touch:
             touch.read(10, timeout=60.0)
@@ -63,7 +63,7 @@ def test_a_key_lets_in_and_its_lack_is_a_problem() -> None:
     assert refused.value.problem.kind == "key-required"
 
 
-def test_a_service_of_another_kind_is_not_taken_for_this_one() -> None:
+def test_another_service_is_a_protocol_error() -> None:
     from websockets.sync.server import serve
 
     with serve(lambda connection: None, "127.0.0.1", 0) as server:
@@ -90,7 +90,7 @@ def test_a_session_is_resumed_at_the_url_of_ready_on_the_same_host(url: str, tol
     assert (address.resuming(told).url, address.resuming(told).subprotocols) == (there, address.subprotocols)
 
 
-def test_nobody_listening_is_said_at_once() -> None:
+def test_a_refused_connection_is_reported_at_once() -> None:
     with socket.create_server(("127.0.0.1", 0)) as listener:
         port = listener.getsockname()[1]
     with pytest.raises(ConnectionLost), Live(url=f"ws://127.0.0.1:{port}/v1/live"):
@@ -104,7 +104,7 @@ def test_nobody_listening_is_said_at_once() -> None:
         asyncio.run(opened())
 
 
-def test_a_peer_that_is_gone_without_a_word_is_found_by_a_ping(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_lost_peer_is_detected_by_a_ping(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("clients.live_client.websocket_connection.PING_SECONDS", 0.1)
     monkeypatch.setattr("clients.live_client.websocket_connection.CLOSE_SECONDS", 0.1)
     with (
@@ -119,7 +119,7 @@ def test_a_peer_that_is_gone_without_a_word_is_found_by_a_ping(monkeypatch: pyte
     assert np.array_equal(first, sound(0, 100, 1))
 
 
-def test_a_peer_that_takes_nothing_does_not_hold_up_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_peer_that_reads_nothing_does_not_block_close(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("clients.live_client.sync_live.STALL_SECONDS", 0.2)
     monkeypatch.setattr("clients.live_client.websocket_connection.CLOSE_SECONDS", 0.2)
     with LoopbackService(Service()) as service, silenced(service.url, stalled=True) as (url, silence):
@@ -132,7 +132,7 @@ def test_a_peer_that_takes_nothing_does_not_hold_up_the_end(monkeypatch: pytest.
     assert closed.value.closure.worth_another_try
 
 
-def test_a_service_that_never_gets_ready_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_service_that_is_never_ready_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("clients.live_client.sync_live.READY_SECONDS", 0.05)
     monkeypatch.setattr("clients.live_client.async_live.READY_SECONDS", 0.05)
     with LoopbackService(Service()) as service:
@@ -149,15 +149,15 @@ def test_a_service_that_never_gets_ready_is_given_up(monkeypatch: pytest.MonkeyP
 
 
 class Mute:
-    """A peer that says nothing."""
+    """A peer that sends nothing."""
 
     session = None
 
     def receive(self, _: object) -> None:
-        """Heed nothing."""
+        """Ignore the message."""
 
     def lost(self) -> None:
-        """Mind nothing."""
+        """Ignore the break."""
 
 
 def test_the_recording_is_fetched_from_the_same_service(loopback: LoopbackService) -> None:

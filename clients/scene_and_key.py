@@ -1,0 +1,44 @@
+"""The scene and the key of a request, as both Python clients send them."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from synth.errors import Fault, InvalidRequest, shown
+
+
+def scene_to_send(scene: Any) -> dict[str, Any]:
+    """Return the JSON document of a scene: a mapping, a `synth.Scene`, or None for the default scene."""
+    if scene is None:
+        return {}
+    if isinstance(scene, Mapping):
+        return dict(scene)
+    from synth.scene.scene import Scene as CheckedScene
+    from synth.scene.scene import scene_document
+
+    if isinstance(scene, CheckedScene):
+        return scene_document(scene)
+    raise InvalidRequest([Fault("", shown(scene), "a scene", 'Write {} or {"texture": {"period": "1 mm"}}.')])
+
+
+def json_text(document: Mapping[str, Any]) -> str:
+    """Return a request as JSON text; raises InvalidRequest for a scene that JSON cannot hold."""
+    try:
+        return json.dumps(document, allow_nan=False, separators=(",", ":"))
+    except (TypeError, ValueError, RecursionError) as error:
+        hint = 'Write finite numbers, or strings with a unit such as "0.8 mm".'
+        raise InvalidRequest(
+            [Fault("", "something that is not JSON", "JSON without NaN and infinity", hint)]
+        ) from error
+
+
+def checked_key(key: str) -> str:
+    """Return `key`; raises InvalidRequest, which does not show the key, if a header cannot hold it."""
+    if not re.fullmatch(r"[\x21-\x7e]+", key):
+        raise InvalidRequest(
+            [Fault("/key", "(not shown)", "visible ASCII characters", "Write one of the service's keys.")]
+        )
+    return key
