@@ -23,6 +23,7 @@ from types import FrameType
 from typing import Any
 
 from fastapi import FastAPI, Request
+from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily
 
 from service.compute.accuracy_queue import Measurements
 from service.compute.renders import Renders
@@ -151,15 +152,28 @@ class Service:
         self.worker_metrics.write()
 
     def _watch(self) -> None:
-        """Have the metrics read what others count."""
+        """Add the metrics of what the parts of the service count themselves."""
         cache = self.engine.cache_counts
-        self.metrics.watch("ridgewave_cache_hits_total", lambda: cache().hits)
-        self.metrics.watch("ridgewave_cache_misses_total", lambda: cache().misses)
-        self.metrics.watch("ridgewave_cache_bytes", lambda: cache().used_bytes)
-        self.metrics.watch("ridgewave_live_bytes", lambda: self.sessions.used_bytes)
-        self.metrics.watch("ridgewave_sessions", lambda: self.sessions.count("http"))
-        self.metrics.watch("ridgewave_renders_under_way", lambda: self.renders.under_way)
-        self.metrics.watch("ridgewave_workers", lambda: 1)
+        counters: dict[str, tuple[str, Callable[[], float]]] = {
+            "cache_hits_total": ("Contact responses of sessions found in the cache.", lambda: cache().hits),
+            "cache_misses_total": ("Contact responses of sessions that had to be solved.", lambda: cache().misses),
+        }
+        gauges: dict[str, tuple[str, Callable[[], float]]] = {
+            "cache_bytes": (
+                "Memory of cached responses and tables; RIDGEWAVE_CACHE_BYTES bounds it per worker.",
+                lambda: cache().used_bytes,
+            ),
+            "live_bytes": (
+                "Memory of live sessions with recordings, without voices; RIDGEWAVE_LIVE_BYTES bounds it per worker.",
+                lambda: self.sessions.used_bytes,
+            ),
+            "sessions": ("Sessions of plain HTTP, streaming or not.", lambda: self.sessions.count("http")),
+            "renders_under_way": ("Renders running or waiting.", lambda: self.renders.under_way),
+        }
+        for name, (sentence, read) in counters.items():
+            self.metrics.watch(CounterMetricFamily, name, sentence, read)
+        for name, (sentence, read) in gauges.items():
+            self.metrics.watch(GaugeMetricFamily, name, sentence, read)
 
 
 def open_live_voices(engine: Engine, document: Mapping[str, Any]) -> None:
