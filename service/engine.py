@@ -1,7 +1,7 @@
-"""What the service needs of the engine: one small interface, and its implementation over `synth`.
+"""What the service needs of the engine: one interface, and its implementation over `synth`.
 
-The interface is there so that tests of the protocol can put a plain, exactly known waveform in place of the physics.
-Everything here is called from threads: building a voice solves a contact response and takes milliseconds to seconds.
+Tests of the protocol put a plain, exactly known waveform in place of the physics. The methods are called from threads:
+opening a voice solves a contact response, which takes milliseconds to seconds.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ if TYPE_CHECKING:
 
 
 class Sounding(Protocol):
-    """What a voice and a session say about their sound."""
+    """The format of a voice or a session."""
 
     @property
     def sample_rate(self) -> int:
-        """Return frames a second."""
+        """Return the frames per second."""
 
     @property
     def channels(self) -> int:
-        """Return samples a frame."""
+        """Return the samples per frame."""
 
     @property
     def full_scale(self) -> tuple[float, ...]:
-        """Return the SI value of a sample of 1.0, one a channel."""
+        """Return the SI value of a sample of 1.0, for each channel."""
 
     @property
     def quantities(self) -> tuple[str, ...]:
@@ -40,97 +40,97 @@ class Sounding(Protocol):
 
 
 class Voice(Sounding, Protocol):
-    """A running plan: renders block after block from frame 0 on."""
+    """A running plan, rendered block after block from frame 0."""
 
     def render(self, frames: int) -> Block:
         """Return the next `frames` as float32 [frames, channels]."""
 
 
 class FiniteVoice(Voice, Protocol):
-    """A voice for a finite render: not limited to full scale."""
+    """A voice for a finite render. Its samples may exceed full scale."""
 
     @property
     def frame(self) -> int:
-        """Return the frame that the next block begins at."""
+        """Return the first frame of the next block."""
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Return what the listener should know, a sentence each."""
+        """Return warnings for the listener, one sentence each."""
 
 
 class LiveVoice(Voice, Protocol):
-    """A voice that ramps in and across changes, and passes the safety limiter last."""
+    """A voice that fades in, cross-fades at changes, and is limited to full scale."""
 
     @property
     def reduction_db(self) -> float:
-        """Return the largest gain reduction of the limiter in the last block, in dB."""
+        """Return the limiter's largest gain reduction in the last block, in dB."""
 
     def prepare(self, scene: Scene) -> Any:
-        """Return the change to `scene`, solved; slow."""
+        """Return the solved change to `scene`. Slow."""
 
     def apply(self, change: Any) -> None:
-        """Cross-fade to what `prepare` returned, from the next block on; instant."""
+        """Cross-fade to what `prepare` returned, from the next block on. Instant."""
 
 
 class HandVoice(LiveVoice, Protocol):
-    """A live voice that a hand leads; `render` takes microseconds usually, what is not `prepare` is instant."""
+    """A live voice that follows a hand. `render` usually takes microseconds; the rest, except `prepare`, is instant."""
 
     @property
     def frame(self) -> int:
-        """Return the frame that the next block begins at."""
+        """Return the first frame of the next block."""
 
     @property
     def finished(self) -> bool:
-        """Return whether it was released and has faded out."""
+        """Return whether the voice was released and has faded out."""
 
     @property
     def motion_delay(self) -> float:
-        """Return by how many seconds the sound is behind the updates."""
+        """Return the delay of the sound behind the updates, in seconds."""
 
     @property
     def lowest_load(self) -> float:
-        """Return the smallest load of an update, in newtons: 0 but for adhesion."""
+        """Return the smallest permitted load, in newtons: 0 without adhesion."""
 
     @property
     def plan_document(self) -> dict[str, Any]:
-        """Return the JSON document of `/v1/explain` of the scene that sounds or is coming, without scene and cost."""
+        """Return the JSON document of `/v1/explain` for the latest scene, without scene and cost."""
 
     def touch(self, update: Update) -> None:
-        """Take `update` over from the next block's first frame on."""
+        """Apply `update` from the first frame of the next block."""
 
     def lift(self) -> None:
-        """Let the load ramp to zero from the next block on; the next `touch` picks it up again."""
+        """Ramp the load to zero from the next block on, until the next `touch`."""
 
     def release(self) -> None:
-        """Fade out (10 ms) from the next block on; then `finished`. Again is the same as once."""
+        """Fade out within 10 ms from the next block on; then the voice is `finished`. Further calls do nothing."""
 
     def cut(self, block: Block, frames: int) -> Block:
-        """Return the first `frames` of the block that was rendered last, fading to zero: the sound ends with them."""
+        """Return the first `frames` of the last block, faded to zero, as the end of the sound."""
 
     @property
     def recorded_bytes(self) -> int:
-        """Return the memory that its recording takes; 0 where it was not opened with `record`."""
+        """Return the memory of the recording, in bytes; 0 without `record`."""
 
     def end_recording(self) -> None:
-        """Have its recording end here, if there is one: it holds the beginning, and says so."""
+        """End the recording here, if there is one. It is marked as incomplete."""
 
     def recording(self) -> dict[str, Any]:
-        """Return what `synth` renders the same samples from; of a voice opened with `record`, from any thread."""
+        """Return the recording, from which `synth` renders the same samples. Needs `record`; from any thread."""
 
 
 class Limiter(Protocol):
-    """The safety limiter, for integer output of finite renders."""
+    """The limiter, for finite renders in integer formats."""
 
     def limited(self, blocks: Iterable[Block]) -> Iterator[Block]:
-        """Yield the whole sound limited to full scale, in blocks of any lengths but 0."""
+        """Yield the whole sound, limited to full scale, in non-empty blocks."""
 
     def take_reduction(self) -> float:
-        """Return the largest gain reduction, in dB, since this was last asked."""
+        """Return the largest gain reduction since the last call, in dB."""
 
 
 @dataclass(frozen=True)
 class TableFile:
-    """The file of a response table. told: the JSON document of `POST /v1/tables`, but for hash, url and bytes."""
+    """The file of a response table. told: the JSON document of `POST /v1/tables` without hash, url and bytes."""
 
     hash: str
     content: bytes
@@ -138,85 +138,85 @@ class TableFile:
 
     @property
     def memory_bytes(self) -> int:
-        """Bytes that it holds, for a cache."""
+        """Size in bytes, for the cache."""
         return len(self.content)
 
 
 class CacheCounts(Protocol):
-    """What a cache of solved scenes has done so far."""
+    """Counts of a cache of solved scenes."""
 
     @property
     def hits(self) -> int:
-        """Return how often it had what was wanted."""
+        """Return the number of lookups that found their entry."""
 
     @property
     def misses(self) -> int:
-        """Return how often it had not."""
+        """Return the number of lookups that did not."""
 
     @property
     def used_bytes(self) -> int:
-        """Return the bytes that it holds."""
+        """Return the size of all entries, in bytes."""
 
 
 class Engine(Protocol):
     """Scenes in, voices out."""
 
     def cache_counts(self) -> CacheCounts:
-        """Return what the cache has done so far."""
+        """Return the counts of the cache."""
 
     def open_voice(self, scene: Scene) -> FiniteVoice:
         """Return a voice at frame 0 for a finite render."""
 
     def blocks(self, voice: FiniteVoice, frames: int) -> Iterator[Block]:
-        """Yield the whole duration of the voice's scene, `frames` at a time, with the fades that it asks for."""
+        """Yield the whole sound of the voice's scene with its fades, `frames` at a time."""
 
     def planned_seconds(self, voice: FiniteVoice) -> float | None:
-        """Return the processor time (s) of the voice's whole sound where its plan predicts it, else None."""
+        """Return the processor seconds of the whole sound if the plan predicts them, else None."""
 
     def open_live(self, scene: Scene) -> LiveVoice:
-        """Return a live voice at frame 0, silent and about to ramp in."""
+        """Return a live voice at frame 0, which fades in."""
 
     def open_hand(self, scene: Scene, *, record: bool = False) -> HandVoice:
-        """Return a live voice at frame 0 that takes updates of a hand; record: it can give a recording."""
+        """Return a live voice at frame 0 that follows a hand. record: it records the hand's motion."""
 
     def load_reading(self) -> None:
-        """Load what reads tables and limits, which compiles it at a first start."""
+        """Load the kernels of table reading and of the limiter; a first start compiles them."""
 
     def load_following(self) -> None:
-        """Load what follows a hand, which compiles it at a first start."""
+        """Load the kernels that follow a hand; a first start compiles them."""
 
     @property
     def live_delay(self) -> float:
-        """Return by how many seconds a live voice sounds behind its changes."""
+        """Return the delay of a live voice behind its changes, in seconds."""
 
     def explain(self, scene: Scene) -> dict[str, Any]:
         """Return the plan as the JSON document of `/v1/explain`."""
 
     def picture(self, scene: Scene, points: int | None, phases: int | None) -> dict[str, Any]:
-        """Return the JSON document of `/v1/picture`; None: as many points and phases as it likes."""
+        """Return the JSON document of `/v1/picture`. None stands for the default number of points or phases."""
 
     def accuracy(self, scene: Scene, quantity: str | None, given_up: threading.Event) -> dict[str, Any]:
-        """Return the JSON document of `/v1/accuracy`; takes up to a minute.
+        """Return the JSON document of `/v1/accuracy`. Takes up to a minute.
 
-        quantity: of one of the scene's channels, None for the first. given_up: set where nobody waits any more; then it
-        raises CannotRender soon.
+        quantity: that of one of the scene's channels; None for the first channel.
+        given_up: when set, the call soon raises CannotRender.
         """
 
     def make_table(self, scene: Scene) -> TableFile:
-        """Return the table of `scene`, and keep it for `find_table`."""
+        """Return the table of `scene`, and cache it for `find_table`."""
 
     def find_table(self, name: str) -> TableFile | None:
-        """Return the table whose hash is `name`, None where it is not kept; instant."""
+        """Return the table with the hash `name`, None if it is not cached. Instant."""
 
     def limiter(self, channels: int, sample_rate: int) -> Limiter:
-        """Return a limiter in its first state."""
+        """Return a new limiter."""
 
 
 class SynthEngine:
-    """The engine: `synth`, with one cache of contact responses for all of a process."""
+    """`synth`, with one cache of contact responses for the process."""
 
     def __init__(self, cache_bytes: int) -> None:
-        """cache_bytes: the bound of memory, see `ResponseCache`."""
+        """cache_bytes: the bound on the cache's memory."""
         from synth.response.response_cache import ResponseCache
 
         self._cache = ResponseCache(cache_bytes)
@@ -295,7 +295,7 @@ class SynthEngine:
         from service.compute.accuracy_process import measure_apart
         from synth.accuracy.report import require_measurable
 
-        require_measurable(scene)  # what is refused is refused at once, not by a process of the lowest priority
+        require_measurable(scene)  # refuse at once, without a process
         return measure_apart(scene, quantity, given_up)
 
     def make_table(self, scene: Scene) -> TableFile:
@@ -319,7 +319,7 @@ class SynthEngine:
 
 
 def file_of_table(table: ResponseTable) -> TableFile:
-    """Return the file of `table`, and what the service tells of it."""
+    """Return the file of `table` and its description."""
     from synth.response.table_error import QUANTITIES
     from synth.response.table_file import table_bytes
 

@@ -1,7 +1,7 @@
-"""What one process of the service holds while it runs, how it starts, and how it ends properly.
+"""The parts of one process of the service, its start and its end.
 
-Model: a signal (SIGTERM, SIGINT) sets every stream fading before the server is told, because the server waits for its
-    connections first and would wait for an endless stream for ever. Plays get a moment to complete their files.
+Model: a signal (SIGTERM, SIGINT) first makes every stream fade out, then reaches the server: the server waits for its
+    connections, and would wait for an endless stream for ever. Plays get a moment to complete their files.
 """
 
 from __future__ import annotations
@@ -23,8 +23,9 @@ from types import FrameType
 from typing import Any
 
 from fastapi import FastAPI, Request
+from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily
 
-from service.compute.accuracy_queue import Measurements
+from service.compute.measurements import Measurements
 from service.compute.renders import Renders
 from service.compute.threads import BlockThreads, Solves, ThreadWork
 from service.compute.work_places import Places
@@ -44,21 +45,24 @@ from synth.scene.scene import parse_scene
 
 log = logging.getLogger("ridgewave.service")
 
-SWITCH_SECONDS = 0.0005  # between Python threads; at the default of 5 ms a play's thread is late beside busy ones
-BLOCK_THREADS = 4  # for blocks of streams that are not quick: apart from the renders, which would make them late
-LAG_SECONDS = 0.05  # between two looks at how late the event loop is; a stall shorter than that may pass unseen
-WATCH_SECONDS = 0.05  # between two looks at what only time tells: late hellos, slow readers, expiry
-PLAY_END_SECONDS = 1.0  # for all plays to complete their files at the end
-STOP_ANSWER_SECONDS = 0.1  # for other workers to count what they stopped: less misses them, more holds up the answer
-CUT_SECONDS = 0.2  # before the server's own timeout, which would tell of each answer that it cuts in a traceback
+SWITCH_SECONDS = 0.0005  # between Python threads; with the default of 5 ms, plays are late beside busy threads
+BLOCK_THREADS = 4  # for blocks of streams that take long to render
+LAG_SECONDS = 0.05  # between measurements of the event loop's lateness; a shorter stall may be missed
+WATCH_SECONDS = 0.05  # between checks for late hellos, slow readers and expired sessions
+PLAY_END_SECONDS = 1.0  # for plays to complete their files at a shutdown
+STOP_ANSWER_SECONDS = 0.1  # for other workers to answer what they stopped; a longer wait delays the answer
+CUT_SECONDS = 0.2  # before the server's own timeout, which logs a traceback for each answer that it cuts
 
 
 class Service:
     """The parts of one process."""
 
     def __init__(self, settings: Settings, engine: Engine, folder: Path | None = None, *, apart: bool = False) -> None:
-        """folder: through which the workers of one service speak; None where there is one. apart: renders are computed
-        in processes of their own."""
+        """Make the parts.
+
+        folder: the private folder of the workers; None if there is only one.
+        apart: renders run in processes of their own.
+        """
         self.settings = settings
         self.engine = engine
         self.metrics = Metrics()
@@ -79,18 +83,18 @@ class Service:
         self.sessions = Sessions(engine, settings, self.solves, self.metrics)
         self.live = LiveConnections(self.sessions, settings, self.blocks)
         self.freezes_heap = False
-        """Whether this process serves and does nothing else, so that `warm_up` may take its heap out of the collector's
-        sight: a full collection of it stops every stream for 90 ms."""
+        """Whether `warm_up` excludes the heap from garbage collection, where a full collection stops streams for 90 ms.
+        False where the process does other things too, as in tests."""
         self.warm = False
         self.closing = False
-        self.loop: asyncio.AbstractEventLoop | None = None  # that serves; None before it does
+        self.loop: asyncio.AbstractEventLoop | None = None  # None until it serves
         self._players: list[Player] = []
         self._watch()
 
     async def stop(self) -> dict[str, Any]:
-        """Silence every stream and play of every worker; return how many of each there were.
+        """Stop every session, stream and play of every worker; return their numbers.
 
-        Where a worker does not say how many in time, `unanswered_workers` counts it; it stops as soon as it can.
+        `unanswered_workers` counts the workers that did not answer in time. They stop as soon as they can.
         """
         question = self.worker_messages.ask("stop")
         stopped = Counter(self.stop_here())
@@ -100,17 +104,17 @@ class Service:
         return document | ({"unanswered_workers": question.unanswered} if question.unanswered else {})
 
     def stop_here(self) -> dict[str, int]:
-        """The same in this process alone, at once."""
+        """Stop those of this process at once; return their numbers."""
         counts = self.sessions.end_all(at_once=True)
         self.live.end_all("stopped", at_once=True)
         return counts
 
     def starved(self) -> float:
-        """Return for how many seconds short work has waited to begin; 0 where it hardly does."""
+        """Return the seconds that short work has waited to begin; 0 below a second."""
         return max(self.renders.places.starved(), self.solve_places.starved())
 
     def begin_closing(self) -> None:
-        """Have every stream and play fade and end; take no new ones. Again is the same as once; from any thread."""
+        """Fade out and end every stream and play; accept no new ones. From any thread; further calls do no harm."""
         if not self.closing and self.loop is not None:
             grace = max(0.0, self.settings.shutdown_timeout - CUT_SECONDS)
             self.loop.call_soon_threadsafe(self.loop.call_later, grace, self.renders.cut)
@@ -120,10 +124,12 @@ class Service:
         self.live.end_all("shutting down")
 
     def warm_up(self) -> None:
-        """Render a little, so that the kernels are compiled before somebody waits for them; for a thread."""
+        """Render a little, so that the kernels are compiled before a request needs them. Call it from a thread."""
         began = time.perf_counter()
         try:
-            with ThreadPoolExecutor(1) as beside:  # each of two processes compiles half of the kernels
+            with ThreadPoolExecutor(
+                1
+            ) as beside:  # this process and that of the renders compile half of the kernels each
                 renders = beside.submit(self.renders.warm_up)
                 self.engine.load_reading()
                 renders.result()
@@ -131,7 +137,7 @@ class Service:
             self.engine.open_voice(parse_scene({})).render(480)
             open_live_voices(self.engine, {})
         except Exception:
-            log.exception("our mistake: the default scene does not render; the service stays not ready")
+            log.exception("our mistake: the default scene does not render; the service does not become ready")
             return
         if self.freezes_heap:
             gc.collect()
@@ -140,7 +146,7 @@ class Service:
         log.info("ready after %.1f s", time.perf_counter() - began)
 
     def finish(self) -> None:
-        """Wait for the plays to complete their files, and let the threads go; for a thread."""
+        """Wait for plays to complete their files, then end threads and processes. Call it from a thread."""
         deadline = time.monotonic() + PLAY_END_SECONDS
         for player in self._players:
             if not player.wait(max(0.0, deadline - time.monotonic())):
@@ -151,33 +157,46 @@ class Service:
         self.worker_metrics.write()
 
     def _watch(self) -> None:
-        """Have the metrics read what others count."""
+        """Add the metrics of what the parts of the service count themselves."""
         cache = self.engine.cache_counts
-        self.metrics.watch("ridgewave_cache_hits_total", lambda: cache().hits)
-        self.metrics.watch("ridgewave_cache_misses_total", lambda: cache().misses)
-        self.metrics.watch("ridgewave_cache_bytes", lambda: cache().used_bytes)
-        self.metrics.watch("ridgewave_live_bytes", lambda: self.sessions.used_bytes)
-        self.metrics.watch("ridgewave_sessions", lambda: self.sessions.count("http"))
-        self.metrics.watch("ridgewave_renders_under_way", lambda: self.renders.under_way)
-        self.metrics.watch("ridgewave_workers", lambda: 1)
+        counters: dict[str, tuple[str, Callable[[], float]]] = {
+            "cache_hits_total": ("Contact responses of sessions found in the cache.", lambda: cache().hits),
+            "cache_misses_total": ("Contact responses of sessions that had to be solved.", lambda: cache().misses),
+        }
+        gauges: dict[str, tuple[str, Callable[[], float]]] = {
+            "cache_bytes": (
+                "Memory of cached responses and tables; RIDGEWAVE_CACHE_BYTES bounds it per worker.",
+                lambda: cache().used_bytes,
+            ),
+            "live_bytes": (
+                "Memory of live sessions with recordings, without voices; RIDGEWAVE_LIVE_BYTES bounds it per worker.",
+                lambda: self.sessions.used_bytes,
+            ),
+            "sessions": ("Sessions of plain HTTP, streaming or not.", lambda: self.sessions.count("http")),
+            "renders_under_way": ("Renders running or waiting.", lambda: self.renders.under_way),
+        }
+        for name, (sentence, read) in counters.items():
+            self.metrics.watch(CounterMetricFamily, name, sentence, read)
+        for name, (sentence, read) in gauges.items():
+            self.metrics.watch(GaugeMetricFamily, name, sentence, read)
 
 
 def open_live_voices(engine: Engine, document: Mapping[str, Any]) -> None:
-    """Open a live voice of the scene `document`, and one for a hand, so that what they run is compiled."""
+    """Open a live voice and a hand's voice of the scene `document`, so that their kernels are compiled."""
     scene = parse_scene(document)
     engine.open_live(scene)
     engine.open_hand(scene)
 
 
 def service_of(request: Request) -> Service:
-    """Return the service that answers `request`."""
+    """Return the service that `request` reached."""
     service: Service = request.app.state.service
     return service
 
 
 @asynccontextmanager
 async def lifespan(app: FastAPI) -> AsyncIterator[None]:
-    """Start and end the service around the server's own start and end."""
+    """Start the service with the server, and end it with the server."""
     service: Service = app.state.service
     loop = service.loop = asyncio.get_running_loop()
     interval = sys.getswitchinterval()
@@ -202,7 +221,7 @@ async def lifespan(app: FastAPI) -> AsyncIterator[None]:
 
 @contextmanager
 def signals_first(act: Callable[[], None]) -> Iterator[None]:
-    """Within, SIGTERM and SIGINT call `act` and then whoever handled them before; outside the main thread, nothing."""
+    """Within, SIGTERM and SIGINT call `act`, then the earlier handler. Does nothing outside the main thread."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -230,7 +249,7 @@ def _from_signal(loop: asyncio.AbstractEventLoop, act: Callable[[], None]) -> No
 
 
 async def _measure_lag(metrics: Metrics) -> None:
-    """Measure how late the event loop does what is due, until cancelled."""
+    """Measure the lateness of the event loop, until cancelled."""
     while True:
         due = time.perf_counter() + LAG_SECONDS
         await asyncio.sleep(LAG_SECONDS)
@@ -238,7 +257,7 @@ async def _measure_lag(metrics: Metrics) -> None:
 
 
 async def _watch(service: Service) -> None:
-    """Look at what only time tells, until cancelled."""
+    """Check for late hellos, slow readers and expired sessions, until cancelled."""
     while True:
         await asyncio.sleep(WATCH_SECONDS)
         service.live.check(time.perf_counter())

@@ -1,1 +1,1 @@
-"""Where work is computed: threads for sessions, processes for renders and measurements, and what bounds both."""
+"""Where work is computed: threads for sessions, processes for renders and measurements, and the bounds on both."""

@@ -1,13 +1,13 @@
-"""Measures what accuracy costs in a process of its own, which can be stopped and takes nothing from the streams.
+"""Measures what accuracy costs, in a process of its own.
 
     python -m service.compute.accuracy_process    {"scene", "quantity"} on standard input; outcome on standard output
 
-Model: the measuring computes for up to a minute and much of it in Python. In a thread it would hold up whoever renders
-    in this interpreter, its timings would be those of a busy interpreter, and a shutdown would have to wait for it. The
-    process runs at the lowest priority, so that on a full machine sound comes first. Its outcome is one JSON object:
-    "document", or "faults" (InvalidRequest), or "reason" (CannotRender); anything else is our bug.
-Limits: it shares the processors with what the service renders meanwhile, so its timings are those of an idle machine
-    only on one. A service that is killed outright leaves it to its end.
+Model: a measurement computes for up to a minute, much of it in Python. In a thread it would delay every stream of this
+    process, its timings would be those of a busy interpreter, and a shutdown would have to wait for it. A process can
+    be killed, and runs at the lowest priority. Its outcome is one JSON object with "document", "faults"
+    (InvalidRequest) or "reason" (CannotRender). Any other outcome is a bug.
+Limits: the process shares the processors with the renders of the service, so timings are reliable on an idle machine
+    only. If the service is killed, the process continues to its end.
 """
 
 from __future__ import annotations
@@ -24,25 +24,26 @@ from typing import Any
 from synth.errors import CannotRender, Fault, InvalidRequest
 from synth.scene.scene import Scene, parse_scene, scene_document
 
-LONGEST = 300.0  # s; several times what any scene should take: beyond it the machine is too busy to measure anything
-GLANCE = 0.1  # s between looks at whether it is still wanted; a shutdown waits this long
+LONGEST = 300.0  # s; several times what any scene takes on an idle machine
+POLL_SECONDS = 0.1  # between checks of `given_up`; a shutdown waits this long
 LOWEST_PRIORITY = 19
-KILLED = -9  # the exit code of a process that the system has killed
-ROOT = Path(__file__).resolve().parents[2]  # what the process imports, wherever it is started
+KILLED = -9  # exit code of a process that the system killed
+ROOT = Path(__file__).resolve().parents[2]  # import path of the process
 
 
 def measure_apart(scene: Scene, quantity: str | None, given_up: threading.Event) -> dict[str, Any]:
-    """Return the document of `measure_accuracy`; for a thread.
+    """Return the document of `measure_accuracy`. Blocks for up to a minute: call it from a thread.
 
-    given_up: set by whoever does not want it any more; the process is ended. Raises InvalidRequest and CannotRender as
-    the measuring does, CannotRender where it was given up, took longer than LONGEST, or was killed.
+    given_up: when set, the process is killed and CannotRender is raised.
+    Raises InvalidRequest and CannotRender as the measurement does, and CannotRender if it took longer than LONGEST or
+    the system killed it.
     """
-    asked = json.dumps({"scene": scene_document(scene), "quantity": quantity}).encode()
-    code, outcome, told = _answer_of_process(asked, given_up)
+    request = json.dumps({"scene": scene_document(scene), "quantity": quantity}).encode()
+    code, outcome, messages = _answer_of_process(request, given_up)
     if code == KILLED:
-        raise CannotRender("The measuring was ended by the system: as a rule, the memory of this machine is full.")
+        raise CannotRender("The system ended the measurement, most likely because the memory of this machine is full.")
     if code != 0:
-        raise RuntimeError(f"the measuring process ended with {code}:\n{told.decode(errors='replace')}")
+        raise RuntimeError(f"the measuring process ended with {code}:\n{messages.decode(errors='replace')}")
     answer: dict[str, Any] = json.loads(outcome)
     if "faults" in answer:
         raise InvalidRequest([Fault(**fault) for fault in answer["faults"]])
@@ -52,10 +53,10 @@ def measure_apart(scene: Scene, quantity: str | None, given_up: threading.Event)
     return document
 
 
-def _answer_of_process(asked: bytes, given_up: threading.Event) -> tuple[int, bytes, bytes]:
-    """Return exit code, standard output and standard error of the process; raises CannotRender where it was ended."""
+def _answer_of_process(request: bytes, given_up: threading.Event) -> tuple[int, bytes, bytes]:
+    """Return exit code, standard output and standard error; raises CannotRender if the process was stopped."""
     path = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
-    ends = time.monotonic() + LONGEST
+    deadline = time.monotonic() + LONGEST
     with subprocess.Popen(
         [sys.executable, "-m", "service.compute.accuracy_process"],
         env={**os.environ, "PYTHONPATH": path},
@@ -63,34 +64,34 @@ def _answer_of_process(asked: bytes, given_up: threading.Event) -> tuple[int, by
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
     ) as process:
-        given: bytes | None = asked
+        given: bytes | None = request
         try:
-            while not given_up.is_set() and time.monotonic() < ends:
+            while not given_up.is_set() and time.monotonic() < deadline:
                 try:
-                    outcome, told = process.communicate(given, timeout=GLANCE)
-                    return process.returncode, outcome, told
+                    outcome, messages = process.communicate(given, timeout=POLL_SECONDS)
+                    return process.returncode, outcome, messages
                 except subprocess.TimeoutExpired:
-                    given = None  # it has been sent, or still is
+                    given = None  # already passed on
         finally:
             process.kill()
     raise CannotRender(
-        "The measuring was given up."
+        "The measurement was given up."
         if given_up.is_set()
-        else f"The measuring took longer than {LONGEST:g} s and was stopped: this machine is too busy."
+        else f"The measurement took longer than {LONGEST:g} s and was stopped: this machine is too busy."
     )
 
 
 def main() -> None:
-    """Read what is asked, measure, and print the outcome."""
+    """Read the request, measure, and print the outcome."""
     if hasattr(os, "nice"):
         os.nice(LOWEST_PRIORITY)
     from synth.accuracy.report import measure_accuracy
 
-    asked = json.load(sys.stdin)
-    scene = parse_scene(asked["scene"])
+    request = json.load(sys.stdin)
+    scene = parse_scene(request["scene"])
     outcome: dict[str, Any]
     try:
-        outcome = {"document": measure_accuracy(scene, quantity=asked["quantity"]).document()}
+        outcome = {"document": measure_accuracy(scene, quantity=request["quantity"]).document()}
     except InvalidRequest as error:
         names = ("pointer", "value", "allowed", "hint")
         outcome = {"faults": [{name: getattr(fault, name) for name in names} for fault in error.faults]}

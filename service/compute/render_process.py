@@ -1,16 +1,16 @@
-"""The processes that renders run in: copies of one that is warm, each ended the moment that nobody waits for it.
+"""The processes that renders run in. Each render has one, so that it can be killed at any moment.
 
-    python -m service.compute.render_process FD CACHE_BYTES    the warm one, which copies itself for whoever asks on FD
+    python -m service.compute.render_process FD CACHE_BYTES    the template process, which forks itself on request
 
-Model: a thread in the midst of a solve cannot be stopped, and holds up the end of its process; a process can be killed
-    at any moment and holds up nothing. The warm process has loaded the solver's kernels, in one thread, so a copy of it
-    (fork) is there in some 4 ms. A copy speaks to the service over a socket of its own: orders and "go on" come in,
-    messages go out, as fast as they are read. It ends itself when that socket is closed, whether its client went, the
-    service ends, or the service was killed. One that has done its order is kept for the next, with all that it has
-    solved. Each order has a thread of its own there, which runs at the lowest priority once it has become long work;
-    Linux lets a thread have a priority, and the next order's begins at the usual one.
-Limits: fork: Linux and macOS. On macOS a whole process has a priority, so that a copy that did long work is not kept.
-    What a copy solves, no other process has.
+Model: a thread cannot be stopped during a solve, and delays the end of its process; a process can be killed. The
+    template process has loaded the solver's kernels, so that a copy of it (fork) is ready in about 4 ms. It has one
+    thread only, as fork requires. A copy and the service speak over a socket pair: the service sends orders, "go on"
+    and "lower", the copy sends messages as fast as they are read. A copy exits when its socket is closed, even if the
+    service was killed. A copy that has finished its order is kept for the next one, with its cache. Each order runs in
+    a thread of the copy. Long work is lowered to the lowest priority: on Linux the thread, so that the next order
+    begins at the usual priority.
+Limits: fork needs Linux or macOS. On macOS priority belongs to the whole process, so a copy that did long work is not
+    kept. Copies do not share what they have solved.
 """
 
 from __future__ import annotations
@@ -38,29 +38,30 @@ from service.compute.render_steps import Answer, Message, Order, Price, work
 from service.problems import Problem
 from synth.errors import CannotRender, Fault, RidgewaveError
 
-ROOT = Path(__file__).resolve().parents[2]  # what the process imports, wherever it is started
+ROOT = Path(__file__).resolve().parents[2]  # import path of the process
 HEAD = struct.Struct("!cI")  # kind and length of what follows
 ORDER, GO, LOWER = b"O", b"G", b"L"
 PRICE, ANSWER, BYTES, END, REFUSAL, MISTAKE = b"P", b"A", b"D", b"E", b"R", b"M"
 LOWEST_PRIORITY = 19
-BY_THREAD = sys.platform == "linux"  # a thread has a priority
-KEPT = 2  # idle copies that are kept: as many as compute at a time, and each may hold a cache of its own
-BUFFER_BYTES = 1 << 18  # of a message that the service holds before it stops reading
+THREAD_PRIORITY = sys.platform == "linux"  # each thread has a priority of its own
+KEPT = 2  # idle copies that are kept; each may hold a full cache
+BUFFER_BYTES = 1 << 18  # read ahead from a copy; a slow client must not fill the memory of the service
 
 
 class RenderMistake(Exception):
-    """A mistake of ours in a render process; its text is the traceback there, for the log."""
+    """A bug in a render process. Its text is the traceback, for the log."""
 
 
 # In the service
 
 
 class Copies:
-    """The warm process and the copies that are idle. seconds: of processor that an order may take in all."""
+    """The template process and its idle copies."""
 
     def __init__(self, cache_bytes: int, seconds: float) -> None:
+        """Start nothing yet. seconds: bound on the processor time of one order."""
         self._cache_bytes, self._seconds = cache_bytes, seconds
-        self._warm: subprocess.Popen[bytes] | None = None
+        self._template: subprocess.Popen[bytes] | None = None
         self._control: socket.socket | None = None
         self._idle: list[Copy] = []
         self._lock = threading.Lock()
@@ -68,7 +69,7 @@ class Copies:
         self._closed = False
 
     def start(self) -> None:
-        """Have the warm process be there and warm; for a thread, a second. Where it is being started, wait for that."""
+        """Start the template process, or wait until it has started. Blocks for a second: call it from a thread."""
         with self._lock:
             if self._closed or self._ready():
                 return
@@ -84,30 +85,30 @@ class Copies:
             one_thread = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
             environment = {**os.environ, **one_thread, "PYTHONPATH": path}
             with theirs:
-                self._warm = subprocess.Popen(
+                self._template = subprocess.Popen(
                     arguments, env=environment, stdin=subprocess.DEVNULL, pass_fds=[theirs.fileno()]
                 )
             started = ours.recv(1)
             if self._closed:
                 return
             if not started:
-                raise RuntimeError("the process that renders are copied from did not start")
+                raise RuntimeError("the template process of the renders did not start")
             self._control = ours
 
     def _ready(self) -> bool:
-        return self._control is not None and self._warm is not None and self._warm.poll() is None
+        return self._control is not None and self._template is not None and self._template.poll() is None
 
     async def open(self, order: Order, body: bytes) -> Copy:
-        """Return a copy that works at `order`."""
-        while self._idle and not self._idle[-1].there:
+        """Return a copy that has begun `order`."""
+        while self._idle and not self._idle[-1].usable:
             self._idle.pop().end()
-        copy = self._idle.pop() if self._idle else await self._copied()
+        copy = self._idle.pop() if self._idle else await self._forked()
         copy.begin(order, body, self._seconds)
         return copy
 
-    async def _copied(self) -> Copy:
+    async def _forked(self) -> Copy:
         if not self._ready():
-            async with self._turn:  # so that one thread waits, and not one for each request
+            async with self._turn:  # one thread waits, not one per request
                 await asyncio.to_thread(self.start)
         if self._closed or self._control is None:
             raise Problem("closing", "The service is shutting down.")
@@ -124,20 +125,20 @@ class Copies:
             copy.end()
 
     def close(self) -> None:
-        """End the idle copies and the warm process."""
+        """End the idle copies and the template process."""
         self._closed = True
         while self._idle:
             self._idle.pop().end()
         if self._control is not None:
             self._control.close()
             self._control = None
-        if self._warm is not None:
-            self._warm.kill()
-            self._warm.wait()
+        if self._template is not None:
+            self._template.kill()
+            self._template.wait()
 
 
 class Copy:
-    """One order under way in a copy."""
+    """A copy, as the service sees it. Works at one order at a time."""
 
     def __init__(
         self,
@@ -151,52 +152,52 @@ class Copy:
         self._lowered = self._over = False
 
     @property
-    def there(self) -> bool:
-        """Return whether it can take another order."""
+    def usable(self) -> bool:
+        """Return whether the copy runs and can take another order."""
         return not self._reader.at_eof() and self._loop is asyncio.get_running_loop()
 
     def begin(self, order: Order, body: bytes, seconds: float) -> None:
-        """Have it work at `order`."""
+        """Send `order`, with the scene in `body` and its bound of processor seconds."""
         self._over = self._lowered = False
         text = json.dumps({"order": asdict(order), "seconds": seconds}).encode()
         self._tell(ORDER, struct.pack("!I", len(text)) + text + body)
 
     def go_on(self) -> None:
-        """Have it compute what it told the price of."""
+        """Let the copy continue after it has sent its price."""
         self._tell(GO)
 
     def lower(self) -> None:
-        """Have it go on at the lowest priority."""
+        """Lower the copy's work to the lowest priority."""
         if not self._lowered:
             self._lowered = True
             self._tell(LOWER)
 
     async def next(self) -> Message:
-        """Return the next message, None after the last; raises Problem, or RenderMistake, where the work did."""
+        """Return the next message, None after the last. Raises Problem, CannotRender or RenderMistake."""
         try:
             kind, size = HEAD.unpack(await self._reader.readexactly(HEAD.size))
-            told = await self._reader.readexactly(size)
+            content = await self._reader.readexactly(size)
         except (asyncio.IncompleteReadError, OSError):
             raise CannotRender(
-                "The render was ended before it was done: it took more processor time, or more memory, than it may."
+                "The render was stopped: it needed more processor time or more memory than is allowed."
             ) from None
         if kind == BYTES:
-            return told
+            return content
         if kind == PRICE:
-            return Price(**json.loads(told))
+            return Price(**json.loads(content))
         if kind == ANSWER:
-            return Answer(**json.loads(told))
+            return Answer(**json.loads(content))
         self._over = True
         if kind == REFUSAL:
-            document = json.loads(told)
+            document = json.loads(content)
             raise Problem(document["kind"], document["detail"], tuple(Fault(**one) for one in document["faults"]))
         if kind == MISTAKE:
-            raise RenderMistake(f"in a render process:\n{told.decode()}")
+            raise RenderMistake(f"in a render process:\n{content.decode()}")
         return None
 
     def close(self) -> None:
-        """Keep the copy where its order is over, else end it: within milliseconds it takes no processor time."""
-        if self._over and (BY_THREAD or not self._lowered):
+        """Keep the copy for the next order if this one is over; otherwise end the copy within milliseconds."""
+        if self._over and (THREAD_PRIORITY or not self._lowered):
             self._keep(self)
         else:
             self.end()
@@ -216,19 +217,19 @@ class Copy:
 
 
 def main() -> None:
-    """Be the warm process until the service has gone."""
-    for number in (signal.SIGINT, signal.SIGTERM):  # the service hears them, and has its renders end
+    """Serve as the template process until the service closes the socket."""
+    for number in (signal.SIGINT, signal.SIGTERM):  # the service handles them and ends its renders
         signal.signal(number, signal.SIG_IGN)
-    signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # a copy that has ended leaves nothing behind
+    signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # no zombies
     control = socket.socket(fileno=int(sys.argv[1]))
     control.set_inheritable(False)
-    engine = _warm_engine(int(sys.argv[2]))
+    engine = _loaded_engine(int(sys.argv[2]))
     gc.collect()
     gc.freeze()
     control.sendall(b"r")
     while True:
-        asked, descriptors, _, _ = socket.recv_fds(control, 1, 1)
-        if not asked:
+        request, descriptors, _, _ = socket.recv_fds(control, 1, 1)
+        if not request:
             return
         if os.fork() == 0:
             control.close()
@@ -236,25 +237,25 @@ def main() -> None:
         os.close(descriptors[0])
 
 
-def _warm_engine(cache_bytes: int) -> Any:
+def _loaded_engine(cache_bytes: int) -> Any:
     from service.engine import SynthEngine
     from synth.scene.scene import parse_scene
 
     engine = SynthEngine(cache_bytes)
-    engine.load_following()  # not for renders: the service compiles the other half of what live voices need meanwhile
+    engine.load_following()  # for live voices: the service compiles the other half meanwhile
     engine.open_voice(parse_scene({})).render(480)
     return engine
 
 
 class _Copied:
-    """The end of a copy's socket that is in the copy."""
+    """A copy, as the process itself sees it."""
 
     def __init__(self, engine: Any, peer: socket.socket) -> None:
         self._engine, self._peer = engine, peer
         self._go = threading.Event()
 
     def run(self) -> None:
-        """Take what the service says until it closes the socket, while a thread computes."""
+        """Obey the service until it closes the socket; a thread computes meanwhile."""
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
         thread = threading.current_thread()
         try:
@@ -269,7 +270,7 @@ class _Copied:
                     self._go.set()
                 else:
                     with suppress(ProcessLookupError):  # the thread has just ended
-                        lowered = thread.native_id if BY_THREAD else None
+                        lowered = thread.native_id if THREAD_PRIORITY else None
                         os.setpriority(os.PRIO_PROCESS, lowered or os.getpid(), LOWEST_PRIORITY)
         finally:
             os._exit(0)
@@ -284,20 +285,20 @@ class _Copied:
             size -= len(part)
         return b"".join(parts)
 
-    def _work(self, told: bytes) -> None:
+    def _work(self, request: bytes) -> None:
         try:
-            self._answer(told)
+            self._answer(request)
         except Exception:
             self._tell(MISTAKE, traceback.format_exc().encode())
 
-    def _answer(self, told: bytes) -> None:
-        (size,) = struct.unpack_from("!I", told)
-        asked, body = json.loads(told[4 : 4 + size]), told[4 + size :]
+    def _answer(self, request: bytes) -> None:
+        (size,) = struct.unpack_from("!I", request)
+        settings, body = json.loads(request[4 : 4 + size]), request[4 + size :]
         used = resource.getrusage(resource.RUSAGE_SELF)
-        bound = int(used.ru_utime + used.ru_stime + asked["seconds"]) + 1
+        bound = int(used.ru_utime + used.ru_stime + settings["seconds"]) + 1
         resource.setrlimit(resource.RLIMIT_CPU, (bound, resource.RLIM_INFINITY))
         try:
-            for message in work(self._engine, Order(**asked["order"]), body):
+            for message in work(self._engine, Order(**settings["order"]), body):
                 self._send(message)
         except (Problem, RidgewaveError) as error:
             problem = error if isinstance(error, Problem) else problems.of(error)

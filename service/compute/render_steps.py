@@ -1,14 +1,14 @@
-"""What a render, a plan or a picture computes: an order in, messages out. It runs in a process (`render_process`).
+"""Computes a render, an explanation or a picture: one order in, messages out. Runs in a process (`render_process`).
 
-Model: `work` is a generator, so that it can be stopped between any two of its steps and held back between its price and
-    its sound. Two pieces are rendered before the price is told: nothing is computed that is not sent, and no figure of
-    another machine is believed. What may take many seconds for each second of sound, a scene that is solved frame by
-    frame or simulated, has its price from its plan, before the first piece.
-    - Up to `WHOLE_SAMPLES` the sound is encoded and sent in one piece.
-    - Longer, WAV and raw are sent piece by piece as they are rendered: the header's sizes are known before the samples.
-    - Longer FLAC is written to a file without a name first, since its header counts bytes that only the end knows.
-Limits: the price is that of the beginning; where the end of a recording is dearer, the process's bound of processor
-    seconds holds.
+Model: `work` is a generator, so that it can be stopped between two steps, and wait between its price and its sound.
+    The price of a render is its predicted processor time. It is measured from the first two pieces, which are part of
+    the answer. A scene that is solved frame by frame, or simulated, may take many seconds per second of sound: its
+    price comes from its plan, before the first piece.
+    - A sound of up to `WHOLE_SAMPLES` is encoded and sent in one piece.
+    - Longer WAV and raw sounds are sent piece by piece, because the header's sizes are known beforehand.
+    - Longer FLAC is first written to an unnamed file, because its header holds sizes that are known at the end.
+Limits: a price measured at the beginning is too low where a recording becomes more expensive later. The bound of the
+    process on processor seconds holds then.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import os
 import tempfile
 import time
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -34,30 +34,31 @@ from synth.scene.scene import Scene, channel_count, parse_scene, parse_scene_tex
 from synth.scene.text import object_from_text
 from synth.voice.fades import reduction_warning
 
-WHOLE_SAMPLES = 1 << 20  # 4 MB of float32, 22 s of mono at 48 kHz: small enough to hold twice
-PIECE_SAMPLES = 1 << 16  # 256 kB a write, about a millisecond of work
-FILE_BYTES = 1 << 16  # read at a time of a finished FLAC
+WHOLE_SAMPLES = 1 << 20  # 4 MB of float32, 22 s of mono at 48 kHz; held twice while it is encoded
+PIECE_SAMPLES = 1 << 16  # 256 kB per write, about a millisecond of work
+FILE_BYTES = 1 << 16  # read from a finished FLAC at a time
 PICTURE_FIELDS = ("scene", "points", "phases")
-CHEAP_SECONDS = 0.5  # of processor: what costs less is not asked for its price
+CHEAP_SECONDS = 0.5  # of processor time; work below this sends no price
 
 
 @dataclass(frozen=True)
 class Order:
-    """What to compute: kind (render, explain, picture), the query's format and Accept of a render, the longest (s)."""
+    """What to compute.
+
+    kind: render, explain or picture.
+    wanted, accept: of a render, the format in the query and the Accept header.
+    max_duration: longest sound, in seconds.
+    """
 
     kind: str
     wanted: str | None = None
     accept: str | None = None
     max_duration: float = float("inf")
 
-    def text(self) -> bytes:
-        """Return it as JSON."""
-        return json.dumps(asdict(self)).encode()
-
 
 @dataclass(frozen=True)
 class Price:
-    """What is still to be computed: processor seconds, and seconds of sound."""
+    """What is still to be computed: processor time, and sound, both in seconds."""
 
     seconds: float
     sound: float
@@ -65,7 +66,11 @@ class Price:
 
 @dataclass(frozen=True)
 class Answer:
-    """The head of an HTTP answer; whole: its body is one message. voice_seconds: what opening the voice took."""
+    """The head of an HTTP answer.
+
+    whole: its body is one message.
+    voice_seconds: time to open the voice; None where no voice was opened.
+    """
 
     headers: dict[str, str]
     media_type: str
@@ -74,18 +79,18 @@ class Answer:
 
 
 Message = Price | Answer | bytes | None
-"""None: nothing yet; the work may be stopped here."""
+"""None means that there is nothing to send yet; the work may be stopped here."""
 
 
 @dataclass
 class Stages:
-    """Times of the stages of one answer, for Server-Timing, in the order they ran."""
+    """Times of the stages of one answer, in order, for Server-Timing."""
 
     lines: list[str] = field(default_factory=list)
     _began: float = field(default_factory=time.perf_counter)
 
     def done(self, name: str) -> float:
-        """End the stage `name`, and return its seconds; the next one begins."""
+        """End the stage `name`, begin the next, and return the seconds of the first."""
         now = time.perf_counter()
         took, self._began = now - self._began, now
         self.lines.append(f"{name};dur={took * 1e3:.3f}")
@@ -98,10 +103,10 @@ class Stages:
 
 @dataclass
 class Render:
-    """One render under way: the blocks that are still to come, and what the answer will look like."""
+    """One render under way."""
 
     voice: FiniteVoice
-    blocks: Iterator[Block]  # limited where the format holds integers
+    blocks: Iterator[Block]  # those still to come; limited if the format holds integers
     limiter: Limiter | None
     scene: Scene
     sound_format: SoundFormat
@@ -110,9 +115,9 @@ class Render:
     voice_seconds: float
 
     def answer(self, length: int, *, whole: bool = False) -> Answer:
-        """Return the answer's head; it tells of the limiter what it has done so far."""
-        turned_down = () if self.limiter is None else reduction_warning(self.limiter.take_reduction())
-        sentences = " ".join([*self.voice.warnings, *turned_down])
+        """Return the answer's head, with a warning if the limiter has reduced the level so far."""
+        reduced = () if self.limiter is None else reduction_warning(self.limiter.take_reduction())
+        sentences = " ".join([*self.voice.warnings, *reduced])
         warnings = " ".join(sentences.split()).encode("ascii", "replace").decode("ascii")
         extra = {"Ridgewave-Warning": warnings} if warnings else {}
         headers = describe(self.voice, self.sound_format) | {"Server-Timing": self.stages.header()} | extra
@@ -125,7 +130,7 @@ class Render:
 
 
 def work(engine: Engine, order: Order, body: bytes) -> Iterator[Message]:
-    """Yield the messages of `order` for the scene in `body`; raises Problem and RidgewaveError as they are answered."""
+    """Yield the messages of `order` for the scene in `body`. Raises Problem and RidgewaveError."""
     if order.kind == "render":
         yield from _rendered(engine, order, body)
     elif order.kind == "explain":
@@ -135,7 +140,7 @@ def work(engine: Engine, order: Order, body: bytes) -> Iterator[Message]:
 
 
 def check_duration(duration: float, longest: float, pointer: str, kind: str) -> None:
-    """Raise Problem where `duration` (s) is beyond what the service sends."""
+    """Raise Problem if `duration` exceeds `longest`, both in seconds."""
     if not duration <= longest:
         allowed = f"at most {longest:g} s (RIDGEWAVE_MAX_DURATION)"
         raise refused(pointer, f"{duration:g} s", allowed, "Render longer sounds with the command line.", kind)
@@ -178,7 +183,7 @@ def _opened(engine: Engine, order: Order, body: bytes) -> Render:
 
 
 def _priced(engine: Engine, render: Render, beginning: list[Block]) -> Iterator[Message]:
-    """Yield the price unless that is cheap: as planned, or from the time of the beginning, which is rendered."""
+    """Yield the price if it is above CHEAP_SECONDS. Pieces that are rendered to measure it go into `beginning`."""
     planned = engine.planned_seconds(render.voice)
     if planned is not None:
         if planned > CHEAP_SECONDS:
@@ -224,7 +229,7 @@ def _streamed(render: Render, beginning: list[Block]) -> Iterator[Message]:
     samples = render.frames * render.voice.channels * render.sound_format.bytes_per_sample
     header = b"" if raw else _wav_header(render)
     end = b"" if raw else padding(samples)
-    render.limiter = None  # what it will have done is not known before the header is sent
+    render.limiter = None  # its reduction is not known before the head is sent
     yield render.answer(len(header) + samples + len(end))
     yield header
     for block in _blocks(render, beginning):
@@ -233,11 +238,11 @@ def _streamed(render: Render, beginning: list[Block]) -> Iterator[Message]:
 
 
 def _flac(render: Render, beginning: list[Block]) -> Iterator[Message]:
-    """Yield a long FLAC, written to a file that vanishes with the answer."""
+    """Yield a long FLAC, from a temporary file that is deleted with the answer."""
     try:
         file = tempfile.TemporaryFile(prefix="ridgewave-")  # noqa: SIM115 - closed when the answer is over
     except OSError as error:
-        raise CannotRender("a long FLAC needs a temporary file, and none can be made here: ask for WAV.") from error
+        raise CannotRender("a long FLAC needs a temporary file, and none can be made here: request WAV.") from error
     with file as store:
         metadata = metadata_of(render.voice, render.scene)
         with open_writer(store, SoundFormat.FLAC, render.voice.sample_rate, render.voice.channels, metadata) as writer:
@@ -258,9 +263,9 @@ def _wav_header(render: Render) -> bytes:
 
 
 def read_picture(text: bytes) -> tuple[Scene, int | None, int | None]:
-    """Return scene, points and phases that the body of a picture asks for, None where it does not say.
+    """Return the scene, points and phases in the body of a picture request; None for a number that is left out.
 
-    Raises Problem where the body makes no sense, SceneError with pointers into the body where its scene does not.
+    Raises Problem for an invalid body, SceneError with pointers into the body for an invalid scene.
     """
     try:
         document = object_from_text(text)

@@ -1,11 +1,10 @@
-"""Renders, plans and pictures over HTTP: who may compute what, where, and until when.
+"""Renders, explanations and pictures over HTTP: which are admitted, where they run, and when they end.
 
-Model: each is computed in a process of its own (`render_process`), which ends when its client leaves, so what computes
-    for an hour holds up neither the streams nor the end of the service, and nobody waits for it: it begins in a place
-    for short work (`places`) and gives that up once it proves long or has told a price above CHEAP_SECONDS. A price is
-    admitted within two bounds of processor seconds, of the client's renders under way and of all.
-Limits: an engine that is given (a test's) works in threads of this process, which end after the piece that they are at.
-    A render that fails after its header was sent ends the connection early, which Content-Length lets a reader see.
+Model: each runs in a process of its own (`render_process`), which is killed when its client disconnects. An order
+    begins in a slot for short work (`work_places`). It frees the slot once it proves long, or has sent a price. The
+    price, in processor seconds, is admitted within two bounds: of the client's renders under way, and of all.
+Limits: an engine that is passed in (by a test) works in threads of this process, which end after the current piece. A
+    render that fails after its head was sent ends the connection early; the reader sees that from Content-Length.
 """
 
 from __future__ import annotations
@@ -33,32 +32,32 @@ from service.operations.settings import Settings
 from service.problems import Problem
 from synth.errors import Fault
 
-RETRY_SECONDS = 60  # for a render that found the processors taken by others: theirs take minutes
-SHORTER = 0.9  # times the longest duration that the bound admits: the price is an estimate
+RETRY_SECONDS = 60  # after a refusal for lack of processor time; renders of this size take minutes
+SHORTER = 0.9  # of the longest admissible duration is suggested, because the price is an estimate
 
-OVER: Any = object()  # after the last step of a work in threads
+OVER: Any = object()  # end of the steps
 
 Result = TypeVar("Result")
 
 
 class Worker(Protocol):
-    """Who computes one order."""
+    """Computes one order."""
 
     async def next(self) -> Message:
-        """Return the next message, None after the last; raises what the work raises."""
+        """Return the next message, None after the last. Raises what the work raises."""
 
     def go_on(self) -> None:
-        """Have it compute what it told the price of."""
+        """Continue after the price."""
 
     def lower(self) -> None:
-        """Have it go on at the lowest priority."""
+        """Continue at the lowest priority."""
 
     def close(self) -> None:
-        """Have it end, wherever it is."""
+        """End the work, at any stage."""
 
 
 class ThreadWorker:
-    """One order in threads of this process, a step in each."""
+    """Computes one order in threads of this process, one step per thread."""
 
     def __init__(self, engine: Engine, order: Order, body: bytes) -> None:
         self._steps = work(engine, order, body)
@@ -67,24 +66,24 @@ class ThreadWorker:
         """See `Worker`."""
         message: Message = None
         while message is None:
-            told = await ThreadWork(partial(next, self._steps, OVER), "render").done
-            if told is OVER:
+            step = await ThreadWork(partial(next, self._steps, OVER), "render").done
+            if step is OVER:
                 return None
-            message = told
+            message = step
         return message
 
     def go_on(self) -> None:
-        """See `Worker`; the next step goes on."""
+        """See `Worker`; nothing is to be done."""
 
     def lower(self) -> None:
-        """See `Worker`; a thread has no lower priority."""
+        """See `Worker`; threads keep their priority."""
 
     def close(self) -> None:
-        """See `Worker`; there is no next step."""
+        """See `Worker`; no further step is taken."""
 
 
 class UnderWay:
-    """One order under way: its worker, its place among short work, and its price."""
+    """One order under way: its worker, its slot for short work, and its price."""
 
     def __init__(self, renders: Renders, client: str) -> None:
         self._renders, self.client = renders, client
@@ -124,15 +123,15 @@ class UnderWay:
         return b"".join([chunk async for chunk in self.chunks()])
 
     async def while_wanted(self, work: Coroutine[Any, Any, Result], receive: Receive) -> Result:
-        """Return what `work` returns; raises ClientDisconnect or Problem (closing) as soon as nobody waits for it."""
+        """Return what `work` returns. Raises ClientDisconnect or Problem (closing) as soon as one of these occurs."""
         task = asyncio.ensure_future(work)
-        left, cut = asyncio.ensure_future(departure(receive)), asyncio.ensure_future(self.cut.wait())
-        waits: list[asyncio.Future[Any]] = [task, left, cut]
+        gone, cut = asyncio.ensure_future(departure(receive)), asyncio.ensure_future(self.cut.wait())
+        waits: list[asyncio.Future[Any]] = [task, gone, cut]
         try:
             await asyncio.wait(waits, return_when=asyncio.FIRST_COMPLETED)
             if task.done():
                 return task.result()
-            if left.done():
+            if gone.done():
                 raise ClientDisconnect
             raise Problem("closing", "The service is shutting down.")
         finally:
@@ -145,7 +144,7 @@ class UnderWay:
             self.worker.lower()
 
     def close(self) -> None:
-        """End what is still under way; again is the same as once."""
+        """End the order. Further calls do nothing."""
         if self._closed:
             return
         self._closed = True
@@ -157,46 +156,47 @@ class UnderWay:
 
 
 class Renders:
-    """The renders of one process.
-
-    apart: in processes of their own, which make an engine of their own; otherwise with `engine`, in threads.
-    """
+    """The renders of one process of the service."""
 
     def __init__(
         self, engine: Engine, settings: Settings, metrics: Metrics, limits: Limits, *, apart: bool = False
     ) -> None:
+        """apart: compute in processes with engines of their own; otherwise in threads, with `engine`."""
         self._engine, self._settings, self._metrics, self._limits = engine, settings, metrics, limits
         self._copies = Copies(settings.cache_bytes, settings.render_seconds_per_client) if apart else None
         self._prices: Counter[str] = Counter()
         self._all: set[UnderWay] = set()
         self._ended = False
         self.places = Places(settings.solves_per_client, settings.max_solves, partial(metrics.waited, "render"))
-        self.under_way = 0
+
+    @property
+    def under_way(self) -> int:
+        """Return how many renders run or wait."""
+        return len(self._all)
 
     def warm_up(self) -> None:
-        """Have the process be there that renders are copied from; for a thread."""
+        """Start the template process of the renders. Blocks for about a second: call it from a thread."""
         if self._copies is not None:
             self._copies.start()
 
     def cut(self) -> None:
-        """End every answer that is not over, and begin no more: the service ends."""
+        """Cut every unfinished answer, and admit no more: the service shuts down."""
         self._ended = True
         for one in self._all:
             one.cut.set()
 
     def close(self) -> None:
-        """Let the processes go."""
+        """End the processes."""
         if self._copies is not None:
             self._copies.close()
 
     async def answer(self, order: Order, body: bytes, request: Request) -> Response:
-        """Return the answer to `order` for the scene in `body`; raises ClientDisconnect where nobody waits any more."""
+        """Return the answer to `order` for the scene in `body`. Raises ClientDisconnect if the client disconnects."""
         if self.under_way >= self._settings.max_renders:
-            raise Problem("full", "Too many renders at one time.", headers={"Retry-After": "1"})
+            raise Problem("full", "Too many renders at a time.", headers={"Retry-After": "1"})
         if self._ended:
             raise Problem("closing", "The service is shutting down.")
         one = UnderWay(self, self._limits.caller(request.scope))
-        self.under_way += 1
         self._all.add(one)
         try:
             head = await one.while_wanted(one.begin(order, body), request.receive)
@@ -214,13 +214,13 @@ class Renders:
         return Response(whole, 200, head.headers, media_type=head.media_type)
 
     async def worker(self, order: Order, body: bytes) -> Worker:
-        """Return who works at `order`."""
+        """Return a worker for `order`."""
         if self._copies is None:
             return ThreadWorker(self._engine, order, body)
         return await self._copies.open(order, body)
 
     def admit(self, one: UnderWay, price: Price) -> None:
-        """Take the price of `one` on; raises Problem where the client, or all together, would have too much."""
+        """Count the price of `one`. Raises Problem if it would exceed the bound of its client or of the service."""
         allowed, in_all = self._settings.render_seconds_per_client, self._settings.render_seconds
         theirs, total = self._prices[one.client], self._prices.total()
         costs = f"This render would take about {price.seconds:.0f} s of processor time"
@@ -229,22 +229,21 @@ class Renders:
         if theirs + price.seconds > allowed:
             raise Problem(
                 "too-many-renders",
-                f"{costs}, and your renders under way {theirs:.0f} s; one client may have {allowed:g} s under way "
+                f"{costs}, and your renders under way {theirs:.0f} s. A client may have {allowed:g} s under way "
                 "(RIDGEWAVE_RENDER_SECONDS_PER_CLIENT). Wait for them, end one, or shorten output.duration.",
                 headers={"Retry-After": str(RETRY_SECONDS)},
             )
         if total + price.seconds > in_all:
             raise Problem(
                 "full",
-                f"{costs}, and all renders under way {total:.0f} s; the service takes on {in_all:g} s "
+                f"{costs}, and all renders under way {total:.0f} s. The service admits {in_all:g} s "
                 "(RIDGEWAVE_RENDER_SECONDS). Try again later, or shorten output.duration.",
                 headers={"Retry-After": str(RETRY_SECONDS)},
             )
         self._prices[one.client] += price.seconds  # type: ignore[assignment]
 
     def leave(self, one: UnderWay) -> None:
-        """Take note that `one` is over."""
-        self.under_way -= 1
+        """Forget `one`, which is over."""
         self._all.discard(one)
         if one.seconds:
             self._prices[one.client] -= one.seconds  # type: ignore[assignment]

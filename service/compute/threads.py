@@ -1,9 +1,9 @@
-"""Threads that nothing waits for at the end of the process, unlike those of `concurrent.futures`.
+"""Threads that do not delay the end of the process, unlike those of `concurrent.futures`.
 
-Model: `Solves` runs each call in a thread of its own, within `places`. `BlockThreads` is an executor of a few threads,
-    for blocks of streams, which come a hundred a second. All are daemons: a process that is told to end, ends.
-Limits: a thread cannot be stopped, nor have a lower priority: on a busy machine it would hold the interpreter, and all
-    streams would wait for it. What must be stopped runs in a process (`service.compute.render_process`).
+Model: `Solves` runs each call in a thread of its own, within slots (`work_places`). `BlockThreads` is an executor with
+    a few threads, for blocks of streams, which come a hundred times per second. All threads are daemons.
+Limits: a thread can neither be stopped nor have a lower priority. Work that must be stoppable runs in a process
+    (`service.compute.render_process`).
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ Result = TypeVar("Result")
 
 
 class ThreadWork:
-    """One call in a thread of its own. done: what it returned or raised. over: called in the loop when it has ended."""
+    """One call in a thread of its own. The future `done` has its outcome; `over` is called in the loop when it ends."""
 
     def __init__(self, work: Callable[[], Any], name: str, over: Callable[[], None] = lambda: None) -> None:
         self._loop, self._work, self._over = asyncio.get_running_loop(), work, over
@@ -37,13 +37,13 @@ class ThreadWork:
             result = self._work()
         except BaseException as raised:
             error = raised
-        with suppress(RuntimeError):  # the loop is closed: nobody waits
+        with suppress(RuntimeError):  # the loop is closed
             self._loop.call_soon_threadsafe(self._tell, result, error)
 
     def _tell(self, result: Any, error: BaseException | None) -> None:
         self._over()
         if self.done.done():
-            return  # whoever waited has gone
+            return  # cancelled
         if error is None:
             self.done.set_result(result)
         else:
@@ -51,20 +51,20 @@ class ThreadWork:
 
 
 class Solves:
-    """Solving for whoever moves or steers a sound: sessions that open, changes of their scenes, and tables."""
+    """Solves for sessions that open, for changes of their scenes, and for tables."""
 
     def __init__(self, places: Places) -> None:
         self._places = places
 
     async def run(self, client: str, work: Callable[..., Result], *arguments: Any) -> Result:
-        """Return what `work` returns, from a thread, once there is a place for this work of `client`."""
+        """Return what `work` returns, from a thread, once `client` has a slot for it."""
         place = await self._places.enter(client)
         result: Result = await ThreadWork(partial(work, *arguments), "solve", place.leave).done
         return result
 
 
 class BlockThreads(Executor):
-    """`most` threads; waited: told how long (s) each call waited for one."""
+    """An executor of at most `most` threads. `waited` is called with the seconds that each call waited for a thread."""
 
     def __init__(self, most: int, waited: Callable[[float], None]) -> None:
         self._most, self._waited = most, waited
@@ -73,7 +73,7 @@ class BlockThreads(Executor):
         self._lock = threading.Lock()
 
     def submit(self, work: Callable[..., Result], /, *arguments: Any, **named: Any) -> Future[Result]:
-        """Have a thread call `work`."""
+        """Call `work` in a thread."""
         future: Future[Result] = Future()
         with self._lock:
             self._busy += 1
@@ -84,7 +84,7 @@ class BlockThreads(Executor):
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Let the threads go; none is waited for."""
+        """End the threads after the calls that are queued; wait for none."""
         with self._lock:
             for _ in range(self._threads):
                 self._calls.put(None)

@@ -1,10 +1,10 @@
-"""Places for work that takes a millisecond or a minute, which nobody knows before: what turns out long makes room.
+"""Places (slots) for work that takes a millisecond or a minute, which is not known beforehand.
 
-Model: work begins in one of a few places. After LONG_SECONDS it is long: it gives its place up, is told so, that it
-    may go on at a lower priority, and counts as long work of its client and of all. So short work waits for short work
-    only. Where a client has as much long work as it may have, or all have, the next one keeps its place; a client keeps
-    half of the places at most. Clients that wait take turns.
-Limits: of one event loop. The bounds count work and not its seconds; renders have bounds of those (`rendering`).
+Model: work begins in one of a few places for short work. After LONG_SECONDS it counts as long: it gives its place up,
+    `lower` is called so that it can continue at a lower priority, and it counts against the bounds on long work of its
+    client and of all clients. Short work therefore waits for short work only. Where a bound on long work is reached,
+    the work keeps its place; a client keeps half of the places at most. Waiting clients take turns.
+Limits: for one event loop. The bounds count pieces of work, not seconds; `renders` bounds the seconds.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ import os
 from collections import Counter, OrderedDict, deque
 from collections.abc import Callable
 
-LONG_SECONDS = 0.5  # shorter, and opening the default scene on a busy machine is long work
-STARVED_SECONDS = 1.0  # of waiting for others: readiness says so
-SHORT_PLACES = 4 * max(2, os.cpu_count() or 2)  # fewer wait for each other; more share the processors in smaller parts
+LONG_SECONDS = 0.5  # with less, opening the default scene on a busy machine would count as long
+STARVED_SECONDS = 1.0  # of waiting for other clients, before `/readyz` reports it
+SHORT_PLACES = 4 * max(2, os.cpu_count() or 2)  # with fewer, work waits needlessly; with more, all of it is slower
 
 
 class Place:
-    """The place of one work. lower: called when it has become long."""
+    """The place of one piece of work. lower: called when the work becomes long."""
 
     def __init__(self, places: Places, client: str, lower: Callable[[], None] = lambda: None) -> None:
         self.client, self.lower = client, lower
@@ -31,7 +31,7 @@ class Place:
         self._alarm = loop.call_at(self.overdue_at, places.look)
 
     def leave(self) -> None:
-        """Give the place up; again is the same as once."""
+        """Give the place up. Further calls do nothing."""
         self._alarm.cancel()
         self._places.left(self)
 
@@ -42,7 +42,8 @@ Waiting = tuple[float, Callable[[], None], "asyncio.Future[Place]"]
 class Places:
     """The places of one kind of work.
 
-    for_client, for_all: how much of it may be long at one time. waited: told how long (s) each waited for its place.
+    for_client, for_all: how many may be long at a time.
+    waited: called with the seconds that each piece of work waited for its place.
     """
 
     def __init__(self, for_client: int, for_all: int, waited: Callable[[float], None]) -> None:
@@ -53,7 +54,7 @@ class Places:
         self._queues: OrderedDict[str, deque[Waiting]] = OrderedDict()
 
     def starved(self) -> float:
-        """Return for how many seconds a client has waited for others; 0 below STARVED_SECONDS."""
+        """Return the seconds that a client has waited for other clients; 0 below STARVED_SECONDS."""
         if not self._queues:
             return 0.0
         now = asyncio.get_running_loop().time()
@@ -62,7 +63,7 @@ class Places:
         return longest if longest >= STARVED_SECONDS else 0.0
 
     async def enter(self, client: str, lower: Callable[[], None] = lambda: None) -> Place:
-        """Return a place for work of `client` once there is one."""
+        """Return a place for work of `client` as soon as one is free."""
         loop = asyncio.get_running_loop()
         began = loop.time()
         turn: asyncio.Future[Place] = loop.create_future()
@@ -79,14 +80,14 @@ class Places:
         return place
 
     def left(self, place: Place) -> None:
-        """Take note that the work of `place` is over, or needs no place any more."""
+        """Free `place`."""
         if place in self._held:
             self._held.discard(place)
             self._count(place, -1)
             self.look()
 
     def look(self) -> None:
-        """Have overdue work become long as far as there is room, and waiting work begin."""
+        """Turn overdue work into long work within the bounds, and let waiting work begin."""
         now = asyncio.get_running_loop().time()
         for place in [held for held in self._held if not held.long and held.overdue_at <= now]:
             if self._long[place.client] < self._for_client and self._long.total() < self._for_all:
@@ -97,14 +98,14 @@ class Places:
         while self._short.total() < SHORT_PLACES and (client := self._next()) is not None:
             _, lower, turn = self._queues[client].popleft()
             if turn.done():
-                continue  # whoever waited has gone
+                continue  # cancelled
             place = Place(self, client, lower)
             self._held.add(place)
             self._count(place, 1)
             turn.set_result(place)
 
     def _next(self) -> str | None:
-        """Return the client whose turn it is, None where nobody waits who may begin."""
+        """Return the client whose turn it is; None if no waiting client may begin."""
         for client, queue in list(self._queues.items()):
             while queue and queue[0][2].done():
                 queue.popleft()

@@ -1,10 +1,9 @@
-"""What `/healthz` says: the process answers, and what of it works and what does not.
+"""The answer of `/healthz`: which parts of the service work on this machine.
 
-Model: what takes time to find out (whether PortAudio is there) is looked for once, in a thread, after the start; an
-    answer only tells what is known. Nothing optional makes the service unhealthy: a machine without PortAudio renders
-    and streams all the same, and says so.
-Limits: PortAudio is looked for, not loaded, since it sees only the devices that are there when it is loaded; whether
-    it finds a device is for `GET /v1/devices`.
+Model: whether PortAudio is installed is checked once, in a thread, after the start; an answer never waits for it. No
+    optional part makes the service unhealthy: a machine without PortAudio renders and streams.
+Limits: PortAudio is looked for but not loaded, because it sees only the devices present when it is loaded. `GET
+    /v1/devices` lists devices.
 """
 
 from __future__ import annotations
@@ -17,13 +16,13 @@ from service import VERSION
 from service.operations.settings import Settings
 from service.sinks.device_list import missing_portaudio
 
-NOT_YET = "not looked for yet: ask again in a second"
+NOT_YET = "not checked yet: try again in a second."
 NO_WEBSOCKETS = "live connections need the Python package websockets: pip install websockets."
-NO_SESSIONS = "sessions of plain HTTP live in one process: start the service with RIDGEWAVE_WORKERS=1."
+NO_SESSIONS = "sessions of plain HTTP need a single process: start the service with RIDGEWAVE_WORKERS=1."
 
 
 class Health:
-    """What is known of the state of one process."""
+    """The known state of one process."""
 
     def __init__(self, settings: Settings) -> None:
         self._audio_device = _capability(None, NOT_YET)
@@ -31,12 +30,12 @@ class Health:
         self._sessions = _capability(settings.workers == 1, NO_SESSIONS)
 
     async def look(self) -> None:
-        """Find out what takes time, once."""
+        """Check for PortAudio."""
         reason = await asyncio.to_thread(missing_portaudio)
         self._audio_device = _capability(reason is None, reason or "")
 
     def document(self, *, ready: bool, workers: int, starved: float) -> dict[str, Any]:
-        """Return the answer; workers: how many are there. starved: for how long (s) short work has waited, or 0."""
+        """Return the answer. starved: seconds that short work has waited to begin."""
         return {
             "status": "ok",
             "version": VERSION,

@@ -1,12 +1,12 @@
-"""The log: a line an event on standard error, plain or JSON, that says which request and which session it belongs to.
+"""The log on standard error: one line per event, plain or JSON, with the request and the session of the event.
 
-Model: the outermost layer notes the request (method and path as it was sent, percent-encoded, so that no client writes
-    lines of its own) and the session that its path names; a filter writes both into every record made meanwhile.
-    uvicorn's loggers and Python's warnings go the same way. At "debug" each request has a line of this module's: the
-    server's own would hold the query.
-Limits: an exception's text stands in the log and never in an answer. Keys stand in neither: no line holds a query,
-    where a mistaken client may have put one, and no library logs headers (`WithoutHeaders`). The id of a session is the
-    right to use it, and stands in the log: keep the log to yourself.
+Model: the outermost layer notes the request (method and path as sent, percent-encoded, so that no client can forge
+    lines) and the session in its path. A filter adds both to every record that is made meanwhile. uvicorn's loggers
+    and Python's warnings go the same way. At "debug" this module writes a line per request, because the server's own
+    lines would hold the query.
+Limits: the text of an exception is logged and never sent. Keys are never logged: no line holds a query, where a client
+    may have put a key by mistake, and no library logs headers (`WithoutHeaders`). Ids of sessions are logged, and
+    whoever knows an id may use the session: keep the log private.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 PLAIN = "%(asctime)s %(levelname)s %(name)s: %(message)s"
 SESSIONS = ("v1", "sessions")
-STATUS_OF = {"websocket.accept": 101, "websocket.close": 403}  # of an answer to a WebSocket's upgrade, by its message
+STATUS_OF = {"websocket.accept": 101, "websocket.close": 403}  # status of the answer to a WebSocket upgrade
 
 access = logging.getLogger("ridgewave.access")
 CUT = "ASGI callable returned without completing response."
-"""What uvicorn says, as an error, of an answer that is cut on purpose, as by a stop or a shutdown."""
+"""uvicorn's error about an answer that was cut on purpose, by a stop or a shutdown."""
 
 
 @dataclass(slots=True)
 class Subject:
-    """What the events of a request are about; one object for all tasks that the request starts."""
+    """The request and session of events; all tasks of a request share one."""
 
     request: str
     session: str | None
@@ -39,7 +39,7 @@ _subject: ContextVar[Subject | None] = ContextVar("subject", default=None)
 
 
 class SubjectFilter(logging.Filter):
-    """Writes the request and the session into each record that does not name its own; lets all pass but CUT."""
+    """Adds the request and the session to each record that has none of its own, and drops CUT."""
 
     def filter(self, record: logging.LogRecord) -> bool:
         """Return True for all but CUT."""
@@ -55,13 +55,13 @@ class SubjectFilter(logging.Filter):
 
 
 class Subjects:
-    """The outermost layer: notes what the events of a request are about."""
+    """The outermost layer: notes the request and the session."""
 
     def __init__(self, app: ASGIApp) -> None:
         self._app = app
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Hand the request on; what it starts (tasks, its answer) belongs to it too."""
+        """Pass the request on. Its tasks inherit the subject."""
         if scope["type"] not in ("http", "websocket"):
             await self._app(scope, receive, send)
             return
@@ -73,15 +73,15 @@ class Subjects:
 
 
 class WithoutHeaders(logging.LoggerAdapter[logging.Logger]):
-    """The logger for a library that would log headers, keys included, at "debug": it has warnings and errors only."""
+    """A logger of warnings and errors only, for a library that logs headers, keys included, at "debug"."""
 
     def isEnabledFor(self, level: int) -> bool:
-        """Return whether `level` is heard."""
+        """Return whether records of `level` are logged."""
         return level >= logging.WARNING and super().isEnabledFor(level)
 
 
 def _noting(scope: Scope, send: Send) -> Send:
-    """Return `send`, which logs the answer when it begins: at "debug" only, since it costs each message a call."""
+    """Return a `send` that logs the status of the answer. Used at "debug" only: it costs a call per message."""
     answered = False
 
     async def noting(message: Message) -> None:
@@ -97,7 +97,7 @@ def _noting(scope: Scope, send: Send) -> Send:
 
 
 def about_session(session: str) -> None:
-    """Have the records of this request, in all its tasks, name `session` from here on: a live connection."""
+    """Name `session` in all further records of this request, which is a live connection."""
     subject = _subject.get()
     if subject is None:
         _subject.set(Subject("", session))
@@ -106,14 +106,14 @@ def about_session(session: str) -> None:
 
 
 def request_line(scope: Scope) -> str:
-    """Return `GET /v1/textures`: the method ("WEBSOCKET" for one) and the path as it was sent, without its query."""
+    """Return the method (or "WEBSOCKET") and the path as sent, without its query: `GET /v1/textures`."""
     raw: bytes | None = scope.get("raw_path")
     path: str = scope["path"] if raw is None else raw.partition(b"?")[0].decode("latin-1")
     return f"{scope.get('method', 'WEBSOCKET')} {path.encode('unicode_escape').decode('ascii')}"
 
 
 def set_up_log(level: str, log_format: str = "text") -> None:
-    """Log to standard error; log_format: "text", a plain line an event, or "json", an object a line."""
+    """Log to standard error. log_format: "text" or "json", one line per event."""
     ours = {"level": level.upper(), "handlers": ["stderr"], "propagate": False}
     least = logging.getLevelNamesMapping()[level.upper()]
     servers = ours | {"level": max(logging.INFO, least)}
@@ -139,7 +139,7 @@ def set_up_log(level: str, log_format: str = "text") -> None:
 
 
 def _reserved() -> list[str]:
-    """Return the fields of a record that stay out: all but those that are asked for, and uvicorn's coloured twin."""
+    """Return the fields of a record that JSON lines leave out."""
     from pythonjsonlogger.core import RESERVED_ATTRS
 
     return [*RESERVED_ATTRS, "color_message"]

@@ -1,8 +1,7 @@
-"""The settings: one table of environment variables, read once at the start and checked before anything else happens.
+"""The settings: environment variables, read and checked once at the start.
 
-Each field of `Settings` is one variable, RIDGEWAVE_ and the field's name in capitals, with its default, what is
-allowed and a sentence; docs/settings.md says the same and a test compares the two. A reader of forty lines is enough
-for flat numbers, names and lists, so there is no settings library.
+Each field of `Settings` is one variable: RIDGEWAVE_ and the field's name in capitals. The field holds its default, its
+allowed values and its description; docs/settings.md has the same, and a test compares the two.
 """
 
 from __future__ import annotations
@@ -19,15 +18,15 @@ from typing import Any
 from synth.errors import Fault, InvalidRequest, shown
 
 PREFIX = "RIDGEWAVE_"
-NODE_NAME = r"[A-Za-z0-9_-]{1,32}"  # no dot: the first one of an id ends the node
+NODE_NAME = r"[A-Za-z0-9_-]{1,32}"  # no dot: in a session's id a dot ends the node's name
 
 
 class SettingsError(InvalidRequest):
-    """A setting is at fault; the pointer of each fault is the name of its environment variable."""
+    """Invalid settings; the pointer of each fault is the name of an environment variable."""
 
 
 def _setting(default: Any, read: Callable[[str], Any], allowed: str, sentence: str) -> Any:
-    """Return a field that knows how to read itself from text; `read` raises ValueError for what is not allowed."""
+    """Return a field with its reader; `read` raises ValueError for text that is not allowed."""
     return field(default=default, metadata={"read": read, "allowed": allowed, "sentence": sentence})
 
 
@@ -85,7 +84,7 @@ _HOST = r"[A-Za-z0-9._-]+|\[[0-9A-Fa-f:.]+\]"
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """What the service was told, checked; times in seconds, sizes in bytes."""
+    """The checked settings; times in seconds, sizes in bytes."""
 
     host: str = _setting(
         "127.0.0.1",
@@ -93,7 +92,7 @@ class Settings:
         "an address or a host name",
         "The address to listen on. Beyond loopback the service starts only with RIDGEWAVE_API_KEYS.",
     )
-    port: int = _setting(8000, _whole(0, 65535), "0 to 65535", "The port to listen on; 0 takes a free one.")
+    port: int = _setting(8000, _whole(0, 65535), "0 to 65535", "The port to listen on; 0 selects a free port.")
     workers: int = _setting(
         1,
         _whole(1, 64),
@@ -104,31 +103,31 @@ class Settings:
         "",
         _matching(NODE_NAME),
         "1 to 32 letters, digits, _ and -",
-        "The name of this process among several behind a proxy: ids of sessions begin with it, as in NODE.RANDOM.",
+        "The name of this process, if a proxy serves several. Ids of sessions begin with it: NODE.RANDOM.",
     )
     api_keys: tuple[str, ...] = _setting(
         (),
         _listed(r"[\x21-\x2b\x2d-\x7e]{1,256}"),
         "keys of visible ASCII characters, separated by commas",
-        "The keys that callers may use: each request carries one as a Bearer token. Empty: no key is required.",
+        "The keys of callers. Each request must carry one as a Bearer token. If empty, no key is required.",
     )
     allowed_hosts: tuple[str, ...] = _setting(
         ("localhost", "127.0.0.1", "[::1]"),
         _listed(rf"\*|{_HOST}"),
         "host names without a port, separated by commas; * for every host, only together with RIDGEWAVE_API_KEYS",
-        "The Host names the service answers to; any other is refused (DNS rebinding).",
+        "The Host names that the service accepts, against DNS rebinding. Requests with other names are refused.",
     )
     allowed_origins: tuple[str, ...] = _setting(
         (),
         _listed(rf"https?://({_HOST})(:[0-9]{{1,5}})?"),
         "origins such as https://lab.example:8443, separated by commas",
-        "Web pages of other origins that may write and read (CORS). The service's own origin always may.",
+        "Origins of other web pages that may use the service (CORS). The service's own pages always may.",
     )
     max_sessions: int = _setting(
         64,
         _whole(1, 10_000),
         "1 to 10000",
-        "Sessions of a worker at one time, and as many live ones. Beyond: 503 with Retry-After, or close code 1013.",
+        "Sessions of a worker at a time, and as many live ones. Beyond: 503 with Retry-After, or close code 1013.",
     )
     session_idle: float = _setting(
         300.0,
@@ -137,13 +136,13 @@ class Settings:
         "A session without a reader, a play or a request for this long expires.",
     )
     max_renders: int = _setting(
-        64, _whole(1, 10_000), "1 to 10000", "Renders running or waiting at one time; one more is answered 503."
+        64, _whole(1, 10_000), "1 to 10000", "Renders running or waiting at a time; further ones get 503."
     )
     render_seconds_per_client: float = _setting(
         36_000.0,
         _number(1.0, 1e9),
         "1 to 1000000000 s",
-        "Processor time that the renders under way of one key or address may be predicted to take; beyond, 429 or 413.",
+        "Predicted processor time of all renders under way of one key or address; beyond, 429 or 413.",
     )
     render_seconds: float = _setting(
         144_000.0,
@@ -155,7 +154,7 @@ class Settings:
         4,
         _whole(1, 10_000),
         "1 to 10000",
-        "Long solves of one key or address at one time: as many for renders as for sessions. Others wait.",
+        "Long solves of one key or address at a time, for renders and for sessions separately. Others wait.",
     )
     max_solves: int = _setting(8, _whole(1, 10_000), "1 to 10000", "The same for all clients of a worker.")
     max_duration: float = _setting(
@@ -165,16 +164,16 @@ class Settings:
         "The longest render, the longest finite stream, and the longest recording of the file sink.",
     )
     max_body: int = _setting(
-        1_048_576, _whole(1024, 67_108_864), "1024 to 67108864 bytes", "The largest request body; beyond it, 413."
+        1_048_576, _whole(1024, 67_108_864), "1024 to 67108864 bytes", "The largest request body; beyond, 413."
     )
     stream_block: float = _setting(
-        0.02, _number(0.001, 0.1), "0.001 to 0.1 s", "The sound in one write of a stream or a play."
+        0.02, _number(0.001, 0.1), "0.001 to 0.1 s", "Duration of one block of a stream or a play."
     )
     lead: float = _setting(
         0.25,
         _number(0.0, 1.0),
         "0 to 1 s",
-        "How far ahead of the clock a stream is sent. A change is heard within the lead; a slow network needs more.",
+        "Time by which a stream is sent ahead of the clock. A change is heard after it; a slow network needs more.",
     )
     max_silence: float = _setting(
         0.25,
@@ -186,28 +185,31 @@ class Settings:
         2000,
         _whole(10, 100_000),
         "10 to 100000 a second",
-        "Messages that one live connection may send; more are dropped unread, ten times as many close it.",
+        "Messages of one live connection per second. More are dropped unread; ten times as many close it.",
     )
     resume: float = _setting(
-        10.0, _number(0.0, 600.0), "0 to 600 s", "How long a live session whose connection broke can be resumed."
+        10.0,
+        _number(0.0, 600.0),
+        "0 to 600 s",
+        "Time for which a live session can be resumed after its connection broke.",
     )
     slow_reader: float = _setting(
         1.0,
         _number(0.05, 60.0),
         "0.05 to 60 s",
-        "How far a real-time stream may fall behind because its client does not read it; then it is closed with 4408.",
+        "Time by which a real-time stream may be late because its client does not read; beyond, close code 4408.",
     )
     file_folder: str = _setting(
         "recordings",
         _matching(r"[^\x00]+"),
         "a folder",
-        'Where the file sink ("file:NAME") writes, and nowhere else; made when it is first needed.',
+        'The only folder that the file sink ("file:NAME") writes to. It is made when it is first needed.',
     )
     web: str = _setting(
         "",
         _folder,
-        "a folder that is there",
-        "The folder with the web page, served at / and /vr, in place of the one that comes with ridgewave.",
+        "an existing folder",
+        "A folder with the web page at / and /vr, instead of the page that is part of ridgewave.",
     )
     cache_bytes: int = _setting(
         268_435_456,
@@ -219,19 +221,19 @@ class Settings:
         1 << 29,
         _whole(1 << 20, 1 << 40),
         "1048576 to 1099511627776 bytes",
-        "Memory of a worker for what live sessions keep, send and record. Those that do not fit are closed with 1013.",
+        "Memory of a worker for the buffers and recordings of live sessions. Beyond, sessions are closed with 1013.",
     )
     shutdown_timeout: int = _setting(
         1,
         _whole(1, 3600),
         "1 to 3600 s, whole",
-        "How long unfinished answers may take after SIGTERM. Streams end at once, with a fade, whatever the value.",
+        "Time for unfinished answers after SIGTERM. Streams fade out and end at once, whatever the value.",
     )
     streams_per_key: int = _setting(
         512,
         _whole(1, 100_000),
         "1 to 100000",
-        "Streams that one key may have at a time in a worker, live ones, HTTP streams and plays together; then 429.",
+        "Streams of one key in a worker at a time: live streams, HTTP streams and plays together; beyond, 429.",
     )
     streams_per_address: int = _setting(
         512, _whole(1, 100_000), "1 to 100000", "The same for one address. All of loopback is one address."
@@ -240,16 +242,16 @@ class Settings:
         500.0,
         _number(0.1, 1e6),
         "0.1 to 1000000",
-        "Requests a second, on average, of one address and of one key in a worker; beyond, 429 with Retry-After.",
+        "Requests per second, on average, of one address or key in a worker; beyond, 429 with Retry-After.",
     )
     request_burst: int = _setting(
-        1000, _whole(1, 1_000_000), "1 to 1000000", "Requests that one address or key may send at once after a pause."
+        1000, _whole(1, 1_000_000), "1 to 1000000", "Requests that one address or key may send at once, after a pause."
     )
     max_stream: float = _setting(
         86_400.0,
         _number(0.05, 31_536_000),
         "0.05 to 31536000 s",
-        "The longest live stream and the longest endless HTTP stream; it ends with a fade.",
+        "The longest live stream or HTTP stream without a duration. It ends with a fade.",
     )
     max_message: int = _setting(
         65_536, _whole(1024, 16_777_216), "1024 to 16777216 bytes", "The largest message of a live connection."
@@ -258,16 +260,16 @@ class Settings:
         (),
         _networks,
         "addresses or networks such as 10.0.0.0/8, separated by commas",
-        "Proxies whose X-Forwarded-For gives the caller's address. Without it, limits count the proxy's address.",
+        "Proxies whose X-Forwarded-For names the caller. Without them, limits count the proxy's address.",
     )
     log_level: str = _setting(
         "info",
         _matching("debug|info|warning|error"),
         "debug, info, warning or error",
-        "The lowest level logged.",
+        "The lowest level that is logged.",
     )
     log_format: str = _setting(
-        "text", _matching("text|json"), "text or json", "Each event as a plain line, or as a JSON object."
+        "text", _matching("text|json"), "text or json", "Write each event as a plain line, or as a JSON object."
     )
 
 
@@ -277,14 +279,14 @@ def variable(name: str) -> str:
 
 
 def setting_fields() -> tuple[Field[Any], ...]:
-    """Return the table: one dataclass field a setting, its `metadata` holding read, allowed and sentence."""
+    """Return one dataclass field per setting; its `metadata` has read, allowed and sentence."""
     return fields(Settings)
 
 
 def read_settings(environment: Mapping[str, str] | None = None, **overrides: object) -> Settings:
-    """Return the settings of `environment` (default: this process's); an override that is not None wins.
+    """Return the settings in `environment`, by default that of this process.
 
-    An empty variable is the default. Raises SettingsError with every setting that is wrong.
+    An override that is not None wins. An empty variable counts as unset. Raises SettingsError with all faults.
     """
     source = os.environ if environment is None else environment
     values: dict[str, Any] = {}
@@ -308,7 +310,7 @@ def read_settings(environment: Mapping[str, str] | None = None, **overrides: obj
 
 
 def as_environment(settings: Settings) -> dict[str, str]:
-    """Return the variables that `read_settings` reads back to `settings`; worker processes get them so."""
+    """Return the variables from which `read_settings` reads `settings`; workers get them."""
     values = {entry.name: getattr(settings, entry.name) for entry in setting_fields()}
     texts = {name: ",".join(value) if isinstance(value, tuple) else str(value) for name, value in values.items()}
     return {variable(name): text for name, text in texts.items()}
@@ -321,12 +323,12 @@ def _fault(entry: Field[Any], text: str) -> Fault:
 
 
 def default_text(entry: Field[Any]) -> str:
-    """Return the default of a setting as it would be written in the environment."""
+    """Return the default of a setting as written in the environment."""
     return (",".join(entry.default) if isinstance(entry.default, tuple) else str(entry.default)) or "none"
 
 
 def _contradictions(settings: Settings) -> list[Fault]:
-    """Return what is wrong between settings that are each allowed."""
+    """Return faults in the combination of valid settings."""
     if "*" in settings.allowed_hosts and not settings.api_keys:
         hint = "Name the hosts, or set RIDGEWAVE_API_KEYS."
         return [Fault(variable("allowed_hosts"), "'*'", "* only together with RIDGEWAVE_API_KEYS", hint)]

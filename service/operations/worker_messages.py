@@ -1,11 +1,11 @@
-"""How the workers of one service speak to each other: a question to all the others, and their answers.
+"""Messages between the workers of one service: a question to all others, and their answers.
 
-Model: each worker has a Unix datagram socket of a random name in one private folder (mode 0700), which the parent
-    makes and removes. Who is there is who has a socket; one that refuses is dead, and its socket is removed. A question
-    leaves before its asker does anything else, and is put again to a worker whose queue is full, so that a stop is
-    lost by none that lives. Answers are waited for a bounded time.
-Limits: a worker that hangs answers late, and does what it was asked when it wakes. Unix only; who may write into the
-    folder (the user that the service runs as) may ask anything.
+Model: each worker has a Unix datagram socket with a random name in a private folder (mode 0700), which the parent makes
+    and removes. Every socket in the folder is a worker. A socket that refuses belongs to a dead worker and is removed.
+    `ask` sends the question before it returns. If a worker's queue is full, the question is sent again until it fits,
+    so that every live worker gets a stop. Answers are awaited for a bounded time.
+Limits: a worker that hangs does what it was asked when it wakes. Unix only. Whoever may write into the folder (the
+    user of the service) may ask any question.
 """
 
 from __future__ import annotations
@@ -25,18 +25,18 @@ from synth.errors import CannotRender
 
 log = logging.getLogger("ridgewave.service")
 
-FOLDER_VARIABLE = "_RIDGEWAVE_SIBLINGS"  # from the parent to its workers; no setting: nobody else has a use for it
-AGAIN_SECONDS = 0.005  # until a full queue is tried again; a stop must be silence within 20 ms
-GIVE_UP_TRIES = 2000  # 10 s, after which the parent has replaced a worker that hangs
-LONGEST_PATH = 100  # bytes of a socket's path: 108 on Linux and 104 on macOS, with the end mark
+FOLDER_VARIABLE = "_RIDGEWAVE_SIBLINGS"  # set by the parent for its workers; not a setting
+AGAIN_SECONDS = 0.005  # between attempts at a full queue; a stop must silence streams within 20 ms
+GIVE_UP_TRIES = 2000  # 10 s
+LONGEST_PATH = 100  # bytes of a socket's path; Linux permits 108, macOS 104, with the final zero
 MESSAGE_BYTES = 65_536
 
 Answers = Mapping[str, Callable[[], dict[str, Any]]]
-"""What a worker can be asked, and what it does and answers then; called in the event loop."""
+"""The action for each question, which returns the answer. Called in the event loop."""
 
 
 class Question:
-    """A question under way, and the answers that have come."""
+    """A question, and the answers that have arrived."""
 
     def __init__(self, asked: set[str]) -> None:
         self.answers: list[dict[str, Any]] = []
@@ -46,17 +46,17 @@ class Question:
 
     @property
     def unanswered(self) -> int:
-        """Return how many live workers have not answered."""
+        """Return the number of live workers that have not answered."""
         return len(self._waiting)
 
     async def wait(self, patience: float) -> list[dict[str, Any]]:
-        """Return the answers once all are there, or those that are there after `patience` seconds."""
+        """Return the answers when all have arrived, or after `patience` seconds those that have."""
         with suppress(TimeoutError):
             await asyncio.wait_for(self._all.wait(), patience)
         return self.answers
 
     def take(self, name: str, answer: dict[str, Any] | None) -> None:
-        """Note the answer of a worker; None: it is dead."""
+        """Take the answer of the worker `name`; None if the worker is dead."""
         if name in self._waiting:
             self._waiting.discard(name)
             if answer is not None:
@@ -69,7 +69,7 @@ class Question:
 
 
 class WorkerMessages:
-    """The other workers, as one worker sees them; without a folder there are none. Of one event loop."""
+    """One worker's connection to the others. Without a folder there are none. For one event loop."""
 
     def __init__(self, folder: Path | None, answers: Answers) -> None:
         self.name = secrets.token_hex(8)
@@ -79,7 +79,7 @@ class WorkerMessages:
         self._questions: dict[str, Question] = {}
 
     def open(self) -> None:
-        """Begin to answer, in the running event loop."""
+        """Begin to answer questions, in the running event loop."""
         if self._folder is None:
             return
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
@@ -88,23 +88,23 @@ class WorkerMessages:
         asyncio.get_running_loop().add_reader(self._socket, self._read)
 
     def close(self) -> None:
-        """Be gone; again is the same as once."""
+        """Leave the folder. Further calls do nothing."""
         if self._socket is not None:
-            with suppress(RuntimeError):  # the loop is closed already
+            with suppress(RuntimeError):  # the loop is closed
                 asyncio.get_running_loop().remove_reader(self._socket)
             self._socket.close()
             self._socket = None
             self._path(self.name).unlink(missing_ok=True)
 
     def present(self) -> set[str]:
-        """Return the names of the others that have a socket."""
+        """Return the names of the other workers."""
         if self._folder is None:
             return set()
         names = {entry.removesuffix(".sock") for entry in os.listdir(self._folder) if entry.endswith(".sock")}
         return names - {self.name}
 
     def ask(self, what: str) -> Question:
-        """Put the question `what` to all the others; it has left, or waits for a full queue, on return."""
+        """Send the question `what` to all others; on return it has left, except where a queue is full."""
         others = self.present() if self._socket is not None else set()
         question, number = Question(set(others)), secrets.token_hex(8)
         if others:
@@ -131,7 +131,7 @@ class WorkerMessages:
             log.exception("our mistake: a worker could not be asked")
 
     def _read(self) -> None:
-        """Take what has come; the loop calls it when there is something."""
+        """Handle the messages that have arrived."""
         while self._socket is not None:
             try:
                 text = self._socket.recv(MESSAGE_BYTES)
@@ -145,8 +145,8 @@ class WorkerMessages:
     def _take(self, message: dict[str, Any]) -> None:
         if "ask" in message:
             answer = self._can_answer[message["ask"]]()
-            says = {"answer": answer, "number": message["number"], "from": self.name}
-            self._send(message["from"], says, None)
+            reply = {"answer": answer, "number": message["number"], "from": self.name}
+            self._send(message["from"], reply, None)
         elif question := self._questions.get(message["number"]):
             question.take(message["from"], message["answer"])
 
@@ -156,6 +156,6 @@ class WorkerMessages:
 
 
 def check_folder(folder: Path) -> None:
-    """Raise CannotRender where sockets in `folder` would have too long a path for the system."""
+    """Raise CannotRender if paths of sockets in `folder` would be too long for the system."""
     if len(os.fsencode(folder)) + 1 + 16 + len(".sock") > LONGEST_PATH:
-        raise CannotRender("the folder for temporary files has too long a name for sockets: set TMPDIR to a short one.")
+        raise CannotRender("the path of the folder for temporary files is too long for sockets: set a shorter TMPDIR.")

@@ -1,8 +1,7 @@
-"""What each worker process starts from, when there is more than one: its settings come from the environment.
+"""The entry point of each worker process, where there are several. It reads its settings from the environment.
 
-Model: a worker whose parent has gone (killed, out of memory) ends as if it had been told to: nobody would replace it,
-    and nobody could end it by ending the service. It learns it from a pipe that the parent holds open, which tells it
-    also where the parent went while the worker was still starting.
+Model: a worker ends, as after SIGTERM, when its parent has gone, because nothing else would replace or end it. It
+    notices from a pipe that the parent holds open, even if the parent went while the worker was starting.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ log = logging.getLogger("ridgewave.service")
 
 
 def app(engine: Engine | None = None) -> FastAPI:
-    """Return the application of this worker; `engine` is `synth` unless a test brings its own."""
+    """Return the application of this worker. engine: `synth`, unless a test passes another."""
     settings = read_settings()
     set_up_log(settings.log_level, settings.log_format)
     folder = os.environ.get(FOLDER_VARIABLE)
@@ -42,7 +41,7 @@ def app(engine: Engine | None = None) -> FastAPI:
 
 
 def _with_parent(lifespan: Callable[[FastAPI], Any]) -> Callable[[FastAPI], Any]:
-    """Return `lifespan`, ended when the parent of this process has gone."""
+    """Return a `lifespan` that ends when the parent process has gone."""
 
     @asynccontextmanager
     async def watched(app: FastAPI) -> AsyncIterator[None]:
@@ -55,9 +54,9 @@ def _with_parent(lifespan: Callable[[FastAPI], Any]) -> Callable[[FastAPI], Any]
 
 @contextmanager
 def _ended_by_parent(loop: asyncio.AbstractEventLoop) -> Iterator[None]:
-    """Within, the end of the parent process ends this one, at once where it has gone already."""
+    """Within, this process ends with its parent, at once if that has already gone."""
     parent = multiprocessing.parent_process()
-    if parent is None:  # started by hand: whoever did that ends it
+    if parent is None:  # started by hand
         yield
         return
     pipe = parent.sentinel

@@ -1,12 +1,11 @@
-"""Where audio goes on the server's or the listener's own machine: a device, or a file in the one folder for it.
+"""Outputs on the machine itself: audio devices, and files in one folder.
 
-Model: sound leaves in three ways, all behind the live voice's limiter. They differ in who keeps the time. A device
-    (`audio_device`) keeps it: a thread fills a ring ahead of its callback. A file (`file_sink`) keeps none, and is
-    written at the pace of a clock. A network peer (`http.paced_stream`, and the live protocol) is no `Sink`: the event
-    loop writes to it, by the server's clock or as the peer asks for more, so that many peers need no threads. A failure
-    in one of them ends that one; the session and the others go on.
-    `open_sink` turns the `device` of a request into a `sink.Sink`: "file:NAME" is a file sink in the folder that the
-    settings name, anything else is an audio device. PortAudio is loaded with the first device, not before.
+Model: sound leaves the service in three ways, all behind the limiter of the live voice. They differ in what keeps the
+    time. A device (`audio_device`) keeps it itself: a thread fills a ring buffer ahead of the device's callback. A file
+    (`file_sink`) is written at the pace of a clock. A network peer (`http.paced_stream`, and the live protocol) is not
+    a `Sink`: the event loop writes to it, so that many peers need no threads. If one output fails, the session and
+    its other outputs continue.
+    PortAudio is loaded with the first device.
 """
 
 from __future__ import annotations
@@ -26,11 +25,12 @@ FILE_PREFIX = "file:"
 
 
 def open_sink(device: str | int | None, folder: Path | None, claims: Claims | None = None) -> Sink:
-    """Return the sink, not yet started, for `device`: "file:NAME", the name or index of a device, None = the default.
+    """Return the sink for `device`, not yet started. File sinks keep real time, as devices do.
 
-    folder: where file sinks may write; None where this service has none. claims: the devices that play in this process.
-    A file sink made here keeps real time, as a device would. Raises InvalidRequest for a bad NAME, CannotRender where
-    there is no folder.
+    device: "file:NAME", or the name or index of a device; None for the default device.
+    folder: the folder of file sinks; None if there is none.
+    claims: the devices that are in use by this process.
+    Raises InvalidRequest for an invalid NAME, CannotRender if there is no folder.
     """
     if isinstance(device, str) and device.startswith(FILE_PREFIX):
         if folder is None:

@@ -1,18 +1,17 @@
-"""The device sink: blocks to a voice coil or a loudspeaker, through PortAudio.
+"""Plays blocks on an audio device, such as a voice coil or a loudspeaker, through PortAudio.
 
-Model: `write` fills a ring of four blocks ahead, and as many more as the device holds itself, since it takes those in
-    one gulp when it starts. PortAudio's callback copies from the ring and does nothing else: it zero-fills and counts
-    where the ring is short, and never raises, waits or allocates. The stream starts when the ring is full, so a sound
-    never begins with an underrun; where one comes all the same, its edges are softened. `stop` fades what is under way
-    to zero in 5 ms inside the callback, for a voice coil cut off in full swing is felt as a knock.
-    Late sound is dropped rather than played: where the device asked for nothing for `STALLED_SECONDS`, what waits in
-    the ring belongs to a moment that has passed, and the sound goes on with what is rendered then.
-Source: python-sounddevice over PortAudio; float32 all the way, so the device gets the very samples of the voice.
-Limits: latency is the ring (40 ms at the default, and the device's own once more) plus the device's own. A device
-    that takes nothing for the time that `write` may wait has stalled; one whose stream ends by itself has vanished:
-    both are told by `failure` and by the next `write`, and it does not play again when it comes back, since nobody
-    waits for an actuator to move then. Opening and starting a device is given 5 s, ending a stalled one 1 s; then it is
-    left behind and `failure` says so. What the device holds itself (two periods and more) is out of reach.
+Model: `write` fills a ring buffer, from which PortAudio's callback copies. The ring holds four blocks and as many more
+    as the device buffers itself, because the device takes those at once when it starts. Where the ring is short, the
+    callback writes zeros and counts an underrun; it never raises, waits or allocates. The stream starts when the ring
+    is full, so that a sound does not begin with an underrun. The edges of later underruns are softened.
+    `stop` fades to zero in 5 ms inside the callback, because an abrupt end of a voice coil is felt as a knock.
+    If the device has taken nothing for `STALLED_SECONDS`, the frames in the ring are stale and dropped.
+Source: python-sounddevice over PortAudio. Samples are float32 throughout, so the device gets the voice's samples.
+Limits: the latency is the ring (40 ms by default, plus as much as the device buffers) plus the device's own. A device
+    that takes nothing for the timeout of `write` has stalled. A device whose stream ends by itself has vanished.
+    `failure` and the next `write` report both. The device does not play again when it comes back, because an actuator
+    must not move unexpectedly. Opening and starting a device may take 5 s, and ending it 1 s; after that the driver's
+    thread is abandoned and `failure` says so. What the device has buffered (two periods or more) cannot be dropped.
 """
 
 from __future__ import annotations
@@ -33,15 +32,15 @@ from synth.encode.formats import Block, Metadata
 from synth.errors import CannotRender
 
 BLOCK_SECONDS = 0.010  # the callback's period: longer adds latency, shorter costs wake-ups
-RING_BLOCKS = 4  # three is the least that rides out a late thread; each adds a period of latency
-FADE_SECONDS = 0.005  # of `stop`: well below the 20 ms it is allowed, long enough not to knock
-STALLED_SECONDS = 0.5  # without a callback: fifty periods, longer than the hiccups of a busy machine
-OPEN_SECONDS = 5.0  # what PortAudio gets to open or to start a stream; wireless devices take a second or two
-END_SECONDS = 1.0  # what PortAudio gets to end a stream
+RING_BLOCKS = 4  # at least three, to survive a late thread; each adds a period of latency
+FADE_SECONDS = 0.005  # of `stop`: below the 20 ms that a stop may take, and long enough to avoid a knock
+STALLED_SECONDS = 0.5  # without a callback: 50 periods, longer than the delays of a busy machine
+OPEN_SECONDS = 5.0  # for PortAudio to open or start a stream; wireless devices take a second or two
+END_SECONDS = 1.0  # for PortAudio to end a stream
 
 
 class DeviceSink:
-    """Plays what it is given on one output device."""
+    """Plays blocks on one output device."""
 
     def __init__(
         self,
@@ -51,34 +50,35 @@ class DeviceSink:
         ring_blocks: int = RING_BLOCKS,
         claims: Claims | None = None,
     ) -> None:
-        """Take the name or index of a device, None for the default; nothing is opened before `start`.
+        """Open nothing yet.
 
-        claims: the devices that play in this process; None where this is the only sink.
+        device: its name or index; None for the default device.
+        claims: the devices in use by this process; None if this is the only sink.
         """
         assert ring_blocks >= 3, "a ring shorter than three blocks runs dry"
         self.name = "the default device" if device is None else str(device)
         self.underruns = 0  # callbacks that found the ring short
         self.device_underflows = 0  # gaps that PortAudio itself reports
-        self.dropped_frames = 0  # that waited while the device stalled
+        self.dropped_frames = 0  # stale after a stall
         self._device, self._block_seconds, self._ring_blocks = device, block_seconds, ring_blocks
         self._claims = claims or Claims()
         self._stream: Any = None
         self._failure: str | None = None
-        self._lock = threading.Lock()  # one thread at a time starts or ends the stream; the callback never takes it
+        self._lock = threading.Lock()  # starting and ending the stream; never taken by the callback
         self._playing = self._begun = self._fading = self._closed = False  # begun: the callback was called
         self._faded = 0
         self._called = 0.0
 
     @property
     def latency(self) -> float:
-        """Return the seconds from `write` to the device's output, the whole ring included."""
+        """Return the seconds from `write` to the output, with a full ring."""
         if self._stream is None:
             return self._ring_blocks * self._block_seconds
         return self._ring.capacity / self._sample_rate + self._device_latency
 
     @property
     def failure(self) -> str | None:
-        """Return why the device no longer plays, None while it does."""
+        """Return why the device no longer plays; None while it plays."""
         if self._failure is None and self._stalled():
             return _stall_sentence(self.name, STALLED_SECONDS)
         return self._failure
@@ -86,8 +86,7 @@ class DeviceSink:
     def start(self, sample_rate: int, channels: int, metadata: Metadata | None = None) -> None:
         """Open the device.
 
-        Raises InvalidRequest for one that is not there, DeviceBusy for one that plays, CannotRender where it does not
-        open.
+        Raises InvalidRequest if there is no such device, DeviceBusy if it is in use, CannotRender if it does not open.
         """
         assert self._stream is None, "a sink starts once"
         sounddevice = portaudio()
@@ -102,7 +101,7 @@ class DeviceSink:
         self._index = device["index"]
 
     def _prepare(self, sounddevice: Any, device: DeviceDescription, sample_rate: int, channels: int) -> None:
-        """Make the stream, not yet running, and the ring before it."""
+        """Make the stream, not yet running, and its ring."""
         block = max(1, round(self._block_seconds * sample_rate))
         self._sample_rate = sample_rate
         fade_frames = max(2, round(FADE_SECONDS * sample_rate))
@@ -114,7 +113,7 @@ class DeviceSink:
         self._ring = Ring((self._ring_blocks + own_blocks) * block, channels)
 
     def write(self, block: Block, timeout: float = WRITE_TIMEOUT_S) -> None:
-        """Queue `block`, waiting for room. Raises CannotRender after `timeout` seconds in which nothing was taken."""
+        """Put `block` into the ring. Raises CannotRender if the device takes nothing for `timeout` seconds."""
         assert self._stream is not None, "start comes first"
         assert block.dtype == np.float32 and block.ndim == 2, "blocks are float32 [frames, channels]"
         done, moved = 0, time.monotonic()
@@ -137,18 +136,18 @@ class DeviceSink:
                 time.sleep(self._block_seconds / 4)
 
     def stop(self) -> None:
-        """Fade to silence in 5 ms, drop what waits, end."""
+        """Fade to silence in 5 ms, drop the rest of the ring, and end."""
         self._finish(fade=True)
 
     def close(self) -> None:
-        """Play what waits, then end; a device that fails meanwhile is told by `failure`."""
+        """Play the rest of the ring, then end. `failure` tells if the device fails meanwhile."""
         self._finish(fade=False)
 
     def _open(self, sounddevice: Any, device: DeviceDescription, sample_rate: int, channels: int, block: int) -> Any:
         """Return the stream, not yet running."""
 
         def opened() -> Any:
-            """Open it; for a thread, since a broken driver may never return."""
+            """Open the stream. Runs in a thread, because a broken driver may never return."""
             return sounddevice.OutputStream(
                 samplerate=sample_rate,
                 blocksize=block,
@@ -171,7 +170,7 @@ class DeviceSink:
             raise CannotRender(f"{self.name} does not open for {asked} (it has {offers}): {error}.") from error
 
     def _fill(self, out: Block, frames: int, times: Any, status: Any) -> None:
-        """Copy the next frames to the device: PortAudio's callback, in its own thread."""
+        """Copy the next frames to the device. This is PortAudio's callback, in a thread of its own."""
         stalled, self._called, self._begun = self._begun and self._stalled(), time.monotonic(), True
         if status.output_underflow:
             self.device_underflows += 1
@@ -183,7 +182,7 @@ class DeviceSink:
             out[taken:] = 0.0
             if not self._closed:
                 self.underruns += 1
-        self._joins.soften(out, frames if self._closed else taken)  # once all is written, zeros are no gap
+        self._joins.soften(out, frames if self._closed else taken)  # after the last frame zeros are not a gap
         if self._fading:
             count = min(frames, len(self._ramp) - self._faded)
             out[:count] *= self._ramp[self._faded : self._faded + count]
@@ -191,12 +190,12 @@ class DeviceSink:
             self._faded += count
 
     def _ended(self) -> None:
-        """Note that the stream is over: PortAudio's callback, also for a device that has gone."""
+        """Note that the stream has ended. PortAudio calls this, also when a device vanishes."""
         if not self._closed:
-            self._failure = f"{self.name} stopped by itself: the device has gone, or its driver failed."
+            self._failure = f"{self.name} stopped by itself: the device was removed, or its driver failed."
 
     def _play(self) -> None:
-        """Let the stream run; under the lock."""
+        """Start the stream. Needs the lock."""
         if self._playing:
             return
         self._called = time.monotonic()
@@ -213,7 +212,7 @@ class DeviceSink:
         return self._playing and time.monotonic() - self._called > STALLED_SECONDS
 
     def _finish(self, fade: bool) -> None:
-        """Let the callback drain the ring, or fade it, unless the device has failed; then end the stream."""
+        """Let the callback empty the ring or fade out, unless the device has failed; then end the stream."""
         with self._lock:
             if self._closed:
                 return
@@ -235,7 +234,7 @@ class DeviceSink:
         return self._faded >= len(self._ramp) if self._fading else self._ring.filled == 0
 
     def _end(self) -> None:
-        """End the stream, which PortAudio may wait for ever to do for a stalled device."""
+        """End the stream. For a stalled device PortAudio may never return."""
         self._failure = failure = self.failure
         try:
             within(END_SECONDS, lambda: self._end_stream(abort=failure is not None))
@@ -247,7 +246,7 @@ class DeviceSink:
         try:
             if abort:
                 self._stream.abort()
-            else:  # waits until the device has played what PortAudio still holds
+            else:  # returns when the device has played what PortAudio holds
                 self._stream.stop()
             self._stream.close()
         except portaudio().PortAudioError as error:

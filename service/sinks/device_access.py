@@ -1,11 +1,11 @@
-"""Access to audio devices: one play a device, and calls into a driver that may never return.
+"""Exclusive use of audio devices, and calls into a driver that may never return.
 
-Model: a play claims its device by PortAudio's index before it opens it, since a device would sound the sum of two, and
-    gives it back when its stream has ended. One that is just ending is waited for, so that a play may follow another at
-    once. A call into a driver runs in a thread of its own, which is left behind where it takes too long: nothing can
-    end it. What it returns too late is handed to `too_late`, so that a device that opens after all is closed again.
-Limits: of one process. Another process's sound is not seen, nor that two names may lead to one piece of hardware:
-    ALSA's "default" is another device here than the card behind it.
+Model: a play claims its device by PortAudio's index, because a device would play the sum of two sounds. It releases the
+    claim when its stream has ended. A new play waits briefly for a device whose play is just ending. A call into a
+    driver runs in a thread of its own. A thread that takes too long is abandoned, because nothing can stop it; its late
+    result goes to `too_late`, so that a device that opens after all is closed again.
+Limits: claims hold within one process. Two names may lead to the same hardware: ALSA's "default" and the card behind it
+    are different devices here.
 """
 
 from __future__ import annotations
@@ -17,29 +17,29 @@ from typing import TypeVar
 
 from synth.errors import CannotRender
 
-PATIENCE_SECONDS = 0.5  # for a play that ends: its fade, and the ring that a device still plays, take 0.1 s
+PATIENCE_SECONDS = 0.5  # for a play that is ending; its fade and the rest of its ring take 0.1 s
 
 
 class DeviceBusy(CannotRender):
-    """Something plays on the device already."""
+    """The device is in use by another play."""
 
 
 class Claims:
-    """The devices that play, for plays in any thread."""
+    """The devices in use. Thread-safe."""
 
     def __init__(self) -> None:
         self._taken: set[int] = set()
         self._changed = threading.Condition()
 
     def take(self, index: int, name: str, patience: float = PATIENCE_SECONDS) -> None:
-        """Claim the device `index`, called `name`; raises DeviceBusy where it is not free within `patience` seconds."""
+        """Claim the device `index`, called `name`. Raises DeviceBusy if it is not free within `patience` seconds."""
         with self._changed:
             if not self._changed.wait_for(lambda: index not in self._taken, patience):
                 raise DeviceBusy(f"{name} plays already. End that play, or name another device.")
             self._taken.add(index)
 
     def give_back(self, index: int) -> None:
-        """Let the device be claimed again."""
+        """Release the device."""
         with self._changed:
             self._taken.discard(index)
             self._changed.notify_all()
@@ -49,7 +49,7 @@ Result = TypeVar("Result")
 
 
 def within(seconds: float, work: Callable[[], Result], too_late: Callable[[Result], None] | None = None) -> Result:
-    """Return what `work` returns, or raise what it raises; TimeoutError where it takes longer than `seconds`."""
+    """Return what `work` returns, or raise what it raises. Raises TimeoutError after `seconds`."""
     future: Future[Result] = Future()
 
     def run() -> None:

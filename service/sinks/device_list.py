@@ -1,8 +1,8 @@
-"""The audio output devices of this machine, and PortAudio itself, which is loaded here and only when asked for.
+"""The audio output devices of this machine, and PortAudio itself, which is loaded on first use.
 
 Source: python-sounddevice over PortAudio.
-Limits: PortAudio looks at the devices once, when it is loaded: one plugged in later is seen by the next process.
-    Loading can take a second where many devices are probed: call it in a thread from async code.
+Limits: PortAudio looks for devices once, when it is loaded; only a new process sees one that is plugged in later.
+    Loading may take a second where many devices are probed: call it from a thread.
 """
 
 from __future__ import annotations
@@ -31,20 +31,20 @@ class DeviceDescription(TypedDict):
 
 
 def portaudio() -> Any:
-    """Return the sounddevice module; raises CannotRender that says what to install."""
+    """Return the sounddevice module. Raises CannotRender that says what to install."""
     try:
         import sounddevice
     except ImportError as error:
         raise CannotRender("audio devices need the Python package sounddevice: pip install sounddevice.") from error
-    except OSError as error:  # what sounddevice raises where the library is missing
+    except OSError as error:  # PortAudio is missing
         raise CannotRender(f"{INSTALL_PORTAUDIO} ({error}).") from error
-    except Exception as error:  # its PortAudioError, which has no name yet when the import fails
+    except Exception as error:  # its PortAudioError, which cannot be imported
         raise CannotRender(f"PortAudio did not start: {error}.") from error
     return sounddevice
 
 
 def missing_portaudio() -> str | None:
-    """Return why there can be no audio devices here, None where PortAudio is there; loads nothing, takes a moment."""
+    """Return why audio devices are not available; None if PortAudio is installed. Loads nothing."""
     if importlib.util.find_spec("sounddevice") is None:
         return "audio devices need the Python package sounddevice: pip install sounddevice."
     if importlib.util.find_spec("_sounddevice_data") is None and ctypes.util.find_library("portaudio") is None:
@@ -53,14 +53,14 @@ def missing_portaudio() -> str | None:
 
 
 def let_go_at_exit() -> None:
-    """Keep PortAudio from ending its streams at exit: for a stalled device it would wait for ever, and so would we."""
+    """Do not end PortAudio's streams at exit: with a stalled device the process would never exit."""
     handler = getattr(portaudio(), "_exit_handler", None)
     if handler is not None:
         atexit.unregister(handler)
 
 
 def list_devices() -> list[DeviceDescription]:
-    """Return the devices that can play, in PortAudio's order; raises CannotRender without PortAudio."""
+    """Return the output devices in PortAudio's order. Raises CannotRender without PortAudio."""
     sounddevice = portaudio()
     default = sounddevice.default.device[1]
     hosts = sounddevice.query_hostapis()
@@ -79,9 +79,9 @@ def list_devices() -> list[DeviceDescription]:
 
 
 def find_device(wanted: str | int | None) -> DeviceDescription:
-    """Return the device of this index or name (whole, or a part that only one has), or the default device for None.
+    """Return the device with this index, name or unique part of a name; for None the default device.
 
-    Raises InvalidRequest that lists the devices, CannotRender where there is none at all.
+    Raises InvalidRequest that lists the devices, CannotRender if there are none.
     """
     devices = list_devices()
     if not devices:
@@ -97,7 +97,7 @@ def find_device(wanted: str | int | None) -> DeviceDescription:
 
 
 def _matching(devices: list[DeviceDescription], wanted: str | int) -> list[DeviceDescription]:
-    """Return the devices with this index, else with exactly this name, else with it as a part of theirs."""
+    """Return the devices with this index, else with this name, else with this part of a name."""
     text = str(wanted).strip().casefold()
     by_index = [device for device in devices if str(device["index"]) == text]
     by_name = [device for device in devices if device["name"].casefold() == text]

@@ -1,11 +1,11 @@
-"""Playing a session into a sink of this machine: a device, or a file in the one folder for recordings.
+"""Plays a session into a sink of this machine: a device, or a file in the folder for recordings.
 
-Model: one thread a play takes blocks from the session and writes them to the sink, which sets the pace. An end that is
-    asked for is a fade of 10 ms, then the sink lets out what it holds and closes; a stop also has a device drop that.
-    A sink that fails ends the play and nothing else: the session, its stream and its next play go on. A device that
-    stalled for 2 s has failed, and does not begin to move again by itself when it comes back: play again.
-Limits: a play ends by itself after RIDGEWAVE_MAX_DURATION. What went wrong meanwhile (a device that vanished, a full
-    disk) is told by `document` and the log, since nobody waits for an answer then.
+Model: each play has a thread that takes blocks from the session and writes them to the sink, which sets the pace. When
+    a play is ended, it fades out in 10 ms; the sink then plays or stores what it holds, and closes. A stop drops what
+    a device holds. If the sink fails, the play ends; the session, its stream and later plays continue. A device
+    that stalled for 2 s has failed, and does not play again by itself when it comes back.
+Limits: a play ends by itself after RIDGEWAVE_MAX_DURATION. Errors during a play (a device that vanished, a full disk)
+    are reported by `document` and the log.
 """
 
 from __future__ import annotations
@@ -37,10 +37,12 @@ class Player:
         claims: Claims,
         over: Callable[[], None] = lambda: None,
     ) -> None:
-        """Take the device of the request; `stream` is set later, and nothing is opened before `start`.
+        """Open nothing yet; set `stream` before `start`.
 
-        claims: the devices that play. over: called once when a play that began is over, from its thread.
-        Raises InvalidRequest for a bad file name.
+        device: as in the request.
+        claims: the devices in use.
+        over: called once, from the play's thread, when a play that began is over.
+        Raises InvalidRequest for an invalid file name.
         """
         folder = Path(settings.file_folder)
         self.stream: VoiceStream | None = None
@@ -57,11 +59,11 @@ class Player:
 
     @property
     def playing(self) -> bool:
-        """Return whether it is neither over nor has failed."""
+        """Return whether the play is neither over nor has failed."""
         return self.failure is None and not self._over.is_set()
 
     def start(self, metadata: Metadata) -> None:
-        """Open the sink and begin; for a thread. Raises CannotRender or InvalidRequest where the sink does not open."""
+        """Open the sink and begin. Blocks: call it from a thread. Raises CannotRender or InvalidRequest."""
         assert self.stream is not None
         if isinstance(self._sink, FileSink):
             _make_folder(self._folder)
@@ -74,18 +76,18 @@ class Player:
         self._thread.start()
 
     def end(self, *, at_once: bool = False) -> None:
-        """Have it fade and end. at_once: a device falls silent without playing what it still holds."""
+        """Fade out and end. at_once: a device drops what it still holds."""
         self._ending.set()
         if at_once and self._thread.is_alive() and not isinstance(self._sink, FileSink):
             self._dropping = True
             threading.Thread(target=self._sink.stop, name="play-stop", daemon=True).start()
 
     def wait(self, timeout: float) -> bool:
-        """Return whether it is over, after at most `timeout` seconds; for a thread."""
+        """Return whether the play is over, after at most `timeout` seconds. Call it from a thread."""
         return self._over.wait(timeout)
 
     def document(self) -> dict[str, Any]:
-        """Return what a session shows of its play."""
+        """Return the play's part of the session's document."""
         return {
             "device": self._sink.name,
             "state": "failed" if self.failure else "playing" if self.playing else "finished",
@@ -105,7 +107,7 @@ class Player:
                 self.failure = error.reason
         except Exception:
             log.exception("our mistake: a play ended")
-            self.failure = "a mistake of the service's own"
+            self.failure = "an error of the service; the log has the details"
         finally:
             self._sink.close()
             self.failure = self.failure or (None if self._dropping else self._sink.failure)
@@ -131,7 +133,7 @@ class Player:
         self._count(len(last))
 
     def _count(self, frames: int) -> None:
-        """Note so many frames more in the sink, and what the sink has been short of."""
+        """Count `frames` more in the sink, and its underruns since the last call."""
         self.frames += frames
         if frames:
             self._metrics.block_sent("play", frames)

@@ -1,8 +1,8 @@
-"""A ring of frames between one thread that renders and one audio callback.
+"""A ring buffer of frames between one thread that renders and one audio callback.
 
-Model: a preallocated float32 array and two counts of frames, written and read, which only ever grow. The writer alone
-    changes the one, the reader alone the other, and each is a single assignment after the copy, so neither side ever
-    waits: no lock is needed, and the callback allocates and blocks nothing.
+Model: a preallocated float32 array, and the numbers of frames written and read, which only grow. The writer changes one
+    number and the reader the other, each in a single assignment after the copy. Therefore no lock is needed, and the
+    callback neither waits nor allocates.
 Limits: one writer and one reader.
 """
 
@@ -14,7 +14,7 @@ from synth.encode.formats import Block
 
 
 class Ring:
-    """Frames on their way; `capacity` of them at most."""
+    """A queue of at most `capacity` frames."""
 
     def __init__(self, capacity: int, channels: int) -> None:
         self.capacity = capacity
@@ -24,11 +24,11 @@ class Ring:
 
     @property
     def filled(self) -> int:
-        """Return how many frames wait."""
+        """Return the number of frames in the ring."""
         return self._written - self._read
 
     def write(self, block: Block) -> int:
-        """Take as many frames of `block` [frames, channels] as there is room for; return how many."""
+        """Append as many frames of `block` [frames, channels] as fit; return their number."""
         count = min(len(block), self.capacity - self.filled)
         start = self._written % self.capacity
         first = min(count, self.capacity - start)
@@ -38,13 +38,13 @@ class Ring:
         return count
 
     def drop(self) -> int:
-        """Let go of what waits; return how many frames that was. For the reader."""
+        """Drop all frames; return their number. For the reader."""
         written = self._written
         count, self._read = written - self._read, written
         return count
 
     def read_into(self, out: Block) -> int:
-        """Fill the beginning of `out` [frames, channels] with what waits; return how many frames that was."""
+        """Move frames into the beginning of `out` [frames, channels]; return their number."""
         count = min(len(out), self.filled)
         start = self._read % self.capacity
         first = min(count, self.capacity - start)

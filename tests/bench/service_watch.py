@@ -18,8 +18,7 @@ from time import perf_counter
 import httpx
 
 from service.http.rate_limits import Limits
-from service.operations.metrics import Metrics
-from service.operations.worker_metrics import exposition, merged
+from service.operations.metrics import Metrics, exposition, merged, snapshot
 from tests.service.harness import Child, settings_of
 
 CALLS = 100_000
@@ -37,7 +36,8 @@ def main() -> None:
     _each("updates of a block", lambda: metrics.updates(received=3, applied=1, dropped=2))
     _each("a request counted", lambda: limits.take_request(f"address {limits.address(SCOPE)}"))
     _each("a stream admitted and released", lambda: limits.admit(SCOPE).release())
-    _each("a scrape of four workers", lambda: exposition(merged([metrics.snapshot()] * 4)), CALLS // 1000)
+    others = [snapshot(metrics.families())] * 3
+    _each("a scrape of four workers", lambda: exposition(merged(metrics.families(), others)), CALLS // 1000)
     _stops()
 
 

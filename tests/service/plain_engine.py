@@ -172,7 +172,7 @@ class PlainEngine:
         if self.slow:
             assert given_up.wait(30.0), "nobody gave it up"
             self.opened.append("given up")
-            raise CannotRender("The measuring was given up.")
+            raise CannotRender("The measurement was given up.")
         return report(scene, quantity or scene.output.channel_list[0].quantity).document()
 
     def make_table(self, scene: Scene) -> TableFile:

@@ -14,7 +14,7 @@ import pytest
 from fastapi import FastAPI
 
 from service.compute.accuracy_process import measure_apart
-from service.compute.accuracy_queue import RETRY_SECONDS
+from service.compute.measurements import RETRY_SECONDS
 from synth.errors import CannotRender, InvalidRequest
 from synth.scene.scene import parse_scene
 from tests.accuracy_case import CHOSEN, document

@@ -232,7 +232,7 @@ def test_what_did_long_work_is_kept_and_does_the_next_at_the_usual_priority() ->
         assert second is first
         while not isinstance(await second.next(), Price):
             pass
-        warm = copies._warm
+        warm = copies._template
         assert warm is not None
         until(lambda: priorities(warm.pid) == {usual})  # once the first order's thread, at the lowest, has ended
         second.lower()

@@ -168,7 +168,7 @@ def test_a_device_that_vanishes_is_told_and_the_session_goes_on(tmp_path: Path) 
         playing.listening.vanish()
         until(lambda: playing.play()["state"] == "failed")
         report = playing.play()
-        assert report["failure"] == f"{DEVICE} stopped by itself: the device has gone, or its driver failed."
+        assert report["failure"] == f"{DEVICE} stopped by itself: the device was removed, or its driver failed."
         answer = playing.begin(OTHER)
         assert answer.status_code == 202, answer.text
         until(lambda: playing.play()["frames"] >= RATE // 4)

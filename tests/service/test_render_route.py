@@ -14,6 +14,7 @@ from fastapi import FastAPI
 
 from service.app import create_app
 from service.compute.render_steps import WHOLE_SAMPLES
+from service.compute.renders import UnderWay
 from synth.encode.formats import SoundFormat, encode_all, quantise
 from synth.scene.scene import parse_scene
 from tests.file_metadata import read_metadata
@@ -111,11 +112,12 @@ def test_warnings_travel_in_a_header(app: FastAPI, monkeypatch: pytest.MonkeyPat
 def test_too_many_renders_are_told_to_come_back() -> None:
     app = create_app(settings_of(max_renders=1), PlainEngine())
     service = app.state.service
-    service.renders.under_way = 1
+    running = UnderWay(service.renders, "somebody")
+    service.renders._all.add(running)
     answer = ask(app, "POST", "/v1/render", json={})
     problem(answer, 503, "full")
     assert answer.headers["retry-after"] == "1"
-    service.renders.under_way = 0
+    running.close()
     assert [ask(app, "POST", "/v1/render", json=LONG).status_code for _ in range(3)] == [200] * 3
     assert service.renders.under_way == 0
     service.finish()

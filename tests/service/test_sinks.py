@@ -118,7 +118,6 @@ def test_one_name_is_recorded_once_at_a_time(tmp_path: Path) -> None:
     with pytest.raises(CannotRender, match="being written"):
         second.start(48000, 1)
     second.close()
-    second.discard()
     first.write(sound(10))
     first.close()
     assert (tmp_path / "a.wav").read_bytes() == encode_all(sound(10), SoundFormat.WAV, 48000)
@@ -129,14 +128,13 @@ def test_a_missing_folder_is_told_at_the_start(tmp_path: Path) -> None:
         FileSink(tmp_path / "none", "a.wav").start(48000, 1)
 
 
-def test_stop_completes_and_discard_leaves_nothing(tmp_path: Path) -> None:
-    for name, end in (("stopped.wav", FileSink.stop), ("discarded.wav", FileSink.discard)):
-        sink = FileSink(tmp_path, name)
-        sink.start(48000, 1)
+def test_stop_completes_a_recording(tmp_path: Path) -> None:
+    sink = FileSink(tmp_path, "stopped.wav")
+    sink.start(48000, 1)
+    sink.write(sound(100))
+    sink.stop()
+    with pytest.raises(CannotRender, match="is closed"):
         sink.write(sound(100))
-        end(sink)
-        with pytest.raises(CannotRender, match="is closed"):
-            sink.write(sound(100))
     assert names(tmp_path) == ["stopped.wav"]
     assert soundfile.info(tmp_path / "stopped.wav").frames == 100
 

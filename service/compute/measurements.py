@@ -1,9 +1,9 @@
-"""Measurements of what accuracy costs: one at a time in a process of the service, apart from all that sounds.
+"""Measurements of what accuracy costs: one at a time in each process of the service.
 
-Model: a measurement occupies no place among the renders and none of their threads: it has one thread, which waits for
-    another process (`accuracy_process`). A second is refused at once, with Retry-After, since to queue would
-    hold a connection for minutes and two at a time would time each other. Whoever asked and leaves ends it, and so
-    does a shutdown.
+Model: a measurement runs in a process of its own (`accuracy_process`), and one thread here waits for it. It takes no
+    slot and no thread of the renders. A second request is refused with Retry-After, because a queued request would
+    hold its connection for minutes, and two measurements at a time would distort each other's timings. A client that
+    disconnects, or a shutdown, ends the measurement.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from service.problems import Problem, refused
 from synth.errors import shown
 from synth.scene.scene import parse_scene_text
 
-RETRY_SECONDS = 20  # a measurement takes up to a minute: on average somewhat more than this is left of one
+RETRY_SECONDS = 20  # a measurement takes up to a minute; at a random moment, half of it is left
 
 
 class Measurements:
@@ -35,37 +35,37 @@ class Measurements:
         self._closed = False
 
     def close(self) -> None:
-        """End the one under way, and take no more."""
+        """End the measurement under way, and accept no more."""
         self._closed = True
         self._given_up.set()
         self._pool.shutdown(wait=False, cancel_futures=True)
 
     async def answer(self, body: bytes, quantity: str | None, receive: Receive) -> dict[str, Any]:
-        """Return the document for the scene that `body` holds; `receive` tells whether the client is still there.
+        """Return the document for the scene in `body`. `receive` reports when the client disconnects.
 
-        Raises what the scene and the engine raise, and Problem: 503 while there is another, or at a shutdown.
+        Raises what the scene and the engine raise, and Problem (503) during another measurement or at a shutdown.
         """
         if self._closed:
             raise Problem("closing", "The service is shutting down.")
         if self._under_way:
             retry = {"Retry-After": str(RETRY_SECONDS)}
-            raise Problem("full", "One measurement at a time, and there is one.", headers=retry)
+            raise Problem("full", "Another measurement is under way; the service runs one at a time.", headers=retry)
         given_up = threading.Event()
         self._under_way, self._given_up = True, given_up
-        left: asyncio.Future[None] = asyncio.ensure_future(departure(receive))
+        gone: asyncio.Future[None] = asyncio.ensure_future(departure(receive))
         try:
             work: asyncio.Future[Any] = asyncio.get_running_loop().run_in_executor(
                 self._pool, self._measure, body, quantity, given_up
             )
-            waited: list[asyncio.Future[Any]] = [work, left]
-            await asyncio.wait(waited, return_when=asyncio.FIRST_COMPLETED)
+            waits: list[asyncio.Future[Any]] = [work, gone]
+            await asyncio.wait(waits, return_when=asyncio.FIRST_COMPLETED)
             given_up.set()
             document: dict[str, Any] = await work
             return document
         finally:
             given_up.set()
             self._under_way = False
-            left.cancel()
+            gone.cancel()
 
     def _measure(self, body: bytes, quantity: str | None, given_up: threading.Event) -> dict[str, Any]:
         scene = parse_scene_text(body)
