@@ -18,6 +18,7 @@ COPY --from=node /usr/local/bin/node /usr/local/bin/node
 COPY --from=node /usr/local/lib/node_modules/npm /usr/local/lib/node_modules/npm
 RUN ln -s ../lib/node_modules/npm/bin/npm-cli.js /usr/local/bin/npm
 COPY pyproject.toml constraints.txt hatch_build.py README.md LICENSE ./
+COPY ridgewave ridgewave
 COPY synth synth
 COPY service service
 COPY clients clients

@@ -60,8 +60,8 @@ class Problem:
 
     def sentence(self) -> str:
         """Return the problem as text: all faults, or the detail if there are none."""
-        told = "\n".join(fault.sentence() for fault in self.faults) or self.detail or self.title
-        return f"{told} ({self.instance})" if self.instance else told
+        text = "\n".join(fault.sentence() for fault in self.faults) or self.detail or self.title
+        return f"{text} ({self.instance})" if self.instance else text
 
 
 def read_problem(body: bytes | bytearray, status: int, reason: str = "") -> Problem:
@@ -72,8 +72,8 @@ def read_problem(body: bytes | bytearray, status: int, reason: str = "") -> Prob
         document = None
     if isinstance(document, dict) and "title" in document:
         return Problem.read({"status": status, **document})
-    told = f"{status} {reason}".strip()
-    return Problem("about:blank", reason or told, status, f"The service answered {told}.")
+    text = f"{status} {reason}".strip()
+    return Problem("about:blank", reason or text, status, f"The service answered {text}.")
 
 
 class ClientError(RidgewaveError):
@@ -128,8 +128,8 @@ class StreamEnded(ClientError):
     ) -> None:
         self.reason, self.frame, self.problem = reason, frame, problem
         self.rest = np.zeros((0, 1), np.float32) if rest is None else rest
-        told = f": {problem.sentence()}" if problem else ""
-        super().__init__(f"the stream ended at frame {frame} ({reason}){told}")
+        detail = f": {problem.sentence()}" if problem else ""
+        super().__init__(f"the stream ended at frame {frame} ({reason}){detail}")
 
 
 def problem_error(problem: Problem, retry_after: float | None = None) -> ProblemError:

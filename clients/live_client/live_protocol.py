@@ -3,7 +3,7 @@
 `sync_live` and `async_live` carry the messages.
 
 Frames are numbered from the first frame that the stream received. Only whole messages are counted in `received`. After
-a break the next connection therefore asks for frame `received`, and a message that was cut off changes nothing. A new
+a break the next connection therefore requests frame `received`, and a message that was cut off changes nothing. A new
 session (reconnect "new") continues the numbers; `gaps` holds the frames at which one begins.
 
 Only the newest contact update is kept. It is sent before the credit of a read that was called after it, so that the
@@ -313,8 +313,8 @@ class LiveProtocol:
             self._note(Problem.read({**message, "type": message.get("problem", "about:blank")}))
         elif kind == "end" and self._attached:
             reason = str(message["reason"])
-            told = None if reason in ASKED_ENDS else self._last_problem
-            self.over = StreamEnded(reason, int(message["frame"]) + self._offset, told)
+            problem = None if reason in ASKED_ENDS else self._last_problem
+            self.over = StreamEnded(reason, int(message["frame"]) + self._offset, problem)
 
     def _begin(self, ready: Ready) -> None:
         """Take a `ready`: of the first session, of a resumed one, or of a new one in place of a lost one."""
@@ -357,8 +357,8 @@ class LiveProtocol:
 
     def _session_is_gone(self, closure: Closure) -> bool:
         """Return whether the service refused to resume because the session, or its past sound, is gone."""
-        told = self._last_problem or closure.problem
-        return closure.code == POLICY_CODE and told is not None and told.kind == "not-found"
+        problem = self._last_problem or closure.problem
+        return closure.code == POLICY_CODE and problem is not None and problem.kind == "not-found"
 
 
 def not_open() -> ClientError:

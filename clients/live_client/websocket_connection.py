@@ -59,9 +59,9 @@ class Address:
         """
         if not resume_url:
             return self
-        parts, told = urlsplit(self.url), urlsplit(resume_url)
-        path = parts.path.removesuffix("/v1/live") + told.path
-        query = "&".join(part for part in (parts.query, told.query) if part)
+        parts, resumed = urlsplit(self.url), urlsplit(resume_url)
+        path = parts.path.removesuffix("/v1/live") + resumed.path
+        query = "&".join(part for part in (parts.query, resumed.query) if part)
         return replace(self, url=urlunsplit((parts.scheme, parts.netloc, path, query, "")))
 
     @property

@@ -74,7 +74,7 @@ def contact(seq: int, time: float, value: float, is_speed: bool, load: float | N
 
 
 def hello(scene: SceneDocument, sample_format: str, pacing: str, block: int | None, record: bool) -> str:
-    """Return the message that asks for a new session."""
+    """Return the message that requests a new session."""
     document: dict[str, Any] = {"type": "hello", "scene": scene, "format": sample_format, "pacing": pacing}
     if block is not None:
         document["block"] = block

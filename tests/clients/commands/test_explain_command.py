@@ -48,7 +48,7 @@ def test_an_effect_has_its_settings_with_units_and_its_price(lines: list[str]) -
     assert "name reason settings price, alone" in lines
     assert "inertia The finger moves as 5 g on the contact. mass 5 g 340 ns per frame" in lines
     assert "damping 3 N s/m 6.1 MB" in lines
-    assert "tangential The force on the slopes. pressure exponent 0.3333 14 ns a frame" in lines
+    assert "tangential The force on the slopes. pressure exponent 0.3333 14 ns per frame" in lines
     assert "full scale - 110 kB" in lines
 
 
