@@ -1,7 +1,7 @@
-"""The ASGI application: layers outside, routes inside, one shape of error everywhere.
+"""The ASGI application: the layers, the routes, and the problem document of every error.
 
-Subjects (for the log) -> Bouncer (Host, Origin, headers, our bugs) -> CORS, if anyone is allowed
--> RateLimit by address -> KeyCheck -> RateLimit by key -> Compression -> routes
+A request passes the layers in this order: Subjects (log) -> Bouncer (Host, Origin, security headers, internal errors)
+-> CORS, where origins are allowed -> RateLimit by address -> KeyCheck -> RateLimit by key -> Compression -> routes
 """
 
 from __future__ import annotations
@@ -44,15 +44,16 @@ from synth.errors import Fault, RidgewaveError, shown
 
 DESCRIPTION = "What a finger feels when it scans a texture: a scene in, the vibration out, as a file or a live stream."
 EXPOSED = ["Ridgewave-Format", "Ridgewave-Full-Scale", "Ridgewave-Quantities", "Ridgewave-Warning", "Server-Timing"]
-LONGEST_NAME = 100  # characters of a parameter's name that a refusal repeats: a peer's text is not sent back whole
+LONGEST_NAME = 100  # characters of an unknown parameter's name in an answer
 ROUTES = (render, scene, accuracy, textures, tables, sessions, stream, play, live, operations, page)
-STATUSES = {400: "bad-request", 404: "not-found", 405: "method-not-allowed", 413: "too-large"}
+KINDS = {400: "bad-request", 404: "not-found", 405: "method-not-allowed", 413: "too-large"}
 
 
 def create_app(settings: Settings, engine: Engine | None = None, workers_folder: Path | None = None) -> FastAPI:
-    """Return the application of one process; `engine` is `synth` unless a test brings its own.
+    """Return the application of one process.
 
-    workers_folder: the folder through which the workers of one service speak; None where this process is the only one.
+    engine: `synth`, unless a test supplies its own.
+    workers_folder: the folder of the sockets between workers; None where this process is the only one.
     """
     own = engine or SynthEngine(settings.cache_bytes)
     service = Service(settings, own, workers_folder, apart=engine is None)
@@ -110,25 +111,25 @@ async def _answer_refusal(request: Request, error: Exception) -> Response:
 
 
 async def _answer_parameters(request: Request, error: Exception) -> Response:
-    """Answer for query parameters, the only thing that the framework checks by itself."""
+    """Answer invalid query parameters: the framework checks nothing else."""
     assert isinstance(error, RequestValidationError)
     faults = tuple(_parameter_fault(entry) for entry in error.errors())
     return _answer(request, Problem("request-refused", faults[0].sentence(), faults))
 
 
 async def _answer_status(request: Request, error: Exception) -> Response:
-    """Answer for what the router refuses: no such path, not this method."""
+    """Answer an unknown path, or a method that the path does not have."""
     assert isinstance(error, HTTPException)
-    kind = STATUSES.get(error.status_code, "bad-request")
+    kind = KINDS.get(error.status_code, "bad-request")
     headers = {"Allow": _methods(request)} if error.status_code == 405 else error.headers or {}
     return _answer(request, Problem(kind, problems.TYPES[kind].when, headers=headers))
 
 
 def _methods(request: Request) -> str:
-    """Return the methods of a path, of all its routes: the router knows those of the first alone."""
+    """Return the methods of all routes of the path: the router's own Allow has only those of the first route."""
     routes = [*request.app.routes, *(route for module in ROUTES for route in module.router.routes)]
-    there = [route for route in routes if route.matches(request.scope)[0] is not Match.NONE]
-    return ", ".join(sorted({method for route in there for method in getattr(route, "methods", None) or ()}))
+    matching = [route for route in routes if route.matches(request.scope)[0] is not Match.NONE]
+    return ", ".join(sorted({method for route in matching for method in getattr(route, "methods", None) or ()}))
 
 
 def _parameter_fault(entry: dict[str, object]) -> Fault:
@@ -137,5 +138,5 @@ def _parameter_fault(entry: dict[str, object]) -> Fault:
     name = str(place[-1])
     name = name if len(name) <= LONGEST_NAME else name[: LONGEST_NAME - 3] + "..."
     if entry["type"] == "extra_forbidden":
-        return Fault(f"?{name}", "a parameter that does not exist", "the parameters of this call", "See /docs.")
+        return Fault(f"?{name}", "an unknown parameter", "the parameters of this call", "See /docs.")
     return Fault(f"?{name}", shown(entry.get("input")), str(entry["msg"]), "See /docs.")

@@ -30,7 +30,6 @@ from service.compute.renders import Renders
 from service.compute.threads import BlockThreads, Solves, ThreadWork
 from service.compute.work_places import Places
 from service.engine import Engine
-from service.http.page_files import PageFiles
 from service.http.rate_limits import Limits
 from service.live.live_connections import LiveConnections
 from service.operations.health import Health
@@ -67,7 +66,6 @@ class Service:
         self.engine = engine
         self.metrics = Metrics()
         self.limits = Limits(settings)
-        self.page = PageFiles(Path(settings.web)) if settings.web else None
         self.health = Health(settings)
         self.worker_messages = WorkerMessages(
             folder, {"stop": self.stop_here, "metrics": lambda: self.worker_metrics.write()}

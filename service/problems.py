@@ -1,16 +1,16 @@
-"""Problem documents (RFC 9457): the one shape of every error that the service answers.
+"""Problem documents (RFC 9457): the shape of every error answer of the service.
 
     {"type", "title", "status", "detail", "errors": [{"pointer", "value", "allowed", "hint"}]}
 
-`errors` is there even when empty; a 500 adds `instance`, the id under which the log has the rest. `TYPES` lists every
-problem there is; docs/problems.md and the page /docs describe each, and `type` links to the latter.
+`errors` is always present, even when empty. A 500 adds `instance`, the id under which the log has the details.
+`TYPES` lists every problem. docs/problems.md and the page /docs describe each of them; `type` links to that page.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from starlette.responses import Response
@@ -22,7 +22,13 @@ MEDIA_TYPE = "application/problem+json"
 
 @dataclass(frozen=True, slots=True)
 class ProblemType:
-    """One kind of problem: its name (the fragment of `type`), HTTP status, title, and when it happens."""
+    """One kind of problem.
+
+    name: the part of `type` behind "#problem-".
+    status: of the HTTP answer.
+    title: the same for every problem of the kind.
+    when: a sentence that says when it happens.
+    """
 
     name: str
     status: int
@@ -31,13 +37,13 @@ class ProblemType:
 
     @property
     def uri(self) -> str:
-        """Return the `type` of the document: a reference to the paragraph of the page /docs that describes it."""
+        """The `type` of the document: a link to the paragraph of the page /docs that describes the problem."""
         return f"/docs#problem-{self.name}"
 
 
 _ROWS = (
-    ("bad-request", 400, "Not a request that can be read", "The request's framing or headers are invalid."),
-    ("protocol", 400, "No such protocol", "The WebSocket offers no subprotocol that the service speaks: ridgewave.v1."),
+    ("bad-request", 400, "Malformed request", "The request's framing or headers are invalid."),
+    ("protocol", 400, "Unsupported protocol", "The WebSocket does not offer the subprotocol ridgewave.v1."),
     ("key-required", 401, "A key is required", "RIDGEWAVE_API_KEYS is set and the request has no such Bearer token."),
     ("host-refused", 403, "Host not allowed", "The Host header is not in RIDGEWAVE_ALLOWED_HOSTS."),
     ("origin-refused", 403, "Origin not allowed", "A write came from a web page of another origin."),
@@ -48,7 +54,7 @@ _ROWS = (
         "No such route, session, play, texture or table; an expired or stopped session is gone.",
     ),
     ("method-not-allowed", 405, "Method not allowed", "The route exists, but not with this method; see Allow."),
-    ("not-acceptable", 406, "No such sound format", "Accept names no format in which this sound can be sent."),
+    ("not-acceptable", 406, "No acceptable sound format", "Accept names no format in which this sound can be sent."),
     (
         "slow-reader",
         408,
@@ -93,10 +99,10 @@ _ROWS = (
         "Too many renders",
         "Together with the client's other renders it would take more than RIDGEWAVE_RENDER_SECONDS_PER_CLIENT.",
     ),
-    ("internal", 500, "Our mistake", "A bug of ridgewave. The log has the details under the id in `instance`."),
-    ("cannot-render", 503, "Cannot be done here", "The request is sound, but this machine cannot carry it out."),
+    ("internal", 500, "Internal error", "A bug of ridgewave. The log has the details under the id in `instance`."),
+    ("cannot-render", 503, "Not possible here", "The request is valid, but this machine cannot carry it out."),
     ("full", 503, "Full", "The limit on sessions, renders or measurements is reached; try again after Retry-After."),
-    ("one-worker", 503, "No sessions here", "Sessions live in one process: start the service with one worker."),
+    ("one-worker", 503, "Sessions need one worker", "Sessions live in one process: start the service with one worker."),
     ("starved", 503, "Too busy", "Short work has waited for more than a second; `/readyz` reports it."),
     ("warming", 503, "Not ready yet", "The service has just started and is still compiling its kernels."),
     ("closing", 503, "Shutting down", "The service is shutting down."),
@@ -122,7 +128,7 @@ class Problem(Exception):
             "title": kind.title,
             "status": kind.status,
             "detail": self.detail,
-            "errors": [_fault_document(fault) for fault in self.faults],
+            "errors": [asdict(fault) for fault in self.faults],
         }
         return document if self.instance is None else document | {"instance": self.instance}
 
@@ -134,7 +140,7 @@ class Problem(Exception):
 
 
 def of(error: RidgewaveError) -> Problem:
-    """Return the problem that a refusal of `synth` becomes."""
+    """Return the problem document of an error that `synth` raised."""
     if isinstance(error, InvalidRequest):
         kind = "scene-refused" if isinstance(error, SceneError) else "request-refused"
         return Problem(kind, summary(error.faults), error.faults)
@@ -143,41 +149,13 @@ def of(error: RidgewaveError) -> Problem:
 
 
 def refused(pointer: str, value: str, allowed: str, hint: str, kind: str = "request-refused") -> Problem:
-    """Return a problem with one fault; a query parameter is written "?name" where a pointer would stand."""
+    """Return a problem with one fault; the `pointer` of a query parameter is "?name"."""
     fault = Fault(pointer, value, allowed, hint)
-    return Problem(kind, summary([fault]), (fault,))
+    return Problem(kind, fault.sentence(), (fault,))
 
 
-def summary(faults: Iterable[Fault]) -> str:
-    """Return the first fault as a sentence, and how many more there are."""
-    faults = tuple(faults)
+def summary(faults: Sequence[Fault]) -> str:
+    """Return the first fault as a sentence, and the number of the others."""
     if not faults:
         return "The request is refused."
-    more = f" ({len(faults) - 1} more)" if len(faults) > 1 else ""
-    return faults[0].sentence() + more
-
-
-def _fault_document(fault: Fault) -> dict[str, str]:
-    return {"pointer": fault.pointer, "value": fault.value, "allowed": fault.allowed, "hint": fault.hint}
-
-
-def schema() -> dict[str, Any]:
-    """Return the JSON Schema of a problem document, for OpenAPI."""
-    text = {"type": "string"}
-    fault = {
-        "type": "object",
-        "required": ["pointer", "value", "allowed", "hint"],
-        "properties": {"pointer": text, "value": text, "allowed": text, "hint": text},
-    }
-    return {
-        "type": "object",
-        "required": ["type", "title", "status", "detail", "errors"],
-        "properties": {
-            "type": {"type": "string", "format": "uri-reference"},
-            "title": text,
-            "status": {"type": "integer"},
-            "detail": text,
-            "errors": {"type": "array", "items": fault},
-            "instance": text,
-        },
-    }
+    return faults[0].sentence() + (f" ({len(faults) - 1} more)" if len(faults) > 1 else "")

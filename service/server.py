@@ -1,10 +1,9 @@
-"""Starts the service: its socket, its processes, its log, and a proper end.
+"""Starts the service: its log, its listening socket and its processes.
 
-Model: the listening socket is made here so that accepted connections inherit a small `TCP_NOTSENT_LOWAT`: what waits
-    in the kernel for a reader is sound that no change and no stop can reach any more. Beyond loopback nothing starts
-    without a key. SIGTERM ends streams with a fade at once (`service.lifespan`), other answers within
-    RIDGEWAVE_SHUTDOWN_TIMEOUT.
-Limits: the bound is on what is not yet sent; what the reader's own machine has taken is the reader's.
+Model: accepted connections inherit a small `TCP_NOTSENT_LOWAT` from the listening socket, so that little sound waits in
+    the kernel: no change and no stop can reach that sound. Beyond loopback, the service does not start without a key.
+    SIGTERM fades the streams out at once (`service.lifespan`); other answers have RIDGEWAVE_SHUTDOWN_TIMEOUT to end.
+Limits: only unsent sound is bounded, not sound that the reader's machine has received.
 """
 
 from __future__ import annotations
@@ -12,11 +11,8 @@ from __future__ import annotations
 import ipaddress
 import logging
 import os
-import shutil
 import socket
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -32,26 +28,26 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("ridgewave.service")
 
-WAITING_BYTES = 16_384  # unsent bytes of a connection: 85 ms of float32 mono at 48 kHz; a render still fills the link
-WORKER_SECONDS = 30  # for a worker to answer its parent; less: one that starts slowly is replaced again and again
+WAITING_BYTES = 16_384  # unsent, per connection: 85 ms of float32 mono at 48 kHz; a render still fills the link
+WORKER_SECONDS = 30  # until a worker that does not answer is replaced; shorter replaces workers that start slowly
 BACKLOG = 2048
-LIVE_OPTIONS: dict[str, Any] = {  # of uvicorn, for its connections
+LIVE_OPTIONS: dict[str, Any] = {  # uvicorn's, for connections
     "http": "service.http.request_timeout:RequestTimeout",
     "ws": "service.live.websocket:LiveProtocol",
-    "ws_ping_interval": 5.0,  # s; a peer has as long to answer: one that only looks alive is found out within 10 s
+    "ws_ping_interval": 5.0,  # s, and as long for the answer: a dead connection is noticed within 10 s
 }
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
-"""Variables of linear algebra, 1 unless set: its threads would wait actively on the processors that voices need."""
-WORKER = "service.operations.worker_process:app"  # what each of several processes calls for its application
+"""Environment variables of linear algebra, 1 unless set: its threads spin on the processors that voices need."""
+WORKER = "service.operations.worker_process:app"  # the application factory of each of several processes
 
 
 def run(settings: Settings, engine: Engine | None = None, *, worker: str = WORKER) -> int:
     """Serve until a signal; return 0.
 
-    engine: `synth` unless a test brings its own, for one process. worker: the factory, "module:function", of each of
-    several processes, for a test whose engine they shall have.
-    Raises SettingsError where `settings` may not be served (no key beyond loopback), CannotRender where the address
-    cannot be listened on.
+    engine: of a single process; `synth`, unless a test supplies its own.
+    worker: the application factory of each of several processes, "module:function".
+    Raises SettingsError for an address beyond loopback without a key, and CannotRender where the service cannot listen
+    on the address.
     """
     require_key(settings)
     set_up_log(settings.log_level, settings.log_format)
@@ -69,11 +65,13 @@ def require_key(settings: Settings) -> None:
     if settings.api_keys or all(_is_loopback(address) for address in _addresses(settings.host)):
         return
     hint = "Set RIDGEWAVE_API_KEYS, or listen on 127.0.0.1."
-    raise SettingsError([Fault(variable("host"), settings.host, "loopback, where RIDGEWAVE_API_KEYS is not set", hint)])
+    raise SettingsError(
+        [Fault(variable("host"), settings.host, "a loopback address, without RIDGEWAVE_API_KEYS", hint)]
+    )
 
 
 def listen(settings: Settings) -> socket.socket:
-    """Return the listening socket; raises CannotRender where there can be none."""
+    """Return the listening socket; raises CannotRender where the service cannot listen."""
     family = socket.AF_INET6 if ":" in _addresses(settings.host)[0] else socket.AF_INET
     try:
         listener = socket.create_server((settings.host, settings.port), family=family, backlog=BACKLOG)
@@ -97,7 +95,7 @@ def shown_address(listener: socket.socket) -> str:
 
 def _serve(settings: Settings, listener: socket.socket, engine: Engine | None, worker: str) -> None:
     for name in ONE_THREAD:
-        os.environ.setdefault(name, "1")  # read when numpy is first imported, here and in the processes that follow
+        os.environ.setdefault(name, "1")  # before numpy is imported, here and in the worker processes
 
     import uvicorn
     from uvicorn.supervisors import Multiprocess
@@ -109,7 +107,7 @@ def _serve(settings: Settings, listener: socket.socket, engine: Engine | None, w
         "workers": settings.workers,
         "backlog": min(BACKLOG, burst() or BACKLOG),
         "log_config": None,
-        "access_log": False,  # its lines would hold queries; `service.operations.logs` has lines without
+        "access_log": False,  # its lines have queries; those of `service.operations.logs` do not
         "server_header": False,
         "proxy_headers": False,
         "timeout_graceful_shutdown": settings.shutdown_timeout,
@@ -118,8 +116,9 @@ def _serve(settings: Settings, listener: socket.socket, engine: Engine | None, w
         "ws_max_size": settings.max_message,  # beyond it the connection is closed with 1009
     }
     if settings.workers > 1:
-        with _private_folder() as folder:
-            os.environ.update(as_environment(settings) | {FOLDER_VARIABLE: str(folder)})
+        with tempfile.TemporaryDirectory(prefix="ridgewave-", ignore_cleanup_errors=True) as folder:
+            check_folder(Path(folder))
+            os.environ.update(as_environment(settings) | {FOLDER_VARIABLE: folder})
             config = uvicorn.Config(worker, **options)
             Multiprocess(config, sockets=[listener]).run()
         return
@@ -134,23 +133,12 @@ def _serve(settings: Settings, listener: socket.socket, engine: Engine | None, w
     uvicorn.Server(config).run(sockets=[listener])
 
 
-@contextmanager
-def _private_folder() -> Iterator[Path]:
-    """Yield a folder that only this user may enter, for the workers to speak through; it goes with the service."""
-    folder = Path(tempfile.mkdtemp(prefix="ridgewave-"))
-    try:
-        check_folder(folder)
-        yield folder
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
-
-
 def _addresses(host: str) -> list[str]:
-    """Return the numeric addresses that `host` stands for; raises SettingsError where it stands for none."""
+    """Return the numeric addresses of `host`; raises SettingsError where it has none."""
     try:
         found = socket.getaddrinfo(host, None, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
     except OSError as error:
-        fault = Fault(variable("host"), host, "an address or a name of this machine", "Write 127.0.0.1.")
+        fault = Fault(variable("host"), host, "an address or a host name of this machine", "Write 127.0.0.1.")
         raise SettingsError([fault]) from error
     return [str(entry[4][0]) for entry in found]
 

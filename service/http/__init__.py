@@ -1,1 +1,1 @@
-"""HTTP: the layers round the routes (Host, Origin, keys, rates, compression), bodies in, answers and streams out."""
+"""HTTP: the layers round the routes (Host, Origin, keys, rates, compression), request bodies, and answers."""

@@ -1,8 +1,8 @@
-"""An answer that is sent chunk by chunk: its reader may leave at any time, its generator is closed in any case.
+"""An answer that is sent chunk by chunk, until its end or until the reader leaves.
 
-Limits: async generators only. A chunk that waits to be taken when the end is asked for is dropped, and the connection
-    cut, if the reader does not take it within the grace that `ended` returns: a reader that slept through a stop is not
-    sent, when it wakes, what was rendered before.
+Limits: async generators only. When a stop is requested, a chunk that the reader has not taken within the grace is
+    dropped and the connection is closed. A reader that stalls through a stop is therefore not sent older sound when it
+    reads again.
 """
 
 from __future__ import annotations
@@ -11,21 +11,17 @@ import asyncio
 from collections.abc import AsyncGenerator, Awaitable, Callable, Mapping
 from typing import Any
 
-from starlette.responses import Response
+from starlette.responses import StreamingResponse
 from starlette.types import Receive, Scope, Send
 
 
-class HeadResponse(Response):
-    """The answer to HEAD: the headers that GET would have, whose length is only there where it is promised."""
+class PumpedResponse(StreamingResponse):
+    """Sends `chunks`, and closes the generator in any case.
 
-    def __init__(self, headers: Mapping[str, str], media_type: str) -> None:
-        super().__init__(None, 200, headers, media_type)
-        _promise_only(self, headers)
-
-
-class PumpedResponse(Response):
-    """Sends `chunks`; `released` is called once when all is over, even if nothing was sent. cut: ends it, wherever it
-    is."""
+    released: called once when the answer is over, even if nothing was sent.
+    ended: returns the grace, in seconds, once the answer is to end.
+    cut: ends the answer at once.
+    """
 
     def __init__(
         self,
@@ -37,15 +33,14 @@ class PumpedResponse(Response):
         ended: Callable[[], Awaitable[float]] | None = None,
         cut: asyncio.Event | None = None,
     ) -> None:
-        super().__init__(None, 200, headers, media_type)
-        _promise_only(self, headers)
+        super().__init__(chunks, headers=headers, media_type=media_type)
         self._chunks = chunks
         self._released = released
         self._ended, self._cut = ended, cut
         self._taken = 0
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Send the answer; raises what the generator raises, after which the server cuts the answer short."""
+        """Send the answer; raises what the generator raises, after which the server closes the connection."""
         tasks: list[asyncio.Task[Any]] = []
         try:
             await send({"type": "http.response.start", "status": 200, "headers": self.raw_headers})
@@ -72,7 +67,7 @@ class PumpedResponse(Response):
         await send({"type": "http.response.body", "body": b"", "more_body": False})
 
     async def _stall(self) -> None:
-        """Return once a chunk that waited when the end was asked for has not been taken within the grace."""
+        """Return if the chunk that waits when the end is requested is not taken within the grace."""
         assert self._ended is not None
         grace = await self._ended()
         taken = self._taken
@@ -81,13 +76,7 @@ class PumpedResponse(Response):
             await asyncio.Event().wait()
 
 
-def _promise_only(response: Response, headers: Mapping[str, str]) -> None:
-    """Take back the Content-Length that an empty body got, unless `headers` give one."""
-    if "content-length" not in {name.lower() for name in headers}:
-        del response.headers["content-length"]
-
-
 async def departure(receive: Receive) -> None:
-    """Return when the reader has left."""
+    """Return when the client has disconnected."""
     while (await receive())["type"] != "http.disconnect":
         pass

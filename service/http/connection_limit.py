@@ -1,10 +1,11 @@
-"""How many connections a process can have, and who goes when there are more: a stop must always find a descriptor.
+"""Bounds the connections of a process, so that a stop always finds a free descriptor.
 
-Model: a process has RLIMIT_NOFILE descriptors. `most` of them are for connections, the others for files, devices, and
-    connections that come in the same turn of the event loop. Beyond `most`, the oldest connections that have no whole
-    request are dropped: those without a head first, then those whose body has not come. Where all have one (streams),
-    new requests are answered 503, all but `UNLIMITED_PATHS`; these come through on the KEPT newest connections.
-Limits: a process that has more than OTHERS files and devices open may still run out.
+Model: a process has RLIMIT_NOFILE descriptors. Some of them are kept for files, devices, and connections that arrive in
+    the same turn of the event loop. When the others are used up, the oldest connections without a complete request are
+    closed: first those without a complete head, then those without a complete body. If every connection has sent a
+    complete request (streams), new requests get 503, except for `UNLIMITED_PATHS`: those are served on the KEPT newest
+    connections.
+Limits: a process with more than OTHERS open files and devices may still run out of descriptors.
 """
 
 from __future__ import annotations
@@ -21,20 +22,20 @@ from service.problems import Problem
 
 try:
     import resource
-except ImportError:  # a system without such limits
+except ImportError:  # a system without this limit
     resource = None  # type: ignore[assignment]
 
-ROOM = "ridgewave.room"  # in the state that the server hands to every scope: the ConnectionRoom
+ROOM = "ridgewave.room"  # key of the ConnectionRoom in the state that the server adds to every scope
 OTHERS = 64  # descriptors: 25 of a process that has just started, and those of files and devices
-BURST = 8  # the part of all descriptors, one in so many, for connections that come at once
-KEPT = 16  # newest connections that stay though they have sent nothing yet; fewer, and a flood drops who comes to stop
-DROPPED_PART = 16  # of those that wait, one in so many is dropped at a time: looking at all of them costs time
-WAITING_BYTES = 16_384  # of an answer in the process, for a peer that does not read; what is in there cannot be stopped
+BURST = 8  # one in this many descriptors is kept for connections that arrive at once
+KEPT = 16  # newest connections that are never closed; with fewer, a flood closes the connection that brings a stop
+CLOSED_PART = 16  # one in this many incomplete requests is closed at a time: examining all of them takes time
+WAITING_BYTES = 16_384  # of unsent sound in the process, for a client that does not read; a stop cannot reach it
 _numbers = count()
 
 
 def descriptors() -> int | None:
-    """Return how many descriptors this process may have now; None where nothing bounds them."""
+    """Return how many descriptors this process may have; None for any number."""
     if resource is None:
         return None
     soft, _hard = resource.getrlimit(resource.RLIMIT_NOFILE)
@@ -42,16 +43,16 @@ def descriptors() -> int | None:
 
 
 def burst() -> int | None:
-    """Return how many connections may come at once; None for any number."""
+    """Return how many connections may arrive at once; None for any number."""
     limit = descriptors()
     return None if limit is None else max(KEPT, limit // BURST)
 
 
 class Connection(H11Protocol):
-    """One HTTP connection: uvicorn's own, counted."""
+    """An HTTP connection of uvicorn that is counted."""
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Begin."""
+        """Bound the unsent bytes, and close other connections if there are too many."""
         wide = cast(asyncio.Transport, transport)
         wide.set_write_buffer_limits(WAITING_BYTES)
         super().connection_made(wide)
@@ -60,8 +61,8 @@ class Connection(H11Protocol):
         room.make()
 
     @property
-    def waits(self) -> int:
-        """Return 2 where no head of a request has come, 1 where its body has not, 0 where it is being answered."""
+    def missing(self) -> int:
+        """The incomplete parts of the request: 2 (head and body), 1 (body), or 0 (it is being answered)."""
         cycle = self.cycle
         if cycle is None or cycle.response_complete:
             return 2
@@ -76,33 +77,30 @@ class ConnectionRoom:
 
     @property
     def _beyond(self) -> int:
-        """Return by how many there are more than `most`."""
+        """By how many the connections exceed the descriptors for them."""
         limit = descriptors()
         most = len(self._connections) if limit is None else max(KEPT, limit - OTHERS - limit // BURST)
         return len(self._connections) - most
 
     def make(self) -> None:
-        """Drop connections that have no whole request, where there are too many."""
+        """Close connections without a complete request if there are too many connections."""
         if self._beyond <= 0:
             return
-        waiting = [one for one in self._connections if isinstance(one, Connection) and one.waits]
-        waiting.sort(key=lambda one: one.number)
-        oldest = waiting[: max(0, len(waiting) - KEPT)]
-        oldest.sort(key=lambda one: -one.waits)
-        for one in oldest[: 1 + len(oldest) // DROPPED_PART]:
+        incomplete = [one for one in self._connections if isinstance(one, Connection) and one.missing]
+        incomplete.sort(key=lambda one: one.number)
+        oldest = incomplete[: max(0, len(incomplete) - KEPT)]
+        oldest.sort(key=lambda one: -one.missing)
+        for one in oldest[: 1 + len(oldest) // CLOSED_PART]:
             one.transport.abort()
 
     def admit(self) -> None:
-        """Raise Problem (full) where no connection can be dropped any more."""
+        """Raise Problem (full) if there are too many connections and none can be closed."""
         if self._beyond > KEPT:
-            raise Problem(
-                "full",
-                "As many connections as this process may have.",
-                headers={"Retry-After": "1", "Connection": "close"},
-            )
+            headers = {"Retry-After": "1", "Connection": "close"}
+            raise Problem("full", "This process has all the connections that it may have.", headers=headers)
 
 
 def room_of(scope: Scope) -> ConnectionRoom | None:
-    """Return the room of the connection that `scope` came by; None where the server is not ours."""
+    """Return the room of the connection of `scope`; None for a server without `Connection`."""
     state: Mapping[str, Any] = scope.get("state") or {}
     return state.get(ROOM)

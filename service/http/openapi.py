@@ -1,4 +1,4 @@
-"""What OpenAPI says about bodies and answers that the framework cannot see: scenes in, audio and problems out."""
+"""The parts of the OpenAPI document that the framework cannot derive: JSON bodies, sound and problem documents."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Answers = dict[int | str, dict[str, Any]]
 _ALWAYS = ("bad-request", "key-required", "host-refused", "origin-refused", "rate-limited", "internal")
 _HEADERS = {
     "Ridgewave-Format": "Format, rate and channels of the samples, as in f32le;rate=48000;channels=1.",
-    "Ridgewave-Full-Scale": "SI value of a sample of 1.0, one a channel.",
+    "Ridgewave-Full-Scale": "SI value of a sample of 1.0, one per channel.",
     "Ridgewave-Quantities": "Quantity of each channel.",
 }
 PROBLEM = {"$ref": "#/components/schemas/Problem"}
@@ -25,13 +25,13 @@ SCENE = {"$ref": "#/components/schemas/Scene"}
 
 
 class SchemaResponse(JSONResponse):
-    """A JSON Schema, by its own media type."""
+    """A JSON Schema, with its own media type."""
 
     media_type = "application/schema+json"
 
 
 def audio(*problem_names: str, flac: bool) -> Answers:
-    """Return the answers of a route that sends sound, and the problems it can end in."""
+    """Return the answers of a route that sends sound, including the problems of these names."""
     kinds = ("audio/wav", *(("audio/flac",) if flac else ()), "audio/L16", "application/octet-stream")
     headers = {name: {"description": text, "schema": {"type": "string"}} for name, text in _HEADERS.items()}
     sound = {"description": "The sound.", "headers": headers, "content": {kind: BINARY for kind in kinds}}
@@ -39,13 +39,13 @@ def audio(*problem_names: str, flac: bool) -> Answers:
 
 
 def answer_of(schema: str, description: str, status: int = 200) -> Answers:
-    """Return the answer of a route that sends JSON of a schema among the components."""
+    """Return the answer of a route that sends JSON; `schema` is the name of a component."""
     content = {"application/json": {"schema": {"$ref": f"#/components/schemas/{schema}"}}}
     return {status: {"description": description, "content": content}}
 
 
 def problem_answers(*names: str) -> Answers:
-    """Return the problem documents of a route, those that any request can meet included."""
+    """Return the problem answers of a route, including those that every request can get."""
     answers: Answers = {}
     for name in (*names, *_ALWAYS):
         kind = problems.TYPES[name]
@@ -56,13 +56,13 @@ def problem_answers(*names: str) -> Answers:
     return answers
 
 
-def body(schema: Mapping[str, Any], *, required: bool = True, media_type: str = "application/json") -> dict[str, Any]:
+def body(schema: Mapping[str, Any]) -> dict[str, Any]:
     """Return the `openapi_extra` of a route that reads its own JSON body."""
-    return {"requestBody": {"required": required, "content": {media_type: {"schema": schema}}}}
+    return {"requestBody": {"required": True, "content": {"application/json": {"schema": schema}}}}
 
 
 def _drop_validation_errors(paths: Mapping[str, Any], schemas: dict[str, Any]) -> None:
-    """Remove the 422 that the framework adds to each route with a parameter: here those are problem documents."""
+    """Remove the 422 that the framework adds to each route with a parameter; the service answers a problem instead."""
     for calls in paths.values():
         for call in calls.values():
             if "application/json" in call["responses"].get("422", {}).get("content", {}):
@@ -72,7 +72,7 @@ def _drop_validation_errors(paths: Mapping[str, Any], schemas: dict[str, Any]) -
 
 
 def document(app: FastAPI) -> dict[str, Any]:
-    """Return the OpenAPI document, with the schemas that routes refer to; made once."""
+    """Return the OpenAPI document of `app`; it is made once."""
     if app.openapi_schema is None:
         made = FastAPI.openapi(app)
         schemas = made.setdefault("components", {}).setdefault("schemas", {})

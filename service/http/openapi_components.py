@@ -1,10 +1,10 @@
-"""The schemas that OpenAPI names: a scene and its parts, a session, a plan, a table, a problem, and other answers.
+"""The named schemas of the OpenAPI document: a scene and its parts, a session, a plan, a table, and other answers.
 
-Model: generators of clients make a class of each component, so every object and every list of names inside a scene is
-    a component: `Finger`, `Texture`, `TextureKind`. They are made from `synth.scene.scene.scene_schema`, which stays
-    whole. A field's default is `x-default` and a sentence here, not `default`: generators write a `default` into each
-    request and refuse an object as one. In a scene, a field that is absent is not a field with its default: `amplitude`
-    beside `roughness` is refused, and a `period` beside a name of the catalogue takes the place of the catalogue's.
+Model: client generators make a class of each component. Every object and every enumeration inside a scene is therefore
+    a component, such as `Finger`, `Texture` and `TextureKind`, made from `synth.scene.scene.scene_schema`. A field's
+    default is written as `x-default` and in its description, not as `default`: generators send every `default` with
+    each request, and they reject a default that is an object. Sending a default can change a scene: `amplitude` beside
+    `roughness` is refused, and a `period` replaces that of the catalogue entry named by `kind`.
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from service import problems
 from synth.scene.scene import scene_schema
 
 Schema = dict[str, Any]
@@ -25,7 +24,7 @@ _OBJECT = {"type": "object"}
 
 
 def _object(fields: Mapping[str, Any], optional: tuple[str, ...] = ()) -> Schema:
-    """Return the schema of an object of these fields, all of them required but the optional ones."""
+    """Return the schema of an object in which every field is required, except those in `optional`."""
     required = [name for name in fields if name not in optional]
     return {"type": "object", "required": required, "properties": dict(fields)}
 
@@ -50,12 +49,12 @@ _METHOD = _object(
         "rms_error": _NUMBER | {"description": "The same, root mean square."},
         "error_m": _NUMBER | {"description": "Largest error as a displacement, in metres."},
         "worst_harmonic_db": _LEVEL | {"description": "Largest error of a harmonic, re the strongest; null: no error."},
-        "threshold_margin_db": _LEVEL | {"description": "How far errors stay below the threshold; null: no error."},
+        "threshold_margin_db": _LEVEL | {"description": "Margin of the errors below the threshold; null: no error."},
         "setup_seconds": _NUMBER,
-        "seconds_per_second": _NUMBER | {"description": "Computing time for a second of sound."},
+        "seconds_per_second": _NUMBER | {"description": "Processor time per second of sound."},
         "times_real_time": _LEVEL,
         "memory_bytes": _WHOLE,
-        "pareto": _FLAG | {"description": "Nothing measured is both nearer and cheaper."},
+        "pareto": _FLAG | {"description": "No other method is both more accurate and cheaper."},
     }
 )
 _ACCURACY = _object(
@@ -76,7 +75,7 @@ _PICTURE = _object(
         "touching": {
             "type": ["array", "null"],
             "items": _NUMBERS,
-            "description": "Begin and end (m) of each patch, a list a phase.",
+            "description": "One list per phase: begin and end (m) of each patch.",
         },
         "left_out": _TEXTS,
     }
@@ -110,11 +109,11 @@ _SESSION = _object(
         "scene": _reference("Scene"),
         **dict.fromkeys(("sample_rate", "channels"), _WHOLE),
         "quantities": _TEXTS,
-        "full_scale": _NUMBERS | {"description": "SI value of a sample of 1.0, one a channel."},
+        "full_scale": _NUMBERS | {"description": "SI value of a sample of 1.0, one per channel."},
         "streaming": _FLAG,
         "play": _or_null(_reference("Play")),
-        "expires_in": _LEVEL | {"description": "Seconds; null while somebody listens or something plays."},
-        "heard_within": _NUMBER | {"description": "Seconds until a change is sent."},
+        "expires_in": _LEVEL | {"description": "Seconds; null while the session is read or played."},
+        "heard_within": _NUMBER | {"description": "Seconds within which a change is sent."},
         "stream": _TEXT | {"description": "Path of the stream."},
     }
 )
@@ -122,14 +121,28 @@ _TABLE = _object(
     {
         "hash": _TEXT | {"description": "SHA-256 of header and arrays, 64 hexadecimal digits."},
         "url": _TEXT | {"description": "Path of the file."},
-        "bytes": _WHOLE | {"description": "Of the file."},
+        "bytes": _WHOLE | {"description": "Size of the file."},
         "covered_loads": _NUMBERS | {"description": "Lightest and heaviest load, N."},
-        "loads": _WHOLE | {"description": "How many loads it holds; between them it is read by interpolation."},
-        "levels": _WHOLE | {"description": "How many levels, each with fewer harmonics than the one before."},
+        "loads": _WHOLE | {"description": "Number of loads; between them the table is interpolated."},
+        "levels": _WHOLE | {"description": "Number of mip levels, each with fewer harmonics than the one before."},
         "harmonics": _WHOLE | {"description": "Highest harmonic of the fullest level."},
         "error": _object(dict.fromkeys(("displacement", "velocity", "acceleration"), _NUMBER))
-        | {"description": "Largest error told of each quantity, relative to its peak-to-peak."},
+        | {"description": "Largest stated error of each quantity, relative to its peak-to-peak."},
     }
+)
+
+
+_FAULT = _object(dict.fromkeys(("pointer", "value", "allowed", "hint"), _TEXT))
+_PROBLEM = _object(
+    {
+        "type": _TEXT | {"format": "uri-reference"},
+        "title": _TEXT,
+        "status": _WHOLE,
+        "detail": _TEXT,
+        "errors": _list_of(_FAULT),
+        "instance": _TEXT,
+    },
+    ("instance",),
 )
 
 
@@ -142,7 +155,7 @@ def components() -> dict[str, Schema]:
         "Picture": _PICTURE,
         "Plan": _PLAN,
         "Play": _PLAY,
-        "Problem": problems.schema(),
+        "Problem": _PROBLEM,
         "Session": _SESSION,
         "Table": _TABLE,
         "Threshold": _THRESHOLD,
@@ -150,10 +163,10 @@ def components() -> dict[str, Schema]:
 
 
 def _lift(schema: Mapping[str, Any], name: str, owner: str, found: dict[str, Schema]) -> Schema:
-    """Return `schema`, of the field `name` of `owner`; objects and lists of names in it become components in `found`.
+    """Return `schema` with each object and enumeration inside it replaced by a reference to a component in `found`.
 
-    An object is called after its field, an item of a list after the list less its s, a list of names after both owner
-    and field.
+    name, owner: the field that has this schema, and the object that has the field. An object is named after its field,
+    an item after its list without the final s, and an enumeration after owner and field.
     """
     made = {key: value for key, value in schema.items() if key not in ("$schema", "title")}
     if "anyOf" in made:
@@ -162,7 +175,7 @@ def _lift(schema: Mapping[str, Any], name: str, owner: str, found: dict[str, Sch
         made["items"] = _lift(made["items"], name.removesuffix("s"), owner, found)
     if "properties" in made:
         fields = made["properties"].items()
-        made["properties"] = {field: _told(_lift(inner, field, name, found)) for field, inner in fields}
+        made["properties"] = {field: _default_in_words(_lift(inner, field, name, found)) for field, inner in fields}
         return _named(_title(name), made, found)
     if "enum" in made:
         return _named(_title(f"{owner}_{name}"), _TEXT | made, found)
@@ -170,9 +183,9 @@ def _lift(schema: Mapping[str, Any], name: str, owner: str, found: dict[str, Sch
 
 
 def _named(name: str, schema: Schema, found: dict[str, Schema]) -> Schema:
-    """Return a reference to `schema` among the components: to `name`, or to one that is the same already."""
+    """Return a reference to an equal schema among the components, or else add `schema` as `name` and refer to it."""
     known = next((known for known, other in found.items() if other == schema), name)
-    assert found.setdefault(known, schema) == schema, f"two components are called {name}"
+    assert found.setdefault(known, schema) == schema, f"two components have the name {name}"
     return _reference(known)
 
 
@@ -180,8 +193,7 @@ def _title(name: str) -> str:
     return "".join(part.capitalize() for part in name.split("_"))
 
 
-def _told(field: Schema) -> Schema:
-    """Return the schema of a field with its default in words; see the module."""
+def _default_in_words(field: Schema) -> Schema:
     if "default" not in field:
         return field
     made = {key: value for key, value in field.items() if key != "default"} | {"x-default": field["default"]}

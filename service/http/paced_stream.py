@@ -1,10 +1,10 @@
-"""The endless answer: a session's sound, paced, to one reader.
+"""The stream of a session over HTTP, sent in real time to one reader.
 
-Model: header, then blocks sent at absolute deadlines, `lead` ahead of the clock (`sessions.pacer`); whatever ends it,
-    the end is a fade of 10 ms and then the end of the answer. A finite stream (`?duration=`) keeps its promised length:
-    one that is ended early is filled up with silence, as fast as it is read.
-Limits: one reader a session. What the reader's own buffers hold is out of reach; the server keeps no rendered block
-    waiting but the one being sent.
+Model: a header, then blocks at absolute deadlines, `lead` ahead of the clock (`sessions.pacer`). Every stream ends with
+    a fade of 10 ms. A finite stream (`?duration=`) that ends early is filled with silence up to its promised length,
+    as fast as the reader takes it.
+Limits: one reader per session. The server holds one rendered block, the one that is being sent. It cannot reach sound
+    in the reader's buffers.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from synth.encode.formats import Block, Metadata, SoundFormat, block_bytes, stre
 from synth.encode.riff import padding, wav_header
 from synth.voice.fades import faded
 
-SILENCE_BYTES = 1 << 16  # a write of the silence that fills up a finite stream
+SILENCE_BYTES = 1 << 16  # of one chunk of the silence that fills a finite stream
 
 
 class Reader:
-    """The one reader of a session, from its request until its answer is over."""
+    """The reader of a session, from its request to the end of its answer."""
 
     def __init__(self, metrics: Metrics) -> None:
         self.stream: VoiceStream | None = None
@@ -36,13 +36,13 @@ class Reader:
         self._grace = grace_seconds(at_once=False)
 
     def end(self, *, at_once: bool = False) -> None:
-        """Have the stream fade and end, now."""
+        """Fade the stream out and end it."""
         if at_once:
             self._grace = grace_seconds(at_once=True)
         self._bell.ring()
 
     async def ended(self) -> float:
-        """Return, once the end was asked for, how long a waiting block may still wait."""
+        """Wait until the stream is to end; return for how many seconds the reader may still take a block."""
         await self._bell.wait()
         return self._grace
 
@@ -54,7 +54,7 @@ class Reader:
         settings: Settings,
         pool: Executor,
     ) -> AsyncGenerator[bytes, None]:
-        """Yield the answer's bytes, beginning with `header`; frames: the length, None for endless."""
+        """Yield the bytes of the answer, `header` first; frames: the length, None for an endless stream."""
         assert self.stream is not None
         channels, sent = self.stream.channels, 0
         yield header
@@ -63,12 +63,12 @@ class Reader:
             yield block_bytes(block, sound_format)
         if frames is not None:
             frame_bytes = channels * sound_format.bytes_per_sample
-            for size in _portions((frames - sent) * frame_bytes):
-                yield bytes(size)
+            for begin in range(sent * frame_bytes, frames * frame_bytes, SILENCE_BYTES):
+                yield bytes(min(SILENCE_BYTES, frames * frame_bytes - begin))
             yield b"" if sound_format.container == "raw" else padding(frames * frame_bytes)
 
     async def _blocks(self, frames: int | None, settings: Settings, pool: Executor) -> AsyncGenerator[Block, None]:
-        """Yield blocks at their times, the last of them fading out."""
+        """Yield each block when it is due; the last one fades out."""
         stream = self.stream
         assert stream is not None
         size = max(1, round(settings.stream_block * stream.sample_rate))
@@ -77,12 +77,12 @@ class Reader:
         while not self._bell.rung and sent < most:
             count = min(size, most - sent)
             now = time.perf_counter()
-            pacer.behind(now)  # far behind, the clock starts anew
+            pacer.behind(now)  # restarts the clock if far behind
             await self._bell.sleep(pacer.due - now)
             if self._bell.rung:
                 break
             block = await stream.rendered(stream.next_block, count, pool)
-            if self._bell.rung:  # while it was rendered: it must not go out at full level any more
+            if self._bell.rung:  # during the render: the block must not be sent at full level
                 yield faded(block, stream.fade_frames)
                 return
             self._count(block, stream, pacer.late(time.perf_counter()), pacer.take_skipped(own=True))
@@ -100,24 +100,19 @@ class Reader:
             self._metrics.limited(stream.reduction_db, len(block) / stream.sample_rate)
 
 
-def opening(
+def stream_opening(
     sound_format: SoundFormat, sample_rate: int, channels: int, metadata: Metadata, frames: int | None
 ) -> bytes:
-    """Return the header of a stream of `frames`, or of an endless one; nothing for raw formats.
+    """Return the header of a stream; b"" for raw formats. frames: the length, None for an endless stream.
 
-    Raises InvalidRequest for FLAC, which does not stream, of any length.
+    Raises InvalidRequest for FLAC, which cannot be streamed.
     """
     if frames is None or sound_format.container != "wav":
         return stream_header(sound_format, sample_rate, channels, metadata)
     return wav_header(sound_format, sample_rate, channels, metadata, frames)
 
 
-def length(sound_format: SoundFormat, header_bytes: int, channels: int, frames: int) -> int:
-    """Return the bytes of a finite stream, header and padding included."""
+def stream_length(sound_format: SoundFormat, header_bytes: int, channels: int, frames: int) -> int:
+    """Return the number of bytes of a finite stream, header and padding included."""
     samples = frames * channels * sound_format.bytes_per_sample
     return header_bytes + samples + (0 if sound_format.container == "raw" else len(padding(samples)))
-
-
-def _portions(total: int) -> list[int]:
-    whole, rest = divmod(total, SILENCE_BYTES)
-    return [SILENCE_BYTES] * whole + ([rest] if rest else [])

@@ -1,12 +1,12 @@
-"""How much one caller may ask for: streams at a time, and requests a second, by key and by address.
+"""Limits the requests per second and the concurrent streams of one caller.
 
-Model: a token bucket for each caller's requests, and a count of the streams it has under way (HTTP, live, plays). A
-    caller is a key, and an address: both are counted, and the tighter bound holds. All of loopback is one address, an
-    IPv6 address counts with its /64, and behind a proxy that RIDGEWAVE_TRUSTED_PROXIES names it is the rightmost entry
-    of X-Forwarded-For that is none of them.
-    Own code: the library `limits` has windows but no token bucket, and does not count what is under way.
-Limits: each worker counts by itself, so a service of N workers lets N times as much pass. At most `CALLERS` buckets
-    are remembered; the one unused for longest is forgotten, which gives that caller a full one.
+Model: each caller has a token bucket for its requests, and a count of its streams (HTTP, live, plays). A caller is
+    counted by its key and by its address; the tighter bound holds. All of loopback is one address. An IPv6 address
+    counts with its /64. Behind a proxy of RIDGEWAVE_TRUSTED_PROXIES, the address is the rightmost entry of
+    X-Forwarded-For that is not a trusted proxy.
+    The library `limits` does not replace this: it has no token bucket, and no count of concurrent streams.
+Limits: each worker counts by itself, so N workers let N times as much pass. At most `CALLERS` buckets are kept; a
+    caller whose bucket was dropped starts with a full one.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ from service.http.connection_limit import room_of
 from service.operations.settings import Settings
 from service.problems import Problem
 
-CALLERS = 10_000  # buckets remembered, 2 MB; fewer forget a busy caller sooner in a flood from many addresses
+CALLERS = 10_000  # buckets, 2 MB; with fewer, a flood from many addresses makes a busy caller's bucket full sooner
 UNLIMITED_PATHS = frozenset({"/v1/stop", "/healthz", "/readyz"})  # a stop is never refused for its rate
-ROUNDING = 1e-9  # of a token: who comes back exactly when it was told to must not be refused by the last digit
-KEY = "ridgewave.key"  # in a scope: the number of the key that the request carried, as KeyCheck found it
+ROUNDING = 1e-9  # tokens; without it, rounding may refuse a caller that waits exactly for Retry-After
+KEY = "ridgewave.key"  # in a scope: the number of the key of the request, set by KeyCheck
 
 Address = ipaddress.IPv4Address | ipaddress.IPv6Address
 
 
 class TokenBucket:
-    """Takes `rate` a second on average, and `burst` at once. Of one thread."""
+    """Allows `rate` tokens per second on average, and `burst` at once. Not thread-safe."""
 
     __slots__ = ("_burst", "_filled", "_now", "_rate", "_tokens")
 
@@ -41,26 +41,26 @@ class TokenBucket:
         self._rate, self._burst, self._now = rate, burst, now
         self._tokens, self._filled = burst, now()
 
-    def take(self, tokens: float = 1.0) -> float:
-        """Return 0 where `tokens` were there, and are now taken; else the seconds until they will be there."""
+    def take(self) -> float:
+        """Take a token and return 0; if there is none, return the seconds until there is one."""
         now = self._now()
         self._tokens = min(self._burst, self._tokens + (now - self._filled) * self._rate)
         self._filled = now
-        if self._tokens >= tokens - ROUNDING:
-            self._tokens -= tokens
+        if self._tokens >= 1.0 - ROUNDING:
+            self._tokens -= 1.0
             return 0.0
-        return (tokens - self._tokens) / self._rate
+        return (1.0 - self._tokens) / self._rate
 
 
 class Ticket:
-    """The place of one stream; `release` gives it back, once, from any thread."""
+    """The place of one stream among those that its caller may have. Thread-safe."""
 
     def __init__(self, give_back: Callable[[], None]) -> None:
         self._give_back: Callable[[], None] | None = give_back
         self._lock = threading.Lock()
 
     def release(self) -> None:
-        """Give the place back; again is the same as once."""
+        """Give the place back; a second call does nothing."""
         with self._lock:
             give_back, self._give_back = self._give_back, None
         if give_back is not None:
@@ -79,9 +79,9 @@ class Limits:
         self._lock = threading.Lock()
 
     def admit(self, scope: Scope) -> Ticket:
-        """Return the place of one more stream for whoever sent the request or WebSocket `scope`.
+        """Return the place of one more stream for the caller of `scope`.
 
-        Raises Problem (429, too-many-streams) where its key or its address has as many as one may have.
+        Raises Problem (429, too-many-streams) if its key or its address has as many streams as allowed.
         """
         bounds = {
             f"address {self.address(scope)}": (self._settings.streams_per_address, "address"),
@@ -90,15 +90,13 @@ class Limits:
         with self._lock:
             for caller, (most, what) in bounds.items():
                 if self._streams[caller] >= most:
-                    detail = (
-                        f"This {what} has {most} streams, and may have no more (RIDGEWAVE_STREAMS_PER_{what.upper()})."
-                    )
-                    raise Problem("too-many-streams", detail)
+                    name = f"RIDGEWAVE_STREAMS_PER_{what.upper()}"
+                    raise Problem("too-many-streams", f"This {what} already has {most} streams ({name}).")
             self._streams.update(bounds.keys())
         return Ticket(lambda: self._leave(tuple(bounds)))
 
     def take_request(self, caller: str) -> None:
-        """Count one request of `caller`; raises Problem (429, rate-limited) where it is one too many."""
+        """Count a request of `caller`; raises Problem (429, rate-limited) for one too many."""
         bucket = self._buckets.get(caller)
         if bucket is None:
             bucket = TokenBucket(self._settings.requests_per_second, self._settings.request_burst, self._now)
@@ -108,25 +106,24 @@ class Limits:
         self._buckets.move_to_end(caller)
         wait = bucket.take()
         if wait > 0.0:
-            detail = (
-                f"More than {self._settings.requests_per_second:g} requests a second (RIDGEWAVE_REQUESTS_PER_SECOND)."
-            )
-            raise Problem("rate-limited", detail, headers={"Retry-After": str(max(1, math.ceil(wait)))})
+            rate = f"{self._settings.requests_per_second:g} requests per second"
+            headers = {"Retry-After": str(max(1, math.ceil(wait)))}
+            raise Problem("rate-limited", f"More than {rate} (RIDGEWAVE_REQUESTS_PER_SECOND).", headers=headers)
 
     def caller(self, scope: Scope) -> str:
-        """Return whom the work for `scope` is counted for: its key, or without one its address."""
+        """Return the caller of `scope`: its key, or its address if it has no key."""
         return f"key {scope[KEY]}" if KEY in scope else f"address {self.address(scope)}"
 
     def address(self, scope: Scope) -> str:
-        """Return the address that `scope` counts for: loopback, an IPv4 address, an IPv6 network, or unknown."""
+        """Return the address under which `scope` counts: loopback, an IPv4 address, an IPv6 network, or unknown."""
         address = _parsed((scope.get("client") or ("", 0))[0])
         if address is not None and self._is_trusted(address):
             values = [value.decode("latin-1") for name, value in scope["headers"] if name == b"x-forwarded-for"]
             for entry in reversed([entry for value in values for entry in value.split(",")]):
-                further = _parsed(entry)
-                if further is None:
-                    break  # what stands further left was not written by a proxy that is trusted
-                address = further
+                previous = _parsed(entry)
+                if previous is None:
+                    break  # entries further left were not written by a trusted proxy
+                address = previous
                 if not self._is_trusted(address):
                     break
         return _counted_as(address)
@@ -143,7 +140,7 @@ class Limits:
 
 
 class RateLimit:
-    """A layer that counts requests and WebSockets: by address before the keys are looked at, by key behind that."""
+    """A layer that counts requests and WebSockets: by address before the check of keys, by key after it."""
 
     def __init__(self, app: ASGIApp, limits: Limits, *, by_key: bool) -> None:
         self._app = app
@@ -151,7 +148,7 @@ class RateLimit:
         self._by_key = by_key
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Count one request, then hand it on; raises Problem, which the outermost layer answers."""
+        """Count a request and pass it on; raises Problem, which `Bouncer` answers."""
         if scope["type"] in ("http", "websocket") and scope["path"] not in UNLIMITED_PATHS:
             if not self._by_key:
                 room = room_of(scope)
@@ -164,7 +161,7 @@ class RateLimit:
 
 
 def _parsed(text: str) -> Address | None:
-    """Return the address in `text`, whose port, brackets and zone are left out, an IPv4 one in IPv6 as itself."""
+    """Return the address in `text` without port, brackets and zone, or None. An IPv4-mapped address becomes IPv4."""
     text = text.strip().strip('"')
     if text.startswith("["):
         text = text[1:].partition("]")[0]

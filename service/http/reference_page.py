@@ -1,7 +1,6 @@
-"""The page /docs: every route, every setting and every problem, made from the tables that the code itself uses.
+"""The page /docs: every route, problem and setting, made from the tables that the code uses.
 
-Plain HTML without scripts or anything from elsewhere, so it works where the service runs without a network, and a page
-on the service's own origin never runs what others host.
+Plain HTML without scripts, and without content from other hosts: it works without a network.
 """
 
 from __future__ import annotations
@@ -27,7 +26,7 @@ def reference_page(openapi: Mapping[str, Any]) -> str:
         (
             '<!doctype html><html lang="en"><meta charset="utf-8"><title>ridgewave</title>',
             f"<style>{_STYLE}</style><h1>ridgewave</h1><p>{escape(openapi['info']['description'])} ",
-            'The same as <a href="/openapi.json">OpenAPI</a>.</p><h2>Calls</h2>',
+            'For programs: <a href="/openapi.json">OpenAPI</a>.</p><h2>Calls</h2>',
             *_calls(openapi["paths"]),
             "<h2>Problems</h2><p>Errors are RFC 9457 problem documents.</p>",
             *(_problem(kind) for kind in problems.TYPES.values()),
@@ -63,4 +62,4 @@ def _settings_table() -> str:
         f"<td>{escape(entry.metadata['allowed'])}<td>{escape(entry.metadata['sentence'])}"
         for entry in settings.setting_fields()
     )
-    return "<table><tr><th>Variable<th>Default<th>Allowed<th>What it does" + "".join(rows) + "</table>"
+    return "<table><tr><th>Variable<th>Default<th>Allowed<th>Meaning" + "".join(rows) + "</table>"

@@ -1,25 +1,25 @@
-"""Request bodies: JSON by their media type, and no larger than the limit.
+"""JSON request bodies, checked for their media type and their size.
 
-A body is refused by its Content-Type before a byte of it is read, so that a form post of another page does nothing, and
-by its size while it is read, chunked or not. What the JSON says is read by `synth.scene.scene`, which is strict.
+The Content-Type is checked before a byte of the body is read, so a form that another page posts has no effect. The size
+is checked while the body is read, whether its length was announced or not. `synth.scene.scene` parses the JSON.
 """
 
 from __future__ import annotations
 
 from starlette.requests import Request
 
+from service.lifespan import service_of
 from service.problems import Problem
 
 JSON = frozenset({"application/json"})
 PATCH = JSON | {"application/merge-patch+json"}
 
 
-async def read_body(
-    request: Request, limit: int, media_types: frozenset[str] = JSON, *, optional: bool = False
-) -> bytes:
-    """Return the body of a JSON request; optional: nothing at all, without a Content-Type, is b"".
+async def read_body(request: Request, media_types: frozenset[str] = JSON, *, optional: bool = False) -> bytes:
+    """Return the body of a JSON request.
 
-    Raises Problem: 415 for another media type, 413 beyond `limit` bytes.
+    optional: a request without Content-Type and without a body returns b"".
+    Raises Problem: 415 for another media type, 413 for a body larger than RIDGEWAVE_MAX_BODY.
     """
     given = request.headers.get("content-type")
     if given is None and optional and _has_no_body(request):
@@ -27,22 +27,20 @@ async def read_body(
     if (given or "").partition(";")[0].strip().lower() not in media_types:
         names = " or ".join(sorted(media_types))
         raise Problem("not-json", f"Send Content-Type: {names}.", headers={"Accept-Post": names})
+    limit = service_of(request).settings.max_body
+    detail = f"The body may have at most {limit} bytes (RIDGEWAVE_MAX_BODY)."
+    too_large = Problem("too-large", detail, headers={"Connection": "close"})
     length = request.headers.get("content-length", "")
     if length.isdigit() and int(length) > limit:
-        raise _too_large(limit)
+        raise too_large
     parts, total = [], 0
     async for part in request.stream():
         total += len(part)
         if total > limit:
-            raise _too_large(limit)
+            raise too_large
         parts.append(part)
     return b"".join(parts)
 
 
 def _has_no_body(request: Request) -> bool:
     return request.headers.get("content-length", "0") == "0" and "transfer-encoding" not in request.headers
-
-
-def _too_large(limit: int) -> Problem:
-    detail = f"The body may have {limit} bytes (RIDGEWAVE_MAX_BODY)."
-    return Problem("too-large", detail, headers={"Connection": "close"})

@@ -1,14 +1,14 @@
-"""What stands between an HTTP connection and the event loop: half-sent requests end, and costly ones are read in turns.
+"""Closes HTTP connections whose request stays incomplete, and reads costly requests in turns.
 
-Model: `connection_limit.Connection` does the work. This class stands between it and the event loop, and runs a
-    clock of HEAD_SECONDS while the connection has no request that is being answered: from its opening on, and from the
-    first byte behind an answer. The head of a request that has come whole reaches the application, which stops the
-    clock; more bytes do not stop it. A body has BODY_SECONDS, and a second more for each BODY_RATE bytes of it that
-    have come. So a connection that is kept alive, an answer that takes long and an endless stream have no bound here.
-    What comes is parsed in pieces. After TURN_SECONDS the rest waits for one of the `Turns` that floods of WebSockets
-    wait for too, and the socket is not read meanwhile: a body in chunks of one byte costs the parser 0.7 us a byte.
-Limits: a body that nobody reads is not waited for: its connection is closed HEAD_SECONDS behind the answer. A WebSocket
-    is on its own from its handshake on (`service.live.websocket`).
+Model: `RequestTimeout` stands between the event loop and `connection_limit.Connection`, which does the work of HTTP.
+    A clock of HEAD_SECONDS runs while no request is being answered: from the start of the connection, and from the
+    first byte after an answer. A complete head reaches the application, which stops the clock; single bytes do not.
+    A body has BODY_SECONDS, and one more second for each BODY_RATE bytes that have arrived. An idle connection
+    between requests, a slow answer and an endless stream are not bounded here.
+    Received data is parsed in pieces. After TURN_SECONDS the rest waits for one of the `Turns`, and the socket is not
+    read meanwhile: a body in chunks of one byte takes the parser 0.7 us per byte.
+Limits: a body that the application does not read is closed HEAD_SECONDS after the answer. After its handshake, a
+    WebSocket has its own protocol (`service.live.websocket`).
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ from uvicorn.server import ServerState
 from service.http.connection_limit import Connection
 from service.http.read_turns import TURN_SECONDS, Turns, shared_turns
 
-HEAD_SECONDS = 10.0  # a slow link has sent its kilobyte long before; more lets half-sent requests take the descriptors
-BODY_SECONDS = 20.0  # less closes a radio link that was away for a moment
-BODY_RATE = 1024  # bytes a second, of the slowest link that is waited for
-PIECE_BYTES = 2048  # parsed at once: 1.5 ms of chunks of one byte, and next to nothing of an ordinary body
+HEAD_SECONDS = 10.0  # far more than a slow link needs; longer lets incomplete requests use up the descriptors
+BODY_SECONDS = 20.0  # shorter closes a radio link after a short interruption
+BODY_RATE = 1024  # bytes per second of the slowest link that is waited for
+PIECE_BYTES = 2048  # parsed at once: 1.5 ms if sent in chunks of one byte, far less in an ordinary body
 TIMED_OUT = b"HTTP/1.1 408 Request Timeout\r\nContent-Length: 0\r\nConnection: close\r\n\r\n"
 
 
 class RequestTimeout(asyncio.Protocol):
-    """One connection; the arguments are those that uvicorn gives to every class named by its option `http`."""
+    """One connection; uvicorn passes these arguments to the class that its option `http` names."""
 
     transport: asyncio.Transport
 
@@ -49,38 +49,38 @@ class RequestTimeout(asyncio.Protocol):
         config.loaded_app = self._answer
         self._inner = Connection(config, server_state, app_state, _loop)
         self._turns: Turns = shared_turns(app_state)
-        self._held = b""  # has come and waits to be parsed
+        self._held = b""  # received, not parsed yet
         self._answering = 0
-        self._has_begun = False  # the request that the clock runs for
+        self._has_begun = False  # whether a byte of the next request has arrived
         self._clock: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Begin."""
+        """Start the clock."""
         self.transport = cast(asyncio.Transport, transport)
         self._start_clock()
         self._inner.connection_made(transport)
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """End."""
+        """Stop the clock."""
         self._stop_clock()
         self._held = b""
         self._inner.connection_lost(exc)
 
     def pause_writing(self) -> None:
-        """Hand it on."""
+        """Pass the event on."""
         self._inner.pause_writing()
 
     def resume_writing(self) -> None:
-        """Hand it on."""
+        """Pass the event on."""
         self._inner.resume_writing()
 
     def eof_received(self) -> bool | None:
-        """Hand it on."""
+        """Pass the event on."""
         self._inner.eof_received()
         return None
 
     def data_received(self, data: bytes) -> None:
-        """Hand on what has come, for one turn."""
+        """Parse the data for one turn; the rest waits."""
         if not self._answering:
             self._has_begun = True
             self._start_clock()
@@ -92,18 +92,18 @@ class RequestTimeout(asyncio.Protocol):
             self._turns.wait(self._next_turn)
 
     def _parse(self) -> bool:
-        """Hand on what waits until the turn is over; return whether that was all."""
+        """Parse the held data until the turn is over; return whether nothing is left."""
         until, held, place = perf_counter() + TURN_SECONDS, self._held, 0
         while place < len(held) and (not place or perf_counter() < until):
             self._inner.data_received(held[place : place + PIECE_BYTES])
             place += PIECE_BYTES
             if self.transport.is_closing() or self.transport.get_protocol() is not self:
-                place = len(held)  # nobody may send before a handshake is answered
+                place = len(held)  # a client must not send before its handshake is answered
         self._held = held[place:]
         return not self._held
 
     def _next_turn(self) -> bool:
-        """Take one of the turns; return False where there was nothing to do."""
+        """Use a turn; return False if there was nothing to do."""
         if not self._held:
             return False
         if not self._parse():
@@ -113,7 +113,7 @@ class RequestTimeout(asyncio.Protocol):
         return True
 
     async def _answer(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Have the application answer a request."""
+        """Pass a request to the application."""
         self._stop_clock()
         self._answering += 1
         try:
@@ -123,11 +123,10 @@ class RequestTimeout(asyncio.Protocol):
             self._has_begun = False
 
     def _timed(self, receive: Receive) -> Receive:
-        """Return `receive`, which ends a request whose body takes too long as if the peer had gone."""
+        """Return `receive` with a time limit: a body that takes too long ends as if the client had disconnected."""
         until, complete = 0.0, False
 
         async def timed() -> Message:
-            """Return the next message of the request, or that the peer is gone."""
             nonlocal until, complete
             if complete:
                 return await receive()

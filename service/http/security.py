@@ -1,12 +1,12 @@
-"""What stands before the routes: Host, Origin and key checks, answers to our own bugs, and the security headers.
+"""The checks of Host, Origin and key, the security headers, and the answer to an internal error.
 
-Pure ASGI, one layer each, in this order from outside:
-    Bouncer   refuses a Host that is not allowed (DNS rebinding: another site's name that resolves to this machine) and
-              a write, or a WebSocket, from a web page of another origin; adds headers; turns our bugs into a 500.
-    KeyCheck  asks for a Bearer key where RIDGEWAVE_API_KEYS is set; a WebSocket may offer it as a subprotocol,
-              `ridgewave.key.` and the key in base64url. Keys are compared in constant time, never echoed or logged.
-Between the two stands CORS where RIDGEWAVE_ALLOWED_ORIGINS names someone: a preflight carries no key.
-Limits: without a key, any program on this machine may call; these checks keep web pages out, not programs.
+Two ASGI layers, the outer one first:
+    Bouncer   refuses a Host that is not allowed (DNS rebinding: a foreign name that resolves to this machine), and a
+              write or a WebSocket from a web page of another origin. Adds headers. Answers internal errors by a 500.
+    KeyCheck  requires a Bearer key if RIDGEWAVE_API_KEYS is set. A WebSocket may offer its key as a subprotocol,
+              `ridgewave.key.` and the key in base64url. Keys are compared in constant time, and never echoed or logged.
+CORS stands between the two, because a preflight request carries no key.
+Limits: without keys, any program on this machine may call the service: the checks keep web pages out, not programs.
 """
 
 from __future__ import annotations
@@ -27,8 +27,10 @@ from service.problems import Problem
 log = logging.getLogger("ridgewave.service")
 
 READING = frozenset({"GET", "HEAD", "OPTIONS"})
-OPEN_PATHS = frozenset({"/", "/vr", "/docs", "/openapi.json", "/healthz", "/readyz"})  # need no key, tell no secrets
-OPEN_FOLDER = "/web/"  # the same for the files of the page: a browser loads them before anyone could give it a key
+OPEN_PATHS = frozenset(
+    {"/", "/vr", "/docs", "/openapi.json", "/healthz", "/readyz"}
+)  # require no key: they contain no secrets
+OPEN_FOLDER = "/web/"  # likewise: a browser loads the files of the page before the user can enter a key
 KEY_PROTOCOL = "ridgewave.key."
 HEADERS = (
     (b"x-content-type-options", b"nosniff"),
@@ -38,15 +40,15 @@ HEADERS = (
 
 
 def header(scope: Scope, name: bytes) -> str | None:
-    """Return the header `name` (lower case) of a request, or None; two of a kind count as none that can be trusted."""
+    """Return the header `name` (lower case), or None; raises Problem if it is present more than once."""
     values = [value for key, value in scope["headers"] if key == name]
     if len(values) > 1:
-        raise Problem("bad-request", f"The header {name.decode()} stands {len(values)} times.")
+        raise Problem("bad-request", f"The header {name.decode()} is present {len(values)} times.")
     return values[0].decode("latin-1") if values else None
 
 
 class Bouncer:
-    """The outermost layer; see the module."""
+    """The outer layer; see the module."""
 
     def __init__(self, app: ASGIApp, settings: Settings) -> None:
         self._app = app
@@ -54,7 +56,7 @@ class Bouncer:
         self._origins = frozenset(origin.lower() for origin in settings.allowed_origins)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Check one request or WebSocket, then hand it on."""
+        """Check a request or WebSocket and pass it on."""
         if scope["type"] not in ("http", "websocket"):
             await self._app(scope, receive, send)
             return
@@ -76,17 +78,17 @@ class Bouncer:
             self._check(scope)
             await self._app(scope, receive, send_with_headers)
         except ClientDisconnect:
-            return  # nobody is left to answer
+            return  # no answer can be sent
         except Problem as problem:
             await refuse(problem, scope, receive, send_with_headers)
         except Exception:
-            mistake = our_bug(scope)
+            internal = our_bug(scope)
             if started:
-                return  # the server cuts the answer short, which is all a peer should learn
-            await refuse(mistake, scope, receive, send_with_headers)
+                return  # the server closes the connection before the answer is complete
+            await refuse(internal, scope, receive, send_with_headers)
 
     async def _websocket(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Check one WebSocket, then hand it on with nothing between it and the server: it sends many messages."""
+        """Check a WebSocket and pass it on. Its many messages go to the server directly."""
         try:
             self._check(scope)
             await self._app(scope, receive, send)
@@ -96,7 +98,7 @@ class Bouncer:
     def _check(self, scope: Scope) -> None:
         host = header(scope, b"host") or ""
         if "*" not in self._hosts and _without_port(host) not in self._hosts:
-            raise Problem("host-refused", "This service does not answer to that Host. See RIDGEWAVE_ALLOWED_HOSTS.")
+            raise Problem("host-refused", "This Host is not allowed. See RIDGEWAVE_ALLOWED_HOSTS.")
         if scope["type"] == "http" and scope["method"] in READING:
             return
         origin = header(scope, b"origin")
@@ -109,14 +111,14 @@ class Bouncer:
 
 
 class KeyCheck:
-    """Lets a request pass that carries one of the keys, or asks for an open path or a file of the page."""
+    """Passes requests that carry one of the keys, and requests of open paths and files of the page."""
 
     def __init__(self, app: ASGIApp, settings: Settings) -> None:
         self._app = app
         self._keys = tuple(key.encode("ascii") for key in settings.api_keys)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Check one request, then hand it on."""
+        """Check a request and pass it on."""
         if scope["type"] in ("http", "websocket") and not self._may_pass(scope):
             challenge = {"WWW-Authenticate": 'Bearer realm="ridgewave"'}
             problem = Problem("key-required", "Send Authorization: Bearer KEY with one of the keys.", headers=challenge)
@@ -129,15 +131,15 @@ class KeyCheck:
             return True
         scheme, _, token = (header(scope, b"authorization") or "").partition(" ")
         given = token.strip().encode("latin-1") if scheme.lower() == "bearer" else _offered_key(scope)
-        matches = [hmac.compare_digest(given, key) for key in self._keys]  # every key, whatever the first says
+        matches = [hmac.compare_digest(given, key) for key in self._keys]  # compares all keys, for constant time
         if not any(matches):
             return False
-        scope[KEY] = matches.index(True)  # for the limits: the key's number, never the key
+        scope[KEY] = matches.index(True)  # the number of the key, for the limits
         return True
 
 
 def _offered_key(scope: Scope) -> bytes:
-    """Return the key that a WebSocket offers as a subprotocol, since a web page cannot set its headers; else b""."""
+    """Return the key that a WebSocket offers as a subprotocol, or b"": a web page cannot set Authorization on it."""
     offered = [name[len(KEY_PROTOCOL) :] for name in scope.get("subprotocols", ()) if name.startswith(KEY_PROTOCOL)]
     if len(offered) != 1:
         return b""
@@ -149,17 +151,14 @@ def _offered_key(scope: Scope) -> bytes:
 
 
 def our_bug(scope: Scope) -> Problem:
-    """Log the exception being handled under a new id, and return the problem that names the id and nothing else."""
+    """Log the current exception under a new id; return a problem that contains only the id."""
     instance = f"urn:uuid:{uuid.uuid4()}"
     log.exception("our mistake %s: %s", instance, request_line(scope), extra={"instance": instance})
-    return Problem("internal", "A mistake of the service's own, not of the request.", instance=instance)
+    return Problem("internal", "A bug of the service, not a fault of the request.", instance=instance)
 
 
 async def refuse(problem: Problem, scope: Scope, receive: Receive, send: Send) -> None:
-    """Answer with `problem`, and count it.
-
-    A WebSocket is refused before it opens, with the same document where the server can.
-    """
+    """Answer with `problem`, and count it. A WebSocket gets the document too, if the server can send it."""
     scope["app"].state.service.metrics.refused(problem.kind)
     if scope["type"] == "websocket" and "websocket.http.response" not in scope.get("extensions", {}):
         await send({"type": "websocket.close", "code": 1008, "reason": problem.kind})
@@ -168,14 +167,14 @@ async def refuse(problem: Problem, scope: Scope, receive: Receive, send: Send) -
 
 
 def _bound_name(host: str) -> str:
-    """Return the Host name of the address that the service listens on; the wildcards are nobody's name."""
+    """Return the Host name of the address that the service listens on; "localhost" for all addresses."""
     if host in ("0.0.0.0", "::"):
         return "localhost"
     return f"[{host}]" if ":" in host else host
 
 
 def _without_port(host: str) -> str:
-    """Return the name in a Host header, lower case, with its brackets if it is an IPv6 address."""
+    """Return the name in a Host header, in lower case; an IPv6 address keeps its brackets."""
     host = host.strip().lower()
     if host.startswith("["):
         name, bracket, rest = host.partition("]")
@@ -185,6 +184,6 @@ def _without_port(host: str) -> str:
 
 
 def _same_origin(origin: str, host: str) -> bool:
-    """Return whether `origin` is the page of this very service; behind a TLS proxy the scheme may be either."""
+    """Return whether `origin` is this service, by either scheme: a proxy may add TLS."""
     scheme, _, place = origin.strip().lower().partition("://")
     return scheme in ("http", "https") and bool(place) and place == host.strip().lower()

@@ -1,4 +1,4 @@
-"""What describes a sound to its reader: the answer's headers, and the metadata inside the file."""
+"""The description of a sound: headers of its answer, and metadata inside its file."""
 
 from __future__ import annotations
 
@@ -8,10 +8,11 @@ from synth.scene.scene import Scene, scene_document
 
 
 def describe(voice: Sounding, sound_format: SoundFormat) -> dict[str, str]:
-    """Return the headers that raw samples need and every answer has.
+    """Return the headers of an answer with sound.
 
-    Ridgewave-Format: `f32le;rate=48000;channels=1`. Ridgewave-Full-Scale: the SI value of a sample of 1.0, and
-    Ridgewave-Quantities what it is a value of, one a channel, separated by commas.
+    Ridgewave-Format: for example `f32le;rate=48000;channels=1`.
+    Ridgewave-Full-Scale: the SI value of a sample of 1.0, one per channel, separated by commas.
+    Ridgewave-Quantities: the quantity of each channel, separated by commas.
     """
     return {
         "Ridgewave-Format": f"{sound_format};rate={voice.sample_rate};channels={voice.channels}",
@@ -22,5 +23,5 @@ def describe(voice: Sounding, sound_format: SoundFormat) -> dict[str, str]:
 
 
 def metadata_of(voice: Sounding, scene: Scene) -> Metadata:
-    """Return what the file says about itself."""
+    """Return the metadata inside the file."""
     return Metadata(tuple(voice.full_scale), tuple(voice.quantities), scene_document(scene))

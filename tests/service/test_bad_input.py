@@ -1,4 +1,4 @@
-"""Bodies that are no scenes: each is refused with its reason, none is our mistake."""
+"""Invalid requests: each is refused with its reason, none is an internal error."""
 
 from __future__ import annotations
 
@@ -47,12 +47,12 @@ def refused(app: FastAPI, path: str, text: bytes) -> None:
 
 
 @pytest.mark.parametrize("text", TEXTS, ids=[repr(text[:40]) for text in TEXTS])
-def test_what_is_no_scene_is_refused_with_a_fault(app: FastAPI, text: bytes) -> None:
+def test_an_invalid_scene_is_refused_with_a_fault(app: FastAPI, text: bytes) -> None:
     refused(app, "/v1/explain", text)
 
 
 @pytest.mark.parametrize("path", WRITES)
-def test_every_route_refuses_what_is_no_json_and_what_is_no_scene(app: FastAPI, path: str) -> None:
+def test_every_route_refuses_invalid_json_and_invalid_scenes(app: FastAPI, path: str) -> None:
     for text in (b"{", b'{"scan": {"weight": 1}}'):
         refused(app, path, text)
 
@@ -61,7 +61,7 @@ TYPES = ["text/plain", "application/x-www-form-urlencoded", "multipart/form-data
 
 
 @pytest.mark.parametrize("path", [*WRITES, "/v1/sessions/x/play", "/v1/stop"])
-def test_only_json_is_read(app: FastAPI, engine: PlainEngine, path: str) -> None:
+def test_only_json_is_accepted(app: FastAPI, engine: PlainEngine, path: str) -> None:
     for kind in TYPES:
         problem(ask(app, "POST", path, content=b"{}", headers={"Content-Type": kind}), 415, "not-json")
     assert engine.opened == []
@@ -78,7 +78,7 @@ def test_json_with_a_charset_is_json(app: FastAPI) -> None:
 
 
 @pytest.mark.parametrize("path", [*WRITES, "/v1/stop"])
-def test_a_body_beyond_the_limit_is_refused_announced_or_not(app: FastAPI, path: str) -> None:
+def test_a_body_beyond_the_limit_is_refused_with_or_without_its_length(app: FastAPI, path: str) -> None:
     limit = settings_of().max_body
 
     async def chunks() -> Any:
@@ -94,7 +94,7 @@ PATHS = (*create_app(settings_of(), PlainEngine()).openapi()["paths"], "/", "/vr
 
 
 @pytest.mark.parametrize("path", PATHS)
-def test_a_wrong_method_is_405_with_every_method_that_the_path_takes(app: FastAPI, path: str) -> None:
+def test_an_unknown_method_is_405_with_every_method_of_the_path(app: FastAPI, path: str) -> None:
     path = path.replace("{session_id}", "none").replace("{name}", "none")
     taken = [method for method in METHODS if ask(app, method, path).status_code != 405]
     answer = ask(app, "BREW", path)
@@ -103,7 +103,7 @@ def test_a_wrong_method_is_405_with_every_method_that_the_path_takes(app: FastAP
 
 
 @pytest.mark.parametrize("path", ["/nothing", "/v1/render/", "/v1/textures/none", "/v1/sessions/none"])
-def test_what_is_not_there_is_404(app: FastAPI, path: str) -> None:
+def test_an_unknown_path_is_404(app: FastAPI, path: str) -> None:
     problem(ask(app, "GET", path), 404, "not-found")
 
 
@@ -133,7 +133,7 @@ APP = create_app(settings_of(max_duration=1.0), PlainEngine())
 
 @settings(max_examples=50, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(path=st.sampled_from(WRITES[1:]), scene=st.one_of(TREES, SCENES))
-def test_no_json_makes_a_mistake_of_ours(path: str, scene: object) -> None:
+def test_no_json_causes_an_internal_error(path: str, scene: object) -> None:
     answer = ask(APP, "POST", path, content=json.dumps(scene).encode(), headers=JSON)
     assert answer.status_code in (200, 201, 422, 503), answer.text
     if answer.status_code == 503:
@@ -143,13 +143,13 @@ def test_no_json_makes_a_mistake_of_ours(path: str, scene: object) -> None:
 
 @settings(max_examples=40, deadline=None)
 @given(path=st.sampled_from(WRITES), text=st.binary(max_size=64))
-def test_no_bytes_make_a_mistake_of_ours(path: str, text: bytes) -> None:
+def test_no_bytes_cause_an_internal_error(path: str, text: bytes) -> None:
     assert ask(APP, "POST", path, content=text, headers=JSON).status_code == 422
 
 
 @settings(max_examples=40, deadline=None)
 @given(patch=st.one_of(TREES, SCENES))
-def test_no_patch_makes_a_mistake_of_ours(patch: object) -> None:
+def test_no_patch_causes_an_internal_error(patch: object) -> None:
     APP.state.service.sessions.end_all()
     session = ask(APP, "POST", "/v1/sessions", content=b"{}", headers=JSON).json()
     answer = ask(APP, "PATCH", f"/v1/sessions/{session['id']}", content=json.dumps(patch).encode(), headers=JSON)
@@ -161,6 +161,6 @@ def test_no_patch_makes_a_mistake_of_ours(patch: object) -> None:
     path=st.text(st.characters(blacklist_categories=["Cs"]), max_size=30),
     accept=st.text(st.characters(min_codepoint=32, max_codepoint=126), max_size=30),
 )
-def test_no_path_and_no_header_makes_a_mistake_of_ours(path: str, accept: str) -> None:
+def test_no_path_and_no_header_causes_an_internal_error(path: str, accept: str) -> None:
     assert ask(APP, "GET", "/" + quote(path), headers={"Accept": accept}).status_code < 500
     assert ask(APP, "POST", "/v1/render", content=b"{}", headers={**JSON, "Accept": accept}).status_code in (422, 406)

@@ -1,12 +1,11 @@
-"""Every call that OpenAPI tells of, with thousands of requests that nobody thought of: only promised answers.
+"""Every call of the OpenAPI document, with random requests: each answer is a documented one.
 
-Model: schemathesis draws requests from the service's own OpenAPI document, some that fit its schemas and some that do
-    not, with scenes drawn from `synth.scene.scene.scene_schema()`; each is answered in process. An answer must have a
-    documented status, media type and schema. 5xx is allowed for 503 alone, with the type of a problem
-    that is documented for 503.
-Limits: endless streams are asked for with `?duration=`, renders are short (an answer in process is collected whole),
-    and PortAudio is kept out, so that no test plays on the machine's own device. The plain engine gives breadth, the
-    real one a smaller run. `-m thorough` draws thirty times as many.
+Model: schemathesis draws requests from the OpenAPI document of the service, valid and invalid ones. They are answered
+    in process. An answer must have a documented status, media type and schema. The only status from 500 on is 503, with
+    a problem that is documented for 503.
+Limits: streams are finite and renders short, because an answer in process is collected whole. PortAudio is disabled, so
+    that no test plays on a device. The real engine gets fewer calls than the plain one. `-m thorough` draws thirty
+    times as many requests.
 """
 
 from __future__ import annotations
@@ -48,8 +47,8 @@ CHECKS = [
 ]
 MAY_BE_503 = {kind.uri for kind in problems.TYPES.values() if kind.status == 503}
 LONGEST = 0.25  # s of a render or a stream in these tests
-EXAMPLES = 12  # requests of a call and a mode
-REAL_EXAMPLES = 4  # of the real engine, whose answer to a wild scene can take seconds
+EXAMPLES = 12  # requests per call and mode
+REAL_EXAMPLES = 4  # to the real engine, which can take seconds for a random scene
 THOROUGH = 30
 REAL = (
     "POST /v1/render",
@@ -59,7 +58,7 @@ REAL = (
     "POST /v1/tables",
     "PATCH /v1/sessions/{session_id}",
 )
-"""The calls that the smaller run asks of the real engine: those that solve a scene, but not for a minute."""
+"""The calls to the real engine: those that solve a scene, except the one that takes a minute."""
 STREAM, PLAY = "/v1/sessions/{session_id}/stream", "/v1/sessions/{session_id}/play"
 LIMITS = {"max_duration": LONGEST, "max_sessions": 8}
 JSON = {"Content-Type": "application/json"}
@@ -70,31 +69,31 @@ Case = AnyCase[Any]
 
 
 def documented() -> Any:
-    """Return schemathesis' view of the service."""
+    """Return the OpenAPI document as schemathesis reads it."""
     return schemathesis.openapi.from_dict(create_app(settings_of(), PlainEngine()).openapi())
 
 
 OPERATIONS = {found.ok().label: found.ok() for found in documented().get_all_operations()}
 OF_A_HAND = ("GET /v1/sessions/{session_id}/recording",)
-"""What only a live session has: tests/service/live asks for it where there is one; here every answer is a 404."""
+"""Only a live session has a recording, so every answer here is a 404; tests/service/live tests it."""
 FITS = [pytest.param(label, True, id=f"{label} fits") for label in OPERATIONS]
 FITS_NOT = [
     pytest.param(label, False, id=f"{label} does not fit")
     for label, operation in OPERATIONS.items()
-    if operation.body or operation.query  # a path's parameters are any text
+    if operation.body or operation.query  # a parameter of a path may be any text
 ]
 MANY = [pytest.param(1, id="few"), pytest.param(THOROUGH, id="many", marks=pytest.mark.thorough)]
 
 
 def drawn(examples: int) -> settings:
-    """Return the settings of a run of so many examples; the same requests in each run of the same versions."""
+    """Return the settings of a run that is the same each time."""
     quiet = list(HealthCheck)
     return settings(max_examples=examples, deadline=None, suppress_health_check=quiet, database=None, derandomize=True)
 
 
 @pytest.fixture(scope="module", autouse=True)
 def no_devices() -> Iterator[None]:
-    """Keep the machine's own devices out of reach."""
+    """Disable the audio devices."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(sys.modules, "sounddevice", None)
         yield
@@ -121,7 +120,7 @@ def real(tmp_path_factory: pytest.TempPathFactory) -> Iterator[FastAPI]:
 
 
 def answered(app: FastAPI, case: Case, known: bool) -> httpx.Response:
-    """Return the answer to `case` after checking it; known: what its path names exists."""
+    """Return the checked answer to `case`; known: its path names existing things."""
     if known:
         exist(app, case)
     shorten(case)
@@ -136,7 +135,7 @@ def answered(app: FastAPI, case: Case, known: bool) -> httpx.Response:
 
 
 def check(answer: httpx.Response) -> None:
-    """Fail where an answer is a mistake of ours, or a 503 without a documented reason."""
+    """Fail for an internal error, and for a 503 without a documented reason."""
     if answer.status_code >= 500:
         assert answer.status_code == 503, answer.text
         assert answer.json()["type"] in MAY_BE_503
@@ -145,7 +144,7 @@ def check(answer: httpx.Response) -> None:
 
 
 def exist(app: FastAPI, case: Case) -> None:
-    """Have the path of `case` name what there is: a session, with a play that can be ended, a texture, or a table."""
+    """Change the path of `case` to name an existing session (with a play if it ends one), texture, or table."""
     names = case.path_parameters or {}
     if "name" in names:
         names["name"] = catalogue()[0].name
@@ -162,13 +161,13 @@ def exist(app: FastAPI, case: Case) -> None:
 
 
 def session_of(app: FastAPI) -> str:
-    """Return the id of a fresh session; earlier ones end, so that there is always room."""
+    """Return the id of a new session; earlier ones are ended to make room."""
     app.state.service.sessions.end_all()
     return str(ask(app, "POST", "/v1/sessions", content=b"{}", headers=JSON).json()["id"])
 
 
 def shorten(case: Case) -> None:
-    """Make an endless stream finite and most renders short, without making what is wrong with them right."""
+    """Make endless streams finite and most renders short; invalid values stay invalid."""
     if case.operation.path == STREAM and "duration" not in (case.query or {}):
         case.query = {**(case.query or {}), "duration": 0.01}
     body: Any = case.body
@@ -180,7 +179,7 @@ def shorten(case: Case) -> None:
 
 @pytest.mark.parametrize("times", MANY)
 @pytest.mark.parametrize(("label", "fits"), FITS + FITS_NOT)
-def test_every_answer_is_one_that_the_document_promises(plain: FastAPI, label: str, fits: bool, times: int) -> None:
+def test_every_answer_is_documented(plain: FastAPI, label: str, fits: bool, times: int) -> None:
     mode = GenerationMode.POSITIVE if fits else GenerationMode.NEGATIVE
     seen: Counter[int] = Counter()
 
@@ -197,7 +196,7 @@ def test_every_answer_is_one_that_the_document_promises(plain: FastAPI, label: s
 
 @pytest.mark.parametrize("times", MANY)
 @pytest.mark.parametrize("label", REAL)
-def test_the_real_engine_makes_no_mistake_of_a_scene_that_fits(real: FastAPI, label: str, times: int) -> None:
+def test_the_real_engine_answers_valid_scenes_as_documented(real: FastAPI, label: str, times: int) -> None:
     @drawn(REAL_EXAMPLES * times)
     @given(case=OPERATIONS[label].as_strategy(generation_mode=GenerationMode.POSITIVE))
     def run(case: Case) -> None:

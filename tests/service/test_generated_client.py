@@ -1,4 +1,4 @@
-"""A client that `openapi-python-client` makes of the served /openapi.json renders, explains, and steers a session."""
+"""A client that `openapi-python-client` generates from /openapi.json renders, explains, and changes a session."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def scene(**sections: Any) -> Any:
     return models.Scene(**{name: getattr(models, name.capitalize())(**fields) for name, fields in sections.items()})
 
 
-def test_no_call_is_left_out(package: Path) -> None:
+def test_every_call_is_generated(package: Path) -> None:
     made = {
         folder.name: {file.stem for file in folder.glob("[a-z]*.py")} for folder in (package / "api").glob("[a-z]*")
     }
@@ -85,7 +85,7 @@ def test_it_renders_a_wav(client: Any) -> None:
     assert (len(samples), rate) == (400, 8000)
 
 
-def test_what_a_scene_does_not_say_is_not_sent_as_its_default(client: Any) -> None:
+def test_the_default_of_an_absent_field_is_not_sent(client: Any) -> None:
     rough = scene(texture={"roughness": "10 um"}, finger={"roughness": "20 um"}, **SHORT)
     plan = call("render", "explain").sync(client=client, body=rough)
     assert plan.scene.texture.amplitude == pytest.approx(math.pi / 2 * 1e-5)  # eq. 3
@@ -94,7 +94,7 @@ def test_what_a_scene_does_not_say_is_not_sent_as_its_default(client: Any) -> No
     assert plan.scene.texture.period == pytest.approx(1e-3)
 
 
-def test_what_is_refused_comes_as_a_problem(client: Any) -> None:
+def test_a_refusal_is_a_problem(client: Any) -> None:
     told = call("render", "explain").sync(client=client, body=scene(scan={"load": -1.0}))
     assert isinstance(told, part("models").Problem)
     assert (told.status, told.errors[0].pointer) == (422, "/scan/load")
@@ -110,7 +110,7 @@ def test_it_opens_changes_reads_and_deletes_a_session(client: Any) -> None:
     assert call("sessions", "get_session").sync(opened.id, client=client).status == 404
 
 
-def test_a_token_is_the_key_and_owns_what_it_opens(package: Path, tmp_path: Path) -> None:
+def test_a_token_is_the_key_and_owns_its_sessions(package: Path, tmp_path: Path) -> None:
     with serving(kept_engine(), api_keys="mine,yours", file_folder=tmp_path) as keyed:
         mine, yours = (part("client").AuthenticatedClient(base_url=keyed.url, token=key) for key in ("mine", "yours"))
         opened = call("sessions", "open_session").sync(client=mine, body=scene(**SHORT))
@@ -121,7 +121,7 @@ def test_a_token_is_the_key_and_owns_what_it_opens(package: Path, tmp_path: Path
         assert read.sync(opened.id, client=nobody).status == 401
 
 
-def test_it_does_the_same_in_an_event_loop(client: Any) -> None:
+def test_it_works_in_an_event_loop(client: Any) -> None:
     async def conversation() -> None:
         async with client:
             made = await call("render", "render").asyncio(client=client, body=scene(**SHORT))

@@ -1,4 +1,4 @@
-"""How much one caller gets: requests by a bucket, streams by a count, both by key and by address."""
+"""Limits of one caller: the rate of requests and the number of streams, by key and by address."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def test_a_bucket_gives_a_burst_and_then_its_rate() -> None:
     assert bucket.take() > 0.0
 
 
-def test_streams_of_an_address_are_bounded_and_a_released_one_makes_room() -> None:
+def test_streams_of_an_address_are_bounded_until_one_is_released() -> None:
     limits = limits_of(streams_per_address=2)
     tickets = [limits.admit(scope_of()) for _ in range(2)]
     assert "RIDGEWAVE_STREAMS_PER_ADDRESS" in refused(limits, scope_of()).detail
@@ -94,9 +94,9 @@ def test_a_refused_stream_takes_no_place() -> None:
         ("fe80::1%eth0", (), "fe80::/64"),
         (None, (), "unknown"),
         ("testclient", (), "unknown"),
-        ("192.0.2.1", ("198.51.100.7",), "192.0.2.1"),  # not a proxy: what it says of others is nothing
+        ("192.0.2.1", ("198.51.100.7",), "192.0.2.1"),  # not a trusted proxy: its header is ignored
         ("10.0.0.1", ("198.51.100.7",), "198.51.100.7"),
-        ("10.0.0.1", ("203.0.113.9, 198.51.100.7",), "198.51.100.7"),  # the left one is what the client wrote
+        ("10.0.0.1", ("203.0.113.9, 198.51.100.7",), "198.51.100.7"),  # the client wrote the left entry
         ("10.0.0.1", ("203.0.113.9, 198.51.100.7, 10.0.0.2",), "198.51.100.7"),
         ("10.0.0.1", ("203.0.113.9", "198.51.100.7"), "198.51.100.7"),
         ("10.0.0.1", ("198.51.100.7:4711",), "198.51.100.7"),
@@ -106,11 +106,11 @@ def test_a_refused_stream_takes_no_place() -> None:
         ("10.0.0.1", (), "10.0.0.1"),
     ],
 )
-def test_the_address_that_counts(address: str | None, forwarded: tuple[str, ...], counted: str) -> None:
+def test_the_address_that_is_counted(address: str | None, forwarded: tuple[str, ...], counted: str) -> None:
     assert limits_of(trusted_proxies="10.0.0.0/8").address(scope_of(address, *forwarded)) == counted
 
 
-def test_without_trusted_proxies_nobody_is_believed() -> None:
+def test_without_trusted_proxies_the_header_is_ignored() -> None:
     assert limits_of().address(scope_of("127.0.0.1", "198.51.100.7")) == "loopback"
 
 
@@ -131,7 +131,7 @@ def slow_app() -> Any:
     made.state.service.finish()
 
 
-def test_a_request_too_many_is_told_when_to_come_back(slow_app: FastAPI) -> None:
+def test_one_request_too_many_gets_retry_after(slow_app: FastAPI) -> None:
     assert [ask(slow_app, "GET", "/v1/textures").status_code for _ in range(3)] == [200] * 3
     answer = ask(slow_app, "GET", "/v1/textures")
     problem(answer, 429, "rate-limited")
@@ -144,7 +144,7 @@ def test_a_stop_is_never_refused_for_its_rate(slow_app: FastAPI) -> None:
         assert ask(slow_app, "GET", "/healthz").status_code == 200
 
 
-def test_guesses_at_keys_are_counted_by_address_and_a_key_by_itself() -> None:
+def test_wrong_keys_are_counted_by_address_and_right_keys_by_key() -> None:
     app = create_app(settings_of(api_keys="a,b", request_burst=3, requests_per_second=0.1), PlainEngine())
 
     def status(key: str, address: str) -> int:
@@ -162,7 +162,7 @@ def test_guesses_at_keys_are_counted_by_address_and_a_key_by_itself() -> None:
     app.state.service.finish()
 
 
-def test_a_reader_that_leaves_and_a_play_that_ends_make_room(tmp_path: Any) -> None:
+def test_a_reader_that_leaves_and_a_play_that_ends_release_their_places(tmp_path: Any) -> None:
     with serving(PlainEngine(), streams_per_address=2, file_folder=tmp_path) as running:
         first, second = running.open_session(), running.open_session()
         assert running.client.post(f"/v1/sessions/{first}/play", json={"device": "file:a.wav"}).status_code == 202
@@ -179,7 +179,7 @@ def test_a_reader_that_leaves_and_a_play_that_ends_make_room(tmp_path: Any) -> N
                 other.frames(480)
 
 
-def test_a_stream_that_is_refused_gives_its_place_back(tmp_path: Any) -> None:
+def test_a_refused_stream_releases_its_place(tmp_path: Any) -> None:
     with serving(PlainEngine(), streams_per_address=1, file_folder=tmp_path) as running:
         session = running.open_session()
         for _ in range(3):
@@ -189,7 +189,7 @@ def test_a_stream_that_is_refused_gives_its_place_back(tmp_path: Any) -> None:
             listener.frames(480)
 
 
-def test_an_endless_stream_ends_with_a_fade_at_its_longest() -> None:
+def test_an_endless_stream_ends_with_a_fade_after_max_stream() -> None:
     with serving(PlainEngine(), max_stream=0.3) as running, running.listening(running.open_session()) as listener:
         samples = listener.rest()
     assert len(samples) == round(0.3 * 48000)

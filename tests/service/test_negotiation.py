@@ -1,4 +1,4 @@
-"""Which sound format an answer has."""
+"""The sound format of an answer."""
 
 from __future__ import annotations
 
@@ -32,31 +32,31 @@ from service.problems import Problem
         ("audio/ogg,audio/*;q=0.9,*/*;q=0.1", "wav"),
     ],
 )
-def test_accept_is_weighed(accept: str | None, expected: str) -> None:
+def test_the_largest_weight_of_accept_wins(accept: str | None, expected: str) -> None:
     assert choose_format(None, accept, 48000, 2) == expected
 
 
 @pytest.mark.parametrize(
     "accept", ["text/html", "audio/mpeg", "*/*;q=0", "audio/L16;rate=44100", "audio/l16;channels=1"]
 )
-def test_what_cannot_be_sent_is_not_acceptable(accept: str) -> None:
+def test_an_accept_without_a_possible_format_is_refused(accept: str) -> None:
     with pytest.raises(Problem) as refused:
         choose_format(None, accept, 48000, 2)
     assert refused.value.kind == "not-acceptable"
     assert "audio/L16;rate=48000;channels=2" in refused.value.detail
 
 
-def test_format_beats_accept() -> None:
+def test_the_parameter_wins_over_accept() -> None:
     assert choose_format("wav24", "audio/flac", 48000, 1) == "wav24"
 
 
-def test_l16_ends_at_48_khz() -> None:
+def test_l16_is_not_offered_above_48_khz() -> None:
     with pytest.raises(Problem):
         choose_format(None, "audio/L16", 96000, 1)
     assert choose_format(None, "audio/L16, audio/wav;q=0.1", 96000, 1) == "wav"
 
 
-def test_flac_neither_streams_nor_has_nine_channels() -> None:
+def test_flac_is_not_offered_for_streams_or_nine_channels() -> None:
     with pytest.raises(Problem):
         choose_format(None, "audio/flac", 48000, 1, endless=True)
     with pytest.raises(Problem):

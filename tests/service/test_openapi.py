@@ -1,4 +1,4 @@
-"""OpenAPI says what the service does: audio and problems by their media types, scenes and problems by their schemas."""
+"""The OpenAPI document: media types of sounds and problems, and the schemas of scenes."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_every_error_is_a_problem_document(document: dict[str, Any]) -> None:
                 assert content == {problems.MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/Problem"}}}, name
 
 
-def test_every_reference_leads_somewhere(document: dict[str, Any]) -> None:
+def test_every_reference_has_a_target(document: dict[str, Any]) -> None:
     def walk(value: Any) -> None:
         if isinstance(value, dict):
             if isinstance(value.get("$ref"), str):
@@ -68,7 +68,7 @@ def test_bodies_are_scenes(document: dict[str, Any]) -> None:
     assert "texture" in document["components"]["schemas"]["Scene"]["properties"]
 
 
-def test_operations_have_the_names_that_the_page_promises(document: dict[str, Any]) -> None:
+def test_operations_have_the_names_of_the_docs(document: dict[str, Any]) -> None:
     page = (ROOT / "docs" / "http.md").read_text("utf-8")
     promised = re.findall(r"^\| `(\w+)` \| `([A-Z]+ /\S*)` \|$", page, re.M)
     assert promised == [(call["operationId"], name) for name, call in operations(document).items()]

@@ -1,15 +1,14 @@
-"""The page: its files and nothing else, with the headers that bound what it may do, with and without keys."""
+"""The page: its files and nothing else, the headers that restrict it, and what requires a key."""
 
 from __future__ import annotations
 
-import gzip
 from pathlib import Path
 
 import pytest
 from fastapi import FastAPI
 
 from service.app import create_app
-from service.http.page_files import MEDIA_TYPES, PageFiles
+from service.http.page_files import MEDIA_TYPES, find_page_file
 from tests.service.harness import ask, problem, settings_of
 from tests.service.plain_engine import PlainEngine
 
@@ -27,7 +26,7 @@ FILES = {
     "__pycache__/page.pyc": "secret",
     "page.py": "secret",
 }
-NO_PACKING = {"Accept-Encoding": "identity"}
+IDENTITY = {"Accept-Encoding": "identity"}
 
 
 @pytest.fixture
@@ -59,7 +58,7 @@ def app(folder: Path) -> FastAPI:
     ],
 )
 def test_a_file_is_sent_as_it_is_by_its_media_type(app: FastAPI, path: str, name: str, media_type: str) -> None:
-    answer = ask(app, "GET", path, headers=NO_PACKING)
+    answer = ask(app, "GET", path, headers=IDENTITY)
     assert (answer.status_code, answer.text) == (200, FILES[name])
     assert answer.headers["content-type"] == media_type
     assert answer.headers["content-length"] == str(len(FILES[name]))
@@ -67,7 +66,7 @@ def test_a_file_is_sent_as_it_is_by_its_media_type(app: FastAPI, path: str, name
 
 
 @pytest.mark.parametrize("path", ["/", "/vr", "/web/index.html", "/web/sight/plot.svg"])
-def test_what_a_browser_opens_says_what_it_may_do(app: FastAPI, path: str) -> None:
+def test_what_a_browser_opens_has_the_policies(app: FastAPI, path: str) -> None:
     headers = ask(app, "GET", path).headers
     policy = dict(entry.strip().partition(" ")[::2] for entry in headers["content-security-policy"].split(";"))
     assert policy["default-src"] == "'self'"
@@ -81,7 +80,7 @@ def test_what_a_browser_opens_says_what_it_may_do(app: FastAPI, path: str) -> No
 
 
 @pytest.mark.parametrize("path", ["/", "/web/sight/scale.js", "/web/page.css"])
-def test_every_file_is_taken_for_what_it_is_and_asked_for_again(app: FastAPI, path: str) -> None:
+def test_every_file_keeps_its_media_type_and_is_revalidated(app: FastAPI, path: str) -> None:
     headers = ask(app, "GET", path).headers
     assert headers["x-content-type-options"] == "nosniff"
     assert headers["cache-control"] == "no-cache"
@@ -115,17 +114,16 @@ def test_nothing_else_is_sent(app: FastAPI, path: str) -> None:
     assert "secret" not in answer.text
 
 
-def test_what_leads_out_of_the_folder_is_not_found_by_its_name_either(folder: Path) -> None:
-    """A client may tidy a path before it is sent: these names reach the files as they are."""
-    files = PageFiles(folder)
+def test_a_name_that_leads_out_of_the_folder_is_not_found(folder: Path) -> None:
+    """A client may normalise a path before it sends it; these names reach the folder unchanged."""
     for name in ("../outside.js", "sight/../../outside.js", "/etc/passwd", "..", "", "link.js", "sight\\scale.js", "."):
-        assert files.find(name) is None, name
-    assert files.find("sight/scale.js") is not None
+        assert find_page_file(folder, name) is None, name
+    assert find_page_file(folder, "sight/scale.js") is not None
 
 
 @pytest.mark.parametrize("path", ["/", "/vr", "/web/page.css"])
 def test_head_answers_the_headers_alone(app: FastAPI, path: str) -> None:
-    head, whole = (ask(app, method, path, headers=NO_PACKING) for method in ("HEAD", "GET"))
+    head, whole = (ask(app, method, path, headers=IDENTITY) for method in ("HEAD", "GET"))
     assert (head.status_code, head.content) == (200, b"")
     assert head.headers == whole.headers
 
@@ -143,26 +141,18 @@ def test_what_the_client_has_is_not_sent_again(app: FastAPI, folder: Path) -> No
 
 
 @pytest.mark.parametrize(
-    ("accepted", "packed"),
+    ("accepted", "compressed"),
     [("gzip, br", True), ("*", True), ("GZIP;q=0.5", True), ("gzip;q=0", False), ("br", False), ("identity", False)],
 )
-def test_text_is_packed_where_the_client_takes_it(folder: Path, accepted: str, packed: bool) -> None:
-    answer = ask(create_app(settings_of(web=folder), PlainEngine()), "GET", "/web/sight/scale.js",
-                 headers={"Accept-Encoding": accepted})  # fmt: skip
+def test_text_is_compressed_where_the_client_accepts_gzip(app: FastAPI, accepted: str, compressed: bool) -> None:
+    answer = ask(app, "GET", "/web/sight/scale.js", headers={"Accept-Encoding": accepted})
     assert answer.text == SCRIPT
-    assert answer.headers.get("content-encoding") == ("gzip" if packed else None)
-    assert (int(answer.headers["content-length"]) < len(SCRIPT) / 10) == packed
+    assert answer.headers.get("content-encoding") == ("gzip" if compressed else None)
+    assert (int(answer.headers["content-length"]) < len(SCRIPT) / 10) == compressed
     assert answer.headers["vary"] == "Accept-Encoding"
 
 
-def test_what_packing_makes_larger_is_sent_as_it_is(folder: Path) -> None:
-    found = PageFiles(folder).find("page.css")
-    assert found is not None and found.packed is None
-    script = PageFiles(folder).find("sight/scale.js")
-    assert script is not None and script.packed is not None and gzip.decompress(script.packed) == script.content
-
-
-def test_the_page_needs_no_key_and_what_it_calls_does(folder: Path) -> None:
+def test_the_page_requires_no_key_but_its_calls_do(folder: Path) -> None:
     app = create_app(settings_of(web=folder, api_keys="key-one"), PlainEngine())
     for path in ("/", "/vr", "/web/sight/scale.js"):
         assert ask(app, "GET", path).status_code == 200
@@ -183,7 +173,7 @@ def test_the_page_takes_no_writes(app: FastAPI) -> None:
         problem(ask(app, "POST", path, json={}), 405, "method-not-allowed")
 
 
-def test_without_a_page_the_root_leads_to_the_calls() -> None:
+def test_without_a_page_the_root_redirects_to_the_docs() -> None:
     app = create_app(settings_of(), PlainEngine())
     for method in ("GET", "HEAD"):
         assert ask(app, method, "/").headers["location"] == "/docs"
@@ -195,5 +185,5 @@ def test_a_folder_without_an_index_has_none(tmp_path: Path) -> None:
     problem(ask(create_app(settings_of(web=tmp_path), PlainEngine()), "GET", "/"), 404, "not-found")
 
 
-def test_scripts_have_a_media_type_that_modules_are_loaded_by() -> None:
+def test_scripts_have_a_media_type_that_browsers_load_as_modules() -> None:
     assert MEDIA_TYPES[".js"].startswith("text/javascript")

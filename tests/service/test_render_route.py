@@ -1,4 +1,4 @@
-"""`POST /v1/render` and `/v1/explain` with the plain engine: formats, sizes, headers, limits."""
+"""`POST /v1/render` and `/v1/explain` with the plain engine: formats, sizes, headers and limits."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def test_a_file_holds_the_voice_to_the_last_frame(app: FastAPI, scene: dict[str,
 
 
 @pytest.mark.parametrize("name", ["wav", "wav16", "wav24"])
-def test_a_sound_sent_in_pieces_is_the_file_byte_for_byte(app: FastAPI, name: str) -> None:
+def test_a_sound_sent_in_pieces_equals_the_file(app: FastAPI, name: str) -> None:
     answer = ask(app, "POST", f"/v1/render?format={name}", json=LONG)
     assert len(answer.content) > 3_000_000
     metadata = read_metadata(answer.content)
@@ -85,7 +85,7 @@ def test_server_timing_names_the_stages(app: FastAPI) -> None:
     assert all(float(milliseconds) >= 0 for _, _, milliseconds in stages)
 
 
-def test_nothing_acceptable_is_406_and_renders_nothing(app: FastAPI, engine: PlainEngine) -> None:
+def test_without_an_acceptable_format_nothing_is_rendered(app: FastAPI, engine: PlainEngine) -> None:
     answer = ask(app, "POST", "/v1/render", json=SHORT, headers={"Accept": "audio/mpeg"})
     problem(answer, 406, "not-acceptable")
     assert engine.opened == []
@@ -103,13 +103,13 @@ def test_a_render_beyond_the_longest_is_refused_with_the_field(app: FastAPI) -> 
     assert fault["pointer"] == "/output/duration" and "3600 s" in fault["allowed"]
 
 
-def test_warnings_travel_in_a_header(app: FastAPI, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_warnings_are_in_a_header(app: FastAPI, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("tests.service.plain_engine.PlainVoice.warnings", ("below 1 nm:\nsilence", "2 µm"))
     answer = ask(app, "POST", "/v1/render", json=SHORT)
     assert answer.headers["ridgewave-warning"] == "below 1 nm: silence 2 ?m"
 
 
-def test_too_many_renders_are_told_to_come_back() -> None:
+def test_too_many_renders_get_503_and_retry_after() -> None:
     app = create_app(settings_of(max_renders=1), PlainEngine())
     service = app.state.service
     running = UnderWay(service.renders, "somebody")
@@ -123,20 +123,20 @@ def test_too_many_renders_are_told_to_come_back() -> None:
     service.finish()
 
 
-def test_explain_answers_the_plan(app: FastAPI) -> None:
+def test_explain_returns_the_plan(app: FastAPI) -> None:
     answer = ask(app, "POST", "/v1/explain", json={"scan": {"load": "0.1 N"}})
     assert answer.status_code == 200
     assert answer.json()["scene"]["scan"]["load"] == 0.1
 
 
-def test_what_cannot_be_rendered_says_why(app: FastAPI, engine: PlainEngine) -> None:
+def test_a_render_that_is_not_possible_has_its_reason(app: FastAPI, engine: PlainEngine) -> None:
     engine.refuse = "the moon is in the way."
     document = problem(ask(app, "POST", "/v1/render", json={}), 503, "cannot-render")
     assert document["detail"] == "the moon is in the way."
 
 
 @pytest.mark.parametrize("path", ["/v1/render", "/v1/explain", "/v1/sessions"])
-def test_a_bug_of_ours_is_an_id_and_nothing_else(
+def test_an_internal_error_shows_an_id_and_nothing_else(
     app: FastAPI, engine: PlainEngine, path: str, caplog: pytest.LogCaptureFixture
 ) -> None:
     engine.mistake = True
@@ -148,7 +148,7 @@ def test_a_bug_of_ours_is_an_id_and_nothing_else(
 
 
 class FullDisk(io.BytesIO):
-    """A temporary file, as the system names one, on a disk without room."""
+    """A temporary file on a full disk."""
 
     name = 16
 
@@ -156,7 +156,9 @@ class FullDisk(io.BytesIO):
         raise OSError(errno.ENOSPC, "No space left on device", "/secret/ridgewave-x")
 
 
-def test_a_long_flac_without_room_for_its_temporary_file_says_so(app: FastAPI, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_long_flac_without_room_for_its_temporary_file_has_its_reason(
+    app: FastAPI, monkeypatch: pytest.MonkeyPatch
+) -> None:
     long = {"output": {"duration": 1.5 * WHOLE_SAMPLES / 48000}}
     monkeypatch.setattr(tempfile, "TemporaryFile", lambda **_: FullDisk())
     answer = ask(app, "POST", "/v1/render?format=flac", json=long)

@@ -1,4 +1,4 @@
-"""Requests that stay half-sent are closed; nothing else is, however long it takes."""
+"""Incomplete requests are closed after a time; complete ones are not, however long they take."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from service.http import request_timeout
 from tests.service.harness import Running, until
 from tests.service.live.client import live
 
-HEAD, BODY = 0.4, 0.8  # s, in place of ten and twenty
+HEAD, BODY = 0.4, 0.8  # s, instead of 10 and 20
 PATIENCE = 60.0
 LENGTH = re.compile(rb"(?i)\r\ncontent-length: (\d+)\r\n")
 
 
 @pytest.fixture(autouse=True)
-def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+def short_timeouts(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(request_timeout, "HEAD_SECONDS", HEAD)
     monkeypatch.setattr(request_timeout, "BODY_SECONDS", BODY)
 
@@ -33,7 +33,7 @@ def connected(running: Running) -> Iterator[socket.socket]:
 
 
 def ended(connection: socket.socket) -> tuple[float, bytes]:
-    """Return the seconds until the server ended the connection, and what it said."""
+    """Return the seconds until the server closed the connection, and what it sent."""
     began, said = time.monotonic(), b""
     while chunk := connection.recv(65536):
         said += chunk
@@ -41,7 +41,7 @@ def ended(connection: socket.socket) -> tuple[float, bytes]:
 
 
 def asked(connection: socket.socket, request: bytes) -> bytes:
-    """Return the answer: its head, and the body of the length that it tells."""
+    """Send a request; return the answer, read to its Content-Length."""
     connection.sendall(request)
     said = connection.recv(65536)
     while (found := LENGTH.search(said)) and len(said.partition(b"\r\n\r\n")[2]) < int(found[1]):
@@ -59,7 +59,7 @@ UPGRADE = b"GET /v1/live HTTP/1.1\r\nHost: localhost\r\nConnection: Upgrade\r\nU
     [(b"", b""), (b"G", b"HTTP/1.1 408"), (GET[:-2], b"HTTP/1.1 408"), (UPGRADE, b"HTTP/1.1 408")],
     ids=["nothing", "a byte", "all but the end", "an upgrade"],
 )
-def test_a_head_that_stays_half_sent_is_closed(running: Running, first: bytes, answer: bytes) -> None:
+def test_an_incomplete_head_is_closed(running: Running, first: bytes, answer: bytes) -> None:
     with connected(running) as connection:
         connection.sendall(first)
         took, said = ended(connection)
@@ -67,7 +67,7 @@ def test_a_head_that_stays_half_sent_is_closed(running: Running, first: bytes, a
     until(lambda: not running.server.server_state.connections)
 
 
-def test_more_bytes_do_not_help(running: Running) -> None:
+def test_more_bytes_do_not_stop_the_clock(running: Running) -> None:
     with connected(running) as connection:
         connection.sendall(GET[:-2])
         connection.settimeout(0.05)
@@ -83,7 +83,7 @@ def test_more_bytes_do_not_help(running: Running) -> None:
     assert HEAD - 0.1 < time.monotonic() - began < PATIENCE
 
 
-def test_a_half_request_behind_an_answer_is_closed_and_a_kept_connection_is_not(running: Running) -> None:
+def test_an_incomplete_second_request_is_closed_and_an_idle_connection_is_not(running: Running) -> None:
     with connected(running) as connection:
         for _ in range(2):
             assert b" 200 OK" in asked(connection, GET)
@@ -95,7 +95,7 @@ def test_a_half_request_behind_an_answer_is_closed_and_a_kept_connection_is_not(
 
 
 @pytest.mark.parametrize("pause", [0.1, PATIENCE])
-def test_a_body_that_stays_half_sent_is_closed(running: Running, pause: float) -> None:
+def test_an_incomplete_body_is_closed(running: Running, pause: float) -> None:
     with connected(running) as connection:
         connection.sendall(HEAD_OF_JSON + b"Content-Length: 90\r\n\r\n{")
         connection.settimeout(pause)
@@ -112,7 +112,7 @@ def test_a_body_that_stays_half_sent_is_closed(running: Running, pause: float) -
     assert BODY - 0.1 < time.monotonic() - began < PATIENCE
 
 
-def test_a_body_that_nobody_reads_is_not_waited_for(running: Running) -> None:
+def test_an_unread_body_is_not_waited_for(running: Running) -> None:
     with connected(running) as connection:
         answer = asked(connection, b"POST /nowhere HTTP/1.1\r\nHost: localhost\r\nContent-Length: 90\r\n\r\n{")
         assert b" 404 " in answer
@@ -131,16 +131,14 @@ def test_a_long_body_in_progress_is_waited_for(running: Running) -> None:
         assert b" 200 OK" in asked(connection, b"{}")
 
 
-def test_an_endless_stream_and_a_websocket_go_on(running: Running) -> None:
+def test_an_endless_stream_and_a_websocket_continue(running: Running) -> None:
     with running.listening(running.open_session()) as listener, live(running) as client:
         client.hello(pacing="realtime")
         listener.frames(round(48000 * 2.0 * HEAD))
         client.frames(round(48000 * 2.0 * HEAD))
 
 
-def test_a_body_of_tiny_chunks_is_read_in_turns_and_holds_up_nobody(
-    running: Running, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_body_of_tiny_chunks_is_read_in_turns(running: Running, monkeypatch: pytest.MonkeyPatch) -> None:
     turns: list[float] = []
     parse = request_timeout.RequestTimeout._parse
 
@@ -157,4 +155,4 @@ def test_a_body_of_tiny_chunks_is_read_in_turns_and_holds_up_nobody(
         request = HEAD_OF_JSON + b"Transfer-Encoding: chunked\r\n\r\n" + chunks + b"2\r\n{}\r\n0\r\n\r\n"
         assert asked(connection, request).startswith(b"HTTP/1.1 200")
     assert len(turns) > 20
-    assert sorted(turns)[len(turns) // 2] < 0.02  # s, of processor time: parsed at one go it takes half a second
+    assert sorted(turns)[len(turns) // 2] < 0.02  # s, of processor time: all of it at once takes half a second

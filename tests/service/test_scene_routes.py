@@ -1,4 +1,4 @@
-"""The calls that a page draws a scene with: its schema, its picture, the threshold; and what they refuse."""
+"""The schema of a scene, its picture, and the detection threshold."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from tests.service.plain_engine import PlainEngine
 
 
 def refused(app: FastAPI, body: Any, kind: str = "request-refused") -> dict[str, Any]:
-    """Return the first fault of a picture that is refused."""
+    """Return the first fault of a refused picture."""
     fault: dict[str, Any] = problem(ask(app, "POST", "/v1/picture", json=body), 422, kind)["errors"][0]
     return fault
 
@@ -70,7 +70,7 @@ def test_an_empty_body_is_the_default_scene() -> None:
         ),
     ],
 )
-def test_what_makes_no_picture_is_refused(body: Any, pointer: str) -> None:
+def test_an_invalid_picture_is_refused(body: Any, pointer: str) -> None:
     fault = refused(create_app(settings_of(), SynthEngine(0)), body)
     assert fault["pointer"] == pointer and fault["allowed"] and fault["hint"]
 
@@ -84,13 +84,13 @@ def test_the_faults_of_a_scene_point_into_the_body(app: FastAPI, engine: PlainEn
     assert engine.opened == []
 
 
-def test_the_document_has_the_ranges_that_are_kept() -> None:
+def test_the_document_has_the_ranges_of_the_engine() -> None:
     points, phases = BODY["properties"]["points"], BODY["properties"]["phases"]  # type: ignore[index]
     assert (points["minimum"], points["maximum"]) == (picture.FEWEST_POINTS, picture.MOST_POINTS)
     assert (phases["minimum"], phases["maximum"]) == (0, picture.MOST_PHASES)
 
 
-def test_pictures_are_admitted_as_renders_are() -> None:
+def test_pictures_count_as_renders() -> None:
     gate = threading.Event()
     engine = PlainEngine(gate=gate)
     app = create_app(settings_of(max_renders=1), engine)
@@ -130,7 +130,7 @@ def test_a_threshold_is_that_of_the_curve(app: FastAPI) -> None:
     assert len(ask(app, "GET", "/v1/threshold").json()["displacement"]) == 200
 
 
-def test_every_curve_there_is_can_be_asked_for(app: FastAPI) -> None:
+def test_every_curve_is_available(app: FastAPI) -> None:
     assert set(get_args(ThresholdParameters.model_fields["name"].annotation)) == set(THRESHOLDS)
     assert ask(app, "GET", "/v1/threshold").json()["name"] == DEFAULT
     for name in THRESHOLDS:
@@ -151,6 +151,6 @@ def test_every_curve_there_is_can_be_asked_for(app: FastAPI) -> None:
         ("colour=red", "?colour"),
     ],
 )
-def test_a_threshold_that_is_none_is_refused(app: FastAPI, query: str, pointer: str) -> None:
+def test_an_invalid_threshold_is_refused(app: FastAPI, query: str, pointer: str) -> None:
     document = problem(ask(app, "GET", f"/v1/threshold?{query}"), 422, "request-refused")
     assert document["errors"][0]["pointer"] == pointer

@@ -1,4 +1,4 @@
-"""Who is let in: Host, Origin, forms, keys, and what a listener beyond loopback needs."""
+"""Access: Host, Origin, forms, keys, and the start of the service."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def session(app: FastAPI) -> str:
 
 
 def untouched(app: FastAPI, engine: PlainEngine, session: str) -> bool:
-    """Return whether the session is as it was and nothing else was opened."""
+    """Return whether the session is unchanged and nothing else was opened."""
     shown = ask(app, "GET", f"/v1/sessions/{session}").json()
     opened = engine.opened.count("live")
     return shown["scene"]["scan"]["speed"] == 0.08 and shown["play"] is None and len(engine.opened) == opened == 2
@@ -54,7 +54,7 @@ def untouched(app: FastAPI, engine: PlainEngine, session: str) -> bool:
 @pytest.mark.parametrize(
     "host", ["evil.example", "localhost.evil.example", "127.0.0.1.nip.io", "localhost:80@evil", ""]
 )
-def test_a_foreign_host_gets_nothing_done(app: FastAPI, engine: PlainEngine, session: str, host: str) -> None:
+def test_a_foreign_host_has_no_effect(app: FastAPI, engine: PlainEngine, session: str, host: str) -> None:
     for method, path in [*WRITES, *(("GET", path) for path in READS)]:
         answer = ask(app, method, path.format(id=session), json={"scan": {"speed": 1}}, headers={"Host": host})
         problem(answer, 403, "host-refused")
@@ -62,7 +62,7 @@ def test_a_foreign_host_gets_nothing_done(app: FastAPI, engine: PlainEngine, ses
 
 
 @pytest.mark.parametrize("host", ["localhost", "LOCALHOST:8000", "127.0.0.1:1", "[::1]:8000", "localhost."])
-def test_this_machines_own_names_are_answered(app: FastAPI, host: str) -> None:
+def test_names_of_loopback_are_answered(app: FastAPI, host: str) -> None:
     assert ask(app, "GET", "/healthz", headers={"Host": host}).status_code == 200
 
 
@@ -80,23 +80,21 @@ def test_this_machines_own_names_are_answered(app: FastAPI, host: str) -> None:
     ],
     ids=str,
 )
-def test_a_foreign_page_gets_nothing_done(
-    app: FastAPI, engine: PlainEngine, session: str, headers: dict[str, str]
-) -> None:
+def test_a_foreign_page_has_no_effect(app: FastAPI, engine: PlainEngine, session: str, headers: dict[str, str]) -> None:
     for method, path in WRITES:
         answer = ask(app, method, path.format(id=session), json={"scan": {"speed": 1}}, headers=headers)
         problem(answer, 403, "origin-refused")
     assert untouched(app, engine, session)
 
 
-def test_two_origins_or_hosts_are_not_a_request(app: FastAPI) -> None:
+def test_two_origins_or_hosts_are_refused(app: FastAPI) -> None:
     for name in ("Origin", "Host"):
         headers = [(name, "http://localhost"), (name, "http://evil.example"), ("Content-Type", "application/json")]
         problem(ask(app, "POST", "/v1/stop", headers=headers), 400, "bad-request")
 
 
 @pytest.mark.parametrize("kind", ["application/x-www-form-urlencoded", "multipart/form-data; boundary=b", "text/plain"])
-def test_a_form_gets_nothing_done(app: FastAPI, engine: PlainEngine, session: str, kind: str) -> None:
+def test_a_form_has_no_effect(app: FastAPI, engine: PlainEngine, session: str, kind: str) -> None:
     for method, path in WRITES:
         if method != "DELETE":
             headers = {"Content-Type": kind}
@@ -105,7 +103,7 @@ def test_a_form_gets_nothing_done(app: FastAPI, engine: PlainEngine, session: st
     assert untouched(app, engine, session)
 
 
-def test_the_services_own_page_may_write(app: FastAPI) -> None:
+def test_a_page_of_the_service_may_write(app: FastAPI) -> None:
     headers = {"Origin": "http://localhost:8000", "Host": "localhost:8000", "Sec-Fetch-Site": "same-origin"}
     assert ask(app, "POST", "/v1/explain", json={}, headers=headers).status_code == 200
 
@@ -126,7 +124,7 @@ def test_an_allowed_origin_may_write_and_read() -> None:
     assert refused.headers["access-control-allow-origin"] == "https://lab.example"
 
 
-def test_nobody_is_allowed_across_origins_by_default(app: FastAPI) -> None:
+def test_no_other_origin_is_allowed_by_default(app: FastAPI) -> None:
     answer = ask(app, "GET", "/v1/textures", headers={"Origin": "https://evil.example"})
     assert "access-control-allow-origin" not in answer.headers
     assert answer.headers["cross-origin-resource-policy"] == "same-origin"
@@ -135,7 +133,7 @@ def test_nobody_is_allowed_across_origins_by_default(app: FastAPI) -> None:
 @pytest.mark.parametrize(
     "value", [None, "", "Bearer", "Bearer ", "Bearer wrong", "Bearer key-on", "Bearer key-one2", "Basic key-one"]
 )
-def test_without_a_key_nothing_is_done(value: str | None) -> None:
+def test_without_a_key_a_call_has_no_effect(value: str | None) -> None:
     engine = PlainEngine()
     app = create_app(settings_of(api_keys="key-one,key-two"), engine)
     headers = {} if value is None else {"Authorization": value}
@@ -147,18 +145,18 @@ def test_without_a_key_nothing_is_done(value: str | None) -> None:
 
 
 @pytest.mark.parametrize("value", ["Bearer key-one", "bearer  key-two"])
-def test_any_of_the_keys_opens(value: str) -> None:
+def test_each_of_the_keys_is_accepted(value: str) -> None:
     app = create_app(settings_of(api_keys="key-one,key-two"), PlainEngine())
     assert ask(app, "GET", "/v1/textures", headers={"Authorization": value}).status_code == 200
 
 
 @pytest.mark.parametrize("path", ["/healthz", "/docs", "/openapi.json", "/"])
-def test_what_tells_nothing_needs_no_key(path: str) -> None:
+def test_open_paths_require_no_key(path: str) -> None:
     app = create_app(settings_of(api_keys="key-one"), PlainEngine())
     assert ask(app, "GET", path).status_code in (200, 307)
 
 
-def test_a_websocket_of_another_page_is_closed_before_it_opens(app: FastAPI) -> None:
+def test_a_websocket_of_a_foreign_page_is_refused(app: FastAPI) -> None:
     def scope(headers: list[tuple[bytes, bytes]]) -> dict[str, Any]:
         return {"type": "websocket", "path": "/v1/live", "query_string": b"", "headers": headers}
 
@@ -190,7 +188,7 @@ def test_beyond_loopback_a_key_is_required(host: str) -> None:
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1", "127.8.8.8", "::1", "localhost"])
-def test_loopback_needs_no_key(host: str) -> None:
+def test_loopback_requires_no_key(host: str) -> None:
     require_key(settings_of(host=host))
 
 

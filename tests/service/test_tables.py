@@ -1,4 +1,4 @@
-"""Response tables over HTTP: made of a scene, found by their hash, the same for everybody and for ever."""
+"""Response tables over HTTP: made from a scene and found by their hash."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def real() -> FastAPI:
 
 
 def made(app: FastAPI, scene: Any = SCENE) -> dict[str, Any]:
-    """Return what is told of the table of `scene`."""
+    """Make the table of `scene`; return the answer."""
     answer = ask(app, "POST", "/v1/tables", json=scene)
     assert answer.status_code == 201, answer.text
     document: dict[str, Any] = answer.json()
@@ -46,7 +46,7 @@ def test_a_table_is_the_file_of_the_command_line(real: FastAPI, ridgewave: RunsR
     assert ask(real, "GET", told["url"]).content == path.read_bytes()
 
 
-def test_what_is_told_is_what_the_file_holds(real: FastAPI) -> None:
+def test_the_answer_describes_the_file(real: FastAPI) -> None:
     told = made(real)
     content = ask(real, "GET", told["url"]).content
     table = table_of_bytes(content)
@@ -57,8 +57,8 @@ def test_what_is_told_is_what_the_file_holds(real: FastAPI) -> None:
     assert told["error"]["velocity"] == table.error.largest_told("velocity")
 
 
-def test_a_hash_does_not_depend_on_what_was_made_before() -> None:
-    """Scenes of one contact share a table in the cache; what a file tells of its scene is its own."""
+def test_a_hash_does_not_depend_on_earlier_tables() -> None:
+    """Scenes of one contact share a table in the cache, but each file describes its own scene."""
     used, fresh = (create_app(settings_of(), SynthEngine(DEFAULT_BYTES)) for _ in range(2))
     heard: dict[str, Any] = SCENE | {"effects": {"inertia": {}}}
     assert ask(used, "POST", "/v1/sessions", json=heard).status_code == 201
@@ -70,7 +70,7 @@ def test_a_hash_does_not_depend_on_what_was_made_before() -> None:
     assert made(used, heard)["hash"] == made(fresh, heard)["hash"] != first["hash"]
 
 
-def test_a_file_may_be_kept_for_ever(app: FastAPI) -> None:
+def test_a_file_may_be_cached_for_ever(app: FastAPI) -> None:
     told = made(app)
     answer = ask(app, "GET", told["url"])
     assert answer.content == TABLE.read_bytes()
@@ -87,7 +87,7 @@ def test_a_file_may_be_kept_for_ever(app: FastAPI) -> None:
 
 
 @pytest.mark.parametrize("name", ["none", "0" * 64, "0" * 63, "A" * 64, "%2e%2e", "%00", "x" * 2000])
-def test_a_hash_that_leads_nowhere_says_how_to_make_the_table(app: FastAPI, name: str) -> None:
+def test_an_unknown_hash_is_refused_with_how_to_make_the_table(app: FastAPI, name: str) -> None:
     made(app)
     (fault,) = problem(ask(app, "GET", f"/v1/tables/{name}"), 404, "not-found")["errors"]
     assert "POST its scene to /v1/tables" in fault["hint"] and len(fault["value"]) < 100
@@ -98,7 +98,7 @@ def test_a_table_that_the_cache_has_no_room_for_is_made_again() -> None:
     told = made(app)
 
     def gone() -> bool:
-        gc.collect()  # the cache finds what somebody still holds, as the thread that made it does for a moment
+        gc.collect()  # the cache finds a table that is in use, and the thread that made it uses it for a moment
         return ask(app, "GET", told["url"]).status_code == 404
 
     until(gone)
@@ -118,7 +118,7 @@ def test_a_scene_without_a_table_is_refused(real: FastAPI, scene: Any, pointer: 
     assert document["errors"][0]["pointer"] == pointer
 
 
-def test_what_cannot_be_solved_is_told() -> None:
+def test_a_table_that_is_not_possible_has_its_reason() -> None:
     app = create_app(settings_of(), PlainEngine(refuse="not this one"))
     assert problem(ask(app, "POST", "/v1/tables", json={}), 503, "cannot-render")["detail"] == "not this one"
 
@@ -131,7 +131,7 @@ def test_a_table_belongs_to_no_key(engine: PlainEngine) -> None:
     problem(ask(app, "GET", url), 401, "key-required")
 
 
-def test_the_service_answers_while_tables_wait_for_a_place_of_their_client(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_service_answers_while_the_tables_of_a_client_wait(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(work_places, "SHORT_PLACES", 2)  # one for each client
     engine = PlainEngine(gate=threading.Event())
     with serving(engine, solves_per_client=1) as running:
@@ -151,7 +151,7 @@ def test_the_service_answers_while_tables_wait_for_a_place_of_their_client(monke
         try:
             until(lambda: len(entered) == 4)
             assert running.client.get("/healthz").status_code == 200
-            assert engine.opened.count("table") <= 2, "one that is long, and one in the place that it left"
+            assert engine.opened.count("table") <= 2, "a long one, and another in the place that it left"
         finally:
             assert engine.gate is not None
             engine.gate.set()
@@ -161,14 +161,14 @@ def test_the_service_answers_while_tables_wait_for_a_place_of_their_client(monke
     assert engine.opened.count("table") == 4
 
 
-def test_a_service_that_shuts_down_makes_none(app: FastAPI, engine: PlainEngine) -> None:
+def test_no_table_is_made_during_shutdown(app: FastAPI, engine: PlainEngine) -> None:
     app.state.service.closing = True
     problem(ask(app, "POST", "/v1/tables", json={}), 503, "closing")
     assert engine.opened == []
 
 
 @pytest.mark.parametrize("change", [lambda content: content[:-1], lambda content: content[:-1] + b"\xff", bytes.upper])
-def test_the_client_takes_no_other_content_for_a_table(app: FastAPI, change: Any) -> None:
+def test_the_client_refuses_other_content(app: FastAPI, change: Any) -> None:
     told = made(app)
 
     def answer(request: httpx.Request) -> httpx.Response:

@@ -1,1 +1,1 @@
-"""The routes, one resource a file: each module has a `router` that `service.app` includes."""
+"""The routes, one file per resource: each module has a `router` that `service.app` includes."""

@@ -1,4 +1,4 @@
-"""`POST /v1/accuracy`: what accuracy costs in time, for a scene, on the service's machine."""
+"""`POST /v1/accuracy`: the error and the cost of every method that can compute a scene."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class AccuracyParameters(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
     quantity: QuantityName | None = Field(
-        default=None, description="A quantity of the scene's channels; without it, that of the first."
+        default=None, description="Quantity of one of the scene's channels; without it, of the first."
     )
 
 
@@ -31,11 +31,10 @@ class AccuracyParameters(BaseModel):
     operation_id="measureAccuracy",
     summary="Measure what accuracy costs in time",
     response_class=JSONResponse,
-    responses=openapi.answer_of("AccuracyTable", "Error against cost.") | openapi.problem_answers(*PROBLEMS),
+    responses=openapi.answer_of("AccuracyTable", "Error and cost of each method.") | openapi.problem_answers(*PROBLEMS),
     openapi_extra=openapi.body(openapi.SCENE),
 )
 async def accuracy(request: Request, parameters: Annotated[AccuracyParameters, Query()]) -> Response:
-    """Every method there is: its error, and its cost on the service's machine. Takes up to a minute, one at a time."""
-    service = service_of(request)
-    text = await read_body(request, service.settings.max_body)
-    return JSONResponse(await service.measurements.answer(text, parameters.quantity, request.receive))
+    """Every method with its error and its cost on the service's machine. One measurement at a time, up to a minute."""
+    text = await read_body(request)
+    return JSONResponse(await service_of(request).measurements.answer(text, parameters.quantity, request.receive))

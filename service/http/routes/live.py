@@ -19,14 +19,14 @@ router = APIRouter(tags=["live"])
 
 
 class LiveEndpoint:
-    """The ASGI application of `WS /v1/live`."""
+    """The ASGI application of `WS /v1/live`; a class, because Starlette wraps a function."""
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serve one WebSocket; raises Problem where its upgrade is refused."""
         service: Service = scope["app"].state.service
         service.live.admit()
         if PROTOCOL not in scope["subprotocols"]:
-            raise Problem("protocol", f"Offer the subprotocol {PROTOCOL} (Sec-WebSocket-Protocol): there is no other.")
+            raise Problem("protocol", f"Offer the subprotocol {PROTOCOL} in Sec-WebSocket-Protocol.")
         ticket = service.limits.admit(scope)
         try:
             assert (await receive())["type"] == "websocket.connect"
@@ -48,7 +48,7 @@ router.routes.append(WebSocketRoute("/v1/live", LiveEndpoint(), name="live"))
     responses=openapi.problem_answers(),
 )
 async def live_schema() -> Response:
-    """JSON Schema (2020-12) of every text message of the WebSocket `/v1/live`, which the service checks against."""
+    """JSON Schema (2020-12) of every text message of the WebSocket `/v1/live`. The service checks against it."""
     return openapi.SchemaResponse(schema())
 
 
@@ -60,6 +60,6 @@ async def live_schema() -> Response:
     responses=openapi.problem_answers("not-found"),
 )
 async def recording(request: Request, session_id: str) -> Response:
-    """Of a live session whose hello had `record`: while it lives, and for RIDGEWAVE_SESSION_IDLE after."""
+    """Of a live session whose `hello` had `record`: during the session and for RIDGEWAVE_SESSION_IDLE after it."""
     body = await service_of(request).sessions.recording(session_id, request.scope.get(KEY))
     return Response(body, media_type="application/json", headers={"Cache-Control": "no-store"})

@@ -1,4 +1,4 @@
-"""`POST /v1/stop`, `/healthz`, `/readyz`, `/metrics` and `/docs`: what those who look after the service call."""
+"""`POST /v1/stop`, `/healthz`, `/readyz`, `/metrics` and `/docs`: the calls for operators."""
 
 from __future__ import annotations
 
@@ -22,23 +22,22 @@ router = APIRouter(tags=["operations"])
     responses=openapi.problem_answers("not-json", "too-large"),
 )
 async def stop(request: Request) -> Response:
-    """Every stream and device falls silent within 20 ms at the server's write, and every session ends, so that a player
-    that connects again by itself gets nothing. Needs no body. The answer counts what was stopped, in all workers."""
-    service = service_of(request)
-    await read_body(request, service.settings.max_body, optional=True)
-    return JSONResponse(await service.stop())
+    """Every stream and device falls silent within 20 ms at the server's write. Every session ends too, so that a player
+    that reconnects by itself gets nothing. No body is required. The answer counts what was stopped in all workers."""
+    await read_body(request, optional=True)
+    return JSONResponse(await service_of(request).stop())
 
 
 @router.head("/healthz", include_in_schema=False)
 @router.get(
     "/healthz",
     operation_id="getHealth",
-    summary="Say that the process answers",
+    summary="Check that the process answers",
     response_class=JSONResponse,
     responses=openapi.problem_answers(),
 )
 async def health(request: Request) -> Response:
-    """For a container's health check; needs no key. It also says what works here and what does not, and why."""
+    """For the health check of a container; requires no key. Lists what works here, and why the rest does not."""
     service = service_of(request)
     workers = 1 + len(service.worker_messages.present())
     starved = service.starved()
@@ -51,20 +50,20 @@ async def health(request: Request) -> Response:
 @router.get(
     "/readyz",
     operation_id="getReadiness",
-    summary="Say whether requests are welcome",
+    summary="Check that the service is ready",
     response_class=JSONResponse,
     responses=openapi.problem_answers("closing", "warming", "starved"),
 )
 async def ready(request: Request) -> Response:
-    """503 until the kernels are compiled, while short work waits for more than a second, and once the service shuts
-    down; needs no key."""
+    """503 until the kernels are compiled, while short work waits for more than a second, and during shutdown. Requires
+    no key."""
     service = service_of(request)
     if service.closing:
         raise Problem("closing", "The service is shutting down.")
     if not service.warm:
         raise Problem("warming", "The kernels are being compiled.", headers={"Retry-After": "1"})
     if waited := service.starved():
-        detail = f"Short work has waited for {waited:.1f} s: the service has more to solve than it can."
+        detail = f"Short work has waited for {waited:.1f} s: the service has too much to solve."
         raise Problem("starved", detail, headers={"Retry-After": "1"})
     return JSONResponse({"status": "ready"}, headers={"Cache-Control": "no-store"})
 
@@ -72,12 +71,12 @@ async def ready(request: Request) -> Response:
 @router.get(
     "/metrics",
     operation_id="getMetrics",
-    summary="Measure the service",
+    summary="Get the metrics",
     response_class=PlainTextResponse,
     responses=openapi.problem_answers(),
 )
 async def metrics(request: Request) -> Response:
-    """For Prometheus, in its text or as OpenMetrics; of all workers. docs/operations.md has each metric."""
+    """Of all workers, in the text format of Prometheus or as OpenMetrics. docs/operations.md lists each metric."""
     text, media_type = await service_of(request).worker_metrics.metrics(request.headers.get("accept", ""))
     return Response(text, headers={"Content-Type": media_type, "Cache-Control": "no-store"})
 
@@ -85,11 +84,11 @@ async def metrics(request: Request) -> Response:
 @router.get(
     "/docs",
     operation_id="getDocs",
-    summary="Read this",
+    summary="Show this page",
     response_class=HTMLResponse,
     responses=openapi.problem_answers(),
 )
 async def docs(request: Request) -> Response:
-    """Calls, problems and settings as a page."""
+    """A page with all calls, problems and settings."""
     page = reference_page(request.app.openapi())
     return HTMLResponse(page, headers={"Content-Security-Policy": CONTENT_SECURITY_POLICY})

@@ -1,19 +1,21 @@
-"""`/`, `/vr` and `/web/...`: the touch page, if the service has one (RIDGEWAVE_WEB); without one `/` leads to /docs.
+"""`/`, `/vr` and `/web/...`: the touch page of the folder RIDGEWAVE_WEB; without one, `/` redirects to /docs.
 
-Model: the files are readable without a key, since they hold nothing secret: `security.OPEN_PATHS`. A browser may keep
-    them and asks for them again each time (`no-cache` with an ETag of the content), so that an update is seen at once.
-    What the page may do is in the two policies below, which come with what a browser opens as a page: nothing from
-    another host, no script or style inside the HTML. With every script they would be a sixth of what is sent.
+Model: the files require no key, because they contain no secrets (`security.OPEN_PATHS`). A browser may keep them, but
+    revalidates them each time (`no-cache`, and an ETag of the content), so that an update is seen at once.
+    Two policies restrict what the page may do: nothing from another host, no script or style inside the HTML. Only
+    files that a browser opens as a page carry them: on every script they would be a sixth of what is sent.
 """
 
 from __future__ import annotations
 
 import asyncio
+from pathlib import Path
 
 from fastapi import APIRouter, Request
 from starlette.responses import RedirectResponse, Response
 
-from service.http.content_negotiation import is_known, takes_gzip
+from service.http.content_negotiation import is_known
+from service.http.page_files import find_page_file
 from service.lifespan import service_of
 from service.problems import Problem
 
@@ -29,15 +31,14 @@ POLICIES = {
         "camera=(), microphone=(), geolocation=(), display-capture=(), usb=(), serial=(), payment=()"
     ),
 }
-OPENED = ("text/html", "image/svg+xml")
-"""Media types that a browser opens as a page of its own."""
+OPENED = ("text/html", "image/svg+xml")  # media types that a browser opens as a page
 
 
 @router.head("/")
 @router.get("/")
 async def index(request: Request) -> Response:
-    """The page; without one, the way to the page of calls."""
-    if service_of(request).page is None:
+    """The page; without one, a redirect to /docs."""
+    if not service_of(request).settings.web:
         return RedirectResponse("/docs", 307)
     return await _answer(request, "index.html")
 
@@ -57,17 +58,15 @@ async def file(request: Request, name: str) -> Response:
 
 
 async def _answer(request: Request, name: str) -> Response:
-    page = service_of(request).page
-    found = None if page is None else await asyncio.to_thread(page.find, name)
+    folder = service_of(request).settings.web
+    if not folder:
+        raise Problem("not-found", "The service has no page (RIDGEWAVE_WEB).")
+    found = await asyncio.to_thread(find_page_file, Path(folder), name)
     if found is None:
-        raise Problem("not-found", "The page has no such file." if page else "There is no page (RIDGEWAVE_WEB).")
+        raise Problem("not-found", "The page has no such file.")
     policies = POLICIES if found.media_type.startswith(OPENED) else {}
-    headers = policies | {"Cache-Control": "no-cache", "ETag": f'W/"{found.tag}"', "Vary": "Accept-Encoding"}
+    headers = policies | {"Cache-Control": "no-cache", "ETag": f'W/"{found.tag}"'}
     if is_known(request, found.tag):
         return Response(status_code=304, headers=headers)
-    packed = found.packed if takes_gzip(request.headers) else None
-    if packed is not None:
-        headers["Content-Encoding"] = "gzip"
-    body = found.content if packed is None else packed
-    headers["Content-Length"] = str(len(body))
-    return Response(b"" if request.method == "HEAD" else body, headers=headers, media_type=found.media_type)
+    headers["Content-Length"] = str(len(found.content))
+    return Response(b"" if request.method == "HEAD" else found.content, headers=headers, media_type=found.media_type)

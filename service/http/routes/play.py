@@ -22,7 +22,7 @@ from synth.scene.text import object_from_text
 
 router = APIRouter(tags=["play"])
 
-END_SECONDS = 5.0  # for a play to let out what its sink holds; a device that takes longer has stalled, and says so
+END_SECONDS = 5.0  # for a play to end; a device that takes longer has stalled, and its play says so
 BODY = {
     "type": "object",
     "additionalProperties": False,
@@ -50,9 +50,9 @@ BODY = {
     openapi_extra=openapi.body(BODY),
 )
 async def play(request: Request, session_id: str) -> Response:
-    """`{"device": null}` is the default device; "file:NAME.wav" or ".flac" records into the folder for recordings."""
+    """`{"device": null}` is the default device; "file:NAME.wav" or "file:NAME.flac" records into a file."""
     service = service_of(request)
-    text = await read_body(request, service.settings.max_body)
+    text = await read_body(request)
     session = service.sessions.find(session_id, request.scope.get(KEY))
     player = await _start(service, request.scope, session, _device(text))
     return JSONResponse(player.document(), 202, {"Location": f"/v1/sessions/{session.id}"})
@@ -63,14 +63,14 @@ async def play(request: Request, session_id: str) -> Response:
     operation_id="endPlay",
     summary="End a play",
     response_class=JSONResponse,
-    responses=openapi.answer_of("Play", "How it went.") | openapi.problem_answers("not-found", "one-worker"),
+    responses=openapi.answer_of("Play", "The play, ended.") | openapi.problem_answers("not-found", "one-worker"),
 )
 async def end(request: Request, session_id: str) -> Response:
-    """It fades out; the answer comes when the device has played, or the file holds, all of it, and says how it went."""
+    """The play fades out. The answer is sent when the device has played, or the file has, all of the sound."""
     session = service_of(request).sessions.find(session_id, request.scope.get(KEY))
     player = session.player
     if player is None:
-        raise Problem("not-found", "This session does not play.")
+        raise Problem("not-found", "This session has no play.")
     player.end()
     await asyncio.to_thread(player.wait, END_SECONDS)
     if session.player is player:
@@ -87,7 +87,7 @@ async def end(request: Request, session_id: str) -> Response:
     responses=openapi.problem_answers(),
 )
 async def devices(request: Request) -> Response:
-    """Without PortAudio the list is empty and `note` says what to install; the file sink is there all the same."""
+    """Without PortAudio the list is empty, and `note` says what to install. The file sink is always available."""
     try:
         found, note = await asyncio.to_thread(list_devices), None
     except CannotRender as error:
@@ -96,9 +96,9 @@ async def devices(request: Request) -> Response:
 
 
 async def _start(service: Service, scope: Scope, session: Session, device: str | int | None) -> Player:
-    """Return the session's play, begun; raises Problem (409) where it plays already."""
+    """Start and return the play of a session; raises Problem (409) if it has one."""
     if session.player is not None and session.player.playing:
-        raise Problem("busy", "The session plays already. DELETE its play first.")
+        raise Problem("busy", "The session already plays. DELETE its play first.")
     ticket = service.limits.admit(scope)
     try:
         player = Player(device, service.settings, service.metrics, service.claims, over=ticket.release)
@@ -109,21 +109,18 @@ async def _start(service: Service, scope: Scope, session: Session, device: str |
 
 
 async def _begin(session: Session, player: Player) -> Player:
-    """Return `player`, begun as the session's; where it does not begin, the session keeps what it had."""
+    """Start `player` as the play of a session; on failure the session keeps its earlier one."""
     earlier, session.player = session.player, player
     try:
         player.stream = await session.open_stream()
         await asyncio.to_thread(player.start, metadata_of(session, session.scene))
-    except NameTaken as error:
+    except BaseException as error:
         session.player = earlier
-        raise Problem(
-            "name-taken", "A recording of that name exists, or is being made. Choose another name."
-        ) from error
-    except DeviceBusy as error:
-        session.player = earlier
-        raise Problem("busy", error.reason) from error
-    except BaseException:
-        session.player = earlier
+        if isinstance(error, NameTaken):
+            detail = "A recording of that name exists, or is being made. Choose another name."
+            raise Problem("name-taken", detail) from error
+        if isinstance(error, DeviceBusy):
+            raise Problem("busy", error.reason) from error
         raise
     if session.ended:
         player.end(at_once=True)

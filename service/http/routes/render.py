@@ -1,4 +1,4 @@
-"""`POST /v1/render`: a scene in, audio out; `POST /v1/explain`: the plan of a scene."""
+"""`POST /v1/render`: the sound of a scene; `POST /v1/explain`: its plan."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ class RenderParameters(BaseModel):
     openapi_extra=openapi.body(openapi.SCENE),
 )
 async def render(request: Request, parameters: Annotated[RenderParameters, Query()]) -> Response:
-    """The body is a scene; `{}` is the default one. The length is exact, and long sounds arrive while they are made."""
+    """The body is a scene; `{}` is the default. Content-Length is exact. Long sounds are sent during the render."""
     service = service_of(request)
-    text = await read_body(request, service.settings.max_body)
+    text = await read_body(request)
     longest = service.settings.max_duration
     order = Order("render", parameters.format, request.headers.get("accept"), longest)
     return await service.renders.answer(order, text, request)
@@ -53,5 +53,5 @@ async def render(request: Request, parameters: Annotated[RenderParameters, Query
 async def explain(request: Request) -> Response:
     """What is simulated and why, what is left out and what that changes, the estimated error, and the cost."""
     service = service_of(request)
-    text = await read_body(request, service.settings.max_body)
+    text = await read_body(request)
     return await service.renders.answer(Order("explain"), text, request)

@@ -1,4 +1,4 @@
-"""`GET /v1/scene/schema.json`, `POST /v1/picture` and `GET /v1/threshold`: what a page needs to show a scene."""
+"""`GET /v1/scene/schema.json`, `POST /v1/picture` and `GET /v1/threshold`: what a program needs to show a scene."""
 
 from __future__ import annotations
 
@@ -34,10 +34,10 @@ class ThresholdParameters(BaseModel):
     """The query of a threshold."""
 
     model_config = ConfigDict(extra="forbid")
-    name: Literal["fingertip", "probe", "pen"] = Field(default="fingertip", description="Which threshold.")
+    name: Literal["fingertip", "probe", "pen"] = Field(default="fingertip", description="Name of the curve.")
     low: float = Field(default=1.0, ge=0.1, le=1e5, allow_inf_nan=False, description="Lowest frequency, Hz.")
     high: float = Field(default=1000.0, ge=0.1, le=1e5, allow_inf_nan=False, description="Highest frequency, Hz.")
-    points: int = Field(default=200, ge=2, le=10_000, description="How many frequencies.")
+    points: int = Field(default=200, ge=2, le=10_000, description="Number of frequencies.")
 
 
 @router.get(
@@ -48,7 +48,7 @@ class ThresholdParameters(BaseModel):
     responses=openapi.problem_answers(),
 )
 async def schema() -> Response:
-    """JSON Schema (2020-12): for each field its sentence, default, range, and its SI unit as `x-unit`."""
+    """JSON Schema (2020-12): the description, default and range of each field, and its SI unit as `x-unit`."""
     return openapi.SchemaResponse(scene_schema())
 
 
@@ -57,13 +57,13 @@ async def schema() -> Response:
     operation_id="drawPicture",
     summary="Draw the surfaces of a scene and where they touch",
     response_class=JSONResponse,
-    responses=openapi.answer_of("Picture", "The surfaces, z, and the patches.") | openapi.problem_answers(*READS),
+    responses=openapi.answer_of("Picture", "Surfaces, z, and patches in contact.") | openapi.problem_answers(*READS),
     openapi_extra=openapi.body(BODY),
 )
 async def picture(request: Request) -> Response:
     """Both surfaces, the height z of the finger over a texture period, and where they touch at each phase."""
     service = service_of(request)
-    text = await read_body(request, service.settings.max_body)
+    text = await read_body(request)
     return await service.renders.answer(Order("picture"), text, request)
 
 
@@ -77,7 +77,7 @@ async def picture(request: Request) -> Response:
 async def threshold(parameters: Annotated[ThresholdParameters, Query()]) -> Response:
     """The peak displacement of a sinusoid that is just felt, at frequencies evenly spaced on a logarithmic scale."""
     if not parameters.low < parameters.high:
-        raise refused("?low", str(parameters.low), f"below ?high, {parameters.high:g} Hz", "Write a lower one.")
+        raise refused("?low", str(parameters.low), f"below ?high, {parameters.high:g} Hz", "Write a lower frequency.")
     frequencies = np.geomspace(parameters.low, parameters.high, parameters.points)
     felt = threshold_displacement(frequencies, parameters.name)
     document = {"name": parameters.name, "frequencies": frequencies.tolist(), "displacement": felt.tolist()}

@@ -1,4 +1,4 @@
-"""`/v1/sessions`: open a session, look at it, change its scene, delete it."""
+"""`/v1/sessions`: open, show, change and end a session."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ READS = ("too-large", "not-json", "scene-refused", "cannot-render")
     openapi_extra=openapi.body(openapi.SCENE),
 )
 async def create(request: Request) -> Response:
-    """The body is a scene. The answer holds the id, the full scale, which stays, and the path of the stream."""
+    """The body is a scene. The answer has the id, the full scale, which stays fixed, and the path of the stream."""
     service = service_of(request)
-    text = await read_body(request, service.settings.max_body)
+    text = await read_body(request)
     client = service.limits.caller(request.scope)
     session = await service.sessions.create(text, client, request.scope.get(KEY))
     location = {"Location": f"/v1/sessions/{session.id}", "Cache-Control": "no-store"}
@@ -38,12 +38,12 @@ async def create(request: Request) -> Response:
 @router.get(
     "/v1/sessions/{session_id}",
     operation_id="getSession",
-    summary="Look at a session",
+    summary="Show a session",
     response_class=JSONResponse,
     responses=SESSION | openapi.problem_answers("not-found", "one-worker"),
 )
 async def show(request: Request, session_id: str) -> Response:
-    """Its complete scene, whether it streams or plays, and when it expires."""
+    """The complete scene, whether the session streams or plays, and when it expires."""
     service = service_of(request)
     session = service.sessions.find(session_id, request.scope.get(KEY))
     return JSONResponse(session.document(service.settings), headers={"Cache-Control": "no-store"})
@@ -58,9 +58,9 @@ async def show(request: Request, session_id: str) -> Response:
     openapi_extra=openapi.body(openapi.SCENE),
 )
 async def change(request: Request, session_id: str) -> Response:
-    """The body is a partial scene (RFC 7396). Streams and plays cross-fade to it; it is heard within `heard_within`."""
+    """The body is a partial scene (RFC 7396). Streams and plays cross-fade to it within `heard_within` seconds."""
     service = service_of(request)
-    text = await read_body(request, service.settings.max_body, PATCH)
+    text = await read_body(request, PATCH)
     session = service.sessions.find(session_id, request.scope.get(KEY))
     await session.change(text)
     session.touch()
@@ -76,6 +76,6 @@ async def change(request: Request, session_id: str) -> Response:
     responses=openapi.problem_answers("not-found", "one-worker"),
 )
 async def delete(request: Request, session_id: str) -> Response:
-    """Its stream and its play fade out and end; a file is completed."""
+    """Its stream and its play fade out and end; a recording is completed."""
     service_of(request).sessions.delete(session_id, request.scope.get(KEY))
     return Response(status_code=204)

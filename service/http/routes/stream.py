@@ -1,4 +1,4 @@
-"""`GET /v1/sessions/{id}/stream`: the sound of a session, paced, endless or of a length."""
+"""`GET /v1/sessions/{id}/stream`: the sound of a session in real time, endless or of a given duration."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query, Request
 from pydantic import BaseModel, ConfigDict, Field
-from starlette.responses import Response
+from starlette.responses import Response, StreamingResponse
 
 from service.compute.render_steps import check_duration
 from service.http import openapi
-from service.http.chunked_answer import HeadResponse, PumpedResponse
+from service.http.chunked_answer import PumpedResponse
 from service.http.content_negotiation import choose_format
-from service.http.paced_stream import Reader, length, opening
+from service.http.paced_stream import Reader, stream_length, stream_opening
 from service.http.rate_limits import KEY
 from service.http.sound_headers import describe, metadata_of
 from service.lifespan import service_of
@@ -24,7 +24,7 @@ from service.sessions.session import Session
 from synth.encode.formats import SoundFormat, media_type
 
 router = APIRouter(tags=["sessions"])
-LEAVING_SECONDS = 0.25  # for a busy service to notice that the reader before has hung up
+LEAVING_SECONDS = 0.25  # until a busy service notices that the earlier reader has disconnected
 
 
 class StreamParameters(BaseModel):
@@ -35,7 +35,7 @@ class StreamParameters(BaseModel):
         default=None, description="Sound format; wins over Accept. FLAC does not stream."
     )
     duration: float | None = Field(
-        default=None, ge=0.001, allow_inf_nan=False, description="Seconds, with exact sizes; without it, endless."
+        default=None, ge=0.001, allow_inf_nan=False, description="Seconds; without it, the stream is endless."
     )
 
 
@@ -57,7 +57,7 @@ class StreamParameters(BaseModel):
     ),
 )
 async def stream(request: Request, session_id: str, parameters: Annotated[StreamParameters, Query()]) -> Response:
-    """One reader at a time. It begins at frame 0 of the scene, ramps in, and is sent a little ahead of the clock."""
+    """One reader at a time. The sound begins at frame 0 of the scene, fades in, and is sent a little ahead of time."""
     service = service_of(request)
     session = service.sessions.find(session_id, request.scope.get(KEY))
     if parameters.duration is not None:
@@ -67,12 +67,12 @@ async def stream(request: Request, session_id: str, parameters: Annotated[Stream
     kind = media_type(sound_format, session.sample_rate, session.channels)
     frames = None if parameters.duration is None else max(1, round(parameters.duration * session.sample_rate))
     metadata = metadata_of(session, session.scene)
-    header = opening(sound_format, session.sample_rate, session.channels, metadata, frames)
+    header = stream_opening(sound_format, session.sample_rate, session.channels, metadata, frames)
     headers = describe(session, sound_format)
     if frames is not None:
-        headers["Content-Length"] = str(length(sound_format, len(header), session.channels, frames))
+        headers["Content-Length"] = str(stream_length(sound_format, len(header), session.channels, frames))
     if request.method == "HEAD":
-        return HeadResponse(headers, kind)
+        return StreamingResponse((), headers=headers, media_type=kind)
     ticket = service.limits.admit(request.scope)
     try:
         reader = await _claim(session, service.metrics)
@@ -91,12 +91,12 @@ async def stream(request: Request, session_id: str, parameters: Annotated[Stream
 
 
 async def _claim(session: Session, metrics: Metrics) -> Reader:
-    """Return the session's one reader, ready; raises Problem (409) where another stays for LEAVING_SECONDS."""
+    """Return a new reader of the session; raises Problem (409) if another one stays for LEAVING_SECONDS."""
     if session.reader is not None:
         with suppress(TimeoutError):
             await asyncio.wait_for(session.reader.left.wait(), LEAVING_SECONDS)
     if session.reader is not None:
-        raise Problem("busy", "The session has a reader. Close its stream first, or open another session.")
+        raise Problem("busy", "The session already has a reader. Close its stream first, or open another session.")
     reader = session.reader = Reader(metrics)
     try:
         reader.stream = await session.open_stream()

@@ -1,7 +1,7 @@
-"""`POST /v1/tables`: the response table of a scene is made; `GET /v1/tables/{hash}`: its file, which never changes.
+"""`POST /v1/tables` makes the response table of a scene; `GET /v1/tables/{hash}` returns its file, which never changes.
 
-Model: a table is found by the hash of its content, so it belongs to no key, and whoever makes it again gets the same.
-Limits: it is kept as long as the cache of this process has room (RIDGEWAVE_CACHE_BYTES). Another worker has it not.
+Model: a table is identified by the hash of its content. It belongs to no key, and making it again gives the same hash.
+Limits: the table stays as long as the cache of this process has room (RIDGEWAVE_CACHE_BYTES). Other workers lack it.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from synth.scene.scene import parse_scene_text
 
 router = APIRouter(tags=["tables"])
 READS = ("too-large", "not-json", "scene-refused", "cannot-render", "closing")
-FOR_EVER = "public, max-age=31536000, immutable"
-WHOLE: openapi.Answers = {
+IMMUTABLE = "public, max-age=31536000, immutable"
+TABLE_FILE: openapi.Answers = {
     200: {
-        "description": "The file, as docs/table.md tells it.",
+        "description": "The file; docs/table.md describes its format.",
         "content": {"application/octet-stream": openapi.BINARY},
     },
-    304: {"description": "The client has it: If-None-Match names its hash."},
+    304: {"description": "If-None-Match names the hash: the client has the file."},
 }
 
 
@@ -40,12 +40,12 @@ WHOLE: openapi.Answers = {
     openapi_extra=openapi.body(openapi.SCENE),
 )
 async def make(request: Request) -> Response:
-    """The body is a scene. The answer tells the table's hash, where its file is, and what it errs by."""
+    """The body is a scene. The answer has the hash of the table, the path of its file, and its error."""
     service = service_of(request)
-    text = await read_body(request, service.settings.max_body)
+    text = await read_body(request)
     if service.closing:
         raise Problem("closing", "The service is shutting down.")
-    made = await service.solves.run(service.limits.caller(request.scope), _made, service.engine, text)
+    made = await service.solves.run(service.limits.caller(request.scope), _make_table, service.engine, text)
     url = f"/v1/tables/{made.hash}"
     document = {"hash": made.hash, "url": url, "bytes": len(made.content)} | made.told
     return JSONResponse(document, 201, {"Location": url, "Cache-Control": "no-store"})
@@ -57,15 +57,15 @@ async def make(request: Request) -> Response:
     operation_id="getTable",
     summary="Get a response table by its hash",
     response_class=Response,
-    responses=WHOLE | openapi.problem_answers("not-found"),
+    responses=TABLE_FILE | openapi.problem_answers("not-found"),
 )
 async def get(request: Request, hash: str) -> Response:
-    """The safetensors file. It never changes: whatever keeps answers may keep this one."""
+    """The safetensors file. It never changes, so every cache may keep it."""
     found = service_of(request).engine.find_table(hash)
     if found is None:
-        hint = "POST its scene to /v1/tables: that makes the same table, with the same hash."
-        raise refused("hash", shown(hash), "that of a table that is kept here", hint, "not-found")
-    headers = {"ETag": f'"{found.hash}"', "Cache-Control": FOR_EVER}
+        hint = "POST its scene to /v1/tables: the same scene gives the same hash."
+        raise refused("hash", shown(hash), "the hash of a table in the cache", hint, "not-found")
+    headers = {"ETag": f'"{found.hash}"', "Cache-Control": IMMUTABLE}
     if is_known(request, found.hash):
         return Response(status_code=304, headers=headers)
     headers["Content-Length"] = str(len(found.content))
@@ -73,5 +73,5 @@ async def get(request: Request, hash: str) -> Response:
     return Response(body, headers=headers, media_type="application/octet-stream")
 
 
-def _made(engine: Engine, text: bytes) -> TableFile:
+def _make_table(engine: Engine, text: bytes) -> TableFile:
     return engine.make_table(parse_scene_text(text))

@@ -16,7 +16,7 @@ router = APIRouter(tags=["textures"])
 
 
 def entry_document(entry: CatalogueEntry) -> dict[str, Any]:
-    """Return an entry as the service shows it; `scene` is a partial scene, ready to be rendered or merged."""
+    """Return an entry as JSON; its `scene` is a partial scene that can be rendered or merged."""
     return {"name": entry.name, "title": entry.title, "source": entry.source, "scene": entry.document}
 
 
@@ -28,7 +28,7 @@ def entry_document(entry: CatalogueEntry) -> dict[str, Any]:
     responses=openapi.problem_answers(),
 )
 async def textures() -> Response:
-    """Each with its title, the source of its numbers, and the partial scene it stands for."""
+    """Each with its title, the source of its values, and the partial scene that it stands for."""
     return JSONResponse({"textures": [entry_document(entry) for entry in catalogue()]})
 
 
@@ -40,7 +40,7 @@ async def textures() -> Response:
     responses=openapi.problem_answers("not-found"),
 )
 async def texture(name: str) -> Response:
-    """The same for one name."""
+    """One entry of the catalogue."""
     try:
         entry = lookup(name)
     except SceneError as error:
