@@ -66,12 +66,7 @@ def create_app(settings: Settings, engine: Engine | None = None, workers_folder:
         redoc_url=None,
         redirect_slashes=False,
         middleware=_layers(settings, service.limits),
-        exception_handlers={
-            Problem: _answer_problem,
-            RidgewaveError: _answer_refusal,
-            RequestValidationError: _answer_parameters,
-            HTTPException: _answer_status,
-        },
+        exception_handlers=dict.fromkeys((Problem, RidgewaveError, RequestValidationError, HTTPException), _answer),
     )
     for module in ROUTES:
         app.include_router(module.router)
@@ -95,34 +90,25 @@ def _layers(settings: Settings, limits: Limits) -> list[Middleware]:
     return [*layers, by_address, Middleware(KeyCheck, settings=settings), by_key, Middleware(Compression)]
 
 
-def _answer(request: Request, problem: Problem) -> Response:
+async def _answer(request: Request, error: Exception) -> Response:
+    problem = _problem_of(request, error)
     service_of(request).metrics.refused(problem.kind)
     return problem.response()
 
 
-async def _answer_problem(request: Request, error: Exception) -> Response:
-    assert isinstance(error, Problem)
-    return _answer(request, error)
-
-
-async def _answer_refusal(request: Request, error: Exception) -> Response:
-    assert isinstance(error, RidgewaveError)
-    return _answer(request, problems.of(error))
-
-
-async def _answer_parameters(request: Request, error: Exception) -> Response:
-    """Answer invalid query parameters: the framework checks nothing else."""
-    assert isinstance(error, RequestValidationError)
-    faults = tuple(_parameter_fault(entry) for entry in error.errors())
-    return _answer(request, Problem("request-refused", faults[0].sentence(), faults))
-
-
-async def _answer_status(request: Request, error: Exception) -> Response:
-    """Answer an unknown path, or a method that the path does not have."""
-    assert isinstance(error, HTTPException)
+def _problem_of(request: Request, error: Exception) -> Problem:
+    match error:
+        case Problem():
+            return error
+        case RidgewaveError():
+            return problems.of(error)
+        case RequestValidationError():  # of query parameters: the framework checks nothing else
+            faults = tuple(_parameter_fault(entry) for entry in error.errors())
+            return Problem("request-refused", problems.summary(faults), faults)
+    assert isinstance(error, HTTPException)  # an unknown path, or a method that the path does not have
     kind = KINDS.get(error.status_code, "bad-request")
     headers = {"Allow": _methods(request)} if error.status_code == 405 else error.headers or {}
-    return _answer(request, Problem(kind, problems.TYPES[kind].when, headers=headers))
+    return Problem(kind, problems.TYPES[kind].when, headers=headers)
 
 
 def _methods(request: Request) -> str:
