@@ -49,10 +49,10 @@ SIDES: dict[str, tuple[dict[str, Any], dict[str, Any], str, str]] = {
         "/output/fade", "at most half the duration",
     ),
     "points a microsecond apart": (
-        points(1e-6, 0.01), points(0.998e-6, 0.01), "/scan/trajectory/1/0", "times rise by at least 1 us from one point",
+        points(1e-6, 0.01), points(0.998e-6, 0.01), "/scan/trajectory/1/0", "rise by at least 1 us from one point",
     ),
     "points at 10 m/s": (
-        points(0.125, 10.0), points(0.125, 10.0000001), "/scan/trajectory/1/1", "the speed between two points is 10 m/s at most",
+        points(0.125, 10.0), points(0.125, 10.0000001), "/scan/trajectory/1/1", "between two points is 10 m/s at most",
     ),
     "the fewest points": (
         points(0.1, 0.1, FEWEST_POINTS), points(0.1, 0.1, FEWEST_POINTS - 1), "/scan/trajectory", "4 to 1000000 points",
