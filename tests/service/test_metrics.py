@@ -145,7 +145,7 @@ def test_the_limiter_s_work_is_counted(running: Running, monkeypatch: pytest.Mon
         listener.frames(9600)
     shown = scrape(running.client)
     assert shown.value("limiter_largest_reduction_decibels") == 4.0
-    assert shown.value("limited_seconds_total") >= 0.2
+    assert shown.value("limited_seconds_total") >= 0.2 - 1e-9  # a sum of ten blocks
 
 
 def test_renders_and_what_they_built_are_counted(app: FastAPI) -> None:
