@@ -18,7 +18,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy import fft
 
 from synth.arrays import Array
 from synth.response.mip_levels import MipLevels
@@ -96,7 +95,7 @@ def swings(series: Complex, counts: tuple[int, ...], peak_to_peak: bool) -> Arra
         for order in range(3):
             spectrum = np.zeros((len(series), points // 2 + 1), dtype=np.complex128)
             spectrum[:, 1 : count + 1] = series[:, 1 : count + 1] * n**order
-            curve = fft.irfft(spectrum, points, axis=1, overwrite_x=True) * points
+            curve = np.fft.irfft(spectrum, points, axis=1) * points
             high, low = curve.max(axis=1), curve.min(axis=1)
             found[order, j] = high - low if peak_to_peak else np.maximum(high, -low)
     return found
