@@ -15,7 +15,7 @@ import statistics
 from typing import Any
 
 from tests.bench.timing import Figure, figure
-from tests.clients.web.browser import headless, watched
+from tests.clients.web.browser import driving, headless, watched
 from tests.clients.web.conftest import MODULES, modules_loaded
 from tests.clients.web.page_service import serving_pages
 from tests.service.harness import until
@@ -96,10 +96,11 @@ def figures(quick: bool) -> list[Figure]:
 
 def measured(trials: int, settle: float) -> dict[str, Any]:
     """Return the page's measurements; times in ms, None where nothing was heard."""
-    with serving_pages() as running, headless() as browser, watched(browser, running.url + MODULES) as (page, _):
+    with serving_pages() as running, driving() as driver, headless(driver) as browser:
         until(lambda: running.service.warm, 60.0)
-        modules_loaded(page)
-        report: dict[str, Any] = page.evaluate(MEASURE, {"trials": trials, "settle": settle})
+        with watched(browser, running.url + MODULES) as (page, _):
+            modules_loaded(page)
+            report: dict[str, Any] = page.evaluate(MEASURE, {"trials": trials, "settle": settle})
     for kind in ("moves", "touches"):
         report[kind] = [time if isinstance(time, int | float) and time == time else None for time in report[kind]]
     return report

@@ -1,7 +1,7 @@
 """Headless Chromium for the tests of the web page, and what watches a page: no error is logged, no other host asked.
 
 Limits: playwright's blocking interface keeps an event loop running in the thread that started it, in which
-    `asyncio.run` of other tests would fail: a browser is for one module of tests, and is closed with it.
+    `asyncio.run` of other tests would fail: playwright and its browsers are for this folder, and end with it.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import pytest
 from tests.service.harness import PATIENCE
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, ConsoleMessage, Page, Request
+    from playwright.sync_api import Browser, ConsoleMessage, Page, Playwright, Request
 
 SOUNDS = "--autoplay-policy=no-user-gesture-required"
 FLAGS = (
@@ -40,25 +40,31 @@ LOCAL_SCHEMES = ("data", "blob", "about")
 
 
 @contextmanager
-def headless(*flags: str, waits_for_a_gesture: bool = False) -> Iterator[Browser]:
-    """Yield Chromium; skip the test where it, or playwright, is missing (in CI: fail).
-
-    waits_for_a_gesture: no page may sound before one, as with people.
-    """
+def driving() -> Iterator[Playwright]:
+    """Yield playwright; skip the test where it is missing (in CI: fail)."""
     try:
         from playwright.sync_api import sync_playwright
     except ImportError:
         missing("playwright is missing: install the extra `test`")
+    with sync_playwright() as playwright:
+        yield playwright
+
+
+@contextmanager
+def headless(playwright: Playwright, *flags: str, waits_for_a_gesture: bool = False) -> Iterator[Browser]:
+    """Yield Chromium; skip the test where it is missing (in CI: fail).
+
+    waits_for_a_gesture: no page may sound before one, as with people.
+    """
     path = shutil.which("chromium") or shutil.which("chromium-browser")
     if path is None:
         missing("Chromium is missing: install the Debian package chromium")
     usual = [flag for flag in FLAGS if not (waits_for_a_gesture and flag == SOUNDS)]
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=path, headless=True, args=[*usual, *flags], timeout=WAIT)
-        try:
-            yield browser
-        finally:
-            browser.close()
+    browser = playwright.chromium.launch(executable_path=path, headless=True, args=[*usual, *flags], timeout=WAIT)
+    try:
+        yield browser
+    finally:
+        browser.close()
 
 
 def missing(what: str) -> NoReturn:

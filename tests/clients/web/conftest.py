@@ -7,28 +7,35 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from tests.clients.web.browser import headless, kept_page, visited, watched
+from tests.clients.web.browser import driving, headless, kept_page, visited, watched
 from tests.clients.web.drawn_views import drawable, opened
 from tests.clients.web.page_service import WEB, serving_pages
 from tests.service.harness import START, Running, kept_engine, serving, until
 from tests.service.plain_engine import PlainEngine
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
+    from playwright.sync_api import Browser, Page, Playwright
 
     from tests.clients.web.browser import Watch
 
 MODULES = "/test/modules.html"
 
 
-@pytest.fixture(scope="module")
-def chromium() -> Iterator[Browser]:
+@pytest.fixture(scope="package")
+def playwright() -> Iterator[Playwright]:
+    """Yield playwright."""
+    with driving() as one:
+        yield one
+
+
+@pytest.fixture(scope="package")
+def chromium(playwright: Playwright) -> Iterator[Browser]:
     """Yield headless Chromium."""
-    with headless() as browser:
+    with headless(playwright) as browser:
         yield browser
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="package")
 def service() -> Iterator[Running]:
     """Yield the real service, warm."""
     with serving_pages(kept_engine()) as running:
@@ -64,7 +71,7 @@ def modules_loaded(page: Page) -> None:
     page.wait_for_function("() => window.modules !== undefined")
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="package")
 def page_service() -> Iterator[Running]:
     """Yield the real service with the page, as `ridgewave serve` has it, warm."""
     with serving(kept_engine(), web=str(WEB)) as running:
@@ -98,7 +105,7 @@ def loaded(page: Page) -> None:
     page.wait_for_function("() => window.ridgewave !== undefined")
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="package")
 def pictures_url() -> Iterator[str]:
     """Yield the address of the page of pictures."""
     with serving_pages(PlainEngine()) as running:

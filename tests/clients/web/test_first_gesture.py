@@ -13,7 +13,7 @@ from tests.service.harness import PATIENCE, serving, until
 from tests.service.plain_engine import PlainEngine, warmed_up
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
+    from playwright.sync_api import Browser, Page, Playwright
 
 PHONE: dict[str, Any] = {"viewport": {"width": 390, "height": 800}, "has_touch": True, "is_mobile": True}
 SOUNDS = "ridgewave.player?.context.state === 'running'"
@@ -22,8 +22,8 @@ INCOMPLETE = "TypeError"  # the plain engine's pictures and plans lack what the 
 
 
 @pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with headless(waits_for_a_gesture=True) as chromium:
+def browser(playwright: Playwright) -> Iterator[Browser]:
+    with headless(playwright, waits_for_a_gesture=True) as chromium:
         yield chromium
 
 

@@ -14,7 +14,7 @@ from tests.clients.web.page_service import serving_pages
 from tests.service.harness import until
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
+    from playwright.sync_api import Browser, Page, Playwright
 
 OPEN = "() => ridgewave.fingers.size === 1 && [...ridgewave.fingers][0].source"
 SWATCH = 5  # in the second row, in reach of every hand of the tests
@@ -38,8 +38,8 @@ STROKE = """async ({hand, id, index, depth}) => {
 
 
 @pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with headless(*DRAWING) as chromium:
+def browser(playwright: Playwright) -> Iterator[Browser]:
+    with headless(playwright, *DRAWING) as chromium:
         yield chromium
 
 
