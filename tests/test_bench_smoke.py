@@ -10,7 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from tests.bench.__main__ import main as bench
 from tests.file_metadata import read_metadata
+from tests.listen.__main__ import main as listen
 from tests.listen.cases import CASES
 from tests.listen.report import numbers
 
@@ -41,8 +43,9 @@ def test_every_benchmark_runs_and_the_page_knows_every_figure(parts: tuple[str, 
     assert not missing, f"docs/benchmarks.md was printed by another version: it lacks {missing}"
 
 
-def test_a_part_prints_a_line_for_each_figure_with_its_limit() -> None:
-    head, columns, *lines, last = run("tests.bench", "--quick", "solver").splitlines()
+def test_a_part_prints_a_line_for_each_figure_with_its_limit(capsys: pytest.CaptureFixture[str]) -> None:
+    bench(["--quick", "solver"])
+    head, columns, *lines, last = capsys.readouterr().out.splitlines()
     assert head.startswith("processor ")
     assert columns.split() == ["figure", "median", "least", "unit", "limit", "how"]
     assert [line[:35].rstrip() for line in lines] == [
@@ -53,10 +56,11 @@ def test_a_part_prints_a_line_for_each_figure_with_its_limit() -> None:
     assert lines[0].split("us/phase")[1].split()[:2] in (["5", "within"], ["5", "OVER"])
 
 
-def test_a_part_that_does_not_exist_is_refused() -> None:
-    done = subprocess.run([sys.executable, "-m", "tests.bench", "nothing"], cwd=ROOT, capture_output=True, check=False)
-    assert done.returncode == 2
-    assert b"'nothing' is not one of solver, voice" in done.stderr
+def test_a_part_that_does_not_exist_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as refused:
+        bench(["nothing"])
+    assert refused.value.code == 2
+    assert "'nothing' is not one of solver, voice" in capsys.readouterr().err
 
 
 def test_the_waveform_figure_is_drawn_and_twice_the_same(tmp_path: Path) -> None:
@@ -80,7 +84,7 @@ SOUNDS = ("heavy-touch", "change")
 
 @pytest.mark.parametrize("asked", [SOUNDS, pytest.param((), marks=pytest.mark.thorough)], ids=["some", "all"])
 def test_the_sounds_to_listen_to_are_written_with_their_numbers(tmp_path: Path, asked: tuple[str, ...]) -> None:
-    run("tests.listen", str(tmp_path), *asked)
+    listen([str(tmp_path), *asked])
     examples = {path.stem for path in (ROOT / "docs" / "examples").glob("*.json")}
     names = set(asked) or examples | {case.name for case in CASES}
     assert {path.stem for path in tmp_path.glob("*.wav")} == names
@@ -89,11 +93,12 @@ def test_the_sounds_to_listen_to_are_written_with_their_numbers(tmp_path: Path, 
     assert read_metadata(tmp_path / "change.wav") is not None
 
 
-def test_a_sound_that_does_not_exist_is_refused(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "tests.listen", str(tmp_path / "folder"), "nothing"]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, check=False)
-    assert done.returncode == 2
-    assert b"'nothing'" in done.stderr and b"sweep" in done.stderr
+def test_a_sound_that_does_not_exist_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as refused:
+        listen([str(tmp_path / "folder"), "nothing"])
+    assert refused.value.code == 2
+    told = capsys.readouterr().err
+    assert "'nothing'" in told and "sweep" in told
     assert not (tmp_path / "folder").exists()
 
 

@@ -28,7 +28,7 @@ from tests.service.scraping import scrape
 from tests.service.test_shutdown import Follower
 
 WORKERS = "tests.service.serve_plain_workers"
-STREAMS = 12
+STREAMS = 6
 
 
 @contextmanager
@@ -222,7 +222,9 @@ def test_a_service_of_two_workers_stops_and_counts_and_ends_as_one(two_workers: 
     assert not folder.exists()
 
 
-@pytest.mark.parametrize("served", [False, True], ids=["while they start", "while they serve"])
+@pytest.mark.parametrize(
+    "served", [pytest.param(False, marks=pytest.mark.thorough), True], ids=["while they start", "while they serve"]
+)
 def test_workers_do_not_outlive_the_process_that_started_them(tmp_path: Path, served: bool) -> None:
     short = Path(tempfile.mkdtemp(prefix="rw"))
     child = Child(WORKERS, tmp_path, RIDGEWAVE_WORKERS="2", TMPDIR=str(short))

@@ -2,7 +2,7 @@
 
 Model: three.js comes as a build fetches it (hatch_build.py), IWER from npm by the hashes of package-lock.json. Both go
     to a folder of the test run; the page gets three.js by a route of the browser, IWER by a script before its own.
-Limits: a software renderer draws some ten frames a second; motions are given in frames, not in seconds.
+Limits: a software renderer is slow: it draws few pixels, and motions are given in frames, not in seconds.
 """
 
 from __future__ import annotations
@@ -64,6 +64,7 @@ def at_the_table(
     try:
         page.goto(f"{url}/vr")
         page.wait_for_selector(ready)
+        page.evaluate("() => ridgewave.room?.renderer.setPixelRatio(0.2)")
         yield page, watch
     finally:
         context.close()

@@ -60,19 +60,52 @@ def iwer(tmp_path_factory: pytest.TempPathFactory) -> str:
     return iwer_script(tmp_path_factory.mktemp("npm"))
 
 
-@pytest.fixture
-def table(browser: Browser, url: str, three: Path) -> Iterator[Page]:
+@pytest.fixture(scope="module")
+def kept_table(browser: Browser, url: str, three: Path) -> Iterator[Page]:
     with at_the_table(browser, url, three) as (page, _):
         yield page
 
 
-@pytest.fixture
-def headset(browser: Browser, url: str, three: Path, iwer: str) -> Iterator[Page]:
-    """Yield the page with an emulated headset that has entered, in the floor's frame."""
+@pytest.fixture(scope="module")
+def worn(browser: Browser, url: str, three: Path, iwer: str) -> Iterator[Page]:
     with at_the_table(browser, url, three, iwer) as (page, _):
-        page.click("#enter:enabled")
-        page.wait_for_function("() => ridgewave.session && ridgewave.tips.length === 2")
         yield page
+
+
+@pytest.fixture
+def table(kept_table: Page) -> Page:
+    """Return the page without a headset, where nothing is touched."""
+    kept_table.mouse.move(1, 1)
+    kept_table.evaluate("() => document.activeElement.blur()")
+    no_finger(kept_table)
+    return kept_table
+
+
+@pytest.fixture
+def headset(worn: Page) -> Page:
+    """Return the page with an emulated headset that has entered, in the floor's frame, with controllers held high."""
+    if not worn.evaluate("() => Boolean(ridgewave.session)"):
+        worn.click("#enter:enabled")
+    held(worn, "controller")
+    return worn
+
+
+def held(page: Page, kind: str) -> None:
+    """Have the headset's wearer hold up two of the kind: controllers, or bare hands."""
+    page.evaluate(
+        """(kind) => { const {device} = tools; device.primaryInputMode = kind;
+             for (const {right} of [device.controllers, device.hands]) right.position.y = 2; }""",
+        kind,
+    )
+    tips = "ridgewave.tips.filter(({id, centre}) => id.endsWith(kind) && centre.y > 0.1)"
+    page.wait_for_function(f"(kind) => {tips}.length === 2", arg=kind)
+    no_finger(page)
+
+
+def no_finger(page: Page) -> None:
+    """End the streams of earlier tests."""
+    page.evaluate("() => ridgewave.fingertips.close()")
+    page.wait_for_function("() => ridgewave.fingers.size === 0")
 
 
 def test_a_controller_sounds_and_vibrates_where_it_touches_until_it_lifts(headset: Page) -> None:
@@ -91,8 +124,7 @@ def test_a_controller_sounds_and_vibrates_where_it_touches_until_it_lifts(headse
 
 
 def test_the_index_finger_of_a_tracked_hand_touches(headset: Page) -> None:
-    headset.evaluate("() => { tools.device.primaryInputMode = 'hand'; }")
-    headset.wait_for_function("() => ridgewave.tips.some(({id}) => id === 'right hand')")
+    held(headset, "hand")
     report = headset.evaluate(STROKE, {"hand": "hand", "id": "right hand", "index": SWATCH, "depth": 0.005})
     assert {touch["index"] for touch in report["touches"]} == {SWATCH}
     assert all(touch["load"] == pytest.approx(1.0, abs=0.02) for touch in report["touches"])
@@ -175,6 +207,9 @@ def test_silence_takes_every_finger_off(table: Page) -> None:
     table.evaluate("() => document.querySelector('#silence').click()")
     table.wait_for_function("() => ridgewave.fingers.size === 0 && ridgewave.player.volume === 0")
     assert table.get_attribute("#silence", "aria-pressed") == "true"
+    table.keyboard.up("ArrowRight")
+    table.evaluate("() => document.querySelector('#silence').click()")
+    assert table.get_attribute("#silence", "aria-pressed") == "false"
 
 
 @pytest.mark.parametrize(
