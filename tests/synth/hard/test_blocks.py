@@ -26,7 +26,8 @@ SCANS: dict[str, dict[str, Any]] = {
 @pytest.mark.parametrize(("name", "rate"), paired(SCANS, RATES))
 def test_blocks_of_one_frame_are_one_block(name: str, rate: int) -> None:
     output = {**ALL, "sample_rate": rate, "bandwidth": 300.0}
-    scene = scene_of(scan=SCANS[name], output=output, accuracy={"tolerance": 3e-2})
+    finger = {"contact_length": "2 mm"}
+    scene = scene_of(finger=finger, scan=SCANS[name], output=output, accuracy={"tolerance": 3e-2})
     whole, voice = open_voice(scene).render(1500), open_voice(scene)
     assert finite(whole)
     assert whole.any(axis=0).all()

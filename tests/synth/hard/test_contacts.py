@@ -54,11 +54,11 @@ CONTACTS: dict[str, Touching] = {
     "opposite and a billionth off as high": Touching(
         texture={"period": 0.5e-3, "amplitude": 40e-6 * (1 + 1e-9), "phase": math.pi}
     ),
-    "10,000 texture periods": Touching(texture={"period": 1e-6, "amplitude": 1e-7}, loads=(1e-3, 0.3), allowed=2e-11),
+    "10,000 texture periods": Touching(texture={"period": 1e-6, "amplitude": 1e-7}, loads=(0.3,), allowed=2e-11),
     "a texture of a metre": Touching(texture={"period": 1.0, "amplitude": 1e-3}),
     "shorter than a ridge": Touching(finger={"contact_length": 1e-4}),
     "the shortest": Touching(finger={"contact_length": 1e-5, "ridge_period": 1e-2}, texture={"period": 1.0}),
-    "1000 ridges": Touching(finger={"ridge_period": 1e-5}, loads=(1e-3, 0.3, 10.0)),
+    "1000 ridges": Touching(finger={"ridge_period": 1e-5}, loads=(0.3,)),
     "whole numbers of both periods": Touching(texture={"period": 1e-3}, loads=(0.3, 1.5, 3.0, 30.0)),
     "a ridge that just touches": Touching(texture={"period": 0.25e-3}, loads=(1e-12, 1e-10, 1e-8, 1e-6)),
     "the softest skin": Touching(finger={"youngs_modulus": 1e3}),
@@ -77,7 +77,7 @@ def solved(scene: Scene, theta: Real, load: float) -> Real:
 def test_a_hard_contact_is_that_of_the_oracle(name: str) -> None:
     case = CONTACTS[name]
     scene = scene_of(finger=case.finger, texture=case.texture)
-    theta = (0.0, 0.25, 0.5, 0.1234567, 0.8765432)
+    theta = (0.0, 0.25, 0.1234567)
     tall = scene.finger.ridge_amplitude + scene.texture.amplitude
     for load in case.loads:
         found = solved(scene, np.array(theta), load)
@@ -160,7 +160,7 @@ def errors(event: Event, loads: Real, thetas: Real) -> Real:
     return np.asarray(np.abs(found - wanted.approach) / (1.0 + event.amplitude), dtype=float)
 
 
-@pytest.mark.parametrize("name", few(EVENTS, 5))
+@pytest.mark.parametrize("name", few(EVENTS, 4))
 def test_at_an_event_and_on_both_sides_of_it_z_is_that_of_the_oracle(name: str) -> None:
     event = EVENTS[name]
     place, height = place_and_height(event)

@@ -23,6 +23,7 @@ ALLOWED = Fraction(1, 10**9)  # turn
 RATES = (1000, 8000, 44100, 48000, 192000)
 PERIOD = 0.8e-3
 NARROW = {**ALL, "bandwidth": 400.0}
+SHORT = {"contact_length": "2 mm"}  # few ridges: quick to solve
 STROKES: tuple[dict[str, object], ...] = (
     {},
     {"speed": 10, "length": 10},
@@ -39,14 +40,15 @@ def off(found: int, turns: Fraction) -> Fraction:
 
 @pytest.mark.parametrize(("rate", "speed"), paired(RATES, (0.08, -0.0777, 1.2345, 1e-9, 2.3e-308, -10.0)))
 def test_the_phase_of_a_steady_scan_after_24_hours(rate: int, speed: float) -> None:
-    voice = open_voice(scene_of(scan={"speed": speed}, output={**NARROW, "sample_rate": rate}))
+    voice = open_voice(scene_of(finger=SHORT, scan={"speed": speed}, output={**NARROW, "sample_rate": rate}))
     frame = DAY * rate + 12345
     voice.seek(frame)
     assert off(voice.phase, Fraction(speed) * frame / (Fraction(PERIOD) * rate)) < ALLOWED
 
 
 def wide(speed: float, tolerance: float) -> Scene:
-    return scene_of(scan={"speed": speed}, output={**ALL, "bandwidth": 2000.0}, accuracy={"tolerance": tolerance})
+    output = {**ALL, "bandwidth": 2000.0}
+    return scene_of(finger=SHORT, scan={"speed": speed}, output=output, accuracy={"tolerance": tolerance})
 
 
 @functools.cache
@@ -84,7 +86,7 @@ def test_a_day_streamed_block_after_block_ends_where_a_seek_goes() -> None:
 
 @pytest.mark.parametrize("scan", [{}, {"speed": -10.0}, *({"stroke": stroke} for stroke in STROKES)], ids=str)
 def test_a_frame_by_seek_is_the_frame_streamed_across_24_hours(scan: dict[str, object]) -> None:
-    scene = scene_of(scan=scan, output=NARROW, accuracy={"tolerance": 1e-2})
+    scene = scene_of(finger=SHORT, scan=scan, output=NARROW, accuracy={"tolerance": 1e-2})
     streamed, sought = open_voice(scene), open_voice(scene)
     begin = DAY * 48000 - 3000
     streamed.seek(begin)
@@ -116,7 +118,7 @@ def place_in_a_stroke(stroke: Stroke, frame: int, rate: int) -> Fraction:
 @pytest.mark.parametrize("rate", RATES)
 @pytest.mark.parametrize("fields", STROKES, ids=str)
 def test_the_phase_of_a_stroke_after_24_hours(fields: dict[str, object], rate: int) -> None:
-    scene = scene_of(scan={"stroke": fields}, output={"sample_rate": rate})
+    scene = scene_of(finger=SHORT, scan={"stroke": fields}, output={"sample_rate": rate})
     stroke, first = scene.scan.stroke, DAY * rate - 100
     assert stroke is not None
     frames = round(stroke.period * rate) + 1
@@ -144,8 +146,9 @@ def test_the_phase_of_a_hand_keeps_a_billionth_of_a_turn_a_day(name: str, rate: 
     """A speed that does not change makes the same error at each frame, so what a few seconds leave grows in proportion:
     in 24 hours, to this many times as much. Errors of a speed that changes add up to less than in proportion.
     """
-    speed, blocks = HANDS[name], 40
-    voice = open_voice(scene_of(output={**NARROW, "sample_rate": rate}, accuracy={"tolerance": 3e-2}))
+    speed, blocks = HANDS[name], 10
+    output = {**NARROW, "sample_rate": rate}
+    voice = open_voice(scene_of(finger=SHORT, output=output, accuracy={"tolerance": 3e-2}))
     speed_rate = np.gradient(speed) * rate if isinstance(speed, np.ndarray) else 0.0
     motion = Motion.of(BLOCK, speed=speed, load=0.3, speed_rate=speed_rate, load_rate=0.0, load_bend=0.0)
     for _ in range(blocks):
@@ -156,7 +159,7 @@ def test_the_phase_of_a_hand_keeps_a_billionth_of_a_turn_a_day(name: str, rate: 
 
 
 def test_after_a_hand_the_scan_goes_on_without_drift() -> None:
-    scene = scene_of(scan={"speed": 0.0613}, output=NARROW, accuracy={"tolerance": 3e-2})
+    scene = scene_of(finger=SHORT, scan={"speed": 0.0613}, output=NARROW, accuracy={"tolerance": 3e-2})
     voice = open_voice(scene)
     voice.render(BLOCK, Motion.of(BLOCK, speed=0.1, load=0.3, speed_rate=0.0, load_rate=0.0, load_bend=0.0))
     for _ in range(40):

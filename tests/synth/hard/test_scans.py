@@ -85,7 +85,7 @@ SCANS: dict[str, Scanned] = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", few(SCANS, 7))
+@pytest.mark.parametrize("name", few(SCANS, 5))
 def test_a_hard_scan_is_that_of_the_oracle_and_within_its_bounds(name: str) -> None:
     scene = SCANS[name].scene
     voice = open_voice(scene)
