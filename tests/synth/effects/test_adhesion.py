@@ -75,7 +75,7 @@ def test_a_constant_pull_beyond_the_pull_off_is_silence() -> None:
 
 @pytest.mark.parametrize("shape", ["contact_growth", "curvature"])
 def test_a_contact_whose_shape_follows_the_load_may_be_pulled(shape: str) -> None:
-    scene = scene_of("default", {"adhesion": STRONG, shape: {}}, scan={"load": "-0.05 N"})
+    scene = scene_of("default", {"adhesion": STRONG, shape: {}}, scan={"load": "-0.05 N"}, accuracy={"tolerance": 1e-2})
     voice = open_voice(scene)
     assert shape in [one.name for one in voice.plan.simulated]
     assert np.isfinite(voice.render(1000)).all()
@@ -103,7 +103,7 @@ def rendered(lowest: float, seconds: float = 0.25) -> tuple[Real, Held, Real, To
     scan, place, load = pulled(lowest, seconds)
     output = {"quantity": "displacement", "sample_rate": RATE, "bandwidth": "full"}
     sections: dict[str, Any] = {"scan": scan, "output": output}
-    scene = parse_scene({**sections, "effects": {"adhesion": STRONG}})
+    scene = parse_scene({**sections, "effects": {"adhesion": STRONG}, "accuracy": {"tolerance": 3e-3}})
     found = path_of(scene).followed(place / scene.texture.period, load)
     return physical(open_voice(scene), len(load) // 2)[:, 0], found, load, touch_of(scene)
 

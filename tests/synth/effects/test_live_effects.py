@@ -13,6 +13,7 @@ from synth.errors import CannotRender, SceneError
 from synth.response.response_cache import ResponseCache
 from synth.scene.scene import Scene, parse_scene
 from synth.voice.hand_voice import HandVoice
+from tests.synth.effects.whole_renders import SHORT
 from tests.synth.engine_cases import largest_step
 
 RATE = 8000
@@ -82,7 +83,7 @@ def test_a_finger_that_lifts_in_a_recording_is_silence(name: str) -> None:
     # the curve overshoots below 0 N between points, by a quarter of the last overshoot at each further point
     points = [[i / 200, 4e-4 * i, float(np.interp(i, [0, 20, 24, 76, 80, 100], [0.3, 0.3, 0, 0, 0.3, 0.3]))]
               for i in range(101)]  # fmt: skip
-    voice = open_voice(scene(effects, scan={"trajectory": points}, finger={"contact_length": "3 mm"}))
+    voice = open_voice(scene(effects, scan={"trajectory": points}, finger=SHORT))
     block = voice.render(4000)
     assert np.max(np.abs(block[round(0.24 * RATE) : round(0.26 * RATE)])) <= 1e-12  # the curve rounds to some nN
     assert np.all(np.ptp(block[: round(0.08 * RATE)], axis=0) > 0.0)
@@ -91,7 +92,7 @@ def test_a_finger_that_lifts_in_a_recording_is_silence(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["inertia", "viscous_skin", "adhesion", "tangential"])
 def test_a_hand_that_lifts_is_exact_silence(name: str) -> None:
-    voice = open_voice(scene({name: {}}), cache=CACHE)
+    voice = open_voice(scene({name: {}}, finger=SHORT), cache=CACHE)
     load = np.concatenate([np.full(400, 0.3), 0.15 * (1 + np.cos(np.pi * np.arange(80) / 80)), np.zeros(800)])
     block = voice.render(len(load), Motion.of(len(load), speed=0.08, load=load))
     assert np.any(block[:400])

@@ -23,7 +23,7 @@ from tests.reference.kinds_oracle import domed_approach
 from tests.reference.moving_oracle import Harmonics
 from tests.reference.shaped_contact_oracle import fitting_radius, growing_contact, round_contact
 from tests.reference.stiffness_oracle import Touch
-from tests.synth.effects.whole_renders import below, check_quantities, named, scene_of
+from tests.synth.effects.whole_renders import SHORT, below, check_quantities, named, scene_of
 from tests.synth.engine_cases import Real, physical, touch_of
 from tests.synth.response.shaped_cases import finer
 from tests.synth.surfaces.texture_cases import random_texture
@@ -100,7 +100,7 @@ def approach_of(shape: str, touch: Touch) -> Approach:
 @pytest.mark.parametrize("name", named("default"))
 def test_a_steady_render_errs_by_no_more_than_the_plan_says(name: str, shape: str) -> None:
     output = {"channels": ["displacement", "velocity"], "bandwidth": 1000}
-    scene = scene_of(name, {shape: SHAPES[shape]}, output=output)
+    scene = scene_of(name, {shape: SHAPES[shape]}, output=output, finger=SHORT)
     check_steady(scene, approach_of(shape, touch_of(scene)), 4 * PHASES if name == "wide" else PHASES)
 
 

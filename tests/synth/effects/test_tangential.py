@@ -9,10 +9,11 @@ import pytest
 
 from synth import open_voice, parse_scene
 from synth.scene.scene import Scene
+from tests.few import thorough
 from tests.reference.moving_oracle import Finger, Harmonics, Profile, Reaction, elastic, steady_scan
 from tests.reference.pressure_oracle import Surfaces, power_mean
 from tests.reference.stiffness_oracle import Touch, stiffness
-from tests.synth.effects.whole_renders import errors_of, named, scene_of
+from tests.synth.effects.whole_renders import SHORT, errors_of, named, scene_of
 from tests.synth.engine_cases import Real, physical, touch_of
 
 FORCE = "tangential_force"
@@ -35,9 +36,9 @@ def slope_force(touch: Touch, theta: Real) -> Real:
     return np.array([reaction.force(z, one, found.k) for z, one in zip(heights, theta.tolist(), strict=True)])
 
 
-@pytest.mark.parametrize("name", named("default", "light"))
+@pytest.mark.parametrize("name", named("default"))
 def test_the_force_of_the_slopes_errs_by_no_more_than_the_plan_says(name: str) -> None:
-    scene = scene_of(name, {"tangential": {"friction_coefficient": 0}})
+    scene = scene_of(name, {"tangential": {"friction_coefficient": 0}}, finger=SHORT)
     sign = np.copysign(1.0, scene.scan.speed)
     force = slope_force(touch_of(scene), sign * np.arange(PHASES) / PHASES)
     wanted = Harmonics(np.fft.rfft(force) / PHASES, abs(scene.scan.speed) / scene.texture.period)
@@ -48,7 +49,7 @@ def test_the_force_of_the_slopes_errs_by_no_more_than_the_plan_says(name: str) -
 
 @pytest.mark.parametrize("effects", [{}, {"adhesion": {}}], ids=str)
 def test_slopes_alone_have_no_mean_over_a_period(effects: dict[str, Any]) -> None:
-    scene = scene_of("default", {"tangential": {"friction_coefficient": 0}, **effects})
+    scene = scene_of("default", {"tangential": {"friction_coefficient": 0}, **effects}, finger=SHORT)
     force, _told = tangential(scene, 0.1)
     assert abs(np.mean(force)) <= (1e-4 if effects else 1e-6) * np.ptp(force)
 
@@ -96,10 +97,10 @@ def test_a_stroke_turns_without_a_step() -> None:
     assert np.max(np.abs(np.diff(force))) <= turning + np.max(np.abs(np.diff(slopes)))
 
 
-@pytest.mark.parametrize("damping", [3.0, pytest.param(1.0, marks=pytest.mark.thorough)])
+@pytest.mark.parametrize("damping", [3.0, thorough(1.0)])
 def test_with_a_mass_the_mean_is_the_power_of_the_damper(damping: float) -> None:
     effects = {"inertia": {"damping": damping}, "tangential": {"friction_coefficient": 0}}
-    scene = scene_of("default", effects)
+    scene = scene_of("default", effects, finger=SHORT)
     force, told = tangential(scene, 0.1)
     touch = touch_of(scene)
     scan = steady_scan(Finger(touch, 5e-3, damping, lambda _t: 0.3, lambda t: 0.08 * t), 0.12 / damping)
@@ -109,7 +110,7 @@ def test_with_a_mass_the_mean_is_the_power_of_the_damper(damping: float) -> None
 
 
 def test_with_a_mass_the_force_errs_by_no_more_than_the_plan_says() -> None:
-    scene = scene_of("default", {"inertia": {}, "tangential": {"friction_coefficient": 0.5}})
+    scene = scene_of("default", {"inertia": {}, "tangential": {"friction_coefficient": 0.5}}, finger=SHORT)
     touch = touch_of(scene)
     scan = steady_scan(Finger(touch, 5e-3, 3.0, lambda _t: 0.3, lambda t: 0.08 * t), 0.04)
     reaction, k = Reaction(Profile(touch)), stiffness(touch).k

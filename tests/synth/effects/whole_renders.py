@@ -5,18 +5,21 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import pytest
 from scipy.signal import firwin
 
 from synth import open_voice, parse_scene
 from synth.scene.scene import Scene
 from synth.voice.voice import Voice
+from tests.few import thorough
 from tests.reference.moving_oracle import Harmonics
 from tests.reference.spectral_checks import WINDOW_PERIODS, fit_harmonics
 from tests.synth.engine_cases import QUANTITIES, Real, physical
 
 FITTED = 0.495  # of the rate: harmonics up to here are fitted, to separate them from those that are kept
 PASSING = 0.40  # of the rate: band that a steady scan keeps
+
+SHORT = {"contact_length": "3 mm"}
+"""Few ridges and periods: engine and oracles take a third of the time of the default finger."""
 
 SCENES: dict[str, dict[str, Any]] = {
     "default": {},
@@ -31,7 +34,7 @@ SCENES: dict[str, dict[str, Any]] = {
 
 def named(*quick: str) -> list[Any]:
     """Return the names of SCENES as parameters of a test; those not in `quick` are marked thorough."""
-    return [name if name in quick else pytest.param(name, marks=pytest.mark.thorough) for name in SCENES]
+    return [name if name in quick else thorough(name) for name in SCENES]
 
 
 def scene_of(name: str, effects: dict[str, Any], rate: int = 8000, **sections: Any) -> Scene:

@@ -160,7 +160,8 @@ def test_a_slow_hand_stands_where_the_oracle_says_at_every_load(name: str) -> No
     """
     fields = FOLLOWED[name]
     followed = scene_of(
-        finger={"contact_length": 2.5e-3}, scan={"speed": 0.01}, output={"quantity": "displacement", "full_scale": 1.0, "sample_rate": RATE},
+        finger={"contact_length": 2.5e-3}, scan={"speed": 0.01},
+        output={"quantity": "displacement", "full_scale": 1.0, "sample_rate": RATE},
         accuracy={"tolerance": TOLERANCE},
     )  # fmt: skip
     voice, load = open_voice(followed), np.broadcast_to(fields["load"], FRAMES)

@@ -44,7 +44,7 @@ def test_quasi_static_heights_keep_the_tolerance(name: str, loads: tuple[float, 
 
 
 def test_finer_tolerances_are_kept() -> None:
-    contact = contact_of(scene_of())
+    contact = contact_of(scene_of(finger={"contact_length": "3 mm"}))
     errors = [EnergyTable.of(contact, 0.3, 0.3, 0.3, tolerance=tolerance).error for tolerance in (1e-2, 1e-3, 1e-4)]
     assert errors[0] <= 1e-2 and errors[1] <= 1e-3 and errors[2] <= 1e-4
 

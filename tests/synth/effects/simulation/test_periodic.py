@@ -12,6 +12,7 @@ from synth.effects.simulation.periodic import Period
 from synth.effects.simulation.skin_steps import SkinStepper
 from synth.effects.simulation.steps import HEIGHT, ROWS
 from synth.scene.scene import Scene
+from tests.few import thorough
 from tests.synth.engine_cases import QUANTITIES, physical, spread
 
 THREE = {"viscous_skin": {"model": "three_time_constants"}}
@@ -70,14 +71,12 @@ def check_periods(scene: Scene, frames: int, seconds: float = 0.3) -> None:
         )
 
 
-@pytest.mark.parametrize(
-    ("kind", "seed"), [*QUICK, *(pytest.param(*one, marks=pytest.mark.thorough) for one in OTHERS)]
-)
+@pytest.mark.parametrize(("kind", "seed"), [*QUICK, *(thorough(*one) for one in OTHERS)])
 def test_the_first_periods_are_like_the_last(kind: str, seed: int) -> None:
     check_periods(*drawn(kind, seed))
 
 
-@pytest.mark.parametrize("mass", ["20 g", pytest.param("100 g", marks=pytest.mark.thorough)])
+@pytest.mark.parametrize("mass", ["20 g", thorough("100 g")])
 def test_a_mass_that_rings_for_seconds_does_not_ring_at_the_start(mass: str) -> None:
     """The time constant is 2 m / c, up to 2 s. The start used to be 10 % and 43 % off."""
     scene = parse_scene({"effects": {"inertia": {"mass": mass, "damping": 0.1}}, "output": {"sample_rate": 48000}})
@@ -87,7 +86,7 @@ def test_a_mass_that_rings_for_seconds_does_not_ring_at_the_start(mass: str) -> 
     assert "each texture period equals the first" in voice.plan.document()["simulated"][0]["reason"]
 
 
-@pytest.mark.parametrize(("rate", "bandwidth"), [(8000, "full"), (48000, 1000.0)])
+@pytest.mark.parametrize(("rate", "bandwidth"), [(8000, "full"), thorough(48000, 1000.0)])
 def test_skin_that_relaxes_for_seconds_begins_relaxed_at_every_rate(rate: int, bandwidth: float | str) -> None:
     """After a run of 40 s the peak-to-peak is 2.3 um. The start used to be 6.2 um at 48 kHz, 4.9 um at 8 kHz."""
     output = {"quantity": "displacement", "sample_rate": rate, "bandwidth": bandwidth}
@@ -142,8 +141,9 @@ def test_a_motion_that_does_not_repeat_is_told() -> None:
 
 def test_a_live_voice_begins_there_too() -> None:
     """A voice after a seek does too: a frame computed directly equals the streamed frame."""
-    scene = parse_scene({"effects": {"viscous_skin": {"model": "three_time_constants", "long_time": 0.3}},
-                         "output": {"quantity": "displacement", "sample_rate": 8000}})  # fmt: skip
+    effects = {"viscous_skin": {"model": "three_time_constants", "long_time": 0.3}}
+    output = {"quantity": "displacement", "sample_rate": 8000}
+    scene = parse_scene({"finger": {"contact_length": "3 mm"}, "effects": effects, "output": output})
     live = LiveVoice(scene)
     sound = np.concatenate([live.render(80) for _ in range(30)])[800:, 0].astype(float)  # it has faded in
     parts = sound.reshape(-1, 80)
