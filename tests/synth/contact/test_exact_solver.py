@@ -43,7 +43,7 @@ def errors(geometry: Geometry, theta: Any, pressed: float) -> tuple[float, float
     return float(z), float(np.max(np.abs(found.touching - wanted.contact_length / geometry.contact_length)))
 
 
-@pytest.mark.parametrize("scenes", [60, thorough(200)])
+@pytest.mark.parametrize("scenes", [30, thorough(200)])
 def test_random_scenes_agree_with_the_oracle(scenes: int) -> None:
     random = np.random.default_rng(20)
     worst, longest = 0.0, 0.0
@@ -60,7 +60,7 @@ def test_random_scenes_agree_with_the_oracle(scenes: int) -> None:
 
 def test_neighbouring_phases_from_the_phases_before_agree_with_the_oracle() -> None:
     random = np.random.default_rng(21)
-    for _ in range(12):
+    for _ in range(6):
         geometry = unit(spread(random, 0.3, 30), spread(random, 0.1, 20), spread(random, 0.01, 20))
         theta = random.uniform(0, 1) + np.arange(24) / spread(random, 24, 2000)
         assert errors(geometry, theta, spread(random, 1e-6, 3))[0] <= ROUND_OFF
@@ -99,7 +99,7 @@ def any_contact(number: int, random: np.random.Generator) -> Geometry:
 def test_iterations_are_bounded_and_what_takes_most_is_solved_and_not_cut_short() -> None:
     """At any load, from a cold start and from bad guesses; only few iterations where phases follow each other."""
     random, lightest, most = np.random.default_rng(60), SMALLEST_INDENTATION, 0
-    for number in range(600):
+    for number in range(240):
         geometry = any_contact(number, random)
         scale = geometry.height_scale
         pressed = spread(random, 1e-22, 1e3) if number % 2 else spread(random, lightest, 1e6 * lightest)
@@ -108,7 +108,7 @@ def test_iterations_are_bounded_and_what_takes_most_is_solved_and_not_cut_short(
         far = solved(geometry, phases, max(pressed, 1e-18) * scale, random.uniform(-50, 50, 4) * scale)
         most = max(most, int(cold.iterations.max()), int(far.iterations.max()))
         assert np.all(np.isfinite(cold.height))
-        if number < 60 and geometry.texture_periods <= 300 and geometry.ridges <= 100:
+        if number < 24 and geometry.texture_periods <= 300 and geometry.ridges <= 100:
             assert errors(geometry, phases[:1], max(pressed, lightest) * scale)[0] <= ROUND_OFF
     assert most <= BOUND < MOST_ITERATIONS
     period = solved(unit(20, 1.6, 0.5), np.arange(512) / 512, 0.02)
@@ -153,7 +153,7 @@ THETA = np.concatenate([np.arange(7) / 7, PHI / (2 * np.pi) + np.array([0.0, 1e-
 def test_contacts_of_every_kind_agree_with_the_oracle(name: str) -> None:
     geometries, loads = CONTACTS[name]
     for geometry, pressed in itertools.product(geometries, loads):
-        theta = THETA if geometry.texture_periods < 1000 else THETA[:3]
+        theta = THETA if geometry.texture_periods < 1000 else THETA[1:2]
         assert errors(geometry, theta, pressed)[0] <= ROUND_OFF
         found = solved(geometry, theta, pressed)
         if name == "full contact":
@@ -163,15 +163,15 @@ def test_contacts_of_every_kind_agree_with_the_oracle(name: str) -> None:
 
 
 @pytest.mark.parametrize("pressed", [0.9e-10, 1e-11, 1e-12, 1e-14, 1e-20, 0.0])
-@pytest.mark.parametrize("scenes", [10, thorough(40)])
+@pytest.mark.parametrize("scenes", [3, thorough(40)])
 def test_contacts_so_light_that_only_crests_touch_agree_with_the_oracle(scenes: int, pressed: float) -> None:
     random = np.random.default_rng(31)
     several = [unit(spread(random, 0.3, 60), spread(random, 0.02, 50), spread(random, 0.01, 20)) for _ in range(scenes)]
-    several += [unit(tau, period, 1.0, ridge) for tau in (0.02, 0.2, 0.5, 5.0) for period in (0.3, 3.0, 40.0)
+    several += [unit(tau, period, 1.0, ridge) for tau in (0.02, 0.5, 5.0) for period in (0.3, 40.0)
                 for ridge in (0.0, 1.0)]  # fmt: skip
     allowed = PROMISED if pressed == 0.0 or pressed > 1e-17 else 1e-9  # below, it is solved as no load
     for geometry in several:
-        theta = random.uniform(0, 1, 4)
+        theta = random.uniform(0, 1, 2)
         assert errors(geometry, theta, pressed)[0] <= allowed
         assert pressed > 0.0 or not solved(geometry, theta, pressed).touching.any()
 

@@ -219,7 +219,7 @@ def test_slopes_are_the_differences_over_the_load(contact: Contact, load: float,
     assert np.max(np.abs(rate - difference)) <= 4e-4 * np.max(np.abs(difference))
 
 
-@pytest.mark.parametrize("seed", few(range(16), 2))
+@pytest.mark.parametrize("seed", few(range(15, -1, -1), 1))
 def test_the_stated_error_is_not_exceeded(seed: int) -> None:
     random = np.random.default_rng(seed)
     contact, load = random_contact(random)

@@ -60,11 +60,11 @@ def test_a_sinusoid_that_does_not_say_so_has_the_z_of_one_to_third_order(load: f
 @pytest.mark.parametrize("flats", [False, True])
 def test_the_kernel_is_its_slow_twin(flats: bool) -> None:
     rng = np.random.default_rng(7)
-    for _ in range(2):
+    for _ in range(1):
         profile = random_profile(rng, flats=flats)
         geometry = replace(Geometry.of_surfaces(Scene().finger, profile), segments=3 * len(profile.points))
         grid, indentation = SegmentGrid.of_geometry(geometry), 10.0 ** rng.uniform(-9.0, -4.5)
-        phases = rng.random(3)
+        phases = rng.random(2)
         found = grid.solve(phases, indentation)
         wanted = slow_heights(grid, geometry, phases, indentation)
         assert np.max(np.abs(found.height - wanted)) < 1e-11 * geometry.height_scale

@@ -22,7 +22,7 @@ from tests.synth.engine_cases import QUANTITIES, contact_of, physical, scene_of,
 
 RATE = 8000
 ALL = {"channels": [{"quantity": name, "full_scale": 1} for name in QUANTITIES], "sample_rate": RATE}
-FINGER = {"contact_length": "3 mm"}  # few ridges: quick to solve
+FINGER = {"contact_length": "1.2 mm"}  # few ridges: quick to solve
 POINTS = [[0, 0, 0.3], [0.1, 6e-3, 0.4], [0.2, 1e-2, 0.25], [0.3, 8e-3, 0.3]]
 
 
@@ -114,7 +114,7 @@ def test_blocks_do_not_matter_and_any_frame_can_be_sought() -> None:
 
 def test_a_finger_that_has_left_is_exact_silence() -> None:
     points = [[0, 0, 0.3], [0.1, 6e-3, 0.0], [0.2, 1e-2, 0.0], [0.3, 8e-3, 0.3]]
-    voice = open_voice(scene_of(scan={"trajectory": points}, output=ALL))
+    voice = open_voice(scene_of(finger=FINGER, scan={"trajectory": points}, output=ALL))
     assert voice.plan.response["method"] == "solved frames"
     block = voice.render(4000)
     loads = voice._motion.at(0, 4000).samples[2]

@@ -9,13 +9,13 @@ import pytest
 
 from synth.scene.scene import parse_scene
 from synth.voice.voice import open_voice
-from tests.few import few
+from tests.few import few, thorough
 from tests.reference.spectral_checks import alias_residue, fit_harmonics, fold_distance
 from tests.synth.engine_cases import QUANTITIES, RATES, physical, random_document, spread
 from tests.synth.hard.bounds import check_steady
 
 
-@pytest.mark.parametrize("rate", few(RATES, 2))
+@pytest.mark.parametrize("rate", few(RATES, 1))
 def test_the_default_scene_keeps_its_tolerance(rate: int) -> None:
     check_steady(
         parse_scene({"output": {"channels": list(QUANTITIES), "sample_rate": rate, "bandwidth": "full"}}), 1e-3
@@ -44,8 +44,15 @@ def test_exact_is_exact_to_a_millionth(seed: int) -> None:
 
 def test_backwards_is_the_same_surface_the_other_way() -> None:
     def rendered(speed: float) -> Any:
-        scene = parse_scene({"scan": {"speed": speed}, "output": {"channels": list(QUANTITIES), "bandwidth": "full"}})
-        check_steady(scene, 1e-3)
+        scene = parse_scene(
+            {
+                "finger": {"contact_length": "3 mm"},
+                "scan": {"speed": speed},
+                "output": {"channels": list(QUANTITIES), "bandwidth": "full"},
+            }
+        )
+        if speed < 0:
+            check_steady(scene, 1e-3)
         return physical(open_voice(scene), 601)
 
     forth, back = rendered(0.096), rendered(-0.096)  # 400 frames a period
@@ -54,7 +61,7 @@ def test_backwards_is_the_same_surface_the_other_way() -> None:
     assert np.max(np.abs(back[1:400, 2] - forth[1:400, 2][::-1])) <= 1e-6 * np.ptp(forth[:, 2])
 
 
-@pytest.mark.parametrize("bandwidth", [150.0, 1000.0])
+@pytest.mark.parametrize("bandwidth", [150.0, thorough(1000.0)])
 def test_a_bandwidth_cuts_lower_and_keeps_the_tolerance_below(bandwidth: float) -> None:
     scene = parse_scene({"output": {"channels": list(QUANTITIES), "bandwidth": bandwidth}})
     check_steady(scene, 1e-3)

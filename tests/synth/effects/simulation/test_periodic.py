@@ -25,7 +25,7 @@ KINDS: dict[str, tuple[str, ...]] = {
     "inertia and three_time_constants": ("inertia", "three_time_constants"),
 }
 SKINS = ("kelvin_voigt", "three_time_constants")
-QUICK = [("inertia", 0), ("adhesion", 0), ("kelvin_voigt", 0), ("three_time_constants", 7)]
+QUICK = [("inertia", 0), ("adhesion", 0), ("kelvin_voigt", 0)]
 OTHERS = [(kind, seed) for kind in KINDS for seed in range(50) if (kind, seed) not in QUICK]
 ROUNDING = 4e-7  # of the largest value, by float32
 
