@@ -57,7 +57,7 @@ def worst_error(cases: Any, exact: list[ExactContact], dtype: Any) -> float:
 
 
 def test_both_precisions_agree_with_forty_digits_over_the_whole_range() -> None:
-    cases = random_cases(4, seed=7, most_waves=80)
+    cases = random_cases(4, seed=7, most_waves=30)
     exact = solve_all_exactly(cases)
     assert worst_error(cases, exact, np.longdouble) < 2e-18
     assert worst_error(cases, exact, np.float64) < 2e-15

@@ -12,8 +12,7 @@ import pytest
 from synth.contact.exact_solver import MOST_ITERATIONS, SMALLEST_INDENTATION, Approaches, Grid
 from synth.contact.geometry import Geometry
 from tests.few import thorough
-from tests.reference.contact_oracle import pieces_of, solve_contact
-from tests.reference.contact_oracle_mpmath import solve_exactly
+from tests.reference.contact_oracle import solve_contact
 from tests.synth.engine_cases import Real, spread
 
 PHI = math.sqrt(2.0)
@@ -113,23 +112,6 @@ def test_iterations_are_bounded_and_what_takes_most_is_solved_and_not_cut_short(
     assert most <= BOUND < MOST_ITERATIONS
     period = solved(unit(20, 1.6, 0.5), np.arange(512) / 512, 0.02)
     assert float(period.iterations[8:].mean()) <= 3.0
-
-
-def test_a_patch_a_ten_thousandth_of_a_ridge_wide_is_found() -> None:
-    tau, period, amplitude, theta = 6.0, 1.37, 0.5, 0.2
-    positions = pieces_of(tau, period, amplitude, theta, PHI).astype(float)
-    heights = amplitude * np.cos(2 * np.pi * (positions / period - theta) + PHI) - np.cos(2 * np.pi * positions)
-    crests = heights[1:-1][(heights[1:-1] > heights[:-2]) & (heights[1:-1] > heights[2:])]
-    target, load = float(np.sort(crests)[-3]) - 6e-8, 1e-3
-    for _ in range(40):
-        contact = solve_contact(tau, period, amplitude, load, theta, PHI)
-        load += float((contact.approach - target) * contact.contact_length)
-    before = solve_exactly(tau, period, amplitude, 0.9999 * load, theta, PHI)
-    after = solve_exactly(tau, period, amplitude, load, theta, PHI)
-    assert after.patches == before.patches + 1
-    found = solved(unit(tau, period, amplitude), theta, load / tau)
-    assert abs(found.height[0] - float(after.approach)) <= ROUND_OFF * 1.5
-    assert abs(found.touching[0] * tau - float(after.contact_length)) < 1e-6  # the patch is 1e-4 wide
 
 
 CONTACTS: dict[str, tuple[list[Geometry], tuple[float, ...]]] = {

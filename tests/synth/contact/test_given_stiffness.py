@@ -137,7 +137,8 @@ def test_a_simulation_presses_with_it_at_every_load() -> None:
 
 @pytest.mark.parametrize("effect", ["inertia", "viscous_skin", "curvature", "contact_growth", "adhesion"])
 def test_it_renders_with_every_effect(effect: str) -> None:
-    scene = {"finger": {"stiffness": K}, "effects": {effect: {}}, "output": {"duration": 0.02}}
+    finger = {"stiffness": K, "contact_length": "3 mm"}
+    scene = {"finger": finger, "effects": {effect: {}}, "output": {"duration": 0.02}}
     sound = rw.render(scene)
     assert np.ptp(sound.values) > 0.0
     assert sound.plan is not None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import shutil
 import subprocess
 import sys
@@ -27,12 +28,12 @@ from synth.encode.formats import (
     stream_header,
 )
 from synth.encode.riff import wav_header
+from tests.few import paired
 from tests.file_metadata import read_metadata
 
 WAVS = [SoundFormat.WAV, SoundFormat.WAV16, SoundFormat.WAV24]
-every_file = pytest.mark.parametrize(
-    ("sound_format", "endless"), [(kind, endless) for kind in WAVS for endless in (False, True)] + [("flac", False)]
-)
+FILES = [*itertools.product(WAVS, (False, True)), (SoundFormat.FLAC, False)]
+every_file = pytest.mark.parametrize(("channels", "file"), paired([1, 2, 3], FILES))
 every_count = pytest.mark.parametrize("channels", [1, 2, 3])
 
 
@@ -61,14 +62,12 @@ def written(folder: Path, channels: int, sound_format: SoundFormat, endless: boo
 
 
 @every_file
-@every_count
-def test_soundfile_reads_samples_and_scene(tmp_path: Path, channels: int, sound_format: str, endless: bool) -> None:
-    kind = SoundFormat(sound_format)
-    path = written(tmp_path, channels, kind, endless)
-    with soundfile.SoundFile(path) as file:
-        assert (file.samplerate, file.channels, file.frames) == (48000, channels, 4801)
-        assert '"texture":{"period":0.0008}' in file.comment and "ridgewave" in file.software
-        np.testing.assert_array_equal(file.read(always_2d=True), heard(channels, kind))
+def test_soundfile_reads_samples_and_scene(tmp_path: Path, channels: int, file: tuple[SoundFormat, bool]) -> None:
+    kind, path = file[0], written(tmp_path, channels, *file)
+    with soundfile.SoundFile(path) as read:
+        assert (read.samplerate, read.channels, read.frames) == (48000, channels, 4801)
+        assert '"texture":{"period":0.0008}' in read.comment and "ridgewave" in read.software
+        np.testing.assert_array_equal(read.read(always_2d=True), heard(channels, kind))
     assert read_metadata(path) is not None
 
 
@@ -101,11 +100,8 @@ def test_wave_reads_integers(tmp_path: Path, channels: int, sound_format: SoundF
 
 
 @every_file
-@every_count
-def test_sox_reads_them(tmp_path: Path, channels: int, sound_format: str, endless: bool) -> None:
-    sox = require("sox")
-    kind = SoundFormat(sound_format)
-    path = written(tmp_path, channels, kind, endless)
+def test_sox_reads_them(tmp_path: Path, channels: int, file: tuple[SoundFormat, bool]) -> None:
+    sox, kind, path = require("sox"), file[0], written(tmp_path, channels, *file)
     command = [sox, str(path), "-t", "raw", "-e", "floating-point", "-b", "64", "-"]
     samples = np.frombuffer(run(command), "<f8").reshape(-1, channels)
     assert samples.shape == (4801, channels)  # sox computes in 32 bit integers: a float sample is rounded to those
@@ -113,11 +109,9 @@ def test_sox_reads_them(tmp_path: Path, channels: int, sound_format: str, endles
 
 
 @every_file
-@every_count
-def test_ffmpeg_reads_samples_and_scene(tmp_path: Path, channels: int, sound_format: str, endless: bool) -> None:
+def test_ffmpeg_reads_samples_and_scene(tmp_path: Path, channels: int, file: tuple[SoundFormat, bool]) -> None:
     ffmpeg, ffprobe = require("ffmpeg"), require("ffprobe")
-    kind = SoundFormat(sound_format)
-    path = written(tmp_path, channels, kind, endless)
+    kind, path = file[0], written(tmp_path, channels, *file)
     samples = np.frombuffer(run([ffmpeg, "-v", "error", "-i", str(path), "-f", "f64le", "-"]), "<f8")
     np.testing.assert_array_equal(samples.reshape(-1, channels), heard(channels, kind))
     tags = run([ffprobe, "-v", "error", "-show_entries", "format_tags", str(path)]).decode()

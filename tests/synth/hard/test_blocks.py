@@ -18,6 +18,8 @@ MILLION = 1_000_000
 RATES = (1000, 8000, 44100, 48000, 96000, 192000)
 SCANS: dict[str, dict[str, Any]] = {
     "steady": {"speed": 0.0613},
+    "backwards": {"speed": -0.031},
+    "full contact": {"load": 60},
     "stroke": {"stroke": {"length": "10 mm", "turn_time": "50 ms"}},
     "trajectory": {"trajectory": [[0, 0, 0.3], [0.01, 6e-4, 0.4], [0.02, 1e-3, 0.25], [0.03, 8e-4, 0.3]]},
 }

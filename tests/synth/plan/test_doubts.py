@@ -71,7 +71,7 @@ def test_a_stroke_is_judged_at_the_lower_frequencies_that_it_passes() -> None:
 
 
 def test_a_simulated_motion_is_judged_too() -> None:
-    quick = {"texture": {"amplitude": "1 nm"}, "effects": {"inertia": {}}}
+    quick = {"finger": {"contact_length": "2 mm"}, "texture": {"amplitude": "1 nm"}, "effects": {"inertia": {}}}
     assert "This is not felt" in warned(quick | {"output": {"full_scale": 1}})
 
 

@@ -22,6 +22,8 @@ from tests.reference.synthesis_oracle import highest_harmonic, synthesise
 from tests.synth.engine_cases import QUANTITIES, Real, physical, scene_of, touch_of
 from tests.synth.voice.recorded_cases import Points, random_recording
 
+SHORT = {"contact_length": "3 mm"}
+
 
 @given(st.floats(1e-6, 1e5), st.floats(1.0, 1e5))
 def test_harmonics_are_those_below_the_limit(frequency: float, limit: float) -> None:
@@ -53,7 +55,7 @@ def test_harmonics_of_a_scene(sections: dict[str, Any], harmonics: int) -> None:
 
 
 def test_full_scales_are_08_of_the_peak_of_the_oracle() -> None:
-    scene = scene_of(output={"channels": list(QUANTITIES), "sample_rate": 8000})
+    scene = scene_of(finger=SHORT, output={"channels": list(QUANTITIES), "sample_rate": 8000})
     wanted = synthesise(touch_of(scene), 0.08, 3200.0, relative_error=1e-5)
     for channel in prepare(scene).channels:
         assert channel.full_scale == pytest.approx(wanted.peak(channel.quantity) / 0.8, rel=0.01)
@@ -150,7 +152,7 @@ GETS_LOUDER = [[0, 0, 0.1], [0.1, 0.008, 0.3], [0.2, 0.016, 1.0], [0.3, 0.02, 0.
 
 def recording(points: Points, **output: object) -> Scene:
     lasting = {"duration": points[-1][0] + 0.03, "channels": list(QUANTITIES), **output}
-    return scene_of(finger={"contact_length": "3 mm"}, scan={"trajectory": points}, output=lasting)
+    return scene_of(finger=SHORT, scan={"trajectory": points}, output=lasting)
 
 
 def peaks(scene: Scene) -> Real:
@@ -159,7 +161,7 @@ def peaks(scene: Scene) -> Real:
 
 def test_a_recording_is_scaled_by_its_loudest_place_and_not_by_its_largest_load() -> None:
     """Such a scene once peaked at 76 in a float file: at 1 N the texture hardly moves the finger."""
-    scene = scene_of(scan={"trajectory": GETS_LOUDER}, output={"duration": 0.3})
+    scene = scene_of(finger=SHORT, scan={"trajectory": GETS_LOUDER}, output={"duration": 0.33})
     assert peaks(scene) == pytest.approx([0.8], rel=0.02)
 
 

@@ -6,7 +6,7 @@ import copy
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from synth.errors import SceneError
@@ -148,6 +148,7 @@ SECTIONS = st.sampled_from(["finger", "texture", "scan", "output"])
 PARTIAL = st.dictionaries(SECTIONS | st.text(), JSON_VALUES | SECTION, max_size=5)
 
 
+@settings(max_examples=40)
 @given(PARTIAL, PARTIAL)
 def test_merging_garbage_raises_nothing_and_leaves_no_null_of_the_patch(
     document: dict[str, Any], patch: dict[str, Any]

@@ -6,7 +6,7 @@ import json
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from synth.errors import Fault, SceneError, shown
@@ -282,6 +282,7 @@ SCENE_LIKE = st.fixed_dictionaries(
 )
 
 
+@settings(max_examples=30)
 @given(JSON_VALUES | SCENE_LIKE)
 def test_garbage_raises_nothing_but_scene_error(document: object) -> None:
     try:

@@ -72,6 +72,7 @@ def test_a_sinusoid_by_another_name_is_one(name: str) -> None:
     channels = ["displacement", "acceleration"]
     tolerance = 1e-2 if name == "viscous skin" else 1e-3
     scene: dict[str, Any] = {"effects": EFFECTS[name], "accuracy": {"tolerance": tolerance}}
+    scene["finger"] = {"contact_length": "3 mm"}
     scene["output"] = {"channels": channels, "sample_rate": RATE, "duration": 0.05}
     wanted = rw.render(scene)
     cosine = 20e-6 * np.cos(2.0 * math.pi * np.arange(512) / 512)

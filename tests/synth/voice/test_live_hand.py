@@ -141,20 +141,6 @@ def test_a_scene_may_change_under_the_hand(voices: Any) -> None:
     assert loudest == pytest.approx(0.08 / 1.6e-3, abs=2 * RATE / len(after))
 
 
-def test_block_splits_do_not_matter(voices: Any) -> None:
-    whole, split = voices(scene_of()), voices(scene_of())
-    for voice in (whole, split):
-        stroked(voice, 5)
-        voice.touch(Update(10, 0.1, 0.4, None, 0.3))
-    random = np.random.default_rng(3)
-    parts, left = [], 3000
-    while left:
-        count = min(left, int(random.integers(1, 300)))
-        parts.append(split.render(count))
-        left -= count
-    assert np.array_equal(whole.render(3000), np.concatenate(parts))
-
-
 def test_a_flat_texture_is_exact_silence_under_a_hand(voices: Any) -> None:
     assert np.abs(stroked(voices(scene_of(texture={"amplitude": 0})), 30)).max() == 0.0
 

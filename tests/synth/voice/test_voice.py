@@ -17,7 +17,6 @@ from tests.synth.engine_cases import QUANTITIES, Real, contact_of, physical, sce
 
 ALL = {"channels": list(QUANTITIES)}
 NARROW = {**ALL, "bandwidth": 400, "sample_rate": 8000}  # few harmonics: rows of the load grid are solved quickly
-TRAJECTORY = [[0, 0, 0.3], [0.1, 6e-3, 0.4], [0.2, 1e-2, 0.25], [0.3, 8e-3, 0.3], [0.4, 0.0, 0.35]]
 
 
 def cuts(frames: int, seed: int, most: int = 400) -> list[int]:
@@ -45,27 +44,6 @@ def hand(frames: int, *, derivatives: bool, position: bool = False, rate: int = 
 def part_of(motion: Motion, first: int, frames: int) -> Motion:
     places = motion.position[first : first + frames] if len(motion.position) else motion.position
     return Motion(motion.samples[:, first : first + frames], places, motion.complete)
-
-
-@pytest.mark.parametrize(
-    "document",
-    [
-        {"output": ALL},
-        {"output": ALL, "scan": {"speed": -0.031}},
-        {"output": NARROW, "scan": {"stroke": {"length": "10 mm", "turn_time": "50 ms"}}},
-        {"output": NARROW, "scan": {"trajectory": TRAJECTORY}},
-        {"output": ALL, "scan": {"load": 60}},
-    ],
-    ids=["steady", "backwards", "stroke", "trajectory", "full contact"],
-)
-def test_random_blocks_equal_one_block(document: dict[str, Any]) -> None:
-    scene = parse_scene(document)
-    whole = open_voice(scene).render(4000)
-    voice = open_voice(scene)
-    parts = np.concatenate([voice.render(size) for size in cuts(4000, 1)])
-    assert np.array_equal(whole, parts)
-    assert np.abs(whole).max() > 0.1
-    assert voice.frame == 4000
 
 
 @pytest.mark.parametrize("derivatives", [True, False])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from typing import Any
 
@@ -183,19 +182,6 @@ def test_a_fast_scan_loses_contact_and_regains_it() -> None:
     assert np.count_nonzero(lost) > 1000
     assert np.max(out[REACTION, int(np.argmax(lost)) :]) > LOAD
     assert np.all(out[ATTACHED] == 1.0)
-
-
-def test_runs_of_any_split_give_the_same_bits() -> None:
-    random = np.random.default_rng(5)
-    turns = np.cumsum(random.uniform(-1e-3, 3e-3, 3000))
-    loads = 0.3 + 0.25 * np.sin(np.arange(3000) * 0.01)
-    for mass, damping, pull in ((1e-4, 0.3, 0.0), (0.0, 0.0, 0.05), (1e-4, 0.3, 0.05)):
-        steps = stepper(mass, damping, pull, forces=True, lightest=0.05, heaviest=0.6)
-        state = steps.start(0, 0.3, 50.0, 1.0 / 48000)
-        whole = run(steps, state.resumed(1.0 / 48000), turns, loads)
-        ends = [0, *np.sort(random.choice(3000, 20, replace=False)), 3000]
-        parts = [run(steps, state, turns[a:b], loads[a:b]) for a, b in itertools.pairwise(ends)]
-        assert np.array_equal(np.concatenate(parts, axis=1), whole)
 
 
 def test_the_elastic_slope_force_does_no_work_over_a_period() -> None:
