@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from tests.clients.web.browser import watched
+from tests.clients.web.browser import kept_page, visited
 from tests.clients.web.conftest import loaded
 from tests.clients.web.page_service import WEB
 from tests.clients.web.test_accessibility import violations
@@ -54,12 +54,18 @@ def loud() -> Iterator[Running]:
         yield running
 
 
-@pytest.fixture
-def page(chromium: Browser, loud: Running) -> Iterator[Page]:
-    with watched(chromium, loud.url + "/") as (one, watch):
-        watch.allow(INCOMPLETE)
-        loaded(one)
+@pytest.fixture(scope="module")
+def kept(chromium: Browser) -> Iterator[Page]:
+    with kept_page(chromium) as one:
         yield one
+
+
+@pytest.fixture
+def page(kept: Page, loud: Running) -> Iterator[Page]:
+    with visited(kept, loud.url + "/") as watch:
+        watch.allow(INCOMPLETE)
+        loaded(kept)
+        yield kept
 
 
 def limited(page: Page) -> list[str]:

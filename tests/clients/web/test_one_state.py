@@ -80,20 +80,19 @@ def test_sliders_link_file_undo_and_picture_agree(touch_page: Page, tmp_path: Pa
     assert touch_page.locator("#load-value").inner_text() == load
 
 
-@pytest.mark.parametrize(
-    ("scan", "shown"),
-    [
+def test_the_sliders_tell_what_the_scene_holds(touch_page: Page) -> None:
+    """Beyond the sliders, below them, a stroke, and a recorded motion."""
+    scans: list[tuple[Any, tuple[str, str]]] = [
         ({"load": "50 N", "speed": "9 m/s"}, ("50 N", "9 m/s")),
         ({"load": 0, "speed": "-0.5 mm/s"}, ("0 N", "-500 um/s")),
         ({"stroke": {"load": "2 N", "speed": "0.3 m/s", "length": "40 mm"}}, ("2 N", "300 mm/s")),
         ({"trajectory": [[0, 0, 0.3], [0.1, 0.01, 0.3], [0.2, 0.02, 0.3], [0.3, 0.03, 0.3]]}, ("as recorded",) * 2),
-    ],
-    ids=["beyond the sliders", "below them", "a stroke", "a recorded motion"],
-)
-def test_the_sliders_tell_what_the_scene_holds(touch_page: Page, scan: dict[str, Any], shown: tuple[str, str]) -> None:
-    touch_page.evaluate("(scan) => ridgewave.state.take({scan})", scan)
-    assert tuple(touch_page.locator(f"#{dial}-value").inner_text() for dial in ("load", "speed")) == shown
-    assert tuple(touch_page.get_attribute(f"#{dial}", "aria-valuetext") for dial in ("load", "speed")) == shown
+    ]
+    for scan, shown in scans:
+        touch_page.evaluate("(scan) => ridgewave.state.take({scan})", scan)
+        for dial, words in zip(("load", "speed"), shown, strict=True):
+            assert touch_page.locator(f"#{dial}-value").inner_text() == words
+            assert touch_page.get_attribute(f"#{dial}", "aria-valuetext") == words
 
 
 def test_a_slider_writes_into_the_stroke_that_the_scene_has(touch_page: Page) -> None:
@@ -211,14 +210,14 @@ def test_the_names_of_the_textures_fit_their_menu(touch_page: Page) -> None:
     assert touch_page.evaluate(cut) == []
 
 
-@pytest.mark.parametrize("size", [(1280, 900), (390, 800)], ids=["wide", "a phone"])
-def test_what_the_page_says_covers_no_picture(touch_page: Page, size: tuple[int, int]) -> None:
-    touch_page.set_viewport_size({"width": size[0], "height": size[1]})
-    touch_page.evaluate("() => ridgewave.state.write(['texture', 'amplitude'], '19 um')")
-    touch_page.click("#undo")
+def test_what_the_page_says_covers_no_picture(touch_page: Page) -> None:
     covered = """() => { const at = document.getElementById("notice").getBoundingClientRect();
       return [...document.querySelectorAll("canvas")].filter((canvas) => { const box = canvas.getBoundingClientRect();
         return at.height && box.top < at.bottom && box.bottom > at.top && box.left < at.right && box.right > at.left;
       }).map(({id}) => id); }"""
-    assert touch_page.is_visible("#notice")
-    assert touch_page.evaluate(covered) == []
+    for width, height in ((1280, 900), (390, 800)):
+        touch_page.set_viewport_size({"width": width, "height": height})
+        touch_page.evaluate("() => ridgewave.state.write(['texture', 'amplitude'], '19 um')")
+        touch_page.click("#undo")
+        assert touch_page.is_visible("#notice")
+        assert touch_page.evaluate(covered) == []

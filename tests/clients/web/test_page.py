@@ -15,7 +15,7 @@ from tests.clients.web.browser import watched
 from tests.clients.web.conftest import loaded
 from tests.clients.web.page_service import WEB, Breaker
 from tests.conftest import RunsRidgewave
-from tests.service.harness import Running, serving
+from tests.service.harness import Running, kept_engine, serving
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -32,7 +32,7 @@ LIFTED = "() => ridgewave.fingers.every(({touching}) => !touching)"
 @pytest.fixture(scope="module")
 def key_service() -> Iterator[Running]:
     """Yield the service with the page, which wants a key."""
-    with serving(web=str(WEB), api_keys=KEY) as running:
+    with serving(kept_engine(), web=str(WEB), api_keys=KEY) as running:
         yield running
 
 
@@ -41,7 +41,7 @@ def told(page: Page, beginning: str) -> None:
     page.wait_for_function("(text) => document.getElementById('notice').textContent.startsWith(text)", arg=beginning)
 
 
-def stroke_pad(page: Page, steps: int = 60) -> None:
+def stroke_pad(page: Page, steps: int = 30) -> None:
     """Stroke over the pad with the mouse, and lift it."""
     box = page.locator("#pad").bounding_box()
     assert box is not None
@@ -110,7 +110,7 @@ def test_keys_move_press_and_lift_a_finger(touch_page: Page) -> None:
     touch_page.keyboard.press("Space")
     touch_page.wait_for_function(TOUCHING)
     touch_page.keyboard.down("ArrowRight")
-    touch_page.wait_for_function(PLAYED, arg=9600)
+    touch_page.wait_for_function(PLAYED, arg=4800)
     touch_page.keyboard.up("ArrowRight")
     load = touch_page.locator("#load-value").inner_text()
     touch_page.keyboard.press("+")
@@ -121,7 +121,7 @@ def test_keys_move_press_and_lift_a_finger(touch_page: Page) -> None:
 
 def test_it_strokes_by_itself_and_stops(touch_page: Page) -> None:
     touch_page.click("#stroke")
-    touch_page.wait_for_function(PLAYED, arg=9600)
+    touch_page.wait_for_function(PLAYED, arg=4800)
     touch_page.click("#stroke")
     touch_page.wait_for_function(LIFTED)
     touch_page.click("#start")

@@ -76,11 +76,11 @@ CHANGED = """async ({scene, partial}) => {
   const blocks = [];
   finger.addEventListener("block", ({detail}) => blocks.push(detail));
   finger.move({speed: 0.08, load: 0.3});
-  await modules.until(() => finger.connection.frame > 48000);
+  await modules.until(() => finger.connection.frame > 30000);
   const told = modules.once(finger, "scene");
   finger.connection.change(partial);
   const {frame, plan} = await told;
-  await modules.until(() => finger.source.played > frame + 48000);
+  await modules.until(() => finger.source.played > frame + 38000);
   const heard = new Float32Array(blocks.flatMap(({samples}) => [...samples]));
   await finger.close();
   await player.close();
@@ -288,18 +288,18 @@ VOLUME = """async () => {
   const player = await modules.Player.open({sampleRate: 48000});
   const tap = player.tap("volume");
   const source = player.source(1);
-  source.play(new Float32Array(96000).fill(0.5));
+  source.play(new Float32Array(48000).fill(0.5));
   const begins = player.volume;
   await modules.until(() => source.played > 4800);
   player.volume = 0.6;
-  await modules.until(() => source.played > 24000);
+  await modules.until(() => source.played > 14000);
   player.volume = 7;
   const held = player.volume;
   player.volume = 0;
-  await modules.until(() => source.played > 72000);
+  await modules.until(() => source.played > 32000);
   source.level = 0.5;
   player.volume = 0.2;
-  await modules.until(() => source.played === 96000);
+  await modules.until(() => source.played === 48000);
   const samples = modules.packed(await tap.take());
   await player.close();
   return {samples, first: tap.first, runs: source.runs, begins, held};
@@ -325,8 +325,8 @@ CHANNELS = """async (channels) => {
   player.volume = 1;
   const tap = player.tap("volume");
   const source = player.source(2);
-  source.play(Float32Array.from({length: 96000}, (_, place) => (place % 2 ? 0.25 : 0.5)));
-  await modules.until(() => source.played === 48000);
+  source.play(Float32Array.from({length: 24000}, (_, place) => (place % 2 ? 0.25 : 0.5)));
+  await modules.until(() => source.played === 12000);
   const samples = modules.packed(await tap.take());
   let refusal = "";
   try {

@@ -10,6 +10,7 @@ import pytest
 
 from synth.perception.threshold import threshold_displacement
 from tests.clients.web.drawn_views import label_of, opened, push
+from tests.few import paired
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -45,8 +46,7 @@ def test_a_size_that_is_no_power_of_two_is_refused(still: Page) -> None:
     assert "power of two" in told
 
 
-@pytest.mark.parametrize("amplitude", [1e-9, 2e4])
-@pytest.mark.parametrize("frequency", [100.0, 123.456, 7777.7])
+@pytest.mark.parametrize(("frequency", "amplitude"), paired([100.0, 123.456, 7777.7], [1e-9, 2e4]))
 def test_a_sinusoid_shows_as_its_amplitude(still: Page, amplitude: float, frequency: float) -> None:
     samples = amplitude * np.cos(2 * np.pi * frequency * np.arange(16384) / RATE + 0.7)
     line = still.evaluate(LINE, samples.tolist())
@@ -161,12 +161,12 @@ def test_a_text_alternative_changes_twice_a_second_at_most(plain: Page) -> None:
     changes = plain.evaluate(
         """async () => { const panel = views.waveform.panel; let changes = 0;
         new MutationObserver(() => changes++).observe(panel.canvas, {attributeFilter: ["aria-label"]});
-        const end = performance.now() + 1800;
+        const end = performance.now() + 1100;
         for (let count = 0; performance.now() < end; count++) {
           panel.say(`text ${count}`); await new Promise(requestAnimationFrame); }
         return changes; }"""
     )
-    assert 1 <= changes <= 5
+    assert 1 <= changes <= 3
 
 
 def test_colours_follow_the_scheme(plain: Page) -> None:
