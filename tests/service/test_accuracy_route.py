@@ -174,6 +174,11 @@ def test_the_measuring_process_hands_on_refusals() -> None:
     with pytest.raises(InvalidRequest) as refused:
         measure_apart(parse_scene({}), "velocity", threading.Event())
     assert "velocity" in refused.value.faults[0].value
+
+
+@pytest.mark.thorough
+@pytest.mark.usefixtures("own_process")
+def test_the_measuring_process_hands_on_what_cannot_be_measured() -> None:
     with pytest.raises(CannotRender):
         measure_apart(parse_scene({"texture": {"amplitude": 0}}), None, threading.Event())
 

@@ -52,7 +52,7 @@ def test_a_render_is_the_engines_in_every_format(running: Running, effects: dict
 
 
 def test_explain_says_what_auto_chose_and_why(running: Running) -> None:
-    effects = {"inertia": "auto", "viscous_skin": "auto", "contact_growth": "auto"}
+    effects = {"inertia": "auto", "contact_growth": "auto"}
     document = running.client.post("/v1/explain", json=QUICK | {"effects": effects}).json()
     named = {one["name"]: one for part in ("simulated", "left_out") for one in document[part]}
     assert set(effects) <= set(named)

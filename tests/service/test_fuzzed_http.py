@@ -47,7 +47,7 @@ CHECKS = [
 ]
 MAY_BE_503 = {kind.uri for kind in problems.TYPES.values() if kind.status == 503}
 LONGEST = 0.25  # s of a render or a stream in these tests
-EXAMPLES = 12  # requests per call and mode
+EXAMPLES = 8  # requests per call and mode
 REAL_EXAMPLES = 4  # to the real engine, which can take seconds for a random scene
 THOROUGH = 30
 REAL = (

@@ -17,6 +17,7 @@ import websockets.sync.client
 from fastapi import FastAPI
 
 from service.operations.logs import SubjectFilter, about_session, request_line, set_up_log
+from tests.few import thorough
 from tests.service.harness import PATIENCE, Child, ask
 from tests.service.plain_engine import PlainEngine
 
@@ -101,7 +102,7 @@ def test_a_live_connection_names_its_session_itself() -> None:
     assert named() is None
 
 
-@pytest.mark.parametrize("log_format", ["json", "text"])
+@pytest.mark.parametrize("log_format", ["json", thorough("text")])
 def test_no_key_is_ever_logged_at_any_level(tmp_path: Path, log_format: str) -> None:
     child = Child(
         "tests.service.serve_plain",

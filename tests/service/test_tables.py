@@ -21,7 +21,7 @@ from tests.conftest import RunsRidgewave
 from tests.service.harness import ask, kept_engine, problem, serving, settings_of, until
 from tests.service.plain_engine import TABLE, PlainEngine
 
-SCENE = {"texture": {"period": "2 mm", "amplitude": "40 um"}}
+SCENE = {"texture": {"period": "0.5 mm", "amplitude": "10 um"}}  # soon solved, with inertia too
 
 
 @pytest.fixture(scope="module")

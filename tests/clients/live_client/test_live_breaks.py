@@ -18,6 +18,7 @@ from clients.live_client.live_protocol import LiveProtocol, StreamRequest
 from clients.live_client.reconnection import Backoff, Closure
 from tests.clients.live_client.fake_live import Answer, Close, Message, Service
 from tests.clients.live_client.protocol_cases import BROKEN, Clock, opened, protocol_of, ready, sent, told
+from tests.few import thorough
 
 # Going on after a break
 
@@ -230,7 +231,7 @@ def played(
 READS = [80, 1, 200, 80, 37, 160]
 
 
-@pytest.mark.parametrize("sample_format", ["f32le", "s16le"])
+@pytest.mark.parametrize("sample_format", [thorough("f32le"), "s16le"])
 def test_a_break_at_every_byte_leaves_the_same_samples(sample_format: str) -> None:
     whole, protocol = played(READS, iter(()), iter(()), sample_format)
     assert protocol.reconnections == 0
