@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -18,23 +16,16 @@ from tests.listen.report import numbers
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "benchmarks.md"
-
-
-def run(module: str, *words: str) -> str:
-    """Return what `python -m MODULE WORDS` prints."""
-    command = [sys.executable, "-m", module, *words]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=500, check=False)
-    assert done.returncode == 0, done.stderr
-    return done.stdout
-
-
 UNITS = {"us/phase", "1/1000", "x assumed", "x equal", "x sin", "ns/frame", "ms", "s", "kB"}
 SHORT = ("solver", "limiter")  # the others compile, solve what takes long, or start services
 
 
 @pytest.mark.parametrize("parts", [SHORT, pytest.param((), marks=pytest.mark.thorough)], ids=["short", "all"])
-def test_every_benchmark_runs_and_the_page_knows_every_figure(parts: tuple[str, ...]) -> None:
-    figures = json.loads(run("tests.bench", "--quick", "--json", *parts))["figures"]
+def test_every_benchmark_runs_and_the_page_knows_every_figure(
+    parts: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+) -> None:
+    bench(["--quick", "--json", *parts])
+    figures = json.loads(capsys.readouterr().out)["figures"]
     units = {one["unit"] for one in figures}
     assert units < UNITS if parts else units == UNITS
     assert all(math.isfinite(one["value"]) and one["value"] > 0.0 and one["least"] > 0.0 for one in figures)

@@ -9,8 +9,8 @@ import pytest
 
 from tests.clients.web.browser import driving, headless, kept_page, visited, watched
 from tests.clients.web.drawn_views import drawable, opened
-from tests.clients.web.page_service import WEB, serving_pages
-from tests.service.harness import START, Running, kept_engine, serving, until
+from tests.clients.web.page_service import serving_pages
+from tests.service.harness import START, Running, kept_engine, roomy_settings, until
 from tests.service.plain_engine import PlainEngine
 
 if TYPE_CHECKING:
@@ -35,10 +35,10 @@ def chromium(playwright: Playwright) -> Iterator[Browser]:
         yield browser
 
 
-@pytest.fixture(scope="package")
+@pytest.fixture(scope="session")
 def service() -> Iterator[Running]:
-    """Yield the real service, warm."""
-    with serving_pages(kept_engine()) as running:
+    """Yield the real service with the pages, warm, one for all modules."""
+    with serving_pages(kept_engine(), **roomy_settings()) as running:
         until(lambda: running.service.warm, START)
         yield running
 
@@ -71,14 +71,6 @@ def modules_loaded(page: Page) -> None:
     page.wait_for_function("() => window.modules !== undefined")
 
 
-@pytest.fixture(scope="package")
-def page_service() -> Iterator[Running]:
-    """Yield the real service with the page, as `ridgewave serve` has it, warm."""
-    with serving(kept_engine(), web=str(WEB)) as running:
-        until(lambda: running.service.warm, START)
-        yield running
-
-
 @pytest.fixture(scope="module")
 def kept_touch_page(chromium: Browser) -> Iterator[Page]:
     """Yield the page that `watched_page` loads anew."""
@@ -87,9 +79,9 @@ def kept_touch_page(chromium: Browser) -> Iterator[Page]:
 
 
 @pytest.fixture
-def watched_page(kept_touch_page: Page, page_service: Running) -> Iterator[tuple[Page, Watch]]:
+def watched_page(kept_touch_page: Page, service: Running) -> Iterator[tuple[Page, Watch]]:
     """Yield the page, loaded, and what watches it, which fails in the end if it logged an error or asked others."""
-    with visited(kept_touch_page, page_service.url + "/") as watch:
+    with visited(kept_touch_page, service.url + "/") as watch:
         loaded(kept_touch_page)
         yield kept_touch_page, watch
 

@@ -46,8 +46,8 @@ def violations(page: Page) -> list[str]:
         pytest.param("narrow dark", True, marks=pytest.mark.thorough),
     ],
 )
-def test_axe_finds_nothing_serious(chromium: Browser, page_service: Running, look: str, opened: bool) -> None:
-    with watched(chromium, page_service.url + "/", **LOOKS[look]) as (page, _):
+def test_axe_finds_nothing_serious(chromium: Browser, service: Running, look: str, opened: bool) -> None:
+    with watched(chromium, service.url + "/", **LOOKS[look]) as (page, _):
         loaded(page)
         if opened:
             page.evaluate("() => document.querySelectorAll('details').forEach((section) => { section.open = true; })")
@@ -73,17 +73,13 @@ def test_axe_finds_nothing_serious_while_it_is_touched(touch_page: Page) -> None
     assert violations(touch_page) == []
 
 
-def test_nothing_is_wider_than_a_narrow_screen(chromium: Browser, page_service: Running) -> None:
-    with watched(chromium, page_service.url + "/", **LOOKS["narrow"]) as (page, _):
+def test_on_a_phone_nothing_is_too_wide_and_a_finger_has_room_on_every_control(
+    chromium: Browser, service: Running
+) -> None:
+    with watched(chromium, service.url + "/", **LOOKS["narrow"], is_mobile=True) as (page, _):
         loaded(page)
         page.evaluate("() => document.querySelectorAll('details').forEach((section) => { section.open = true; })")
         assert page.evaluate("() => document.documentElement.scrollWidth") <= NARROW["width"]
-
-
-def test_a_finger_has_room_on_every_control(chromium: Browser, page_service: Running) -> None:
-    with watched(chromium, page_service.url + "/", **LOOKS["narrow"], is_mobile=True) as (page, _):
-        loaded(page)
-        page.evaluate("() => document.querySelectorAll('details').forEach((section) => { section.open = true; })")
         small = page.evaluate(
             """() => [...document.querySelectorAll("button, select, summary, .button, input:not([type=file])")]
                  .filter((control) => control.checkVisibility())

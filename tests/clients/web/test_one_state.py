@@ -129,7 +129,7 @@ def test_a_picture_that_is_not_yet_of_the_scene_is_grey_and_says_so(touch_page: 
 
 @pytest.mark.parametrize("touching", [False, True], ids=["no finger down", "a finger down"])
 def test_the_message_ends_when_the_change_is_applied(
-    touch_page: Page, page_service: Running, touching: bool, monkeypatch: pytest.MonkeyPatch
+    touch_page: Page, service: Running, touching: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     gate, prepare = threading.Event(), HandVoice.prepare
 
@@ -147,7 +147,7 @@ def test_the_message_ends_when_the_change_is_applied(
     gate.set()
     touch_page.wait_for_function(LIVE)
     touch_page.wait_for_function(AGREED)
-    (session,) = (one for one in page_service.service.sessions._sessions.values() if one.peer is not None)
+    (session,) = (one for one in service.service.sessions._sessions.values() if one.peer is not None)
     assert session.stream is not None and session.stream.coming is None, "it is applied, not only prepared"
     assert session.scene.output.duration == 3.0
 

@@ -61,7 +61,7 @@ def started(page: Page) -> None:
     page.wait_for_function("() => document.getElementById('state').textContent === 'live'")
 
 
-def test_the_page_is_small(chromium: Browser, page_service: Running) -> None:
+def test_the_page_is_small(chromium: Browser, service: Running) -> None:
     context = chromium.new_context()
     page = context.new_page()
     sizes: dict[str, float] = {}
@@ -70,12 +70,12 @@ def test_the_page_is_small(chromium: Browser, page_service: Running) -> None:
     session.send("Network.enable")
     session.on("Network.requestWillBeSent", lambda event: names.update({event["requestId"]: event["request"]["url"]}))
     session.on("Network.loadingFinished", lambda event: sizes.update({event["requestId"]: event["encodedDataLength"]}))
-    page.goto(page_service.url)
+    page.goto(service.url)
     loaded(page)
     ready = page.evaluate("() => performance.now()")
     page.click("#start")
     page.wait_for_function("() => document.getElementById('state').textContent === 'live'")
-    modules = {key: size for key, size in sizes.items() if names[key].startswith(page_service.url)}
+    modules = {key: size for key, size in sizes.items() if names[key].startswith(service.url)}
     page_files = sum(size for key, size in modules.items() if "/v1/" not in names[key])
     everything = sum(modules.values())
     asked = f"{everything:.0f} with what it asks for until it sounds, {len(sizes)} requests"
@@ -156,8 +156,8 @@ def test_what_is_fixed_for_a_stream_is_changed_by_a_new_one(touch_page: Page) ->
     stroke_pad(touch_page)
 
 
-def test_a_service_that_goes_away_is_told_and_found_again(chromium: Browser, page_service: Running) -> None:
-    with Breaker(page_service.url) as breaker, watched(chromium, breaker.url + "/") as (page, watch):
+def test_a_service_that_goes_away_is_told_and_found_again(chromium: Browser, service: Running) -> None:
+    with Breaker(service.url) as breaker, watched(chromium, breaker.url + "/") as (page, watch):
         watch.allow("ERR_|WebSocket")
         loaded(page)
         started(page)
@@ -204,13 +204,13 @@ def test_a_recording_that_is_being_prepared_says_so_and_one_of_nothing_is_none(t
     assert touch_page.is_disabled("#replay") and touch_page.is_disabled("#save-recording")
 
 
-def test_the_wav_is_that_of_the_scene(touch_page: Page, page_service: Running, tmp_path: Path) -> None:
+def test_the_wav_is_that_of_the_scene(touch_page: Page, service: Running, tmp_path: Path) -> None:
     scene = {"texture": {"period": "1 mm"}, "output": {"duration": "0.2 s"}}
     touch_page.evaluate("(scene) => ridgewave.state.take(scene)", scene)
     with touch_page.expect_download() as download:
         touch_page.click("#save-wav")
     download.value.save_as(tmp_path / "touch.wav")
-    rendered = page_service.client.post("/v1/render?format=wav", json=scene).content
+    rendered = service.client.post("/v1/render?format=wav", json=scene).content
     wanted, _ = soundfile.read(io.BytesIO(rendered), dtype="float32")
     found, _ = soundfile.read(tmp_path / "touch.wav", dtype="float32")
     assert (found == wanted).all()
@@ -257,21 +257,21 @@ def test_a_gamepad_rumbles_along(touch_page: Page) -> None:
         ("**/v1/textures", "The service does not answer. Check that it is running"),
     ],
 )
-def test_what_does_not_load_is_told(chromium: Browser, page_service: Running, missing: str, told: str) -> None:
+def test_what_does_not_load_is_told(chromium: Browser, service: Running, missing: str, told: str) -> None:
     context = chromium.new_context()
     page = context.new_page()
     page.route(missing, lambda route: route.abort())
-    page.goto(page_service.url)
+    page.goto(service.url)
     page.wait_for_function("() => document.getElementById('loading').getAttribute('role') === 'alert'")
     text = page.locator("#loading").inner_text()
     context.close()
     assert text.startswith(told)
 
 
-def test_without_javascript_the_page_says_what_to_do(chromium: Browser, page_service: Running) -> None:
+def test_without_javascript_the_page_says_what_to_do(chromium: Browser, service: Running) -> None:
     context = chromium.new_context(java_script_enabled=False)
     page = context.new_page()
-    page.goto(page_service.url)
+    page.goto(service.url)
     text = page.locator("noscript").inner_text()
     context.close()
     assert "This page needs JavaScript. Allow it for this site and reload the page." in text

@@ -70,8 +70,8 @@ WRITE = """([path, text, model]) => {
 
 
 @pytest.fixture(scope="module")
-def kept_form(chromium: Browser, page_service: Running) -> Iterator[Page]:
-    with watched(chromium, page_service.url + "/") as (page, _):
+def kept_form(chromium: Browser, service: Running) -> Iterator[Page]:
+    with watched(chromium, service.url + "/") as (page, _):
         loaded(page)
         yield page
 
@@ -290,7 +290,7 @@ def test_scenes_come_out_of_links_as_they_went_in(form_page: Page) -> None:
         assert set(link.removeprefix("#scene=")) <= {*string.ascii_letters, *string.digits, *"-_"}
 
 
-def test_an_opened_link_restores_the_scene(touch_page: Page, page_service: Running) -> None:
+def test_an_opened_link_restores_the_scene(touch_page: Page, service: Running) -> None:
     scene = {"texture": {"period": "1 mm"}, "effects": {"inertia": {"mass": "6 g"}}, "scan": {"stroke": {}}}
     touch_page.evaluate("(scene) => ridgewave.state.take(scene)", scene)
     touch_page.click("#share")

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.clients.web.drawn_views import label_of
+from tests.few import thorough
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
@@ -128,7 +129,7 @@ LIT = """async ([picture, phase]) => { const {contact} = views; const {panel} = 
     row: views.pixels(panel.canvas, 0, panel.height - 35, panel.width, 1)}; }"""
 
 
-@pytest.mark.parametrize("index", [0, 5, 13])
+@pytest.mark.parametrize("index", [0, thorough(5), 13])
 def test_what_is_lit_is_what_touches(page: Page, index: int) -> None:
     given = picture(16)
     told = page.evaluate(LIT, [given, 3 + index / 16])

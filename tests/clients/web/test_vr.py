@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING
 import pytest
 
 from tests.clients.web.browser import headless
-from tests.clients.web.headset import DRAWING, PATIENCE, at_the_table, iwer_script, three_folder
-from tests.clients.web.page_service import serving_pages
-from tests.service.harness import until
+from tests.clients.web.headset import DRAWING, at_the_table, iwer_script, three_folder
+from tests.service.harness import Running
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page, Playwright
@@ -44,10 +43,8 @@ def browser(playwright: Playwright) -> Iterator[Browser]:
 
 
 @pytest.fixture(scope="module")
-def url() -> Iterator[str]:
-    with serving_pages() as running:
-        until(lambda: running.service.warm, PATIENCE)
-        yield running.url
+def url(service: Running) -> str:
+    return service.url
 
 
 @pytest.fixture(scope="module")
