@@ -21,14 +21,14 @@ if TYPE_CHECKING:
 MODULES = "/test/modules.html"
 
 
-@pytest.fixture(scope="package")
+@pytest.fixture(scope="module")
 def playwright() -> Iterator[Playwright]:
     """Yield playwright."""
     with driving() as one:
         yield one
 
 
-@pytest.fixture(scope="package")
+@pytest.fixture(scope="module")
 def chromium(playwright: Playwright) -> Iterator[Browser]:
     """Yield headless Chromium."""
     with headless(playwright) as browser:
@@ -97,7 +97,7 @@ def loaded(page: Page) -> None:
     page.wait_for_function("() => window.ridgewave !== undefined")
 
 
-@pytest.fixture(scope="package")
+@pytest.fixture(scope="module")
 def pictures_url() -> Iterator[str]:
     """Yield the address of the page of pictures."""
     with serving_pages(PlainEngine()) as running:
