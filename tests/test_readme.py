@@ -26,6 +26,7 @@ from synth.scene.catalogue import catalogue
 from synth.scene.scene import parse_scene
 from tests.conftest import in_this_process
 from tests.readme_blocks import CodeBlock, code_blocks, marked_command
+from tests.service.programs import program
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])
@@ -196,6 +197,7 @@ def test_the_readmes_stream_is_sound_that_changed(
     folders: Folders, shell: dict[str, str], service_address: str
 ) -> None:
     """The block with the session leaves a WAV file that Python's own reader takes, two seconds of it."""
+    program("curl", "curl")
     page = ROOT / "README.md"
     (block,) = [block for block in code_blocks(page.read_text("utf-8")) if block.mark == "a stream that changes"]
     text = block.text.replace(WRITTEN_ADDRESS, service_address)

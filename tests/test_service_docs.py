@@ -20,6 +20,7 @@ from synth.errors import Fault
 from tests.readme_blocks import code_blocks
 from tests.service.harness import PATIENCE, serving
 from tests.service.plain_engine import PlainEngine
+from tests.service.programs import program
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 HTTP, SETTINGS, PROBLEMS, OPERATIONS, SECURITY, LIVE = (
@@ -129,6 +130,7 @@ def test_the_page_of_the_service_describes_every_problem_and_setting() -> None:
 
 
 def test_the_calls_of_the_page_run_from_top_to_bottom(tmp_path: Path) -> None:
+    program("curl", "curl")
     script = "set -eu -o pipefail\n" + "".join(block.text for block in code_blocks(HTTP) if block.language == "sh")
     with serving(PlainEngine(), file_folder=tmp_path / "recordings") as running:
         script = script.replace("http://127.0.0.1:8000", running.url)

@@ -41,7 +41,11 @@ LOCAL_SCHEMES = ("data", "blob", "about")
 
 @contextmanager
 def driving() -> Iterator[Playwright]:
-    """Yield playwright; skip the test where it is missing (in CI: fail)."""
+    """Yield playwright; skip the test where it or Chromium is missing (in CI: fail).
+
+    Chromium is looked for first: its Debian package brings the libraries that playwright's own program needs.
+    """
+    chromium_path()
     try:
         from playwright.sync_api import sync_playwright
     except ImportError:
@@ -56,15 +60,21 @@ def headless(playwright: Playwright, *flags: str, waits_for_a_gesture: bool = Fa
 
     waits_for_a_gesture: no page may sound before one, as with people.
     """
-    path = shutil.which("chromium") or shutil.which("chromium-browser")
-    if path is None:
-        missing("Chromium is missing: install the Debian package chromium")
+    path = chromium_path()
     usual = [flag for flag in FLAGS if not (waits_for_a_gesture and flag == SOUNDS)]
     browser = playwright.chromium.launch(executable_path=path, headless=True, args=[*usual, *flags], timeout=WAIT)
     try:
         yield browser
     finally:
         browser.close()
+
+
+def chromium_path() -> str:
+    """Return the path of Chromium; skip the test where it is missing (in CI: fail)."""
+    path = shutil.which("chromium") or shutil.which("chromium-browser")
+    if path is None:
+        missing("Chromium is missing: install the Debian package chromium")
+    return path
 
 
 def missing(what: str) -> NoReturn:
