@@ -87,7 +87,7 @@ def _on_crests(
 
 
 @dataclass(frozen=True, slots=True)
-class Fingertip:
+class RoundFinger:
     """The round finger without its ridges, on its foundation.
 
     radius: R, m.
@@ -106,7 +106,7 @@ class Fingertip:
     foundation_exponent: float
 
     @classmethod
-    def of(cls, stiffness: Stiffness, radius: float | None, reference_load: float) -> Fingertip:
+    def of(cls, stiffness: Stiffness, radius: float | None, reference_load: float) -> RoundFinger:
         """Return the finger of `radius` (m); None: the radius that gives the length of `stiffness` at w0 (N)."""
         assert reference_load > 0.0 and (radius is None or radius > 0.0)
         length = stiffness.contact_length
@@ -141,7 +141,7 @@ class RoundContact(Contact):
     """
 
     of_one_shape = False
-    finger: Fingertip
+    finger: RoundFinger
 
     @classmethod
     def of(
@@ -153,7 +153,7 @@ class RoundContact(Contact):
         radius: m; None: the radius at which a smooth finger touches the nominal length at `reference_load`.
         reference_load: N.
         """
-        finger, geometry = Fingertip.of(stiffness, radius, reference_load), geometry.as_profile()
+        finger, geometry = RoundFinger.of(stiffness, radius, reference_load), geometry.as_profile()
         return cls(geometry, stiffness, solver_of(_spanned(geometry, finger, 0.0), 1.0 / finger.radius), finger)
 
     def on(self, geometry: Geometry) -> RoundContact:
@@ -199,7 +199,7 @@ class RoundContact(Contact):
 
 
 @lru_cache(maxsize=SPANS_KEPT)
-def _spanned(geometry: Geometry, finger: Fingertip, load: float) -> Geometry:
+def _spanned(geometry: Geometry, finger: RoundFinger, load: float) -> Geometry:
     """Return `geometry` over the length D about its middle, beyond which nothing touches at `load` (N) at any phase."""
     room = geometry.extent[1] - lowest_approach(geometry, finger.radius, finger.area(load))
     span = 2.0 * math.sqrt(2.0 * finger.radius * room)

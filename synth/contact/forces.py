@@ -58,6 +58,11 @@ class ForceOfContact(ABC):
     def key(self) -> Hashable:
         """Everything that the force depends on, for a cache."""
 
+    @property
+    def of_cosines(self) -> bool:
+        """False: the texture is a profile here."""
+        return False
+
     @abstractmethod
     def at(self, phases: Array, heights: Array, load: float) -> tuple[Array, Array]:
         """Return the force F (N) and -dF/dz (N/m) at each of `phases` and z (`heights`, m).

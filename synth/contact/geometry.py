@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 
+from synth.scene.finger_section import Finger
 from synth.scene.scene import Scene
-from synth.scene.surface_sections import Finger
 from synth.surfaces import profile_of
 from synth.surfaces.profile import Profile
 from synth.surfaces.sinusoid import Sinusoid

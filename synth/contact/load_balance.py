@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Hashable
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache
-from typing import ClassVar, Self
+from typing import ClassVar, Protocol, Self
 
 import numpy as np
 
@@ -29,8 +29,27 @@ LEAST_TOUCHING = 1e-12  # of the length: keeps dz/dw finite where nothing touche
 FINEST = 1 << 17  # segments per period and per contact; more take seconds to prepare and change z by 1e-8 of a1 + a2
 MOST_KEPT = 4  # solvers, about 12 MB each at their finest; rows of the load grid are solved one at a time
 
-PhaseSolver = Grid | SegmentGrid
-"""One contact, ready to be solved at any phase."""
+
+class PhaseSolver(Protocol):
+    """One contact, ready to be solved at any phase."""
+
+    @property
+    def name(self) -> str:
+        """Name of the solver in reports."""
+
+    @property
+    def cells(self) -> int:
+        """Work per phase, in cells of the exact solver."""
+
+    @property
+    def nbytes(self) -> int:
+        """Memory in bytes."""
+
+    def solve(self, phases: Array, indentation: float | Array, guess: Array | None = None) -> Approaches:
+        """Return the approach, as `exact_solver.Grid.solve` does."""
+
+    def measure(self, phases: Array, heights: Array) -> tuple[Array, Array]:
+        """Return the mean of max(h - z, 0) (m) and the touching part, as `exact_solver.Grid.measure` does."""
 
 
 @lru_cache(maxsize=MOST_KEPT)
@@ -81,6 +100,11 @@ class Contact:
     def as_profile(self) -> Contact:
         """Return this contact with its texture as a profile: the integrals of the pressure are sums over segments."""
         return self.on(self.geometry.as_profile())
+
+    @property
+    def of_cosines(self) -> bool:
+        """Whether both surfaces are one cosine over one length, which the exact solver solves in half the time."""
+        return self.geometry.profile is None
 
     @property
     def key(self) -> Hashable:

@@ -30,7 +30,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.contact.geometry import Geometry
 from synth.contact.load_balance import Contact
-from synth.contact.stiffness import Stiffness
+from synth.contact.scene_contact import contact_of
 from synth.effects.effect import Kind, ShapeEffect
 from synth.errors import Fault, InvalidRequest
 from synth.plan.effect_choice import asked, effect_called
@@ -215,7 +215,7 @@ def _contact_of(scene: Scene, cache: ResponseCache | None) -> Contact:
         hint = "Give the ridges or the texture a height."
         fault = Fault("/scene/finger/ridge_amplitude", "0.0", "above 0 m where texture.amplitude is 0 m", hint)
         raise InvalidRequest([fault])
-    contact = Contact.of(geometry, Stiffness.of_scene(scene))
+    contact = contact_of(scene)
     shapes = list(asked(scene, Kind.SHAPE))
     if any(auto for _effect, _settings, auto in shapes):
         kept = {effect.name: scene.effects[effect.name] for effect, _settings, _auto in shapes}

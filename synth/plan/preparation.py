@@ -18,7 +18,7 @@ import numpy as np
 
 from synth.contact.geometry import Geometry
 from synth.contact.load_balance import Contact
-from synth.contact.stiffness import Stiffness
+from synth.contact.scene_contact import contact_of
 from synth.effects.effect import AddedChannel, Kind
 from synth.motion.motion import LARGEST_LOAD
 from synth.motion.scan_motion import ScanMotion
@@ -138,7 +138,7 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool) -> Preparati
     silence = _silence(asked, geometry)
     if silence:
         return _silent(solved, silence)
-    contact = Contact.of(geometry, Stiffness.of_scene(scene))
+    contact = contact_of(scene)
     if scene.accuracy.tolerance == "imperceptible":
         tolerance = _imperceptible(contact, asked)
     contact, shapes, demand = _shaped(asked, contact, tolerance)

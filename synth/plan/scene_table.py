@@ -17,8 +17,7 @@ from functools import partial
 
 from synth.contact.forces import Response
 from synth.contact.geometry import Geometry
-from synth.contact.load_balance import Contact
-from synth.contact.stiffness import Stiffness
+from synth.contact.scene_contact import contact_of
 from synth.errors import Fault, SceneError
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.effects_preparation import shape_for
@@ -53,7 +52,7 @@ def table_of_scene(
     if geometry.height_scale == 0.0:
         hint = "Give the texture or the finger a height."
         raise SceneError([Fault("/finger/ridge_amplitude", "0.0", "above 0 m where texture.amplitude is 0 m", hint)])
-    contact, chosen = Contact.of(geometry, Stiffness.of_scene(scene)), bounds or bounds_for(scene)
+    contact, chosen = contact_of(scene), bounds or bounds_for(scene)
     if scene.effects:
         loads = (0.0, chosen.heaviest)
         contact, _shapes = shape_for(contact, scene, SHAPES_JUDGED, loads, scene.scan.speed / scene.texture.period)

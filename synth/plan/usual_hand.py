@@ -20,9 +20,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from synth.contact.geometry import Geometry
 from synth.contact.load_balance import Contact
-from synth.contact.stiffness import Stiffness
+from synth.contact.scene_contact import contact_of
 from synth.plan.channels import PEAK
 from synth.plan.effect_choice import outputs_of, with_added_scales
 from synth.plan.preparation import Preparation, prepare
@@ -112,7 +111,7 @@ def usual_peaks(scene: Scene, contact: Contact | None, cache: ResponseCache) -> 
     scene: a scene with a constant scan.
     contact: contact in the shape that the scene's effects give it; None for the contact without effects.
     """
-    solver = contact or Contact.of(Geometry.of_scene(scene), Stiffness.of_scene(scene))
+    solver = contact or contact_of(scene)
     own, speed = max(scene.scan.load, scene.scan.lift_load), scene.scan.speed
     landing = np.geomspace(min(scene.scan.lift_load, HAND_LOADS[0]), HAND_LOADS[0], PROBED_LANDINGS, endpoint=False)
     usual = np.geomspace(min(HAND_LOADS[0], own), max(HAND_LOADS[1], own), PROBED_LOADS)

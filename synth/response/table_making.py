@@ -105,7 +105,7 @@ def make_table(
     """
     levels = MipLevels.up_to(bounds.harmonics, bounds.places)
     heaviest, full = heaviest_row(response, bounds.heaviest)
-    if response.refined() is not None:
+    if not response.of_cosines:
         bounds = replace(bounds, work=PROFILE_WORK * bounds.work)
     making = refined_making(response, bounds, heaviest)
     making.halve(bounds.rows(levels, making.work_of_row))

@@ -19,13 +19,14 @@ from pydantic import Field, ValidationError
 from synth.errors import Fault, SceneError, shown
 from synth.scene.catalogue import catalogue_names, lookup
 from synth.scene.effects_section import Effects, FrozenMapping, declaration, lowest_load
+from synth.scene.finger_section import Finger
 from synth.scene.output_section import Accuracy, Channel, Output
 from synth.scene.rules import MOST_FAULTS
 from synth.scene.scan_section import LOWEST_LOAD, Scan
 from synth.scene.section import Section, inner_section, plain, rule_of, section_schema
-from synth.scene.surface_sections import Finger, Texture
 from synth.scene.text import object_from_text, pointer
 from synth.scene.texture_registry import with_files
+from synth.scene.texture_section import Texture
 
 
 class Scene(Section):

@@ -24,7 +24,7 @@ FOLDER = "synth.surfaces"
 DEFAULT = "sinusoid"
 
 SHARED = ("period", "amplitude", "roughness")
-"""Fields that several kinds share. `surface_sections` declares them, and also phase and the moduli, which every kind
+"""Fields that several kinds share. `texture_section` declares them, and also phase and the moduli, which every kind
 has."""
 
 

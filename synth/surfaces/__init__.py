@@ -14,7 +14,7 @@ from synth.surfaces.profile import Profile
 
 if TYPE_CHECKING:  # not at run time: a scene imports the kinds while it is being declared
     from synth.scene.scene import Scene
-    from synth.scene.surface_sections import Texture
+    from synth.scene.texture_section import Texture
 
 
 def profile_of(scene: Scene) -> Profile:

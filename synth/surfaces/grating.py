@@ -5,7 +5,7 @@ Model   At phase 0 a ridge is centred on x = 0. At half height it is duty x peri
         `ramp` wide (a trapezoid), or consists of two arcs of radius r = `edge_radius` that meet at half height, convex
         above and concave below. Two arcs are 2 sqrt(r height - height^2 / 4) wide, and the profile has no corners.
 Source  Geometry. The mean line of either form is height (duty - 1/2) above half height.
-Limits  A wall steeper than the slope limit of `surface_sections` is refused, so each place has one height.
+Limits  A wall steeper than the slope limit of `texture_section` is refused, so each place has one height.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ from synth.contact.full_contact import full_contact, mean_sine_factor
 from synth.contact.geometry import Geometry
 from synth.contact.groups import Groups
 from synth.contact.stiffness import Stiffness
-from synth.scene.surface_sections import amplitude_of
+from synth.scene.texture_section import amplitude_of
 from tests.reference import stiffness_oracle
 from tests.reference.stiffness_oracle import contact_in_metres
 from tests.synth.engine_cases import load_of, random_document, scene_of, touch_of

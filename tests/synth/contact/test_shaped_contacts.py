@@ -10,7 +10,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from synth.contact.curved_contact import Fingertip, RoundContact, lowest_approach
+from synth.contact.curved_contact import RoundFinger, RoundContact, lowest_approach
 from synth.contact.geometry import Geometry
 from synth.contact.growing_contact import GrowingContact, Growth
 from synth.contact.load_balance import Contact
@@ -181,7 +181,7 @@ def test_the_smooth_length_of_a_round_finger_grows_as_the_load_to_0_3() -> None:
     scene = scene_of()
     touch = touch_of(scene)
     for radius in (None, 8e-3, 0.3, 5.0):
-        finger = Fingertip.of(Stiffness.of_scene(scene), radius, 1.0)
+        finger = RoundFinger.of(Stiffness.of_scene(scene), radius, 1.0)
         assert radius is not None or finger.length == Stiffness.of_scene(scene).contact_length
         for load in (1e-4, 0.02, 0.3, 7.0, 50.0):
             b = smooth_half_length(touch, load, finger.radius)

@@ -15,7 +15,7 @@ from synth.errors import SceneError
 from synth.scene.merge import merge_patch
 from synth.scene.scan_section import Scan, Stroke
 from synth.scene.scene import Scene, parse_scene, parse_scene_text, scene_document, scene_fields
-from synth.scene.surface_sections import Texture
+from synth.scene.texture_section import Texture
 from tests.synth.scene.scene_cases import RISING, at, nested, scenes
 
 DESIGN_EXAMPLE = """{

@@ -1,4 +1,4 @@
-"""The finger and texture sections of a scene.
+"""The texture section of a scene.
 
 Stage: 1 (SCENE). Every field is declared once: its type with its rule, its default in SI, and a sentence on its
     meaning. Fields that belong to one kind of texture are declared with the kind (`texture_registry`).
@@ -28,15 +28,11 @@ from synth.scene.texture_registry import (
     special_fields,
 )
 
-# A value above `usual` causes a warning. Ridges of fingers are 0.05 to 0.15 mm high and 0.5 mm apart, and a fingertip
-# touches over 4 to 16 mm (general knowledge, rounded up). The coarsest texture of the catalogue has a period of 20 mm.
-RIDGE_AMPLITUDE = Quantity(Dimension.LENGTH, 0.0, 1e-3, usual=0.2e-3)
+# A value above `usual` causes a warning. The coarsest texture of the catalogue has a period of 20 mm.
 AMPLITUDE = Quantity(Dimension.LENGTH, 0.0, 1e-3, usual=0.5e-3)
 LARGEST_ROUGHNESS = 0.636e-3  # m: the amplitude range by eq. 3, rounded down
-RIDGE_ROUGHNESS = Quantity(Dimension.LENGTH, 0.0, LARGEST_ROUGHNESS, usual=0.127e-3)
 ROUGHNESS = Quantity(Dimension.LENGTH, 0.0, LARGEST_ROUGHNESS, usual=0.318e-3)
 MODULUS = Quantity(Dimension.PRESSURE, 1e3, 1e12)  # from softer than any skin layer to about diamond
-STIFFNESS = Quantity(Dimension.STIFFNESS, 1.0, 1e9)  # 1 N indents by 1 m to 1 nm; the default scene has 3.3e5 N/m
 POISSON_RATIO = Quantity(Dimension.NONE, 0.0, 0.5)  # 0.5 is incompressible, the largest value of an isotropic solid
 
 
@@ -52,46 +48,6 @@ extremes."""
 def amplitude_of(roughness: float) -> float:
     """Return the amplitude (m) of a cosine whose mean arithmetic roughness Ra is `roughness` (m), by eq. 3."""
     return 0.5 * math.pi * roughness
-
-
-class Finger(Section):
-    """The fingertip: a row of ridges (a cosine along the contact) on an elastic skin."""
-
-    ridge_period: Annotated[float, Quantity(Dimension.LENGTH, 1e-5, 1e-2, usual=2e-3)] = Field(
-        default=0.5e-3, description="Distance from one ridge of the fingerprint to the next (lambda1 of eq. 2)."
-    )
-    ridge_amplitude: Annotated[float, RIDGE_AMPLITUDE] = Field(
-        default=40e-6, description="Half the height of the ridges from valley to crest (a1 of eq. 2)."
-    )
-    roughness: Annotated[float | None, RIDGE_ROUGHNESS] = Field(
-        default=None, description="Mean arithmetic roughness Ra of the ridges, instead of ridge_amplitude (eq. 3)."
-    )
-    contact_length: Annotated[float, Quantity(Dimension.LENGTH, 1e-5, 0.1, usual=0.03)] = Field(
-        default=0.01, description="Length of the contact along the direction of scanning (L of eq. 1)."
-    )
-    youngs_modulus: Annotated[float, MODULUS] = Field(
-        default=101.2e3, description="Young's modulus of the skin (E1 of eq. 4)."
-    )
-    poisson_ratio: Annotated[float, POISSON_RATIO] = Field(
-        default=0.5, description="Poisson's ratio of the skin (nu1 of eq. 4)."
-    )
-    stiffness: Annotated[float | None, STIFFNESS] = Field(
-        default=None,
-        description="Stiffness k of the contact. It replaces eqs 4-5; the moduli then have no effect.",
-    )
-
-    @classmethod
-    def conflicts(cls, given: Fields) -> list[Refusal]:
-        """Refuse an amplitude given twice."""
-        return _amplitude_twice(given, "ridge_amplitude")
-
-    def derived(self) -> Fields:
-        """Return the amplitude if a roughness was given."""
-        return {} if self.roughness is None else {"ridge_amplitude": amplitude_of(self.roughness), "roughness": None}
-
-    def document(self) -> dict[str, Any]:
-        """Return the section without the roughness, and without the stiffness if none is given."""
-        return without(super().document(), "roughness", *(("stiffness",) if self.stiffness is None else ()))
 
 
 class TextureFields(Section):
@@ -151,7 +107,7 @@ class TextureFields(Section):
         found = [
             _foreign(given, field, name) for field in given if field in special_fields() and field not in kind.names
         ]
-        found += _amplitude_twice(given, "amplitude") if "amplitude" in kind.shared else []
+        found += amplitude_twice(given, "amplitude") if "amplitude" in kind.shared else []
         values = {field: cls.value_of(given, field) for field in ("phase", *kind.names)}
         if any(field in given and value is None for field, value in values.items()):
             return found
@@ -225,7 +181,8 @@ def _beyond(kind: Kind, profile: Any, given: Fields) -> list[Refusal]:
     return []
 
 
-def _amplitude_twice(given: Mapping[str, object], amplitude: str) -> list[Refusal]:
+def amplitude_twice(given: Mapping[str, object], amplitude: str) -> list[Refusal]:
+    """Refuse a roughness beside an `amplitude`."""
     if amplitude not in given or "roughness" not in given:
         return []
     hint = f"Leave one out. They are two ways to write one value: {amplitude} = pi / 2 times roughness."

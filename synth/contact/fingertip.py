@@ -1,0 +1,162 @@
+"""The contact of a fingertip: eq. 1 over an area, of ridges that are curved and unequal on a round finger.
+
+Model   The fingertip is a field of ridges (`ridge_field`) on a paraboloid, sampled at points in columns across the
+        scan. The texture does not vary across the scan, so it meets all points of a column at one height h2. z solves
+
+            F(z) = sum over the points of max(h1 + h2(x - p) - z, 0) dA / (L0 W0) = w / k(w)
+
+        L0 and W0 are the length and width of the footprint on a flat plate at 1 N, and k is that of eqs 4-5 at L0: its
+        area L0^2 becomes L0 W0. The footprint is an oval that grows with the load, and the pressure falls to zero at
+        its edge. The radii follow from L0 and W0: at 1 N the outermost crests touch there. The fingertip ends where an
+        oval of twice L0 and W0 ends, which a load of 5 N does not reach.
+        `fingertip_solver` solves it.
+Source  Fagiani & Barbieri (2016), eqs 1, 4, 5, for the foundation; Johnson, Contact Mechanics (1985), sec. 4.3, for a
+        paraboloid on it. The radii and the points are this project's.
+Limits  The points are the model: COLUMNS a period of the shorter of ridge and texture, ROWS a ridge across. The ridges'
+        elasticity is that of the foundation, independent at each point (Winkler).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.contact.fingertip_solver import FingertipGrid
+from synth.contact.full_contact import FullContact
+from synth.contact.geometry import Geometry
+from synth.contact.load_balance import Contact
+from synth.contact.stiffness import Stiffness
+from synth.errors import CannotRender
+from synth.surfaces.profile import Profile
+from synth.surfaces.ridge_field import RidgeField
+
+REFERENCE_LOAD = 1.0  # N: the load of the nominal footprint (the paper takes 1 cm^2 for 1 N); an unverified default
+REACH = 2.0  # the oval in which there are points, relative to the nominal footprint
+COLUMNS = 16, 8  # per mean ridge, and per period of the texture; twice as many change the strongest line by 1 %
+ROWS = 8, 16  # the same across the scan; a curved ridge must not pass a crest of the texture between two rows
+FEWEST_COLUMNS, FEWEST_ROWS = 96, 24  # of the smallest fingertip
+MOST_COLUMNS = 5000  # a finer texture is refused: 0.1 ms per solution
+FLAT_STEPS = 64  # angles over a ridge for the mean of its heights above a plate
+
+
+@dataclass(frozen=True, slots=True)
+class Footprint:
+    """The fingertip on a flat plate at 1 N.
+
+    length, width: along and across the scan, m.
+    depth: height of the paraboloid between its top and the edge of the footprint, m.
+    """
+
+    length: float
+    width: float
+    depth: float
+
+    @classmethod
+    def of(cls, length: float, width: float, ridge_amplitude: float, stiffness: Stiffness) -> Footprint:
+        """Return the footprint of `length` and `width` (m); stiffness: on a flat plate, at `length`."""
+        wanted = 4.0 / math.pi * stiffness.indentation(REFERENCE_LOAD)  # mean of max(h - z, 0) over the oval, m
+        crests = ridge_amplitude * (1.0 - np.cos(math.pi * (np.arange(FLAT_STEPS) + 0.5) / FLAT_STEPS))
+        low, high = 0.0, 2.0 * wanted + 2.0 * ridge_amplitude
+        for _ in range(100):  # bisection: the mean rises with the depth
+            depth = 0.5 * (low + high)
+            drops = depth * (np.arange(FLAT_STEPS) + 0.5) / FLAT_STEPS  # equal areas of a paraboloid have equal drops
+            mean = float(np.mean(np.maximum(drops[:, np.newaxis] - crests, 0.0)))
+            low, high = (depth, high) if mean < wanted else (low, depth)
+        return cls(length, width, 0.5 * (low + high))
+
+    def drop(self, x: Array, y: Array) -> Array:
+        """Return how far the paraboloid lies below its top (m) at every pair of `x` and `y` (m): [columns, rows]."""
+        turns = (2.0 * x / self.length)[:, np.newaxis] ** 2 + (2.0 * y / self.width)[np.newaxis] ** 2
+        return np.asarray(self.depth * turns)
+
+
+def fingertip_grid(field: RidgeField, footprint: Footprint, texture: Profile, scale: float) -> FingertipGrid:
+    """Return the points of `field` on `footprint` over `texture`; CannotRender where the texture is too fine.
+
+    scale: of the heights in the solver, m.
+    """
+    length, width = REACH * footprint.length, REACH * footprint.width
+    along, across = (max(a / field.period, b / texture.period) for a, b in (COLUMNS, ROWS))  # points per metre
+    columns, rows = max(FEWEST_COLUMNS, math.ceil(along * length)), max(FEWEST_ROWS, math.ceil(across * width))
+    if columns > MOST_COLUMNS:
+        shortest = COLUMNS[1] * length / MOST_COLUMNS
+        raise CannotRender(
+            f"A fingertip of {footprint.length:.4g} m on a period of {min(field.period, texture.period):.4g} m needs "
+            f"{columns} columns of points, more than {MOST_COLUMNS}. Write texture.period {shortest:.3g} m or more, a "
+            'shorter finger.contact_length, or finger.kind "comb".'
+        )
+    x, y = _middles(length, columns), _middles(width, rows)
+    inside = (2.0 * x / length)[:, np.newaxis] ** 2 + (2.0 * y / width)[np.newaxis] ** 2 < 1.0
+    heights = np.where(inside, field.heights(x, y) - footprint.drop(x, y), -np.inf)
+    cell = (length / columns) * (width / rows) / (footprint.length * footprint.width)
+    return FingertipGrid.of(x, heights, texture, cell, scale)
+
+
+def _middles(length: float, count: int) -> Array:
+    """Return the middles of `count` equal parts of `length` (m) about 0."""
+    return np.asarray((np.arange(count) + 0.5) * (length / count) - 0.5 * length)
+
+
+@dataclass(frozen=True, slots=True)
+class FingertipContact(Contact):
+    """A contact of a fingertip: its points stay the same at every load.
+
+    geometry: with the mean ridges, over the nominal length L0; the texture is a profile.
+    stiffness: of eqs 4-5 at L0.
+    grid: the solver.
+    field: the ridges.
+    footprint: on a flat plate at 1 N.
+    """
+
+    grid: FingertipGrid
+    field: RidgeField
+    footprint: Footprint
+
+    @classmethod
+    def of_field(cls, geometry: Geometry, stiffness: Stiffness, field: RidgeField, width: float) -> FingertipContact:
+        """Return the contact; CannotRender where its texture is too fine.
+
+        geometry, stiffness: over the nominal length.
+        width: of the footprint at 1 N, m.
+        """
+        geometry = geometry.as_profile()
+        flat = replace(geometry, profile=None, texture_amplitude=0.0, texture_period=geometry.ridge_period)
+        law = Stiffness.of_contact(flat, stiffness.contact_modulus)
+        law = replace(law, given=stiffness.given)
+        if geometry.ridge_amplitude == 0.0:  # eqs 4-5 have no stiffness for two flat surfaces
+            law = stiffness
+        footprint = Footprint.of(geometry.contact_length, width, geometry.ridge_amplitude, law)
+        assert geometry.profile is not None
+        grid = fingertip_grid(field, footprint, geometry.profile, geometry.height_scale)
+        return cls(geometry, stiffness, grid, field, footprint)
+
+    def on(self, geometry: Geometry) -> Self:
+        """Return this contact on another texture."""
+        assert geometry.profile is not None
+        grid = fingertip_grid(self.field, self.footprint, geometry.profile, geometry.height_scale)
+        return replace(self, geometry=geometry, grid=grid)
+
+    def refined(self) -> None:
+        """Return None: the points are the model."""
+
+    def as_profile(self) -> Self:
+        """Return the contact itself: its texture is a profile."""
+        return self
+
+    def closed(self, load: float) -> FullContact | None:
+        """Return None: a round fingertip is never in full contact."""
+        return None
+
+    def width_at(self, load: float) -> float:
+        """Return W0 (m): areas are relative to L0 W0 at every load."""
+        return self.footprint.width
+
+    @property
+    def key(self) -> Hashable:
+        """Everything that z depends on, for a cache."""
+        return "fingertip", self.geometry, self.stiffness, self.field, self.footprint

@@ -1,0 +1,38 @@
+"""The contact that a scene describes, by its kind of finger.
+
+Stage   CONTACT: the only place that knows which solver a kind of finger has.
+"""
+
+from __future__ import annotations
+
+from synth.contact.geometry import Geometry
+from synth.contact.load_balance import Contact
+from synth.contact.stiffness import Stiffness
+from synth.scene.scene import Scene
+
+
+def contact_of(scene: Scene) -> Contact:
+    """Return the contact of `scene`, without effects. One of its surfaces has a height.
+
+    Raises CannotRender for a probe that is too flat, and for a fingertip whose texture is too fine.
+    """
+    geometry, stiffness, finger = Geometry.of_scene(scene), Stiffness.of_scene(scene), scene.finger
+    if finger.kind == "probe":
+        from synth.contact.curved_contact import RoundContact
+
+        return RoundContact.of(geometry, stiffness, finger.tip_radius)
+    if finger.kind == "fingertip":
+        from synth.contact.fingertip import FingertipContact
+        from synth.surfaces.ridge_field import RidgeField
+
+        field = RidgeField(
+            period=finger.ridge_period,
+            amplitude=finger.ridge_amplitude,
+            pattern=finger.pattern or "loop",
+            spacing_spread=finger.spacing_spread or 0.0,
+            direction_spread=finger.direction_spread or 0.0,
+            height_spread=finger.height_spread or 0.0,
+            seed=finger.seed or 0,
+        )
+        return FingertipContact.of_field(geometry, stiffness, field, finger.width)
+    return Contact.of(geometry, stiffness)

@@ -1,0 +1,155 @@
+"""The finger section of a scene: which finger, its ridges, its shape and its elasticity.
+
+Stage: 1 (SCENE). Every field is declared once: its type with its rule, its default in SI, and a sentence on its
+    meaning. A field that only some kinds of finger have is None for the others, and is refused if they give it.
+Model: `comb` is the finger of Fagiani & Barbieri 2016: equal straight ridges over a length with hard ends. `fingertip`
+    is an area of curved, unequal ridges on a round finger (`contact.fingertip`). `probe` is a smooth round tip, such as
+    that of a stylus. Eq. 3 converts a roughness Ra to an amplitude. After reading, a scene holds only the amplitude.
+Source: the mean ridge period of a fingertip, 0.46 mm, is general knowledge (0.4 to 0.5 mm); heights of 0.05 to 0.15 mm
+    from valley to crest too. The spreads and the tip radius are unverified defaults. 3 GPa is that of acrylic glass.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from synth.scene.quantity import Dimension
+from synth.scene.rules import Choice, Fields, Quantity, Refusal, refusal
+from synth.scene.section import Section, without
+from synth.scene.texture_section import (
+    LARGEST_ROUGHNESS,
+    MODULUS,
+    POISSON_RATIO,
+    amplitude_of,
+    amplitude_twice,
+)
+
+# A value above `usual` causes a warning. Ridges of fingers are 0.05 to 0.15 mm high and 0.5 mm apart, and a fingertip
+# touches over 4 to 16 mm (general knowledge, rounded up).
+RIDGE_AMPLITUDE = Quantity(Dimension.LENGTH, 0.0, 1e-3, usual=0.2e-3)
+RIDGE_ROUGHNESS = Quantity(Dimension.LENGTH, 0.0, LARGEST_ROUGHNESS, usual=0.127e-3)
+CONTACT = Quantity(Dimension.LENGTH, 1e-5, 0.1, usual=0.03)
+STIFFNESS = Quantity(Dimension.STIFFNESS, 1.0, 1e9)  # 1 N indents by 1 m to 1 nm; the default scene has 3.3e5 N/m
+SPREAD = Quantity(Dimension.NONE, 0.0, 0.5)  # a larger spread would fold ridges over their neighbours
+PATTERNS = ("loop", "whorl", "straight")
+
+RIDGES = ("ridge_period", "ridge_amplitude", "roughness")
+PRINT = ("contact_width", "pattern", "spacing_spread", "direction_spread", "height_spread", "seed")
+EVERY = ("kind", "contact_length", "youngs_modulus", "poisson_ratio", "stiffness")
+
+FIELDS = {
+    "comb": (*EVERY, *RIDGES),
+    "fingertip": (*EVERY, *RIDGES, *PRINT),
+    "probe": ("kind", "tip_radius", "youngs_modulus", "poisson_ratio"),
+}
+"""The fields of each kind of finger."""
+
+DEFAULTS: dict[str, Fields] = {
+    "comb": {},
+    "fingertip": {
+        "ridge_period": 0.46e-3,
+        "pattern": "loop",
+        "spacing_spread": 0.3,
+        "direction_spread": 0.3,
+        "height_spread": 0.3,
+        "seed": 0,
+    },
+    "probe": {"tip_radius": 1e-3, "youngs_modulus": 3e9, "poisson_ratio": 0.37},
+}
+"""Defaults that differ from those of the field."""
+
+
+class Finger(Section):
+    """The finger: its ridges on an elastic skin."""
+
+    kind: Annotated[str, Choice(tuple(FIELDS))] = Field(
+        default="comb",
+        description="comb: the finger of the paper; fingertip: curved unequal ridges, round; probe: a smooth tip.",
+    )
+    ridge_period: Annotated[float, Quantity(Dimension.LENGTH, 1e-5, 1e-2, usual=2e-3)] = Field(
+        default=0.5e-3,
+        description="Distance from one ridge of the fingerprint to the next (lambda1 of eq. 2). Of a fingertip the "
+        "mean, 0.46 mm by default.",
+    )
+    ridge_amplitude: Annotated[float, RIDGE_AMPLITUDE] = Field(
+        default=40e-6, description="Half the height of the ridges from valley to crest (a1 of eq. 2)."
+    )
+    roughness: Annotated[float | None, RIDGE_ROUGHNESS] = Field(
+        default=None, description="Mean arithmetic roughness Ra of the ridges, instead of ridge_amplitude (eq. 3)."
+    )
+    contact_length: Annotated[float, CONTACT] = Field(
+        default=0.01,
+        description="Length of the contact along the direction of scanning (L of eq. 1). Of a fingertip that at 1 N.",
+    )
+    contact_width: Annotated[float | None, CONTACT] = Field(
+        default=None,
+        description="fingertip: width of the contact across the scan at 1 N; null: as long as contact_length.",
+    )
+    pattern: Annotated[str | None, Choice(PATTERNS)] = Field(
+        default=None, description='fingertip: course of the ridges; "loop" by default.'
+    )
+    spacing_spread: Annotated[float | None, SPREAD] = Field(
+        default=None, description="fingertip: standard deviation of the ridge spacing over its mean; 0.3 by default."
+    )
+    direction_spread: Annotated[float | None, SPREAD] = Field(
+        default=None, description="fingertip: standard deviation of the ridge direction in radians; 0.3 by default."
+    )
+    height_spread: Annotated[float | None, SPREAD] = Field(
+        default=None, description="fingertip: standard deviation of the ridge height over its mean; 0.3 by default."
+    )
+    seed: Annotated[int | None, Quantity(Dimension.NONE, 0, 1_000_000, whole=True)] = Field(
+        default=None, description="fingertip: seed of the print; the same seed gives the same print. 0 by default."
+    )
+    tip_radius: Annotated[float | None, Quantity(Dimension.LENGTH, 1e-5, 0.1, usual=0.02)] = Field(
+        default=None, description="probe: radius of the tip; 1 mm by default."
+    )
+    youngs_modulus: Annotated[float, MODULUS] = Field(
+        default=101.2e3, description="Young's modulus of the skin (E1 of eq. 4). Of a probe, 3 GPa by default."
+    )
+    poisson_ratio: Annotated[float, POISSON_RATIO] = Field(
+        default=0.5, description="Poisson's ratio of the skin (nu1 of eq. 4). Of a probe, 0.37 by default."
+    )
+    stiffness: Annotated[float | None, STIFFNESS] = Field(
+        default=None,
+        description="Stiffness k of the contact. It replaces eqs 4-5; the moduli then have no effect.",
+    )
+
+    @classmethod
+    def completed(cls, given: Fields) -> Fields:
+        """Add the defaults of the kind."""
+        kind = given.get("kind", "comb")
+        return {**DEFAULTS[kind], **given} if isinstance(kind, str) and kind in FIELDS else given
+
+    @classmethod
+    def conflicts(cls, given: Fields) -> list[Refusal]:
+        """Refuse fields of other kinds, and an amplitude given twice."""
+        kind = given.get("kind", "comb")
+        if not isinstance(kind, str) or kind not in FIELDS:
+            return []
+        found = [_foreign(given, field, kind) for field in given if field not in FIELDS[kind]]
+        return found + amplitude_twice(given, "ridge_amplitude")
+
+    def derived(self) -> Fields:
+        """Return the amplitude if a roughness was given; a probe has no ridges, and touches within its radius."""
+        if self.kind == "probe":
+            return {"ridge_amplitude": 0.0, "contact_length": self.tip_radius}
+        return {} if self.roughness is None else {"ridge_amplitude": amplitude_of(self.roughness), "roughness": None}
+
+    @property
+    def width(self) -> float:
+        """Width of the contact of a fingertip at 1 N, m."""
+        return self.contact_length if self.contact_width is None else self.contact_width
+
+    def document(self) -> dict[str, Any]:
+        """Return the section with the fields of its kind, without the kind of a comb and without what is not given."""
+        gone = [field for field in type(self).model_fields if field not in FIELDS[self.kind]]
+        gone += ["roughness", *(name for name in ("stiffness", "contact_width") if getattr(self, name) is None)]
+        return without(super().document(), *gone, *(("kind",) if self.kind == "comb" else ()))
+
+
+def _foreign(given: Fields, field: str, kind: str) -> Refusal:
+    owners = " or ".join(f'"{name}"' for name, fields in FIELDS.items() if field in fields)
+    hint = f"Leave it out. It is a field of kind {owners}: write finger.kind too."
+    return refusal([field], given[field], f'the fields of kind "{kind}": {", ".join(FIELDS[kind])}', hint)

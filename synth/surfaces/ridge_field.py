@@ -1,0 +1,98 @@
+"""The ridges of a fingertip: curved, unequal and not quite parallel, from a seed.
+
+Stage   SURFACES.
+Model   h(x, y) = -a (1 + s_h g) cos(2 pi (r + u + v) / period), x along the scan, y across it, both from the middle of
+        the fingertip. r is the distance from the core of the print: 8 mm behind the middle for a loop, the middle
+        itself for a whorl. u and v are smooth random displacements. Their rms gradients, along x for u and along y for
+        v, are the spread of the spacing and the spread of the direction (rad). g is a random field of variance 1. Each
+        field is the sum of WAVES plane waves of random direction and phase, drawn in order from PCG64(seed).
+Source  Mean period and height: see `finger_section`. The loop's radius, the spreads and the correlation length are
+        unverified defaults. They are chosen so that no grating is commensurate with the whole print: with equal ridges
+        the line at u / lambda2 can be 59 dB below the strongest, with these spreads 5 dB.
+Limits  Ridges have no ends and no forks.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.arrays import Array
+
+PATTERNS = ("loop", "whorl", "straight")
+CORE = 8e-3  # m: from the core of a loop to the middle of the fingertip
+CORRELATION = 1.5e-3  # m: wavelength of the random fields; spacing varies over a few ridges
+WAVES = 24  # plane waves of a field; with many fewer the field repeats visibly
+ALONG, ACROSS = 1.0 / 6.0, 1.0 / 3.0  # wave numbers that are smaller: spacing varies slowly along a ridge
+
+
+@dataclass(frozen=True, slots=True)
+class RidgeField:
+    """The ridges of one fingertip.
+
+    period: mean distance of neighbouring ridges, m.
+    amplitude: mean of half the height from valley to crest, m.
+    pattern: one of PATTERNS.
+    spacing_spread: standard deviation of the spacing, relative to its mean.
+    direction_spread: standard deviation of the direction, rad.
+    height_spread: standard deviation of the height, relative to its mean.
+    seed: of the random fields.
+    """
+
+    period: float
+    amplitude: float
+    pattern: str
+    spacing_spread: float
+    direction_spread: float
+    height_spread: float
+    seed: int
+
+    def heights(self, x: Array, y: Array) -> Array:
+        """Return h (m) at every pair of `x` [columns] and `y` [rows] (m): [columns, rows]."""
+        across, along = x[:, np.newaxis], y[np.newaxis]
+        if self.pattern == "straight":
+            distance = np.broadcast_to(across, (len(x), len(y))).copy()
+        else:
+            core = CORE if self.pattern == "loop" else 0.0
+            distance = np.hypot(across + core, along) - core
+        chance, number = np.random.default_rng(self.seed), 2.0 * math.pi / CORRELATION
+        spacing = Waves.drawn(chance, number, number * ACROSS).of_gradient(self.spacing_spread, 0)
+        direction = Waves.drawn(chance, number * ALONG, number * ACROSS).of_gradient(self.direction_spread, 1)
+        height = Waves.drawn(chance, number, number)
+        distance += spacing.over(x, y) + direction.over(x, y)
+        swell = np.maximum(1.0 + self.height_spread * height.over(x, y), 0.0)
+        return np.asarray(-self.amplitude * swell * np.cos(2.0 * math.pi / self.period * distance))
+
+
+@dataclass(frozen=True, slots=True)
+class Waves:
+    """A smooth random field: the sum of plane waves.
+
+    x, y: wave numbers, 1/m.
+    phase: rad.
+    amplitude: of each wave; sqrt(2 / WAVES) gives a variance of 1.
+    """
+
+    x: Array
+    y: Array
+    phase: Array
+    amplitude: float
+
+    @classmethod
+    def drawn(cls, chance: np.random.Generator, x: float, y: float) -> Waves:
+        """Return a field of variance 1; x, y: standard deviations of the wave numbers (1/m)."""
+        numbers = chance.normal(0.0, x, WAVES), chance.normal(0.0, y, WAVES)
+        return cls(*numbers, chance.uniform(0.0, 2.0 * math.pi, WAVES), math.sqrt(2.0 / WAVES))
+
+    def of_gradient(self, gradient: float, axis: int) -> Waves:
+        """Return the field scaled to the rms `gradient` along x (axis 0) or y (axis 1)."""
+        numbers = (self.x, self.y)[axis]
+        rms = self.amplitude * math.sqrt(0.5 * float(np.sum(numbers**2)))
+        return Waves(self.x, self.y, self.phase, self.amplitude * gradient / rms)
+
+    def over(self, x: Array, y: Array) -> Array:
+        """Return the field at every pair of `x` [columns] and `y` [rows] (m): [columns, rows]."""
+        first, second = x[:, np.newaxis] * self.x + self.phase, y[:, np.newaxis] * self.y
+        return np.asarray(self.amplitude * (np.cos(first) @ np.cos(second).T - np.sin(first) @ np.sin(second).T))
