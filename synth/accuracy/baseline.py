@@ -84,6 +84,8 @@ class Trapezoid:
 
 def baseline_methods(case: Case) -> Iterator[Method]:
     """Yield the baseline as frames, then as tables, each with the fewest points first."""
+    if not case.contact.of_one_line:
+        return
     rules = [(points, count, Trapezoid(case.contact, case.load, points)) for points, count in SIZES]
     for points, count, rule in rules:
         yield _framed(case, rule, f"trapezoid and brentq, {points} points a ridge, oversampling {count}", count)

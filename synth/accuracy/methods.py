@@ -162,7 +162,8 @@ def case_of(scene: Scene, channel: int) -> Case:
 
 def methods_of(case: Case) -> Iterator[Method]:
     """Yield every method of ridgewave for `case`, from the slowest family to the fastest."""
-    yield from _sampled(case)
+    if case.contact.of_one_line:
+        yield from _sampled(case)
     exact = case.contact.grid
     name = f"segments solver, {exact.segments} a period" if isinstance(exact, SegmentGrid) else exact.name
     for count in OVERSAMPLINGS:

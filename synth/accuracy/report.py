@@ -184,6 +184,10 @@ def _measured_all(
 
 def _not_there(case: Case) -> Iterator[LeftOutMethod]:
     """Yield the methods that do not apply to this scene, with the reason."""
+    if not case.contact.of_one_line:
+        reason = "It solves heights along a line, and this finger has heights over an area."
+        for name, family in (("trapezoid and brentq", "baseline"), ("sampled solver", "sampled")):
+            yield LeftOutMethod(name, family, reason)
     sinusoid = case.contact.geometry.profile is None
     if not sinusoid:
         reason = "Only two cosines have antiderivatives in closed form. Refined segments replace them."

@@ -12,8 +12,8 @@ Model   The fingertip is a field of ridges (`ridge_field`) on a paraboloid, samp
         `fingertip_solver` solves it.
 Source  Fagiani & Barbieri (2016), eqs 1, 4, 5, for the foundation; Johnson, Contact Mechanics (1985), sec. 4.3, for a
         paraboloid on it. The radii and the points are this project's.
-Limits  The points are the model: COLUMNS a period of the shorter of ridge and texture, ROWS a ridge across. The ridges'
-        elasticity is that of the foundation, independent at each point (Winkler).
+Limits  The points are the model, COLUMNS and ROWS of them; a texture whose steepest part is finer has as many as there
+        may be. The foundation is independent at each point (Winkler).
 """
 
 from __future__ import annotations
@@ -37,10 +37,10 @@ from synth.surfaces.ridge_field import RidgeField
 
 REFERENCE_LOAD = 1.0  # N: the load of the nominal footprint (the paper takes 1 cm^2 for 1 N); an unverified default
 REACH = 2.0  # the oval in which there are points, relative to the nominal footprint
-COLUMNS = 16, 8  # per mean ridge, and per period of the texture; twice as many change the strongest line by 1 %
-ROWS = 8, 16  # the same across the scan; a curved ridge must not pass a crest of the texture between two rows
+COLUMNS = 16, 8  # per mean ridge, and per wave of the texture; twice as many change the strongest line by 1 %
+ROWS = 8, 16  # across the scan, per mean ridge and per period: a curved ridge must not pass a crest between two rows
 FEWEST_COLUMNS, FEWEST_ROWS = 96, 24  # of the smallest fingertip
-MOST_COLUMNS = 5000  # a finer texture is refused: 0.1 ms per solution
+MOST_COLUMNS, MOST_ROWS = 4096, 1024  # 0.1 ms per solution, 80 MB; a period that needs more columns is refused
 FLAT_STEPS = 64  # angles over a ridge for the mean of its heights above a plate
 
 
@@ -81,15 +81,20 @@ def fingertip_grid(field: RidgeField, footprint: Footprint, texture: Profile, sc
     scale: of the heights in the solver, m.
     """
     length, width = REACH * footprint.length, REACH * footprint.width
-    along, across = (max(a / field.period, b / texture.period) for a, b in (COLUMNS, ROWS))  # points per metre
-    columns, rows = max(FEWEST_COLUMNS, math.ceil(along * length)), max(FEWEST_ROWS, math.ceil(across * width))
-    if columns > MOST_COLUMNS:
+    needed = length * COLUMNS[1] / texture.period
+    if needed > MOST_COLUMNS:
         shortest = COLUMNS[1] * length / MOST_COLUMNS
         raise CannotRender(
-            f"A fingertip of {footprint.length:.4g} m on a period of {min(field.period, texture.period):.4g} m needs "
-            f"{columns} columns of points, more than {MOST_COLUMNS}. Write texture.period {shortest:.3g} m or more, a "
-            'shorter finger.contact_length, or finger.kind "comb".'
+            f"A fingertip of {footprint.length:.4g} m has too few points for a texture of period {texture.period:.4g} "
+            f"m. Write texture.period {shortest:.3g} m or more, a shorter finger.contact_length, or finger.kind "
+            '"comb".'
         )
+    steepest = max(texture.slope_bound, 1e-9)
+    wave = math.pi * (texture.extent[1] - texture.extent[0]) / steepest  # the period of a sinusoid
+    along = max(COLUMNS[0] / field.period, COLUMNS[1] / max(min(wave, texture.period), 1e-9))
+    across = max(ROWS[0] / field.period, ROWS[1] / max(texture.equivalent().period, 1e-9))
+    columns = min(max(FEWEST_COLUMNS, math.ceil(along * length)), MOST_COLUMNS)
+    rows = min(max(FEWEST_ROWS, math.ceil(across * width)), MOST_ROWS)
     x, y = _middles(length, columns), _middles(width, rows)
     inside = (2.0 * x / length)[:, np.newaxis] ** 2 + (2.0 * y / width)[np.newaxis] ** 2 < 1.0
     heights = np.where(inside, field.heights(x, y) - footprint.drop(x, y), -np.inf)
@@ -113,6 +118,7 @@ class FingertipContact(Contact):
     footprint: on a flat plate at 1 N.
     """
 
+    of_one_line = False
     grid: FingertipGrid
     field: RidgeField
     footprint: Footprint
@@ -134,6 +140,11 @@ class FingertipContact(Contact):
         assert geometry.profile is not None
         grid = fingertip_grid(field, footprint, geometry.profile, geometry.height_scale)
         return cls(geometry, stiffness, grid, field, footprint)
+
+    def middle_line(self, places: Array) -> Array:
+        """Return the height of the fingertip (m) at x = `places` (m, from the middle) on the line y = 0."""
+        row = np.zeros(1)
+        return np.asarray(self.field.heights(places, row)[:, 0] - self.footprint.drop(places, row)[:, 0])
 
     def on(self, geometry: Geometry) -> Self:
         """Return this contact on another texture."""

@@ -106,8 +106,7 @@ class FingertipGrid:
         count = len(phases)
         height, touching, iterations = np.empty(count), np.empty(count), np.zeros(count, dtype=np.int64)
         begin = np.full(count, np.nan) if guess is None else np.asarray(guess / self.height_scale)
-        wanted = np.asarray(indentation, dtype=float) / (self.height_scale * self.cell)
-        targets = np.ascontiguousarray(np.broadcast_to(wanted, count))
+        targets = np.full(count, np.asarray(indentation, dtype=float) / (self.height_scale * self.cell))
         for part in self._parts(count):
             made = height[part], touching[part], iterations[part]
             solve_columns(*self.pieces, self.under(phases[part]), targets[part], begin[part], *made)

@@ -70,6 +70,9 @@ class Contact:
     of_one_surface: ClassVar[bool] = True
     """True: the surfaces that touch at a given phase and z are the same at every load."""
 
+    of_one_line: ClassVar[bool] = True
+    """True: the finger is heights along one line, and not over an area."""
+
     geometry: Geometry
     stiffness: Stiffness
     grid: PhaseSolver

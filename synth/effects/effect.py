@@ -73,6 +73,7 @@ class Effect(ABC):
     replaces: str = ""
     without_auto: str = ""
     lowest_load: float = 0.0
+    of_comb: bool = True
     units: Mapping[str, str] = MappingProxyType({})
 
     def added(self, settings: Any) -> int:

@@ -44,6 +44,7 @@ class Inertia(BalanceEffect):
     summary = "The finger's mass and damper on the contact, with loss of contact and bounce."
     settings = InertiaSettings
     replaces = "the mass of the finger"
+    of_comb = False
     price = Price(370.0, 3_200_000)
 
     def reason(self, scene: Scene, settings: InertiaSettings) -> str:

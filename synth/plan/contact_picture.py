@@ -15,7 +15,8 @@ Source  Fagiani & Barbieri (2016), eqs 1, 2, 4, 5; shapes as in `contact.growing
 Limits  The patches carry the load to 1e-7, or to 1e-4 for a round or growing finger, which is solved on segments. The
         picture is for one load and a finger at rest. Effects that change z over time, or by attraction, are left out
         and listed. x is that of eq. 2. A contact grows about the middle of its nominal length, so a grown contact
-        begins below 0. The error of an edge is 1e-9 of the distance between samples. A patch or a gap can be missed
+        begins below 0. Of a fingertip, the picture has the line through its middle; x = 0 is the end of its nominal
+        length. The error of an edge is 1e-9 of the distance between samples. A patch or a gap can be missed
         where h has two extremes between two samples.
 """
 
@@ -23,7 +24,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -38,6 +39,9 @@ from synth.plan.preparation import prepare
 from synth.response.response_cache import ResponseCache
 from synth.scene.effects_section import FrozenMapping
 from synth.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from synth.contact.fingertip import FingertipContact
 
 POINTS, MOST_POINTS, FEWEST_POINTS = 2048, 8192, 16
 PHASES, MOST_PHASES = 256, 1024
@@ -77,9 +81,8 @@ def picture(
     load = max(scene.scan.load, 0.0)
     pressed = contact.geometry_at(load)
     nominal = contact.geometry
-    length = pressed.contact_length
-    begin = 0.0 if length == nominal.contact_length else 0.5 * (nominal.contact_length - length)
-    surfaces = Surfaces(nominal, begin, length, contact.dome)
+    surfaces = surfaces_of(contact, pressed.contact_length)
+    begin, length = surfaces.begin, surfaces.length
     chosen = _affordable(contact.work_at(load), phases)
     turns = np.arange(chosen) / max(chosen, 1)
     approach = contact.approach(turns, load)[0] if chosen else np.empty(0)
@@ -91,7 +94,7 @@ def picture(
         "finger": {"begin": begin, "length": length, "heights": _told(finger)},
         "response": {
             "load": load,
-            "foundation": contact.stiffness_at(load) / length if load > 0.0 else None,
+            "foundation": contact.stiffness_at(load) / pressed.contact_length if load > 0.0 else None,
             "heights": approach.tolist(),
         },
         "touching": None if touching is None else [_told(edges) for edges in touching],
@@ -135,6 +138,32 @@ class Surfaces:
         """
         moved = places - turns * self.geometry.texture_period
         return np.asarray(self.geometry.texture(moved) + self.finger(places) - approach)
+
+
+@dataclass(frozen=True, slots=True)
+class MiddleLine(Surfaces):
+    """The two surfaces along the line of a fingertip through its middle.
+
+    tip: the contact of the fingertip.
+    """
+
+    tip: FingertipContact
+
+    def finger(self, places: Array) -> Array:
+        """Return the height of the fingertip (m) at x = `places` (m), 0 at the end of its nominal length."""
+        flat = np.ravel(places) - 0.5 * self.geometry.contact_length
+        return np.asarray(self.tip.middle_line(flat).reshape(np.shape(places)))
+
+
+def surfaces_of(contact: Contact, length: float) -> Surfaces:
+    """Return the surfaces of `contact` over the `length` (m) that its solver spans, about the middle."""
+    nominal = contact.geometry.contact_length
+    if not contact.of_one_line:
+        from synth.contact.fingertip import REACH, FingertipContact
+
+        assert isinstance(contact, FingertipContact)
+        return MiddleLine(contact.geometry, 0.5 * nominal * (1.0 - REACH), REACH * nominal, 0.0, contact)
+    return Surfaces(contact.geometry, 0.0 if length == nominal else 0.5 * (nominal - length), length, contact.dome)
 
 
 def patches(surfaces: Surfaces, turns: Array, approach: Array) -> tuple[Phase, ...] | None:

@@ -39,6 +39,7 @@ class Declaration(Protocol):
     replaces: the part of the model that it replaces, in words, or "". Two effects cannot replace the same part.
     without_auto: why "auto" makes no sense for it, or "".
     lowest_load: smallest load that a scene with it can have, N. It is 0 unless the effect holds a finger that pulls.
+    of_comb: whether it needs the comb of ridges (`finger.kind`).
     units: SI unit of each quantity that it adds.
     """
 
@@ -48,6 +49,7 @@ class Declaration(Protocol):
     replaces: str
     without_auto: str
     lowest_load: float
+    of_comb: bool
     units: Mapping[str, str]
 
     def added(self, settings: Any) -> int:
@@ -149,6 +151,12 @@ def lowest_load(effects: object) -> float:
         return 0.0
     called = [name for name, settings in effects.items() if settings is not None and name in effect_names()]
     return min((declaration(name).lowest_load for name in called), default=0.0)
+
+
+def needing_comb(effects: Mapping[str, Any]) -> list[str]:
+    """Return the names of those `effects`, the field as written, that need the comb of ridges."""
+    called = [name for name, settings in effects.items() if settings is not None and name in effect_names()]
+    return [name for name in called if declaration(name).of_comb]
 
 
 def _choose(name: object, settings: object, chosen: dict[str, Any], refusals: list[Refusal]) -> None:

@@ -3,8 +3,8 @@
 Stage: 1 (SCENE).
 Model: a JSON merge patch (RFC 7396). A field that the patch names is replaced. Null deletes a field, which then has
 its default. Objects are merged field by field. In addition, some fields displace others:
-- Naming `texture.kind`, `scan.stroke` or `scan.trajectory` replaces the whole section, because the fields of another
-  kind have no meaning there.
+- Naming `finger.kind`, `texture.kind`, `scan.stroke` or `scan.trajectory` replaces the whole section, because the
+  fields of another kind have no meaning there.
 - Naming `scan.speed` or `scan.load` replaces a scan that is a stroke or a trajectory. The scan becomes constant.
 - An amplitude displaces a roughness, and a roughness an amplitude, in finger and texture. The same applies to other
   pairs of texture fields that write one value in two ways (`texture_registry.alternatives`).
@@ -72,7 +72,7 @@ def _displaced(
 ) -> Mapping[str, object]:
     """Return the present section without the fields that the named fields of the change displace."""
     given = {name for name, value in present.items() if value is not None}
-    if section == "texture" and "kind" in named:
+    if section in ("finger", "texture") and "kind" in named:
         return {}
     if section == "scan":
         moves = named & {"stroke", "trajectory"}

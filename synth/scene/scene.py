@@ -18,10 +18,10 @@ from pydantic import Field, ValidationError
 
 from synth.errors import Fault, SceneError, shown
 from synth.scene.catalogue import catalogue_names, lookup
-from synth.scene.effects_section import Effects, FrozenMapping, declaration, lowest_load
+from synth.scene.effects_section import Effects, FrozenMapping, declaration, lowest_load, needing_comb
 from synth.scene.finger_section import Finger
 from synth.scene.output_section import Accuracy, Channel, Output
-from synth.scene.rules import MOST_FAULTS
+from synth.scene.rules import MOST_FAULTS, Fields, Refusal, refusal
 from synth.scene.scan_section import LOWEST_LOAD, Scan
 from synth.scene.section import Section, inner_section, plain, rule_of, section_schema
 from synth.scene.text import object_from_text, pointer
@@ -41,6 +41,20 @@ class Scene(Section):
     )
     output: Output = Field(default=Output(), description="Quantity, rate, number and scale of the samples.")
     accuracy: Accuracy = Field(default=Accuracy(), description="The permitted error of the samples.")
+
+    @classmethod
+    def conflicts(cls, given: Fields) -> list[Refusal]:
+        """Refuse effects that need the comb of ridges with another kind of finger."""
+        finger, effects = given.get("finger"), given.get("effects")
+        written = finger.document() if isinstance(finger, Finger) else finger
+        kind = written.get("kind") if isinstance(written, Mapping) else None
+        if kind is None or kind == "comb" or not isinstance(effects, Mapping):
+            return []
+        hint = f'Leave it out, or write finger.kind "comb". This finger is a {kind}.'
+        return [
+            refusal(["effects", name], plain(effects[name]), 'an effect of a finger of kind "comb"', hint)
+            for name in needing_comb(effects)
+        ]
 
 
 SceneLike = Scene | Mapping[str, Any] | str | os.PathLike[str]

@@ -24,7 +24,7 @@ export function same(one, other) {
 export function displaced(section, present, name, value) {
   const given = Object.keys(present).filter((key) => key !== name && present[key] !== null);
   const among = (...names) => given.filter((key) => names.includes(key));
-  if (section === "texture" && name === "kind") return given;
+  if (["finger", "texture"].includes(section) && name === "kind") return given;
   if (section === "scan" && ["stroke", "trajectory"].includes(name))
     return among("speed", "load", "stroke", "trajectory");
   if (section === "scan" && ["speed", "load"].includes(name)) return among("stroke", "trajectory");
@@ -75,7 +75,7 @@ function merged(scene, part) {
 
 function pruned(section, present, named) {
   const names = named.map(([name]) => name);
-  if (section === "texture" && names.includes("kind")) return {};
+  if (["finger", "texture"].includes(section) && names.includes("kind")) return {};
   if (section === "scan" && (names.includes("stroke") || names.includes("trajectory"))) return {};
   if (
     section === "scan" &&
