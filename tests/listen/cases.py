@@ -173,8 +173,8 @@ PAIRS = (
         {},
         8.0,
         "One channel: the acceleration at the contact, a bright buzz, 100 times a second.",
-        "Two channels: the first is the sound before, sample for sample; the second is the nail: the same buzz, duller. "
-        "Its own full scale makes it about as loud. No click where it begins.",
+        "Two channels: the first is the sound before, sample for sample; the second is the nail: the same buzz, duller "
+        "and about as loud by its own full scale. No click where it begins.",
     ),
     Pair(
         "tangential",
