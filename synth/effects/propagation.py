@@ -29,9 +29,8 @@ from pydantic import Field
 
 from synth.effects.effect import OutputEffect, Price
 from synth.errors import Fault, SceneError
-from synth.scene.output_section import FullScale
 from synth.scene.quantity import Dimension
-from synth.scene.rules import Choice, Fields, Quantity, Refusal, refusal
+from synth.scene.rules import Choice, Quantity
 from synth.scene.scene import Scene
 from synth.scene.section import Section
 
@@ -72,18 +71,11 @@ class PropagationSettings(Section):
     quantity: Annotated[Literal["displacement", "velocity", "acceleration"] | None, Choice(QUANTITIES)] = Field(
         default=None, description="Channel of the scene that is propagated; null: the first that is one of these."
     )
-    full_scale: Annotated[float | None, FullScale()] = Field(
-        default=None, description="Value that a sample of 1.0 stands for; null: the steady peak becomes 0.8."
+    full_scale: Annotated[float | None, Quantity(Dimension.NONE, 1e-24, 1e9)] = Field(
+        default=None,
+        description="Value, in the SI unit of the channel, that a sample of 1.0 stands for; null: the steady peak "
+        "becomes 0.8.",
     )
-
-    @classmethod
-    def conflicts(cls, given: Fields) -> list[Refusal]:
-        """Refuse a full scale with a unit whose quantity is not known."""
-        if not isinstance(given.get("full_scale"), str) or "quantity" in given:
-            return []
-        allowed = "a number in the SI unit of the channel, or text with a unit beside a quantity"
-        hint = 'Write the quantity too, such as "quantity": "acceleration".'
-        return [refusal(["full_scale"], given["full_scale"], allowed, hint)]
 
 
 class Propagation(OutputEffect["Preparation"]):
