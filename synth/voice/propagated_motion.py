@@ -8,7 +8,8 @@ Model   In a constant scan of the contact each harmonic is multiplied by the gai
         a simulated constant scan it first reads WARM seconds of the periodic motion before the first frame.
         Within the contact the channel is a copy.
 Limits  A voice that goes to another frame of a moving scan begins the filter anew. The error is that of the channel
-        read, and that of the filter, both at the largest gain in the band.
+        read, at the largest gain in the band, and that of the filter at speeds down to a quarter of that of the
+        scan. It does not cover the first arrival of a motion that begins with a step: a stroke at full acceleration.
 """
 
 from __future__ import annotations
@@ -29,6 +30,8 @@ from synth.response.spectrum import Complex, Demand, Spectrum, curves, points_fo
 from synth.voice.skin_wave import SkinFilter, SkinWave
 
 WARM = 0.1  # s in addition to the delay, after which 1e-9 of the start of a filter is left
+SPEEDS = np.geomspace(0.25, 1.0, 25)  # over that of the scan, at which the error of a filter is computed
+FADED = 1.225  # times the band, above which nothing is left: 0.49 over 0.40 of the rate
 FINEST = 0.03  # part of the tolerance to which a series is solved at most; smaller takes longer than it is worth
 
 
@@ -95,7 +98,8 @@ class PropagatedStage:
         extent, ratio = float(np.ptp(after)), _ratio(before, after)
         error, method = ratio * read.error, "copy of the contact"
         if made is not None:
-            error, method = ratio * (made.largest * read.error + made.error), f"filter, {1e3 * way.delay:.3g} ms late"
+            error = ratio * made.largest * read.error + _filter_error(solved, read.order, way, made)
+            method = f"filter, {1e3 * way.delay:.3g} ms late"
         elif not solved.moving and not solved.simulated:
             steady, error = _steady(solved, read.order, way, ratio, cache)
             method = steady.name
@@ -206,6 +210,28 @@ def _steady(
     series = solved.steady.series(order, spectrum.harmonics)
     error = largest * ratio * spectrum.errors[solved.orders.index(order)]
     return SeriesCurve(series * _gains(solved, way, series)), error
+
+
+def _filter_error(solved: Preparation, order: int, way: SkinWave, made: SkinFilter) -> float:
+    """Return the largest error by the filter at speeds up to that of the scan, relative to its peak-to-peak there.
+
+    Harmonics fade out above the band.
+    """
+    assert solved.spectrum is not None
+    rate, band, missed = solved.scene.output.sample_rate, solved.scene.output.band_limit, 0.0
+    series = solved.spectrum.harmonics
+    count, points = np.arange(len(series), dtype=np.float64), 2 * points_for(len(series) - 1)
+    for speed in SPEEDS:
+        hertz = count * (speed * solved.turns)
+        heard = np.clip((FADED - np.abs(hertz) / band) / (FADED - 1.0), 0.0, 1.0)
+        moved = series * heard * (2j * math.pi * hertz) ** order * (made.gain(hertz / rate) - way.gain(hertz))
+        moved[0] = 0.0
+        missed = max(missed, float(np.max(np.abs(curves(moved, 0, points)))))
+    hertz = count * solved.turns
+    steady = series * (count <= solved.highest) * (2j * math.pi * hertz) ** order * way.gain(hertz)
+    steady[0] = 0.0
+    extent = float(np.ptp(curves(steady, 0, points)))
+    return missed / extent if extent > 0.0 else 0.0
 
 
 def _ratio(before: Array, after: Array) -> float:

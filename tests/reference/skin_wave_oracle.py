@@ -47,8 +47,9 @@ class Way:
     def travelled(self, motion: Real, rate: float) -> Real:
         """Return `motion` [frames] at the place, for a motion that is zero before its first frame."""
         count = 4 * len(motion)
-        spectrum = np.fft.rfft(motion, count)
-        return np.asarray(np.fft.irfft(spectrum * self.gain(np.fft.rfftfreq(count, 1.0 / rate)), count)[: len(motion)])
+        gains = self.gain(np.asarray(np.fft.rfftfreq(count, 1.0 / rate), dtype=np.float64))
+        spectrum = np.asarray(np.fft.rfft(motion, count), dtype=np.complex128)
+        return np.asarray(np.fft.irfft(np.multiply(spectrum, gains), count)[: len(motion)])
 
 
 def filtered(values: Real, first: int, taps: Real, wave: Real, body: Real) -> Real:

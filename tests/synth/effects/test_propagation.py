@@ -92,15 +92,12 @@ def test_gain_and_delay_of_one_harmonic_are_those_of_the_law(name: str, hertz: f
 
 @pytest.mark.parametrize("quantity", ["displacement", "velocity", thorough("acceleration")])
 def test_every_harmonic_of_a_constant_scan_has_the_gain_of_its_frequency(quantity: str) -> None:
-    sections = {"scan": {"speed": "-80 mm/s"}, "output": {"channels": [quantity], "bandwidth": "full"}}
-    output = sections["output"] | {"sample_rate": RATE}
-    effects = {"propagation": {}}
-    found = open_voice(parse_scene({**sections, "effects": effects, "output": output}), cache=CACHE)
-    finer = {**output, "channels": [quantity]}
-    exact = open_voice(parse_scene({**sections, "output": finer, "accuracy": {"tolerance": 1e-6}}), cache=CACHE)
+    scan, output = {"speed": "-80 mm/s"}, {"quantity": quantity, "sample_rate": RATE, "bandwidth": "full"}
+    found = open_voice(scene(scan=scan, output=output), cache=CACHE)
+    exact = open_voice(parse_scene({"scan": scan, "output": output, "accuracy": {"tolerance": 1e-6}}), cache=CACHE)
     contact, place = physical(exact, RATE)[:, 0], physical(found, RATE)[:, 1]
     fits = fit_harmonics(contact, RATE, 100.0, 0.4 * RATE)
-    gains = WAYS["nail"].gain(100.0 * np.arange(len(fits.coefficients)))
+    gains = WAYS["nail"].gain(100.0 * np.arange(len(fits.coefficients), dtype=np.float64))
     wanted = type(fits)(fits.coefficients * gains, 100.0, RATE).signal(np.arange(RATE))
     told = found.plan.estimated_error[f"propagated_{quantity}"]
     assert told <= 1.05e-3
@@ -113,10 +110,12 @@ def test_a_stroke_is_that_of_fouriers_transform(place: str) -> None:
     voice = open_voice(scene({"place": place}, scan={"stroke": stroke}, finger=SHORT), cache=CACHE)
     values = physical(voice, RATE)
     way = WAYS[place]
-    wanted = Way(way.distance, 1.5e-3, body=way.body).travelled(values[:, 0], RATE)[:-400]
-    (_contact, shown) = voice.plan.response["channels"]
-    told = voice.plan.estimated_error["propagated_acceleration"]
-    assert np.max(np.abs(values[:-400, 1] - wanted)) <= told * shown["peak_to_peak"]
+    wanted = Way(way.distance, 1.5e-3, body=way.body).travelled(values[:, 0], RATE)
+    missed = np.abs(values[:, 1] - wanted)[:-400]
+    extent = voice.plan.response["channels"][1]["peak_to_peak"]
+    arrived = round((way.distance / way.speed + 0.01) * RATE)
+    assert np.max(missed[arrived:]) <= voice.plan.estimated_error["propagated_acceleration"] * extent
+    assert np.max(missed[:arrived]) <= 5e-3 * extent, "the step with which a stroke begins is above the band"
 
 
 def test_a_hand_that_lands_is_that_of_fouriers_transform() -> None:
@@ -137,7 +136,7 @@ def test_a_simulated_scan_has_the_gain_from_its_first_frame_on(effects: dict[str
     voice = open_voice(scene(effects=effects, finger=SHORT), cache=CACHE)
     values = physical(voice, RATE // 2)
     fits = fit_harmonics(values[:, 0], RATE, 100.0, 0.4 * RATE)
-    gains = Way(15e-3, 1.5e-3, body=50.0).gain(100.0 * np.arange(len(fits.coefficients)))
+    gains = Way(15e-3, 1.5e-3, body=50.0).gain(100.0 * np.arange(len(fits.coefficients), dtype=np.float64))
     wanted = type(fits)(fits.coefficients * gains, 100.0, RATE).signal(np.arange(len(values)))
     told = voice.plan.estimated_error["propagated_acceleration"]
     assert np.max(np.abs(values[:, 1] - wanted)) <= told * np.ptp(wanted)
