@@ -26,7 +26,7 @@ from synth.plan.channels import PEAK, ROUNDING, STILL, spendable
 from synth.plan.preparation import Preparation
 from synth.response.response_cache import ResponseCache
 from synth.response.series_curve import SMALLEST, SeriesCurve
-from synth.response.spectrum import Complex, Demand, Spectrum, curves, points_for, solve_spectrum
+from synth.response.spectrum import Complex, Demand, curves, points_for, solve_spectrum
 from synth.voice.skin_wave import SkinFilter, SkinWave
 
 WARM = 0.1  # s in addition to the delay, after which 1e-9 of the start of a filter is left
@@ -197,19 +197,20 @@ def _steady(
 
     ratio: of the peak-to-peak at the contact to that at the place.
     """
-    assert solved.contact is not None
+    assert solved.contact is not None and solved.spectrum is not None
     if order not in solved.orders:  # a finger at rest
         return SeriesCurve(solved.steady.series(order)), 0.0
-    largest = float(np.max(np.abs(_gains(solved, way, solved.steady.series(order))[1:]), initial=0.0))
-    share = min(1.0, max(1.0 / max(largest * ratio, 1.0), FINEST))
-    load = max(solved.scene.scan.load, solved.scene.scan.lift_load)
-    demand = Demand(solved.reach, solved.orders, share * spendable(solved.tolerance))
-    key = ("spectrum", solved.contact.key, load, demand, solved.reach)
-    contact = solved.contact
-    spectrum: Spectrum = cache.get(key, lambda: solve_spectrum(contact, load, demand, solved.reach))
+    contact, spectrum, place = solved.contact, solved.spectrum, solved.orders.index(order)
+    gains = _gains(solved, way, solved.steady.series(order))
+    larger = ratio * float(np.max(np.abs(gains[1:]), initial=0.0))
+    if larger * spectrum.errors[place] > solved.tolerance:
+        scan = solved.scene.scan
+        load = scan.load if scan.load > 0.0 else scan.lift_load  # as of `solved.spectrum`
+        demand = Demand(solved.reach, solved.orders, max(1.0 / larger, FINEST) * spendable(solved.tolerance))
+        key = ("spectrum", contact.key, load, demand, solved.reach)
+        spectrum = cache.get(key, lambda: solve_spectrum(contact, load, demand, solved.reach))
     series = solved.steady.series(order, spectrum.harmonics)
-    error = largest * ratio * spectrum.errors[solved.orders.index(order)]
-    return SeriesCurve(series * _gains(solved, way, series)), error
+    return SeriesCurve(series * gains), larger * spectrum.errors[place]
 
 
 def _filter_error(solved: Preparation, order: int, way: SkinWave, made: SkinFilter) -> float:
