@@ -14,9 +14,9 @@ Source  Power law, its lowest exponent, and c = 7 m/s: Manfredi et al. (2012), d
         TouchSim, which also counts the delay from R: Saal et al. (2017), doi 10.1073/pnas.1704856114. 8 mm beside the
         contact: Sofia & Jones (2013), who find waves markedly weaker there. Other distances, 50 Hz and the shapes over
         frequency are unverified defaults.
-Limits  The speed is that of high frequencies at every frequency; below them waves are slower. No reflections, no bone,
-        no joints: the wrist is the surface of a long finger. R does not follow the load. A constant scan of the contact
-        is exact. Otherwise a filter makes the channel; its error is in that of the channel.
+Limits  The speed is that of high frequencies at every frequency; waves of low frequencies are slower. No reflections,
+        no bone, no joints: the wrist is the surface of a long finger. R does not follow the load. A constant scan of
+        the contact is exact. Otherwise a filter makes the channel; its error is in that of the channel.
 """
 
 from __future__ import annotations
