@@ -271,6 +271,34 @@ def heights_along(voice: Voice, loads: Real) -> Real:
     return np.asarray(rows[HEIGHT])
 
 
+def propagation() -> Figure:
+    """Return the gain over frequency at each place, and the acceleration at the contact and at the nail."""
+    figure, (left, right) = panels(1.0, 1.25)
+    hertz = np.geomspace(5.0, 1000.0, 400)
+    for place, colour in (("nail", BLUE), ("skin", GREEN), ("wrist", RED)):
+        left.plot(hertz, np.abs(way_of(place).gain(hertz)), color=colour, linewidth=1.3, label=place)
+    plain_log(left, (5, 20, 50, 100, 225, 1000))
+    left.set_yscale("log")
+    titled(left, "amplitude over that at the contact", "frequency (Hz)", "|G|")
+    named(left, loc="center left", bbox_to_anchor=(0.0, 0.35))
+    moved = rendered(open_voice(parse_scene({"effects": {"propagation": {}}})), TURN + 1)
+    time = 1e3 * np.arange(TURN + 1) / RATE
+    for column, colour, name in ((0, FAINT, "at the contact"), (1, BLUE, "at the nail")):
+        right.plot(time, moved[:, column], color=colour, linewidth=1.3, label=name)
+    titled(right, "acceleration, 1 kHz of band", "time (ms)", "m/s²")
+    right.margins(x=0.0, y=0.2)
+    named(right, loc="upper right", ncols=2, columnspacing=1.0)
+    return figure
+
+
+def way_of(place: str) -> Any:
+    """Return the way from the contact to a place of the effect `propagation`."""
+    effects = voice_of({"propagation": {"place": place}}).solved.effects
+    assert effects is not None
+    stage: Any = effects.stages[0]
+    return stage.way
+
+
 def tangential() -> Figure:
     """Return the force of the slopes, and the whole force for two laws of friction."""
     figure, (left, right) = panels(1.0, 1.0)
@@ -298,7 +326,8 @@ def force(**settings: Any) -> Real:
 
 
 FIGURES: Mapping[str, Callable[[], Figure]] = {
-    draw.__name__: draw for draw in (adhesion, contact_growth, curvature, inertia, tangential, viscous_skin)
+    draw.__name__: draw
+    for draw in (adhesion, contact_growth, curvature, inertia, propagation, tangential, viscous_skin)
 }
 
 if __name__ == "__main__":

@@ -118,12 +118,15 @@ class OutputEffect(Effect, Generic[Solved]):
     kind = Kind.OUTPUT
 
     @abstractmethod
-    def channels(self, settings: Any) -> tuple[str, ...]:
-        """Return the quantities of the added channels, in order; `units` has the unit of each."""
+    def channels(self, scene: Scene, settings: Any) -> tuple[str, ...]:
+        """Return the quantities of the added channels, in order; `units` has the unit of each.
+
+        Raises SceneError if the effect reads a channel that `scene` does not have.
+        """
 
     def added(self, settings: Any) -> int:
         """See `Effect`."""
-        return len(self.channels(settings))
+        return len(self.scales(settings))
 
     @abstractmethod
     def scales(self, settings: Any) -> tuple[float | None, ...]:
@@ -137,6 +140,7 @@ class OutputEffect(Effect, Generic[Solved]):
     def prepare(self, solved: Solved, settings: Any, cache: ResponseCache) -> OutputStage:
         """Return the stage that all voices of the scene share.
 
+        solved: the prepared scene, with its channels as a voice has them, errors included.
         cache: solved responses.
         """
 
@@ -174,8 +178,12 @@ class OutputStage(Protocol):
     def memory_bytes(self) -> int:
         """Size in bytes."""
 
-    def louder(self, times: float) -> OutputStage:
-        """Return the stage with every full scale that the scene does not set multiplied by `times`."""
+    def louder(self, times: float, moved: tuple[float, ...]) -> OutputStage:
+        """Return the stage with larger full scales, where the scene does not set them, for the motions of a hand.
+
+        times: ratio of the largest usual load to that of the scan.
+        moved: ratio of the peak of a usual hand to that of the scan, for each channel of the scene.
+        """
 
     def start(self, phase: int) -> Any:
         """Return the state of a voice whose texture is at `phase` (a 64-bit fraction of a turn) at frame 0."""
@@ -206,6 +214,7 @@ class Passage:
     signals: float64 [signals, frames] of a simulation, if one runs.
     late: delay of the signals behind a hand, in frames.
     column: index of the effect's first channel.
+    full_scale: SI value of 1.0 in each channel of the scene; these channels come first in the block.
     """
 
     frame: int
@@ -216,3 +225,4 @@ class Passage:
     signals: Array | None
     late: int
     column: int
+    full_scale: tuple[float, ...]

@@ -87,7 +87,7 @@ class Tangential(OutputEffect["Preparation"]):
             law += f" to the power {settings.pressure_exponent:.4g}"
         return f"The force on the slopes of the texture, plus {law}, is an additional channel."
 
-    def channels(self, settings: TangentialSettings) -> tuple[str, ...]:
+    def channels(self, scene: Scene, settings: TangentialSettings) -> tuple[str, ...]:
         """See `OutputEffect`."""
         return (QUANTITY,)
 

@@ -28,6 +28,9 @@ UNITS: Mapping[str, str] = {
     "acceleration": "m/s^2",
     "force": "N",
     "tangential_force": "N",
+    "propagated_displacement": "m",
+    "propagated_velocity": "m/s",
+    "propagated_acceleration": "m/s^2",
 }
 FLAC_COMMENT_BYTES = 2**24 - 4096  # a FLAC metadata block counts its bytes in 24 bits, and other entries use some
 

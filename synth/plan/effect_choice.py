@@ -154,14 +154,14 @@ def outputs_of(scene: Scene) -> list[tuple[OutputEffect[Any], Any]]:
 
 def added_quantities(scene: Scene) -> tuple[str, ...]:
     """Return the quantities of the channels that the effects of `scene` add."""
-    return tuple(quantity for effect, settings in outputs_of(scene) for quantity in effect.channels(settings))
+    return tuple(quantity for effect, settings in outputs_of(scene) for quantity in effect.channels(scene, settings))
 
 
 def with_added_scales(scene: Scene, full_scale: tuple[float | None, ...]) -> Scene:
     """Return `scene` with the full scales `full_scale` in the channels that its effects add."""
     chosen, place = dict(scene.effects), 0
     for effect, settings in outputs_of(scene):
-        count = len(effect.channels(settings))
+        count = effect.added(settings)
         chosen[effect.name] = effect.scaled(settings, full_scale[place : place + count])
         place += count
     return scene.model_copy(update={"effects": FrozenMapping(chosen)})

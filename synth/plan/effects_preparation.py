@@ -58,20 +58,25 @@ class PreparedEffects:
         """The channels that the stages add, in order."""
         return self.silent or tuple(channel for stage in self.stages for channel in stage.channels)
 
-    def warnings(self, tolerance: float) -> tuple[str, ...]:
-        """Return a warning for each quantity that misses the tolerance, and one if the finger has come off."""
-        late = {channel.quantity: channel.error for channel in self.channels}
+    def warnings(self, tolerance: float, felt: float) -> tuple[str, ...]:
+        """Return a warning for each quantity that misses the tolerance, and one if the finger has come off.
+
+        felt: largest error of an added channel without a warning, if nothing is simulated.
+        """
         gone: tuple[str, ...] = ()
+        limit, told = felt, ""
+        late = {channel.quantity: channel.error for channel in self.channels}
         if self.simulation is not None:
             pairs = zip(self.simulation.orders, self.simulation.errors, strict=True)
             late |= {QUANTITIES[order]: error for order, error in pairs}
+            limit, told = NEARLY * tolerance, " Effects are simulated step by step."
             if self.simulation.let_go:
                 gone = (LET_GO,)
         return gone + tuple(
             f"The error of the {quantity.replace('_', ' ')} is {error:.2g} of its peak-to-peak; the tolerance is "
-            f"{tolerance:.2g}. Effects are simulated step by step."
+            f"{tolerance:.2g}.{told}"
             for quantity, error in late.items()
-            if error > NEARLY * tolerance
+            if error > limit
         )
 
     def scaled_as(self, other: PreparedEffects) -> PreparedEffects:
@@ -79,10 +84,10 @@ class PreparedEffects:
         pairs = zip(self.silent, other.channels, strict=False)
         return replace(self, silent=tuple(replace(now, full_scale=then.full_scale) for now, then in pairs))
 
-    def louder(self, times: float) -> PreparedEffects:
-        """Return the effects with the automatic full scale of each added channel multiplied by `times`."""
+    def louder(self, times: float, moved: tuple[float, ...]) -> PreparedEffects:
+        """Return the effects with larger automatic full scales. `times` and `moved` are those of `OutputStage`."""
         silent = tuple(replace(one, full_scale=one.full_scale * times) for one in self.silent)
-        return replace(self, stages=tuple(stage.louder(times) for stage in self.stages), silent=silent)
+        return replace(self, stages=tuple(stage.louder(times, moved) for stage in self.stages), silent=silent)
 
     @property
     def memory_bytes(self) -> int:
@@ -140,7 +145,7 @@ def left_out(scene: Scene, silence: str) -> PreparedEffects:
     """Return the effects of a silent scene. None is simulated, and the channels that they add are silent too."""
     silent = []
     for effect, settings in outputs_of(scene):
-        for quantity, scale in zip(effect.channels(settings), effect.scales(settings), strict=True):
+        for quantity, scale in zip(effect.channels(scene, settings), effect.scales(settings), strict=True):
             silent.append(AddedChannel(quantity, scale or 1.0, 0.0, 0.0, "silence"))
     spared = tuple(LeftOut(name, silence, 0.0) for name in scene.effects)
     return PreparedEffects((), spared, silent=tuple(silent))

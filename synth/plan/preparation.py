@@ -161,8 +161,10 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool) -> Preparati
     warnings = solved.warnings + missed
     solved = replace(solved, spectrum=spectrum, channels=channels, warnings=warnings, mean=mean, frames=frames)
     if shapes is not None:
-        solved = _with_effects(solved, shapes, cache)
-    return _with_motion(solved, cache, exact=exact) if solved.moving and not solved.simulated else solved
+        solved = _with_effects(solved, shapes)
+    if solved.moving and not solved.simulated:
+        solved = _with_motion(solved, cache, exact=exact)
+    return solved if solved.effects is None else _with_stages(solved, solved.effects, cache, exact=exact)
 
 
 def _silent(solved: Preparation, silence: str) -> Preparation:
@@ -221,23 +223,28 @@ def _with_motion(solved: Preparation, cache: ResponseCache, *, exact: bool) -> P
     return replace(solved, table=table, channels=channels, warnings=(*solved.warnings, *warnings))
 
 
-def _with_effects(solved: Preparation, shapes: PreparedEffects, cache: ResponseCache) -> Preparation:
-    """Return `solved` with its effects, and with channels that take them into account."""
+def _with_effects(solved: Preparation, shapes: PreparedEffects) -> Preparation:
+    """Return `solved` with its effects, and with channels that take a simulation into account."""
     assert solved.contact is not None
     case = SimulationCase(*solved.request, solved.contact, solved.tolerance)
     effects = effects_of(case, shapes)
-    solved = replace(solved, effects=effects)
-    stages = tuple(effect.prepare(solved, settings, cache) for effect, settings in outputs_of(solved.scene))
-    effects = replace(effects, stages=stages)
-    warnings = (*solved.warnings, *effects.warnings(solved.tolerance))
     if effects.simulation is None:
-        return replace(solved, effects=effects, warnings=warnings)
+        return replace(solved, effects=effects)
     listed = zip(solved.channels, solved.scene.output.channel_list, strict=True)
     along = not solved.by_hand and differs_from_cruise(solved.scene)
     channels = tuple(
         simulated_channel(channel, asked.full_scale, effects.simulation, along=along) for channel, asked in listed
     )
-    return replace(solved, effects=effects, channels=channels, warnings=warnings)
+    return replace(solved, effects=effects, channels=channels)
+
+
+def _with_stages(solved: Preparation, effects: PreparedEffects, cache: ResponseCache, *, exact: bool) -> Preparation:
+    """Return `solved` with the stages of the effects on the output, which read its channels."""
+    stages = tuple(effect.prepare(solved, settings, cache) for effect, settings in outputs_of(solved.scene))
+    effects = replace(effects, stages=stages)
+    limit = NEARLY * solved.tolerance if solved.table is None or exact else max(FELT, solved.tolerance)
+    warnings = (*solved.warnings, *effects.warnings(solved.tolerance, limit))
+    return replace(solved, effects=effects, warnings=warnings)
 
 
 def _own_motion(asked: Request, contact: Contact, tolerance: float) -> tuple[Mean | None, dict[int, float]]:

@@ -92,16 +92,18 @@ def with_hand_scale(solved: Preparation, cache: ResponseCache | None = None) -> 
         return solved
     scene = nominal_scene(solved.scene)
     peaks = usual_peaks(scene, solved.contact, cache or SHARED)
-    channels, effects = [], solved.effects
+    channels, moved, effects = [], [], solved.effects
     for channel, scale in zip(solved.channels, asked, strict=False):
         place, room = OF_APPROACH if channel.is_approach else channel.order, channel.full_scale
+        moved.append(peaks.usual[place] / peaks.own[place] if peaks.own[place] > 0.0 else 1.0)
         if scale is None and solved.simulated:
-            room *= peaks.usual[place] / peaks.own[place] if peaks.own[place] > 0.0 else 1.0
+            room *= moved[-1]
         elif scale is None:
             room = max(room, peaks.usual[place] / PEAK)
         channels.append(replace(channel, full_scale=room))
     if effects is not None and None in asked[len(channels) :]:
-        effects = effects.louder(max(1.0, HAND_LOADS[1] / max(scene.scan.load, scene.scan.lift_load)))
+        pressed = max(1.0, HAND_LOADS[1] / max(scene.scan.load, scene.scan.lift_load))
+        effects = effects.louder(pressed, tuple(moved))
     return replace(solved, channels=tuple(channels), effects=effects)
 
 

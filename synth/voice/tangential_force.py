@@ -146,7 +146,7 @@ class TangentialStage:
         held = sum(one.series.nbytes for one in self.forces)  # the tables are shared
         return held + (0 if self.steady is None else self.steady[0].nbytes)
 
-    def louder(self, times: float) -> TangentialStage:
+    def louder(self, times: float, moved: tuple[float, ...]) -> TangentialStage:
         """See `OutputStage`."""
         if self.law.full_scale is not None:
             return self

@@ -112,8 +112,9 @@ class VoiceEffects:
         column = len(self.solved.channels)
         row = 0 if self._plan is None else len(self._plan.orders) + len(self._whole)
         late = self._running.margin if self._running is not None and told["by_hand"] else 0
+        scales = tuple(channel.full_scale for channel in self.solved.channels)
         for stage, state in self._stages:
             signals = None if rows is None else rows[row : row + len(stage.signals)]
-            stage.step(state, Passage(signals=signals, late=late, column=column, **told), out)
+            stage.step(state, Passage(signals=signals, late=late, column=column, full_scale=scales, **told), out)
             column += len(stage.channels)
             row += len(stage.signals)

@@ -169,6 +169,14 @@ PAIRS = (
         "A finger of 5 g: much softer and dull, rounded about 400 Hz; no ringing that goes on by itself.",
     ),
     Pair(
+        "propagation",
+        {},
+        8.0,
+        "One channel: the acceleration at the contact, a bright buzz, 100 times a second.",
+        "Two channels: the first is the sound before, sample for sample; the second is the nail: the same buzz, duller "
+        "and about as loud by its own full scale. No click where it begins.",
+    ),
+    Pair(
         "tangential",
         {"output": {"quantity": "displacement"}},
         2e-6,

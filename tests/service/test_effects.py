@@ -30,6 +30,7 @@ def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
 
 
 @pytest.mark.parametrize("effects", [{"inertia": {}}, {"viscous_skin": {}}, {"curvature": {}, "tangential": {}},
+                                     {"propagation": {}},
                                      {"adhesion": {}, "inertia": {}, "tangential": {}}], ids="+".join)  # fmt: skip
 def test_a_render_is_the_engines_in_every_format(running: Running, effects: dict[str, Any]) -> None:
     document = QUICK | {"effects": effects}
@@ -108,6 +109,18 @@ def test_the_full_scale_of_an_added_channel_is_fixed_too(running: Running) -> No
     assert after["scene"]["effects"]["tangential"]["friction_coefficient"] == 0.2
 
 
+def test_a_session_that_propagates_keeps_its_channel_and_takes_another_place(running: Running) -> None:
+    session = running.open_session(QUICK | {"effects": {"propagation": {}}})
+    shown = running.client.get(f"/v1/sessions/{session}").json()
+    assert shown["quantities"] == ["displacement", "propagated_displacement"]
+    change: dict[str, Any] = {"effects": {"propagation": {"place": "skin"}}}
+    assert running.client.patch(f"/v1/sessions/{session}", json=change).status_code == 200
+    change = {"effects": {"propagation": {"quantity": "velocity"}}}
+    answer = running.client.patch(f"/v1/sessions/{session}", json=change)
+    (fault,) = problem(answer, 422, "scene-refused")["errors"]
+    assert fault["pointer"] == "/effects/propagation/quantity"
+
+
 def test_settings_of_an_effect_are_changed_by_a_patch(running: Running) -> None:
     session = running.open_session(QUICK | {"effects": {"inertia": {"mass": "5 g", "damping": 2}}})
     answer = running.client.patch(f"/v1/sessions/{session}", json={"effects": {"inertia": {"mass": "8 g"}}})
@@ -128,6 +141,8 @@ def test_settings_of_an_effect_are_changed_by_a_patch(running: Running) -> None:
         ({"adhesion": {"stress": 0}}, "/effects/adhesion/stress", ("Pa",)),
         ({"tangential": {"friction_coefficient": 11}}, "/effects/tangential/friction_coefficient", ("10",)),
         ({"tangential": "auto"}, "/effects/tangential", ("null",)),
+        ({"propagation": {"distance": "1 m"}}, "/effects/propagation/distance", ("500 mm",)),
+        ({"propagation": {"quantity": "velocity"}}, "/effects/propagation/quantity", ("displacement", "velocity")),
         ({"contact_growth": {"exponent": 2}}, "/effects/contact_growth/exponent", ("1",)),
         ({"curvature": {"radius": "1 um"}}, "/effects/curvature/radius", ("mm",)),
         ({"inertial": {}}, "/effects/inertial", ("inertia",)),

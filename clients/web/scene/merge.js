@@ -161,6 +161,9 @@ export function changesWhatIsFixed(before, after) {
       scale ?? null,
       isObject(effects.tangential),
       effects.tangential?.full_scale ?? null,
+      isObject(effects.propagation),
+      effects.propagation?.quantity ?? null,
+      effects.propagation?.full_scale ?? null,
     ];
   };
   return !same(kept(before), kept(after));

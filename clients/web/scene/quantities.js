@@ -11,13 +11,17 @@ const PREFIXES = [
   [1e-12, "p"],
 ];
 
-/** Quantities with name, SI unit and order of the time derivative of displacement; null: not a derivative of it. */
+/** Quantities with name, SI unit and order of the time derivative of displacement; null: not the finger's own motion.
+ *  Channels that effects add have `added`. */
 export const QUANTITIES = {
   approach: { name: "approach", unit: "m", order: 0 },
   displacement: { name: "displacement", unit: "m", order: 0 },
   velocity: { name: "velocity", unit: "m/s", order: 1 },
   acceleration: { name: "acceleration", unit: "m/s²", order: 2 },
-  tangential_force: { name: "tangential force", unit: "N", order: null },
+  tangential_force: { name: "tangential force", unit: "N", order: null, added: true },
+  propagated_displacement: { name: "propagated displacement", unit: "m", order: null, added: true },
+  propagated_velocity: { name: "propagated velocity", unit: "m/s", order: null, added: true },
+  propagated_acceleration: { name: "propagated acceleration", unit: "m/s²", order: null, added: true },
 };
 
 /** Returns {factor, prefix} of the SI prefix for numbers of magnitude `size`: 2e-5 -> 1e-6, "µ". */

@@ -39,7 +39,7 @@ every = pytest.mark.parametrize("names", EVERY, ids="+".join)
 def test_the_registry_is_the_folder() -> None:
     files = {path.stem for path in (ROOT / "synth" / "effects").glob("*.py")} - {"__init__", "effect"}
     assert set(effect_names()) == files
-    assert {"contact_growth", "curvature", "inertia", "viscous_skin", "adhesion", "tangential"} <= files
+    assert {"contact_growth", "curvature", "inertia", "viscous_skin", "adhesion", "tangential", "propagation"} <= files
 
 
 @pytest.mark.parametrize("name", ALONE)
@@ -193,7 +193,8 @@ class Gone:
     \"\"\"Hides the effects and the modules that only they use.\"\"\"
 
     def find_spec(self, name, path=None, target=None):
-        served = ("synth.voice.voice_effects", "synth.voice.tangential_force")
+        own = ("voice_effects", "tangential_force", "propagated_motion", "skin_wave")
+        served = tuple(f"synth.voice.{name}" for name in own)
         interface = {f"synth.effects.{name}" for name in ("effect", "simulation", "simulation.terms")}
         named = name.startswith(("synth.effects.", "synth.plan.plan.simulation_")) and name not in interface
         if named or name in served:

@@ -9,6 +9,7 @@ import pytest
 
 from synth import open_voice, parse_scene
 from synth.errors import CannotRender, SceneError
+from synth.scene.effects_section import declaration
 from tests.few import few
 from tests.synth.effects.effect_cases import ALONE
 from tests.synth.engine_cases import spread
@@ -33,7 +34,7 @@ class Draws:
     def settings(self, name: str) -> Any:
         """Return settings of the effect `name`."""
         one = self.one
-        if name != "tangential" and self.chance(0.15):
+        if not declaration(name).without_auto and self.chance(0.15):
             return "auto"
         if name == "inertia":
             damping = 0.0 if self.chance(0.2) else one(1e-3, 1e3, (0.1, 10.0))
@@ -48,6 +49,8 @@ class Draws:
             return {"exponent": float(self.random.uniform(0, 1)), "reference_load": one(1e-3, 1e3, (0.1, 2.0))}
         if name == "curvature":
             return {"reference_load": one(1e-3, 1e3, (0.1, 2.0))}
+        if name == "propagation":
+            return {"place": str(self.random.choice(["nail", "skin", "wrist"])), "distance": one(0.0, 0.5, (1e-3, 0.2))}
         exponent = float(self.random.choice([1.0, 1.0, 0.8, 1.2]))
         return {"friction_coefficient": float(self.random.choice([0.0, 0.5, 1.0])), "pressure_exponent": exponent}
 

@@ -30,6 +30,7 @@ SCENES: dict[str, dict[str, Any]] = {
     "two channels": {"output": {"channels": [{"quantity": "velocity"}, {"quantity": "displacement"}]}},
     "stroke": {"scan": {"stroke": {"speed": "60 mm/s", "length": "20 mm", "load": "0.2 N"}}},
     "tangential": {"effects": {"tangential": {}}},
+    "propagation": {"effects": {"propagation": {"place": "wrist"}}},
     "inertia": {"effects": {"inertia": {}}},
 }
 

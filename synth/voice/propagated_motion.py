@@ -1,0 +1,263 @@
+"""The motion at a distance from the contact: the series of a constant scan with the gain of the way, or a filter.
+
+Stage   3 (VOICE), used only by the effect `propagation`.
+Model   In a constant scan of the contact each harmonic is multiplied by the gain of the way (`skin_wave`) at its
+        frequency n u / lambda2, which is exact and begins at once. In all other motions, and where the finger is
+        simulated, the causal filter of the way reads the samples of the scene's own channel.
+        A filter begins at rest: nothing has moved before the first frame, and a displacement stood where it begins. In
+        a simulated constant scan it first reads WARM seconds of the periodic motion before the first frame.
+        Within the contact the channel is a copy.
+Limits  A voice that goes to another frame of a moving scan begins the filter anew. The error is that of the channel
+        read, at the largest gain in the band, and that of the filter at speeds down to a quarter of that of the
+        scan. It does not cover the first arrival of a motion that begins with a step: a stroke at full acceleration.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from synth.arrays import Array, Block
+from synth.effects.effect import AddedChannel, Passage
+from synth.effects.simulation.running import RESPONSE, Running, Signal
+from synth.plan.channels import PEAK, ROUNDING, STILL, spendable
+from synth.plan.preparation import Preparation
+from synth.response.response_cache import ResponseCache
+from synth.response.series_curve import SMALLEST, SeriesCurve
+from synth.response.spectrum import Complex, Demand, curves, points_for, solve_spectrum
+from synth.voice.skin_wave import SkinFilter, SkinWave
+
+WARM = 0.1  # s in addition to the delay, after which 1e-9 of the start of a filter is left
+SPEEDS = np.geomspace(0.25, 1.0, 25)  # over that of the scan, at which the error of a filter is computed
+FADED = 1.225  # times the band, above which nothing is left: 0.49 over 0.40 of the rate
+FINEST = 0.03  # part of the tolerance to which a series is solved at most; smaller takes longer than it is worth
+
+
+@dataclass(slots=True)
+class FilterState:
+    """The state of a voice.
+
+    phase: of the texture at frame 0.
+    frame: the next frame, None before the first.
+    past, state: of the filter, in units of the channel's full scale.
+    """
+
+    phase: int
+    frame: int | None = None
+    past: Array | None = None
+    state: Array | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class PropagatedStage:
+    """The effect prepared for one scene.
+
+    solved: the prepared scene.
+    source: column that is read.
+    way: from the contact to the place.
+    filter: None within the contact.
+    steady: reader of a constant scan that is not simulated, else None.
+    fixed: whether the scene sets the full scale.
+    channel: the channel that it adds.
+    """
+
+    solved: Preparation
+    source: int
+    way: SkinWave
+    filter: SkinFilter | None
+    steady: SeriesCurve | None
+    fixed: bool
+    channel: AddedChannel
+
+    @classmethod
+    def of(
+        cls,
+        solved: Preparation,
+        quantity: str,
+        source: str,
+        way: SkinWave,
+        full_scale: float | None,
+        cache: ResponseCache,
+    ) -> PropagatedStage:
+        """Return the stage of a prepared scene that is not silent.
+
+        quantity, full_scale: of the added channel, SI or None.
+        source: quantity of the channel that is read.
+        """
+        column = [channel.quantity for channel in solved.channels].index(source)
+        read, output = solved.channels[column], solved.scene.output
+        made, steady = None, None
+        if not way.inside and (solved.moving or solved.simulated):
+            made = SkinFilter.of(way, output.sample_rate, output.band_limit)
+        if solved.simulated:
+            before, after = _simulated(solved, read.order, made)
+        else:
+            before, after = _curves(solved, read.order, way)
+        extent, ratio = float(np.ptp(after)), _ratio(before, after)
+        error, method = ratio * read.error, "copy of the contact"
+        if made is not None:
+            error = ratio * made.largest * read.error + _filter_error(solved, read.order, way, made)
+            method = f"filter, {1e3 * way.delay:.3g} ms late"
+        elif not solved.moving and not solved.simulated:
+            steady, error = _steady(solved, read.order, way, ratio, cache)
+            method = steady.name
+        scale = full_scale or _scale(solved, column, before, after)
+        channel = AddedChannel(quantity, scale, extent, error + ROUNDING, method)
+        return cls(solved, column, way, made, steady, full_scale is not None, channel)
+
+    @property
+    def channels(self) -> tuple[AddedChannel, ...]:
+        """See `OutputStage`."""
+        return (self.channel,)
+
+    @property
+    def signals(self) -> tuple[Signal, ...]:
+        """See `OutputStage`."""
+        return ()
+
+    @property
+    def memory_bytes(self) -> int:
+        """See `OutputStage`."""
+        held = 0 if self.filter is None else 8 * self.filter.memory + self.filter.taps.nbytes
+        return held + (0 if self.steady is None else self.steady.nbytes)
+
+    def louder(self, times: float, moved: tuple[float, ...]) -> PropagatedStage:
+        """See `OutputStage`."""
+        if self.fixed:
+            return self
+        raised = self.channel.full_scale * max(1.0, moved[self.source])
+        return replace(self, channel=replace(self.channel, full_scale=raised))
+
+    def start(self, phase: int) -> FilterState:
+        """See `OutputStage`."""
+        return FilterState(phase)
+
+    def begin_at(self, state: FilterState, phase: int) -> None:
+        """See `OutputStage`."""
+        state.phase, state.frame = phase, None
+
+    def delay(self, state: FilterState) -> int:
+        """See `OutputStage`."""
+        return 0
+
+    def step(self, state: FilterState, passage: Passage, block: Block) -> None:
+        """See `OutputStage`."""
+        scale, column = self.channel.full_scale, passage.column
+        if self.steady is not None:
+            self.steady.read(passage.phase, passage.step, 1.0 / scale, block, column)
+            return
+        values = block[:, self.source] * (passage.full_scale[self.source] / scale)
+        if self.filter is not None:
+            values = self._filtered(self.filter, state, passage, values.astype(np.float64))
+        block[:, column] = np.where(np.abs(values) >= SMALLEST, values, 0.0)
+
+    def _filtered(self, made: SkinFilter, state: FilterState, passage: Passage, values: Array) -> Array:
+        """Return `values` at the place, both in units of the channel's full scale."""
+        going_on = state.frame is not None and (passage.by_hand or passage.frame == state.frame)
+        if not going_on and len(values):
+            still = values.item(0) if self.solved.channels[self.source].order == 0 else 0.0
+            state.past, state.state = made.start(still)
+            if not self.solved.moving:
+                before = self._before(passage.frame, state.phase) / self.channel.full_scale
+                made.run(state.past, state.state, before)
+        if state.past is None or state.state is None:
+            return values
+        state.frame = passage.frame + len(values)
+        return made.run(state.past, state.state, values)
+
+    def _before(self, frame: int, phase: int) -> Array:
+        """Return the frames (SI) before `frame` of a simulated constant scan, for a filter that has always run."""
+        assert self.solved.effects is not None and self.solved.effects.simulation is not None
+        simulation = self.solved.effects.simulation.simulation
+        if simulation.steady is None:
+            return np.empty(0)
+        signals = (Signal(RESPONSE, self.solved.channels[self.source].order),)
+        frames = math.ceil((WARM + self.way.delay) * self.solved.scene.output.sample_rate)
+        return np.asarray(Running(simulation, signals, phase).along(frame - frames, frames)[0])
+
+
+def _gains(solved: Preparation, way: SkinWave, series: Complex) -> Complex:
+    """Return the gain of each harmonic of a series of the steady scan."""
+    return way.gain(solved.turns * np.arange(len(series), dtype=np.float64))
+
+
+def _curves(solved: Preparation, order: int, way: SkinWave) -> tuple[Array, Array]:
+    """Return a period of the steady scan at the contact and at the place, SI."""
+    series = solved.steady.series(order)
+    points = 2 * points_for(len(series) - 1)
+    return curves(series, 0, points), curves(series * _gains(solved, way, series), 0, points)
+
+
+def _steady(
+    solved: Preparation, order: int, way: SkinWave, ratio: float, cache: ResponseCache
+) -> tuple[SeriesCurve, float]:
+    """Return the reader of a constant scan and its error. Its series is solved to the tolerance of the place.
+
+    ratio: of the peak-to-peak at the contact to that at the place.
+    """
+    assert solved.contact is not None and solved.spectrum is not None
+    if order not in solved.orders:  # a finger at rest
+        return SeriesCurve(solved.steady.series(order)), 0.0
+    contact, spectrum, place = solved.contact, solved.spectrum, solved.orders.index(order)
+    gains = _gains(solved, way, solved.steady.series(order))
+    larger = ratio * float(np.max(np.abs(gains[1:]), initial=0.0))
+    if larger * spectrum.errors[place] > solved.tolerance:
+        scan = solved.scene.scan
+        load = scan.load if scan.load > 0.0 else scan.lift_load  # as of `solved.spectrum`
+        demand = Demand(solved.reach, solved.orders, max(1.0 / larger, FINEST) * spendable(solved.tolerance))
+        key = ("spectrum", contact.key, load, demand, solved.reach)
+        spectrum = cache.get(key, lambda: solve_spectrum(contact, load, demand, solved.reach))
+    series = solved.steady.series(order, spectrum.harmonics)
+    return SeriesCurve(series * gains), larger * spectrum.errors[place]
+
+
+def _filter_error(solved: Preparation, order: int, way: SkinWave, made: SkinFilter) -> float:
+    """Return the largest error by the filter at speeds up to that of the scan, relative to its peak-to-peak there.
+
+    Harmonics fade out above the band.
+    """
+    assert solved.spectrum is not None
+    rate, band, missed = solved.scene.output.sample_rate, solved.scene.output.band_limit, 0.0
+    series = solved.spectrum.harmonics
+    count, points = np.arange(len(series), dtype=np.float64), 2 * points_for(len(series) - 1)
+    for speed in SPEEDS:
+        hertz = count * (speed * solved.turns)
+        heard = np.clip((FADED - np.abs(hertz) / band) / (FADED - 1.0), 0.0, 1.0)
+        moved = series * heard * (2j * math.pi * hertz) ** order * (made.gain(hertz / rate) - way.gain(hertz))
+        moved[0] = 0.0
+        missed = max(missed, float(np.max(np.abs(curves(moved, 0, points)))))
+    hertz = count * solved.turns
+    steady = series * (count <= solved.highest) * (2j * math.pi * hertz) ** order * way.gain(hertz)
+    steady[0] = 0.0
+    extent = float(np.ptp(curves(steady, 0, points)))
+    return missed / extent if extent > 0.0 else 0.0
+
+
+def _ratio(before: Array, after: Array) -> float:
+    """Return the peak-to-peak of `before` over that of `after`, or 0 if nothing moves."""
+    extent = float(np.ptp(after))
+    return float(np.ptp(before)) / extent if extent > 0.0 else 0.0
+
+
+def _simulated(solved: Preparation, order: int, made: SkinFilter | None) -> tuple[Array, Array]:
+    """Return a run of the simulated steady scan at the contact and at the place, SI."""
+    assert solved.effects is not None and solved.effects.simulation is not None
+    plan, rate = solved.effects.simulation, solved.scene.output.sample_rate
+    frames, warm = plan.pilot.moved.shape[1], 0 if made is None else math.ceil(WARM * rate) + made.memory
+    moved = Running(plan.nominal, (Signal(RESPONSE, order),)).along(0, warm + frames)[0]
+    if made is None:
+        return moved, moved
+    return moved[warm:], made.run(*made.start(0.0), moved)[warm:]
+
+
+def _scale(solved: Preparation, column: int, before: Array, after: Array) -> float:
+    """Return the automatic full scale, SI: that of the channel `column` times what is left of its peak at the place.
+
+    before, after: the steady scan at the contact and at the place, SI.
+    """
+    peak, own = float(np.max(np.abs(before))), float(np.max(np.abs(after)))
+    if solved.scene.output.channel_list[column].full_scale is None and peak > STILL:
+        return solved.channels[column].full_scale * own / peak
+    return own / PEAK if own > STILL else 1.0
