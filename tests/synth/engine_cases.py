@@ -9,8 +9,6 @@ import numpy as np
 import numpy.typing as npt
 
 from synth.arrays import Block
-from synth.contact.geometry import Geometry
-from synth.contact.load_balance import Contact
 from synth.contact.stiffness import Stiffness
 from synth.scene.scene import Scene, parse_scene
 from synth.voice.voice import Voice
@@ -48,10 +46,6 @@ def touch_of(scene: Scene) -> Touch:
         texture_poisson=texture.poisson_ratio,
         phase=texture.phase,
     )
-
-
-def contact_of(scene: Scene) -> Contact:
-    return Contact.of(Geometry.of_scene(scene), Stiffness.of_scene(scene))
 
 
 def spread(random: np.random.Generator, low: float, high: float) -> float:

@@ -14,6 +14,7 @@ import pytest
 from synth.accuracy.baseline import Trapezoid
 from synth.accuracy.methods import case_of, chosen_method, methods_of
 from synth.accuracy.report import REPEATS, AccuracyReport, Measured, measure_accuracy, reference_of
+from synth.contact.scene_contact import contact_of
 from synth.contact.stiffness import Stiffness
 from synth.errors import CannotRender, InvalidRequest
 from synth.perception.threshold import threshold_displacement
@@ -22,7 +23,7 @@ from synth.response.spectrum import Demand, curves, points_for, solve_spectrum
 from synth.surfaces import profile_of
 from tests.few import thorough
 from tests.reference.kinds_oracle import approach
-from tests.synth.engine_cases import Real, contact_of, scene_of
+from tests.synth.engine_cases import Real, scene_of
 
 QUICK: dict[str, Any] = {
     "finger": {"contact_length": "2 mm"},

@@ -14,11 +14,12 @@ from synth.contact.forces import ForceOfContact, FrictionForce, Response, SlopeF
 from synth.contact.geometry import Geometry
 from synth.contact.growing_contact import GrowingContact, Growth
 from synth.contact.load_balance import Contact
+from synth.contact.scene_contact import contact_of
 from synth.contact.stiffness import Stiffness
 from synth.response.spectrum import FLOOR, Demand, curves, points_for, solve_spectrum
 from tests.few import few, thorough
 from tests.reference.pressure_oracle import Surfaces, balanced, power_mean, slope_mean
-from tests.synth.engine_cases import Real, contact_of, random_document, scene_of, spread
+from tests.synth.engine_cases import Real, random_document, scene_of, spread
 from tests.synth.response.shaped_cases import check_table, finer
 
 PRESSURE = 2e4  # Pa

@@ -13,13 +13,14 @@ from synth import open_voice
 from synth.contact.curved_contact import RoundContact
 from synth.contact.geometry import Geometry
 from synth.contact.growing_contact import GrowingContact
+from synth.contact.scene_contact import contact_of
 from synth.contact.stiffness import Stiffness
 from synth.effects.simulation.steps import StiffnessLaw
 from synth.errors import SceneError
 from synth.scene.scene import Scene, parse_scene, scene_document
 from synth.surfaces import profile_of
 from tests.reference.kinds_oracle import DOMED_POINTS, approach, level
-from tests.synth.engine_cases import Real, contact_of, load_of
+from tests.synth.engine_cases import Real, load_of
 from tests.synth.response.shaped_cases import THETA, differences
 
 K = 3.6e5

@@ -10,7 +10,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from synth.contact.curved_contact import RoundFinger, RoundContact, lowest_approach
+from synth.contact.curved_contact import RoundContact, RoundFinger, lowest_approach
 from synth.contact.geometry import Geometry
 from synth.contact.growing_contact import GrowingContact, Growth
 from synth.contact.load_balance import Contact

@@ -11,12 +11,13 @@ import pytest
 from scipy.special import roots_legendre
 
 from synth.arrays import Array
+from synth.contact.scene_contact import contact_of
 from synth.errors import InvalidRequest
 from synth.plan.contact_picture import DIGITS, MOST_PATCHES, PHASES, POINTS, picture
 from synth.plan.preparation import prepare
 from synth.response.response_cache import ResponseCache
 from synth.scene.scene import Scene, parse_scene
-from tests.synth.engine_cases import contact_of, spread
+from tests.synth.engine_cases import spread
 
 ROUNDED = 10.0**-DIGITS
 SCENES: dict[str, dict[str, Any]] = {

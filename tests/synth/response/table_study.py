@@ -15,12 +15,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from synth.contact.scene_contact import contact_of
 from synth.plan.scene_table import bounds_for
 from synth.response.table import ResponseTable
 from synth.response.table_error import QUANTITIES, USUAL_LOAD
 from synth.response.table_making import BOUNDS, TableBounds, make_table
 from synth.scene.scene import Scene, parse_scene
-from tests.synth.engine_cases import Real, contact_of, random_document, spread
+from tests.synth.engine_cases import Real, random_document, spread
 
 LOADS = 12  # per scene
 PHASES_A_HARMONIC = 16  # of the reference

@@ -15,9 +15,10 @@ import numpy as np
 import pytest
 
 from synth.contact.load_balance import Contact
+from synth.contact.scene_contact import contact_of
 from synth.plan.preparation import Preparation, prepare
 from synth.response.spectrum import Demand, curves, error_floor, harmonics_of, points_for, solve_spectrum
-from tests.synth.engine_cases import QUANTITIES, RATES, Real, contact_of, random_document, scene_of, spread
+from tests.synth.engine_cases import QUANTITIES, RATES, Real, random_document, scene_of, spread
 
 ORDERS = (0, 1, 2)
 FLOOR = 1e-12  # of a1 + a2: the permitted round-off in displacement

@@ -10,11 +10,12 @@ import pytest
 
 from synth.contact.load_balance import FINEST
 from synth.contact.profile_solver import SegmentGrid
+from synth.contact.scene_contact import contact_of
 from synth.plan.usual_hand import prepare_hand
 from synth.response.table_error import QUANTITIES, TableError
 from synth.response.table_making import HARMONICS
 from synth.scene.scene import parse_scene
-from tests.synth.engine_cases import Real, contact_of
+from tests.synth.engine_cases import Real
 from tests.synth.response.table_study import WITHIN, Found, measured, measured_scene, random_scene, table_of
 
 

@@ -7,13 +7,14 @@ from functools import cache
 import numpy as np
 import pytest
 
+from synth.contact.scene_contact import contact_of
 from synth.response.mip_levels import WIDTH, MipLevels
 from synth.response.phases import turns_to_phase
 from synth.response.reading_filter import reading_filter
 from synth.response.table import ResponseTable
 from synth.response.table_reader import TableReader
 from tests.reference import slow_table_reading as slow
-from tests.synth.engine_cases import Real, contact_of, scene_of
+from tests.synth.engine_cases import Real, scene_of
 from tests.synth.response.table_study import table_of
 
 RATE = 48000

@@ -16,8 +16,8 @@ from synth.scene.merge import merge_patch
 from synth.scene.rules import Quantity
 from synth.scene.scene import parse_scene, scene_document, scene_from
 from synth.scene.section import rule_of
-from synth.scene.texture_section import Texture
 from synth.scene.texture_registry import SHARED, kinds, kinds_with, special_fields
+from synth.scene.texture_section import Texture
 from synth.surfaces import profile_of
 from synth.surfaces.measured import LARGEST_FILE, MOST_INLINE
 from tests.synth.scene.scene_cases import faults_of

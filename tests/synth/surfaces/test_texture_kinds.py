@@ -13,13 +13,13 @@ import pytest
 
 import ridgewave as rw
 from synth import LiveVoice
+from synth.contact.scene_contact import contact_of
 from synth.contact.stiffness import Stiffness
 from synth.response.spectrum import Demand, curves, solve_spectrum
 from synth.surfaces import profile_of
 from synth.voice.hand_voice import HandVoice
 from tests.few import thorough
 from tests.reference.kinds_oracle import approach
-from tests.synth.engine_cases import contact_of
 from tests.synth.surfaces.texture_cases import random_texture
 
 FEW = 1

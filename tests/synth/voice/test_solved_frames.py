@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from scipy.special import erfc
 
+from synth.contact.scene_contact import contact_of
 from synth.plan.frame_solver import CUT, WIDTH, FramePlan
 from synth.plan.preparation import prepare
 from synth.response.spectrum import Demand, solve_spectrum
@@ -18,7 +19,7 @@ from synth.voice.live_voice import LiveVoice
 from synth.voice.solved_frames import SolvedFrames
 from synth.voice.voice import open_voice
 from tests.reference.stiffness_oracle import contact_in_metres
-from tests.synth.engine_cases import QUANTITIES, contact_of, physical, scene_of, touch_of
+from tests.synth.engine_cases import QUANTITIES, physical, scene_of, touch_of
 
 RATE = 8000
 ALL = {"channels": [{"quantity": name, "full_scale": 1} for name in QUANTITIES], "sample_rate": RATE}

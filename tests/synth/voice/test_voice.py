@@ -7,13 +7,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from synth.contact.scene_contact import contact_of
 from synth.encode.sound import render
 from synth.motion.motion import LOAD, Motion, Update
 from synth.motion.scan_motion import ScanMotion
 from synth.scene.scene import Scene, parse_scene
 from synth.voice.hand_voice import HandVoice
 from synth.voice.voice import blocks, open_voice, total_frames
-from tests.synth.engine_cases import QUANTITIES, Real, contact_of, physical, scene_of
+from tests.synth.engine_cases import QUANTITIES, Real, physical, scene_of
 
 ALL = {"channels": list(QUANTITIES)}
 NARROW = {**ALL, "bandwidth": 400, "sample_rate": 8000}  # few harmonics: rows of the load grid are solved quickly

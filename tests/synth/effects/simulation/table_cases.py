@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 
 from synth.contact.load_balance import Contact
+from synth.contact.scene_contact import contact_of
 from synth.effects.simulation.energy_table import EnergyTable
 from synth.effects.simulation.steps import ROWS, State, StiffnessLaw
 from synth.effects.simulation.table_steps import TableStepper
 from synth.response.phases import turns_to_phase
 from tests.synth.effects.simulation.test_energy_table import SCENES
-from tests.synth.engine_cases import Real, contact_of, scene_of
+from tests.synth.engine_cases import Real, scene_of
 
 LOAD = 0.3
 LIFT = 1e-3

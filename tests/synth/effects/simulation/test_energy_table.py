@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from synth.contact.scene_contact import contact_of
 from synth.effects.simulation import energy_table
 from synth.effects.simulation.energy_table import EnergyTable
 from tests.few import paired
-from tests.synth.engine_cases import contact_of, scene_of
+from tests.synth.engine_cases import scene_of
 
 SCENES: dict[str, dict[str, Any]] = {
     "default": {},

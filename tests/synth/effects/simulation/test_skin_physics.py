@@ -12,6 +12,7 @@ from scipy.linalg import expm
 from synth.contact.exact_solver import Grid
 from synth.contact.full_contact import full_contact
 from synth.contact.load_balance import Contact
+from synth.contact.scene_contact import contact_of
 from synth.effects.simulation.skin_points import SkinPoints
 from synth.effects.simulation.skin_steps import SkinStepper
 from synth.effects.simulation.steps import (
@@ -28,7 +29,7 @@ from synth.effects.simulation.steps import (
 )
 from synth.effects.simulation.terms import Skin
 from tests.reference import skin_oracle as twin
-from tests.synth.engine_cases import Real, contact_of, scene_of
+from tests.synth.engine_cases import Real, scene_of
 
 LOAD, PERIOD, LIGHTEST = 0.3, 0.8e-3, 1e-6  # of the default scene: N, m, N
 VOIGT, RELAXING = Skin((0.004,)), Skin((0.004, 0.070, 1.4), (0.25, 0.25, 0.25))
