@@ -38,10 +38,10 @@ class Print:
         v = field(chance, x, y, k / 6.0, k / 3.0, self.direction, "y")
         g = field(chance, x, y, k, k, self.height, "")
         distance = {
-            "straight": lambda: x,
-            "whorl": lambda: np.sqrt(x**2 + y**2),
-            "loop": lambda: np.sqrt((x + CORE) ** 2 + y**2) - CORE,
-        }[self.pattern]()
+            "straight": x,
+            "whorl": np.sqrt(x**2 + y**2),
+            "loop": np.sqrt((x + CORE) ** 2 + y**2) - CORE,
+        }[self.pattern]
         return np.asarray(
             -self.amplitude * np.clip(1.0 + g, 0.0, None) * np.cos(2.0 * math.pi * (distance + u + v) / self.period)
         )
@@ -72,7 +72,7 @@ def footprint_depth(amplitude: float, mean_indentation: float) -> float:
             return (over * edge + amplitude * math.sin(edge)) / math.pi
 
         joint = max(depth - 2.0 * amplitude, 0.0)
-        return (quad(above, 0.0, joint, limit=200)[0] + quad(above, joint, depth, limit=200)[0]) / depth
+        return float(quad(above, 0.0, joint, limit=200)[0] + quad(above, joint, depth, limit=200)[0]) / depth
 
     wanted = 4.0 / math.pi * mean_indentation
     return float(brentq(lambda depth: over_oval(depth) - wanted, 1e-12, 2.0 * (wanted + amplitude) + 1e-9, xtol=1e-16))
