@@ -1,4 +1,4 @@
-"""PLAN WARNINGS: unusual values, motions too weak to be felt, and accelerations beyond any actuator.
+"""PLAN WARNINGS: unusual values, motions too weak to be felt or beyond any actuator, and a cancelled fundamental.
 
 Stage   2 (PLAN).
 Model   Each harmonic of the motion is divided by the detection threshold at its frequency (`threshold`). If the sum of
@@ -17,6 +17,7 @@ Limits  The threshold is that of one observer, for steady sinusoids. Motions wit
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 
 import numpy as np
 
@@ -30,12 +31,30 @@ GRAVITY = 9.80665  # m/s^2
 IMPULSE = 25.0 * GRAVITY  # m/s^2, largest claimed peak of an actuator
 STEADY = 5.0 * GRAVITY / math.sqrt(2.0)  # m/s^2 rms, largest claimed steady acceleration
 LOWEST = 1.0  # Hz: below it no threshold is known, and a motion is no vibration
+CANCELLED = 0.1  # of the strongest line: a weaker fundamental is reported (20 dB; measured ones are the strongest)
+LARGEST_DENOMINATOR = 12  # of the ratio of the periods in that warning
 STEPS = 64  # number of frequencies below each harmonic at which a scan with varying speed is judged
 
 
 def plan_doubts(solved: Preparation) -> tuple[str, ...]:
     """Return the warnings about a prepared scene."""
-    return (*doubts(solved.scene), *_unfelt(solved), *_unmakeable(solved))
+    return (*doubts(solved.scene), *_unfelt(solved), *_unmakeable(solved), *_cancelled(solved))
+
+
+def _cancelled(solved: Preparation) -> tuple[str, ...]:
+    """Warn where the equal ridges of a comb cancel the line at u / lambda2, which every measured finger has."""
+    if solved.spectrum is None or solved.scene.finger.kind != "comb" or solved.spectrum.closed:
+        return ()
+    lines = np.abs(solved.spectrum.harmonics[1 : solved.highest + 1])
+    if len(lines) < 2 or not lines.max() or lines[0] > CANCELLED * lines.max():
+        return ()
+    ratio = solved.scene.texture.period / solved.scene.finger.ridge_period
+    whole = Fraction(ratio).limit_denominator(LARGEST_DENOMINATOR)
+    return (
+        f"The line at u / lambda2 is missing: the strongest is number {int(np.argmax(lines)) + 1}. The equal ridges of a "
+        f"comb cancel it, since lambda2 / lambda1 is near {whole}. No measured finger does this. Write finger.kind "
+        '"fingertip", or another finger.ridge_period.',
+    )
 
 
 def _unfelt(solved: Preparation) -> tuple[str, ...]:

@@ -93,7 +93,7 @@ def approach(x: Real, h1: Real, share: float, heights: Heights, places: Real, in
         found.append(
             brentq(
                 lambda z, h=h: share * float(np.sum(np.clip(h - z, 0.0, None))) - indentation,
-                top - 2e-3,
+                top - 1.0,
                 top,
                 xtol=1e-17,
                 rtol=1e-14,

@@ -72,15 +72,14 @@ def test_a_file_is_that_of_brute_force_over_the_points(seeds: range) -> None:
         contact, profile = tip_of(scene), profile_of(scene)
         load, turns = scene.scan.load, scene.scan.speed / profile.period
         highest = max(1, math.ceil(1000.0 / turns) - 1)
-        count = min(max(64, 1 << (4 * highest).bit_length()), 512)
-        x, h1 = points_of(contact)
-        places = np.arange(count) / count * profile.period
-        z = approach(x, h1, contact.grid.cell, profile.heights, places, Stiffness.of_scene(scene).indentation(load))
+        count = 1 << (16 * highest).bit_length()
         solved, _slope = contact.approach(np.arange(count) / count, load)
-        assert np.max(np.abs(solved - z)) < 1e-11 * contact.grid.height_scale
-        if 4 * highest > count:
-            continue  # the render has harmonics that so few places do not resolve; z itself was compared
-        series = np.fft.rfft(z)[: highest + 1] / count
+        x, h1 = points_of(contact)
+        some = np.random.default_rng(seed).choice(count, 16)
+        places, indentation = some / count * profile.period, Stiffness.of_scene(scene).indentation(load)
+        z = approach(x, h1, contact.grid.cell, profile.heights, places, indentation)
+        assert np.max(np.abs(solved[some] - z)) < 1e-11 * contact.grid.height_scale
+        series = np.fft.rfft(solved)[: highest + 1] / count
         series[0] = 0.0
         extent = float(np.ptp(curves(series, 0, count)))
         n = np.arange(1, highest + 1)
@@ -88,7 +87,7 @@ def test_a_file_is_that_of_brute_force_over_the_points(seeds: range) -> None:
             2.0 * (np.exp(2j * math.pi * np.outer(turns * np.arange(len(sound.values)) / RATE, n)) @ series[1:]).real
         )
         told = sound.plan.estimated_error["displacement"] if sound.plan else 0.0
-        folded = 1e-3  # of the oracle at four places a harmonic
+        folded = 2e-4  # of the series here, at sixteen places a harmonic
         assert np.max(np.abs(sound.values[:, 0] - wanted)) <= (max(1e-3, told) + folded) * extent, seed
 
 
