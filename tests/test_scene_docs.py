@@ -64,7 +64,7 @@ def test_every_block_of_json_is_a_scene(block: str) -> None:
 
 
 def test_the_worked_examples_do_what_the_page_says() -> None:
-    _, lowered, channels, before, change, after = BLOCKS
+    _, _fingertip, lowered, channels, before, change, after = BLOCKS
     texture = parse_scene_text(lowered).texture
     assert (texture.period, texture.amplitude) == (0.001, 5e-6)
     output = parse_scene_text(channels).output

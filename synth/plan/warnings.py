@@ -51,8 +51,8 @@ def _cancelled(solved: Preparation) -> tuple[str, ...]:
     ratio = solved.scene.texture.period / solved.scene.finger.ridge_period
     whole = Fraction(ratio).limit_denominator(LARGEST_DENOMINATOR)
     return (
-        f"The line at u / lambda2 is missing: the strongest is number {int(np.argmax(lines)) + 1}. The equal ridges of a "
-        f"comb cancel it, since lambda2 / lambda1 is near {whole}. No measured finger does this. Write finger.kind "
+        f"The line at u / lambda2 is missing: the strongest is number {int(np.argmax(lines)) + 1}. The equal ridges of "
+        f"a comb cancel it, since lambda2 / lambda1 is near {whole}. No measured finger does this. Write finger.kind "
         '"fingertip", or another finger.ridge_period.',
     )
 
