@@ -72,7 +72,7 @@ def test_a_file_is_that_of_brute_force_over_the_points(seeds: range) -> None:
         contact, profile = tip_of(scene), profile_of(scene)
         load, turns = scene.scan.load, scene.scan.speed / profile.period
         highest = max(1, math.ceil(1000.0 / turns) - 1)
-        count = 1 << (16 * highest).bit_length()
+        count = 1 << (64 * highest).bit_length()
         solved, _slope = contact.approach(np.arange(count) / count, load)
         x, h1 = points_of(contact)
         some = np.random.default_rng(seed).choice(count, 16)
@@ -87,7 +87,7 @@ def test_a_file_is_that_of_brute_force_over_the_points(seeds: range) -> None:
             2.0 * (np.exp(2j * math.pi * np.outer(turns * np.arange(len(sound.values)) / RATE, n)) @ series[1:]).real
         )
         told = sound.plan.estimated_error["displacement"] if sound.plan else 0.0
-        folded = 2e-4  # of the series here, at sixteen places a harmonic
+        folded = 2e-4  # of the series here, at 64 places a harmonic or more
         assert np.max(np.abs(sound.values[:, 0] - wanted)) <= (max(1e-3, told) + folded) * extent, seed
 
 

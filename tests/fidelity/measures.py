@@ -1,0 +1,125 @@
+"""Measures of the model's output that experiments have: lines, root mean square acceleration, power that is felt.
+
+Every measure takes a finger (a section of a scene) and gives the answer of the steady response. All are below 1 kHz,
+where skin feels.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from synth.contact.scene_contact import contact_of
+from synth.perception.threshold import threshold_displacement
+from synth.scene.scene import parse_scene
+
+Real = np.ndarray[Any, np.dtype[np.float64]]
+Section = Mapping[str, Any]
+
+BAND = 1000.0  # Hz
+PHASES = 128  # of a period of a sinusoid or a grating: the lines of a fingertip are resolved to 1e-3
+ROUGH_PHASES = 2048
+PERIODS = np.geomspace(0.1e-3, 5e-3, 40)  # m, of Delhaye et al. (2012) and beyond
+FINE = np.geomspace(0.1e-3, 0.5e-3, 10)  # m: the range in which texture is felt by vibration alone
+STEP = 1.05  # of a parameter, from one scene to the next
+EVERYDAY = [
+    (period, load, speed)
+    for period in (0.5e-3, 0.7e-3, 1e-3, 1.4e-3, 2e-3)
+    for load in (0.3, 0.5, 1.0)
+    for speed in (0.08, 0.1, 0.15)
+]
+"""Period (m), load (N) and speed (m/s) of everyday scans."""
+
+
+def sinusoid(period: float, amplitude: float | None = None) -> Section:
+    """Return a sinusoid of `period` (m), by default 3 % of it high and at most 20 um."""
+    return {"period": period, "amplitude": min(20e-6, 0.03 * period) if amplitude is None else amplitude}
+
+
+def lines(finger: Section, texture: Section, load: float = 0.3, phases: int = PHASES) -> tuple[float, Real]:
+    """Return the period of the texture (m) and the amplitude (m) of each harmonic of z, from 0 on."""
+    scene = parse_scene({"finger": finger, "texture": texture, "scan": {"load": load}})
+    z = contact_of(scene).approach(np.arange(phases) / phases, load)[0]
+    return scene.texture.period, 2.0 * np.abs(np.fft.rfft(z))[: phases // 2] / phases
+
+
+def heard(finger: Section, texture: Section, load: float = 0.3, speed: float = 0.08) -> tuple[Real, Real]:
+    """Return frequency (Hz) and amplitude (m) of each line below BAND at `load` (N) and `speed` (m/s)."""
+    period, found = lines(finger, texture, load)
+    frequencies = speed / period * np.arange(len(found))
+    kept = (frequencies > 0.0) & (frequencies < BAND)
+    return np.asarray(frequencies[kept]), found[kept]
+
+
+def rms_acceleration(finger: Section, texture: Section, load: float = 0.3, speed: float = 0.08) -> float:
+    """Return the root mean square acceleration (m/s^2) below BAND, the index of roughness of Cesini et al. (2018)."""
+    frequencies, found = heard(finger, texture, load, speed)
+    return float(np.sqrt(0.5 * np.sum(((2.0 * np.pi * frequencies) ** 2 * found) ** 2)))
+
+
+def pacinian_power(finger: Section, texture: Section) -> float:
+    """Return the sum of (line / threshold)^2 in dB (Bensmaia & Hollins, 2003)."""
+    frequencies, found = heard(finger, texture)
+    return float(10.0 * np.log10(np.sum((found / threshold_displacement(frequencies, "fingertip")) ** 2)))
+
+
+def weakest_fundamental(finger: Section) -> float:
+    """Return the smallest ratio (dB) of the line at u / lambda2 to the strongest line, over PERIODS."""
+    found = [lines(finger, sinusoid(float(period)))[1][1:] for period in PERIODS]
+    return float(min(decibels(max(one[0], 1e-18) / one.max()) for one in found))
+
+
+def largest_step(finger: Section, what: str, steps: int = 8) -> float:
+    """Return the largest change (dB) of the rms acceleration over `steps` steps of STEP.
+
+    what: "amplitude", "speed", "load" or "period".
+    """
+    found = []
+    for factor in STEP ** np.arange(steps + 1):
+        period = (0.5e-3 if what == "period" else 0.8e-3) * (factor if what == "period" else 1.0)
+        texture = sinusoid(period, 20e-6 * factor if what == "amplitude" else None)
+        load, speed = 0.3 * (factor if what == "load" else 1.0), 0.08 * (factor if what == "speed" else 1.0)
+        found.append(rms_acceleration(finger, texture, load, speed))
+    return float(np.max(np.abs(np.diff(decibels(np.array(found))))))
+
+
+def everyday(finger: Section) -> Real:
+    """Return the rms acceleration (m/s^2) of each of EVERYDAY."""
+    return np.array([rms_acceleration(finger, sinusoid(period), load, speed) for period, load, speed in EVERYDAY])
+
+
+def rank_correlation(values: Real) -> float:
+    """Return the rank correlation of `values` with their order."""
+    ranks = np.argsort(np.argsort(values))
+    return float(np.corrcoef(ranks, np.arange(len(values)))[0, 1])
+
+
+def ridge_line(finger: Section, ridge_period: float, seeds: int = 6) -> float:
+    """Return how far (dB) the power near u / lambda1 exceeds that beside it, on random textures."""
+    near, beside = [], []
+    for seed in range(seeds):
+        rough = {"kind": "rough", "period": "40 mm", "hurst": 0.8, "rms_height": "5 um", "seed": seed}
+        rough |= {"longest": "10 mm", "shortest": "0.1 mm"}
+        period, found = lines(finger, rough, phases=ROUGH_PHASES)
+        place = np.arange(len(found)) * ridge_period / period
+        power = [
+            np.mean(found[(place > low) & (place < high)] ** 2) for low, high in ((0.9, 1.1), (0.6, 0.85), (1.15, 1.5))
+        ]
+        near.append(power[0])
+        beside.append(max(power[1:]))
+    return float(10.0 * np.log10(np.mean(near) / np.mean(beside)))
+
+
+def grating_harmonics(finger: Section) -> tuple[float, float]:
+    """Return the strongest line of a grating over its fundamental (dB), and the power by which its lines fall."""
+    grating = {"kind": "grating", "period": "2 mm", "height": "40 um", "duty": 0.5, "ramp": "0.2 mm"}
+    found = lines(finger, grating, phases=512)[1][1:20]
+    slope = float(np.polyfit(np.log(np.arange(1, 20)), np.log(np.maximum(found, 1e-18)), 1)[0])
+    return float(decibels(found.max() / max(found[0], 1e-18))), slope
+
+
+def decibels(ratio: Any) -> Any:
+    """Return 20 log10 of `ratio`."""
+    return 20.0 * np.log10(ratio)

@@ -1,0 +1,22 @@
+"""Facts of the literature beside the output, and the page that lists them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.fidelity.facts import FACTS, FINGERS, Fact
+
+PAGE = (Path(__file__).resolve().parents[2] / "docs" / "fidelity.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("name", FINGERS)
+@pytest.mark.parametrize("fact", FACTS, ids=lambda fact: fact.name[:60])
+def test_the_model_agrees_with_a_fact_where_the_page_says_so(fact: Fact, name: str) -> None:
+    told, agrees = fact.answer(name)
+    verdict = "pass" if name in fact.agrees else "fail"
+    assert agrees == (name in fact.agrees), told
+    (row,) = [line for line in PAGE.splitlines() if line.startswith(f"| {fact.name} | {fact.source} |")]
+    cell = row.split(" | ")[2 + list(FINGERS).index(name)].strip("| ")
+    assert cell.endswith(f"**{verdict}**")
