@@ -1,6 +1,7 @@
 """The approach z of a fingertip at any phase of the texture, exact over the points of the fingertip.
 
-Model   The points lie in columns across the scan, and all points of a column meet the texture at one height h2. z
+Model   The points lie in columns across the scan, and all points of a column meet the texture at one height h2: its
+        mean over the width of the column. A height at a point would show waves as short as that width as slow ones. z
         solves F(z) = sum of max(h1 + h2 - z, 0) over the points = w / k. The heights h1 of a column are sorted once,
         with their running sums. So a column adds the running sum at the rank of z - h2 among its heights. The rank is
         found from bins of equal height. F is piecewise linear, convex and falling. Newton's method ends when a step
@@ -14,7 +15,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -27,27 +27,27 @@ from synth.surfaces.profile import Profile
 Floats = np.ndarray[Any, np.dtype[np.float32]]
 Indices = np.ndarray[Any, np.dtype[np.int64 | np.int32]]
 
-MOST_HEIGHTS = 1 << 20  # heights of the texture under columns that are computed at a time
-KEPT_HEIGHTS = 2  # such sets that are cached: a table solves the same phases at every load
+KNOTS = 64  # steps per width of a column; straight lines between them err by 2e-5 of the texture
+FEWEST_KNOTS, MOST_KNOTS = 1024, 1 << 18  # of a period
 BINS = 2  # per point of a column: the rank of a level is found after half a step, on average
 MOST_STEPS = 100  # never reached in the tests; limits the time per phase
 SETTLED = 1e-8  # of the scale: Newton's method ends after a step this small, with an error of its square
 EMPTY = 1e-14  # of the scale, summed over the points: smaller targets count as none, and z is the highest point
 FIRST = 0.05  # of the scale below the highest point: where Newton's method starts if nothing is known
-PIECES = "i8[::1], f4[::1], f8[::1], f8[::1], i4[::1]"  # types of `FingertipGrid.pieces`
+PIECES = "i8[::1], f4[::1], f8[::1], f8[::1], i4[::1], f8[::1], f8[::1]"  # types of `FingertipGrid.pieces`
 
 
 @dataclass(frozen=True, slots=True)
 class FingertipGrid:
     """The points of a fingertip, in columns across the scan; heights are relative to `height_scale`.
 
-    places: x of each column, from the middle, m.
+    places: x of each column, from the middle, in periods of the texture.
     starts: int64 [columns + 1]: where the points of each column begin.
     heights: float32, of all points, falling within each column.
     shape: [2 columns]: height of the top of each column, and its number of bins per height.
     sums: [points + columns]: running sums of the heights, one more per column than it has points.
     ranks: int32 [BINS points + columns]: number of points of a column in higher bins; the bins divide its height.
-    texture: heights under the columns.
+    texture: mean heights over a column's width, at equal steps of a period and its end.
     cell: area of a point, relative to L0 W0.
     height_scale: m.
     """
@@ -58,7 +58,7 @@ class FingertipGrid:
     shape: Array
     sums: Array
     ranks: Indices
-    texture: Profile
+    texture: Array
     cell: float
     height_scale: float
 
@@ -68,7 +68,7 @@ class FingertipGrid:
     def of(cls, places: Array, heights: Array, texture: Profile, cell: float, scale: float) -> FingertipGrid:
         """Return the grid of points.
 
-        places: x of the columns, m.
+        places: x of the columns, m, equally spaced.
         heights: of the points, m [columns, rows]; -inf: there is no point.
         cell: area of a point, relative to L0 W0.
         scale: m.
@@ -80,7 +80,8 @@ class FingertipGrid:
         shape, sums = np.zeros(2 * columns), np.zeros(len(points) + columns)
         ranks = np.zeros(BINS * len(points) + columns, dtype=np.int32)
         prepare_columns(starts, points, shape, sums, ranks)
-        return cls(places, starts, points, shape, sums, ranks, texture, cell, scale)
+        knots = mean_heights(texture, float(places[1] - places[0])) / scale
+        return cls(places / texture.period, starts, points, shape, sums, ranks, knots, cell, scale)
 
     @property
     def cells(self) -> int:
@@ -90,16 +91,12 @@ class FingertipGrid:
     @property
     def nbytes(self) -> int:
         """Memory of the grid in bytes."""
-        return self.places.nbytes + sum(one.nbytes for one in self.pieces)
+        return sum(one.nbytes for one in self.pieces)
 
     @property
-    def pieces(self) -> tuple[Indices, Floats, Array, Array, Indices]:
+    def pieces(self) -> tuple[Indices, Floats, Array, Array, Indices, Array, Array]:
         """The arrays that the kernels read."""
-        return self.starts, self.heights, self.shape, self.sums, self.ranks
-
-    def under(self, phases: Array) -> Array:
-        """Return the texture's heights under the columns, relative to the scale, at `phases` [phases, columns]."""
-        return _under(self.texture, self.places.tobytes(), phases.tobytes(), self.height_scale)
+        return self.starts, self.heights, self.shape, self.sums, self.ranks, self.places, self.texture
 
     def solve(self, phases: Array, indentation: float | Array, guess: Array | None = None) -> Approaches:
         """Return the approach as `exact_solver.Grid.solve` does; `touching` is the area that touches over L0 W0."""
@@ -107,32 +104,26 @@ class FingertipGrid:
         height, touching, iterations = np.empty(count), np.empty(count), np.zeros(count, dtype=np.int64)
         begin = np.full(count, np.nan) if guess is None else np.asarray(guess / self.height_scale)
         targets = np.full(count, np.asarray(indentation, dtype=float) / (self.height_scale * self.cell))
-        for part in self._parts(count):
-            made = height[part], touching[part], iterations[part]
-            solve_columns(*self.pieces, self.under(phases[part]), targets[part], begin[part], *made)
+        solve_columns(*self.pieces, phases, targets, begin, height, touching, iterations)
         return Approaches(height * self.height_scale, touching * self.cell, iterations)
 
     def measure(self, phases: Array, heights: Array) -> tuple[Array, Array]:
         """Return F(z) (m) and the area that touches, over L0 W0, at each of `phases` (turns) and `heights` (z, m)."""
         depth, touching = np.empty(len(phases)), np.empty(len(phases))
-        z = heights / self.height_scale
-        for part in self._parts(len(phases)):
-            measure_columns(*self.pieces, self.under(phases[part]), z[part], depth[part], touching[part])
+        measure_columns(*self.pieces, phases, heights / self.height_scale, depth, touching)
         return depth * self.cell * self.height_scale, touching * self.cell
 
-    def _parts(self, count: int) -> list[slice]:
-        step = max(1, MOST_HEIGHTS // len(self.places))
-        return [slice(first, min(first + step, count)) for first in range(0, count, step)]
+
+def mean_heights(texture: Profile, width: float) -> Array:
+    """Return the mean of `texture` over `width` (m) about each of equal steps of a period, and about its end (m)."""
+    count = min(max(FEWEST_KNOTS, 1 << math.ceil(math.log2(KNOTS * texture.period / width))), MOST_KNOTS)
+    places = np.asarray(np.arange(count) * (texture.period / count))
+    series = np.fft.rfft(texture.heights(places))
+    knots = np.fft.irfft(series * np.sinc(np.arange(len(series)) * (width / texture.period)), count)
+    return np.append(knots, knots[0])
 
 
-@lru_cache(maxsize=KEPT_HEIGHTS)
-def _under(texture: Profile, places: bytes, phases: bytes, scale: float) -> Array:
-    x, turns = np.frombuffer(places), np.frombuffer(phases)
-    found = texture.heights(x - (turns % 1.0 * texture.period)[:, np.newaxis]) / scale
-    return np.ascontiguousarray(found)
-
-
-@signed_kernel(f"void({PIECES})")
+@signed_kernel("void(i8[::1], f4[::1], f8[::1], f8[::1], i4[::1])")
 def prepare_columns(starts, heights, shape, sums, ranks):
     """Write top and bins per height of each column to `shape`, the running sums and the ranks of `FingertipGrid`."""
     for c in range(len(starts) - 1):
@@ -158,9 +149,12 @@ def prepare_columns(starts, heights, shape, sums, ranks):
             b += 1
 
 
-@signed_kernel(f"UniTuple(f8, 2)({PIECES}, f8[::1], f8)")
+@signed_kernel("UniTuple(f8, 2)(i8[::1], f4[::1], f8[::1], f8[::1], i4[::1], f8[::1], f8)")
 def column_sums(starts, heights, shape, sums, ranks, under, z):
-    """Return the sum of max(h - z, 0) over all points, and the number of points above z."""
+    """Return the sum of max(h - z, 0) over all points, and the number of points above z.
+
+    under: height of the texture at each column.
+    """
     area, touching = 0.0, 0
     for c in range(len(under)):
         level = z - under[c]
@@ -177,17 +171,30 @@ def column_sums(starts, heights, shape, sums, ranks, under, z):
     return area, float(touching)
 
 
-@signed_kernel(f"void({PIECES}, f8[:, ::1], f8[::1], f8[::1], f8[::1], f8[::1], i8[::1])")
-def solve_columns(starts, heights, shape, sums, ranks, under, targets, guess, height, touching, iterations):
-    """Write z, the number of points that touch and the number of steps, at each row of `under`.
+@signed_kernel("f8(f8[::1], f8[::1], f8[::1], f8, f8[::1])")
+def place_texture(shape, places, texture, phase, under):
+    """Write the height of the texture at each column, at `phase` (turns); return the highest point."""
+    count, top = len(texture) - 1, -math.inf
+    for c in range(len(places)):
+        turns = places[c] - phase
+        along = (turns - math.floor(turns)) * count
+        knot = min(int(along), count - 1)
+        under[c] = texture[knot] + (along - knot) * (texture[knot + 1] - texture[knot])
+        top = max(top, shape[2 * c] + under[c])
+    return top
 
-    guess: z that Newton's method starts from, or NaN: from the row before.
+
+@signed_kernel(f"void({PIECES}, f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], i8[::1])")
+def solve_columns(
+    starts, heights, shape, sums, ranks, places, texture, phases, targets, guess, height, touching, iterations
+):
+    """Write z, the number of points that touch and the number of steps, at each of `phases`.
+
+    guess: z that Newton's method starts from, or NaN: from the phase before.
     """
-    z = math.nan
-    for p in range(len(under)):
-        top = -math.inf
-        for c in range(len(starts) - 1):
-            top = max(top, shape[2 * c] + under[p, c])
+    z, under = math.nan, np.empty(len(places))
+    for p in range(len(phases)):
+        top = place_texture(shape, places, texture, phases[p], under)
         if targets[p] < EMPTY:
             height[p], touching[p], iterations[p], z = top, 0.0, 1, top
             continue
@@ -197,7 +204,7 @@ def solve_columns(starts, heights, shape, sums, ranks, under, targets, guess, he
             z = top - min(targets[p], FIRST)
         before, count = -1.0, 0.0
         for step in range(MOST_STEPS):
-            area, count = column_sums(starts, heights, shape, sums, ranks, under[p], z)
+            area, count = column_sums(starts, heights, shape, sums, ranks, under, z)
             iterations[p] = step + 1
             if count == 0.0:  # a step from the left may round onto the highest point
                 z = top
@@ -210,8 +217,10 @@ def solve_columns(starts, heights, shape, sums, ranks, under, targets, guess, he
         height[p], touching[p] = z, count
 
 
-@signed_kernel(f"void({PIECES}, f8[:, ::1], f8[::1], f8[::1], f8[::1])")
-def measure_columns(starts, heights, shape, sums, ranks, under, z, depth, touching):
-    """Write the sum of max(h - z, 0) and the number of points above z, at each row of `under`."""
-    for p in range(len(under)):
-        depth[p], touching[p] = column_sums(starts, heights, shape, sums, ranks, under[p], z[p])
+@signed_kernel(f"void({PIECES}, f8[::1], f8[::1], f8[::1], f8[::1])")
+def measure_columns(starts, heights, shape, sums, ranks, places, texture, phases, z, depth, touching):
+    """Write the sum of max(h - z, 0) and the number of points above z, at each of `phases`."""
+    under = np.empty(len(places))
+    for p in range(len(phases)):
+        place_texture(shape, places, texture, phases[p], under)
+        depth[p], touching[p] = column_sums(starts, heights, shape, sums, ranks, under, z[p])

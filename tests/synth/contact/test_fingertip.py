@@ -20,7 +20,7 @@ from synth.scene.scene import Scene, parse_scene
 from synth.surfaces import profile_of
 from synth.surfaces.ridge_field import PATTERNS
 from tests.few import thorough
-from tests.reference.fingertip_oracle import Print, approach, footprint_depth
+from tests.reference.fingertip_oracle import Heights, Print, approach, footprint_depth
 from tests.synth.response.table_study import measured_scene
 from tests.synth.surfaces.texture_cases import random_texture
 
@@ -39,7 +39,15 @@ def tip_of(scene: Any) -> FingertipContact:
 def points_of(contact: FingertipContact) -> tuple[Any, Any]:
     """Return place along the scan and height (m) of every point of the solver."""
     grid = contact.grid
-    return np.repeat(grid.places, np.diff(grid.starts)), grid.heights.astype(float) * grid.height_scale
+    places = grid.places * contact.geometry.texture_period
+    return np.repeat(places, np.diff(grid.starts)), grid.heights.astype(float) * grid.height_scale
+
+
+def texture_of(contact: FingertipContact) -> Heights:
+    """Return the heights (m) of the texture at places along it (m), as the columns meet it: straight between knots."""
+    knots, period = contact.grid.texture * contact.grid.height_scale, contact.geometry.texture_period
+    turns = np.arange(len(knots)) / (len(knots) - 1)
+    return lambda places: np.interp(places / period % 1.0, turns, knots)
 
 
 def random_scene(seed: int) -> dict[str, Any]:
@@ -77,7 +85,7 @@ def test_a_file_is_that_of_brute_force_over_the_points(seeds: range) -> None:
         x, h1 = points_of(contact)
         some = np.random.default_rng(seed).choice(count, 16)
         places, indentation = some / count * profile.period, Stiffness.of_scene(scene).indentation(load)
-        z = approach(x, h1, contact.grid.cell, profile.heights, places, indentation)
+        z = approach(x, h1, contact.grid.cell, texture_of(contact), places, indentation)
         assert np.max(np.abs(solved[some] - z)) < 1e-11 * contact.grid.height_scale
         series = np.fft.rfft(solved)[: highest + 1] / count
         series[0] = 0.0
@@ -89,6 +97,21 @@ def test_a_file_is_that_of_brute_force_over_the_points(seeds: range) -> None:
         told = sound.plan.estimated_error["displacement"] if sound.plan else 0.0
         folded = 2e-4  # of the series here, at 64 places a harmonic or more
         assert np.max(np.abs(sound.values[:, 0] - wanted)) <= (max(1e-3, told) + folded) * extent, seed
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_column_meets_the_mean_of_the_texture_over_its_width(kind: str) -> None:
+    """Waves as short as a column is wide would otherwise move the whole finger slowly."""
+    random = np.random.default_rng(7)
+    texture = {"period": "0.8 mm"} if kind == "sinusoid" else random_texture(kind, random)
+    contact = tip_of({"finger": FINGERTIP, "texture": texture})
+    profile, period = contact.geometry.profile, contact.geometry.texture_period
+    assert profile is not None
+    width = float(contact.grid.places[1] - contact.grid.places[0]) * period
+    places = random.uniform(0.0, period, 64)
+    inside = (np.arange(4096) + 0.5) / 4096 - 0.5
+    wanted = profile.heights(places[:, np.newaxis] + width * inside).mean(axis=1)
+    assert np.max(np.abs(texture_of(contact)(places) - wanted)) <= 2e-4 * (profile.extent[1] - profile.extent[0])
 
 
 @pytest.mark.parametrize("pattern", PATTERNS)
@@ -104,7 +127,7 @@ def test_the_points_are_those_of_the_ridges_drawn_anew(pattern: str) -> None:
     x, found = points_of(contact)
     rows = 2.0 * 3e-3
     for column in (0, len(contact.grid.places) // 3, len(contact.grid.places) // 2):
-        place = contact.grid.places[column]
+        place = contact.grid.places[column] * contact.geometry.texture_period
         ours = found[x == place]
         count = round(rows / _row_step(contact))
         y = (np.arange(count) + 0.5) * (rows / count) - 0.5 * rows
@@ -118,7 +141,7 @@ def test_the_points_are_those_of_the_ridges_drawn_anew(pattern: str) -> None:
 def _row_step(contact: FingertipContact) -> float:
     """Return the distance of rows (m), from the area of a point."""
     grid, footprint = contact.grid, contact.footprint
-    along = float(grid.places[1] - grid.places[0])
+    along = float(grid.places[1] - grid.places[0]) * contact.geometry.texture_period
     return grid.cell * footprint.length * footprint.width / along
 
 
