@@ -44,6 +44,10 @@ DISPLACED: dict[str, tuple[str, Part, Part, Part]] = {
         "texture", {"period": 1e-3, "phase": 0}, {"kind": "sinusoid", "amplitude": 1e-5},
         {"kind": "sinusoid", "amplitude": 1e-5},
     ),
+    "a kind replaces the finger": (
+        "finger", {"kind": "fingertip", "seed": 4}, {"kind": "probe", "tip_radius": 2e-3},
+        {"kind": "probe", "tip_radius": 2e-3},
+    ),
     "a null kind replaces nothing": ("texture", {"kind": "sinusoid", "period": 1e-3}, {"kind": None}, {"period": 1e-3}),
     "a speed ends a stroke": ("scan", STROKE["scan"], {"speed": 0.1}, {"speed": 0.1}),
     "a load ends a trajectory": ("scan", RECORDED["scan"], {"load": 0.1}, {"load": 0.1}),

@@ -1,0 +1,68 @@
+"""The kinds of finger in a scene: their defaults, documents and refusals."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from synth import explain
+from synth.errors import SceneError
+from synth.scene.finger_section import DEFAULTS, FIELDS
+from synth.scene.scene import parse_scene, scene_document
+
+
+@pytest.mark.parametrize("kind", FIELDS)
+def test_a_kind_has_its_defaults_and_its_document_reads_back(kind: str) -> None:
+    scene = parse_scene({"finger": {"kind": kind}})
+    assert {name: getattr(scene.finger, name) for name in DEFAULTS[kind]} == DEFAULTS[kind]
+    written = scene_document(scene)["finger"]
+    assert set(written) <= set(FIELDS[kind])
+    assert parse_scene({"finger": written}) == scene
+
+
+def test_a_finger_without_a_kind_is_the_comb_of_the_paper() -> None:
+    assert parse_scene({}) == parse_scene({"finger": {"kind": "comb"}})
+    assert "kind" not in scene_document(parse_scene({}))["finger"]
+
+
+REFUSED: dict[str, tuple[dict[str, Any], str, str]] = {
+    "seed of a comb": ({"seed": 3}, "/finger/seed", '"fingertip"'),
+    "ridges of a probe": ({"kind": "probe", "ridge_period": 1e-3}, "/finger/ridge_period", '"comb" or "fingertip"'),
+    "a tip of a fingertip": ({"kind": "fingertip", "tip_radius": 1e-3}, "/finger/tip_radius", '"probe"'),
+    "a spread of 100 %": ({"kind": "fingertip", "spacing_spread": 1.0}, "/finger/spacing_spread", "at most 0.5"),
+    "a seed beyond its range": ({"kind": "fingertip", "seed": 1_000_001}, "/finger/seed", "1000000"),
+    "a broken seed": ({"kind": "fingertip", "seed": 0.5}, "/finger/seed", "whole number"),
+    "a kind that does not exist": ({"kind": "fingertips"}, "/finger/kind", '"fingertip"'),
+    "a kind that is a number": ({"kind": 3}, "/finger/kind", '"comb"'),
+    "a pattern that does not exist": ({"kind": "fingertip", "pattern": "arch"}, "/finger/pattern", '"loop"'),
+    "two amplitudes": ({"kind": "fingertip", "ridge_amplitude": 1e-5, "roughness": 1e-5}, "/finger/roughness", "one"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_a_finger_is_refused_with_what_to_write_instead(name: str) -> None:
+    finger, pointer, hint = REFUSED[name]
+    with pytest.raises(SceneError) as refused:
+        parse_scene({"finger": finger})
+    (fault,) = refused.value.faults
+    assert fault.pointer == pointer and hint in fault.hint
+
+
+@pytest.mark.parametrize("effect", ["adhesion", "contact_growth", "curvature", "tangential", "viscous_skin"])
+def test_an_effect_that_needs_the_comb_is_refused_with_another_finger(effect: str) -> None:
+    parse_scene({"effects": {effect: {}}})
+    with pytest.raises(SceneError) as refused:
+        parse_scene({"finger": {"kind": "fingertip"}, "effects": {effect: {}}})
+    (fault,) = refused.value.faults
+    assert fault.pointer == f"/effects/{effect}" and "comb" in fault.hint
+
+
+def test_the_plan_warns_where_a_comb_cancels_the_fundamental_and_not_of_a_fingertip() -> None:
+    texture = {"texture": {"kind": "grating-1mm-31um"}}
+    (warning,) = [text for text in explain(texture).warnings if "u / lambda2" in text]
+    assert "number 2" in warning and "near 2." in warning and '"fingertip"' in warning
+    assert not [text for text in explain({}).warnings if "u / lambda2" in text]
+    assert not [
+        text for text in explain({**texture, "finger": {"kind": "fingertip"}}).warnings if "u / lambda2" in text
+    ]
