@@ -37,7 +37,7 @@ from synth.surfaces.ridge_field import RidgeField
 
 REFERENCE_LOAD = 1.0  # N: the load of the nominal footprint (the paper takes 1 cm^2 for 1 N); an unverified default
 REACH = 2.0  # the oval in which there are points, relative to the nominal footprint
-COLUMNS = 16, 8  # per mean ridge, and per wave of the texture; twice as many change the strongest line by 1 %
+COLUMNS = 16, 8  # per mean ridge, and per wave of the texture; with twice as many the strongest line changes by 1 %
 ROWS = 8, 16  # across the scan, per mean ridge and per period: a curved ridge must not pass a crest between two rows
 FEWEST_COLUMNS, FEWEST_ROWS = 96, 24  # of the smallest fingertip
 MOST_COLUMNS, MOST_ROWS = 4096, 1024  # 0.1 ms per solution, 80 MB; a period that needs more columns is refused
