@@ -36,13 +36,14 @@ SPREAD = Quantity(Dimension.NONE, 0.0, 0.5)  # a larger spread would fold ridges
 PATTERNS = ("loop", "whorl", "straight")
 
 RIDGES = ("ridge_period", "ridge_amplitude", "roughness")
+TIP = ("tip_radius",)
 PRINT = ("contact_width", "pattern", "spacing_spread", "direction_spread", "height_spread", "seed")
 EVERY = ("kind", "contact_length", "youngs_modulus", "poisson_ratio", "stiffness")
 
 FIELDS = {
     "comb": (*EVERY, *RIDGES),
     "fingertip": (*EVERY, *RIDGES, *PRINT),
-    "probe": ("kind", "tip_radius", "youngs_modulus", "poisson_ratio"),
+    "probe": ("kind", *TIP, "youngs_modulus", "poisson_ratio"),
 }
 """The fields of each kind of finger."""
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from synth.scene.finger_section import FIELDS
 from synth.scene.merge import merge_patch
 from synth.scene.scene import parse_scene
 from synth.scene.texture_registry import kinds_with
@@ -137,7 +138,10 @@ FIELDS_NEED: dict[str, dict[str, Any]] = {
 
 
 def of_its_kind(scene: Any, path: tuple[str, ...]) -> Any:
-    """Return the scene with the kind of texture that has the field, and what the field needs: chosen before it."""
+    """Return the scene with the kind of texture or finger that has the field, and what the field needs."""
+    if path[0] == "finger" and scene.get("finger"):
+        kind = next((kind for kind, names in FIELDS.items() if path[-1] in names), "comb")
+        return scene | {"finger": {"kind": kind, **scene["finger"]}}
     if path[0] != "texture" or not scene.get("texture"):
         return scene
     kind = scene["texture"].get("kind") or next(iter(kinds_with(path[-1])), "sinusoid")

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
+from synth.scene.finger_section import PRINT, TIP
 from synth.scene.output_section import FULL_SCALE_RANGES, FullScale
 from synth.scene.rules import Quantity, QuantityOrName, Rule
 from synth.scene.scene import Scene
@@ -80,12 +81,16 @@ def rules(section: type[Section] = Scene, above: str = "") -> Iterator[tuple[str
             yield from rules(inner, f"{above}{name}.")
 
 
-OF_ONE_KIND = {f"texture.{name}" for name in special_fields() if name not in SHARED}
-"""Fields that only one kind of texture has; their ends are in tests/synth/surfaces/test_texture_fields.py."""
+OF_ONE_KIND = {
+    *(f"texture.{name}" for name in special_fields() if name not in SHARED),
+    *(f"finger.{name}" for name in (*PRINT, *TIP)),
+}
+"""Fields that only one kind of texture or finger has: tests/synth/surfaces/test_texture_fields.py and
+tests/synth/scene/test_finger_kinds.py have their ends."""
 
 
 def numeric_fields() -> list[Field]:
-    """Return every numeric field of a scene, less those that only one kind of texture has."""
+    """Return every numeric field of a scene, less those of one kind of texture or finger."""
     found = []
     for path, rule in rules():
         if path in OF_ONE_KIND:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import pytest
 
 from synth import explain
 from synth.errors import SceneError
-from synth.scene.finger_section import DEFAULTS, FIELDS
+from synth.scene.finger_section import DEFAULTS, FIELDS, PRINT, TIP, Finger
+from synth.scene.rules import Quantity
 from synth.scene.scene import parse_scene, scene_document
+from synth.scene.section import rule_of
 
 
 @pytest.mark.parametrize("kind", FIELDS)
@@ -24,6 +27,20 @@ def test_a_kind_has_its_defaults_and_its_document_reads_back(kind: str) -> None:
 def test_a_finger_without_a_kind_is_the_comb_of_the_paper() -> None:
     assert parse_scene({}) == parse_scene({"finger": {"kind": "comb"}})
     assert "kind" not in scene_document(parse_scene({}))["finger"]
+
+
+@pytest.mark.parametrize("name", [*PRINT, *TIP])
+def test_a_field_of_one_kind_has_both_ends_and_no_more(name: str) -> None:
+    kind, rule = "probe" if name in TIP else "fingertip", rule_of(Finger, name)
+    if not isinstance(rule, Quantity):
+        return
+    for end, beyond in ((rule.low, rule.low - max(abs(rule.low), 1.0)), (rule.high, 2.0 * rule.high + 1.0)):
+        given = int(end) if rule.whole else end
+        assert getattr(parse_scene({"finger": {"kind": kind, name: given}}).finger, name) == end
+        for wrong in (beyond, math.nan, math.inf, "3 s"):
+            with pytest.raises(SceneError) as refused:
+                parse_scene({"finger": {"kind": kind, name: wrong}})
+            assert [fault.pointer for fault in refused.value.faults] == [f"/finger/{name}"]
 
 
 REFUSED: dict[str, tuple[dict[str, Any], str, str]] = {
