@@ -7,7 +7,7 @@ Model   The force of a spring, with or without adhesion, depends only on the pos
         motion.
         Points: the number of skin points is doubled until the last doubling changes the pilot little.
         Steps: pilots are run with n and 2 n steps per frame. n is doubled until they agree within SETTLED of the
-        tolerance.
+        tolerance; live, or within TABLE_STEPS of the error of the table.
         Change: a pilot of the same contact without mass, memory and adhesion shows what the effects change.
         `errors` is the sum of
         - the change by twice the steps, plus a third of it (second order);
@@ -34,6 +34,7 @@ from synth.contact.load_balance import Contact
 from synth.effects.simulation.decimation import Decimator
 from synth.effects.simulation.periodic import FEWEST_STEPS as FEWEST_OF_PERIOD
 from synth.effects.simulation.periodic import LONGEST, steady_of
+from synth.effects.simulation.pulp import Pulp, attracted_mean
 from synth.effects.simulation.running import RESPONSE, Running, Signal, Simulation
 from synth.effects.simulation.steps import Stepper, StiffnessLaw
 from synth.effects.simulation.terms import Terms
@@ -47,7 +48,7 @@ from synth.plan.effect_choice import (
     relative_change,
     stiffness_round,
 )
-from synth.response.mean_approach import mean_curve
+from synth.response.mean_approach import Mean, mean_curve
 
 PILOT, LONGEST_PILOT = 0.05, 20.0  # s, shortest run of whole periods, and longest run if a period is longer than that
 LONGEST_OWN = 10.0  # s of a recording along which the change by the effects is computed
@@ -70,6 +71,7 @@ PATIENCE, PATIENCE_FILE = 0.2, 1.0  # predicted s of work of the next finer pilo
 SHARED = 1.5  # measured over predicted time on a processor that shares its caches: 1 to 2 were seen
 FEWEST_POINTS, MOST_POINTS = 65, 16385  # of skin: fewer points save less than a call costs; the most take 30 us
 SETTLED = 0.4  # largest change of a quantity by twice the steps, as a part of the tolerance
+TABLE_STEPS = 0.25  # the same, live, as a part of the error of the table if that is larger: more steps would not help
 POINTS_SHARE = 0.5  # error of the skin's points, as a part of the tolerance
 LEFT_BY_POINTS = 0.55  # error over the change by half the points: order 1.5, from kinks where surfaces begin to touch
 
@@ -140,6 +142,7 @@ class SimulationPlan:
     peaks: peak at the scan's speed and load, or along a recording, SI.
     pilot: the pilot from which these were computed.
     finer: the same simulation with steps of half the length.
+    filtered: the part of `errors` that the filter lets through.
     """
 
     simulation: Simulation
@@ -149,6 +152,7 @@ class SimulationPlan:
     peaks: tuple[float, ...]
     pilot: Pilot
     finer: Simulation
+    filtered: float
 
     @property
     def nominal(self) -> Simulation:
@@ -191,9 +195,11 @@ def plan_simulation(case: SimulationCase, terms: Terms) -> SimulationPlan:
     counts = _points(case, terms, busy)
     tried = started(_first_simulation(case, terms, counts[0]), case)
     of_points = _table_errors(case, tried)
+    allowed = [max(SETTLED * case.tolerance, TABLE_STEPS * one * case.live) for one in of_points]
     for count in counts[1:]:
         before = tried
-        tried = started(replace(tried.simulation, stepper=_stepper_of(case, terms, count)), case)
+        stepper = _stepper_of(case, terms, count, tried.simulation.reference)
+        tried = started(replace(tried.simulation, stepper=stepper), case)
         of_points = tuple(LEFT_BY_POINTS * one for one in tried.differs_from(before))
         enough = not tried.repeats or max(of_points) <= POINTS_SHARE * case.tolerance
         if enough or 2.0 * tried.work > patience:
@@ -203,7 +209,7 @@ def plan_simulation(case: SimulationCase, terms: Terms) -> SimulationPlan:
         finer = started(replace(tried.simulation, steps=steps, filters=_filters_of(case, terms, steps)), case)
         of_steps = finer.differs_from(tried)
         dear = _work(finer.simulation) > busy or 2.0 * finer.work > patience
-        if not tried.repeats or max(of_steps) <= SETTLED * case.tolerance or dear:
+        if not tried.repeats or dear or all(map(float.__le__, of_steps, allowed)):
             break
         tried = finer
     change, peaks = _change_and_peaks(case, tried)
@@ -211,7 +217,7 @@ def plan_simulation(case: SimulationCase, terms: Terms) -> SimulationPlan:
     parts = zip(of_steps, of_points, _start_errors(case, tried), strict=True)
     errors = tuple(4.0 / 3.0 * steps + sum(others) + filtered for steps, *others in parts)
     ready = replace(tried.simulation, scene=case.scene, offset=tried.offset)
-    return SimulationPlan(ready, case.orders, change, errors, peaks, tried, finer.simulation)
+    return SimulationPlan(ready, case.orders, change, errors, peaks, tried, finer.simulation, filtered)
 
 
 def _points(case: SimulationCase, terms: Terms, busy: float) -> list[int]:
@@ -311,20 +317,21 @@ def _first_simulation(case: SimulationCase, terms: Terms, points: int) -> Simula
     steps = max(2, math.ceil(FEWEST_STEPS / case.scene.output.sample_rate))
     low, high = case.loads
     between = (max(low, 0.0), max(high, case.pressed)) if case.load_varies else (case.pressed, case.pressed)
+    mean = mean_curve(case.contact, between, case.pressed, max(case.tolerance, HAND_MEAN * case.by_hand))
     return Simulation(
-        stepper=_stepper_of(case, terms, points),
+        stepper=_stepper_of(case, terms, points, mean),
         scene=case.nominal,
         steps=steps,
         filters=_filters_of(case, terms, steps),
-        reference=mean_curve(case.contact, between, case.pressed, max(case.tolerance, HAND_MEAN * case.by_hand)),
+        reference=mean,
         offset=0.0,
         held=terms.adhesion is not None,
         settling=SETTLING,
     )
 
 
-def _stepper_of(case: SimulationCase, terms: Terms, points: int) -> Stepper:
-    """Return the stepper of `case` with `terms` and `points` points of skin."""
+def _stepper_of(case: SimulationCase, terms: Terms, points: int, mean: Mean) -> Stepper:
+    """Return the stepper of `case` with `terms` and `points` points of skin; `mean`: of z, without adhesion."""
     contact, load, forces = case.contact, case.pressed, bool(outputs_of(case.scene))
     stiffness = StiffnessLaw.of(contact, load, case.scene.scan.lift_load)
     if terms.skin is not None:  # import only the stepper that the scene needs
@@ -332,7 +339,7 @@ def _stepper_of(case: SimulationCase, terms: Terms, points: int) -> Stepper:
         from synth.effects.simulation.skin_steps import SkinStepper
 
         found = SkinPoints.of_contact(contact, load, points)
-        return SkinStepper(found, terms.skin, stiffness, terms.mass, terms.damping, forces)
+        return SkinStepper(found, terms.skin, stiffness, terms.mass, terms.damping, forces, Pulp(terms.pulp, mean))
     from synth.effects.simulation.energy_table import EnergyTable
     from synth.effects.simulation.table_steps import TableStepper
 
@@ -347,7 +354,11 @@ def _stepper_of(case: SimulationCase, terms: Terms, points: int) -> Stepper:
     exact = LOOSEST_TABLE if case.by_hand else min(max(TABLE_SHARE * case.tolerance, TIGHTEST_TABLE), LOOSEST_TABLE)
     table = EnergyTable.of(contact, load, lightest, heaviest, below=sunk, above=reach, tolerance=exact)
     period = contact.geometry.texture_period
-    return TableStepper(table, stiffness, terms.mass, terms.damping, pull, reach, period, forces)
+    stepper = TableStepper(table, stiffness, terms.mass, terms.damping, pull, reach, period, forces)
+    if terms.pulp > 0.0 and pull > 0.0:
+        ends = (min(case.loads[0], -pull), case.loads[1]) if case.load_varies else (case.load, case.load)
+        mean = attracted_mean(stepper.at_rest, *ends)
+    return replace(stepper, pulp=Pulp(terms.pulp, mean))
 
 
 def _sunk(contact: Contact, load: float, heaviest: float, pull: float) -> float:
