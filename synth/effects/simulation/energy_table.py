@@ -177,8 +177,8 @@ class _Range:
         motion = max(*(float(np.ptp(heights)) for heights in (middle, light, heavy)), SMALLEST_MOTION * scale)
         below += motion
         top, bottom = float(np.max(highest - base)), float(np.min(heavy - base)) - below
-        # without a parabola everything touches below the lowest h, so the line below the bottom is exact there
-        if contact.dome == 0.0:
+        # everything of a flat finger touches below the lowest h, so the line below the bottom is exact there
+        if contact.of_one_line and contact.dome == 0.0:
             bottom = max(bottom, contact.geometry_at(load).extent[0] - float(np.max(base)) - 0.01 * (top - bottom))
         bottom = min(bottom, top - motion)
         top = max(top, min(top + above, float(np.max(light - base)) + above)) + 0.01 * (top - bottom)

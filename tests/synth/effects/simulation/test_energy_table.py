@@ -10,6 +10,7 @@ import pytest
 from synth.contact.scene_contact import contact_of
 from synth.effects.simulation import energy_table
 from synth.effects.simulation.energy_table import EnergyTable
+from synth.scene.scene import parse_scene
 from tests.few import paired
 from tests.synth.engine_cases import scene_of
 
@@ -42,6 +43,20 @@ def test_quasi_static_heights_keep_the_tolerance(name: str, loads: tuple[float, 
         assert np.max(wrong) <= 1e-3 * table.motion
     assert table.error <= 1e-3
     assert table.nbytes <= 16 << 20
+
+
+def test_a_fingertip_keeps_the_tolerance_or_says_so_up_to_a_heavy_load() -> None:
+    """A heavy load sinks it far below the lowest crest of a comb."""
+    contact = contact_of(
+        parse_scene({"finger": {"kind": "fingertip", "contact_length": "3 mm", "contact_width": "3 mm"}})
+    )
+    table = EnergyTable.of(contact, 0.3, 0.05, 5.0, tolerance=1e-2)
+    turns = np.sort(np.random.default_rng(7).random(100))
+    for load in (0.05, 0.3, 5.0):
+        heights, _slope = contact.approach(turns, load)
+        exact, touching = contact.measure(turns, heights, load)
+        assert np.max(np.abs(table.read(turns, heights)[0] - exact) / touching) <= max(1e-2, table.error) * table.motion
+    assert table.error < 0.05
 
 
 def test_finer_tolerances_are_kept() -> None:
