@@ -34,6 +34,7 @@ from synth.contact.load_balance import Contact
 from synth.effects.simulation.decimation import Decimator
 from synth.effects.simulation.periodic import FEWEST_STEPS as FEWEST_OF_PERIOD
 from synth.effects.simulation.periodic import LONGEST, steady_of
+from synth.effects.simulation.pulp import Pulp, attracted_mean
 from synth.effects.simulation.running import RESPONSE, Running, Signal, Simulation
 from synth.effects.simulation.steps import Stepper, StiffnessLaw
 from synth.effects.simulation.terms import Terms
@@ -47,7 +48,7 @@ from synth.plan.effect_choice import (
     relative_change,
     stiffness_round,
 )
-from synth.response.mean_approach import mean_curve
+from synth.response.mean_approach import Mean, mean_curve
 
 PILOT, LONGEST_PILOT = 0.05, 20.0  # s, shortest run of whole periods, and longest run if a period is longer than that
 LONGEST_OWN = 10.0  # s of a recording along which the change by the effects is computed
@@ -193,7 +194,8 @@ def plan_simulation(case: SimulationCase, terms: Terms) -> SimulationPlan:
     of_points = _table_errors(case, tried)
     for count in counts[1:]:
         before = tried
-        tried = started(replace(tried.simulation, stepper=_stepper_of(case, terms, count)), case)
+        stepper = _stepper_of(case, terms, count, tried.simulation.reference)
+        tried = started(replace(tried.simulation, stepper=stepper), case)
         of_points = tuple(LEFT_BY_POINTS * one for one in tried.differs_from(before))
         enough = not tried.repeats or max(of_points) <= POINTS_SHARE * case.tolerance
         if enough or 2.0 * tried.work > patience:
@@ -311,20 +313,21 @@ def _first_simulation(case: SimulationCase, terms: Terms, points: int) -> Simula
     steps = max(2, math.ceil(FEWEST_STEPS / case.scene.output.sample_rate))
     low, high = case.loads
     between = (max(low, 0.0), max(high, case.pressed)) if case.load_varies else (case.pressed, case.pressed)
+    mean = mean_curve(case.contact, between, case.pressed, max(case.tolerance, HAND_MEAN * case.by_hand))
     return Simulation(
-        stepper=_stepper_of(case, terms, points),
+        stepper=_stepper_of(case, terms, points, mean),
         scene=case.nominal,
         steps=steps,
         filters=_filters_of(case, terms, steps),
-        reference=mean_curve(case.contact, between, case.pressed, max(case.tolerance, HAND_MEAN * case.by_hand)),
+        reference=mean,
         offset=0.0,
         held=terms.adhesion is not None,
         settling=SETTLING,
     )
 
 
-def _stepper_of(case: SimulationCase, terms: Terms, points: int) -> Stepper:
-    """Return the stepper of `case` with `terms` and `points` points of skin."""
+def _stepper_of(case: SimulationCase, terms: Terms, points: int, mean: Mean) -> Stepper:
+    """Return the stepper of `case` with `terms` and `points` points of skin; `mean`: of z, without adhesion."""
     contact, load, forces = case.contact, case.pressed, bool(outputs_of(case.scene))
     stiffness = StiffnessLaw.of(contact, load, case.scene.scan.lift_load)
     if terms.skin is not None:  # import only the stepper that the scene needs
@@ -332,7 +335,7 @@ def _stepper_of(case: SimulationCase, terms: Terms, points: int) -> Stepper:
         from synth.effects.simulation.skin_steps import SkinStepper
 
         found = SkinPoints.of_contact(contact, load, points)
-        return SkinStepper(found, terms.skin, stiffness, terms.mass, terms.damping, forces)
+        return SkinStepper(found, terms.skin, stiffness, terms.mass, terms.damping, forces, Pulp(terms.pulp, mean))
     from synth.effects.simulation.energy_table import EnergyTable
     from synth.effects.simulation.table_steps import TableStepper
 
@@ -347,7 +350,11 @@ def _stepper_of(case: SimulationCase, terms: Terms, points: int) -> Stepper:
     exact = LOOSEST_TABLE if case.by_hand else min(max(TABLE_SHARE * case.tolerance, TIGHTEST_TABLE), LOOSEST_TABLE)
     table = EnergyTable.of(contact, load, lightest, heaviest, below=sunk, above=reach, tolerance=exact)
     period = contact.geometry.texture_period
-    return TableStepper(table, stiffness, terms.mass, terms.damping, pull, reach, period, forces)
+    stepper = TableStepper(table, stiffness, terms.mass, terms.damping, pull, reach, period, forces)
+    if terms.pulp > 0.0 and pull > 0.0:
+        ends = (min(case.loads[0], -pull), case.loads[1]) if case.load_varies else (case.load, case.load)
+        mean = attracted_mean(stepper.at_rest, *ends)
+    return replace(stepper, pulp=Pulp(terms.pulp, mean))
 
 
 def _sunk(contact: Contact, load: float, heaviest: float, pull: float) -> float:

@@ -1,14 +1,14 @@
 """A finger of viscous skin, simulated step by step: a foundation of elements with memory, with or without a mass.
 
-Model   sum of p dx = w, or m z'' + c z' = sum of p dx - w with a mass, where p = kappa A max(h - z - efree, 0) and
+Model   sum of p dx = w, or m z'' + c z' + k_p (z - z_w) = sum of p dx - w with a mass (`pulp`), where p = kappa A max(h - z - efree, 0) and
         kappa = k / L (`terms`).
         Along the finger efree is smooth except for one kink, the front. Behind the front the skin has followed the
         surface, ahead of it the skin is still free. So each point has two states: `held`, as if the surface had held it
         since it began to touch, and `free`, as if it had been free since then. The true efree is the larger of the two,
         because pressure only pushes. Straight lines join the points of each state, and each piece is cut where the two
         lines cross. g = h - max(of the two lines) is then a polygon, whose area above z is exact.
-        A step h that moves z by s balances (2 m / h^2 + c / h) s - 2 m v0 / h + w = sum of p dx, with v1 = 2 s / h -
-        v0. Relative to a1 + a2 this is base + alpha (z - z0) = mean over L of max(g - z, 0). The right side is convex
+        A step h that moves z by s balances (2 m / h^2 + c / h) s - 2 m v0 / h + k_p (z0 + s / 2 - z_w) + w = sum of p
+        dx, with v1 = 2 s / h - v0. Relative to a1 + a2 this is base + alpha (z - z0) = mean over L of max(g - z, 0). The right side is convex
         and falls with z. Newton's method starts from an extrapolated z.
         Pressure meets load, and the texture its slope, at the time that the pressure of the step belongs to (`when` of
         `Skin.coefficients`). With one time constant that is half the step, if h is well below tau. For relaxing skin,
@@ -33,6 +33,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.arrays import Array
+from synth.effects.simulation.pulp import NO_PULP, Pulp
 from synth.effects.simulation.skin_points import SkinPoints, write_heights, write_rates
 from synth.effects.simulation.steps import (
     ATTACHED,
@@ -78,6 +79,7 @@ class SkinStepper(Stepper):
     mass: kg.
     damping: N s/m.
     with_force: whether SLOPE_FORCE is computed, in a quarter of the time of a step; else it is 0.
+    pulp: spring between the contact and the bone.
     """
 
     points: SkinPoints
@@ -86,6 +88,7 @@ class SkinStepper(Stepper):
     mass: float = 0.0
     damping: float = 0.0
     with_force: bool = False
+    pulp: Pulp = NO_PULP
     pull = 0.0
 
     @property
@@ -114,6 +117,11 @@ class SkinStepper(Stepper):
         return replace(self, law=Skin((0.0,)), mass=0.0, damping=0.0, with_force=False)
 
     @property
+    def elastic(self) -> SkinStepper:
+        """See `Stepper`."""
+        return replace(self.at_rest, pulp=NO_PULP)
+
+    @property
     def memory(self) -> float:
         """See `Stepper`."""
         return self.law.slowest
@@ -135,11 +143,12 @@ class SkinStepper(Stepper):
         head, terms, when = self.law.coefficients(step)
         contact = np.array([
             self.points.height_scale, self.points.texture_period, self.mass, self.damping,
-            law.coefficient, law.power, law.lightest,
+            law.coefficient, law.power, law.lightest, self.pulp.stiffness,
         ])  # fmt: skip
+        rests = self.pulp.rests(float(state.numbers[LOAD]), loads, law.lightest)
         run_steps(
             self.points.rows, self.points.table, contact, step, when, head, terms,
-            self.with_force, state.phase, state.numbers, state.elements, phases, loads, out,
+            self.with_force, state.phase, state.numbers, state.elements, phases, loads, rests, out,
         )  # fmt: skip
 
 
@@ -287,22 +296,25 @@ def slope_when_pressed(rows, table, before, after, when, rates, nodes, pieces, z
 
 @signed_kernel(
     "void(f8[:,::1], f8[::1], f8[::1], f8, f8, f8[::1], f8[:,::1], b1, "
-    "u8[::1], f8[::1], f8[:,:,::1], u8[::1], f8[::1], f8[:,::1])"
+    "u8[::1], f8[::1], f8[:,:,::1], u8[::1], f8[::1], f8[::1], f8[:,::1])"
 )
 def run_steps(
-    rows, table, contact, step, when, head, terms, with_force, phase, numbers, elements, phases, loads, out
+    rows, table, contact, step, when, head, terms, with_force, phase, numbers, elements, phases, loads, rests, out
 ):  # fmt: skip
     """Step to each of `phases` and `loads`, and write ROWS rows of `out`.
 
     rows, table: see `SkinPoints`.
-    contact: a1 + a2 (m), texture period (m), mass (kg), damping (N s/m), and the fields of `StiffnessLaw`.
+    contact: a1 + a2 (m), texture period (m), mass (kg), damping (N s/m), the fields of `StiffnessLaw`, and the
+        stiffness of the pulp (N/m).
     step: s.
     when, head, terms: see `Skin.coefficients`.
     with_force: whether to compute SLOPE_FORCE.
     phase, numbers, elements: see `State`; updated.
+    rests: z_w (m) before the first step and at the end of each.
     """
     scale, period, mass, damping = contact[0], contact[1], contact[2], contact[3]
     coefficient, power, lightest, count = contact[4], contact[5], contact[6], rows.shape[1]
+    spring, share = contact[7], 0.5 if mass > 0.0 else 1.0  # the spring acts in the middle of a step of a mass, else at its end
     nodes, pieces, rates = np.empty((4, count)), np.empty((4, count - 1)), np.empty(count)
     earlier = numbers[EARLIER:]
     new_part = 0.5 if mass > 0.0 and when == 1.0 else 1.0  # share of this step's pressure in the pressure that balances
@@ -311,6 +323,7 @@ def run_steps(
         change = load - numbers[LOAD]
         pressed = load - (1.0 - when) * change
         balanced = load - 0.5 * change if new_part < 1.0 else pressed
+        balanced += spring * (scale * numbers[Z] - rests[i + 1] - (1.0 - share) * (rests[i] - rests[i + 1]))
         full = scale * head[HARDNESS] * coefficient * pressed**power  # N per mean of a1 + a2
         write_heights(rows, table, TURNS * np.float64(np.int64(phases[i])), nodes[SURFACE])
         free_indentations(elements, head[KEEP], terms, nodes)
@@ -318,7 +331,7 @@ def run_steps(
         z0 = numbers[Z]
         moved = (1.0 - new_part) * numbers[PRESSING] + 2.0 * mass * numbers[SPEED] / step
         base = (balanced - moved) / (new_part * full)
-        alpha = scale * (2.0 * mass / step + damping) / step / (new_part * full)
+        alpha = scale * ((2.0 * mass / step + damping) / step + share * spring) / (new_part * full)
         lowest = (mean - base + alpha * z0) / (1.0 + alpha)
         lowest -= BELOW * (1.0 + abs(lowest))
         begin = 4.0 * (z0 + earlier[1]) - 6.0 * earlier[0] - earlier[2]  # cubic extrapolation from four

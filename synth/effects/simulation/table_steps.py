@@ -1,15 +1,16 @@
 """A finger with mass or adhesion over a texture, simulated step by step on a table of the energy of its contact.
 
 Stage   table of the energy -> STEPS -> z and forces at every frame
-Model   m z'' + c z' = R(z, theta) - w, with R = -dU/dz = k1 I(z) - k2 I(z - d0), k1 = k + P / d0 and k2 = P / d0. P is
+Model   m z'' + c z' + k_p (z - z_w) = R(z, theta) - w, with R = -dU/dz = k1 I(z) - k2 I(z - d0), k1 = k + P / d0 and k2 = P / d0. P is
         the pull if everything touched: at a gap g a place attracts with the part 1 - g / d0 of its largest pull, at no
         gap with all of it. k = k(w) of eqs 4-5. Loss of contact and bounce are I = 0. The force on the slopes of the
         texture is (1 / lambda2) dU/dtheta.
         With mass, a step h with s = z1 - z0 is taken at the phase and load of its middle:
-        m (v1 - v0) / h + c s / h = -[U(z1) - U(z0)] / s - w,  s = h (v0 + v1) / 2.
-        Multiplied by s, this changes m v^2 / 2 + U + w z by exactly -c s^2 / h, so that only the surface and the load
-        drive the mass. Without mass, z goes downhill in U + w z to the first place where R = w. Both are a root g(s) =
-        0.
+        m (v1 - v0) / h + c s / h + k_p ((z0 + z1) / 2 - z_w) = -[U(z1) - U(z0)] / s - w,  s = h (v0 + v1) / 2.
+        z_w (`pulp`) and w are means of both ends. The energy k_p (z - z_w)^2 / 2 of the spring is quadratic, so its
+        difference over s is its force in the middle. Multiplied by s, this changes m v^2 / 2 + U + k_p (z - z_w)^2 / 2
+        + w z by exactly -c s^2 / h, so that only the surface and the load drive the mass. Without mass, z goes downhill
+        in the rest of that energy to the first place where the forces balance. Both are a root g(s) = 0.
         With P = 0, loads below `lightest` count as `lightest`. With P > 0, the finger lets go if no equilibrium holds
         it, or if it leaves the range of adhesion at no load. It stays away until there is load again.
 Source  Gonzalez (1996), J. Nonlinear Sci. 6; McLachlan, Quispel & Robidoux (1999), Phil. Trans. R. Soc. A 357; for
@@ -46,6 +47,7 @@ from synth.effects.simulation.energy_table import (
     row_of,
     weights_of,
 )
+from synth.effects.simulation.pulp import NO_PULP, Pulp
 from synth.effects.simulation.steps import (
     ATTACHED,
     HEIGHT,
@@ -70,7 +72,7 @@ MOST_ITERATIONS = 100  # bisection ends before this
 MARCH = 1.6  # growth of the strides towards a solution; above 2 they would skip neighbouring solutions
 FURTHEST, OVER = 16.0, 1.05  # largest first stride: in strides that cannot skip a solution, and in Newton steps
 TABLE_STEP = 150e-9  # s per step, as predicted (`tests.bench effects`)
-COEFFICIENT, POWER, LIGHTEST, MASS, DAMPING, PULL, RANGE, PERIOD = range(8)  # indices of the coefficients of a stepper
+COEFFICIENT, POWER, LIGHTEST, MASS, DAMPING, PULL, RANGE, PERIOD, SPRING = range(9)  # coefficients of a stepper
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,6 +87,7 @@ class TableStepper(Stepper):
     reach: d0 (m).
     texture_period: m.
     with_forces: whether the rows SLOPE_FORCE and REACTION are written.
+    pulp: spring between the contact and the bone.
     """
 
     table: EnergyTable
@@ -95,6 +98,7 @@ class TableStepper(Stepper):
     reach: float
     texture_period: float
     with_forces: bool = True
+    pulp: Pulp = NO_PULP
     step_time = TABLE_STEP
 
     @property
@@ -110,14 +114,20 @@ class TableStepper(Stepper):
     @property
     def elastic(self) -> TableStepper:
         """See `Stepper`."""
-        return replace(self.at_rest, pull=0.0)
+        return replace(self.at_rest, pull=0.0, pulp=NO_PULP)
 
     def run(self, state: State, phases: Phases, loads: Array, out: Array) -> None:
         """Step to each of `phases` and `loads` (N) in turn, and write the rows of `out`; see `Stepper`."""
         table, law = (self.table.nodes, self.table.curves, self.table.grid), self.stiffness
-        contact = (self.mass, self.damping, self.pull, self.reach, self.texture_period)
+        contact = (self.mass, self.damping, self.pull, self.reach, self.texture_period, self.pulp.stiffness)
         coefficients = np.array([law.coefficient, law.power, law.lightest, *contact])
-        run_steps(*table, coefficients, state.numbers, state.phase, phases, loads, out, self.with_forces)
+        rests = self.pulp.rests(float(state.numbers[LOAD]), loads, self.lowest)
+        run_steps(*table, coefficients, state.numbers, state.phase, phases, loads, rests, out, self.with_forces)
+
+    @property
+    def lowest(self) -> float:
+        """Load (N) as which smaller loads count."""
+        return -math.inf if self.pull > 0.0 else self.stiffness.lightest
 
     def coarser(self) -> TableStepper:
         """See `Stepper`."""
@@ -165,7 +175,7 @@ def bracket_of(nodes, row, weights, law, drive):
                 stride = min(FURTHEST * stride, OVER * abs(total) / slope)
         elif far == near or total * sign >= 0.0:
             return near, far
-        elif drive[4] and far > top and sign > 0.0:
+        elif drive[4] and drive[1] == 0.0 and far > top and sign > 0.0:
             return np.inf, np.inf
         else:
             stride *= MARCH
@@ -178,7 +188,8 @@ def move_of(nodes, row, weights, law, drive, band):
 
     law: k1 and k2 (N/m), the step of d (m), the place of z and d0 in such steps, and the pieces of I at that place and
         d0 below it, which an iteration seldom leaves.
-    drive: 2 m / h^2 and c / h (N/m), ahead (m), the load (N), and whether z goes to rest, where the first three are 0.
+    drive: 2 m / h^2 and c / h + k_p / 2 (N/m), ahead (m), the load with the force of the spring at z (N), and whether z
+        goes to rest, where the first three are 0, k_p and 0.
     band: excess force (N) that counts as balance.
     """
     ahead = drive[2]
@@ -220,9 +231,10 @@ def stiffness_of(law, load):
 
 
 @inlined
-def advanced(nodes, curves, grid, law, numbers, phase, load, rest):
+def advanced(nodes, curves, grid, law, numbers, phase, load, home, rest):
     """Write z and its velocity after a step at `phase` and `load` (N). Return whether the finger is held.
 
+    home: z_w (m).
     rest: whether z goes to rest, without momentum.
     """
     row, t = row_of(grid, phase)
@@ -237,12 +249,15 @@ def advanced(nodes, curves, grid, law, numbers, phase, load, rest):
         away = piece_at(nodes, row, weights, place - gap)
         far, fall = depth_in(away, place - gap)
     # some roundings of forces and of z: a smaller force is balance
-    band = BAND * EPSILON * (k1 * near + k2 * far + abs(load) - abs(z) * (k1 * rise + k2 * fall) / width)
+    spring = law[SPRING]
+    sizes = k1 * near + k2 * far + abs(load) + spring * (abs(z) + abs(home))
+    band = BAND * EPSILON * (sizes - abs(z) * (k1 * rise + k2 * fall) / width)
+    load += spring * (z - home)
     ahead = 0.0 if rest else h * numbers[SPEED]
     if abs(ahead) <= BAND * EPSILON * abs(z) and abs(load - k1 * near + k2 * far) <= band:
         numbers[SPEED] = 0.0
         return True
-    inertia, drag = (0.0, 0.0) if rest else (2.0 * law[MASS] / (h * h), law[DAMPING] / h)
+    inertia, drag = (0.0, spring) if rest else (2.0 * law[MASS] / (h * h), law[DAMPING] / h + 0.5 * spring)
     move = move_of(
         nodes, row, weights, (k1, k2, width, place, gap, here, away), (inertia, drag, ahead, load, rest), band
     )
@@ -274,11 +289,12 @@ def forces_of(nodes, curves, grid, law, z, phase, load):
 
 
 @signed_kernel(
-    "void(f8[:,:,::1], f8[:,::1], f8[::1], f8[::1], f8[::1], u8[::1], u8[::1], f8[::1], f8[:,::1], b1)"
+    "void(f8[:,:,::1], f8[:,::1], f8[::1], f8[::1], f8[::1], u8[::1], u8[::1], f8[::1], f8[::1], f8[:,::1], b1)"
 )  # fmt: skip
-def run_steps(nodes, curves, grid, law, numbers, state_phase, phases, loads, out, with_forces):
+def run_steps(nodes, curves, grid, law, numbers, state_phase, phases, loads, rests, out, with_forces):
     """Step to each phase and load, and write the rows of `out`.
 
+    rests: z_w (m) before the first step and at the end of each.
     with_forces: whether to write SLOPE_FORCE and REACTION.
     """
     rest, pull, lightest = law[MASS] == 0.0, law[PULL], law[LIGHTEST]
@@ -291,8 +307,9 @@ def run_steps(nodes, curves, grid, law, numbers, state_phase, phases, loads, out
             place = phase if rest else before + np.uint64(np.int64(phase - before) >> 1)
             lowest = -np.inf if pull > 0.0 else lightest
             pressing = max(load, lowest) if rest else 0.5 * (max(load_before, lowest) + max(load, lowest))
-            held = advanced(nodes, curves, grid, law, numbers, place, pressing, rest)
-            if not rest and pull > 0.0 and load <= 0.0:
+            home = rests[i + 1] if rest else 0.5 * (rests[i] + rests[i + 1])
+            held = advanced(nodes, curves, grid, law, numbers, place, pressing, home, rest)
+            if (not rest or law[SPRING] > 0.0) and pull > 0.0 and load <= 0.0:
                 held = numbers[Z] <= out_of_range(curves, grid, law, phase)
             numbers[HELD] = 1.0 if held else 0.0
         if numbers[HELD] == 0.0:
