@@ -1,16 +1,16 @@
 """The contact moves a small mass that hangs on the pulp of the finger, a spring and a damper to the bone.
 
 Kind    BALANCE: adds the terms m z'' + c z' + k_p (z - z_w). See `simulation.table_steps` and `simulation.pulp`.
-Model   m z'' + c z' + k_p (z - z_w) = reaction(z, theta) - w. z_w is the mean of the quasi-static z over a period at the
-        load w, so the mean force of the pulp is the load. The reaction is read from a table of the same contact.
+Model   m z'' + c z' + k_p (z - z_w) = reaction(z, theta) - w. z_w is the mean of the quasi-static z over a period at
+        the load w, so the mean force of the pulp is the load. The reaction is read from a table of the same contact.
         Pressure never pulls, so a contact that is thrown off flies until the pulp brings it back.
 Source  m, c, k_p: Wiertlewski & Hayward (2012), J. Biomech. 45: a fingertip is elastic up to some 100 Hz and viscous
         above; 0.1 to 0.2 g, 0.8 to 2.4 N s/m and 0.5 to 2 kN/m are general knowledge about it (unverified), measured
         along the skin. Of these ranges the defaults are the mass and damper that leave no resonance on the stiffness of
         the default contact: 2 % at 1.4 kHz. With 5 g, 3 N s/m and no spring, the effect is a whole finger on its
-        contact: Hajian & Howe (1997), 3.5 to 9 g and 2 to 5 N s/m, as quoted by others (unverified); it rings at 425 Hz.
-        The stiffness of the contact follows from the load (eqs 4-5). Scheme: Gonzalez (1996), discrete gradient; for
-        collisions Chatziioannou & van Walstijn (2015).
+        contact: Hajian & Howe (1997), 3.5 to 9 g and 2 to 5 N s/m, as quoted by others (unverified); it rings at 425
+        Hz. The stiffness of the contact follows from the load (eqs 4-5). Scheme: Gonzalez (1996), discrete gradient;
+        for collisions Chatziioannou & van Walstijn (2015).
 Limits  One mass and a linear pulp: its elastic force grows exponentially with indentation and relaxes (Pawluk & Howe,
         1999). A fingertip has seven modes below 250 Hz (Serhat & Kuchenbecker, 2021), and at small loads a mass, a
         spring and a damper are not enough (Fu & Oliver, 2005). The bone follows the load, and does not move with the
@@ -36,15 +36,15 @@ class InertiaSettings(Section):
     """Mass, damper and spring of the pulp."""
 
     mass: Annotated[float, Quantity(Dimension.MASS, 1e-6, 1.0)] = Field(
-        default=1e-4, description="Mass m that moves with the contact (unverified default, between 0.1 and 0.2 g)."
+        default=1e-4, description="Mass m that moves with the contact (unverified default, 0.1 to 0.2 g)."
     )
     damping: Annotated[float, Quantity(Dimension.DAMPING, 0.0, 1e3)] = Field(
         default=2.4,
-        description="Damper c of the pulp (unverified default, between 0.8 and 2.4 N s/m); with 0 it never stops ringing.",
+        description="Damper c of the pulp (unverified default, 0.8 to 2.4 N s/m); with 0 it never stops ringing.",
     )
     stiffness: Annotated[float, Quantity(Dimension.STIFFNESS, 0.0, 1e6)] = Field(
         default=1e3,
-        description="Spring k_p of the pulp (unverified default, between 0.5 and 2 kN/m); 0: none, a free finger.",
+        description="Spring k_p of the pulp (unverified default, 0.5 to 2 kN/m); 0: none, a free finger.",
     )
 
 

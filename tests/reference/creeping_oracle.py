@@ -2,7 +2,8 @@
 
 Model   u is the indentation of a place of the skin. It is never less than that of the surface, u >= h - z. Its pressure
         p is never below 0, and is 0 where u > h - z. Kelvin and Voigt: p = kappa (u + tau u'). Relaxing: p = kappa / g0
-        (g0 u + sum of g_i q_i), q_i' = u' - q_i / tau_i. kappa = k / L; the sum of p dx is w, or m z'' + c z' + w.
+        (g0 u + sum of g_i q_i), q_i' = u' - q_i / tau_i. kappa = k / L; the sum of p dx is w, or m z'' + c z' + k_p (z
+        - z_w) + w.
 Source  Textbook forms; Fagiani & Barbieri (2016), eqs 1, 2, 4, 5.
 Method  A step of implicit Euler gives p = A max(h - z - u0, 0), where u0 is the indentation that a place would recover
         to by itself. Between two places h - u0 is a straight line, of which the part above z counts. z follows from
@@ -64,6 +65,7 @@ def above(g, z, width):
 def balanced(g, z, width, full, load, heavy, before, velocity):
     """Return the z at which full times the area above it is the load and the force on the mass and the damper.
 
+    heavy: m / step^2, c / step and k_p (N/m), and z_w (m).
     velocity: m per step.
     """
     for _ in range(200):
@@ -72,7 +74,8 @@ def balanced(g, z, width, full, load, heavy, before, velocity):
             z = np.min(g) - load / (full * width * (len(g) - 1))  # Newton's rule climbs from there
             continue
         moved = (heavy[0] + heavy[1]) * (z - before) - heavy[0] * velocity
-        move = (full * area - load - moved) / (full * length + heavy[0] + heavy[1])
+        moved += heavy[2] * (z - heavy[3])
+        move = (full * area - load - moved) / (full * length + heavy[0] + heavy[1] + heavy[2])
         z += move
         if abs(move) < 1e-16:
             break
@@ -117,7 +120,7 @@ def creep(x, shape, press, solid, pace, total, indentation, table):
     table: heights (m) of a period of a texture of any kind, at equal distances from x = 0; empty: a cosine.
     """
     a1, a2, wave1, wave2, phase = shape
-    kappa, load, mass, damping = press
+    kappa, load, heavy = press
     times, weights = solid
     step, turn = pace
     count, width, rest = len(x), x[1] - x[0], 1.0 - np.sum(weights)
@@ -129,7 +132,7 @@ def creep(x, shape, press, solid, pace, total, indentation, table):
     hard = 1.0 + times[0] / step if len(weights) == 0 else (rest + np.sum(weights * fading)) / rest
     angle = phase + turn * total
     g = surface(waves, table, places, angle)
-    z = balanced(g, np.min(g) - indentation, width, kappa, load, (0.0, 0.0), 0.0, 0.0)
+    z = balanced(g, np.min(g) - indentation, width, kappa, load, (0.0, 0.0, 0.0, 0.0), 0.0, 0.0)
     u = np.maximum(g - z, 0.0)
     for i in range(total):
         angle = phase - turn * (i + 1 - total)
@@ -141,7 +144,7 @@ def creep(x, shape, press, solid, pace, total, indentation, table):
             for n in range(len(weights)):
                 free += weights[n] * fading[n] * (u - springs[n]) / (rest * hard)
         before = z
-        z = balanced(h - free, z, width, kappa * hard, load, (mass, damping), before, velocity)
+        z = balanced(h - free, z, width, kappa * hard, load, heavy, before, velocity)
         after = np.maximum(free, h - z)
         for n in range(len(weights)):
             springs[n] = fading[n] * (springs[n] + after - u)
@@ -156,7 +159,8 @@ class Creep:
     """A finger of skin on one touch at constant speed (m/s).
 
     places: their number.
-    mass, damping: kg, N s/m.
+    mass, damping, spring: kg, N s/m, N/m.
+    rest: z_w (m), where the spring has no force.
     profile: of a texture that is not a cosine; `touch` is then that of its equivalent sinusoid, and the forces are
         meaningless.
     """
@@ -167,6 +171,8 @@ class Creep:
     places: int
     mass: float = 0.0
     damping: float = 0.0
+    spring: float = 0.0
+    rest: float = 0.0
     profile: Any = None
 
     @property
@@ -186,7 +192,8 @@ class Creep:
         shape = (touch.ridge_amplitude, touch.texture_amplitude, *waves, touch.phase if known else 0.0)
         table = np.empty(0) if known else self.profile.heights(np.arange(KNOTS) / KNOTS * self.period)
         x = np.linspace(0.0, touch.contact_length, self.places)
-        press = (found.k / touch.contact_length, touch.load, self.mass / step**2, self.damping / step)
+        heavy = (self.mass / step**2, self.damping / step, self.spring, self.rest)
+        press = (found.k / touch.contact_length, touch.load, heavy)
         solid = (np.array(self.solid.times), np.array(self.solid.weights))
         turn = math.copysign(2 * math.pi / steps, self.speed)
         heights, forces = creep(x, shape, press, solid, (step, turn), steps * periods, found.indentation, table)

@@ -1,8 +1,8 @@
 """A finger that moves by itself on a texture, by SciPy's integrator on the exact pressure: the reference for renders.
 
-Model   m z'' + c z' = k I(z, theta) - (P / d0) (I(z - d0, theta) - I(z, theta)) - w. I is the mean over L of
-        max(h - z, 0), with h of eq. 2 and k of eqs 4-5 at the load. P is the pull if all of L touches, d0 its reach;
-        both are 0 without adhesion.
+Model   m z'' + c z' + k_p (z - z_w) = k I(z, theta) - (P / d0) (I(z - d0, theta) - I(z, theta)) - w. I is the mean
+        over L of max(h - z, 0), with h of eq. 2 and k of eqs 4-5 at the load. z_w is the mean of the elastic z at MEANS
+        phases, without adhesion. P is the pull if all of L touches, d0 its reach; both are 0 without adhesion.
 Source  Fagiani & Barbieri (2016), eqs 1 to 5.
 Method  The profile is cut at 48 points per shortest period, and at every change of sign of its slope between two of
         them, so each stretch is monotone. Newton's rule within a stretch finds the edge; areas are in closed form. The
@@ -13,6 +13,7 @@ Limits  I to 1e-13 of the heights: the error of an edge counts squared. Two turn
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -31,6 +32,7 @@ Complex = npt.NDArray[np.complex128]
 POINTS_A_PERIOD = 48
 SAMPLES = 1 << 13  # of the last period
 STEPS = 60
+MEANS = 1024
 GAUSS = (
     (-0.9061798459386640, 0.2369268850561891),
     (-0.5384693101056831, 0.4786286704993665),
@@ -216,6 +218,7 @@ class Finger:
 
     mass, damping: kg, N s/m.
     load, position: functions of time (s), N and m.
+    spring: k_p, N/m.
     """
 
     touch: Touch
@@ -225,11 +228,23 @@ class Finger:
     position: Callable[[float], float]
     pull: float = 0.0
     reach: float = 0.0
+    spring: float = 0.0
+
+    def resting(self) -> Callable[[float], float]:
+        """Return z_w (m) as a function of the load (N); each new load is solved."""
+        profile = Profile(self.touch)
+
+        @functools.cache
+        def mean(load: float) -> float:
+            depth = load / stiffness(replace(self.touch, load=load)).k
+            return float(np.mean([elastic(profile, depth, phase / MEANS) for phase in range(MEANS)]))
+
+        return mean if self.spring > 0.0 else lambda _load: 0.0
 
     def moved(self, times: Real, start: float, tolerance: float = 1e-10) -> tuple[Real, Real]:
         """Return z (m) and z' (m/s) at `times` (s), from the elastic contact at `start` (s)."""
         profile, period = Profile(self.touch), self.touch.texture_period
-        reaction = Reaction(profile, self.pull, self.reach)
+        reaction, resting = Reaction(profile, self.pull, self.reach), self.resting()
 
         def stiffness_at(load: float) -> float:
             return stiffness(replace(self.touch, load=load)).k
@@ -237,7 +252,8 @@ class Finger:
         def rate(t: float, state: Real) -> list[float]:
             load = self.load(t)
             pressed = reaction.at(float(state[0]), self.position(t) / period, stiffness_at(load))[0]
-            return [float(state[1]), (pressed - load - self.damping * float(state[1])) / self.mass]
+            held = self.damping * float(state[1]) + self.spring * (float(state[0]) - resting(load))
+            return [float(state[1]), (pressed - load - held) / self.mass]
 
         def at_rest(t: float) -> float:
             return elastic(profile, self.load(t) / stiffness_at(self.load(t)), self.position(t) / period)
@@ -297,5 +313,6 @@ def steady_scan(finger: Finger, settled: float) -> Scan:
     reaction, k = Reaction(Profile(touch), finger.pull, finger.reach), stiffness(touch).k
     turns = [finger.position(float(t)) / touch.texture_period for t in part]
     pressed = np.array([reaction.at(float(one), theta, k)[0] for one, theta in zip(last, turns, strict=True)])
-    gained = (pressed - touch.load - finger.damping * speed) / finger.mass
+    held = finger.damping * speed + finger.spring * (last - finger.resting()(touch.load))
+    gained = (pressed - touch.load - held) / finger.mass
     return Scan(part, (last, speed, gained), float(np.max(np.abs(last - earlier)) / np.ptp(last)))

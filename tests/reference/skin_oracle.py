@@ -3,8 +3,8 @@
 Model   Elements at equal distances on h of Fagiani & Barbieri (2016), eq. 2. Each element carries two histories: of
         skin held by the surface since it first touched, and of skin left free since it last touched. The indentation to
         which an element would recover without pressure is the larger of both. Between two elements both histories are
-        straight lines, and p is kappa A max(h - z - recovered, 0). z balances the load, or a mass, by SciPy's
-        ``brentq``.
+        straight lines, and p is kappa A max(h - z - recovered, 0). z balances the load, or a mass on a
+        spring, by SciPy's ``brentq``.
 Source  Kelvin-Voigt with p constant over a step; relaxing springs with e linear over a step. Textbook forms.
 Limits  Slow: 50 us per element and step. Independent of the engine.
 """
@@ -12,6 +12,7 @@ Limits  Slow: 50 us per element and step. Independent of the engine.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import pairwise
 
@@ -33,7 +34,11 @@ class Skin:
 
 @dataclass(frozen=True)
 class Foundation:
-    """Amplitudes, periods and length in metres, phase in rad; k = coefficient * load**power (N/m)."""
+    """Amplitudes, periods and length in metres, phase in rad; k = coefficient * load**power (N/m).
+
+    spring: N/m, of a mass.
+    rest: z (m) at which the spring has no force, at a load (N).
+    """
 
     ridge_amplitude: float
     ridge_period: float
@@ -48,6 +53,8 @@ class Foundation:
     step: float
     mass: float = 0.0
     damping: float = 0.0
+    spring: float = 0.0
+    rest: Callable[[float], float] = lambda _load: 0.0
 
     def finger(self, x: float) -> float:
         return -self.ridge_amplitude * math.cos(2 * math.pi * x / self.ridge_period)
@@ -170,21 +177,27 @@ def area(pieces: list[Piece], z: float) -> float:
     return math.fsum(0.5 * (p + q) * (x1 - x0) for x0, p, x1, q in above(pieces, z))
 
 
-def elastic_z(foundation: Foundation, turns: float, load: float) -> float:
-    """Return z (m) of the elastic contact."""
+def elastic_z(foundation: Foundation, turns: float, load: float, spring: float = 0.0) -> float:
+    """Return z (m) of the elastic contact, on a spring (N/m)."""
     heights, nothing = foundation.heights(turns), [0.0] * foundation.elements
     pieces = pieces_of(foundation.places(), heights, nothing, nothing)
-    wanted = load / foundation.modulus(load)
-    low = min(heights) - wanted / foundation.length - 1e-9
-    return float(brentq(lambda z: area(pieces, z) - wanted, low, max(heights), xtol=1e-24, rtol=1e-15))
+    modulus, home = foundation.modulus(load), foundation.rest(load)
+
+    def excess(z: float) -> float:
+        return area(pieces, z) - (load + spring * (z - home)) / modulus
+
+    low = min(min(heights) - load / modulus / foundation.length - 1e-9, home if spring else math.inf)
+    high = max(max(heights), home if spring else -math.inf)
+    return float(brentq(excess, low, high, xtol=1e-24, rtol=1e-15))
 
 
 def rested(foundation: Foundation, turns: float, load: float, velocity: float = 0.0) -> Finger:
-    """Return relaxed skin in the elastic contact."""
-    z, springs = elastic_z(foundation, turns, load), len(foundation.skin.times)
+    """Return relaxed skin in balance with the load and the spring."""
+    z, springs = elastic_z(foundation, turns, load, foundation.spring), len(foundation.skin.times)
+    pressing = load + foundation.spring * (z - foundation.rest(load))
     held = [Element(h - z, [0.0] * springs) for h in foundation.heights(turns)]
     free = [Element(0.0, [0.0] * springs) for _ in held]
-    return Finger(z, velocity, load, load, turns, held, free)
+    return Finger(z, velocity, load, pressing, turns, held, free)
 
 
 def go_on(foundation: Foundation, finger: Finger, turns: float, load: float) -> float:
@@ -198,6 +211,7 @@ def go_on(foundation: Foundation, finger: Finger, turns: float, load: float) -> 
     places, heights = foundation.places(), foundation.heights(turns)
     held = [recovered(e, skin, h) for e in finger.held]
     free = [recovered(e, skin, h) for e in finger.free]
+    home = (foundation.rest(finger.load) + foundation.rest(load)) / 2
     pieces = pieces_of(places, heights, held, free)
 
     def excess(z: float) -> float:
@@ -205,7 +219,7 @@ def go_on(foundation: Foundation, finger: Finger, turns: float, load: float) -> 
         if skin.recovery is None and m > 0:
             force, wanted = (force + finger.pressing) / 2, (load + finger.load) / 2
         inertia = 2 * m / h * ((z - finger.z) / h - finger.velocity) + c * (z - finger.z) / h
-        return force - wanted - inertia
+        return force - wanted - inertia - foundation.spring * ((finger.z + z) / 2 - home)
 
     low = high = finger.z
     while excess(low) < 0:

@@ -1,15 +1,15 @@
 """A finger of viscous skin, simulated step by step: a foundation of elements with memory, with or without a mass.
 
-Model   sum of p dx = w, or m z'' + c z' + k_p (z - z_w) = sum of p dx - w with a mass (`pulp`), where p = kappa A max(h - z - efree, 0) and
-        kappa = k / L (`terms`).
+Model   sum of p dx = w, or m z'' + c z' + k_p (z - z_w) = sum of p dx - w with a mass (`pulp`), where p = kappa A max(h
+        - z - efree, 0) and kappa = k / L (`terms`).
         Along the finger efree is smooth except for one kink, the front. Behind the front the skin has followed the
         surface, ahead of it the skin is still free. So each point has two states: `held`, as if the surface had held it
         since it began to touch, and `free`, as if it had been free since then. The true efree is the larger of the two,
         because pressure only pushes. Straight lines join the points of each state, and each piece is cut where the two
         lines cross. g = h - max(of the two lines) is then a polygon, whose area above z is exact.
         A step h that moves z by s balances (2 m / h^2 + c / h) s - 2 m v0 / h + k_p (z0 + s / 2 - z_w) + w = sum of p
-        dx, with v1 = 2 s / h - v0. Relative to a1 + a2 this is base + alpha (z - z0) = mean over L of max(g - z, 0). The right side is convex
-        and falls with z. Newton's method starts from an extrapolated z.
+        dx, with v1 = 2 s / h - v0. Relative to a1 + a2 this is base + alpha (z - z0) = mean over L of max(g - z, 0).
+        The right side is convex and falls with z. Newton's method starts from an extrapolated z.
         Pressure meets load, and the texture its slope, at the time that the pressure of the step belongs to (`when` of
         `Skin.coefficients`). With one time constant that is half the step, if h is well below tau. For relaxing skin,
         or without memory, it is the end of the step; with a mass the means of both ends are then balanced.
@@ -314,7 +314,7 @@ def run_steps(
     """
     scale, period, mass, damping = contact[0], contact[1], contact[2], contact[3]
     coefficient, power, lightest, count = contact[4], contact[5], contact[6], rows.shape[1]
-    spring, share = contact[7], 0.5 if mass > 0.0 else 1.0  # the spring acts in the middle of a step of a mass, else at its end
+    spring, share = contact[7], 0.5 if mass > 0.0 else 1.0  # a mass meets the spring in the middle of a step
     nodes, pieces, rates = np.empty((4, count)), np.empty((4, count - 1)), np.empty(count)
     earlier = numbers[EARLIER:]
     new_part = 0.5 if mass > 0.0 and when == 1.0 else 1.0  # share of this step's pressure in the pressure that balances

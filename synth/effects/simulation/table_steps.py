@@ -1,10 +1,10 @@
 """A finger with mass or adhesion over a texture, simulated step by step on a table of the energy of its contact.
 
 Stage   table of the energy -> STEPS -> z and forces at every frame
-Model   m z'' + c z' + k_p (z - z_w) = R(z, theta) - w, with R = -dU/dz = k1 I(z) - k2 I(z - d0), k1 = k + P / d0 and k2 = P / d0. P is
-        the pull if everything touched: at a gap g a place attracts with the part 1 - g / d0 of its largest pull, at no
-        gap with all of it. k = k(w) of eqs 4-5. Loss of contact and bounce are I = 0. The force on the slopes of the
-        texture is (1 / lambda2) dU/dtheta.
+Model   m z'' + c z' + k_p (z - z_w) = R(z, theta) - w, with R = -dU/dz = k1 I(z) - k2 I(z - d0), k1 = k + P / d0 and k2
+        = P / d0. P is the pull if everything touched: at a gap g a place attracts with the part 1 - g / d0 of its
+        largest pull, at no gap with all of it. k = k(w) of eqs 4-5. Loss of contact and bounce are I = 0. The force on
+        the slopes of the texture is (1 / lambda2) dU/dtheta.
         With mass, a step h with s = z1 - z0 is taken at the phase and load of its middle:
         m (v1 - v0) / h + c s / h + k_p ((z0 + z1) / 2 - z_w) = -[U(z1) - U(z0)] / s - w,  s = h (v0 + v1) / 2.
         z_w (`pulp`) and w are means of both ends. The energy k_p (z - z_w)^2 / 2 of the spring is quadratic, so its

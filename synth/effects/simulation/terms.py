@@ -1,7 +1,8 @@
 """The balance of forces on the finger, term by term. Effects replace terms of the quasi-static contact.
 
-Model   m z'' + c z' + k_p (z - z_w) = sum of the pressure - w (`pulp`). Without effects m = c = k_p = 0, and the pressure of a place is that of a
-        spring, (k / L) max(d, 0), with d = h - z. An effect replaces one term; effects on different terms combine.
+Model   m z'' + c z' + k_p (z - z_w) = sum of the pressure - w (`pulp`). Without effects m = c = k_p = 0, and the
+        pressure of a place is that of a spring, (k / L) max(d, 0), with d = h - z. An effect replaces one term; effects
+        on different terms combine.
         Skin is a foundation of elements. e is the indentation of an element, p its pressure, kappa its relaxed modulus.
         One time constant tau: p = kappa (e + tau e'). With p constant over a step h and E = exp(-h / tau), e becomes
         E e + (1 - E) p / kappa.

@@ -1,4 +1,4 @@
-"""The pulp's spring in the steps: SciPy's integrator on the same equation, energy, rest, slow scans, its mean, no ringing."""
+"""The spring of the pulp in the steps: SciPy on the same equation, energy, rest, slow scans, adhesion, no ringing."""
 
 from __future__ import annotations
 

@@ -12,6 +12,7 @@ from scipy.linalg import expm
 from synth.contact.exact_solver import Grid
 from synth.contact.full_contact import full_contact
 from synth.contact.load_balance import Contact
+from synth.effects.simulation.pulp import Pulp
 from synth.effects.simulation.skin_points import SkinPoints
 from synth.effects.simulation.skin_steps import SkinStepper
 from synth.effects.simulation.steps import (
@@ -57,6 +58,11 @@ def elastic(stepper: SkinStepper, turns: Real, loads: float | Real, first: float
     return np.asarray(scanned(stepper.elastic, turns, loads, 1e-4, begin)[1][HEIGHT])
 
 
+def stood(root: Any) -> Any:
+    """Return a z_w (m), not the true one, over the cube root of the load (N^(1/3))."""
+    return 3e-5 - 4e-5 * root**2
+
+
 def twin_of(stepper: SkinStepper, step: float) -> twin.Foundation:
     """Return the twin of a stepper of the default scene."""
     geometry, law = contact().geometry, stepper.law
@@ -64,7 +70,8 @@ def twin_of(stepper: SkinStepper, step: float) -> twin.Foundation:
     return twin.Foundation(
         geometry.ridge_amplitude, geometry.ridge_period, geometry.texture_amplitude, geometry.texture_period,
         geometry.texture_phase, geometry.contact_length, stepper.points.count, stepper.stiffness.coefficient,
-        stepper.stiffness.power, skin, step, stepper.mass, stepper.damping,
+        stepper.stiffness.power, skin, step, stepper.mass, stepper.damping, stepper.pulp.stiffness,
+        lambda load: stood(load ** (1 / 3)),
     )  # fmt: skip
 
 
@@ -99,7 +106,8 @@ def indentations(state: State) -> Real:
 STIFFNESS = 3e5  # N/m, near k of the default scene
 DEEP = 100.0  # N, which presses everything flat: w / k = 330 um
 SCALE = 60e-6  # a1 + a2 of the default scene
-SETTINGS: list[tuple[Skin, dict[str, float]]] = [
+PULP = {"mass": 1e-4, "damping": 2.4, "pulp": Pulp(5e3, stood)}
+SETTINGS: list[tuple[Skin, dict[str, Any]]] = [
     (VOIGT, {}),
     (Skin((1e-5,)), {}),
     (RELAXING, {}),
@@ -107,6 +115,8 @@ SETTINGS: list[tuple[Skin, dict[str, float]]] = [
     (VOIGT, {"mass": 5e-3, "damping": 3.0}),
     (RELAXING, {"mass": 1e-4, "damping": 1.0}),
     (RELAXING, {"damping": 1.0}),
+    (VOIGT, PULP),
+    (RELAXING, PULP),
 ]
 
 
@@ -119,7 +129,7 @@ def wandering(count: int, seed: int) -> tuple[np.ndarray[Any, Any], np.ndarray[A
 
 
 @pytest.mark.parametrize(("law", "settings"), SETTINGS)
-def test_every_row_is_that_of_the_twin(law: Skin, settings: dict[str, float]) -> None:
+def test_every_row_is_that_of_the_twin(law: Skin, settings: dict[str, Any]) -> None:
     step, points, count = 1 / 8000, 83, 60
     stepper = stepper_of(law, points, with_force=True, **settings)
     turns, loads = wandering(count, 7)
@@ -138,7 +148,7 @@ def test_every_row_is_that_of_the_twin(law: Skin, settings: dict[str, float]) ->
 
 
 @pytest.mark.parametrize(("law", "settings"), SETTINGS)
-def test_runs_of_any_lengths_give_the_same_bits(law: Skin, settings: dict[str, float]) -> None:
+def test_runs_of_any_lengths_give_the_same_bits(law: Skin, settings: dict[str, Any]) -> None:
     stepper: Stepper = stepper_of(law, 257, with_force=True, **settings)
     turns, loads = wandering(300, 3)
     state = stepper.start(5, 0.2, 40.0, 1 / 48000)
@@ -158,7 +168,7 @@ def test_runs_of_any_lengths_give_the_same_bits(law: Skin, settings: dict[str, f
 @pytest.mark.parametrize("settings", [{}, {"mass": 2e-3, "damping": 1.0}])
 @pytest.mark.parametrize("law", [*LAWS, Skin((0.0,))])
 @pytest.mark.parametrize("step", [1 / 192000, 1 / 8000, 0.1])
-def test_a_finger_at_rest_stays_where_it_is(law: Skin, settings: dict[str, float], step: float) -> None:
+def test_a_finger_at_rest_stays_where_it_is(law: Skin, settings: dict[str, Any], step: float) -> None:
     stepper = stepper_of(law, 257, **settings)
     for place, load in ((0.0, LOAD), (0.37, 1e-5), (0.71, 3.0), (0.93, 800.0)):
         _, out = scanned(stepper, np.full(300, place), load, step, first=place)
@@ -190,7 +200,7 @@ def test_slow_scans_come_to_the_elastic_z(law: Skin, swing: float, factor: float
 @pytest.mark.parametrize("settings", [{}, {"mass": 5e-3, "damping": 3.0}])
 @pytest.mark.parametrize("steps", [1e-6, 1e-3, 1.0, 1e3])
 @pytest.mark.parametrize("load", [1e-6, 0.3, 1e3])
-def test_extremes_stay_numbers(load: float, steps: float, settings: dict[str, float]) -> None:
+def test_extremes_stay_numbers(load: float, steps: float, settings: dict[str, Any]) -> None:
     for law, time in ((VOIGT, 0.004), (RELAXING, 0.07)):
         stepper = stepper_of(law, 129, with_force=True, **settings)
         turns, loads = wandering(200, 5)
@@ -334,7 +344,7 @@ def test_the_work_of_the_surface_is_what_the_dashpots_lose() -> None:
     [(VOIGT, {}), (RELAXING, {}), (VOIGT, {"mass": 2e-3, "damping": 2.0}),
      (RELAXING, {"mass": 2e-3, "damping": 2.0})],
 )  # fmt: skip
-def test_the_error_of_a_step_falls_with_its_square(law: Skin, settings: dict[str, float]) -> None:
+def test_the_error_of_a_step_falls_with_its_square(law: Skin, settings: dict[str, Any]) -> None:
     """The surface starts smoothly under a varying load, with so many points that their distance has no effect."""
     stepper, runs = stepper_of(law, 4097, **settings), []
     for halved in (0, 1, 2, 3, 6):
