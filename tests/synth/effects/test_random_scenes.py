@@ -37,7 +37,8 @@ class Draws:
             return "auto"
         if name == "inertia":
             damping = 0.0 if self.chance(0.2) else one(1e-3, 1e3, (0.1, 10.0))
-            return {"mass": one(1e-6, 1.0, (1e-4, 2e-2)), "damping": damping}
+            stiffness = 0.0 if self.chance(0.4) else one(1.0, 1e6, (2e2, 5e3))
+            return {"mass": one(1e-6, 1.0, (1e-4, 2e-2)), "damping": damping, "stiffness": stiffness}
         if name == "viscous_skin":
             if self.chance(0.5):
                 return {"time_constant": one(1e-6, 100.0, (1e-4, 1e-2))}

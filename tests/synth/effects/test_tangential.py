@@ -99,7 +99,8 @@ def test_a_stroke_turns_without_a_step() -> None:
 
 @pytest.mark.parametrize("damping", [3.0, thorough(1.0)])
 def test_with_a_mass_the_mean_is_the_power_of_the_damper(damping: float) -> None:
-    effects = {"inertia": {"damping": damping}, "tangential": {"friction_coefficient": 0}}
+    whole = {"mass": 5e-3, "damping": damping, "stiffness": 0.0}
+    effects = {"inertia": whole, "tangential": {"friction_coefficient": 0}}
     scene = scene_of("default", effects, finger=SHORT)
     force, told = tangential(scene, 0.1)
     touch = touch_of(scene)
@@ -112,7 +113,7 @@ def test_with_a_mass_the_mean_is_the_power_of_the_damper(damping: float) -> None
 def test_with_a_mass_the_force_errs_by_no_more_than_the_plan_says() -> None:
     scene = scene_of("default", {"inertia": {}, "tangential": {"friction_coefficient": 0.5}}, finger=SHORT)
     touch = touch_of(scene)
-    scan = steady_scan(Finger(touch, 5e-3, 3.0, lambda _t: 0.3, lambda t: 0.08 * t), 0.04)
+    scan = steady_scan(Finger(touch, 1e-4, 2.4, lambda _t: 0.3, lambda t: 0.08 * t, spring=1e3), 0.005)
     reaction, k = Reaction(Profile(touch)), stiffness(touch).k
     some = slice(None, None, 8)
     turns = 0.08 * scan.times[some] / touch.texture_period

@@ -15,6 +15,7 @@ from synth.surfaces import profile_of
 from tests.few import thorough
 from tests.reference.creeping_oracle import Creep, Solid
 from tests.reference.moving_oracle import Harmonics
+from tests.reference.stiffness_oracle import contact_in_metres
 from tests.synth.effects.whole_renders import (
     SCENES,
     SHORT,
@@ -32,13 +33,18 @@ FEW = 4000  # places on a short contact: closer than PLACES on the default
 THREE = {"model": "three_time_constants", "short_time": 1e-3, "middle_time": 2e-3, "long_time": 4e-3}
 
 
+def mean_z(scene: Scene) -> float:
+    """Return the mean of z (m) over a period of the elastic contact."""
+    return float(np.mean(np.asarray(contact_in_metres(touch_of(scene), np.arange(256) / 256).approach, dtype=float)))
+
+
 def creep_of(scene: Scene, places: int) -> Creep:
     """Return the oracle's finger of `scene`."""
     skin, scan, mass = scene.effects["viscous_skin"], scene.scan, scene.effects.get("inertia")
     solid = Solid((skin.time_constant,)) if skin.model == "kelvin_voigt" else Solid(
         (skin.short_time, skin.middle_time, skin.long_time), (skin.short_weight, skin.middle_weight, skin.long_weight)
     )  # fmt: skip
-    moving = (0.0, 0.0) if mass is None else (mass.mass, mass.damping)
+    moving = (0.0, 0.0, 0.0, 0.0) if mass is None else (mass.mass, mass.damping, mass.stiffness, mean_z(scene))
     if scene.texture.kind == "sinusoid":
         return Creep(touch_of(scene), scan.speed, solid, places, *moving)
     profile = profile_of(scene)

@@ -159,7 +159,7 @@ def test_effects_are_read_with_their_units_and_frozen() -> None:
     assert scene.effects["viscous_skin"] == "auto"
     assert list(scene.effects) == ["inertia", "tangential", "viscous_skin"]
     complete = scene_document(scene)["effects"]
-    assert complete["inertia"] == {"mass": 0.007, "damping": 3.0}
+    assert complete["inertia"] == {"mass": 0.007, "damping": 2.4, "stiffness": 1e3}
     assert complete["viscous_skin"] == "auto"
     assert parse_scene(scene_document(scene)) == scene
     assert hash(scene) == hash(parse_scene(document))
