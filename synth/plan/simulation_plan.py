@@ -141,6 +141,7 @@ class SimulationPlan:
     peaks: peak at the scan's speed and load, or along a recording, SI.
     pilot: the pilot from which these were computed.
     finer: the same simulation with steps of half the length.
+    filtered: the part of `errors` that the filter lets through.
     """
 
     simulation: Simulation
@@ -150,6 +151,7 @@ class SimulationPlan:
     peaks: tuple[float, ...]
     pilot: Pilot
     finer: Simulation
+    filtered: float
 
     @property
     def nominal(self) -> Simulation:
@@ -213,7 +215,7 @@ def plan_simulation(case: SimulationCase, terms: Terms) -> SimulationPlan:
     parts = zip(of_steps, of_points, _start_errors(case, tried), strict=True)
     errors = tuple(4.0 / 3.0 * steps + sum(others) + filtered for steps, *others in parts)
     ready = replace(tried.simulation, scene=case.scene, offset=tried.offset)
-    return SimulationPlan(ready, case.orders, change, errors, peaks, tried, finer.simulation)
+    return SimulationPlan(ready, case.orders, change, errors, peaks, tried, finer.simulation, filtered)
 
 
 def _points(case: SimulationCase, terms: Terms, busy: float) -> list[int]:

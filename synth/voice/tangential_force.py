@@ -3,7 +3,8 @@
 Stage   3 (VOICE), used only by the effect `tangential`.
 Model   In a steady scan the slope force and friction are one series. In a motion each has a response table, and the
         direction of friction is applied at each frame. In a simulation both are read from its frames.
-Limits  The error of a simulated force is 4/3 of the change when the time steps are halved.
+Limits  The error of a simulated force is 4/3 of the change when the time steps are halved, and what the filter lets
+        through.
 """
 
 from __future__ import annotations
@@ -227,4 +228,4 @@ def _simulated_channel(solved: Preparation, law: Any) -> AddedChannel:
     extent, peak = float(np.ptp(fine)), float(np.max(np.abs(fine)))
     scale = law.full_scale or (peak / PEAK if peak > STILL else 1.0)
     error = 4.0 / 3.0 * float(np.max(np.abs(fine - coarse))) / extent if extent > 0.0 else 0.0
-    return AddedChannel(QUANTITY, scale, extent, error + ROUNDING, "simulation")
+    return AddedChannel(QUANTITY, scale, extent, error + plan.filtered + ROUNDING, "simulation")

@@ -124,7 +124,7 @@ def test_with_a_mass_the_force_errs_by_no_more_than_the_plan_says() -> None:
     wanted = Harmonics(np.fft.rfft(force) / len(force), 100.0)
     voice = open_voice(scene)
     error = errors_of(scene, voice, {FORCE: (wanted, 0)})[FORCE]
-    assert error <= voice.plan.estimated_error[FORCE] + 2e-5
+    assert error <= voice.plan.estimated_error[FORCE]
 
 
 def test_no_load_is_no_force() -> None:
