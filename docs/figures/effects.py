@@ -29,7 +29,8 @@ HERE = Path(__file__).resolve().parent
 RATE = 48000
 PERIOD, SPEED, LOAD = 0.8e-3, 0.08, 0.3  # m, m/s, N: of the default scene
 TURN = round(RATE * PERIOD / SPEED)  # frames of a texture period
-MASS = 5e-3  # kg: of inertia at its default
+MASS = 5e-3  # kg, of a whole finger
+WHOLE: Settings = {"mass": MASS, "damping": 3.0, "stiffness": 0.0}
 
 
 def main(folder: Path = HERE) -> None:
@@ -155,9 +156,10 @@ def pressures(contact: Any, phase: float, load: float) -> tuple[Real, Real]:
 
 
 def inertia() -> Figure:
-    """Return acceleration, its spectrum with the resonance of the contact, and a finger that is thrown off."""
+    """Return acceleration, its spectrum with the resonance of a whole finger, and such a finger that is thrown off."""
     figure, (left, middle, right) = panels(1.0, 1.0, 1.0)
-    for effects, colour, name in with_and_without("inertia", RED):
+    whole: tuple[Settings, str, str] = ({"inertia": WHOLE}, BLUE, "whole finger")
+    for effects, colour, name in (*with_and_without("inertia", RED), whole):
         voice = voice_of(effects, "acceleration")
         sound = rendered(voice, 100 * TURN)[:, 0]
         left.plot(1e3 * np.arange(TURN + 1) / RATE, sound[: TURN + 1], color=colour, linewidth=1.0, label=name)
@@ -177,9 +179,9 @@ def inertia() -> Figure:
     titled(middle, "its harmonics", "frequency (Hz)", "amplitude (m/s²)")
     titled(right, "thrown off by ridges, 0.1 N", "time (ms)", "z (µm)")
     left.set(xlim=(0.0, 10.0), xticks=(0.0, 5.0, 10.0))
-    left.set_ylim(top=37.0)
+    left.set_ylim(top=42.0)
     right.margins(x=0.0)
-    named(left, loc="upper center", ncols=2, columnspacing=1.0)
+    named(left, loc="upper center", labelspacing=0.25)
     return figure
 
 

@@ -7,7 +7,7 @@ Model   The force of a spring, with or without adhesion, depends only on the pos
         motion.
         Points: the number of skin points is doubled until the last doubling changes the pilot little.
         Steps: pilots are run with n and 2 n steps per frame. n is doubled until they agree within SETTLED of the
-        tolerance.
+        tolerance; live, or within TABLE_STEPS of the error of the table.
         Change: a pilot of the same contact without mass, memory and adhesion shows what the effects change.
         `errors` is the sum of
         - the change by twice the steps, plus a third of it (second order);
@@ -71,6 +71,7 @@ PATIENCE, PATIENCE_FILE = 0.2, 1.0  # predicted s of work of the next finer pilo
 SHARED = 1.5  # measured over predicted time on a processor that shares its caches: 1 to 2 were seen
 FEWEST_POINTS, MOST_POINTS = 65, 16385  # of skin: fewer points save less than a call costs; the most take 30 us
 SETTLED = 0.4  # largest change of a quantity by twice the steps, as a part of the tolerance
+TABLE_STEPS = 0.25  # the same, live, as a part of the error of the table if that is larger: more steps would not help
 POINTS_SHARE = 0.5  # error of the skin's points, as a part of the tolerance
 LEFT_BY_POINTS = 0.55  # error over the change by half the points: order 1.5, from kinks where surfaces begin to touch
 
@@ -194,6 +195,7 @@ def plan_simulation(case: SimulationCase, terms: Terms) -> SimulationPlan:
     counts = _points(case, terms, busy)
     tried = started(_first_simulation(case, terms, counts[0]), case)
     of_points = _table_errors(case, tried)
+    allowed = [max(SETTLED * case.tolerance, TABLE_STEPS * one * case.live) for one in of_points]
     for count in counts[1:]:
         before = tried
         stepper = _stepper_of(case, terms, count, tried.simulation.reference)
@@ -207,7 +209,7 @@ def plan_simulation(case: SimulationCase, terms: Terms) -> SimulationPlan:
         finer = started(replace(tried.simulation, steps=steps, filters=_filters_of(case, terms, steps)), case)
         of_steps = finer.differs_from(tried)
         dear = _work(finer.simulation) > busy or 2.0 * finer.work > patience
-        if not tried.repeats or max(of_steps) <= SETTLED * case.tolerance or dear:
+        if not tried.repeats or dear or all(map(float.__le__, of_steps, allowed)):
             break
         tried = finer
     change, peaks = _change_and_peaks(case, tried)

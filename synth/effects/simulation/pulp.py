@@ -59,7 +59,7 @@ def attracted_mean(stepper: Stepper, lowest: float, heaviest: float) -> Mean:
         return partial(np.full_like, fill_value=_mean_at(stepper, lowest))
     roots = np.linspace(np.cbrt(lowest), np.cbrt(heaviest), MEANS)
     values = np.array([_mean_at(stepper, float(root) ** 3) for root in roots])
-    return partial(np.interp, xp=roots, fp=values)
+    return lambda wanted: np.asarray(np.interp(wanted, roots, values))
 
 
 def _mean_at(stepper: Stepper, load: float) -> float:

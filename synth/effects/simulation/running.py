@@ -203,7 +203,7 @@ class Running:
 
         phases: of the texture at the frames of `motion`.
         """
-        samples = motion.samples
+        samples = np.ascontiguousarray(motion.samples)  # positions become a view of speeds
         if self._before is None:
             turns = samples.item(SPEED, 0) / self.simulation.scene.texture.period
             self._start(int(phases[0]), samples.item(LOAD, 0), turns)

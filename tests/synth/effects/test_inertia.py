@@ -113,8 +113,9 @@ def test_auto_leaves_a_slow_scan_alone_and_puts_a_fast_one_in() -> None:
 
 def test_the_whole_finger_of_before_is_reached_by_its_three_settings() -> None:
     """It overshoots near 400 Hz where the pulp does not: harmonics of the default scene over those of eq. 1."""
+    cases: list[dict[str, Any]] = [{}, {"inertia": {}}, {"inertia": WHOLE}]
     found = []
-    for effects in ({}, {"inertia": {}}, {"inertia": WHOLE}):
+    for effects in cases:
         voice = open_voice(scene_of("default", effects, output={"channels": ["displacement"]}))
         found.append(np.abs(fit_harmonics(physical(voice, 2000)[:, 0], 8000, 100.0, 3900.0).coefficients[1:9]))
     still, pulp, whole = found

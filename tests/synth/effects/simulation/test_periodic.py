@@ -25,7 +25,6 @@ KINDS: dict[str, tuple[str, ...]] = {
     "inertia and adhesion": ("inertia", "adhesion"),
     "inertia and three_time_constants": ("inertia", "three_time_constants"),
     "pulp and adhesion": ("pulp", "adhesion"),
-    "pulp and three_time_constants": ("pulp", "three_time_constants"),
 }
 NAMES = {"kelvin_voigt": "viscous_skin", "three_time_constants": "viscous_skin", "pulp": "inertia"}
 QUICK = [("inertia", 0), ("pulp", 0), ("adhesion", 0), ("kelvin_voigt", 0)]
