@@ -55,7 +55,7 @@ class Inertia(BalanceEffect):
     summary = "A mass on the pulp, a spring and a damper, moved by the contact, with loss of contact and bounce."
     settings = InertiaSettings
     replaces = "the mass of the finger"
-    price = Price(370.0, 3_200_000)
+    price = Price(1300.0, 3_200_000)
 
     def reason(self, scene: Scene, settings: InertiaSettings) -> str:
         """See `Effect`."""
