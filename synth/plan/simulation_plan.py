@@ -334,12 +334,13 @@ def _stepper_of(case: SimulationCase, terms: Terms, points: int, mean: Mean) -> 
     """Return the stepper of `case` with `terms` and `points` points of skin; `mean`: of z, without adhesion."""
     contact, load, forces = case.contact, case.pressed, bool(outputs_of(case.scene))
     stiffness = StiffnessLaw.of(contact, load, case.scene.scan.lift_load)
+    rest = mean if case.load_varies and terms.pulp > 0.0 else float(mean(np.zeros(1))[0])
     if terms.skin is not None:  # import only the stepper that the scene needs
         from synth.effects.simulation.skin_points import SkinPoints
         from synth.effects.simulation.skin_steps import SkinStepper
 
         found = SkinPoints.of_contact(contact, load, points)
-        return SkinStepper(found, terms.skin, stiffness, terms.mass, terms.damping, forces, Pulp(terms.pulp, mean))
+        return SkinStepper(found, terms.skin, stiffness, terms.mass, terms.damping, forces, Pulp(terms.pulp, rest))
     from synth.effects.simulation.energy_table import EnergyTable
     from synth.effects.simulation.table_steps import TableStepper
 
@@ -357,8 +358,8 @@ def _stepper_of(case: SimulationCase, terms: Terms, points: int, mean: Mean) -> 
     stepper = TableStepper(table, stiffness, terms.mass, terms.damping, pull, reach, period, forces)
     if terms.pulp > 0.0 and pull > 0.0:
         ends = (min(case.loads[0], -pull), case.loads[1]) if case.load_varies else (case.load, case.load)
-        mean = attracted_mean(stepper.at_rest, *ends)
-    return replace(stepper, pulp=Pulp(terms.pulp, mean))
+        rest = attracted_mean(stepper.at_rest, *ends)
+    return replace(stepper, pulp=Pulp(terms.pulp, rest))
 
 
 def _sunk(contact: Contact, load: float, heaviest: float, pull: float) -> float:

@@ -12,7 +12,6 @@ Limits  The bone follows the load at once, and nothing else. A simulated z whose
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
@@ -31,32 +30,32 @@ class Pulp:
     """A spring that carries the contact.
 
     stiffness: k_p (N/m); 0: no spring.
-    rest: z_w (m) as a function of w^(1/3) (N^(1/3)); None without a spring.
+    rest: z_w (m) as a function of w^(1/3) (N^(1/3)), or at the only load.
     """
 
     stiffness: float = 0.0
-    rest: Mean | None = None
+    rest: Mean | float = 0.0
 
     def rests(self, before: float, loads: Array, lightest: float) -> Array:
         """Return z_w (m) at the load `before` and at each of `loads`, float64 [loads + 1].
 
         before, loads: N; those below `lightest` count as `lightest`.
         """
-        if self.rest is None or self.stiffness == 0.0:
-            return np.zeros(len(loads) + 1)
+        if isinstance(self.rest, float):
+            return np.full(len(loads) + 1, self.rest)
         return np.asarray(self.rest(np.cbrt(np.maximum(np.append(before, loads), lightest))))
 
 
 NO_PULP = Pulp()
 
 
-def attracted_mean(stepper: Stepper, lowest: float, heaviest: float) -> Mean:
-    """Return the mean of z over a period (m) over w^(1/3) (N^(1/3)), with adhesion, between two loads (N).
+def attracted_mean(stepper: Stepper, lowest: float, heaviest: float) -> Mean | float:
+    """Return the mean of z over a period (m) with adhesion, over w^(1/3) (N^(1/3)) between two loads (N), or at one.
 
     stepper: without mass and pulp. A finger that lets go within the period counts as out of range.
     """
     if lowest == heaviest:
-        return partial(np.full_like, fill_value=_mean_at(stepper, lowest))
+        return _mean_at(stepper, lowest)
     roots = np.linspace(np.cbrt(lowest), np.cbrt(heaviest), MEANS)
     values = np.array([_mean_at(stepper, float(root) ** 3) for root in roots])
     return lambda wanted: np.asarray(np.interp(wanted, roots, values))

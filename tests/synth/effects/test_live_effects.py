@@ -99,6 +99,21 @@ def test_a_hand_that_lifts_is_exact_silence(name: str) -> None:
     assert not np.any(block[-200:])
 
 
+@pytest.mark.parametrize("name", ["inertia", "viscous_skin"])
+def test_a_hand_that_gives_positions_moves_a_simulation_as_one_that_gives_speeds(name: str) -> None:
+    count, blocks = 200, []
+    for given in ("position", "speed"):
+        voice = open_voice(scene({name: {}}, finger=SHORT), cache=CACHE)
+        parts = []
+        for begin in range(0, 1600, count):
+            t = (begin + np.arange(count)) / RATE
+            moved = {"position": 0.08 * t} if given == "position" else {"speed": 0.08}
+            parts.append(voice.render(count, Motion.of(count, load=0.3, **moved)))
+        blocks.append(np.concatenate(parts)[400:])
+    assert np.ptp(blocks[1]) > 0.0
+    assert np.max(np.abs(blocks[0] - blocks[1])) <= 1e-3 * np.ptp(blocks[1])
+
+
 @pytest.mark.parametrize("shape", ["curvature", "contact_growth"])
 def test_a_shape_that_a_hand_would_change_under_a_simulation_is_refused_at_once(
     shape: str, monkeypatch: pytest.MonkeyPatch

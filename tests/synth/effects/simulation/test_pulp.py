@@ -44,8 +44,7 @@ def with_pulp(steps: TableStepper, spring: float = SPRING, loads: tuple[float, f
 
 def rest_at(steps: TableStepper, load: float) -> float:
     """Return z_w (m)."""
-    assert steps.pulp.rest is not None
-    return float(steps.pulp.rest(np.cbrt([load]))[0])
+    return float(steps.pulp.rests(load, np.empty(0), 0.0)[0])
 
 
 def integrated(steps: TableStepper, motion: Motion, begin: tuple[float, float], times: Real) -> Real:
