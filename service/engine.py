@@ -180,7 +180,7 @@ class Engine(Protocol):
         """Return a live voice at frame 0 that follows a hand. record: it records the hand's motion."""
 
     def load_reading(self) -> None:
-        """Load the kernels of table reading and of the limiter; a first start compiles them."""
+        """Load the kernels of fingertips, table reading and the limiter; a first start compiles them."""
 
     def load_following(self) -> None:
         """Load the kernels that follow a hand; a first start compiles them."""
@@ -264,6 +264,7 @@ class SynthEngine:
 
     def load_reading(self) -> None:
         """See `Engine`."""
+        import synth.contact.fingertip_solver
         import synth.voice.limiter
         import synth.voice.table_reading  # noqa: F401
 

@@ -21,7 +21,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.contact.exact_solver import Approaches
-from synth.kernels import signed_kernel
+from synth.kernels import inner, signed_kernel
 from synth.surfaces.profile import Profile
 
 Floats = np.ndarray[Any, np.dtype[np.float32]]
@@ -150,7 +150,7 @@ def prepare_columns(starts, heights, shape, sums, ranks):
             b += 1
 
 
-@signed_kernel("UniTuple(f8, 2)(i8[::1], f4[::1], f8[::1], f8[::1], i4[::1], f8[::1], f8)")
+@inner
 def column_sums(starts, heights, shape, sums, ranks, under, z):
     """Return the sum of max(h - z, 0) over all points, and the number of points above z.
 
@@ -172,7 +172,7 @@ def column_sums(starts, heights, shape, sums, ranks, under, z):
     return area, float(touching)
 
 
-@signed_kernel("f8(f8[::1], f8[::1], f8[::1], f8, f8[::1])")
+@inner
 def place_texture(shape, places, texture, phase, under):
     """Write the height of the texture at each column, at `phase` (turns); return the highest point."""
     count, top = len(texture) - 1, -math.inf
