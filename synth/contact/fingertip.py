@@ -131,6 +131,7 @@ class FingertipContact(Contact):
         width: of the footprint at 1 N, m.
         """
         geometry = geometry.as_profile()
+        # eqs 4-5 have a period for the plate too, which is flat: that of the ridges, a choice
         flat = replace(geometry, profile=None, texture_amplitude=0.0, texture_period=geometry.ridge_period)
         law = Stiffness.of_contact(flat, stiffness.contact_modulus)
         law = replace(law, given=stiffness.given)
@@ -160,7 +161,7 @@ class FingertipContact(Contact):
         return self
 
     def closed(self, load: float) -> FullContact | None:
-        """Return None: a round fingertip is never in full contact."""
+        """Return None: the closed form is that of a flat comb."""
         return None
 
     def width_at(self, load: float) -> float:

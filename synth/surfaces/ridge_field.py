@@ -2,10 +2,11 @@
 
 Stage   SURFACES.
 Model   h(x, y) = -a (1 + s_h g) cos(2 pi (r + u + v) / period), x along the scan, y across it, both from the middle of
-        the fingertip. r is the distance from the core of the print: 8 mm behind the middle for a loop, the middle
-        itself for a whorl. u and v are smooth random displacements. Their rms gradients, along x for u and along y for
-        v, are the spread of the spacing and the spread of the direction (rad). g is a random field of variance 1. Each
-        field is the sum of WAVES plane waves of random direction and phase, drawn in order from PCG64(seed).
+        the fingertip; 1 + s_h g is not below 0. r is the distance from the core of the print: 8 mm behind the middle
+        for a loop, the middle itself for a whorl. u and v are smooth random displacements. Their rms gradients, along x
+        for u and along y for v, are the spread of the spacing and the spread of the direction (rad). g is a random
+        field of variance 1. Each field is the sum of WAVES plane waves of random direction and phase, drawn in order
+        from PCG64(seed).
 Source  Mean period and height: see `finger_section`. The loop's radius, the spreads and the correlation length are
         unverified defaults. They are chosen so that no grating is commensurate with the whole print: with equal ridges
         the line at u / lambda2 can be 59 dB below the strongest, with these spreads 5 dB.
