@@ -29,9 +29,10 @@ from synth.arrays import Array
 from synth.contact.fingertip_solver import FingertipGrid
 from synth.contact.full_contact import FullContact
 from synth.contact.geometry import Geometry
-from synth.contact.load_balance import Contact
+from synth.contact.load_balance import Contact, PhaseSolver
 from synth.contact.stiffness import Stiffness
 from synth.errors import CannotRender
+from synth.surfaces.height_field import HeightField
 from synth.surfaces.profile import Profile
 from synth.surfaces.ridge_field import RidgeField
 
@@ -75,11 +76,30 @@ class Footprint:
         return np.asarray(self.depth * turns)
 
 
-def fingertip_grid(field: RidgeField, footprint: Footprint, texture: Profile, scale: float) -> FingertipGrid:
+def area_grid(field: RidgeField, footprint: Footprint, texture: HeightField, scale: float) -> PhaseSolver:
+    """Return the points of `field` on `footprint` over a height field.
+
+    scale: of the heights in the solver, m.
+    """
+    from synth.contact.area_contact import finger_grid, lattice_step  # only a height field needs its kernels
+
+    size = REACH * footprint.length, REACH * footprint.width
+    step = lattice_step(texture, size, COLUMNS[0] / field.period, ROWS[0] / field.period)
+
+    def heights(x: Array, y: Array) -> Array:
+        inside = (2.0 * x / size[0])[:, np.newaxis] ** 2 + (2.0 * y / size[1])[np.newaxis] ** 2 < 1.0
+        return np.where(inside, field.heights(x, y) - footprint.drop(x, y), -np.inf)
+
+    return finger_grid(heights, size, step, -0.5 * size[0], footprint.length * footprint.width, texture, scale)
+
+
+def fingertip_grid(field: RidgeField, footprint: Footprint, texture: Profile, scale: float) -> PhaseSolver:
     """Return the points of `field` on `footprint` over `texture`; CannotRender where the texture is too fine.
 
     scale: of the heights in the solver, m.
     """
+    if isinstance(texture, HeightField):
+        return area_grid(field, footprint, texture, scale)
     length, width = REACH * footprint.length, REACH * footprint.width
     needed = length * COLUMNS[1] / texture.period
     if needed > MOST_COLUMNS:
@@ -119,7 +139,6 @@ class FingertipContact(Contact):
     """
 
     of_one_line = False
-    grid: FingertipGrid
     field: RidgeField
     footprint: Footprint
 

@@ -9,6 +9,7 @@ from synth.contact.geometry import Geometry
 from synth.contact.load_balance import Contact
 from synth.contact.stiffness import Stiffness
 from synth.scene.scene import Scene
+from synth.surfaces.height_field import HeightField
 
 
 def contact_of(scene: Scene) -> Contact:
@@ -35,4 +36,8 @@ def contact_of(scene: Scene) -> Contact:
             seed=finger.seed or 0,
         )
         return FingertipContact.of_field(geometry, stiffness, field, finger.width)
+    if isinstance(geometry.profile, HeightField):
+        from synth.contact.area_contact import CombOnArea
+
+        return CombOnArea.of(geometry, stiffness)
     return Contact.of(geometry, stiffness)

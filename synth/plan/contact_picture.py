@@ -161,8 +161,8 @@ def surfaces_of(contact: Contact, length: float) -> Surfaces:
     if not contact.of_one_line:
         from synth.contact.fingertip import REACH, FingertipContact
 
-        assert isinstance(contact, FingertipContact)
-        return MiddleLine(contact.geometry, 0.5 * nominal * (1.0 - REACH), REACH * nominal, 0.0, contact)
+        if isinstance(contact, FingertipContact):  # a comb on an area is its line y = 0
+            return MiddleLine(contact.geometry, 0.5 * nominal * (1.0 - REACH), REACH * nominal, 0.0, contact)
     return Surfaces(contact.geometry, 0.0 if length == nominal else 0.5 * (nominal - length), length, contact.dome)
 
 

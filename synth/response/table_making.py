@@ -8,8 +8,8 @@ Model   The middle of every interval of load is solved. The error of the interva
         segments of a profile and the number of phases are refined as far as the first rows require. The change by the
         last refinement is part of the error.
 Source  design, sections 1 and 8.
-Limits  MOST_BYTES and MOST_WORK cells: 4 MB, about 0.3 s for two cosines and 0.6 s for a profile. The error that
-        remains at these limits is reported.
+Limits  MOST_BYTES and MOST_WORK cells: 4 MB, about 0.3 s for two cosines, 0.6 s for a profile, and up to 2 s for a
+        finger and a texture over an area. The error that remains at these limits is reported.
 """
 
 from __future__ import annotations
@@ -60,6 +60,7 @@ PROFILE_WORK = 2.0  # a profile may take this many times the work of two cosines
 MANY_KINKS = 1.5  # factor on the error of the cubic in the middle: a profile has kinks all over an interval
 ROOM = 1.25  # safety factor for two cosines: in 470 scenes some errors at 64 harmonics were 1.08 times the estimate
 FEWEST_ROWS = 100  # rows that the work must allow; with fewer, the rows have a larger error than the discretisation
+HEAVY = 3.0  # times the work that a contact may take until it has FEWEST_ROWS rows: 2 s for an area
 NARROWEST = 1e-4  # relative to its load: an interval this narrow is not halved
 
 
@@ -87,7 +88,8 @@ class TableBounds:
     def rows(self, levels: MipLevels, work_of_row: float) -> int:
         """Return the number of rows within the limits: at least the first rows and the middles between them."""
         bytes_of_row = 8 * sum(places + PADDING for places in levels.places) + OTHER_BYTES
-        return int(max(24, min(self.nbytes // bytes_of_row, self.work // work_of_row)))
+        affordable = max(self.work // work_of_row, min(FEWEST_ROWS, HEAVY * self.work // work_of_row))
+        return int(max(24, min(self.nbytes // bytes_of_row, affordable)))
 
 
 BOUNDS = TableBounds()

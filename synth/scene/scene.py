@@ -25,7 +25,7 @@ from synth.scene.rules import MOST_FAULTS, Fields, Refusal, refusal
 from synth.scene.scan_section import LOWEST_LOAD, Scan
 from synth.scene.section import Section, inner_section, plain, rule_of, section_schema
 from synth.scene.text import object_from_text, pointer
-from synth.scene.texture_registry import with_files
+from synth.scene.texture_registry import DEFAULT, kinds, with_files
 from synth.scene.texture_section import Texture
 
 
@@ -44,17 +44,29 @@ class Scene(Section):
 
     @classmethod
     def conflicts(cls, given: Fields) -> list[Refusal]:
-        """Refuse effects that need the comb of ridges with another kind of finger."""
-        finger, effects = given.get("finger"), given.get("effects")
-        written = finger.document() if isinstance(finger, Finger) else finger
-        kind = written.get("kind") if isinstance(written, Mapping) else None
-        if kind is None or kind == "comb" or not isinstance(effects, Mapping):
+        """Refuse a probe on a texture over an area, and effects of the comb with another finger or such a texture."""
+        finger, texture = _kind(given, "finger", "comb"), _kind(given, "texture", DEFAULT)
+        effects = given.get("effects")
+        of_area = texture in kinds() and kinds()[texture].of_area
+        if finger == "probe" and of_area:
+            hint = f'Write "fingertip" or "comb". The texture, of kind "{texture}", has heights over an area.'
+            return [refusal(["finger", "kind"], finger, "a finger over an area", hint)]
+        if not isinstance(effects, Mapping) or (finger == "comb" and not of_area):
             return []
-        hint = f'Leave it out, or write finger.kind "comb". This finger is a {kind}.'
-        return [
-            refusal(["effects", name], plain(effects[name]), 'an effect of a finger of kind "comb"', hint)
-            for name in needing_comb(effects)
-        ]
+        allowed, hint = 'an effect of a finger of kind "comb"', 'Leave it out, or write finger.kind "comb".'
+        if of_area:
+            allowed, hint = "an effect of a texture along a line", f'Leave it out. This texture is of kind "{texture}".'
+        elif finger != "comb":
+            hint += f" This finger is a {finger}."
+        return [refusal(["effects", name], plain(effects[name]), allowed, hint) for name in needing_comb(effects)]
+
+
+def _kind(given: Fields, section: str, default: str) -> str:
+    """Return the kind of a section as given, or `default`."""
+    found = given.get(section)
+    written = found.document() if isinstance(found, Section) else found
+    kind = written.get("kind") if isinstance(written, Mapping) else None
+    return kind if isinstance(kind, str) else default
 
 
 SceneLike = Scene | Mapping[str, Any] | str | os.PathLike[str]

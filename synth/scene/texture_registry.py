@@ -23,7 +23,7 @@ from synth.scene.section import Section
 FOLDER = "synth.surfaces"
 DEFAULT = "sinusoid"
 
-SHARED = ("period", "amplitude", "roughness")
+SHARED = ("period", "amplitude", "roughness", "spacing", "surface", "ends")
 """Fields that several kinds share. `texture_section` declares them, and also phase and the moduli, which every kind
 has."""
 
@@ -47,6 +47,7 @@ class Kind:
     pairs: pairs of fields that write one value in two ways. Only one may be given; it displaces the other.
     local: returns the fields with the contents of a file of this machine in place of its path. Raises SceneError.
     written: returns the fields as a document has them, from the document and the values.
+    of_area: whether the heights vary across the scan too.
     """
 
     name: str
@@ -59,6 +60,7 @@ class Kind:
     pairs: tuple[tuple[str, str], ...] = ()
     local: Callable[[Mapping[str, Any]], dict[str, Any]] = dict
     written: Callable[[Mapping[str, Any], Mapping[str, Any]], dict[str, Any]] = lambda fields, _values: dict(fields)
+    of_area: bool = False
 
     @property
     def names(self) -> tuple[str, ...]:

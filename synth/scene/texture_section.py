@@ -11,6 +11,7 @@ and narrow enough that a wrong unit is noticed.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -18,7 +19,7 @@ from pydantic import Field, create_model
 
 from synth.scene.catalogue import catalogue_names, lookup
 from synth.scene.quantity import Dimension
-from synth.scene.rules import Choice, Fields, Quantity, Refusal, refusal
+from synth.scene.rules import Choice, Fields, Quantity, Refusal, Rule, refusal, refused
 from synth.scene.section import Section, without
 from synth.scene.texture_registry import (
     STEEPEST,
@@ -45,6 +46,22 @@ WIDER = 1e-6
 extremes."""
 
 
+class Address(Rule):
+    """The address of heights that this process knows (`surfaces.surface_data`)."""
+
+    allowed = "64 hexadecimal digits"
+
+    def read(self, value: object) -> str:
+        """Return the address."""
+        if isinstance(value, str) and re.fullmatch("[0-9a-f]{64}", value):
+            return value
+        raise refused(self.allowed, "Import a surface; the answer has its address.")
+
+    def schema(self) -> dict[str, Any]:
+        """Return the schema of an address."""
+        return {"anyOf": [{"type": "string", "pattern": "^[0-9a-f]{64}$"}]}
+
+
 def amplitude_of(roughness: float) -> float:
     """Return the amplitude (m) of a cosine whose mean arithmetic roughness Ra is `roughness` (m), by eq. 3."""
     return 0.5 * math.pi * roughness
@@ -66,6 +83,17 @@ class TextureFields(Section):
     )
     roughness: Annotated[float | None, ROUGHNESS] = Field(
         default=None, description="sinusoid: mean arithmetic roughness Ra, instead of amplitude (eq. 3)."
+    )
+    spacing: Annotated[float | None, Quantity(Dimension.LENGTH, 1e-9, 0.1, usual=1e-3)] = Field(
+        default=10e-6, description="profile, heightmap: distance between neighbouring heights."
+    )
+    surface: Annotated[str | None, Address()] = Field(
+        default=None, description="profile, heightmap: instead of heights, the address of an imported surface."
+    )
+    ends: Annotated[str | None, Choice(("join", "mirror"))] = Field(
+        default=None,
+        description="profile, heightmap: join: the last height connects to the first (default of a profile); "
+        "mirror: the surface continues as its mirror image (default of a heightmap).",
     )
     phase: Annotated[float, Quantity(Dimension.ANGLE, -1000.0, 1000.0)] = Field(
         default=math.sqrt(2.0), description="Phase of the texture at position 0 (phi of eq. 2)."

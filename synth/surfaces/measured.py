@@ -29,9 +29,10 @@ from pydantic import Field
 from synth.errors import Fault, SceneError, shown
 from synth.scene.quantity import Dimension
 from synth.scene.rules import Fields, Quantity, QuantityList, Refusal, Rule, refusal, refused
-from synth.scene.section import Section
+from synth.scene.section import Section, without
 from synth.scene.texture_registry import STEEPEST, Kind
 from synth.surfaces.profile import Array, Bounds, Profile, places_of, turns_of
+from synth.surfaces.surface_data import surface_at
 
 LARGEST_HEIGHT = 0.01  # m above or below the zero of the instrument; the profile itself is 2 mm high at most
 MOST_INLINE = 65_536  # heights in a scene: 1.4 MB of text; a larger document is unwieldy to send
@@ -154,30 +155,44 @@ class MeasuredFields(Section):
         tuple[float, ...] | None,
         HeightList(Quantity(Dimension.LENGTH, -LARGEST_HEIGHT, LARGEST_HEIGHT), 2, MOST_INLINE),
     ] = Field(default=None, description="profile: heights at equal distances; the last connects to the first.")
-    spacing: Annotated[float | None, Quantity(Dimension.LENGTH, 1e-9, 0.1, usual=1e-3)] = Field(
-        default=10e-6, description="profile: distance between neighbouring heights."
-    )
     file: Annotated[str | None, HeightFile()] = Field(
         default=None, description="profile: instead of heights, a file that holds them. Only the command line reads it."
     )
 
 
 def _made(values: Mapping[str, Any]) -> MeasuredProfile:
-    return MeasuredProfile(np.array(values["heights"]), values["spacing"], values["phase"])
+    points, spacing = points_of(values)
+    if values["ends"] == "mirror":
+        points = np.concatenate([points, points[-2:0:-1]])
+    return MeasuredProfile(points, spacing, values["phase"])
+
+
+def points_of(values: Mapping[str, Any]) -> tuple[Array, float]:
+    """Return the heights (m) of a valid texture, and their spacing (m)."""
+    if values["surface"] is None:
+        return np.array(values["heights"]), values["spacing"]
+    data = surface_at(values["surface"])
+    assert data is not None, "the scene was checked where the surface was known"
+    return data.heights.astype(float), data.spacing[0]
 
 
 def _refusals(values: Mapping[str, Any], given: Fields) -> list[Refusal]:
     if "file" in given:
         hint = "A service does not read files. Write the heights, or use the command line."
         return [refusal(["file"], given["file"], "nothing here: only the command line and Python read files", hint)]
-    if "heights" not in given:
+    if "surface" in given:
+        found = surface_refusals(given, 1)
+        if found:
+            return found
+    elif "heights" not in given:
         hint = 'Write a list such as [0, "20 um", 0, "-20 um"]; on the command line, file=PATH.'
         return [refusal(["heights"], None, "a list of heights", hint)]
-    level, spacing = np.array(values["heights"]), values["spacing"]
+    level, spacing = points_of(values)
     if not 1e-6 <= len(level) * spacing <= 1.0:
         allowed = "a period (heights times spacing) of 1 um to 1 m"
         return [refusal(["spacing"], given.get("spacing"), allowed, f"It is {len(level) * spacing:g} m.")]
-    slopes = np.abs(np.append(level, level[0])[1:] - level) / spacing
+    last = level[-1] if values["ends"] == "mirror" else level[0]
+    slopes = np.abs(np.append(level, last)[1:] - level) / spacing
     worst = int(np.argmax(slopes))
     if slopes[worst] <= STEEPEST:
         return []
@@ -185,8 +200,26 @@ def _refusals(values: Mapping[str, Any], given: Fields) -> list[Refusal]:
     hint = f"The slope {between} is {slopes[worst]:.4g}. Remove the step or the spike, or correct spacing."
     if worst == len(level) - 1:
         between = "from the last height back to the first"
-        hint = f"The slope {between} is {slopes[worst]:.4g}: the period does not close. Remove the trend."
-    return [refusal(["heights"], given["heights"], f"slopes of {STEEPEST:g} at most", hint)]
+        hint = f'The slope {between} is {slopes[worst]:.4g}. Remove the trend, or write ends "mirror".'
+    field = "surface" if "surface" in given else "heights"
+    return [refusal([field], given[field], f"slopes of {STEEPEST:g} at most", hint)]
+
+
+def surface_refusals(given: Fields, dimensions: int) -> list[Refusal]:
+    """Refuse a surface that is given twice, unknown to this process, or of another number of dimensions."""
+    for other in ("heights", "rows", "spacing", "spacing_across"):
+        if other in given:
+            return [
+                refusal([other], given[other], "nothing beside surface", "The surface has its own heights and spacing.")
+            ]
+    data = surface_at(str(given["surface"]))
+    if data is None:
+        hint = "Import it here first: an address is known only where its surface was imported or read."
+        return [refusal(["surface"], given["surface"], "the address of a surface that is known here", hint)]
+    if data.heights.ndim != dimensions:
+        kind = "profile" if data.heights.ndim == 1 else "heightmap"
+        return [refusal(["surface"], given["surface"], f"{dimensions} dimension(s)", f'Write texture.kind "{kind}".')]
+    return []
 
 
 def heights_of_file(fields: Mapping[str, Any]) -> dict[str, Any]:
@@ -208,6 +241,8 @@ def written(fields: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, A
     values: the same fields as numbers in SI units.
     """
     heights = values["heights"]
+    if values["surface"] is not None:
+        return without(fields, "heights", "spacing")
     if isinstance(heights, Heights) and len(heights) > MOST_INLINE:
         return {**fields, "heights": None, "file": heights.path}
     return dict(fields)
@@ -253,10 +288,10 @@ KIND = Kind(
     "profile",
     MeasuredFields,
     _made,
-    shared=(),
+    shared=("spacing", "surface", "ends"),
     steep="heights",
     refusals=_refusals,
-    pairs=(("heights", "file"),),
+    pairs=(("heights", "file"), ("heights", "surface"), ("spacing", "surface")),
     local=heights_of_file,
     written=written,
 )

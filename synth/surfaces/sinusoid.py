@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.scene.section import Section
-from synth.scene.texture_registry import SHARED, Kind
+from synth.scene.texture_registry import Kind
 from synth.surfaces.profile import Array, Bounds, Cosine, Profile
 
 
@@ -63,7 +63,7 @@ KIND = Kind(
     "sinusoid",
     Section,
     lambda values: Sinusoid(values["amplitude"], values["period"], values["phase"]),
-    shared=SHARED,
+    shared=("period", "amplitude", "roughness"),
     steep="",
     pairs=(("amplitude", "roughness"),),
 )

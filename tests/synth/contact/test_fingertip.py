@@ -10,6 +10,7 @@ import pytest
 
 import ridgewave as rw
 from synth.contact.fingertip import REACH, FingertipContact, Footprint
+from synth.contact.fingertip_solver import FingertipGrid
 from synth.contact.geometry import Geometry
 from synth.contact.scene_contact import contact_of
 from synth.contact.stiffness import Stiffness
@@ -36,16 +37,22 @@ def tip_of(scene: Any) -> FingertipContact:
     return contact
 
 
+def grid_of(contact: FingertipContact) -> FingertipGrid:
+    """Return the points of a fingertip on a texture along one line."""
+    assert isinstance(contact.grid, FingertipGrid)
+    return contact.grid
+
+
 def points_of(contact: FingertipContact) -> tuple[Any, Any]:
     """Return place along the scan and height (m) of every point of the solver."""
-    grid = contact.grid
+    grid = grid_of(contact)
     places = grid.places * contact.geometry.texture_period
     return np.repeat(places, np.diff(grid.starts)), grid.heights.astype(float) * grid.height_scale
 
 
 def texture_of(contact: FingertipContact) -> Heights:
     """Return the heights (m) of the texture at places along it (m), as the columns meet it: straight between knots."""
-    knots, period = contact.grid.texture * contact.grid.height_scale, contact.geometry.texture_period
+    knots, period = grid_of(contact).texture * grid_of(contact).height_scale, contact.geometry.texture_period
     turns = np.arange(len(knots)) / (len(knots) - 1)
     return lambda places: np.interp(places / period % 1.0, turns, knots)
 
@@ -85,8 +92,8 @@ def test_a_file_is_that_of_brute_force_over_the_points(seeds: range) -> None:
         x, h1 = points_of(contact)
         some = np.random.default_rng(seed).choice(count, 16)
         places, indentation = some / count * profile.period, Stiffness.of_scene(scene).indentation(load)
-        z = approach(x, h1, contact.grid.cell, texture_of(contact), places, indentation)
-        assert np.max(np.abs(solved[some] - z)) < 1e-11 * contact.grid.height_scale
+        z = approach(x, h1, grid_of(contact).cell, texture_of(contact), places, indentation)
+        assert np.max(np.abs(solved[some] - z)) < 1e-11 * grid_of(contact).height_scale
         series = np.fft.rfft(solved)[: highest + 1] / count
         series[0] = 0.0
         extent = float(np.ptp(curves(series, 0, count)))
@@ -107,7 +114,7 @@ def test_a_column_meets_the_mean_of_the_texture_over_its_width(kind: str) -> Non
     contact = tip_of({"finger": FINGERTIP, "texture": texture})
     profile, period = contact.geometry.profile, contact.geometry.texture_period
     assert profile is not None
-    width = float(contact.grid.places[1] - contact.grid.places[0]) * period
+    width = float(grid_of(contact).places[1] - grid_of(contact).places[0]) * period
     places = random.uniform(0.0, period, 64)
     inside = (np.arange(4096) + 0.5) / 4096 - 0.5
     wanted = profile.heights(places[:, np.newaxis] + width * inside).mean(axis=1)
@@ -126,8 +133,8 @@ def test_the_points_are_those_of_the_ridges_drawn_anew(pattern: str) -> None:
     drawn = Print(finger.ridge_period, finger.ridge_amplitude, pattern, 0.3, 0.3, 0.3, 0)
     x, found = points_of(contact)
     rows = 2.0 * 3e-3
-    for column in (0, len(contact.grid.places) // 3, len(contact.grid.places) // 2):
-        place = contact.grid.places[column] * contact.geometry.texture_period
+    for column in (0, len(grid_of(contact).places) // 3, len(grid_of(contact).places) // 2):
+        place = grid_of(contact).places[column] * contact.geometry.texture_period
         ours = found[x == place]
         count = round(rows / _row_step(contact))
         y = (np.arange(count) + 0.5) * (rows / count) - 0.5 * rows
@@ -140,7 +147,7 @@ def test_the_points_are_those_of_the_ridges_drawn_anew(pattern: str) -> None:
 
 def _row_step(contact: FingertipContact) -> float:
     """Return the distance of rows (m), from the area of a point."""
-    grid, footprint = contact.grid, contact.footprint
+    grid, footprint = grid_of(contact), contact.footprint
     along = float(grid.places[1] - grid.places[0]) * contact.geometry.texture_period
     return grid.cell * footprint.length * footprint.width / along
 
@@ -191,8 +198,8 @@ def test_a_table_is_within_its_reported_error(period: float) -> None:
 
 def test_the_same_seed_is_the_same_finger_and_another_is_another() -> None:
     one, same, other = (tip_of({"finger": {**FINGERTIP, "seed": seed}}) for seed in (1, 1, 2))
-    assert one.key == same.key and np.array_equal(one.grid.heights, same.grid.heights)
-    assert one.key != other.key and not np.array_equal(one.grid.heights, other.grid.heights)
+    assert one.key == same.key and np.array_equal(grid_of(one).heights, grid_of(same).heights)
+    assert one.key != other.key and not np.array_equal(grid_of(one).heights, grid_of(other).heights)
 
 
 def test_hard_fingertips_render_or_say_what_to_write() -> None:

@@ -84,6 +84,7 @@ def rules(section: type[Section] = Scene, above: str = "") -> Iterator[tuple[str
 OF_ONE_KIND = {
     *(f"texture.{name}" for name in special_fields() if name not in SHARED),
     *(f"finger.{name}" for name in (*PRINT, *TIP)),
+    "texture.spacing",
 }
 """Fields that only one kind of texture or finger has: tests/synth/surfaces/test_texture_fields.py and
 tests/synth/scene/test_finger_kinds.py have their ends."""

@@ -99,6 +99,8 @@ def test_every_rule_of_the_scene_is_known_to_the_table() -> None:
     without_numbers = {
         "finger.kind",
         "texture.kind",
+        "texture.surface",
+        "texture.ends",
         "scan.trajectory",
         "effects",
         "output.quantity",

@@ -46,6 +46,8 @@ def leaves(value: Any, above: str = "") -> dict[str, str]:
         return found
     if above == "scan.trajectory":
         return {above: f"{len(value)} points"}
+    if value and isinstance(value, list) and isinstance(value[0], list):
+        return {above: "; ".join(", ".join(row) for row in value)}
     return {above: ", ".join(value) if isinstance(value, list) else str(value)}
 
 

@@ -23,7 +23,11 @@ from synth.surfaces.measured import LARGEST_FILE, MOST_INLINE
 from tests.synth.scene.scene_cases import faults_of
 
 WAVE = [0.0, 20e-6, 0.0, -20e-6]
-NEEDED: dict[str, dict[str, Any]] = {"profile": {"heights": WAVE, "spacing": "0.1 mm"}}
+ROWS = [WAVE, [0.0, 10e-6, 0.0, 0.0]]
+NEEDED: dict[str, dict[str, Any]] = {
+    "profile": {"heights": WAVE, "spacing": "0.1 mm"},
+    "heightmap": {"rows": ROWS, "spacing": "0.1 mm"},
+}
 COMPANY: dict[str, dict[str, Any]] = {
     "ramp": {"height": 0.0, "period": 1.0, "duty": 0.5},
     "edge_radius": {"height": 0.0},
@@ -31,11 +35,17 @@ COMPANY: dict[str, dict[str, Any]] = {
     "rms_slope": {"period": 1e-3, "shortest": 1e-4},
     "longest": {"period": 1.0, "shortest": 0.5e-3},
     "shortest": {"period": 5e-3},
+    "dot_diameter": {"period": 0.1, "row_distance": 0.1, "dot_height": 1e-6},
+    "dot_top": {"period": 0.1, "row_distance": 0.1, "dot_height": 1e-6, "dot_diameter": 20e-3},
+    "row_distance": {"period": 0.1, "dot_height": 1e-6},
+    "dot_height": {"period": 4e-3},
     "spacing": {"heights": [0.0, 1e-8, 0.0, -1e-8] * 250},
+    "spacing_across": {"rows": [[0.0, 0.0], [0.0, 0.0]]},
 }
 """Other fields that let a field reach an end of its range; BEYOND lists the ends that no other fields allow."""
-BEYOND = {("ramp", 1), ("shortest", 1), ("longest", 0), ("spacing", 1)}
-NUMBERS = [name for name in special_fields() if name not in SHARED and isinstance(rule_of(Texture, name), Quantity)]
+BEYOND = {("ramp", 1), ("shortest", 1), ("longest", 0), ("dot_top", 1), ("spacing", 1)}
+NUMBERS = ["spacing"]
+NUMBERS += [name for name in special_fields() if name not in SHARED and isinstance(rule_of(Texture, name), Quantity)]
 
 
 def texture(kind: str, **fields: Any) -> dict[str, Any]:
@@ -84,7 +94,7 @@ def test_the_document_of_a_sinusoid_is_as_it_was() -> None:
 
 @pytest.mark.parametrize("name", [name for name in special_fields() if name not in SHARED])
 def test_a_field_of_one_kind_is_refused_with_all_others(name: str) -> None:
-    value = {"heights": WAVE, "amplitudes": [1e-6], "phases": [0.0], "file": "a.csv"}.get(name, 1)
+    value = {"heights": WAVE, "amplitudes": [1e-6], "phases": [0.0], "file": "a.csv", "rows": ROWS}.get(name, 1)
     owners = kinds_with(name)
     for kind in kinds():
         if kind not in owners:
@@ -97,7 +107,7 @@ def test_a_field_of_one_kind_is_refused_with_all_others(name: str) -> None:
 @pytest.mark.parametrize("name", NUMBERS)
 @pytest.mark.parametrize("end", [0, 1])
 def test_an_end_of_a_range_is_accepted_and_what_is_beyond_is_refused(name: str, end: int) -> None:
-    (kind,), rule = kinds_with(name), rule_of(Texture, name)
+    kind, rule = kinds_with(name)[-1], rule_of(Texture, name)
     assert isinstance(rule, Quantity)
     value = (rule.low, rule.high)[end]
     company = texture(kind, **COMPANY.get(name, {}))["texture"]
@@ -125,7 +135,7 @@ def test_an_end_of_a_range_is_accepted_and_what_is_beyond_is_refused(name: str, 
         (texture("profile", heights=[0, None]), "/texture/heights/1", "0.8 mm"),
         ({"texture": {"kind": "profile"}}, "/texture/heights", "Write a list"),
         (texture("profile", heights=[0, 0, 1e-3, 0, 0], spacing=1e-5), "/texture/heights", "from height 1 to 2 is 100"),
-        (texture("profile", heights=[0, 1e-4, 2e-4, 3e-4], spacing=1e-5), "/texture/heights", "does not close"),
+        (texture("profile", heights=[0, 1e-4, 2e-4, 3e-4], spacing=1e-5), "/texture/heights", "mirror"),
         (texture("profile", heights=[0, 5e-3, 0, -5e-3], spacing=1e-3), "/texture/heights", "0.002 m high at most"),
         (texture("profile", heights=[0, 1e-9], spacing=1e-7), "/texture/spacing", "period"),
         (texture("profile", file="/etc/hostname"), "/texture/file", "only the command line"),
@@ -251,7 +261,7 @@ def test_a_file_that_is_no_heights_is_refused(tmp_path: Path, name: str, content
     ("heights", "words"),
     [
         (np.array([0.0, 0.0, 1e-3, 0.0]), "from height 1 to 2 is 100. Remove the step or the spike"),
-        (np.linspace(0.0, 1e-3, 1000), "does not close. Remove the trend"),
+        (np.linspace(0.0, 1e-3, 1000), "Remove the trend, or write"),
         (np.array([0.0, 3e-3]), "slopes of 20 at most"),
     ],
 )

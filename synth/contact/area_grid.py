@@ -1,0 +1,417 @@
+"""The approach z of a finger on a height field, exact over the points of both.
+
+Model   The points of the finger and those of the texture lie on one lattice. z solves
+
+            F(z) = sum over the points of the finger of max(h1 + h2(x - p, y - q) - z, 0) dA / A0 = w / k
+
+        h2 is the mean of the texture over the cell of a point, so that waves shorter than a cell do not move the
+        finger slowly. It is known at FINER places per cell in both directions, and is bilinear between them. Those
+        places are stored in an order in which the neighbours of a point are its neighbours in memory.
+        Points of the finger stand in blocks of WIDE along the scan, the highest blocks first. A block whose highest
+        point, on the highest place of the texture under it, is below z cannot touch, and is not read. F is piecewise
+        linear, convex and falling, so Newton's method from the left ends exactly.
+Source  Fagiani & Barbieri (2016), eq. 1; Newton's method here is Michelot's (1986) projection on the simplex.
+Limits  The steps are taken in float32, the last one in float64: |error of z| < 1e-6 of the scale against a sum over
+        all points. z does not depend on where the solver starts.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any, Self
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.contact.exact_solver import Approaches
+from synth.kernels import inlined, inner, signed_kernel, summing
+from synth.surfaces.height_field import HeightField
+
+Floats = np.ndarray[Any, np.dtype[np.float32]]
+Indices = np.ndarray[Any, np.dtype[np.int64]]
+
+WIDE = 64  # points of a block, along the scan
+NOWHERE = -1e30  # height of a place of a block at which the finger has no point
+WAVE = 48  # places of the texture per shortest wave: a straight line between two errs by 0.2 % of that wave
+FINER = (1, 2, 4, 8)  # places per cell that are tried
+MOST_PLACES = 1 << 25  # of the texture: 128 MB
+FIRST = 0.02  # of the scale below the highest point, or the last z: where Newton's method starts
+ROUGH, SETTLED = 1e-6, 1e-9  # of the scale: the steps in float32, and the last one, end after a change this small
+EMPTY = 1e-14  # of the scale, summed over the points: smaller targets count as none, and z is the highest point
+MOST_STEPS = 60  # never reached in the tests; limits the time per place
+POINTS_A_CELL = 100  # points of the finger whose work is that of a cell of the exact solver: most are not read
+PIECES = "f4[::1], i8[:,::1], f4[:,::1], f4[::1], f4[:,::1], i8[::1], f8, f8"  # types of `AreaGrid.pieces`
+ROWS, FINER_X, FINER_Y, STRIDE, SPAN = range(5)  # entries of `shape`
+
+
+@dataclass(frozen=True, slots=True)
+class AreaGrid:
+    """The points of a finger and of a texture; heights are relative to `height_scale`.
+
+    tops: float32 [blocks], the highest point of each block, falling.
+    starts: int64 [blocks, 2], row and first column of each block.
+    heights: float32 [blocks, WIDE].
+    texture: float32, see `stored_texture`.
+    crests: float32 [rows, columns], the highest place of the texture from each cell on, over the length of a block.
+    shape: int64 [5], see ROWS.
+    columns: cells per period along.
+    highest: of the texture.
+    cell: area of a point, relative to A0.
+    height_scale: m.
+    begin: x and y of the first point of the finger, in periods of the texture.
+    across: y of the scan, in periods of the texture.
+    """
+
+    tops: Floats
+    starts: Indices
+    heights: Floats
+    texture: Floats
+    crests: Floats
+    shape: Indices
+    columns: float
+    highest: float
+    cell: float
+    height_scale: float
+    begin: tuple[float, float]
+    across: float
+
+    name = "points of the area"
+
+    @classmethod
+    def of(
+        cls, finger: Array, begin: tuple[float, float], step: tuple[float, float], texture: HeightField,
+        cell: float, scale: float, across: float = 0.0,
+    ) -> AreaGrid:  # fmt: skip
+        """Return the grid.
+
+        finger: heights of its points, m [rows, columns]; -inf: there is no point.
+        begin: x and y of its first point, m.
+        step: distance of its points along and across, m. The period of the texture across is whole steps.
+        texture: heights of the texture.
+        cell: area of a point, relative to A0.
+        scale: m.
+        across: y of the scan, m.
+        """
+        rows, columns = finger.shape
+        wide = -(-columns // WIDE)
+        padded = np.full((rows, wide * WIDE), NOWHERE, np.float32)
+        padded[:, :columns] = np.where(np.isfinite(finger), finger / scale, NOWHERE)
+        blocks = padded.reshape(rows * wide, WIDE)
+        tops = blocks.max(axis=1)
+        order = np.argsort(-tops, kind="stable")
+        order = order[tops[order] > 0.5 * NOWHERE]
+        starts = np.stack([order // wide, order % wide * WIDE], axis=1).astype(np.int64)
+        span = math.ceil(texture.period / step[0]) + wide * WIDE + 1
+        whole = round(texture.across / step[1])
+        finer = finer_places(texture, step, (span, whole))
+        stored = stored_texture(texture, step, finer, (span, whole), scale)
+        shape = np.array([whole, *finer, span * whole, span], dtype=np.int64)
+        return cls(
+            tops=np.ascontiguousarray(tops[order]),
+            starts=starts,
+            heights=np.ascontiguousarray(blocks[order]),
+            texture=stored,
+            crests=crests_of(stored.reshape(*finer[::-1], whole, span)),
+            shape=shape,
+            columns=texture.period / step[0],
+            highest=float(stored.max()),
+            cell=cell,
+            height_scale=scale,
+            begin=(begin[0] / texture.period, begin[1] / texture.across),
+            across=across / texture.across,
+        )
+
+    @property
+    def cells(self) -> int:
+        """Work per place, in cells of the exact solver."""
+        return self.heights.size // POINTS_A_CELL + 1
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of the grid in bytes."""
+        return sum(one.nbytes for one in (self.tops, self.starts, self.heights, self.texture, self.crests))
+
+    @property
+    def pieces(self) -> tuple[Floats, Indices, Floats, Floats, Floats, Indices, float, float]:
+        """What the kernels read."""
+        return self.tops, self.starts, self.heights, self.texture, self.crests, self.shape, self.columns, self.highest
+
+    def at(self, across: float) -> Self:
+        """Return the grid for a scan at another y; across: in periods of the texture."""
+        return replace(self, across=across)
+
+    def solve(self, phases: Array, indentation: float | Array, guess: Array | None = None) -> Approaches:
+        """Return the approach as `exact_solver.Grid.solve` does; `touching` is the area that touches over A0."""
+        return self.solve_places(phases, np.full(len(phases), self.across), indentation, guess)
+
+    def solve_places(
+        self, phases: Array, across: Array, indentation: float | Array, guess: Array | None = None
+    ) -> Approaches:
+        """Return the approach at each place of a path.
+
+        phases, across: how far the finger has moved along and across, in periods of the texture.
+        indentation, guess: as in `solve`.
+        """
+        count = len(phases)
+        height, touching, iterations = np.empty(count), np.empty(count), np.zeros(count, dtype=np.int64)
+        begin = np.full(count, np.nan) if guess is None else np.asarray(guess / self.height_scale)
+        targets = np.full(count, np.asarray(indentation, dtype=float) / (self.height_scale * self.cell))
+        x, y = self._corner(phases, across)
+        solve_area(*self.pieces, x, y, targets, begin, height, touching, iterations)
+        return Approaches(height * self.height_scale, touching * self.cell, iterations)
+
+    def measure(self, phases: Array, heights: Array) -> tuple[Array, Array]:
+        """Return F(z) (m) and the area that touches, over A0, at each of `phases` (turns) and `heights` (z, m)."""
+        depth, touching = np.empty(len(phases)), np.empty(len(phases))
+        x, y = self._corner(phases, np.full(len(phases), self.across))
+        measure_area(*self.pieces, x, y, np.asarray(heights / self.height_scale), depth, touching)
+        return depth * self.cell * self.height_scale, touching * self.cell
+
+    def _corner(self, phases: Array, across: Array) -> tuple[Array, Array]:
+        """Return where the finger's first point meets the texture, in periods, 0 to 1."""
+        return (self.begin[0] - phases) % 1.0, (self.begin[1] - across) % 1.0
+
+
+def finer_places(texture: HeightField, step: tuple[float, float], counts: tuple[int, int]) -> tuple[int, int]:
+    """Return the places of the texture per cell, along and across, within MOST_PLACES.
+
+    step: distance of the points along and across, m.
+    counts: cells of the stored texture along and across.
+    """
+    tall = math.pi * (texture.extent[1] - texture.extent[0])  # over the slope: the period of a sinusoid
+    wanted = []
+    for slope, cell in zip((texture.slope_bound, texture.slope_across), step, strict=True):
+        wave = tall / max(slope, 1e-12)
+        wanted.append(next((one for one in FINER if one * wave >= WAVE * cell), FINER[-1]))
+    while wanted[0] * wanted[1] * counts[0] * counts[1] > MOST_PLACES and max(wanted) > 1:
+        wanted[0 if wanted[0] >= wanted[1] else 1] //= 2
+    return wanted[0], wanted[1]
+
+
+def stored_texture(
+    texture: HeightField,
+    step: tuple[float, float],
+    finer: tuple[int, int],
+    counts: tuple[int, int],
+    scale: float,
+) -> Floats:
+    """Return the means of the texture over cells, in the order [place in a cell across, along, row, column].
+
+    counts: cells along, so many that no index wraps, and across, one period.
+    The mean over a cell is that of the places in it, with half of each place on its edge.
+    """
+    along, rows = counts[0] * finer[0], counts[1] * finer[1]
+    edge = finer[0] // 2
+    x = np.asarray(np.arange(-edge, along + edge) * (step[0] / finer[0]), np.float64)
+    y = np.asarray(np.arange(rows) * (texture.across / rows), np.float64)
+    heights = texture.lattice(x, y)
+    heights /= np.float32(scale)
+    if finer[0] > 1:
+        total = 0.5 * (heights[:, :along] + heights[:, 2 * edge :])
+        for move in range(1, 2 * edge):
+            total += heights[:, move : move + along]
+        heights = total / np.float32(finer[0])
+    if finer[1] > 1:
+        half = finer[1] // 2
+        total = 0.5 * (np.roll(heights, half, 0) + np.roll(heights, -half, 0))
+        for move in range(1 - half, half):
+            total += np.roll(heights, move, 0)
+        heights = total / np.float32(finer[1])
+    split = heights.reshape(counts[1], finer[1], counts[0], finer[0]).transpose(1, 3, 0, 2)
+    return np.ascontiguousarray(split, dtype=np.float32).ravel()
+
+
+def crests_of(stored: Floats) -> Floats:
+    """Return the highest place of the texture over the WIDE cells from each cell on, and their neighbours.
+
+    stored: [place in a cell across, along, row, column].
+    """
+    cells = stored.max(axis=(0, 1))
+    cells = np.maximum(cells, np.roll(cells, -1, axis=0))  # a place between two rows is a mixture of both
+    reach, found = 1, np.pad(cells, ((0, 0), (0, WIDE)), "edge")
+    while reach < WIDE:
+        found[:, :-reach] = np.maximum(found[:, :-reach], found[:, reach:])
+        reach *= 2
+    found[:, :-1] = np.maximum(found[:, :-1], found[:, 1:])  # and one between two columns
+    return np.ascontiguousarray(found[:, : cells.shape[1]])
+
+
+@inlined
+def place_of(cells, finer):
+    """Return the cell, the place in the cell, and the distance from that place to the next, `cells` from the first."""
+    at = cells * finer
+    whole = np.int64(math.floor(at))
+    return whole // finer, whole % finer, np.float32(at - whole)
+
+
+@inlined
+def mix(a, b, c, d, w00, w10, w01, w11, height, under):
+    """Write the height of a block and the mixture of four rows of the texture."""
+    for i in range(WIDE):
+        under[i] = height[i] + (w00 * a[i] + w10 * b[i] + w01 * c[i] + w11 * d[i])
+
+
+@inner
+def lay_blocks(tops, starts, heights, texture, crests, shape, per, highest, x, y, floor, under):
+    """Write h1 + h2 of the blocks that can be above `floor`, and return how many there are."""
+    rows, finer_x, finer_y, stride, span = shape[ROWS], shape[FINER_X], shape[FINER_Y], shape[STRIDE], shape[SPAN]
+    column, part_x, fx = place_of(x * per, finer_x)
+    row, part_y, fy = place_of(y * rows, finer_y)
+    next_part_x, next_column = (part_x + 1, column) if part_x + 1 < finer_x else (0, column + 1)
+    next_part_y, next_row = (part_y + 1, row) if part_y + 1 < finer_y else (0, row + 1)
+    one = np.float32(1.0)
+    w00, w10, w01, w11 = (one - fx) * (one - fy), fx * (one - fy), (one - fx) * fy, fx * fy
+    near, next_near = (part_y * finer_x + part_x) * stride + column, (part_y * finer_x + next_part_x) * stride
+    far, next_far = (next_part_y * finer_x + part_x) * stride + column, (next_part_y * finer_x + next_part_x) * stride
+    next_near, next_far = next_near + next_column, next_far + next_column
+    read = 0
+    for block in range(len(tops)):
+        if tops[block] + highest <= floor:
+            break
+        here, along = (row + starts[block, 0]) % rows, starts[block, 1]
+        if tops[block] + crests[here, column + along] <= floor:
+            continue
+        there = ((next_row + starts[block, 0]) % rows) * span + along
+        here = here * span + along
+        mix(
+            texture[near + here : near + here + WIDE], texture[next_near + here : next_near + here + WIDE],
+            texture[far + there : far + there + WIDE], texture[next_far + there : next_far + there + WIDE],
+            w00, w10, w01, w11, heights[block], under[read],
+        )  # fmt: skip
+        read += 1
+    return read
+
+
+@summing
+def block_sums(block, z):
+    """Return the sum of max(h - z, 0) over a block, and the number of points above z, in float32."""
+    area, count = np.float32(0.0), np.float32(0.0)
+    for i in range(WIDE):
+        depth = block[i] - z
+        area += max(depth, np.float32(0.0))
+        count += np.float32(1.0) if depth > np.float32(0.0) else np.float32(0.0)
+    return area, count
+
+
+@summing
+def exact_block_sums(block, z):
+    """Return the same in float64; a block without a point above z adds exact zeros."""
+    area, count = 0.0, 0.0
+    for i in range(WIDE):
+        depth = np.float64(block[i]) - z
+        area += max(depth, 0.0)
+        count += 1.0 if depth > 0.0 else 0.0
+    return area, count
+
+
+@inner
+def sums_of(under, left, blocks, z):
+    """Return the sum of max(h - z, 0), and the number of points above z, roughly; and how many blocks have such points.
+
+    left: numbers of the blocks to read; those without a point above z are taken out, since z only rises.
+    """
+    area, count, level, kept = 0.0, 0.0, np.float32(z), 0
+    for k in range(blocks):
+        some, number = block_sums(under[left[k]], level)
+        if number > 0.0:
+            area += some
+            count += number
+            left[kept] = left[k]
+            kept += 1
+    return area, count, kept
+
+
+@inner
+def exact_sums(under, left, blocks, z):
+    """Return the same sums in float64."""
+    area, count = 0.0, 0.0
+    for k in range(blocks):
+        some, number = exact_block_sums(under[left[k]], z)
+        area += some
+        count += number
+    return area, count
+
+
+@inner
+def highest_point(tops, starts, heights, texture, crests, shape, per, highest, x, y, under):
+    """Return the highest point."""
+    margin = FIRST
+    while True:
+        floor = tops[0] + highest - margin
+        blocks = lay_blocks(tops, starts, heights, texture, crests, shape, per, highest, x, y, floor, under)
+        top = -math.inf
+        for block in range(blocks):
+            for i in range(WIDE):
+                top = max(top, np.float64(under[block, i]))
+        if top >= floor:
+            return top
+        margin *= 2.0
+
+
+@inner
+def newton(under, left, blocks, level, area, count, target, steps):
+    """Return z, the points that touch and the steps, from a `level` at or below z with its sums."""
+    for _step in range(MOST_STEPS):
+        change = (area - target) / count
+        level += change
+        before = count
+        some, number, kept = sums_of(under, left, blocks, level)
+        steps += 1
+        if number == before or abs(change) < ROUGH or number == 0.0:
+            break
+        area, count, blocks = some, number, kept
+    for _step in range(MOST_STEPS):
+        area, count = exact_sums(under, left, blocks, level)
+        steps += 1
+        if count == 0.0:  # rounded onto the highest point
+            level -= ROUGH
+            continue
+        change = (area - target) / count
+        level += change
+        if abs(change) < SETTLED:
+            break
+    return level, count, steps
+
+
+@signed_kernel(f"void({PIECES}, f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], i8[::1])")
+def solve_area(
+    tops, starts, heights, texture, crests, shape, per, highest, x, y, targets, guess, height, touching, iterations
+):
+    """Write z, the number of points that touch and the number of steps, at each place.
+
+    x, y: where the first point of the finger meets the texture, in periods.
+    guess: a z that is near, or NaN: the z of the place before.
+    """
+    under, left = np.empty(heights.shape, np.float32), np.empty(len(tops), np.int64)
+    z, before, missed = math.nan, math.nan, FIRST
+    for p in range(len(x)):
+        near = guess[p]
+        if math.isnan(near):  # continue the line through both places before
+            near = z if math.isnan(before) else 2.0 * z - before
+        if targets[p] < EMPTY or math.isnan(near):
+            near = highest_point(tops, starts, heights, texture, crests, shape, per, highest, x[p], y[p], under)
+        level, count, steps = near, 0.0, 1
+        if targets[p] >= EMPTY:
+            margin, area, blocks = 2.0 * missed + 1e-4, -1.0, 0
+            while area < targets[p]:  # Newton's method starts at or below z
+                level = near - margin
+                read = lay_blocks(tops, starts, heights, texture, crests, shape, per, highest, x[p], y[p], level, under)
+                for k in range(read):
+                    left[k] = k
+                area, count, blocks = sums_of(under, left, read, level)
+                steps += 1
+                margin *= 4.0
+            level, count, steps = newton(under, left, blocks, level, area, count, targets[p], steps)
+            missed = 0.75 * missed + 0.25 * abs(level - near)
+        height[p], touching[p], iterations[p] = level, count, steps
+        before, z = z, level
+
+
+@signed_kernel(f"void({PIECES}, f8[::1], f8[::1], f8[::1], f8[::1], f8[::1])")
+def measure_area(tops, starts, heights, texture, crests, shape, per, highest, x, y, z, depth, touching):
+    """Write the sum of max(h - z, 0) and the number of points above z, at each place."""
+    under, left = np.empty(heights.shape, np.float32), np.arange(len(tops))
+    for p in range(len(x)):
+        blocks = lay_blocks(tops, starts, heights, texture, crests, shape, per, highest, x[p], y[p], z[p], under)
+        depth[p], touching[p] = exact_sums(under, left, blocks, z[p])

@@ -1,0 +1,141 @@
+"""Heights over an area, measured or computed elsewhere, as a height field.
+
+Stage   SURFACES.
+Model   The heights stand at equal distances along x and y, and the surface is bilinear between them. Beyond its edges
+        it continues as its own mirror image ("mirror": no steps, and the period is twice the length), or begins again
+        ("join": the last column connects to the first, and the last row too). At phase 0 the first column is at x = 0.
+        y = 0 is in the middle of the map.
+Source  The heights are given; the bilinear surface between them is a choice.
+Limits  The mean is subtracted. The shape between two heights is unknown.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from synth.surfaces.height_field import HeightField
+from synth.surfaces.profile import Array, Bounds
+from synth.surfaces.surface_data import SurfaceData
+
+Indices = np.ndarray[Any, np.dtype[np.intp]]
+
+ENDS = ("mirror", "join")
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredArea(HeightField):
+    """A bilinear surface through a map of heights.
+
+    data: heights float32 [rows, columns], two or more of both, and their spacing.
+    ends: "mirror" or "join".
+    phase: rad.
+    """
+
+    data: SurfaceData
+    ends: str = "mirror"
+    phase: float = 0.0
+    kind = "heightmap"
+
+    @property
+    def key(self) -> Hashable:
+        """The address of the heights, and what is made of them."""
+        return self.kind, self.data.address, self.ends, self.phase
+
+    @cached_property
+    def _orders(self) -> tuple[Indices, Indices]:
+        """The columns and the rows of a period, as numbers of those of the map."""
+        rows, columns = self.data.heights.shape
+        if self.ends == "join":
+            return np.arange(columns), np.arange(rows)
+        both = [np.concatenate([np.arange(n), np.arange(n - 2, 0, -1)]) for n in (columns, rows)]
+        return both[0], both[1]
+
+    @property
+    def period(self) -> float:  # type: ignore[override]
+        """Along x, m."""
+        return len(self._orders[0]) * self.data.spacing[0]
+
+    @property
+    def across(self) -> float:  # type: ignore[override]
+        """Period in y, m."""
+        return len(self._orders[1]) * self.data.spacing[1]
+
+    @cached_property
+    def _mean(self) -> float:
+        columns, rows = (np.bincount(order) for order in self._orders)
+        return float(rows @ (self.data.heights @ (columns / columns.sum())) / rows.sum())
+
+    def area(self, x: Array, y: Array) -> Array:
+        """Return the heights (m) at every pair of `x` and `y` (m)."""
+        columns, rows = self._orders
+        shift = self.phase / (2.0 * math.pi) * self.period
+        middle = 0.5 * (self.data.heights.shape[0] - 1) * self.data.spacing[1]
+        left, right, fx = _neighbours(np.asarray(x) + shift, self.data.spacing[0], columns)
+        below, above, fy = _neighbours(np.asarray(y) + middle, self.data.spacing[1], rows)
+        lower, upper = (
+            (1.0 - fx) * self.data.heights[row][:, left] + fx * self.data.heights[row][:, right]
+            for row in (below, above)
+        )
+        return np.asarray((1.0 - fy)[:, np.newaxis] * lower + fy[:, np.newaxis] * upper - self._mean)
+
+    @cached_property
+    def _steepest(self) -> tuple[float, float]:
+        """Largest |dh/dx| and |dh/dy|."""
+        heights, found = self.data.heights, []
+        for axis, spacing in ((1, self.data.spacing[0]), (0, self.data.spacing[1])):
+            steepest = float(np.max(np.abs(np.diff(heights, axis=axis))))
+            if self.ends == "join":
+                steepest = max(steepest, float(np.max(np.abs(heights.take(0, axis) - heights.take(-1, axis)))))
+            found.append(steepest / spacing)
+        return found[0], found[1]
+
+    @cached_property
+    def bounds(self) -> Bounds:
+        """Exact bounds of the heights and of the slope along x; the curvature is infinite unless the map is flat."""
+        low, high = float(self.data.heights.min()), float(self.data.heights.max())
+        slope = self._steepest[0]
+        return Bounds(low - self._mean, high - self._mean, slope, math.inf if slope else 0.0)
+
+    @property
+    def slope_across(self) -> float:
+        """Largest |dh/dy|."""
+        return self._steepest[1]
+
+    @cached_property
+    def rms(self) -> tuple[float, float]:
+        """Rq (m) and rms slope along x of the bilinear surface, in closed form, row by row."""
+        columns, rows = self._orders
+        square = slope = 0.0
+        first = before = self._row(rows[0], columns)
+        for row in [*rows[1:], None]:
+            now = first if row is None else self._row(row, columns)
+            for one, two in ((before, before), (before, now), (now, now)):
+                square += _product(one, two) / 3.0
+                slope += float(np.mean(np.diff(one) * np.diff(two))) / 3.0
+            before = now
+        count = len(rows)
+        return math.sqrt(max(square / count, 0.0)), math.sqrt(slope / count) / self.data.spacing[0]
+
+    def _row(self, row: int, columns: Indices) -> Array:
+        """Return the heights of a row of the map about the mean (m), over a period, with the first one again."""
+        heights = self.data.heights[row, columns].astype(float) - self._mean
+        return np.append(heights, heights[0])
+
+
+def _neighbours(places: Array, spacing: float, order: Indices) -> tuple[Indices, Indices, Array]:
+    """Return the heights before and after each of `places` (m), and the distance from the first in steps."""
+    steps = np.asarray(places / spacing) % len(order)
+    before = np.minimum(steps.astype(np.intp), len(order) - 1)
+    return order[before], order[(before + 1) % len(order)], steps - before
+
+
+def _product(one: Array, two: Array) -> float:
+    """Return the mean of the product of two lines of straight pieces."""
+    a, b, c, d = one[:-1], one[1:], two[:-1], two[1:]
+    return float(np.mean(2.0 * a * c + a * d + b * c + 2.0 * b * d)) / 6.0

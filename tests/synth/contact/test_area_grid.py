@@ -1,0 +1,175 @@
+"""Fingers on height fields: z against brute force over the points, with the texture computed anew."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import ridgewave as rw
+from synth.contact.area_contact import CombOnArea
+from synth.contact.area_grid import AreaGrid
+from synth.contact.fingertip import FingertipContact, Footprint
+from synth.contact.geometry import Geometry
+from synth.contact.load_balance import Contact
+from synth.contact.scene_contact import contact_of
+from synth.contact.stiffness import Stiffness
+from synth.scene.scene import parse_scene
+from synth.surfaces import profile_of
+from synth.surfaces.height_field import HeightField
+from synth.surfaces.measured_area import MeasuredArea
+from synth.surfaces.sinusoid import Sinusoid
+from synth.surfaces.surface_data import SurfaceData
+from tests.few import thorough
+from tests.reference import area_oracle
+
+SMALL = {"contact_length": "1.5 mm"}
+LEVELS = 3e-3  # of the texture's height: the error of its mean over a cell, here and in the oracle, beside its level
+
+
+def points_of(contact: Contact, texture: HeightField) -> tuple[Any, Any, Any, tuple[float, float], float]:
+    """Return x, y and height (m) of every point of the solver, its cell (m) and A0 (m^2)."""
+    grid = contact.grid
+    assert isinstance(grid, AreaGrid)
+    step = texture.period / grid.columns, texture.across / grid.shape[0]
+    column = grid.starts[:, 1:] + np.arange(grid.heights.shape[1])
+    row = np.repeat(grid.starts[:, :1], grid.heights.shape[1], axis=1)
+    there = grid.heights > -1e20
+    heights = grid.heights[there].astype(float) * grid.height_scale
+    x, y = grid.begin[0] * texture.period + column * step[0], grid.begin[1] * texture.across + row * step[1]
+    return x[there], y[there], heights, step, step[0] * step[1] / grid.cell
+
+
+def random_case(seed: int) -> tuple[Contact, HeightField, Any, float]:
+    """Return a random finger on random dots or a random map, the oracle's heights, and a load (N)."""
+    random = np.random.default_rng([22, seed])
+    finger: dict[str, Any] = {**SMALL, "ridge_amplitude": float(random.uniform(0.0, 50e-6))}
+    if seed % 2:
+        finger |= {"kind": "fingertip", "seed": seed}
+    load = float(10.0 ** random.uniform(-1.5, 0.5))
+    if seed % 3:
+        period, rows = random.uniform(0.5e-3, 2e-3, 2).tolist()
+        diameter, top = 0.8 * min(period, rows), 0.2 * min(period, rows)
+        height, stagger = float(random.uniform(-40e-6, 40e-6)), float(random.choice([0.0, 0.5]))
+        texture = {"kind": "dots", "period": period, "row_distance": rows, "dot_height": height, "stagger": stagger}
+        sizes = {"dot_diameter": diameter, "dot_top": top}
+        scene = parse_scene({"finger": finger, "texture": {**texture, **sizes}})
+        field = profile_of(scene)
+        heights = area_oracle.dots(period, rows, stagger, height, diameter, top, scene.texture.phase)
+    else:
+        scene, ends, spacing = parse_scene({"finger": finger}), ("join", "mirror")[seed % 2], (150e-6, 200e-6)
+        values = random.normal(0.0, 10e-6, (12, 16)).astype(np.float32)
+        field = MeasuredArea(SurfaceData(values, spacing), ends, 0.4)
+        heights = area_oracle.bilinear(values.astype(float), spacing, ends, 0.4)
+    assert isinstance(field, HeightField)
+    return on_field(scene, field), field, heights, load
+
+
+def on_field(scene: Any, field: HeightField) -> Contact:
+    """Return the contact of the finger of `scene` on `field`."""
+    if profile_of(scene) == field:
+        return contact_of(scene)
+    contact, geometry = contact_of(scene), Geometry.of_surfaces(scene.finger, field)
+    if isinstance(contact, FingertipContact):
+        return contact.on(geometry)
+    return CombOnArea.of(geometry, Stiffness.of_contact(geometry, contact.stiffness.contact_modulus))
+
+
+@pytest.mark.parametrize("seed", [*range(6), *(thorough(seed) for seed in range(6, 50))])
+def test_z_is_that_of_brute_force_over_the_points(seed: int) -> None:
+    contact, field, heights, load = random_case(seed)
+    x, y, h1, cell, area = points_of(contact, field)
+    random = np.random.default_rng(seed)
+    path = np.stack([random.uniform(0.0, 2.0 * field.period, 4), np.zeros(4)], axis=1)
+    z = area_oracle.approach(x, y, h1, cell, area, heights, path, contact.indentation(load))
+    found = contact.approach(path[:, 0] / field.period, load)[0]
+    level = float(np.mean(found - z))  # the oracle's heights are about another level
+    tall = field.extent[1] - field.extent[0]
+    assert np.max(np.abs(found - z - level)) < LEVELS * tall
+    moved = field.area(path[:2, 0], np.zeros(1))[0] - heights(path[:2, 0], np.zeros(2))
+    assert level == pytest.approx(float(moved[0]), abs=LEVELS * tall) and np.ptp(moved) < 1e-6 * tall
+
+
+def test_z_at_any_place_of_the_area_and_at_no_load() -> None:
+    contact, field, heights, load = random_case(1)
+    grid = contact.grid
+    assert isinstance(grid, AreaGrid)
+    x, y, h1, cell, area = points_of(contact, field)
+    path = np.random.default_rng(3).uniform(-2.0, 2.0, (8, 2)) * [field.period, field.across]
+    turns = path / [field.period, field.across]
+    wanted = area_oracle.approach(x, y, h1, cell, area, heights, path, contact.indentation(load))
+    found = grid.solve_places(turns[:, 0], turns[:, 1], contact.indentation(load)).height
+    tall = field.extent[1] - field.extent[0]
+    assert np.ptp(found - wanted) < LEVELS * tall
+    lifted = grid.solve_places(turns[:, 0], turns[:, 1], 0.0)
+    light = grid.solve_places(turns[:, 0], turns[:, 1], 1e-12)
+    assert np.all(lifted.touching == 0.0) and np.all(lifted.height >= light.height)
+    assert np.max(lifted.height - light.height) < 2e-3 * grid.height_scale
+
+
+def test_z_does_not_depend_on_where_the_solver_starts() -> None:
+    contact, field, _heights, load = random_case(1)
+    phases = np.sort(np.random.default_rng(5).uniform(0.0, 1.0, 200))
+    there = contact.approach(phases, load)[0]
+    back = contact.approach(phases[::-1].copy(), load)[0][::-1]
+    far = contact.approach(phases, load, np.full(200, field.extent[0] - 1e-3))[0]
+    assert np.max(np.abs(there - back)) < 1e-11 * contact.scale_at(load)
+    assert np.max(np.abs(there - far)) < 1e-11 * contact.scale_at(load)
+
+
+def test_the_measured_force_is_that_of_the_solution() -> None:
+    contact, _field, _heights, load = random_case(1)
+    phases = np.random.default_rng(5).uniform(0.0, 1.0, 20)
+    z, slope = contact.approach(phases, load)
+    depth, touching = contact.measure(phases, z, load)
+    assert np.allclose(depth, contact.indentation(load), rtol=1e-6)
+    assert np.allclose(slope, -1.5 * contact.indentation(load) / load / touching, rtol=1e-6)
+    near = contact.approach(phases, load * (1.0 + 1e-3))[0]
+    assert np.allclose((near - z) / (1e-3 * load), slope, rtol=2e-2)
+
+
+@pytest.mark.parametrize("finger", [{}, {"kind": "fingertip"}])
+def test_a_map_that_is_constant_across_is_its_profile(finger: dict[str, Any]) -> None:
+    """The same sinusoid as one line, solved by another solver, and as a map of 64 columns."""
+    size = {"contact_length": "3 mm"}
+    scene = parse_scene({"finger": {**finger, **size}, "texture": {"period": "0.8 mm", "amplitude": "20 um"}})
+    line = contact_of(scene)
+    period, columns = 0.8e-3, 64
+    sinusoid = Sinusoid(20e-6, period, scene.texture.phase)
+    heights = np.tile(sinusoid.heights(np.arange(columns) * period / columns), (4, 1)).astype(np.float32)
+    area = on_field(scene, MeasuredArea(SurfaceData(heights, (period / columns, 1e-3)), "join"))
+    phases = np.arange(64) / 64
+    for load in (0.1, 1.0):
+        wanted, found = line.approach(phases, load)[0], area.approach(phases, load)[0]
+        assert np.ptp(found - wanted) < 2e-2 * np.ptp(wanted)  # the points of a fingertip lie elsewhere in both
+
+
+@pytest.mark.parametrize("finger", [{}, {"kind": "fingertip"}])
+def test_dots_render_to_a_file_live_and_to_a_table(finger: dict[str, Any]) -> None:
+    scene: dict[str, Any] = {
+        "finger": {**finger, **SMALL},
+        "texture": {"kind": "dots", "period": "1 mm"},
+        "output": {"duration": 0.1, "sample_rate": 8000, "quantity": "velocity"},
+    }
+    sound = rw.render(scene)
+    assert sound.values.any() and np.isfinite(sound.values).all()
+    contact = contact_of(parse_scene(scene))
+    count, turns = 4096, 80.0
+    series = np.fft.rfft(contact.approach(np.arange(count) / count, 0.3)[0])[: math.ceil(1000.0 / turns)] / count
+    n = np.arange(1, len(series))
+    times = np.arange(len(sound.values)) / 8000
+    wanted = 2.0 * (np.exp(2j * math.pi * turns * np.outer(times, n)) @ (2j * math.pi * turns * n * series[1:])).real
+    assert np.max(np.abs(sound.values[:, 0] - wanted)) < 3e-3 * np.ptp(wanted)
+    voice = rw.open_voice(scene, live=True)
+    motion = rw.Motion.of(800, speed=0.08, load=0.3)
+    live = voice.render(800, motion)[-100:, 0] * voice.full_scale[0]
+    assert np.ptp(live) == pytest.approx(np.ptp(wanted), rel=0.05)
+
+
+def test_the_footprint_of_a_fingertip_is_the_same_on_a_line_and_on_an_area() -> None:
+    line = contact_of(parse_scene({"finger": {"kind": "fingertip", **SMALL}}))
+    area = contact_of(parse_scene({"finger": {"kind": "fingertip", **SMALL}, "texture": {"kind": "dots"}}))
+    assert isinstance(line, FingertipContact) and isinstance(area, FingertipContact)
+    assert isinstance(line.footprint, Footprint) and line.footprint == area.footprint
