@@ -1,19 +1,35 @@
-"""Print the table of docs/fidelity.md: `python -m tests.fidelity`."""
+"""Print the tables of docs/fidelity.md: `python -m tests.fidelity [facts | levels]`."""
 
 from __future__ import annotations
 
+import argparse
+from collections.abc import Iterator
+
+from tests.fidelity import levels
 from tests.fidelity.facts import FACTS, FINGERS
 
 
-def main() -> None:
-    """Print a row a fact."""
-    print("| fact | source | comb | fingertip |\n| --- | --- | --- | --- |")
+def facts() -> Iterator[str]:
+    """Yield a row a fact."""
+    yield "| fact | source | comb | fingertip |"
+    yield "| --- | --- | --- | --- |"
     for fact in FACTS:
         cells = []
         for name in FINGERS:
             told, agrees = fact.answer(name)
             cells.append(f"{told}: **{'pass' if agrees else 'fail'}**")
-        print(f"| {fact.name} | {fact.source} | {' | '.join(cells)} |")
+        yield f"| {fact.name} | {fact.source} | {' | '.join(cells)} |"
+
+
+TABLES = {"facts": facts, "levels": levels.table}
+
+
+def main() -> None:
+    """Print the table that the command names, a row at a time."""
+    parser = argparse.ArgumentParser(prog="python -m tests.fidelity", description="print a table of docs/fidelity.md")
+    parser.add_argument("table", nargs="?", choices=TABLES, default="facts")
+    for line in TABLES[parser.parse_args().table]():
+        print(line, flush=True)
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ where skin feels.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping
 from typing import Any
 
@@ -21,16 +22,25 @@ Section = Mapping[str, Any]
 BAND = 1000.0  # Hz
 PHASES = 128  # of a period of a sinusoid or a grating: the lines of a fingertip are resolved to 1e-3
 ROUGH_PHASES = 2048
+EVERYDAY_PHASES = 1024  # all lines below BAND at the lowest of EVERYDAY_SPEEDS
 PERIODS = np.geomspace(0.1e-3, 5e-3, 40)  # m, of Delhaye et al. (2012) and beyond
 FINE = np.geomspace(0.1e-3, 0.5e-3, 10)  # m: the range in which texture is felt by vibration alone
 STEP = 1.05  # of a parameter, from one scene to the next
-EVERYDAY = [
-    (period, load, speed)
-    for period in (0.5e-3, 0.7e-3, 1e-3, 1.4e-3, 2e-3)
-    for load in (0.3, 0.5, 1.0)
-    for speed in (0.08, 0.1, 0.15)
-]
-"""Period (m), load (N) and speed (m/s) of everyday scans."""
+PLAIN = {"kind": "rough", "period": "20 mm", "hurst": 0.8, "longest": "2 mm"}
+EVERYDAY: Mapping[str, Section] = {
+    "paper": {**PLAIN, "rms_height": "3 um", "shortest": "0.1 mm"},
+    "planed wood": {**PLAIN, "rms_height": "8 um", "shortest": "0.1 mm"},
+    "leather": {**PLAIN, "rms_height": "20 um", "shortest": "0.2 mm"},
+    "sandpaper": {**PLAIN, "hurst": 0.5, "rms_height": "30 um", "longest": "0.6 mm", "shortest": "0.2 mm"},
+    "fine cloth": {"period": "0.4 mm", "amplitude": "15 um"},
+    "linen": {"period": "0.8 mm", "amplitude": "40 um"},
+    "coarse cloth": {"period": "1.5 mm", "amplitude": "75 um"},
+    "corduroy": {"period": "2.5 mm", "amplitude": "150 um"},
+    "ribs of a grip": {"kind": "grating", "period": "1 mm", "height": "100 um", "duty": 0.5, "ramp": "0.2 mm"},
+}
+"""Textures of everyday things. Their periods and heights are general knowledge; none is measured."""
+EVERYDAY_LOADS = 0.25, 0.5, 1.0  # N: half and twice the 0.49 N that people use (Smith et al., 2002)
+EVERYDAY_SPEEDS = 0.05, 0.09, 0.16  # m/s: half and twice the 86 mm/s that people use (Smith et al., 2002)
 
 
 def sinusoid(period: float, amplitude: float | None = None) -> Section:
@@ -48,14 +58,20 @@ def lines(finger: Section, texture: Section, load: float = 0.3, phases: int = PH
 def heard(finger: Section, texture: Section, load: float = 0.3, speed: float = 0.08) -> tuple[Real, Real]:
     """Return frequency (Hz) and amplitude (m) of each line below BAND at `load` (N) and `speed` (m/s)."""
     period, found = lines(finger, texture, load)
+    if speed / period * len(found) < BAND:  # the lines of a long period, up to BAND
+        period, found = lines(finger, texture, load, ROUGH_PHASES)
+    return in_band(period, found, speed)
+
+
+def in_band(period: float, found: Real, speed: float) -> tuple[Real, Real]:
+    """Return frequency (Hz) and amplitude (m) of those lines of `lines` that are below BAND at `speed` (m/s)."""
     frequencies = speed / period * np.arange(len(found))
     kept = (frequencies > 0.0) & (frequencies < BAND)
     return np.asarray(frequencies[kept]), found[kept]
 
 
-def rms_acceleration(finger: Section, texture: Section, load: float = 0.3, speed: float = 0.08) -> float:
-    """Return the root mean square acceleration (m/s^2) below BAND, the index of roughness of Cesini et al. (2018)."""
-    frequencies, found = heard(finger, texture, load, speed)
+def rms_acceleration(frequencies: Real, found: Real) -> float:
+    """Return the root mean square acceleration (m/s^2) of lines, the index of roughness of Cesini et al. (2018)."""
     return float(np.sqrt(0.5 * np.sum(((2.0 * np.pi * frequencies) ** 2 * found) ** 2)))
 
 
@@ -63,6 +79,23 @@ def pacinian_power(finger: Section, texture: Section) -> float:
     """Return the sum of (line / threshold)^2 in dB (Bensmaia & Hollins, 2003)."""
     frequencies, found = heard(finger, texture)
     return float(10.0 * np.log10(np.sum((found / threshold_displacement(frequencies, "fingertip")) ** 2)))
+
+
+def strongest_felt(finger: Section, texture: Section, threshold: str = "fingertip") -> tuple[float, float, float]:
+    """Return frequency (Hz), amplitude (m) and sensation level (dB over the threshold) of the line that is felt most.
+
+    threshold: a name of `synth.perception.threshold`.
+    """
+    frequencies, found = heard(finger, texture)
+    level = decibels(np.maximum(found, 1e-18) / threshold_displacement(frequencies, threshold))
+    most = int(np.argmax(level))
+    return float(frequencies[most]), float(found[most]), float(level[most])
+
+
+def edge_level(finger: Section, height: float) -> float:
+    """Return the power of an edge of `height` (m) over the threshold, in dB: up or down every 20 mm, four a second."""
+    edges = {"kind": "grating", "period": "40 mm", "height": height, "duty": 0.5, "ramp": "0.05 mm"}
+    return pacinian_power(finger, edges)
 
 
 def weakest_fundamental(finger: Section) -> float:
@@ -81,13 +114,17 @@ def largest_step(finger: Section, what: str, steps: int = 8) -> float:
         period = (0.5e-3 if what == "period" else 0.8e-3) * (factor if what == "period" else 1.0)
         texture = sinusoid(period, 20e-6 * factor if what == "amplitude" else None)
         load, speed = 0.3 * (factor if what == "load" else 1.0), 0.08 * (factor if what == "speed" else 1.0)
-        found.append(rms_acceleration(finger, texture, load, speed))
+        found.append(rms_acceleration(*heard(finger, texture, load, speed)))
     return float(np.max(np.abs(np.diff(decibels(np.array(found))))))
 
 
 def everyday(finger: Section) -> Real:
-    """Return the rms acceleration (m/s^2) of each of EVERYDAY."""
-    return np.array([rms_acceleration(finger, sinusoid(period), load, speed) for period, load, speed in EVERYDAY])
+    """Return the rms acceleration (m/s^2) of each of EVERYDAY, at each of its loads and speeds."""
+    found = []
+    for texture, load in itertools.product(EVERYDAY.values(), EVERYDAY_LOADS):
+        steady = lines(finger, texture, load, EVERYDAY_PHASES)
+        found += [rms_acceleration(*in_band(*steady, speed)) for speed in EVERYDAY_SPEEDS]
+    return np.array(found)
 
 
 def rank_correlation(values: Real) -> float:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.fidelity import levels
 from tests.fidelity.facts import FACTS, FINGERS, Fact
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "fidelity.md").read_text(encoding="utf-8")
@@ -20,3 +21,8 @@ def test_the_model_agrees_with_a_fact_where_the_page_says_so(fact: Fact, name: s
     (row,) = [line for line in PAGE.splitlines() if line.startswith(f"| {fact.name} | {fact.source} |")]
     cell = row.split(" | ")[2 + list(FINGERS).index(name)].strip("| ")
     assert cell.endswith(f"**{verdict}**")
+
+
+def test_the_levels_of_the_page_are_what_the_command_prints() -> None:
+    for row in levels.table():
+        assert row in PAGE
