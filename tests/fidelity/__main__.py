@@ -1,11 +1,11 @@
-"""Print the tables of docs/fidelity.md: `python -m tests.fidelity [facts | halfspace | levels]`."""
+"""Print the tables of docs/fidelity.md: `python -m tests.fidelity [facts | halfspace | levels | prints]`."""
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator
 
-from tests.fidelity import half_space, levels
+from tests.fidelity import half_space, levels, prints
 from tests.fidelity.facts import FACTS, FINGERS
 
 
@@ -21,7 +21,7 @@ def facts() -> Iterator[str]:
         yield f"| {fact.name} | {fact.source} | {' | '.join(cells)} |"
 
 
-TABLES = {"facts": facts, "halfspace": half_space.table, "levels": levels.table}
+TABLES = {"facts": facts, "halfspace": half_space.table, "levels": levels.table, "prints": prints.table}
 
 
 def main() -> None:

@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.fidelity import levels
+from tests.fidelity import levels, prints
 from tests.fidelity.facts import FACTS, FINGERS, Fact
+from tests.fidelity.measures import Section
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "fidelity.md").read_text(encoding="utf-8")
 
@@ -26,3 +27,9 @@ def test_the_model_agrees_with_a_fact_where_the_page_says_so(fact: Fact, name: s
 def test_the_levels_of_the_page_are_what_the_command_prints() -> None:
     for row in levels.table():
         assert row in PAGE
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("fields", prints.SETS, ids=str)
+def test_the_prints_of_the_page_are_what_the_command_prints(fields: Section) -> None:
+    assert prints.row(fields) in PAGE
