@@ -22,7 +22,7 @@ from typing import Any, Protocol
 from pydantic import ValidationError
 
 from synth.scene.rules import MOST_FAULTS, Refusal, Rule, nearest, refusal, refusals_of, refuse, refused
-from synth.scene.section import Section, plain, section_schema
+from synth.scene.section import Section, needs_schema, plain, section_schema
 
 FOLDER = "synth.effects"
 INTERFACE = "effect"  # the module that defines the interface of an effect
@@ -134,6 +134,7 @@ class Effects(Rule):
                 "default": None,
                 "x-unit": "",
                 "x-allowed": allowed_of(effect),
+                **needs_schema({"finger.kind": ["comb"]} if effect.of_comb else {}),
             }
             for name, effect in known.items()
         }

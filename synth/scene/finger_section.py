@@ -132,6 +132,12 @@ class Finger(Section):
         found = [_foreign(given, field, kind) for field in given if field not in FIELDS[kind]]
         return found + amplitude_twice(given, "ridge_amplitude")
 
+    @classmethod
+    def needs(cls, name: str) -> dict[str, list[str]]:
+        """Return the kinds that have the field, where not every kind has it."""
+        owners = [kind for kind, fields in FIELDS.items() if name in fields]
+        return {} if len(owners) == len(FIELDS) else {"finger.kind": owners}
+
     def derived(self) -> Fields:
         """Return the amplitude if a roughness was given; a probe has no ridges, and touches within its radius."""
         if self.kind == "probe":

@@ -32,7 +32,7 @@ from synth.scene.texture_section import Texture
 class Scene(Section):
     """A scene: the surfaces that touch, their motion, and the requested output."""
 
-    finger: Finger = Field(default=Finger(), description="The fingertip.")
+    finger: Finger = Field(default=Finger(), description="The finger that touches the sample.")
     texture: Texture = Field(default=Texture(), description="The sample under the finger.")
     scan: Scan = Field(default=Scan(), description="Motion and load of the finger.")
     effects: Annotated[FrozenMapping, Effects()] = Field(

@@ -36,6 +36,11 @@ class Section(BaseModel):
         """Return the refusals of combinations of fields that are each valid."""
         return []
 
+    @classmethod
+    def needs(cls, name: str) -> dict[str, list[str]]:
+        """Return what field `name` needs in a scene: the paths of other fields and the values that each may have."""
+        return {}
+
     def derived(self) -> Fields:
         """Return the fields whose values follow from others."""
         return {}
@@ -111,7 +116,13 @@ def _field_schema(section: type[Section], name: str) -> dict[str, Any]:
         **words,
         "x-unit": rule.unit,
         "x-allowed": rule.allowed,
+        **needs_schema(section.needs(name)),
     }
+
+
+def needs_schema(needs: dict[str, list[str]]) -> dict[str, Any]:
+    """Return what a field needs as part of its JSON Schema; empty where it needs nothing."""
+    return {"x-needs": needs} if needs else {}
 
 
 def inner_section(section: type[Section], name: str) -> type[Section] | None:

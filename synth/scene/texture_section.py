@@ -142,6 +142,15 @@ class TextureFields(Section):
         between = kind.refusals(values, given)
         return found + (between or _beyond(kind, kind.make(values), given))
 
+    @classmethod
+    def needs(cls, name: str) -> dict[str, list[str]]:
+        """Return the kinds and the catalogue names that have the field, where not every kind has it."""
+        if name not in special_fields():
+            return {}
+        owners = kinds_with(name)
+        named = [one for one in catalogue_names() if lookup(one).document["texture"]["kind"] in owners]
+        return {} if len(owners) == len(kinds()) else {"texture.kind": [*owners, *named]}
+
     def derived(self) -> Fields:
         """Return the amplitude of a given roughness. For kinds other than a sinusoid, return period and amplitude.
 

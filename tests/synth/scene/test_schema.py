@@ -11,6 +11,7 @@ import jsonschema_rs
 import pytest
 from hypothesis import given
 
+from synth.errors import Fault, SceneError
 from synth.scene.quantity import QuantityError, parse_quantity
 from synth.scene.rules import Quantity
 from synth.scene.scene import Scene, parse_scene, scene_document, scene_fields, scene_schema
@@ -47,6 +48,47 @@ def test_every_field_of_the_schema_has_a_sentence_a_default_and_a_range() -> Non
     json.dumps(schema, allow_nan=False)
     assert jsonschema_rs.meta.is_valid(schema)
     walk(schema)
+
+
+GIVEN: dict[str, object] = {
+    "amplitudes": [1e-5],
+    "phases": [0.0],
+    "heights": [0.0, 1e-6],
+    "file": "a.csv",
+    "pattern": "loop",
+    "seed": 1,
+}
+"""Values of the fields that a number of 1e-3 does not suit."""
+
+
+@pytest.mark.parametrize("section", ["finger", "texture", "effects"])
+def test_a_field_with_needs_is_refused_where_they_are_not_met_and_nowhere_else(section: str) -> None:
+    fields = scene_schema()["properties"][section]["anyOf"][0]["properties"]
+    owner = "texture" if section == "texture" else "finger"
+    names = next(one for one in scene_schema()["properties"][owner]["anyOf"][0]["properties"]["kind"]["anyOf"])["enum"]
+    for name, field in fields.items():
+        needs = field.get("x-needs", {f"{owner}.kind": names})
+        assert list(needs) == [f"{owner}.kind"] and set(needs[f"{owner}.kind"]) <= set(names), name
+        for kind in names if name != "kind" else ():
+            given = {name: {} if section == "effects" else GIVEN.get(name, 1e-3)}
+            faults = faults_of(
+                {owner: {"kind": kind}} | {section: ({"kind": kind} if owner == section else {}) | given}
+            )
+            foreign = [
+                fault.hint
+                for fault in faults
+                if fault.pointer == f"/{section}/{name}" and "kind" in fault.hint + fault.allowed
+            ]
+            assert bool(foreign) == (kind not in needs[f"{owner}.kind"]), (name, kind, foreign)
+
+
+def faults_of(document: dict[str, Any]) -> list[Fault]:
+    """Return the faults of a scene."""
+    try:
+        parse_scene(document)
+    except SceneError as error:
+        return list(error.faults)
+    return []
 
 
 def test_the_lines_for_documentation_hold_defaults_that_the_scene_has() -> None:
