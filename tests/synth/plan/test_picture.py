@@ -11,6 +11,7 @@ import pytest
 from scipy.special import roots_legendre
 
 from synth.arrays import Array
+from synth.contact.fingertip import FingertipContact
 from synth.contact.scene_contact import contact_of
 from synth.errors import InvalidRequest
 from synth.plan.contact_picture import DIGITS, MOST_PATCHES, PHASES, POINTS, picture
@@ -43,7 +44,8 @@ def drawn(scene: Scene, **asked: Any) -> SimpleNamespace:
     """Return the picture of `scene`, with arrays by name."""
     told = picture(scene, **asked)
     finger, response = told["finger"], told["response"]
-    return SimpleNamespace(**told | finger | response, approach=np.array(response["heights"]))
+    own = {"approach": np.array(response["heights"]), "heights_of_finger": np.array(finger["heights"])}
+    return SimpleNamespace(**told | finger | response | own)
 
 
 def overlap(scene: Scene, made: SimpleNamespace, x: Array, phase: float, z: float) -> Array:
@@ -221,3 +223,32 @@ def test_every_number_that_is_wrong_is_named() -> None:
     with pytest.raises(InvalidRequest) as refused:
         picture(parse_scene({}), points=1, phases=5000)
     assert [fault.pointer for fault in refused.value.faults] == ["/points", "/phases"]
+
+
+@pytest.mark.parametrize("texture", [{}, {"kind": "grating-2mm-157um"}], ids=["0.8 mm", "2 mm"])
+def test_the_line_of_a_fingertip_touches_where_the_picture_says(texture: dict[str, Any]) -> None:
+    scene = parse_scene({"finger": {"kind": "fingertip"}, "texture": texture})
+    made = drawn(scene, points=1024, phases=12)
+    contact = contact_of(scene)
+    assert isinstance(contact, FingertipContact) and made.touching is not None
+    line = contact.middle_line(
+        np.linspace(made.begin, made.begin + made.length, 1024) - 0.5 * scene.finger.contact_length
+    )
+    assert np.abs(made.heights_of_finger - line).max() < 1e-9
+    edges = [edge for phase in made.touching for edge in phase]
+    ridge = scene.finger.ridge_period
+    assert [made.begin, made.begin + made.length] == pytest.approx([min(edges) - ridge, max(edges) + ridge])
+    x = np.linspace(made.begin, made.begin + made.length, 4001)
+    for place, phase in enumerate(made.touching):
+        moved = x - place / 12 * scene.texture.period
+        height = contact.middle_line(x - 0.5 * scene.finger.contact_length) + contact.geometry.texture(moved)
+        deep = height - float(made.approach[place])
+        inside = np.searchsorted(phase, x) % 2 == 1
+        far = np.abs(deep) > 1e-9
+        assert np.array_equal(inside[far], deep[far] > 0.0)
+
+
+def test_a_fingertip_that_is_lifted_is_shown_whole() -> None:
+    made = drawn(parse_scene({"finger": {"kind": "fingertip"}, "scan": {"load": 0}}), points=64, phases=4)
+    assert (made.begin, made.length) == pytest.approx((-5e-3, 20e-3))
+    assert made.touching == [[]] * 4
