@@ -5,6 +5,9 @@ Model: headless Chromium with the page's own modules, and the service in this pr
     touches. The time begins just before the event is dispatched in the page, and ends when the audio thread outputs the
     first sample that is not zero. Both are by `Date.now`, to 1 ms. The browser's own output latency is reported
     separately, as the browser reports it.
+    For the first touch of a page, the page itself is opened with a finger that has no table in the service yet. A
+    pointer touches and strokes as soon as the page is there, or after a pause. The time ends when the audio thread has
+    output the first block that is not silent: up to 15 ms later than its first sample.
 Limits: the time from a hand's motion to the event, in system and browser, is not included. A machine without a sound
     card plays into a timer. Browser, service and this process share the machine.
 """
@@ -12,13 +15,17 @@ Limits: the time from a hand's motion to the event, in system and browser, is no
 from __future__ import annotations
 
 import statistics
-from typing import Any
+from itertools import count, product
+from typing import TYPE_CHECKING, Any
 
 from tests.bench.timing import Figure, figure
 from tests.clients.web.browser import driving, headless, watched
-from tests.clients.web.conftest import MODULES, modules_loaded
+from tests.clients.web.conftest import MODULES, link_to, loaded, modules_loaded
 from tests.clients.web.page_service import serving_pages
 from tests.service.harness import until
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
 
 LIMIT = 40.0  # ms
 TRIALS = 40
@@ -69,9 +76,65 @@ MEASURE = """async ({trials, settle}) => {
 }"""
 
 
+FIRST_TOUCH = """async (pause) => {
+  const ready = performance.now();
+  const later = (time) => new Promise((done) => setTimeout(done, time));
+  await later(pause);
+  const pad = document.getElementById("pad");
+  const {left, top} = pad.getBoundingClientRect();
+  const event = (kind, x) => pad.dispatchEvent(new PointerEvent(kind,
+    {pointerId: 9, pointerType: "touch", button: 0, clientX: left + x, clientY: top + 50, bubbles: true}));
+  const sounds = new Promise((done) => ridgewave.session.addEventListener("block", ({detail: {finger, samples}}) => {
+    if (samples.some((sample) => sample !== 0)) done(finger);
+  }));
+  const began = performance.now();
+  event("pointerdown", 100);
+  const stroke = setInterval(() => event("pointermove", 200 + 100 * Math.sin(performance.now() / 200)), 8);
+  const {source} = await sounds;
+  const given = source.given;
+  while (source.played < given) await later(4);
+  clearInterval(stroke);
+  return {ready, sound: performance.now() - began};
+}"""
+FIRST_TRIALS = 5
+PAUSES = {"at once": 0.0, "2 s later": 2000.0}  # ms between the page and the touch
+
+
+def first_touches(trials: int) -> list[Figure]:
+    """Return the lines of the first touch of a page, with a fingertip and with a comb."""
+    lines, numbers = [], count(1)
+    with serving_pages() as running, driving() as driver, headless(driver) as browser:
+        until(lambda: running.service.warm, 60.0)
+        for kind, (told, pause) in product(("fingertip", "comb"), PAUSES.items()):
+            reports = [first_touch(browser, running.url, kind, next(numbers), pause) for _ in range(trials)]
+            ready = statistics.median(report["ready"] for report in reports)
+            how = f"no table of this {kind} yet, median of {trials}; the page is there {ready:.0f} ms after its load"
+            sounds = [report["sound"] for report in reports]
+            lines.append(figure(f"page, first touch of a {kind} {told}, to sound", sounds, "ms", None, how))
+    return lines
+
+
+def first_touch(browser: Browser, url: str, kind: str, number: int, pause: float) -> dict[str, float]:
+    """Return the time at which the page is there and that from touch to sound (ms).
+
+    number: of the trial; each has a finger of its own.
+    pause: ms between the page and the touch.
+    """
+    scene = {"finger": {"kind": kind, "contact_length": 0.01 + 1e-6 * number}}
+    with watched(browser, url + link_to(scene)) as (page, _):
+        loaded(page)
+        report: dict[str, float] = page.evaluate(FIRST_TOUCH, pause)
+        return report
+
+
 def figures(quick: bool) -> list[Figure]:
     """Return the lines of the page; quick: few trials."""
     trials, settle = (5, 1.0) if quick else (TRIALS, SETTLE)
+    return [*first_touches(2 if quick else FIRST_TRIALS), *strokes(trials, settle)]
+
+
+def strokes(trials: int, settle: float) -> list[Figure]:
+    """Return the lines of moves and touches while the page is in use; settle: s of stroking first."""
     report = measured(trials, settle)
     how = f"headless Chromium, service in the same process, after {settle:g} s of stroking, median of {trials}"
     lines = []

@@ -82,17 +82,17 @@ class ChoiceControl {
       chosen?.kind === "words" ? same(choice.value, value) : choice.alternative === (chosen ?? undefined),
     );
     this.menu.value = String(Math.max(0, index));
-    if (field.fallback !== null && typeof field.fallback !== "object") {
-      const { complete, siblings } = around;
-      const told = complete === undefined || typeof complete === "object" ? field.fallback : complete;
-      this.menu.options[0].textContent = `default (${shown(told, field, siblings)})`;
-    }
+    const told = [around.complete, field.fallback].find((one) => isSingle(one));
+    this.menu.options[0].textContent =
+      told === undefined ? this.choices[0].label : `default (${shown(told, field, around.siblings)})`;
     for (const { alternative, control } of this.bodies) {
       control.element.hidden = alternative !== chosen;
       control.show(alternative === chosen ? value : undefined, around);
     }
   }
 }
+
+const isSingle = (value) => value !== null && value !== undefined && typeof value !== "object";
 
 function choicesOf(field, root) {
   const absent = field.alternatives.some(({ kind }) => kind === "settings") ? "off" : "none";

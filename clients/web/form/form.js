@@ -1,12 +1,14 @@
 /* A form for all fields of a scene, made from its JSON Schema. Each section of the scene can be opened and closed.
 
-Model: the form shows the scene of a SceneState and writes to it; it has no scene of its own.
+Model: the form shows the scene of a SceneState and writes to it; it has no scene of its own. A field that needs another
+kind of finger or texture is hidden, unless the scene has it. A section names those of its hidden fields that need
+something of another section.
 Limits: the form checks single fields only. `refuse` shows errors of the service beside the fields. */
 
 import { controlOf } from "./field_control.js";
 import { make } from "../dom.js";
 import { readField } from "./schema_fields.js";
-import { displaced } from "../scene/merge.js";
+import { displaced, same } from "../scene/merge.js";
 
 export class Form {
   #boxes = new Map();
@@ -65,48 +67,88 @@ export class Form {
     this.#boxes.delete(path);
   }
 
-  /** For the controls: returns which fields of the scene setting the field at `path` removes, a sentence or "". */
+  /** For the controls: returns which fields of the scene setting the field at `path` removes, and which fields of other
+   *  sections need one of its values; sentences or "". */
   note(path) {
     const [section, name] = path;
     if (path.length !== 2 || (section === "texture" && name === "kind")) return "";
-    const gone = displaced(section, this.state.scene[section] ?? {}, name, undefined).filter((other) => other !== name);
-    return gone.length ? `Replaces ${gone.join(" and ").replaceAll("_", " ")}.` : "";
+    const { scene } = this.state;
+    const gone = displaced(section, scene[section] ?? {}, name, undefined).filter((other) => other !== name);
+    const replaces = gone.length ? [`Replaces ${gone.join(" and ").replaceAll("_", " ")}.`] : [];
+    return [...replaces, ...this.#neededBy(scene, path)].join(" ");
+  }
+
+  #neededBy(scene, path) {
+    const others = this.#sections.filter(({ name }) => name !== path[0]).flatMap(({ controls }) => controls);
+    const written = others.map(({ field }) => field).filter((field) => isWritten(scene, field));
+    return written.flatMap(({ label, needs }) => {
+      const values = needs.find((need) => same(need.path, path))?.values;
+      return values ? [`${label} needs ${either(values)}.`] : [];
+    });
   }
 
   #section(name, part) {
     const field = readField(part, this.schema, [name]);
     const settings = field.alternatives.filter(({ kind }) => kind === "settings");
     const count = make("span.count");
+    const absent = make("p.hint", { id: `section-${name}-absent`, hidden: true });
     const details = make(
       "details.section",
       { id: `section-${name}` },
       make("summary", {}, make("h3", { text: field.label }), count),
       make("p.hint", { text: field.hint }),
+      absent,
     );
-    const controls =
-      settings.length === 1
-        ? settings[0].fields.map((one) => [one.name, controlOf(one, this)])
-        : [[null, controlOf(field, this)]];
-    details.append(make("div.fields", {}, ...controls.map(([, control]) => control.element)));
+    const shown = settings.length === 1 ? settings[0].fields : [field];
+    const controls = shown.map((one) => ({ field: one, control: controlOf(one, this) }));
+    details.append(make("div.fields", {}, ...controls.map(({ control }) => control.element)));
     this.element.append(details);
-    return { name, details, controls, count };
+    return { name, details, controls, count, absent };
+  }
+
+  /** Returns the needs of `field` that `scene` does not meet. A field that the scene has lacks nothing, so that it can
+   *  be removed. */
+  #lacks(scene, field) {
+    if (isWritten(scene, field)) return [];
+    const present = (path) => this.state.valueAt(path) ?? this.#boxes.get(path.join("."))?.field.fallback;
+    return field.needs.filter(({ path, values }) => !values.includes(present(path)));
+  }
+
+  #hide(scene, { name, controls, absent }) {
+    const elsewhere = new Map(); // what fields of this section need of other sections -> their labels
+    for (const { field, control } of controls) {
+      const lacks = this.#lacks(scene, field);
+      control.element.hidden = lacks.length > 0;
+      for (const { path, values } of lacks.filter(({ path }) => path[0] !== name)) {
+        const need = `${path.join(" ").replaceAll("_", " ")} ${either(values)}`;
+        elsewhere.set(need, [...(elsewhere.get(need) ?? []), field.label]);
+      }
+    }
+    absent.textContent = [...elsewhere].map(([need, labels]) => `Only with ${need}: ${labels.join(", ")}.`).join(" ");
+    absent.hidden = !absent.textContent;
   }
 
   #show() {
     const { scene, defaults } = this.state;
-    for (const { name, controls, count } of this.#sections) {
+    for (const section of this.#sections) {
+      const { name, controls, count } = section;
       const siblings = scene[name] ?? {};
       const complete = defaults[name] ?? {};
-      for (const [field, control] of controls) {
-        if (field === null) control.show(scene[name], { siblings: {}, complete: defaults[name] });
+      for (const { field, control } of controls) {
+        if (field.path.length === 1) control.show(scene[name], { siblings: {}, complete: defaults[name] });
         else
-          control.show(siblings[field] ?? undefined, {
+          control.show(siblings[field.name] ?? undefined, {
             siblings: { ...complete, ...siblings },
-            complete: complete[field],
+            complete: complete[field.name],
           });
       }
+      this.#hide(scene, section);
       const written = Object.values(siblings).filter((value) => value !== null).length;
       count.textContent = written ? `${written} set` : "";
     }
   }
 }
+
+const isWritten = (scene, { path }) => (path.reduce((inner, name) => inner?.[name], scene) ?? null) !== null;
+
+const either = (values) => values.join(" or ");

@@ -36,10 +36,9 @@ function wordsOf(option) {
  * @param {object} schema of the field
  * @param {object} root the whole schema, for its $refs
  * @param {(string|number)[]} path names and indices from the root of the scene
- * @returns {{path, name, label, hint, allowed, unit, fallback, nullable, alternatives}} `unit`: SI unit, "" for
- *   none, null if it depends on the quantity in the same object; `fallback`: default of the schema; `alternatives`:
- *   each
- *   with a `kind`
+ * @returns {{path, name, label, hint, allowed, unit, fallback, nullable, needs, alternatives}} `unit`: SI unit, "" for
+ *   none, null if it depends on the quantity in the same object; `fallback`: default of the schema; `needs`: other
+ *   fields by path, and the values of each with which a scene can have this field; `alternatives`: each with a `kind`
  */
 export function readField(schema, root, path = []) {
   const node = resolved(schema, root);
@@ -69,6 +68,7 @@ export function readField(schema, root, path = []) {
     allowed: node["x-allowed"] ?? "",
     fallback: node.default ?? null,
     nullable: options.some((option) => option.type === "null"),
+    needs: Object.entries(node["x-needs"] ?? {}).map(([needed, values]) => ({ path: needed.split("."), values })),
   };
 }
 

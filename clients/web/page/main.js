@@ -6,6 +6,7 @@ when changes stop for a moment. The pad moves the fingers of the session. */
 import { byId } from "../dom.js";
 import { Form } from "../form/form.js";
 import { same } from "../scene/merge.js";
+import { START_SCENE } from "../scene/start_scene.js";
 import { SceneState } from "../scene/state.js";
 import { call } from "../service.js";
 import { StaleParts } from "./stale_parts.js";
@@ -45,9 +46,12 @@ export async function begin() {
   wireTextureMenu(state, catalogue.textures ?? catalogue);
   const actions = new SceneActions({ state, form, tell });
   const recorder = new Recorder({ session, pad, tell, show: (scene) => state.take(scene) });
+  let first = true;
   const plan = new PlanSection({
     state,
     onPlan: (document) => {
+      if (first && !session.player) makeTable(document);
+      first = false;
       stale.set("plan", "current");
       form.refuse([]);
       showWarnings(document.warnings ?? []);
@@ -72,7 +76,14 @@ export async function begin() {
     state,
     session,
   };
-  if (!actions.follow()) state.take({});
+  if (!actions.follow()) state.take(START_SCENE);
+}
+
+/** Has the service make the table that the first touch reads, so that whoever looks first does not wait for it. A scene
+ *  with effects may need another table, and is left to the touch. */
+function makeTable({ scene, simulated }) {
+  if (!simulated.length || Object.keys(scene.effects).length) return;
+  call("POST", "/v1/tables", scene).catch(() => {}); // a touch needs no answer, and says what is wrong
 }
 
 /** Passes changes of the scene on to the parts of the page, and marks those that are not updated yet. */

@@ -2,6 +2,8 @@
 
 import { byId } from "../dom.js";
 import { BrokenLink, hashOf, sceneIn } from "../scene/link.js";
+import { same } from "../scene/merge.js";
+import { START_SCENE } from "../scene/start_scene.js";
 import { callBinary } from "../service.js";
 import { save, saveText } from "./download.js";
 
@@ -44,11 +46,12 @@ export class SceneActions {
     if (settled) this.#address(scene);
   }
 
-  /** Keeps the address of the page a link to the scene, so that a reload shows the same scene. */
+  /** Keeps the address of the page a link to the scene, so that a reload shows the same scene. The start scene has none.
+   *  */
   #address(scene) {
     let hash = "";
     try {
-      if (Object.keys(scene).length) hash = hashOf(scene);
+      if (!same(scene, START_SCENE)) hash = hashOf(scene);
     } catch {
       /* too long for a link; "Copy link" says so */
     }

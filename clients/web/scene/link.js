@@ -34,9 +34,7 @@ export function sceneIn(hash) {
     scene = null;
   }
   if (typeof scene !== "object" || scene === null || Array.isArray(scene)) {
-    throw new BrokenLink(
-      "The scene in this link cannot be read, so the default scene is shown. Ask for the link again.",
-    );
+    throw new BrokenLink("The scene in this link cannot be read. Ask for the link again.");
   }
   return scene;
 }

@@ -1,18 +1,19 @@
 /* The scene of the page. Sliders, form, link, files, undo, views and sound read and change it here.
 
-Model: a scene with values as text with units; fields without a value have their defaults. Settled changes can be
-undone.
+Model: a scene with values as text with units; fields without a value have their defaults. It begins as START_SCENE.
+Settled changes can be undone.
 Events: "change" {scene, fixed: it requires a new session, settled: false while a slider moves}; "defaults": the service
 has reported the values of fields without a value.
 Limits: nothing is validated; the service validates the scene. */
 
+import { START_SCENE } from "./start_scene.js";
 import { UndoHistory } from "./undo.js";
 import { changesWhatIsFixed, same, unwritten, withField } from "./merge.js";
 
 export class SceneState extends EventTarget {
-  #scene = {};
+  #scene = START_SCENE;
   #defaults = {};
-  #history = new UndoHistory({});
+  #history = new UndoHistory(START_SCENE);
 
   /** A copy of the scene. */
   get scene() {

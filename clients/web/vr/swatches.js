@@ -1,11 +1,11 @@
 /* Loads the swatches of the table: textures of the catalogue and their heights. Textures without heights are omitted.
  */
 
+import { START_SCENE } from "../scene/start_scene.js";
 import { call } from "../service.js";
 import { chooseSwatches, sizeText } from "./table_layout.js";
 
 const POINTS = 512; // heights per period; no swatch shows more
-const FINGER = { kind: "fingertip" }; // which has the line at u / lambda2 on every texture
 const FELT = { low: 10, high: 1000 }; // Hz, range of vibration that a fingertip feels
 
 /**
@@ -29,7 +29,7 @@ export async function loadThreshold() {
 }
 
 async function picture({ name, title, scene: textured }) {
-  const scene = { ...textured, finger: FINGER };
+  const scene = { ...textured, ...START_SCENE };
   const { texture } = await call("POST", "/v1/picture", { scene, points: POINTS, phases: 0 });
   const { period, heights } = texture;
   if (!(period > 0) || heights.length < 2) return null;

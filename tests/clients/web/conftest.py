@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import base64
+import json
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import pytest
@@ -19,6 +21,13 @@ if TYPE_CHECKING:
     from tests.clients.web.browser import Watch
 
 MODULES = "/test/modules.html"
+START_SCENE = {"finger": {"kind": "fingertip"}}
+"""The scene of the page where the address has none."""
+
+
+def link_to(scene: Mapping[str, object]) -> str:
+    """Return the path of the page with `scene`, as docs/touch-page.md describes it."""
+    return "/#scene=" + base64.urlsafe_b64encode(json.dumps(scene).encode()).decode().rstrip("=")
 
 
 @pytest.fixture(scope="module")
@@ -84,6 +93,14 @@ def watched_page(kept_touch_page: Page, service: Running) -> Iterator[tuple[Page
     with visited(kept_touch_page, service.url + "/") as watch:
         loaded(kept_touch_page)
         yield kept_touch_page, watch
+
+
+@pytest.fixture
+def comb_page(kept_touch_page: Page, service: Running) -> Iterator[Page]:
+    """Yield the page with the finger of the paper, loaded: its tables take a tenth of the time of a fingertip's."""
+    with visited(kept_touch_page, service.url + link_to({})):
+        loaded(kept_touch_page)
+        yield kept_touch_page
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from tests.clients.web.browser import watched
-from tests.clients.web.conftest import loaded
+from tests.clients.web.conftest import START_SCENE, link_to, loaded
 from tests.service.harness import Running
 
 if TYPE_CHECKING:
@@ -47,8 +47,8 @@ def violations(page: Page) -> list[str]:
     ],
 )
 def test_axe_finds_nothing_serious(chromium: Browser, service: Running, look: str, opened: bool) -> None:
-    with watched(chromium, service.url + "/", **LOOKS[look]) as (page, _):
-        loaded(page)
+    with watched(chromium, service.url + link_to({} if opened else START_SCENE), **LOOKS[look]) as (page, _):
+        loaded(page)  # opened: every effect is offered with the comb
         if opened:
             page.evaluate("() => document.querySelectorAll('details').forEach((section) => { section.open = true; })")
             page.evaluate("() => ridgewave.state.write(['output', 'bandwidth'], 1000)")  # wider bands are slow to plan

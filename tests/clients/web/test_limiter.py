@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from tests.clients.web.browser import kept_page, visited
-from tests.clients.web.conftest import loaded
+from tests.clients.web.conftest import START_SCENE, loaded
 from tests.clients.web.page_service import WEB
 from tests.clients.web.test_accessibility import violations
 from tests.service.harness import Running, serving
@@ -109,7 +109,9 @@ def test_one_click_rescales_under_the_same_hands_at_the_same_volume(page: Page) 
     assert not {one["session"] for one in ready} & set(before)
     assert [one["full_scale"] for one in ready] == [[pytest.approx(12.5 * 10**0.6 * 1.25)]] * 2
     assert page.locator("#limiter").inner_text() == "–" and page.is_hidden("#rescale")
-    assert page.evaluate("() => ridgewave.state.scene") == {}, "the full scale is the streams', not the scene's"
+    assert page.evaluate("() => ridgewave.state.scene") == START_SCENE, (
+        "the full scale is the streams', not the scene's"
+    )
 
 
 def test_a_full_scale_that_the_scene_names_is_taken_out_and_can_be_undone(page: Page) -> None:
@@ -117,7 +119,7 @@ def test_a_full_scale_that_the_scene_names_is_taken_out_and_can_be_undone(page: 
     limited(page)
     page.click("#rescale")
     page.wait_for_function("() => ridgewave.fingers[0]?.connection.ready?.full_scale[0] === 12.5")
-    assert page.evaluate("() => ridgewave.state.scene") == {}
+    assert page.evaluate("() => ridgewave.state.scene") == START_SCENE
     page.click("#undo")
     assert page.evaluate("() => ridgewave.state.scene.output") == {"full_scale": "5 m/s^2"}
 

@@ -143,17 +143,17 @@ def test_a_field_changes_what_is_touched_without_a_new_stream(touch_page: Page) 
     assert touch_page.evaluate("() => ridgewave.fingers[0].connection.ready.session") == before
 
 
-def test_what_is_fixed_for_a_stream_is_changed_by_a_new_one(touch_page: Page) -> None:
-    started(touch_page)
-    before = touch_page.evaluate("() => ridgewave.fingers[0].connection.ready.session")
-    touch_page.evaluate("() => ridgewave.state.write(['output', 'sample_rate'], '44.1 kHz')")
-    told(touch_page, "Rate, channels, quantity and full scale are fixed")
-    ready = touch_page.evaluate("() => ridgewave.fingers[0].connection.ready")
-    assert (ready["sample_rate"], touch_page.evaluate("() => ridgewave.player.sampleRate")) == (44100, 44100)
+def test_what_is_fixed_for_a_stream_is_changed_by_a_new_one(comb_page: Page) -> None:
+    started(comb_page)
+    before = comb_page.evaluate("() => ridgewave.fingers[0].connection.ready.session")
+    comb_page.evaluate("() => ridgewave.state.write(['output', 'sample_rate'], '44.1 kHz')")
+    told(comb_page, "Rate, channels, quantity and full scale are fixed")
+    ready = comb_page.evaluate("() => ridgewave.fingers[0].connection.ready")
+    assert (ready["sample_rate"], comb_page.evaluate("() => ridgewave.player.sampleRate")) == (44100, 44100)
     assert ready["session"] != before
-    touch_page.evaluate("() => ridgewave.state.write(['output', 'quantity'], 'velocity')")
-    touch_page.wait_for_function("() => ridgewave.fingers[0]?.connection.ready?.quantities[0] === 'velocity'")
-    stroke_pad(touch_page)
+    comb_page.evaluate("() => ridgewave.state.write(['output', 'quantity'], 'velocity')")
+    comb_page.wait_for_function("() => ridgewave.fingers[0]?.connection.ready?.quantities[0] === 'velocity'")
+    stroke_pad(comb_page)
 
 
 def test_a_service_that_goes_away_is_told_and_found_again(chromium: Browser, service: Running) -> None:
@@ -169,27 +169,27 @@ def test_a_service_that_goes_away_is_told_and_found_again(chromium: Browser, ser
         page.wait_for_function("() => document.getElementById('state').dataset.state === 'live'")
 
 
-def test_a_stroke_is_recorded_rendered_and_replayed(touch_page: Page, tmp_path: Path, ridgewave: RunsRidgewave) -> None:
-    touch_page.click("#record")
-    touch_page.wait_for_function("() => document.getElementById('record').textContent === 'Stop recording'")
-    stroke_pad(touch_page)
-    touch_page.click("#record")
-    touch_page.wait_for_function("() => !document.getElementById('replay').disabled")
-    with touch_page.expect_download() as download:
-        touch_page.click("#save-recording")
+def test_a_stroke_is_recorded_rendered_and_replayed(comb_page: Page, tmp_path: Path, ridgewave: RunsRidgewave) -> None:
+    comb_page.click("#record")
+    comb_page.wait_for_function("() => document.getElementById('record').textContent === 'Stop recording'")
+    stroke_pad(comb_page)
+    comb_page.click("#record")
+    comb_page.wait_for_function("() => !document.getElementById('replay').disabled")
+    with comb_page.expect_download() as download:
+        comb_page.click("#save-recording")
     path = tmp_path / "recording.json"
     download.value.save_as(path)
     recording = json.loads(path.read_text())
     contacts = [event for event in recording["events"] if event[1] == "contact"]
-    assert touch_page.locator("#recording-about").inner_text() == f"Recorded {len(contacts)} contact updates."
+    assert comb_page.locator("#recording-about").inner_text() == f"Recorded {len(contacts)} contact updates."
     ridgewave("render", str(path), "-o", str(tmp_path / "stroke.wav"))
     sound, _ = soundfile.read(tmp_path / "stroke.wav", dtype="float32")
     assert len(sound) == recording["frames"]
     assert abs(sound).max() > 0.0
-    touch_page.click("#replay")
-    touch_page.wait_for_function(TOUCHING)
-    touch_page.wait_for_function("() => document.getElementById('replay').textContent === 'Replay'")
-    touch_page.wait_for_function(LIFTED)
+    comb_page.click("#replay")
+    comb_page.wait_for_function(TOUCHING)
+    comb_page.wait_for_function("() => document.getElementById('replay').textContent === 'Replay'")
+    comb_page.wait_for_function(LIFTED)
 
 
 def test_a_recording_that_is_being_prepared_says_so_and_one_of_nothing_is_none(touch_page: Page) -> None:
@@ -232,19 +232,19 @@ def test_a_scene_is_kept_as_a_file_and_opened_again(touch_page: Page, tmp_path: 
     told(touch_page, "This file does not contain a scene")
 
 
-def test_a_gamepad_rumbles_along(touch_page: Page) -> None:
-    touch_page.evaluate(
+def test_a_gamepad_rumbles_along(comb_page: Page) -> None:
+    comb_page.evaluate(
         """() => { window.rumbled = 0;
              const pad = {id: "Pad of the test", index: 0, vibrationActuator: {
                playEffect: async (_, {strongMagnitude}) => {
                window.rumbled = Math.max(window.rumbled, strongMagnitude); }}};
              navigator.getGamepads = () => [pad]; dispatchEvent(new Event("gamepadconnected")); }"""
     )
-    touch_page.evaluate("() => { document.getElementById('devices').open = true; }")
-    assert touch_page.locator("#gamepad option").inner_text() == "Pad of the test"
-    touch_page.check("#rumble")
-    touch_page.click("#stroke")
-    touch_page.wait_for_function("() => window.rumbled > 0.05")
+    comb_page.evaluate("() => { document.getElementById('devices').open = true; }")
+    assert comb_page.locator("#gamepad option").inner_text() == "Pad of the test"
+    comb_page.check("#rumble")
+    comb_page.click("#stroke")
+    comb_page.wait_for_function("() => window.rumbled > 0.05")
 
 
 @pytest.mark.parametrize(

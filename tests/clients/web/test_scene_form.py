@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from synth.errors import SceneError
+from synth.scene.effects_section import effect_names
 from synth.scene.finger_section import FIELDS
 from synth.scene.merge import merge_patch
 from synth.scene.scene import parse_scene
-from synth.scene.texture_registry import kinds_with
+from synth.scene.texture_registry import kinds, kinds_with
 from tests.clients.web.browser import watched
-from tests.clients.web.conftest import loaded
+from tests.clients.web.conftest import START_SCENE, loaded
 from tests.clients.web.random_scenes import Document, drawn_scene, fields, near_default, options
 from tests.service.harness import Running
 
@@ -164,12 +166,12 @@ def _at(scene: Any, path: tuple[str, ...]) -> Any:
 READ = {"0.9 mm": "0.9 mm", "0.9mm": "0.9 mm", "900": "900 um", "900 \u00b5m": "900 um", "9e-4 m": "9e-4 m"}
 
 
-def test_a_number_is_read_with_its_unit(touch_page: Page) -> None:
+def test_a_number_is_read_with_its_unit(form_page: Page) -> None:
     for text, value in READ.items():
-        written(touch_page, PERIOD, text)
-        assert scene_of(touch_page) == {"texture": {"period": value}}
-        parse_scene(scene_of(touch_page))
-        touch_page.click("#undo")  # a bare number has the unit of the last
+        written(form_page, PERIOD, text)
+        assert scene_of(form_page) == {"texture": {"period": value}}
+        parse_scene(scene_of(form_page))
+        form_page.click("#undo")  # a bare number has the unit of the last
 
 
 def test_what_is_out_of_range_is_told_and_not_written(form_page: Page) -> None:
@@ -225,6 +227,57 @@ def test_a_texture_of_the_catalogue_shows_its_own_numbers(form_page: Page) -> No
     assert scene_of(form_page) == {"texture": {"kind": "grating-2mm-157um"}}
 
 
+def visible(page: Page, section: str) -> set[str]:
+    """Return the names of the fields that the form shows in a section, opened or not."""
+    boxes = f"document.querySelectorAll('[data-path^=\"{section}.\"]')"
+    shown = f"[...{boxes}].filter((one) => !one.closest('[hidden]')).map((one) => one.dataset.path.split('.'))"
+    return {name for name, *inner in page.evaluate(f"() => {shown}.map((path) => path.slice(1))") if not inner}
+
+
+@pytest.mark.parametrize("kind", FIELDS)
+def test_the_form_shows_the_fields_of_the_finger_and_offers_the_effects_that_it_has(form_page: Page, kind: str) -> None:
+    form_page.evaluate("(kind) => ridgewave.state.take({finger: {kind}})", kind)
+    assert visible(form_page, "finger") == set(FIELDS[kind])
+    offered = visible(form_page, "effects")
+    for name in effect_names():
+        scene = {"finger": {"kind": kind}, "effects": {name: {}}}
+        if name in offered:
+            parse_scene(scene)
+        else:
+            with pytest.raises(SceneError):
+                parse_scene(scene)
+    others = [name.replace("_", " ").capitalize() for name in effect_names() if name not in offered]
+    told = f"Only with finger kind comb: {', '.join(others)}." if others else ""
+    assert form_page.locator("#section-effects-absent").text_content() == told
+
+
+@pytest.mark.parametrize("kind", [*kinds(), "grating-1mm-31um"])
+def test_the_form_shows_the_fields_of_the_texture(form_page: Page, kind: str) -> None:
+    form_page.evaluate(
+        "(kind) => ridgewave.state.take({texture: {kind, ...(kind === 'profile' ? {heights: [0, 0]} : {})}})", kind
+    )
+    named = kinds().get(kind) or kinds()["sinusoid"]
+    assert visible(form_page, "texture") == {"kind", "phase", "youngs_modulus", "poisson_ratio", *named.names}
+
+
+def test_a_field_that_the_scene_should_not_have_is_shown_until_it_is_removed(watched_page: tuple[Page, Watch]) -> None:
+    page, watch = watched_page
+    watch.allow(REFUSED)
+    page.evaluate("() => ridgewave.state.write(['effects', 'adhesion'], {})")
+    page.wait_for_function("() => !document.getElementById('field-effects-adhesion-fault').hidden")
+    assert 'finger.kind "comb"' in page.locator("#field-effects-adhesion-fault").inner_text()
+    assert page.locator("#field-finger-kind-hint").text_content().endswith("Adhesion needs comb.")  # type: ignore[union-attr]
+    page.select_option("#field-effects-adhesion", label="off")
+    assert "adhesion" not in visible(page, "effects")
+
+
+def test_a_word_that_the_kind_implies_is_the_default_of_its_menu(touch_page: Page) -> None:
+    first = "document.querySelector('#field-finger-pattern option').textContent"
+    touch_page.wait_for_function(f"() => {first} === 'default (loop)'")
+    touch_page.evaluate("() => ridgewave.state.take({})")
+    touch_page.wait_for_function(f"() => {first} === 'none'")
+
+
 def test_a_roughness_takes_the_place_of_an_amplitude(form_page: Page) -> None:
     written(form_page, "#field-texture-amplitude", "5 um")
     written(form_page, "#field-texture-roughness", "4 um")
@@ -245,7 +298,7 @@ def test_all_changes_are_undone_and_redone(watched_page: tuple[Page, Watch]) -> 
     touch_page, watch = watched_page
     watch.allow(REFUSED)
     draw = random.Random(8)  # its scenes are rendered or invalid; one that this machine cannot render is a 503
-    scenes = [{}, *(drawn_scene(draw) for _ in range(5))]
+    scenes = [START_SCENE, *(drawn_scene(draw) for _ in range(5))]
     for scene in scenes[1:]:
         touch_page.evaluate("(scene) => ridgewave.state.take(scene)", scene)
     for scene in reversed(scenes[:-1]):
@@ -270,7 +323,7 @@ def test_a_slider_that_is_dragged_is_one_change(touch_page: Page) -> None:
     touch_page.mouse.up()
     assert parse_scene(scene_of(touch_page)).scan.speed > 0.08
     touch_page.click("#undo")
-    assert scene_of(touch_page) == {}
+    assert scene_of(touch_page) == START_SCENE
     assert touch_page.locator("#undo").is_disabled()
 
 
@@ -278,7 +331,7 @@ def test_ctrl_z_in_a_text_field_is_the_texts_own(touch_page: Page) -> None:
     written(touch_page, PERIOD, "1 mm")
     touch_page.focus(PERIOD)
     touch_page.keyboard.press("Control+z")
-    assert scene_of(touch_page) == {"texture": {"period": "1 mm"}}
+    assert scene_of(touch_page) == START_SCENE | {"texture": {"period": "1 mm"}}
 
 
 def test_scenes_come_out_of_links_as_they_went_in(form_page: Page) -> None:
@@ -310,7 +363,7 @@ def test_a_broken_link_is_told_in_one_sentence(touch_page: Page) -> None:
     touch_page.evaluate("() => { location.hash = '#scene=e30x!'; }")
     told = "document.getElementById('notice').textContent"
     touch_page.wait_for_function(f"() => {told}.startsWith('The scene in this link')")
-    assert scene_of(touch_page) == {}
+    assert scene_of(touch_page) == START_SCENE
 
 
 def test_the_part_that_is_told_makes_the_same_scene_at_the_service(form_page: Page) -> None:
