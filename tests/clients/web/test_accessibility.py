@@ -89,9 +89,9 @@ def test_on_a_phone_nothing_is_too_wide_and_a_finger_has_room_on_every_control(
         assert small == []
 
 
-def test_headings_go_down_by_one_level_at_a_time(touch_page: Page) -> None:
+def test_headings_go_down_by_one_level_at_a_time(comb_page: Page) -> None:
     headings = "document.querySelectorAll('h1, h2, h3, h4')"
-    levels = touch_page.evaluate(f"() => [...{headings}].map((one) => Number(one.tagName[1]))")
+    levels = comb_page.evaluate(f"() => [...{headings}].map((one) => Number(one.tagName[1]))")
     assert levels[0] == 1
     assert levels.count(1) == 1
     assert all(after - before <= 1 for before, after in pairwise(levels))

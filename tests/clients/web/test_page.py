@@ -91,42 +91,42 @@ def test_a_mouse_strokes_the_pad(touch_page: Page) -> None:
     touch_page.wait_for_function(f"() => /acceleration: the largest value is (?!0 )/.test({label})")
 
 
-def test_two_pointers_are_two_fingers(touch_page: Page) -> None:
-    started(touch_page)
-    touch_page.evaluate(
+def test_two_pointers_are_two_fingers(comb_page: Page) -> None:
+    started(comb_page)
+    comb_page.evaluate(
         """() => { const pad = document.getElementById("pad"); const {left, top} = pad.getBoundingClientRect();
              for (const pointerId of [21, 22]) pad.dispatchEvent(new PointerEvent("pointerdown",
                {pointerId, pointerType: "touch", button: 0, clientX: left + 4 * pointerId, clientY: top + 50,
                 bubbles: true})); }"""
     )
     sounding = "ridgewave.fingers.filter(({touching, source}) => touching && source?.played > 4800)"
-    touch_page.wait_for_function(f"() => {sounding}.length === 2")
-    scales = touch_page.evaluate("() => ridgewave.fingers.map(({connection}) => connection.ready.full_scale[0])")
+    comb_page.wait_for_function(f"() => {sounding}.length === 2")
+    scales = comb_page.evaluate("() => ridgewave.fingers.map(({connection}) => connection.ready.full_scale[0])")
     assert scales[0] == scales[1]
 
 
-def test_keys_move_press_and_lift_a_finger(touch_page: Page) -> None:
-    touch_page.focus("#pad")
-    touch_page.keyboard.press("Space")
-    touch_page.wait_for_function(TOUCHING)
-    touch_page.keyboard.down("ArrowRight")
-    touch_page.wait_for_function(PLAYED, arg=4800)
-    touch_page.keyboard.up("ArrowRight")
-    load = touch_page.locator("#load-value").inner_text()
-    touch_page.keyboard.press("+")
-    assert (load, touch_page.locator("#load-value").inner_text()) == ("300 mN", "375 mN")
-    touch_page.keyboard.press("Space")
-    touch_page.wait_for_function(LIFTED)
+def test_keys_move_press_and_lift_a_finger(comb_page: Page) -> None:
+    comb_page.focus("#pad")
+    comb_page.keyboard.press("Space")
+    comb_page.wait_for_function(TOUCHING)
+    comb_page.keyboard.down("ArrowRight")
+    comb_page.wait_for_function(PLAYED, arg=4800)
+    comb_page.keyboard.up("ArrowRight")
+    load = comb_page.locator("#load-value").inner_text()
+    comb_page.keyboard.press("+")
+    assert (load, comb_page.locator("#load-value").inner_text()) == ("300 mN", "375 mN")
+    comb_page.keyboard.press("Space")
+    comb_page.wait_for_function(LIFTED)
 
 
-def test_it_strokes_by_itself_and_stops(touch_page: Page) -> None:
-    touch_page.click("#stroke")
-    touch_page.wait_for_function(PLAYED, arg=4800)
-    touch_page.click("#stroke")
-    touch_page.wait_for_function(LIFTED)
-    touch_page.click("#start")
-    touch_page.wait_for_function("() => document.getElementById('state').textContent === 'not started'")
-    assert touch_page.evaluate("() => [ridgewave.player, ridgewave.fingers.length]") == [None, 0]
+def test_it_strokes_by_itself_and_stops(comb_page: Page) -> None:
+    comb_page.click("#stroke")
+    comb_page.wait_for_function(PLAYED, arg=4800)
+    comb_page.click("#stroke")
+    comb_page.wait_for_function(LIFTED)
+    comb_page.click("#start")
+    comb_page.wait_for_function("() => document.getElementById('state').textContent === 'not started'")
+    assert comb_page.evaluate("() => [ridgewave.player, ridgewave.fingers.length]") == [None, 0]
 
 
 def test_a_field_changes_what_is_touched_without_a_new_stream(touch_page: Page) -> None:
@@ -204,11 +204,11 @@ def test_a_recording_that_is_being_prepared_says_so_and_one_of_nothing_is_none(t
     assert touch_page.is_disabled("#replay") and touch_page.is_disabled("#save-recording")
 
 
-def test_the_wav_is_that_of_the_scene(touch_page: Page, service: Running, tmp_path: Path) -> None:
+def test_the_wav_is_that_of_the_scene(comb_page: Page, service: Running, tmp_path: Path) -> None:
     scene = {"texture": {"period": "1 mm"}, "output": {"duration": "0.2 s"}}
-    touch_page.evaluate("(scene) => ridgewave.state.take(scene)", scene)
-    with touch_page.expect_download() as download:
-        touch_page.click("#save-wav")
+    comb_page.evaluate("(scene) => ridgewave.state.take(scene)", scene)
+    with comb_page.expect_download() as download:
+        comb_page.click("#save-wav")
     download.value.save_as(tmp_path / "touch.wav")
     rendered = service.client.post("/v1/render?format=wav", json=scene).content
     wanted, _ = soundfile.read(io.BytesIO(rendered), dtype="float32")
@@ -216,20 +216,20 @@ def test_the_wav_is_that_of_the_scene(touch_page: Page, service: Running, tmp_pa
     assert (found == wanted).all()
 
 
-def test_a_scene_is_kept_as_a_file_and_opened_again(touch_page: Page, tmp_path: Path) -> None:
+def test_a_scene_is_kept_as_a_file_and_opened_again(comb_page: Page, tmp_path: Path) -> None:
     scene: dict[str, Any] = {"finger": {"contact_length": "8 mm"}, "effects": {"curvature": "auto"}}
-    touch_page.evaluate("(scene) => ridgewave.state.take(scene)", scene)
-    with touch_page.expect_download() as download:
-        touch_page.click("#save-scene")
+    comb_page.evaluate("(scene) => ridgewave.state.take(scene)", scene)
+    with comb_page.expect_download() as download:
+        comb_page.click("#save-scene")
     path = tmp_path / "scene.json"
     download.value.save_as(path)
-    touch_page.evaluate("() => ridgewave.state.take({})")
-    touch_page.set_input_files("#open-scene", path)
-    touch_page.wait_for_function("() => ridgewave.state.scene.effects?.curvature === 'auto'")
-    assert touch_page.evaluate("() => ridgewave.state.scene") == scene
+    comb_page.evaluate("() => ridgewave.state.take({})")
+    comb_page.set_input_files("#open-scene", path)
+    comb_page.wait_for_function("() => ridgewave.state.scene.effects?.curvature === 'auto'")
+    assert comb_page.evaluate("() => ridgewave.state.scene") == scene
     path.write_text("[1]")
-    touch_page.set_input_files("#open-scene", path)
-    told(touch_page, "This file does not contain a scene")
+    comb_page.set_input_files("#open-scene", path)
+    told(comb_page, "This file does not contain a scene")
 
 
 def test_a_gamepad_rumbles_along(comb_page: Page) -> None:
