@@ -23,6 +23,8 @@ from pydantic import ValidationError
 
 from synth.scene.rules import MOST_FAULTS, Refusal, Rule, nearest, refusal, refusals_of, refuse, refused
 from synth.scene.section import Section, needs_schema, plain, section_schema
+from synth.scene.texture_registry import kinds
+from synth.scene.texture_section import with_named
 
 FOLDER = "synth.effects"
 INTERFACE = "effect"  # the module that defines the interface of an effect
@@ -134,7 +136,7 @@ class Effects(Rule):
                 "default": None,
                 "x-unit": "",
                 "x-allowed": allowed_of(effect),
-                **needs_schema({"finger.kind": ["comb"]} if effect.of_comb else {}),
+                **needs_schema(needs_of(effect)),
             }
             for name, effect in known.items()
         }
@@ -152,6 +154,14 @@ def lowest_load(effects: object) -> float:
         return 0.0
     called = [name for name, settings in effects.items() if settings is not None and name in effect_names()]
     return min((declaration(name).lowest_load for name in called), default=0.0)
+
+
+def needs_of(effect: Declaration) -> dict[str, list[str]]:
+    """Return what `effect` needs in a scene: the paths of fields and the values that each may have."""
+    if not effect.of_comb:
+        return {}
+    lines = [kind.name for kind in kinds().values() if not kind.of_area]
+    return {"finger.kind": ["comb"], "texture.kind": with_named(lines)}
 
 
 def needing_comb(effects: Mapping[str, Any]) -> list[str]:

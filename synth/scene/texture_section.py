@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field, create_model
@@ -65,6 +65,11 @@ class Address(Rule):
 def amplitude_of(roughness: float) -> float:
     """Return the amplitude (m) of a cosine whose mean arithmetic roughness Ra is `roughness` (m), by eq. 3."""
     return 0.5 * math.pi * roughness
+
+
+def with_named(owners: Sequence[str]) -> list[str]:
+    """Return the kinds `owners`, and the catalogue names of textures of these kinds: values of `texture.kind`."""
+    return [*owners, *(name for name in catalogue_names() if lookup(name).document["texture"]["kind"] in owners)]
 
 
 class TextureFields(Section):
@@ -145,11 +150,8 @@ class TextureFields(Section):
     @classmethod
     def needs(cls, name: str) -> dict[str, list[str]]:
         """Return the kinds and the catalogue names that have the field, where not every kind has it."""
-        if name not in special_fields():
-            return {}
         owners = kinds_with(name)
-        named = [one for one in catalogue_names() if lookup(one).document["texture"]["kind"] in owners]
-        return {} if len(owners) == len(kinds()) else {"texture.kind": [*owners, *named]}
+        return {"texture.kind": with_named(owners)} if name in special_fields() and len(owners) < len(kinds()) else {}
 
     def derived(self) -> Fields:
         """Return the amplitude of a given roughness. For kinds other than a sinusoid, return period and amplitude.

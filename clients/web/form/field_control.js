@@ -104,7 +104,7 @@ function choicesOf(field, root) {
     if (alternative.kind === "points") choices.push({ label: "points", alternative, begin: "draft" });
     if (alternative.kind === "list") {
       const size = Math.max(1, alternative.minimum);
-      const item = () => startingValue(readField(alternative.items, root));
+      const item = () => startingValue(readField(alternative.items, root), root);
       choices.push({ label: "a list", alternative, begin: () => Array.from({ length: size }, item) });
     }
     if (alternative.kind === "settings")

@@ -10,6 +10,8 @@ import { make } from "../dom.js";
 import { readField } from "./schema_fields.js";
 import { displaced, same } from "../scene/merge.js";
 
+const MOST_NAMED = 3; // kinds that a field needs; of more, the one that it cannot have is named
+
 export class Form {
   #boxes = new Map();
   #refused = new Set();
@@ -110,21 +112,27 @@ export class Form {
    *  be removed. */
   #lacks(scene, field) {
     if (isWritten(scene, field)) return [];
-    const present = (path) => this.state.valueAt(path) ?? this.#boxes.get(path.join("."))?.field.fallback;
-    return field.needs.filter(({ path, values }) => !values.includes(present(path)));
+    return field.needs.filter(({ path, values }) => !values.includes(this.#present(path)));
+  }
+
+  #present(path) {
+    return this.state.valueAt(path) ?? this.#boxes.get(path.join("."))?.field.fallback;
   }
 
   #hide(scene, { name, controls, absent }) {
-    const elsewhere = new Map(); // what fields of this section need of other sections -> their labels
+    const elsewhere = new Map(); // what fields of this section need of other sections, in words -> their labels
     for (const { field, control } of controls) {
       const lacks = this.#lacks(scene, field);
       control.element.hidden = lacks.length > 0;
       for (const { path, values } of lacks.filter(({ path }) => path[0] !== name)) {
-        const need = `${path.join(" ").replaceAll("_", " ")} ${either(values)}`;
-        elsewhere.set(need, [...(elsewhere.get(need) ?? []), field.label]);
+        const only =
+          values.length > MOST_NAMED
+            ? `Not with ${words(path)} ${this.#present(path)}`
+            : `Only with ${words(path)} ${either(values)}`;
+        elsewhere.set(only, [...(elsewhere.get(only) ?? []), field.label]);
       }
     }
-    absent.textContent = [...elsewhere].map(([need, labels]) => `Only with ${need}: ${labels.join(", ")}.`).join(" ");
+    absent.textContent = [...elsewhere].map(([only, labels]) => `${only}: ${labels.join(", ")}.`).join(" ");
     absent.hidden = !absent.textContent;
   }
 
@@ -150,5 +158,7 @@ export class Form {
 }
 
 const isWritten = (scene, { path }) => (path.reduce((inner, name) => inner?.[name], scene) ?? null) !== null;
+
+const words = (path) => path.join(" ").replaceAll("_", " ");
 
 const either = (values) => values.join(" or ");

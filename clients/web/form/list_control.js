@@ -43,7 +43,10 @@ export class ListControl {
     this.more = make("button", {
       type: "button",
       text: "Add",
-      click: () => this.#write([...this.value, startingValue(readField(list.items, box.writer.schema))]),
+      click: () => {
+        const { schema } = box.writer;
+        this.#write([...this.value, startingValue(readField(list.items, schema), schema)]);
+      },
     });
     this.element = make("div", { role: "group", "aria-label": box.field.label }, this.rows, this.more);
   }

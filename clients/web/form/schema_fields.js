@@ -187,14 +187,15 @@ export function checkPoints(points, text) {
   return { value: rows };
 }
 
-/** Returns a valid first value of `field`. */
-export function startingValue(field) {
+/** Returns a valid first value of `field`; a list has as few items as it may. root: the whole schema. */
+export function startingValue(field, root) {
   const [first] = field.alternatives.toSorted((one, other) => rank(one) - rank(other));
   if (first.kind === "words") return first.words.includes(field.fallback) ? field.fallback : first.words[0];
   if (first.kind === "settings") return first.tag ? Object.fromEntries([first.tag]) : {};
   if (first.kind === "number")
     return typeof field.fallback === "number" ? field.fallback : Math.max(first.minimum, Math.min(1, first.maximum));
-  return first.kind === "text" ? "" : [];
+  if (first.kind !== "list") return first.kind === "text" ? "" : [];
+  return Array.from({ length: first.minimum }, () => startingValue(readField(first.items, root), root));
 }
 
 const rank = ({ kind }) => ["words", "settings", "number", "list", "points", "text"].indexOf(kind);

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from synth.errors import SceneError
-from synth.scene.effects_section import effect_names
+from synth.scene.effects_section import declaration, effect_names
 from synth.scene.finger_section import FIELDS
 from synth.scene.merge import merge_patch
 from synth.scene.scene import parse_scene
@@ -128,7 +128,10 @@ def test_the_service_accepts_what_a_control_writes(form_page: Page, path: tuple[
         parse_scene(of_its_kind(scene, path))
 
 
-KINDS_NEED: dict[str, dict[str, Any]] = {"profile": {"heights": [0.0, 0.0]}}
+KINDS_NEED: dict[str, dict[str, Any]] = {
+    "profile": {"heights": [0.0, 0.0]},
+    "heightmap": {"rows": [[0.0, 0.0], [0.0, 0.0]]},
+}
 FIELDS_NEED: dict[str, dict[str, Any]] = {
     "phases": {"amplitudes": [1e-5]},
     "ramp": {"height": 0.0},
@@ -253,11 +256,13 @@ def test_the_form_shows_the_fields_of_the_finger_and_offers_the_effects_that_it_
 
 @pytest.mark.parametrize("kind", [*kinds(), "grating-1mm-31um"])
 def test_the_form_shows_the_fields_of_the_texture(form_page: Page, kind: str) -> None:
-    form_page.evaluate(
-        "(kind) => ridgewave.state.take({texture: {kind, ...(kind === 'profile' ? {heights: [0, 0]} : {})}})", kind
-    )
+    form_page.evaluate("(texture) => ridgewave.state.take({texture})", {"kind": kind, **KINDS_NEED.get(kind, {})})
     named = kinds().get(kind) or kinds()["sinusoid"]
     assert visible(form_page, "texture") == {"kind", "phase", "youngs_modulus", "poisson_ratio", *named.names}
+    of_line = [name for name in effect_names() if declaration(name).of_comb]
+    assert visible(form_page, "effects") == {*effect_names()} - ({*of_line} if named.of_area else set())
+    told = form_page.locator("#section-effects-absent").text_content() or ""
+    assert told.startswith(f"Not with texture kind {kind}: " if named.of_area else "") and bool(told) == named.of_area
 
 
 def test_a_field_that_the_scene_should_not_have_is_shown_until_it_is_removed(watched_page: tuple[Page, Watch]) -> None:
