@@ -11,7 +11,7 @@ import { Spectrum } from "../views/spectrum.js";
 import { TextureTopView } from "../views/texture_top_view.js";
 import { Waveform } from "../views/waveform.js";
 
-const POINTS = 1024; // heights per profile: about one per pixel; more only costs transfer
+const POINTS = 768; // heights per profile: about one per pixel; more only costs transfer
 const PHASES = 64; // per period; height and patches are interpolated between them
 const SILENCE = 480; // frames
 const HARMONICS = 12; // marked; more hide the spectrum
