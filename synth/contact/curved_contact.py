@@ -11,7 +11,8 @@ Model   The finger is a parabola d below its ridges, about the middle xc of the 
         Where the scene gives the stiffness, kappa = k / L0 at every load, b^3 = 3 R w / (2 kappa), and 1 replaces 0.9.
         The solver spans a length D about xc, with no pressure at its ends at any phase. D / 2 is
         sqrt(2 R (a1 + a2 - z0)), where z never falls below z0 (`lowest_approach`). The reaction is kappa D times the
-        solver's mean over D.
+        solver's mean over D. That integral is the same over any longer D, so the D of a heavy load serves all lighter
+        ones (`over_loads`), and only kappa depends on the load.
 Source  Johnson, Contact Mechanics (1985), sec. 4.3 (Winkler foundation, parabola); Fagiani & Barbieri (2016), eqs 1, 2,
         4, 5; the rest is derived here.
 Limits  As for `profile_solver`. Where z is below z0 (a finger thrown onto the surface harder than its load), `measure`
@@ -138,10 +139,12 @@ class RoundContact(Contact):
     geometry, stiffness: of the nominal contact length.
     grid: the solver at no load.
     finger: the finger without its ridges.
+    least_span: load (N) whose length D lighter loads are solved over too; 0: each over its own.
     """
 
     of_one_shape = False
     finger: RoundFinger
+    least_span: float = 0.0
 
     @classmethod
     def of(
@@ -167,7 +170,16 @@ class RoundContact(Contact):
 
     def geometry_at(self, load: float) -> Geometry:
         """Return the surfaces over the solved length D at `load` (N); CannotRender where D is too long."""
-        return _spanned(self.geometry, self.finger, load)
+        return _spanned(self.geometry, self.finger, max(load, self.least_span))
+
+    def over_loads(self, heaviest: float) -> RoundContact:
+        """See `Contact`: beyond the length D of the heaviest load no lighter load touches."""
+        return replace(self, least_span=heaviest)
+
+    @property
+    def stiffness_exponent(self) -> float:
+        """See `Contact`: kappa D grows as kappa."""
+        return self.finger.foundation_exponent
 
     def solver(self, load: float) -> PhaseSolver:
         """Return the solver of this contact at `load` (N); see `geometry_at`."""

@@ -66,7 +66,7 @@ class Contact:
     """Geometry and stiffness of one scene, with their solver."""
 
     of_one_shape: ClassVar[bool] = True
-    """True: solver, shape and contact length are the same at every load."""
+    """True: solver, length and width are the same at every load."""
     of_one_surface: ClassVar[bool] = True
     """True: the surfaces that touch at a given phase and z are the same at every load."""
 
@@ -122,6 +122,18 @@ class Contact:
     def geometry_at(self, load: float) -> Geometry:
         """Return the surfaces over the length that the solver spans at `load` (N)."""
         return self.geometry
+
+    def over_loads(self, heaviest: float) -> Contact:
+        """Return this contact over one length that serves all loads up to `heaviest` (N).
+
+        Its reaction is k(w) times a mean of max(h - z, 0) that depends on phase and z only, if it is `of_one_surface`.
+        """
+        return self
+
+    @property
+    def stiffness_exponent(self) -> float:
+        """Power of the load by which k grows, over one length."""
+        return 1.0 - self.stiffness.load_exponent
 
     def width_at(self, load: float) -> float:
         """Return the length (m) of a ridge across the scan at `load` (N): the same as along the scan (eq. 4)."""

@@ -48,6 +48,7 @@ class AdhesionEffect(BalanceEffect):
     summary = "Surfaces attract each other: pull-in, pull-off, and loads below 0 N that pull."
     settings = AdhesionSettings
     replaces = "the law of the pressure"
+    of_one_shape = True
     lowest_load = -LARGEST_PULL
     price = Price(830.0, 6_400_000)
 

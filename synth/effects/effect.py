@@ -100,9 +100,13 @@ class ShapeEffect(Effect):
 
 
 class BalanceEffect(Effect):
-    """Replaces a term of the balance."""
+    """Replaces a term of the balance.
+
+    of_one_shape: whether it needs a contact whose shape does not follow the load, where the load varies.
+    """
 
     kind = Kind.BALANCE
+    of_one_shape: bool = False
 
     @abstractmethod
     def balanced(self, terms: Terms, settings: Any) -> Terms:

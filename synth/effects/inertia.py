@@ -2,7 +2,8 @@
 
 Kind    BALANCE: adds the terms m z'' + c z' + k_p (z - z_w). See `simulation.table_steps` and `simulation.pulp`.
 Model   m z'' + c z' + k_p (z - z_w) = reaction(z, theta) - w. z_w is the mean of the quasi-static z over a period at
-        the load w, so the mean force of the pulp is the load. The reaction is read from a table of the same contact.
+        the load w, so the mean force of the pulp is the load. The reaction is read from a table of the same contact, or
+        summed over points where the ends of the contact move with the load (`contact_growth`).
         Pressure never pulls, so a contact that is thrown off flies until the pulp brings it back.
 Source  m, c, k_p: Wiertlewski & Hayward (2012), J. Biomech. 45: a fingertip is elastic up to some 100 Hz and viscous
         above; 0.1 to 0.2 g, 0.8 to 2.4 N s/m and 0.5 to 2 kN/m are general knowledge about it (unverified), measured

@@ -18,19 +18,15 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.contact.load_balance import Contact
-from synth.effects.effect import Effect, Kind, OutputEffect
+from synth.effects.effect import BalanceEffect, Effect, Kind, OutputEffect
 from synth.errors import CannotRender
 from synth.plan.request import Request
+from synth.response.mean_approach import Mean
 from synth.response.reading_filter import ORDERS
 from synth.response.table_error import QUANTITIES
 from synth.scene.effects_section import AUTO, FrozenMapping, declaration
 from synth.scene.scene import Scene
 
-OF_ONE_SHAPE = (
-    "An effect that shapes the contact (contact_growth, curvature) can be combined with one that moves it (inertia, "
-    "viscous_skin, adhesion) only at a constant load, because the simulation uses a contact of one shape. Leave one of "
-    "them out, or keep the load constant."
-)
 PUT_IN = 0.4  # of the tolerance: between a tenth, which would be negligible, and the whole
 MEAN_PHASES = 64  # phases of a period over which the contact is averaged; more would change its stiffness by under 1 %
 
@@ -41,10 +37,12 @@ class SimulationCase(Request):
 
     contact: the contact, in the shape that the effects give it.
     tolerance: the tolerance as a number.
+    mean: of z over a period (m), as `preparation` has it.
     """
 
     contact: Contact
     tolerance: float
+    mean: Mean | None = None
 
     @property
     def orders(self) -> tuple[int, ...]:
@@ -112,9 +110,19 @@ def asked(scene: Scene, kind: Kind) -> Iterator[tuple[Effect, Any, bool]]:
 
 
 def require_one_shape(scene: Scene) -> None:
-    """Raise CannotRender if `scene` sets effects on shape and on balance, which a hand cannot combine."""
-    if all(any(not auto for *_effect, auto in asked(scene, kind)) for kind in (Kind.SHAPE, Kind.BALANCE)):
-        raise CannotRender(OF_ONE_SHAPE)
+    """Raise CannotRender if `scene` sets two effects that cannot be combined under a load that varies."""
+    for shape, _settings, auto in asked(scene, Kind.SHAPE):
+        for law, _law_settings, law_auto in asked(scene, Kind.BALANCE):
+            if isinstance(law, BalanceEffect) and law.of_one_shape and not auto and not law_auto:
+                raise CannotRender(of_two_shapes(shape.name, law.name))
+
+
+def of_two_shapes(shape: str, law: str) -> str:
+    """Return why the effects called `shape` and `law` cannot be combined under a load that varies."""
+    return (
+        f"{shape} and {law} can be combined only at a constant load: {law} is simulated on a contact that keeps its "
+        f"shape, and with {shape} the shape follows the load. Keep the load constant, or leave one of the two out."
+    )
 
 
 def effect_called(name: str) -> Effect:

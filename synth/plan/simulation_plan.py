@@ -2,7 +2,9 @@
 
 Stage   2, used by `preparation`. `simulation.running` runs the simulation, which replaces the response.
 Model   The force of a spring, with or without adhesion, depends only on the positions, so a table of its energy
-        represents it. A viscous skin has a memory at every place, so points of the skin are simulated.
+        represents it. Under a round finger the table spans what the heaviest load touches, and serves all lighter ones.
+        A viscous skin has a memory at every place, so points of the skin are simulated. So is a contact whose ends
+        move with the load: it would need another table at every load.
         A pilot is a run of whole texture periods of the steady scan. A stroke or a recording is also run along its own
         motion.
         Points: the number of skin points is doubled until the last doubling changes the pilot little.
@@ -37,12 +39,10 @@ from synth.effects.simulation.periodic import LONGEST, steady_of
 from synth.effects.simulation.pulp import Pulp, attracted_mean
 from synth.effects.simulation.running import RESPONSE, Running, Signal, Simulation
 from synth.effects.simulation.steps import Stepper, StiffnessLaw
-from synth.effects.simulation.terms import Terms
-from synth.errors import CannotRender
+from synth.effects.simulation.terms import ELASTIC, Terms
 from synth.motion.scan_motion import LIFT_TIME, ScanMotion
 from synth.plan.effect_choice import (
     MEAN_PHASES,
-    OF_ONE_SHAPE,
     SimulationCase,
     outputs_of,
     relative_change,
@@ -185,12 +185,10 @@ class SimulationPlan:
 
 
 def plan_simulation(case: SimulationCase, terms: Terms) -> SimulationPlan:
-    """Return how `case` is simulated with `terms`.
-
-    Raises CannotRender if the load varies and the shape of the contact depends on the load.
-    """
-    if not case.contact.of_one_shape and case.load_varies:
-        raise CannotRender(OF_ONE_SHAPE)
+    """Return how `case` is simulated with `terms`."""
+    if case.load_varies and not case.contact.of_one_surface:
+        assert terms.skin is None and terms.adhesion is None, "`effects_preparation` refuses them"
+        terms = replace(terms, skin=ELASTIC)  # the load moves the ends: no table serves all loads
     busy, patience = (BUSY, PATIENCE) if case.live else (BUSY_FILE, PATIENCE_FILE)
     counts = _points(case, terms, busy)
     tried = started(_first_simulation(case, terms, counts[0]), case)
@@ -285,6 +283,8 @@ def run_pilot(simulation: Simulation, case: SimulationCase) -> Pilot:
     own = np.empty((len(case.orders), 0))
     if case.moving and not case.by_hand:
         own = _run_own(replace(simulation, offset=offset), case, OWN)
+        if case.scene.scan.trajectory is not None:  # the lift at its end is larger than the motion that is judged
+            own = own[:, : max(1, round(ScanMotion(case.scene).duration * rate))]
     return Pilot(simulation, moved, offset, own)
 
 
@@ -317,7 +317,8 @@ def _first_simulation(case: SimulationCase, terms: Terms, points: int) -> Simula
     steps = max(2, math.ceil(FEWEST_STEPS / case.scene.output.sample_rate))
     low, high = case.loads
     between = (max(low, 0.0), max(high, case.pressed)) if case.load_varies else (case.pressed, case.pressed)
-    mean = mean_curve(case.contact, between, case.pressed, max(case.tolerance, HAND_MEAN * case.by_hand))
+    mean = case.mean if case.mean is not None and between == case.loads else None
+    mean = mean or mean_curve(case.contact, between, case.pressed, max(case.tolerance, HAND_MEAN * case.by_hand))
     return Simulation(
         stepper=_stepper_of(case, terms, points, mean),
         scene=case.nominal,
@@ -332,21 +333,23 @@ def _first_simulation(case: SimulationCase, terms: Terms, points: int) -> Simula
 
 def _stepper_of(case: SimulationCase, terms: Terms, points: int, mean: Mean) -> Stepper:
     """Return the stepper of `case` with `terms` and `points` points of skin; `mean`: of z, without adhesion."""
-    contact, load, forces = case.contact, case.pressed, bool(outputs_of(case.scene))
-    stiffness = StiffnessLaw.of(contact, load, case.scene.scan.lift_load)
-    rest = mean if case.load_varies and terms.pulp > 0.0 else float(mean(np.zeros(1))[0])
-    if terms.skin is not None:  # import only the stepper that the scene needs
-        from synth.effects.simulation.skin_points import SkinPoints
-        from synth.effects.simulation.skin_steps import SkinStepper
-
-        found = SkinPoints.of_contact(contact, load, points)
-        return SkinStepper(found, terms.skin, stiffness, terms.mass, terms.damping, forces, Pulp(terms.pulp, rest))
-    from synth.effects.simulation.energy_table import EnergyTable
-    from synth.effects.simulation.table_steps import TableStepper
-
+    load, forces = case.pressed, bool(outputs_of(case.scene))
     # a landing or lifting finger passes lighter loads than these only briefly
     low, high = (LIGHTEST, max(HEAVIEST_HAND, 4.0 * load)) if case.by_hand else case.loads
     lightest, heaviest = min(max(low, LIGHTEST), load), max(high, load)
+    contact = case.contact.over_loads(heaviest)
+    stiffness = StiffnessLaw.of(contact, heaviest, case.scene.scan.lift_load)
+    rest = mean if case.load_varies and terms.pulp > 0.0 else float(mean(np.zeros(1))[0])
+    if terms.skin is not None:  # import only the stepper that the scene needs
+        from synth.effects.simulation.skin_points import WHOLE, SkinPoints, Span
+        from synth.effects.simulation.skin_steps import SkinStepper
+
+        found, pulp = SkinPoints.of_contact(contact, heaviest, points), Pulp(terms.pulp, rest)
+        span = Span.of(contact, heaviest) if case.load_varies else WHOLE
+        return SkinStepper(found, terms.skin, stiffness, terms.mass, terms.damping, forces, pulp, span)
+    from synth.effects.simulation.energy_table import EnergyTable
+    from synth.effects.simulation.table_steps import TableStepper
+
     reach = pull = sunk = 0.0
     if terms.adhesion is not None:
         reach = terms.adhesion.reach

@@ -164,10 +164,7 @@ class _Range:
     def of(cls, contact: Contact, load: float, lightest: float, heaviest: float, below: float, above: float) -> _Range:
         """Return the range between the heights of the loads, extended by `below` and `above`; see `EnergyTable.of`."""
         solver, phases = contact.solver(load), np.arange(BASE_PHASES) / BASE_PHASES
-        pressed = [
-            contact.indentation(w) if contact.of_one_shape else w / contact.stiffness_at(load)
-            for w in (load, lightest, heaviest)
-        ]
+        pressed = [contact.indentation(w) for w in (load, lightest, heaviest)]
         middle, light, heavy = (solver.solve(phases, indentation).height for indentation in pressed)
         scale = contact.geometry_at(load).height_scale
         harmonics = np.fft.rfft(middle)[:BASE_HARMONICS] / BASE_PHASES

@@ -7,6 +7,7 @@ Model   h of eq. 2 at equally spaced points of the contact length, minus the dom
         points: its n-th harmonic is multiplied by sinc^2(n d) 3 / (2 + cos(2 pi n d)), with d the distance of points in
         periods. Areas over a few pieces are thus preserved at every offset, and a corner that passes the points makes
         no ripple.
+        Where the contact grows with the load, the points lie over its length at the heaviest load (`Span`).
 Source  Fagiani & Barbieri (2016), eqs 1-2; de Boor (2001) for the projection.
 Limits  The table has at least FINER knots per distance of points. The error of its interpolation is 1/200 of the error
         of the points. A contact shorter than the distance of points is simulated badly.
@@ -22,6 +23,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.contact.exact_solver import angles_of_centres
 from synth.contact.geometry import Geometry
+from synth.contact.growing_contact import GrowingContact
 from synth.contact.load_balance import Contact
 from synth.kernels import inner
 
@@ -71,6 +73,36 @@ class SkinPoints:
     def nbytes(self) -> int:
         """Size in bytes."""
         return self.rows.nbytes + self.table.nbytes
+
+
+@dataclass(frozen=True, slots=True)
+class Span:
+    """The part of the length of the points that is in contact at a load w (N), about its middle.
+
+    It is coefficient w^exponent, from `shortest` to 1. k grows as the part to the power `stiffening`.
+    """
+
+    coefficient: float = 1.0
+    exponent: float = 0.0
+    shortest: float = 1.0
+    stiffening: float = 0.0
+
+    @classmethod
+    def of(cls, contact: Contact, heaviest: float) -> Span:
+        """Return the span of points over the length of `contact` at `heaviest` (N)."""
+        if not isinstance(contact, GrowingContact):
+            return WHOLE
+        growth, whole = contact.growth, contact.length(heaviest)
+        coefficient = contact.geometry.contact_length / whole / growth.reference_load**growth.exponent
+        return cls(coefficient, growth.exponent, growth.shortest / whole, contact.stiffness.length_exponent)
+
+    @property
+    def numbers(self) -> Array:
+        """The fields, for the kernel."""
+        return np.array([self.coefficient, self.exponent, self.shortest, self.stiffening])
+
+
+WHOLE = Span()
 
 
 def _moving_table(geometry: Geometry, points: int) -> tuple[Array, Array]:

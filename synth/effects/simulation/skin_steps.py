@@ -7,6 +7,8 @@ Model   sum of p dx = w, or m z'' + c z' + k_p (z - z_w) = sum of p dx - w with 
         since it began to touch, and `free`, as if it had been free since then. The true efree is the larger of the two,
         because pressure only pushes. Straight lines join the points of each state, and each piece is cut where the two
         lines cross. g = h - max(of the two lines) is then a polygon, whose area above z is exact.
+        The contact spans a part of the points, about their middle. Without memory that part may follow the load
+        (`skin_points.Span`); the pieces that its ends cut count in part.
         A step h that moves z by s balances (2 m / h^2 + c / h) s - 2 m v0 / h + k_p (z0 + s / 2 - z_w) + w = sum of p
         dx, with v1 = 2 s / h - v0. Relative to a1 + a2 this is base + alpha (z - z0) = mean over L of max(g - z, 0).
         The right side is convex and falls with z. Newton's method starts from an extrapolated z.
@@ -34,7 +36,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.effects.simulation.pulp import NO_PULP, Pulp
-from synth.effects.simulation.skin_points import SkinPoints, write_heights, write_rates
+from synth.effects.simulation.skin_points import WHOLE, SkinPoints, Span, write_heights, write_rates
 from synth.effects.simulation.steps import (
     ATTACHED,
     EARLIER,
@@ -52,7 +54,7 @@ from synth.effects.simulation.steps import (
     StiffnessLaw,
     Z,
 )
-from synth.effects.simulation.terms import DECAY, FOLLOW, HARDNESS, KEEP, LOSE, Skin
+from synth.effects.simulation.terms import DECAY, ELASTIC, FOLLOW, HARDNESS, KEEP, LOSE, Skin
 from synth.kernels import inner, signed_kernel, summing
 from synth.response.phases import HALF_TURN
 
@@ -62,6 +64,7 @@ MOST_PASSES = 80  # never reached in the tests; bounds the time of a step
 BELOW = 1e-9  # of 1 + |z|: taken off the lower bound of z, so that rounding cannot put the bound above z
 TURNS = 0.5 / HALF_TURN  # turns per unit of a phase that is read as a signed number
 TINY = 1e-200  # of a1 + a2: rounds memories to multiples of 1e-216, so that none becomes a slow denormal number
+LEAST_PIECES = 3.0  # in a contact that shrinks; one whole piece at least bounds z
 FLAT = 1e-30  # of a1 + a2: least rise of a piece, so that a level piece is entirely above z or below
 
 HELD, FREE = 0, 1  # the two states of a point
@@ -80,6 +83,7 @@ class SkinStepper(Stepper):
     damping: N s/m.
     with_force: whether SLOPE_FORCE is computed, in a quarter of the time of a step; else it is 0.
     pulp: spring between the contact and the bone.
+    span: part of the points that is in contact.
     """
 
     points: SkinPoints
@@ -89,6 +93,7 @@ class SkinStepper(Stepper):
     damping: float = 0.0
     with_force: bool = False
     pulp: Pulp = NO_PULP
+    span: Span = WHOLE
     pull = 0.0
 
     @property
@@ -114,7 +119,7 @@ class SkinStepper(Stepper):
     @property
     def at_rest(self) -> SkinStepper:
         """See `Stepper`."""
-        return replace(self, law=Skin((0.0,)), mass=0.0, damping=0.0, with_force=False)
+        return replace(self, law=ELASTIC, mass=0.0, damping=0.0, with_force=False)
 
     @property
     def elastic(self) -> SkinStepper:
@@ -147,7 +152,7 @@ class SkinStepper(Stepper):
         ])  # fmt: skip
         rests = self.pulp.rests(float(state.numbers[LOAD]), loads, law.lightest)
         run_steps(
-            self.points.rows, self.points.table, contact, step, when, head, terms,
+            self.points.rows, self.points.table, contact, self.span.numbers, step, when, head, terms,
             self.with_force, state.phase, state.numbers, state.elements, phases, loads, rests, out,
         )  # fmt: skip
 
@@ -168,9 +173,27 @@ def free_indentations(elements, keep, terms, nodes):
                 free[j] -= lose * memory[j]
 
 
+@inner
+def part_of(span, load):
+    """Return the part of the length of the points that is in contact at `load` (N); span: see `Span`."""
+    return min(max(span[0] * load ** span[1], span[2]), 1.0) if span[1] > 0.0 else 1.0
+
+
+@inner
+def window_of(part, count):
+    """Return where the contact begins and ends, and the first and the one after the last of its whole pieces.
+
+    part: of the length of the points, about its middle.
+    count: pieces.
+    """
+    begin = 0.5 * count * (1.0 - max(part, LEAST_PIECES / count))
+    first = math.ceil(begin)
+    return begin, count - begin, first, count - first  # by symmetry: rounding would move the last where begin is tiny
+
+
 @summing
 def modified_profile(nodes, pieces):
-    """Write g at points and cuts. Return the mean of g without the cuts, which is at most the mean of g."""
+    """Write g at points and cuts."""
     surface, held, free, points = nodes[SURFACE], nodes[HELD_FREE], nodes[FREE_FREE], nodes[POINTS]
     for j in range(points.shape[0]):
         points[j] = surface[j] - max(held[j], free[j])
@@ -185,17 +208,23 @@ def modified_profile(nodes, pieces):
         both = 1.0 / (rise * fall)
         cuts[j], places[j] = cut, place
         first[j], second[j] = fall * both, rise * both
-    total = 0.0
-    for j in range(points1.shape[0]):
-        total += points[j] + points1[j]
-    return 0.5 * total / points1.shape[0]
 
 
 @summing
-def modified_area(nodes, pieces, z):
-    """Return the mean over L of max(g - z, 0), and the part of L where g is above z."""
-    points, points1 = nodes[POINTS], nodes[POINTS, 1:]
-    cuts, places, first, second = pieces[CUTS], pieces[PLACES], pieces[FIRST], pieces[SECOND]
+def sum_of(points):
+    """Return the integral of straight lines through `points`, in pieces."""
+    points1, total = points[1:], 0.0
+    for j in range(points1.shape[0]):
+        total += points[j] + points1[j]
+    return 0.5 * total
+
+
+@summing
+def area_of(nodes, pieces, z, begin, end):
+    """Return the integrals of max(g - z, 0) and of 1 where g is above z, from one piece to another, in pieces."""
+    points, points1 = nodes[POINTS, begin:end], nodes[POINTS, begin + 1 : end + 1]
+    cuts, places = pieces[CUTS, begin:end], pieces[PLACES, begin:end]
+    first, second = pieces[FIRST, begin:end], pieces[SECOND, begin:end]
     area, length = 0.0, 0.0
     for j in range(cuts.shape[0]):
         middle = max(cuts[j] - z, 0.0)
@@ -204,22 +233,24 @@ def modified_area(nodes, pieces, z):
         right_part = min(1.0, right * second[j]) * (1.0 - places[j])
         area += left_part * left + right_part * right
         length += left_part + right_part
-    return 0.5 * area / cuts.shape[0], length / cuts.shape[0]
+    return 0.5 * area, length
 
 
 @summing
-def slope_integral(rates, nodes, pieces, z):
-    """Return the mean over L of max(g - z, 0) times `rates`.
+def slope_integral(rates, nodes, pieces, z, begin, end):
+    """Return the integral of max(g - z, 0) times `rates`, from one piece to another, in pieces.
 
     rates: minus the slope of the texture over its angle (1/rad) at the points. It is interpolated linearly between
         them, so that work at the points equals the work done.
     """
-    points, points1 = nodes[POINTS], nodes[POINTS, 1:]
-    cuts, places, first, second = pieces[CUTS], pieces[PLACES], pieces[FIRST], pieces[SECOND]
+    points, points1 = nodes[POINTS, begin:end], nodes[POINTS, begin + 1 : end + 1]
+    rates, rates1 = rates[begin:end], rates[begin + 1 : end + 1]
+    cuts, places = pieces[CUTS, begin:end], pieces[PLACES, begin:end]
+    first, second = pieces[FIRST, begin:end], pieces[SECOND, begin:end]
     total = 0.0
     for j in range(cuts.shape[0]):
         left, middle, right = max(points[j] - z, 0.0), max(cuts[j] - z, 0.0), max(points1[j] - z, 0.0)
-        slope, slope1 = rates[j], rates[j + 1]
+        slope, slope1 = rates[j], rates1[j]
         turn = slope + places[j] * (slope1 - slope)
         part = min(1.0, (left + middle) * first[j])
         area = left * ((3.0 - part) * slope + part * turn) + middle * ((3.0 - part) * turn + part * slope)
@@ -227,7 +258,44 @@ def slope_integral(rates, nodes, pieces, z):
         part = min(1.0, (middle + right) * second[j])
         area = middle * ((3.0 - part) * turn + part * slope1) + right * ((3.0 - part) * slope1 + part * turn)
         total += (1.0 - places[j]) * part * area
-    return total / (6.0 * cuts.shape[0])
+    return total / 6.0
+
+
+@inner
+def line_above(g0, g1, rate0, rate1, width):
+    """Return area, length and work (area times rate) of the part above 0 of a line from g0 to g1 over `width`."""
+    left, right = max(g0, 0.0), max(g1, 0.0)
+    part = min(1.0, (left + right) / max(abs(g1 - g0), FLAT))
+    work = left * ((3.0 - part) * rate0 + part * rate1) + right * ((3.0 - part) * rate1 + part * rate0)
+    return 0.5 * width * part * (left + right), width * part, width * part * work / 6.0
+
+
+@inner
+def ends_above(rates, points, z, window):
+    """Return area, length and work, as `line_above` does, of the pieces that the ends of the contact cut.
+
+    Only skin without memory has such ends, and its g is straight between points.
+    """
+    begin, end, first, last = window
+    left, right = first - begin, end - last
+    g0, rate0 = points[first], rates[first]
+    g1, rate1 = g0 + left * (points[first - 1] - g0), rate0 + left * (rates[first - 1] - rate0)
+    area, length, work = line_above(g0 - z, g1 - z, rate0, rate1, left)
+    g0, rate0 = points[last], rates[last]
+    g1, rate1 = g0 + right * (points[last + 1] - g0), rate0 + right * (rates[last + 1] - rate0)
+    other = line_above(g0 - z, g1 - z, rate0, rate1, right)
+    return area + other[0], length + other[1], work + other[2]
+
+
+@inner
+def modified_area(nodes, pieces, z, window):
+    """Return the mean over L of max(g - z, 0), and the part of L where g is above z."""
+    begin, end, first, last = window
+    area, length = area_of(nodes, pieces, z, first, last)
+    if begin > 0.0:
+        one = ends_above(nodes[SURFACE], nodes[POINTS], z, window)
+        area, length = area + one[0], length + one[1]
+    return area / (end - begin), length / (end - begin)
 
 
 @inner
@@ -262,7 +330,7 @@ def remember(elements, terms, nodes, z):
 
 
 @inner
-def settled_height(nodes, pieces, base, alpha, z0, z, lowest):
+def settled_height(nodes, pieces, window, base, alpha, z0, z, lowest):
     """Return the z that balances.
 
     z: start of the iteration.
@@ -270,7 +338,7 @@ def settled_height(nodes, pieces, base, alpha, z0, z, lowest):
     """
     z = max(z, lowest)
     for _pass in range(MOST_PASSES):
-        area, part = modified_area(nodes, pieces, z)
+        area, part = modified_area(nodes, pieces, z, window)
         if part + alpha <= 0.0:  # above every crest: from the lower bound the iteration cannot miss
             z = lowest
             continue
@@ -284,28 +352,33 @@ def settled_height(nodes, pieces, base, alpha, z0, z, lowest):
 
 
 @inner
-def slope_when_pressed(rows, table, before, after, when, rates, nodes, pieces, z):
-    """Return `slope_integral` with the texture at the part `when` of the way between two phases.
+def slope_when_pressed(rows, table, before, after, when, rates, nodes, pieces, window, z):
+    """Return the mean over L of max(g - z, 0) times `rates`, of the texture at the part `when` between two phases.
 
     rates: buffer, overwritten.
     """
     turned = np.float64(np.int64(after)) - (1.0 - when) * np.float64(np.int64(after - before))
     write_rates(rows, table, TURNS * turned, rates)
-    return slope_integral(rates, nodes, pieces, z)
+    begin, end, first, last = window
+    work = slope_integral(rates, nodes, pieces, z, first, last)
+    if begin > 0.0:
+        work += ends_above(rates, nodes[POINTS], z, window)[2]
+    return work / (end - begin)
 
 
 @signed_kernel(
-    "void(f8[:,::1], f8[::1], f8[::1], f8, f8, f8[::1], f8[:,::1], b1, "
+    "void(f8[:,::1], f8[::1], f8[::1], f8[::1], f8, f8, f8[::1], f8[:,::1], b1, "
     "u8[::1], f8[::1], f8[:,:,::1], u8[::1], f8[::1], f8[::1], f8[:,::1])"
 )
 def run_steps(
-    rows, table, contact, step, when, head, terms, with_force, phase, numbers, elements, phases, loads, rests, out
+    rows, table, contact, span, step, when, head, terms, with_force, phase, numbers, elements, phases, loads, rests, out
 ):  # fmt: skip
     """Step to each of `phases` and `loads`, and write ROWS rows of `out`.
 
     rows, table: see `SkinPoints`.
     contact: a1 + a2 (m), texture period (m), mass (kg), damping (N s/m), the fields of `StiffnessLaw`, and the
         stiffness of the pulp (N/m).
+    span: the fields of `Span`.
     step: s.
     when, head, terms: see `Skin.coefficients`.
     with_force: whether to compute SLOPE_FORCE.
@@ -324,31 +397,35 @@ def run_steps(
         pressed = load - (1.0 - when) * change
         balanced = load - 0.5 * change if new_part < 1.0 else pressed
         balanced += spring * (scale * numbers[Z] - rests[i + 1] - (1.0 - share) * (rests[i] - rests[i + 1]))
-        full = scale * head[HARDNESS] * coefficient * pressed**power  # N per mean of a1 + a2
+        part = part_of(span, pressed)
+        window = window_of(part, count - 1)
+        first, last, inside = window[2], window[3], 1.0 / (window[1] - window[0])
+        full = scale * head[HARDNESS] * coefficient * pressed**power * part ** span[3]  # N per mean of a1 + a2
         write_heights(rows, table, TURNS * np.float64(np.int64(phases[i])), nodes[SURFACE])
         free_indentations(elements, head[KEEP], terms, nodes)
-        mean = modified_profile(nodes, pieces)
+        modified_profile(nodes, pieces)
         z0 = numbers[Z]
         moved = (1.0 - new_part) * numbers[PRESSING] + 2.0 * mass * numbers[SPEED] / step
         base = (balanced - moved) / (new_part * full)
         alpha = scale * ((2.0 * mass / step + damping) / step + share * spring) / (new_part * full)
-        lowest = (mean - base + alpha * z0) / (1.0 + alpha)
+        mean = sum_of(nodes[POINTS, first : last + 1]) * inside  # what the end pieces add is at least 0
+        lowest = (mean - base + alpha * z0) / ((last - first) * inside + alpha)
         lowest -= BELOW * (1.0 + abs(lowest))
         begin = 4.0 * (z0 + earlier[1]) - 6.0 * earlier[0] - earlier[2]  # cubic extrapolation from four
-        z = settled_height(nodes, pieces, base, alpha, z0, begin, lowest)
+        z = settled_height(nodes, pieces, window, base, alpha, z0, begin, lowest)
         if abs(z - z0) <= AT_REST * (1.0 + abs(z0)):
             z = z0
         earlier[2], earlier[1], earlier[0], numbers[Z] = earlier[1], earlier[0], z0, z
         if mass > 0.0:
             numbers[SPEED] = 2.0 * scale * (z - z0) / step - numbers[SPEED]
         if new_part < 1.0:  # from the area: the value from the balance would pass its rounding on from step to step
-            numbers[PRESSING] = full * modified_area(nodes, pieces, z)[0]
+            numbers[PRESSING] = full * modified_area(nodes, pieces, z, window)[0]
         else:
             numbers[PRESSING] = max(full * (base + alpha * (z - z0)), 0.0)
         remember(elements, terms, nodes, z)
         out[HEIGHT, i], out[REACTION, i], out[ATTACHED, i] = scale * z, numbers[PRESSING], 1.0
         out[SLOPE_FORCE, i] = 0.0
         if with_force:
-            slope = slope_when_pressed(rows, table, phase[0], phases[i], when, rates, nodes, pieces, z)
+            slope = slope_when_pressed(rows, table, phase[0], phases[i], when, rates, nodes, pieces, window, z)
             out[SLOPE_FORCE, i] = full * slope * 2.0 * math.pi * scale / period
         phase[0], numbers[LOAD] = phases[i], load

@@ -50,7 +50,7 @@ EARLIER: z one to three steps before, of skin only.
 class StiffnessLaw:
     """k = coefficient max(w, lightest)^power (N/m).
 
-    power: -0.5 for eqs 4-5.
+    power: -0.5 for eqs 4-5, 0.1 under a round finger.
     lightest: N.
     """
 
@@ -60,9 +60,8 @@ class StiffnessLaw:
 
     @classmethod
     def of(cls, contact: Contact, load: float, lightest: float) -> StiffnessLaw:
-        """Return the stiffness of `contact`. If its shape follows the load, k is that at `load` (N) for all loads."""
-        load = max(load, lightest)
-        power = 1.0 - contact.stiffness.load_exponent if contact.of_one_shape else 0.0
+        """Return the stiffness of `contact`, over its length at `load` (N)."""
+        load, power = max(load, lightest), contact.stiffness_exponent
         return cls(contact.stiffness_at(load) / load**power, power, lightest)
 
 

@@ -99,6 +99,9 @@ class Skin:
         return float(1.0 / np.min(np.abs(np.linalg.eigvals(creep))))
 
 
+ELASTIC = Skin((0.0,))
+
+
 def when_pressed(steps: float) -> float:
     """Return 1 / (1 - E) - 1 / x: 1/2 for short steps, 1 for long steps or without a dashpot.
 

@@ -115,12 +115,12 @@ def test_a_hand_that_gives_positions_moves_a_simulation_as_one_that_gives_speeds
 
 
 @pytest.mark.parametrize("shape", ["curvature", "contact_growth"])
-def test_a_shape_that_a_hand_would_change_under_a_simulation_is_refused_at_once(
+def test_a_shape_that_a_hand_would_change_under_another_law_of_pressure_is_refused_at_once(
     shape: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("synth.voice.live_voice.prepare", None)  # nothing is solved before the refusal
     monkeypatch.setattr("synth.voice.voice.prepare", None)
-    both = parse_scene({"effects": {shape: {}, "inertia": {}}})
+    both = parse_scene({"effects": {shape: {}, "viscous_skin": {}}})
     for opened in (lambda: HandVoice(both), lambda: open_voice(both, live=True)):
         with pytest.raises(CannotRender, match="only at a constant load"):
             opened()
