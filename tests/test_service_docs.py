@@ -139,7 +139,15 @@ def test_the_calls_of_the_page_run_from_top_to_bottom(tmp_path: Path) -> None:
         )
     assert done.returncode == 0, done.stderr
     made = {path.name for path in tmp_path.iterdir()} - {"recordings"}
-    assert made == {"touch.wav", "touch.flac", "accuracy.json", "live.wav", "one-second.wav", "calls.html"} | {
+    assert made == {
+        "touch.wav",
+        "touch.flac",
+        "accuracy.json",
+        "live.wav",
+        "one-second.wav",
+        "calls.html",
+        "denim.png",
+    } | {
         "recording.json",
         "table.safetensors",
     }
