@@ -145,7 +145,8 @@ _NAMED_TEXTURE = _object(
         "everyday": _OBJECT | {"description": "A scene: a fingertip that scans the texture."},
         "numbers": {"type": "object", "additionalProperties": _NUMBER_OF_TEXTURE},
         "picture": _TEXT | {"description": "Path of the picture."},
-    }
+    },
+    ("numbers",),
 )
 _TEXTURES = _object({"textures": _list_of(_reference("NamedTexture"))})
 

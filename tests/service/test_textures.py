@@ -22,10 +22,12 @@ def test_the_catalogue_is_listed_and_each_entry_is_a_scene(app: FastAPI) -> None
     assert [entry["name"] for entry in entries] == [entry.name for entry in catalogue()]
     for entry in entries:
         assert entry["title"] and entry["group"]
-        assert entry["numbers"]["scan.speed"]["value"] == entry["everyday"]["scan"]["speed"]
-        assert all(number["source"] for number in entry["numbers"].values())
     for entry in entries[:: len(entries) // 5]:
-        assert ask(app, "GET", f"/v1/textures/{entry['name']}").json() == entry
+        whole = ask(app, "GET", f"/v1/textures/{entry['name']}").json()
+        numbers = whole.pop("numbers")
+        assert whole == entry
+        assert numbers["scan.speed"]["value"] == entry["everyday"]["scan"]["speed"]
+        assert all(number["source"] for number in numbers.values())
         assert ask(app, "POST", "/v1/explain", json=entry["scene"]).status_code == 200
         assert ask(app, "POST", "/v1/explain", json=entry["everyday"]).status_code == 200
 
