@@ -74,7 +74,9 @@ class TextureDescription {
     let lines;
     try {
       const { numbers } = await call("GET", `/v1/textures/${entry.name}`);
-      lines = Object.entries(numbers).map(([field, { value, source }]) => `${field} ${value} (${source})`);
+      lines = Object.entries(numbers).map(
+        ([field, { value, source }]) => `${field} ${[value].flat().join(", ")} (${source})`,
+      );
     } catch ({ message }) {
       lines = [message];
     }
