@@ -5,7 +5,8 @@ Model   Lambert's law: a point is as bright as the cosine of the angle between i
         from the left at 45 degrees. A pixel is the mean over SAMPLES slopes along the scan. The slopes of a real
         surface differ by a factor of a thousand, so they are scaled to an rms slope of
         LEVEL (s / LEVEL)^COMPRESSION, where s is the true one: a steeper surface still looks steeper.
-Limits  Slopes are not to scale, and no shadow is cast. A surface that varies along the scan only has equal rows.
+Limits  Slopes are not to scale, and no shadow is cast. A surface that varies along the scan only has equal rows. Of one
+        that varies across too, a row of pixels is the line in its middle.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from synth.surfaces.height_field import HeightField
 from synth.surfaces.profile import Profile
 
 SIDE = 5e-3  # m of the surface, along and across; it holds two of the coarsest corduroy's wales, and threads of linen
@@ -28,10 +30,14 @@ Picture = np.ndarray[Any, np.dtype[np.uint8]]
 def lit_picture(profile: Profile) -> Picture:
     """Return the brightness of SIDE x SIDE of `profile`, uint8 [PIXELS, PIXELS]; columns lie along the scan."""
     places = np.linspace(0.0, SIDE, PIXELS * SAMPLES + 1)
-    slopes = np.diff(profile.heights(places)) / np.diff(places)
+    if isinstance(profile, HeightField):
+        heights = profile.area(places, (np.arange(PIXELS) + 0.5) * (SIDE / PIXELS))
+    else:
+        heights = profile.heights(places)[np.newaxis]
+    slopes = np.diff(heights, axis=1) / np.diff(places)
     steepness = profile.rms[1]
     if steepness > 0.0:
         slopes *= LEVEL / steepness * (steepness / LEVEL) ** COMPRESSION
     towards = (1.0 + slopes) / (math.sqrt(2.0) * np.sqrt(1.0 + slopes**2))  # the light stands over rising slopes
-    row = np.maximum(towards, 0.0).reshape(PIXELS, SAMPLES).mean(axis=1)
-    return np.broadcast_to(np.rint(255.0 * row).astype(np.uint8), (PIXELS, PIXELS))
+    pixels = np.maximum(towards, 0.0).reshape(-1, PIXELS, SAMPLES).mean(axis=2)
+    return np.broadcast_to(np.rint(255.0 * pixels).astype(np.uint8), (PIXELS, PIXELS))

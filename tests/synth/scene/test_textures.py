@@ -35,6 +35,7 @@ def values_of(name: str) -> dict[str, Any]:
 NEEDED = {
     "sinusoid": {"period"},
     "harmonics": {"period", "amplitudes"},
+    "dots": {"period", "row_distance", "dot_height", "dot_diameter", "dot_top"},
     "grating": {"period", "height", "duty"},
     "rough": {"period", "rms_height", "hurst", "longest", "shortest"},
 }

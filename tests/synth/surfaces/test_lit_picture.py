@@ -10,6 +10,7 @@ import pytest
 from PIL import Image
 
 from synth.encode.png import png_of
+from synth.surfaces.dots import Dots
 from synth.surfaces.grating import Grating
 from synth.surfaces.lit_picture import PIXELS, SIDE, lit_picture
 from synth.surfaces.sinusoid import Sinusoid
@@ -37,6 +38,16 @@ def test_stripes_are_to_scale(period: float) -> None:
 def test_a_steeper_surface_has_more_contrast() -> None:
     contrasts = [np.ptp(lit_picture(Sinusoid(height, 1e-3)).astype(int)) for height in (1e-7, 1e-6, 1e-5, 1e-4)]
     assert contrasts == sorted(contrasts) and contrasts[0] > 10 and contrasts[-1] > 2 * contrasts[0]
+
+
+def test_dots_are_round_and_in_their_places() -> None:
+    picture = lit_picture(Dots(2.5e-3, 2.5e-3, 0.0, 3e-4, 1e-3, 2e-4)).astype(int)  # in the corners, and in the middle
+    middle, reach = PIXELS // 2, round(0.5e-3 / SIDE * PIXELS)
+    dot = picture[middle - reach - 2 : middle + reach + 2, middle - reach - 2 : middle + reach + 2]
+    rows, columns = np.nonzero(dot != FLAT)
+    assert np.ptp(rows) == pytest.approx(2 * reach, abs=4) and np.ptp(columns) == pytest.approx(2 * reach, abs=4)
+    np.testing.assert_allclose(dot, dot[::-1], atol=60)  # the same above and below, but for the steps of a pixel
+    assert dot[reach, reach // 2] > FLAT > dot[reach, reach + reach // 2 + 2]
 
 
 def test_a_png_holds_exactly_the_picture() -> None:
