@@ -20,7 +20,7 @@ lint: $(PYTHON)  ## ask every linter
 	.ci/lint
 bench: $(PYTHON)  ## measure speed; BENCH=voice measures one part
 	$(PYTHON) -m tests.bench $(BENCH)
-figures: $(PYTHON)  ## draw the figures of the effects, the waveform and live motion again
-	for figure in waveform effects following; do $(PYTHON) -m docs.figures.$$figure || exit 1; done
+figures: $(PYTHON)  ## draw the figures of the effects, the waveform and live motion again, and the tables of the catalogue
+	for figure in waveform effects following catalogue; do $(PYTHON) -m docs.figures.$$figure || exit 1; done
 
 .PHONY: help setup test thorough lint bench figures

@@ -4,6 +4,7 @@
     sound = rw.render("grating-1mm-31um", scan={"speed": "120 mm/s"})  # a Sound: values in SI units, save(), plot()
     plan = rw.explain({"texture": {"period": "0.8 mm"}})  # what is simulated, why, with which cost and error
     voice = rw.open_voice("scene.json")  # the same sound, block by block
+    names = rw.textures()  # the catalogue: sandpapers, cloths, paper, wood, metal, gratings of laboratories
     client = rw.Client("http://127.0.0.1:8000")  # the service, over HTTP; `rw.Live` over a WebSocket
 
 Only these names are stable; `synth`, `service` and `clients` may move theirs. A name is loaded when it is first used,
@@ -32,12 +33,13 @@ if TYPE_CHECKING:
     from clients.live_client.async_live import AsyncLive
     from clients.live_client.reconnection import Backoff
     from clients.live_client.sync_live import Live
-    from ridgewave.scenes import explain, open_voice, render
+    from ridgewave.scenes import explain, open_voice, render, textures
     from synth.accuracy.report import measure_accuracy
     from synth.encode.sound import Sound
     from synth.errors import CannotRender, RidgewaveError, SceneError
     from synth.motion.motion import Motion
     from synth.plan.plan import Plan
+    from synth.scene.catalogue import CatalogueEntry
     from synth.scene.scene import Scene, parse_scene
     from synth.voice.voice import Voice
 
@@ -46,6 +48,7 @@ _MODULES = {
     "AsyncLive": "clients.live_client.async_live",
     "Backoff": "clients.live_client.reconnection",
     "CannotRender": "synth.errors",
+    "CatalogueEntry": "synth.scene.catalogue",
     "Client": "clients.http_client.sync_client",
     "ClientError": "clients.client_errors",
     "ConnectionLost": "clients.client_errors",
@@ -69,6 +72,7 @@ _MODULES = {
     "open_voice": "ridgewave.scenes",
     "parse_scene": "synth.scene.scene",
     "render": "ridgewave.scenes",
+    "textures": "ridgewave.scenes",
 }
 
 __all__ = [
@@ -76,6 +80,7 @@ __all__ = [
     "AsyncLive",
     "Backoff",
     "CannotRender",
+    "CatalogueEntry",
     "Client",
     "ClientError",
     "ConnectionLost",
@@ -99,6 +104,7 @@ __all__ = [
     "open_voice",
     "parse_scene",
     "render",
+    "textures",
 ]
 
 

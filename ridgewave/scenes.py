@@ -10,6 +10,7 @@ import os
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from synth.scene.catalogue import CatalogueEntry, catalogue
 from synth.scene.merge import merge_patch
 from synth.scene.scene import Scene, SceneLike, document_of, parse_scene, scene_document
 
@@ -70,3 +71,14 @@ def open_voice(scene: SceneLike, *, live: bool = False, **fields: Any) -> Voice:
     from synth.voice.voice import open_voice as opened
 
     return opened(changed(scene, fields), live=live)
+
+
+def textures() -> dict[str, CatalogueEntry]:
+    """Return the catalogue: each entry by its name, a group after the other.
+
+    An entry has `title`, `group`, `document` (the partial scene that its name stands for), `everyday` (a scene in which
+    a fingertip scans the texture), `sources` (of each number) and `note`.
+
+    Example: rw.render(rw.textures()["denim-72x56"].everyday).save("jeans.wav")
+    """
+    return {entry.name: entry for entry in catalogue()}

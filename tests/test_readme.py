@@ -31,7 +31,7 @@ from tests.service.programs import program
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])
 WRITTEN_ADDRESS = "127.0.0.1:8000"
-LANGUAGES = {"sh", "python", "json", "text", "http", ""}
+LANGUAGES = {"sh", "python", "json", "text", "toml", "http", ""}
 """What a fence may name: sh, python and json are tried here; text, http and none are for reading."""
 
 Folders = dict[Path, Path]

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from synth.scene.catalogue import catalogue_names
 from synth.scene.merge import merge_patch
 from synth.scene.quantity import Dimension
 from synth.scene.scene import FieldLine, Scene, parse_scene, parse_scene_text, scene_fields
@@ -75,7 +74,3 @@ def test_the_worked_examples_do_what_the_page_says() -> None:
     assert (output.bandwidth, output.sample_rate) == (1000.0, 8000)
     assert merge_patch(object_from_text(before), object_from_text(change)) == object_from_text(after)
     assert parse_scene(object_from_text(before)).scan.stroke is not None
-
-
-def test_every_name_of_the_catalogue_is_on_the_page() -> None:
-    assert all(f'"{name}"' in PAGE for name in catalogue_names())

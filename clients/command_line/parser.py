@@ -23,6 +23,7 @@ EXAMPLES = {
     ),
     "render": (
         ("render grating-800um-40um -o out.wav", "two seconds, float WAV"),
+        ("render denim-72x56 --everyday -o jeans.wav", "as a fingertip feels it"),
         ("render scene.json -o out.flac --set texture.period=0.6mm --duration 5", "with changes, as FLAC"),
         ("render scene.json -o - | sox - -d", "to a player"),
     ),
@@ -45,7 +46,8 @@ EXAMPLES = {
     "devices": (("devices --json", "for a program"),),
     "textures": (
         ("textures", "the catalogue"),
-        ("textures grating-1mm-31um > scene.json", "one entry, as a scene to edit"),
+        ("textures denim-72x56", "one entry: its scene, and the source of each number"),
+        ("textures denim-72x56 --everyday > scene.json", "its everyday scan, as a scene to edit"),
     ),
     "table": (
         ("table grating-800um-40um -o grating.safetensors", "its response table, for another program"),
@@ -143,6 +145,11 @@ def _add_scene(parser: argparse.ArgumentParser) -> None:
         default=[],
         dest="changes",
         help="change one field, as in texture.period=0.6mm; VALUE is JSON if it parses, otherwise a string; repeatable",
+    )
+    parser.add_argument(
+        "--everyday",
+        action="store_true",
+        help="of a name from the catalogue: its everyday scan by a fingertip, in place of the texture alone",
     )
     parser.add_argument("--duration", metavar="TIME", help="seconds, or with a unit, as in 2min; sets output.duration")
 
@@ -262,9 +269,11 @@ def _add_textures(commands: Any) -> None:
         commands,
         "textures",
         "list the catalogue of textures",
-        "List the catalogue, or print one entry's scene as JSON, ready to be saved, edited and rendered.",
+        "List the catalogue, or print one entry's scene as JSON, ready to be saved, edited and rendered. The sources "
+        "of its numbers go to standard error.",
     )
     parser.add_argument("name", metavar="NAME", nargs="?", help="the entry to print")
+    parser.add_argument("--everyday", action="store_true", help="print the everyday scan instead of the texture alone")
 
 
 def _add_table(commands: Any) -> None:

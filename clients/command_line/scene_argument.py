@@ -13,6 +13,7 @@ from typing import Any, NoReturn
 
 from clients.command_line.exit_codes import invalid_request
 from synth.errors import Fault, InvalidRequest
+from synth.scene.catalogue import catalogue_names, lookup
 from synth.scene.doubtful_values import bare_doubts
 from synth.scene.merge import merge_patch
 from synth.scene.scene import LARGEST_BYTES, Scene, document_of, parse_scene
@@ -22,7 +23,7 @@ from synth.scene.texture_registry import with_files
 
 def read_scene(arguments: argparse.Namespace) -> Scene:
     """Return the scene of `arguments` (scene, changes, duration); raises InvalidRequest, OSError."""
-    return scene_of(read_document(arguments.scene), arguments)
+    return scene_of(read_document(arguments.scene, everyday=arguments.everyday), arguments)
 
 
 def scene_of(document: dict[str, object], arguments: argparse.Namespace) -> Scene:
@@ -51,8 +52,17 @@ def check_unchanged(arguments: argparse.Namespace, what: str) -> None:
         )
 
 
-def read_document(name: str) -> dict[str, object]:
-    """Return the JSON object of SCENE: a file, `-` for standard input, or a texture of the catalogue."""
+def read_document(name: str, *, everyday: bool = False) -> dict[str, object]:
+    """Return the JSON object of SCENE: a file, `-` for standard input, or a texture of the catalogue.
+
+    everyday: take the everyday scan of the texture. Raises InvalidRequest if SCENE is not a name.
+    """
+    if everyday:
+        if name not in catalogue_names():
+            invalid_request(
+                "--everyday", "true", "a name from the catalogue as SCENE", "`ridgewave textures` lists the names."
+            )
+        return dict(lookup(name).everyday)
     if name == "-":
         return object_from_text(sys.stdin.buffer.read(LARGEST_BYTES))
     return document_of(name)

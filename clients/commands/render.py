@@ -36,7 +36,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Carry out the command; raises InvalidRequest, CannotRender, OSError."""
     target = read_target(arguments.output, arguments.subtype)
     replaced = target.path is not None and replaces(target.path, arguments.no_clobber)
-    document = read_document(arguments.scene)
+    document = read_document(arguments.scene, everyday=arguments.everyday)
     if is_recording(document):
         check_unchanged(arguments, "a recording")
         result = render_recording(target, document, arguments.progress, exact=arguments.exact)

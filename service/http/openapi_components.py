@@ -130,6 +130,25 @@ _TABLE = _object(
         | {"description": "Largest stated error of each quantity, relative to its peak-to-peak."},
     }
 )
+_NUMBER_OF_TEXTURE = _object(
+    {
+        "value": {"description": "As a scene writes it: a number, text with a unit, or a list of these."},
+        "source": _TEXT | {"description": "How far to trust it, then where it is from."},
+    }
+)
+_NAMED_TEXTURE = _object(
+    {
+        "name": _TEXT | {"description": "Value of texture.kind."},
+        **dict.fromkeys(("title", "group"), _TEXT),
+        "note": _TEXT | {"description": "What a person should know who feels it; mostly empty."},
+        "scene": _OBJECT | {"description": "A partial scene: the texture alone."},
+        "everyday": _OBJECT | {"description": "A scene: a fingertip that scans the texture."},
+        "numbers": {"type": "object", "additionalProperties": _NUMBER_OF_TEXTURE},
+        "picture": _TEXT | {"description": "Path of the picture."},
+    },
+    ("numbers",),
+)
+_TEXTURES = _object({"textures": _list_of(_reference("NamedTexture"))})
 
 
 _FAULT = _object(dict.fromkeys(("pointer", "value", "allowed", "hint"), _TEXT))
@@ -152,12 +171,14 @@ def components() -> dict[str, Schema]:
     _lift(scene_schema(), "scene", "", found)
     return found | {
         "AccuracyTable": _ACCURACY,
+        "NamedTexture": _NAMED_TEXTURE,
         "Picture": _PICTURE,
         "Plan": _PLAN,
         "Play": _PLAY,
         "Problem": _PROBLEM,
         "Session": _SESSION,
         "Table": _TABLE,
+        "Textures": _TEXTURES,
         "Threshold": _THRESHOLD,
     }
 

@@ -5,11 +5,18 @@ Stage   CONTACT: the only place that knows which solver a kind of finger has.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 from synth.contact.geometry import Geometry
 from synth.contact.load_balance import Contact
 from synth.contact.stiffness import Stiffness
+from synth.scene.finger_section import Finger
 from synth.scene.scene import Scene
 from synth.surfaces.height_field import HeightField
+
+KEPT = 4
+"""Fingertips in memory, 12 MB each, up to 40 MB on a very fine texture. A live change asks for its contact three times;
+without this, sampling the fingertip three times is half of its time."""
 
 
 def contact_of(scene: Scene) -> Contact:
@@ -23,21 +30,27 @@ def contact_of(scene: Scene) -> Contact:
 
         return RoundContact.of(geometry, stiffness, finger.tip_radius)
     if finger.kind == "fingertip":
-        from synth.contact.fingertip import FingertipContact
-        from synth.surfaces.ridge_field import RidgeField
-
-        field = RidgeField(
-            period=finger.ridge_period,
-            amplitude=finger.ridge_amplitude,
-            pattern=finger.pattern or "loop",
-            spacing_spread=finger.spacing_spread or 0.0,
-            direction_spread=finger.direction_spread or 0.0,
-            height_spread=finger.height_spread or 0.0,
-            seed=finger.seed or 0,
-        )
-        return FingertipContact.of_field(geometry, stiffness, field, finger.width)
+        return _fingertip(finger, geometry, stiffness)
     if isinstance(geometry.profile, HeightField):
         from synth.contact.area_contact import CombOnArea
 
         return CombOnArea.of(geometry, stiffness)
     return Contact.of(geometry, stiffness)
+
+
+@lru_cache(KEPT)
+def _fingertip(finger: Finger, geometry: Geometry, stiffness: Stiffness) -> Contact:
+    """Return the contact of a fingertip: the same object for scenes that differ only in scan, effects or output."""
+    from synth.contact.fingertip import FingertipContact
+    from synth.surfaces.ridge_field import RidgeField
+
+    field = RidgeField(
+        period=finger.ridge_period,
+        amplitude=finger.ridge_amplitude,
+        pattern=finger.pattern or "loop",
+        spacing_spread=finger.spacing_spread or 0.0,
+        direction_spread=finger.direction_spread or 0.0,
+        height_spread=finger.height_spread or 0.0,
+        seed=finger.seed or 0,
+    )
+    return FingertipContact.of_field(geometry, stiffness, field, finger.width)

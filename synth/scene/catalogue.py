@@ -1,23 +1,47 @@
-"""The catalogue: named textures, each with the source of its numbers.
+"""The catalogue: named textures, each number with its source, and the scan in which a person feels them.
 
-On the command line a name can replace a scene file. In a scene it can be the value of `texture.kind`. The height in a
-name is the distance from valley to crest, twice the amplitude of eq. 2.
-
-Source: an entry whose period is the subject of a published experiment cites it. The other values were chosen, and the
-entry states that. No height is measured.
-Limits: every entry is a sinusoid, as in Fagiani & Barbieri 2016, eq. 2; machined gratings have flatter tops.
+Model   A group is a TOML file in the folder `textures` beside this file: its first key `group` is the title, and each
+        table is an entry. To add an entry or a group, write it there. An entry has a title, a kind, the fields of its
+        texture, and where the everyday scan differs from EVERYDAY also speed and load. Each of these numbers is a pair
+        [value, source]. A source begins with how far to trust it (TRUST).
+        A name stands for its texture alone, in a scene as the value of `texture.kind` and on the command line in place
+        of a file. `CatalogueEntry.everyday` is a whole scene: a fingertip that scans the texture as EVERYDAY.
+Source  Of EVERYDAY, the scan of the default scene. People scan textures at 10 to 160 mm/s in the experiments of
+        Greenspon et al. 2019 (doi 10.1101/680322), and Fagiani & Barbieri 2016, section 2, find 0.05 to 1.8 N useful.
+Limits  No height was measured by this project. A texture varies along the scan only, apart from dots: grains and fibres
+        that lie side by side have equal heights, so such a surface vibrates more here than a real one of the same
+        heights.
 """
 
 from __future__ import annotations
 
 import difflib
+import tomllib
+from collections.abc import Mapping
+from copy import deepcopy
 from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
 
 from synth.errors import Fault, SceneError, shown
 
-_BENSMAIA = "Bensmaia & Hollins 2003 (PMC2074877)"
-_OWN_TABLE = "this project's own table of worked magnitudes (computed, not measured)"
-_CHOSEN_HEIGHT = "height chosen for this catalogue (no source)"
+TRUST: Mapping[str, str] = {
+    "read": "read in the source that is named, often only in its abstract",
+    "computed": "follows from other numbers, which are named",
+    "usual": "general knowledge; not checked against a source",
+    "unverified default": "chosen for this catalogue",
+}
+"""How far to trust a number, by the words with which its source begins."""
+
+EVERYDAY: Mapping[str, tuple[str, str]] = {
+    "speed": ("80 mm/s", "unverified default: the scan of the default scene"),
+    "load": ("0.3 N", "unverified default: the scan of the default scene"),
+}
+"""Speed and load of an entry that does not state them."""
+
+FINGER = {"kind": "fingertip"}
+FOLDER = Path(__file__).with_name("textures")
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,99 +50,78 @@ class CatalogueEntry:
 
     name: the name that a scene or the command line writes.
     title: one line for a list of textures.
+    group: title of its group.
     document: a partial scene with the texture section.
-    source: the source of each number.
+    everyday: a scene in which a fingertip scans the texture.
+    sources: source of each number, by its field of the scene, such as "texture.period".
+    note: what a person should know who feels it; "" for most.
     """
 
     name: str
     title: str
-    document: dict[str, dict[str, str]]
-    source: str
+    group: str
+    document: dict[str, dict[str, Any]]
+    everyday: dict[str, dict[str, Any]]
+    sources: dict[str, str]
+    note: str = ""
 
-
-_GRATINGS: tuple[tuple[str, str, dict[str, str], str], ...] = (
-    (
-        "grating-100um-10um",
-        "Fine: at the lower end of what is felt as a pattern",
-        {"period": "100 um", "amplitude": "5 um"},
-        f"period: elements above 100 um are felt through a spatial mechanism too, {_BENSMAIA}; {_CHOSEN_HEIGHT}",
-    ),
-    (
-        "grating-200um-20um",
-        "The duplex boundary: finer ones are felt by vibration alone",
-        {"period": "200 um", "amplitude": "10 um"},
-        f"period: below 200 um roughness follows Pacinian-weighted vibration power, {_BENSMAIA}; {_CHOSEN_HEIGHT}",
-    ),
-    (
-        "grating-250um-31um",
-        "Half the usual ridge period: locks to the ridges, second harmonic of them",
-        {"period": "250 um", "roughness": "10 um"},
-        f"period and Ra 10 um: {_OWN_TABLE}",
-    ),
-    (
-        "grating-400um-30um",
-        "Between the locked periods: a quiet one",
-        {"period": "400 um", "amplitude": "15 um"},
-        "chosen for this catalogue to cover periods just below the ridge period (no source)",
-    ),
-    (
-        "grating-500um-40um",
-        "The usual ridge period: the strongest locking",
-        {"period": "500 um", "amplitude": "20 um"},
-        "period: equal to the usual ridge period of about 0.5 mm, Handbook of Fingerprint Recognition 2009, ch. 3"
-        f" (doi 10.1007/978-1-84882-254-2_3); {_CHOSEN_HEIGHT}",
-    ),
-    (
-        "grating-800um-40um",
-        "The texture of the default scene",
-        {"period": "800 um", "amplitude": "20 um"},
-        "chosen for this catalogue to cover the default scene, whose period locks to no ridge period (no source)",
-    ),
-    (
-        "grating-1mm-31um",
-        "Twice the usual ridge period: locks to the ridges",
-        {"period": "1 mm", "roughness": "10 um"},
-        f"period and Ra 10 um: {_OWN_TABLE}",
-    ),
-    (
-        "grating-2mm-157um",
-        "Coarse and deep: felt as a pattern as much as a vibration",
-        {"period": "2 mm", "roughness": "50 um"},
-        f"period and Ra 50 um: {_OWN_TABLE}",
-    ),
-    (
-        "grating-5mm-200um",
-        "Two periods in a usual contact length",
-        {"period": "5 mm", "amplitude": "100 um"},
-        "chosen for this catalogue to cover periods of the order of the contact length (no source)",
-    ),
-    (
-        "grating-20mm-400um",
-        "Longer than the contact: the finger rides up and down the profile",
-        {"period": "20 mm", "amplitude": "200 um"},
-        "chosen for this catalogue to cover periods beyond the contact length (no source)",
-    ),
-)
+    def description(self) -> dict[str, Any]:
+        """Return the entry as a JSON document; `scene` is the partial scene."""
+        scene = self.everyday
+        numbers = {}
+        for field, source in self.sources.items():
+            section, name = field.split(".")
+            numbers[field] = {"value": scene[section][name], "source": source}
+        return {
+            "name": self.name,
+            "title": self.title,
+            "group": self.group,
+            "note": self.note,
+            "scene": self.document,
+            "everyday": scene,
+            "numbers": numbers,
+        }
 
 
 def catalogue() -> tuple[CatalogueEntry, ...]:
-    """Return every entry, finest first. Each call returns new documents: changing one does not affect other callers."""
-    return tuple(
-        CatalogueEntry(name, title, {"texture": {"kind": "sinusoid", **texture}}, source)
-        for name, title, texture, source in _GRATINGS
-    )
+    """Return every entry, a group after the other. Each call returns new documents, which a caller may change."""
+    return deepcopy(_entries())
 
 
 def catalogue_names() -> tuple[str, ...]:
-    """Return the name of every entry, finest first."""
-    return tuple(row[0] for row in _GRATINGS)
+    """Return the name of every entry, a group after the other."""
+    return tuple(entry.name for entry in _entries())
 
 
 def lookup(name: str) -> CatalogueEntry:
     """Return the entry called `name`. If there is none, raise SceneError with the nearest name."""
-    for entry in catalogue():
+    for entry in _entries():
         if entry.name == name:
-            return entry
+            return deepcopy(entry)
     near = difflib.get_close_matches(name[:64], catalogue_names(), n=1, cutoff=0.0)
     hint = f'The nearest name is "{near[0]}".'
-    raise SceneError([Fault("", shown(name), f"a catalogue name: {', '.join(catalogue_names())}", hint)])
+    raise SceneError([Fault("", shown(name), f"one of the {len(catalogue_names())} names of the catalogue", hint)])
+
+
+@cache
+def _entries() -> tuple[CatalogueEntry, ...]:
+    found: list[CatalogueEntry] = []
+    for file in sorted(FOLDER.glob("*.toml")):
+        entries = tomllib.loads(file.read_text("utf-8"))
+        group = entries.pop("group")
+        found += [_entry(name, group, written) for name, written in entries.items()]
+    return tuple(found)
+
+
+def _entry(name: str, group: str, written: dict[str, Any]) -> CatalogueEntry:
+    title, kind, note = written.pop("title"), written.pop("kind"), written.pop("note", "")
+    scan = {field: written.pop(field, default) for field, default in EVERYDAY.items()}
+    texture = {"kind": kind, **{field: value for field, (value, _) in written.items()}}
+    sources = {f"texture.{field}": source for field, (_, source) in written.items()}
+    sources |= {f"scan.{field}": source for field, (_, source) in scan.items()}
+    everyday = {
+        "finger": dict(FINGER),
+        "texture": deepcopy(texture),
+        "scan": {field: value for field, (value, _) in scan.items()},
+    }
+    return CatalogueEntry(name, title, group, {"texture": texture}, everyday, sources, note)

@@ -209,23 +209,31 @@ class QuantityList(Rule):
 
 @dataclass(eq=False)
 class Choice(Rule):
-    """One of a few names."""
+    """One of a few names.
+
+    names: the names that are listed where the rule is shown.
+    others: further names, too many for a list. others_word: what they are, such as "a name from the catalogue".
+    """
 
     names: tuple[str, ...]
+    others: tuple[str, ...] = ()
+    others_word: str = ""
 
     def __post_init__(self) -> None:
-        self.allowed = ", ".join(f'"{name}"' for name in self.names)
+        listed = [f'"{name}"' for name in self.names]
+        self.allowed = ", ".join([*listed, self.others_word] if self.others else listed)
 
     def read(self, value: object) -> str:
         """Return the name."""
-        if isinstance(value, str) and value in self.names:
+        every = (*self.names, *self.others)
+        if isinstance(value, str) and value in every:
             return value
-        near = nearest(value, self.names) if isinstance(value, str) else None
+        near = nearest(value, every) if isinstance(value, str) else None
         raise refused(self.allowed, f'Write "{near or self.names[0]}".')
 
     def schema(self) -> dict[str, Any]:
         """Return the schema of the names."""
-        return {"anyOf": [{"enum": list(self.names)}]}
+        return {"anyOf": [{"enum": [*self.names, *self.others]}]}
 
 
 @dataclass(eq=False)

@@ -75,7 +75,7 @@ def with_named(owners: Sequence[str]) -> list[str]:
 class TextureFields(Section):
     """The sample under the finger: its form and its elasticity."""
 
-    kind: Annotated[str, Choice((*kinds(), *catalogue_names()))] = Field(
+    kind: Annotated[str, Choice(tuple(kinds()), catalogue_names(), "a name from the catalogue")] = Field(
         default="sinusoid",
         description="Form of the surface, or a catalogue name, which sets the fields not given here.",
     )
@@ -125,10 +125,11 @@ class TextureFields(Section):
         if name not in catalogue_names():
             return given
         named: Fields = dict(lookup(name).document["texture"])
-        for pair in kinds()[str(named["kind"])].pairs:
+        kind = kinds()[str(named["kind"])]
+        for pair in kind.pairs:
             if any(field in given for field in pair):
                 named = without(named, *pair)
-        return {**named, **without(given, "kind")}
+        return {**kind.defaults, **named, **without(given, "kind")}
 
     @classmethod
     def conflicts(cls, given: Fields) -> list[Refusal]:

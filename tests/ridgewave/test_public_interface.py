@@ -57,3 +57,12 @@ def test_a_plan_of_a_changed_scene_tells_of_the_change() -> None:
 def test_a_wrong_field_is_refused_with_what_to_write() -> None:
     with pytest.raises(rw.SceneError, match="loadd"):
         rw.render({}, scan={"loadd": 1.0})
+
+
+def test_the_catalogue_gives_scenes_by_name() -> None:
+    textures = rw.textures()
+    entry = textures["denim-72x56"]
+    assert isinstance(entry, rw.CatalogueEntry) and len(textures) >= 40
+    assert rw.parse_scene(entry.document) == rw.parse_scene("denim-72x56")
+    everyday = rw.parse_scene(entry.everyday)
+    assert (everyday.finger.kind, everyday.texture) == ("fingertip", rw.parse_scene("denim-72x56").texture)

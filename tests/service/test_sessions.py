@@ -143,17 +143,3 @@ def test_with_several_workers_there_are_no_sessions(engine: PlainEngine) -> None
     problem(ask(app, "POST", "/v1/sessions", json={}), 503, "one-worker")
     problem(ask(app, "GET", "/v1/sessions/x"), 503, "one-worker")
     assert ask(app, "POST", "/v1/render", json={}).status_code == 200
-
-
-def test_the_catalogue_is_listed_and_each_entry_is_a_scene(app: FastAPI) -> None:
-    entries = ask(app, "GET", "/v1/textures").json()["textures"]
-    assert len(entries) >= 10
-    for entry in entries:
-        assert entry["source"] and entry["title"]
-        assert ask(app, "GET", f"/v1/textures/{entry['name']}").json() == entry
-        assert ask(app, "POST", "/v1/explain", json=entry["scene"]).status_code == 200
-
-
-def test_an_unknown_texture_names_the_nearest(app: FastAPI) -> None:
-    document = problem(ask(app, "GET", "/v1/textures/grating-800um"), 404, "not-found")
-    assert "grating-800um-40um" in document["errors"][0]["hint"]

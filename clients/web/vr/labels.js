@@ -14,7 +14,7 @@ const OVER_BOARD = 5e-4; // m, enough for the depth buffer to separate label and
 
 /**
  * @param {object} three the module
- * @param {{title: string, period: number, height: number}[]} swatches lengths in m
+ * @param {{title: string, wave: number, rough: boolean, height: number}[]} swatches lengths in m
  * @param {{x: number, z: number}[]} places centres of the swatches (m)
  * @param {{ink: string, faint: string}} colours CSS colours of the first line and of the others
  * @returns {Mesh} in coordinates of the table

@@ -26,8 +26,8 @@ export class Room {
   /**
    * @param {object} three the module three.js
    * @param {HTMLCanvasElement} canvas
-   * @param {{title: string, period: number, height: number, heights: number[]}[]} swatches lengths in m; heights of
-   *   one period
+   * @param {{title: string, period: number, wave: number, rough: boolean, height: number, heights: number[]}[]}
+   *   swatches lengths in m; heights of one period
    * @param {"light" | "dark"} look
    */
   constructor(three, canvas, swatches, look) {
@@ -69,9 +69,9 @@ export class Room {
     this.table.add(mesh);
   }
 
-  #swatch({ heights, period }, index, count) {
+  #swatch({ heights, period, wave }, index, count) {
     const { three } = this;
-    const surface = { heights, period, ...magnification(period), length: LENGTH, width: WIDTH, raised: RAISED };
+    const surface = { heights, period, ...magnification(wave), length: LENGTH, width: WIDTH, raised: RAISED };
     const { positions, normals, colours, indices } = relief(surface);
     const geometry = new three.BufferGeometry();
     geometry.setAttribute("position", new three.BufferAttribute(positions, 3));

@@ -1,21 +1,25 @@
-/* Loads the swatches of the table: textures of the catalogue and their heights. Textures without heights are omitted.
- */
+/* Loads the swatches of the table: some textures of each group of the catalogue, and their heights.
+
+Model: a rough texture has no period that is seen. Its typical wave is that of the sinusoid with the same Rq and the same
+rms slope, 2 pi Rq / slope.
+Limits: textures without heights are omitted. */
 
 import { START_SCENE } from "../scene/start_scene.js";
 import { call } from "../service.js";
 import { chooseSwatches, sizeText } from "./table_layout.js";
 
-const POINTS = 512; // heights per period; no swatch shows more
+const POINTS = { periodic: 512, rough: 2048 }; // heights per period; no swatch shows more
 const FELT = { low: 10, high: 1000 }; // Hz, range of vibration that a fingertip feels
 
 /**
- * @returns {Promise<{name: string, title: string, scene: object, period: number, height: number, heights: number[],
- *   words: string}[]>} finest first; period, height from valley to crest, and heights of one period in m
+ * @returns {Promise<{name: string, title: string, scene: object, period: number, wave: number, rough: boolean,
+ *   height: number, heights: number[], words: string}[]>} finest first; period, typical wave, height from valley to
+ *   crest, and heights of one period in m
  */
 export async function loadSwatches() {
   const { textures } = await call("GET", "/v1/textures");
-  const pictured = await Promise.all(textures.map(picture));
-  return chooseSwatches(pictured.filter(Boolean));
+  const pictured = await Promise.all(chooseSwatches(textures).map(picture));
+  return pictured.filter(Boolean).sort((one, other) => one.wave - other.wave);
 }
 
 /** @returns {Promise<{frequencies: number[], displacement: number[]} | null>} detection threshold, Hz and m; null if
@@ -30,7 +34,9 @@ export async function loadThreshold() {
 
 async function picture({ name, title, scene: textured }) {
   const scene = { ...textured, ...START_SCENE };
-  const { texture } = await call("POST", "/v1/picture", { scene, points: POINTS, phases: 0 });
+  const rough = textured.texture.kind === "rough";
+  const points = rough ? POINTS.rough : POINTS.periodic;
+  const { texture } = await call("POST", "/v1/picture", { scene, points, phases: 0 });
   const { period, heights } = texture;
   if (!(period > 0) || heights.length < 2) return null;
   const [least, most] = heights.reduce(
@@ -38,13 +44,24 @@ async function picture({ name, title, scene: textured }) {
     [Infinity, -Infinity],
   );
   const height = most - least;
+  const wave = rough ? typicalWave(heights, period) : period;
   return {
     name,
-    title,
+    title: title.replace(" um", " µm"),
     scene,
     period,
+    wave,
+    rough,
     height,
     heights,
-    words: sizeText(period, height),
+    words: sizeText({ wave, rough, height }),
   };
+}
+
+/** Returns the typical wave (m) of a rough profile; heights: of one period, about their mean. */
+function typicalWave(heights, period) {
+  const step = period / heights.length;
+  const squares = (values) => values.reduce((sum, value) => sum + value ** 2, 0);
+  const slopes = heights.map((height, index) => (heights[(index + 1) % heights.length] - height) / step);
+  return 2 * Math.PI * Math.sqrt(squares(heights) / squares(slopes));
 }

@@ -27,21 +27,25 @@ const COMPRESSION = 0.35; // exponent of drawn period over period; 1 would keep 
 const HEIGHT_OVER_WIDTH = 3; // makes slopes of 0.02 to 0.12 visible in the light
 
 /**
- * @param {{name: string, title: string, period: number}[]} entries periods in m
+ * @param {{name: string, group: string}[]} entries of the catalogue
  * @param {number} most number to keep
- * @returns the kept entries, finest first, spread evenly over the logarithm of the period; finest and coarsest are
- *   always
- *   kept
+ * @returns the kept entries: as many of each group as of another, or one more, spread evenly over the group
  */
 export function chooseSwatches(entries, most = MOST) {
-  const left = [...entries].sort((a, b) => a.period - b.period || a.name.localeCompare(b.name));
-  while (left.length > Math.max(1, most)) {
-    const room = (index) => Math.log(left[index + 1].period / left[index - 1].period);
-    let crowded = 1;
-    for (let index = 2; index < left.length - 1; index++) if (room(index) < room(crowded)) crowded = index;
-    left.splice(left.length > 2 ? crowded : 1, 1);
+  const groups = [...Map.groupBy(entries, ({ group }) => group).values()];
+  const counts = groups.map(() => 0);
+  for (let left = Math.min(most, entries.length); left > 0; ) {
+    for (const [index, group] of groups.entries()) {
+      if (left > 0 && counts[index] < group.length) {
+        counts[index]++;
+        left--;
+      }
+    }
   }
-  return left;
+  return groups.flatMap((group, index) => {
+    const places = Array.from({ length: counts[index] }, (_, place) => (place + 0.5) / counts[index]);
+    return places.map((place) => group[Math.floor(place * group.length)]);
+  });
 }
 
 /**
@@ -65,11 +69,11 @@ export function layTable(count) {
 }
 
 /**
- * @param {number} period of the texture (m)
+ * @param {number} wave period of the texture, or typical wave of a rough one (m)
  * @returns {{along: number, up: number}} magnification of widths and of heights
  */
-export function magnification(period) {
-  const along = Math.max(1, Math.round((DRAWN_AT_1MM / 1e-3) * (period / 1e-3) ** (COMPRESSION - 1)));
+export function magnification(wave) {
+  const along = Math.max(1, Math.round((DRAWN_AT_1MM / 1e-3) * (wave / 1e-3) ** (COMPRESSION - 1)));
   return { along, up: along * HEIGHT_OVER_WIDTH };
 }
 
@@ -79,17 +83,20 @@ function lengthText(metres) {
   return `${Number((metres * factor).toPrecision(3))} ${unit}`;
 }
 
-/** @param {number} period m @param {number} height m, from valley to crest @returns {string} */
-export function sizeText(period, height) {
-  return `period ${lengthText(period)}, height ${lengthText(height)}`;
+/**
+ * @param {{wave: number, rough: boolean, height: number}} swatch wave and height from valley to crest (m)
+ * @returns {string}
+ */
+export function sizeText({ wave, rough, height }) {
+  return `${rough ? "waves of" : "period"} ${lengthText(wave)}, height ${lengthText(height)}`;
 }
 
 /**
- * @param {{title: string, period: number, height: number}} swatch period and height from valley to crest (m)
+ * @param {{title: string, wave: number, rough: boolean, height: number}} swatch as of `sizeText`
  * @returns {string[]} lines of the label: title, size, magnification
  */
-export function labelLines({ title, period, height }) {
-  const { along, up } = magnification(period);
+export function labelLines({ title, wave, rough, height }) {
+  const { along, up } = magnification(wave);
   const drawn = `drawn ${along > 1 ? `${along} × as wide` : "at true width"}, ${up} × as high`;
-  return [title.split(":")[0], sizeText(period, height), drawn];
+  return [title.split(":")[0], sizeText({ wave, rough, height }), drawn];
 }

@@ -1,23 +1,36 @@
-"""`GET /v1/textures` and `/v1/textures/{name}`: the catalogue."""
+"""`GET /v1/textures`, `/v1/textures/{name}` and its `/picture`: the catalogue.
+
+Model: the catalogue is part of the release, so a picture is made once per process. A browser may keep it for a day;
+    then it asks again with its ETag, which is a hash of the file.
+"""
 
 from __future__ import annotations
 
+import asyncio
+import hashlib
+from functools import cache
 from typing import Any
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Request
 from starlette.responses import JSONResponse, Response
 
 from service.http import openapi
+from service.http.content_negotiation import is_known
 from service.problems import Problem
 from synth.errors import SceneError
 from synth.scene.catalogue import CatalogueEntry, catalogue, lookup
 
 router = APIRouter(tags=["textures"])
+A_DAY = "public, max-age=86400"
+PICTURE: openapi.Answers = {
+    200: {"description": "5 mm x 5 mm from above, lit from the left.", "content": {"image/png": openapi.BINARY}},
+    304: {"description": "If-None-Match names the picture: the client has it."},
+}
 
 
 def entry_document(entry: CatalogueEntry) -> dict[str, Any]:
     """Return an entry as JSON; its `scene` is a partial scene that can be rendered or merged."""
-    return {"name": entry.name, "title": entry.title, "source": entry.source, "scene": entry.document}
+    return entry.description() | {"picture": f"/v1/textures/{entry.name}/picture"}
 
 
 @router.get(
@@ -25,11 +38,14 @@ def entry_document(entry: CatalogueEntry) -> dict[str, Any]:
     operation_id="listTextures",
     summary="List the named textures",
     response_class=JSONResponse,
-    responses=openapi.problem_answers(),
+    responses=openapi.answer_of("Textures", "The catalogue, a group after the other.") | openapi.problem_answers(),
 )
 async def textures() -> Response:
-    """Each with its title, the source of its values, and the partial scene that it stands for."""
-    return JSONResponse({"textures": [entry_document(entry) for entry in catalogue()]})
+    """Each with its title and group, and the scenes that it stands for; one entry also has its numbers."""
+    found = [entry_document(entry) for entry in catalogue()]
+    for document in found:
+        del document["numbers"]  # half of the text; a page shows those of one entry
+    return JSONResponse({"textures": found})
 
 
 @router.get(
@@ -37,12 +53,45 @@ async def textures() -> Response:
     operation_id="getTexture",
     summary="Show one named texture",
     response_class=JSONResponse,
-    responses=openapi.problem_answers("not-found"),
+    responses=openapi.answer_of("NamedTexture", "The entry.") | openapi.problem_answers("not-found"),
 )
 async def texture(name: str) -> Response:
     """One entry of the catalogue."""
+    return JSONResponse(entry_document(_entry(name)))
+
+
+@router.head("/v1/textures/{name}/picture", include_in_schema=False)
+@router.get(
+    "/v1/textures/{name}/picture",
+    operation_id="getTexturePicture",
+    summary="Show a picture of one named texture",
+    response_class=Response,
+    responses=PICTURE | openapi.problem_answers("not-found"),
+)
+async def texture_picture(request: Request, name: str) -> Response:
+    """A PNG of 240 x 240 pixels: 5 mm x 5 mm of the surface, lit from the left. Slopes are not to scale."""
+    picture, tag = await asyncio.to_thread(_picture_of, _entry(name).name)
+    headers = {"Cache-Control": A_DAY, "ETag": f'"{tag}"'}
+    if is_known(request, tag):
+        return Response(status_code=304, headers=headers)
+    headers["Content-Length"] = str(len(picture))
+    return Response(b"" if request.method == "HEAD" else picture, headers=headers, media_type="image/png")
+
+
+def _entry(name: str) -> CatalogueEntry:
     try:
-        entry = lookup(name)
+        return lookup(name)
     except SceneError as error:
         raise Problem("not-found", error.faults[0].sentence(), error.faults) from error
-    return JSONResponse(entry_document(entry))
+
+
+@cache
+def _picture_of(name: str) -> tuple[bytes, str]:
+    """Return the PNG file of an entry and its tag."""
+    from synth.encode.png import png_of
+    from synth.scene.scene import parse_scene
+    from synth.surfaces import profile_of
+    from synth.surfaces.lit_picture import lit_picture
+
+    picture = png_of(lit_picture(profile_of(parse_scene(name))))
+    return picture, hashlib.sha256(picture).hexdigest()[:32]

@@ -57,6 +57,17 @@ def test_every_name_of_the_catalogue_is_a_scene(name: str) -> None:
     assert read_scene(words(name)).texture.period > 0
 
 
+def test_the_everyday_scan_of_a_name_is_a_scene_that_changes_apply_to() -> None:
+    scene = read_scene(words("denim-72x56", "--everyday", "--set", "scan.load=0.5N"))
+    assert (scene.finger.kind, scene.scan.load, scene.scan.speed) == ("fingertip", 0.5, 0.08)
+    assert scene.texture == read_scene(words("denim-72x56")).texture
+    assert read_scene(words("denim-72x56")).finger.kind == "comb"
+
+
+def test_only_a_name_of_the_catalogue_has_an_everyday_scan(scene_file: str) -> None:
+    assert "a name from the catalogue" in fault_of(scene_file, "--everyday")
+
+
 def test_a_catalogue_name_wins_over_a_file_of_that_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     name = catalogue()[0].name
     (tmp_path / name).write_text("not a scene")

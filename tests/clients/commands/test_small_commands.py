@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import soundfile
 
-from synth.scene.catalogue import catalogue
+from synth.scene.catalogue import catalogue, lookup
 from synth.scene.scene import parse_scene
 from tests.conftest import RunsRidgewave
 
@@ -19,15 +19,32 @@ from tests.conftest import RunsRidgewave
 def test_textures_lists_every_entry_with_its_source(ridgewave: RunsRidgewave) -> None:
     listed = json.loads(ridgewave("textures", "--json").stdout)["textures"]
     assert [entry["name"] for entry in listed] == [entry.name for entry in catalogue()]
-    assert all(entry["source"] for entry in listed)
+    assert all(number["source"] for entry in listed for number in entry["numbers"].values())
     shown = ridgewave("textures").stdout.decode()
     assert all(entry.name in shown for entry in catalogue())
+    places = [shown.index(group) for group in dict.fromkeys(entry.group.upper() for entry in catalogue())]
+    assert places == sorted(places)
 
 
 def test_a_texture_by_name_is_a_scene_to_edit(ridgewave: RunsRidgewave) -> None:
     entry = catalogue()[0]
     done = ridgewave("textures", entry.name)
     assert parse_scene(json.loads(done.stdout)) == parse_scene(entry.name)
+    told = done.stderr.decode()
+    assert all(f"{field}: {source}" in told for field, source in entry.sources.items() if field.startswith("texture."))
+
+
+def test_the_everyday_scan_of_a_texture_is_a_scene_to_edit(ridgewave: RunsRidgewave) -> None:
+    entry = lookup("denim-72x56")
+    done = ridgewave("textures", entry.name, "--everyday")
+    assert json.loads(done.stdout) == entry.everyday
+    assert f"scan.speed: {entry.sources['scan.speed']}" in done.stderr.decode()
+    assert json.loads(ridgewave("textures", entry.name, "--json").stdout) == entry.description()
+
+
+def test_an_everyday_scan_needs_a_name(ridgewave: RunsRidgewave) -> None:
+    done = ridgewave("textures", "--everyday")
+    assert (done.returncode, b"--everyday" in done.stderr) == (2, True)
 
 
 def test_an_unknown_texture_is_an_invalid_request(ridgewave: RunsRidgewave) -> None:

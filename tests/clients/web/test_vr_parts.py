@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import pytest
+
+from ridgewave import textures
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
@@ -84,14 +85,16 @@ def test_swatches_and_labels_lie_apart_on_the_board(functions: Page, count: int)
             assert abs(one["x"] - other["x"]) > length or abs(one["z"] - other["z"]) > width + label
 
 
-def test_the_swatches_kept_are_spread_over_the_periods_with_both_ends(functions: Page) -> None:
-    entries = [{"name": str(number), "period": 1e-4 * 1.1**number} for number in range(40)]
-    kept = [entry["period"] for entry in table(functions, "table.chooseSwatches(given, 12)", entries[::-1])]
-    assert len(kept) == 12 and kept == sorted(kept)
-    assert (kept[0], kept[-1]) == (entries[0]["period"], entries[-1]["period"])
-    steps = [after / before for before, after in pairwise(kept)]
-    assert max(steps) < 1.1**8, "no wide gap"
-    assert len(table(functions, "table.chooseSwatches(given, 12)", entries[:3])) == 3
+def test_the_swatches_kept_are_of_every_group_and_spread_over_it(functions: Page) -> None:
+    sizes = {"wood": 8, "glass": 1, "metal": 20, "paper": 2}
+    entries = [{"name": f"{group} {number}", "group": group} for group, size in sizes.items() for number in range(size)]
+    kept = [entry["name"] for entry in table(functions, "table.chooseSwatches(given, 9)", entries)]
+    assert kept == ["wood 1", "wood 4", "wood 6", "glass 0", "metal 3", "metal 10", "metal 16", "paper 0", "paper 1"]
+    assert table(functions, "table.chooseSwatches(given, 12)", entries[:3]) == entries[:3]
+    catalogue = [{"name": entry.name, "group": entry.group} for entry in textures().values()]
+    shown = table(functions, "table.chooseSwatches(given)", catalogue)
+    assert {entry["group"] for entry in shown} == {entry["group"] for entry in catalogue}
+    assert len(shown) == len({entry["name"] for entry in shown}) == 12
 
 
 def test_finer_textures_are_drawn_finer_and_the_label_says_how_much(functions: Page) -> None:
@@ -99,7 +102,7 @@ def test_finer_textures_are_drawn_finer_and_the_label_says_how_much(functions: P
     along = [entry["along"] for entry in table(functions, "given.map(table.magnification)", periods)]
     drawn = [times * period for times, period in zip(along, periods, strict=True)]
     assert drawn == sorted(set(drawn)) and along[-1] == 1
-    lines = table(functions, "table.labelLines({title: 'A: b', period: 8e-4, height: 4e-5})")
+    lines = table(functions, "table.labelLines({title: 'A: b', wave: 8e-4, rough: false, height: 4e-5})")
     assert lines == ["A", "period 800 µm, height 40 µm", f"drawn {along[5]} × as wide, {3 * along[5]} × as high"]
 
 

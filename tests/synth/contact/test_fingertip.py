@@ -230,3 +230,11 @@ def test_the_picture_is_the_line_through_the_middle() -> None:
     assert len(drawn["touching"]) == 8 and all(len(edges) % 2 == 0 for edges in drawn["touching"])
     middle = np.array(drawn["finger"]["heights"])
     assert middle[256 - 60 : 256 + 60].max() > middle[:60].max()
+
+
+def test_scenes_that_differ_in_their_scan_share_a_fingertip() -> None:
+    asked = {"finger": {"kind": "fingertip"}, "texture": {"period": "1.5 mm"}}
+    contact = contact_of(parse_scene(asked))
+    assert contact_of(parse_scene({**asked, "scan": {"load": "1 N", "speed": "20 mm/s"}})) is contact
+    for other in ({"finger": {"kind": "fingertip", "seed": 1}}, {"texture": {"period": "1.6 mm"}}):
+        assert contact_of(parse_scene({**asked, **other})) is not contact

@@ -1,0 +1,29 @@
+"""Every entry of the catalogue is felt in its everyday scan, or says why not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from synth.encode.sound import render
+from synth.scene.catalogue import CatalogueEntry, catalogue
+from tests.few import few
+
+QUIETEST, LOUDEST = 0.05, 5.0
+"""m/s^2 rms below 1 kHz: where accelerations of everyday scans lie (general knowledge: 0.1 to 5 at the nail)."""
+SMOOTH = {"window-glass"}
+"""Smoother than that: glass does not vibrate by its contact."""
+
+
+@pytest.mark.parametrize("entry", few(catalogue(), 6), ids=lambda entry: entry.name)
+def test_an_everyday_scan_is_felt_or_has_a_note(entry: CatalogueEntry) -> None:
+    sound = render({**entry.everyday, "output": {"duration": 1.0}})
+    rms = float(np.sqrt(np.mean(np.square(sound.values, dtype=np.float64))))
+    if entry.name in SMOOTH:
+        assert 0.0 < rms < QUIETEST
+    else:
+        assert QUIETEST <= rms <= LOUDEST
+    assert sound.plan is not None
+    warnings = sound.plan.warnings
+    assert all(warning.startswith("This is not felt") for warning in warnings)
+    assert bool(warnings) == bool(entry.note), "what is not felt has a note that says why"
