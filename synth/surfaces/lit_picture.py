@@ -31,7 +31,7 @@ def lit_picture(profile: Profile) -> Picture:
     """Return the brightness of SIDE x SIDE of `profile`, uint8 [PIXELS, PIXELS]; columns lie along the scan."""
     places = np.linspace(0.0, SIDE, PIXELS * SAMPLES + 1)
     if isinstance(profile, HeightField):
-        heights = profile.area(places, (np.arange(PIXELS) + 0.5) * (SIDE / PIXELS))
+        heights = profile.area(places, np.asarray((np.arange(PIXELS) + 0.5) * (SIDE / PIXELS), np.float64))
     else:
         heights = profile.heights(places)[np.newaxis]
     slopes = np.diff(heights, axis=1) / np.diff(places)
