@@ -1,7 +1,8 @@
 """The output beside detection thresholds: `python -m tests.fidelity levels`.
 
-Model   Each sinusoid of the catalogue, named by its size, is scanned at 80 mm/s and 0.3 N. Of the lines of the approach below 1 kHz, the one
-        that exceeds the threshold of its frequency most is told, and by how much: its sensation level.
+Model   Each sinusoid of the catalogue, named by its size, is scanned at 80 mm/s and 0.3 N. Of the lines of the approach
+        below 1 kHz, the one that exceeds the threshold of its frequency most is told, and by how much: its sensation
+        level.
 Source  The thresholds are those of `synth.perception.threshold`: of a fingertip, and of a small probe with a surround.
 Limits  The two curves differ by 5 to 17 dB between 10 and 150 Hz. They are of vibrators that stay in place. The model
         has one motion of the whole finger, and tells nothing of what is felt at one ridge.
