@@ -47,6 +47,8 @@ class Scene(Section):
         """Refuse a probe on a texture over an area, and effects of the comb with another finger or such a texture."""
         finger, texture = _kind(given, "finger", "comb"), _kind(given, "texture", DEFAULT)
         effects = given.get("effects")
+        if texture in catalogue_names():
+            texture = str(lookup(texture).document["texture"]["kind"])
         of_area = texture in kinds() and kinds()[texture].of_area
         if finger == "probe" and of_area:
             hint = f'Write "fingertip" or "comb". The texture, of kind "{texture}", has heights over an area.'
