@@ -96,7 +96,7 @@ def test_the_lines_for_documentation_hold_defaults_that_the_scene_has() -> None:
 def of_kind(path: str) -> Scene:
     """Return the scene with the defaults of the kind of texture that has the field at `path`."""
     kinds = kinds_with(path.rpartition(".")[2]) if path.startswith("texture.") else ()
-    needed = {"profile": {"heights": [0, 1e-6]}, "heightmap": {"rows": [[0, 1e-6], [0, 0]]}}
+    needed: dict[str, dict[str, Any]] = {"profile": {"heights": [0, 1e-6]}, "heightmap": {"rows": [[0, 1e-6], [0, 0]]}}
     return parse_scene({"texture": {"kind": kinds[0], **needed.get(kinds[0], {})} if kinds else {}})
 
 
