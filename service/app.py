@@ -40,6 +40,7 @@ from service.lifespan import Service, lifespan, service_of
 from service.operations.logs import Subjects
 from service.operations.settings import Settings
 from service.problems import Problem
+from service.store.data_folder import data_folder
 from synth.errors import Fault, RidgewaveError, shown
 
 DESCRIPTION = "What a finger feels when it scans a texture: a scene in, the vibration out, as a file or a live stream."
@@ -55,7 +56,7 @@ def create_app(settings: Settings, engine: Engine | None = None, workers_folder:
     engine: `synth`, unless a test supplies its own.
     workers_folder: the folder of the sockets between workers; None where this process is the only one.
     """
-    own = engine or SynthEngine(settings.cache_bytes)
+    own = engine or SynthEngine(settings.cache_bytes, data_folder(settings.data_folder))
     service = Service(settings, own, workers_folder, apart=engine is None)
     app = FastAPI(
         title="ridgewave",

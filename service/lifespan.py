@@ -40,7 +40,9 @@ from service.operations.worker_metrics import WorkerMetrics
 from service.sessions.session_registry import Sessions
 from service.sinks import Claims
 from service.sinks.player import Player
+from service.store.owned_textures import OwnedTextures
 from synth.scene.scene import parse_scene
+from synth.surfaces.surface_data import add_source
 
 log = logging.getLogger("ridgewave.service")
 
@@ -67,6 +69,8 @@ class Service:
         self.metrics = Metrics()
         self.limits = Limits(settings)
         self.health = Health(settings)
+        self.textures = OwnedTextures(settings)
+        add_source(self.textures.store.surface)
         self.worker_messages = WorkerMessages(
             folder, {"stop": self.stop_here, "metrics": lambda: self.worker_metrics.write()}
         )

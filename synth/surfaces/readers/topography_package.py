@@ -102,13 +102,13 @@ def _contents(reader: Any) -> SurfaceFile:
         refuse_file(f"the channels {found}", "a channel of heights", "Export the heights.")
     default = reader.default_channel
     channel = default if default.is_height_channel else channels[0]
-    if channel.nb_grid_pts is not None:
-        check_shape(tuple(channel.nb_grid_pts))
+    points = tuple(channel.nb_grid_pts or (2,))
+    check_shape(points[:1] if points[1:] == (1,) else points)
     sizes = {} if channel.physical_sizes is not None else {"physical_sizes": _counts(channel)}
     surface = channel.topography(**sizes)
-    check_shape(tuple(surface.nb_grid_pts))
     stored = np.ma.asarray(surface.heights())
-    heights, missing = finite_heights(stored.T if stored.ndim == 2 else stored)
+    one_row = stored.ndim == 2 and stored.shape[1] == 1
+    heights, missing = finite_heights(stored.ravel() if one_row else stored.T)
     notes: tuple[str, ...] = ()
     if len(channels) > 1:
         others = ", ".join(str(other.name) for other in channels if other is not channel)
@@ -122,7 +122,7 @@ def _contents(reader: Any) -> SurfaceFile:
         heights,
         missing,
         unit,
-        None if sizes else _spacing(surface),
+        None if sizes else _spacing(surface)[: heights.ndim],
         unit,
         channel=str(channel.name),
         notes=notes,
