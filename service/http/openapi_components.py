@@ -132,6 +132,37 @@ _TABLE = _object(
 )
 
 
+_REPORT = _object(
+    {
+        **dict.fromkeys(("file", "format", "layout", "channel"), _TEXT),
+        "kind": _TEXT | {"enum": ["profile", "heightmap"]},
+        "points": {"type": "array", "items": _WHOLE, "description": "Along x, then along y."},
+        "spacing": _NUMBERS | {"description": "Between points, m, along x, then along y."},
+        "size": _NUMBERS | {"description": "Points times spacing, m."},
+        "unit": {"type": ["string", "null"], "description": "Of the heights in the file."},
+        "unit_stated_by_file": _FLAG,
+        "rq": _NUMBER | {"description": "Root mean square height about the mean, m."},
+        "ra": _NUMBER | {"description": "Mean absolute height about the mean, m."},
+        "peak_to_valley": _NUMBER,
+        "rms_slope": _NUMBERS | {"description": "Between neighbouring points, along x, then along y."},
+        "level": _TEXT | {"description": "The form that was removed."},
+        "missing": _object({"points": _WHOLE, "rule": _TEXT}),
+        "notes": _TEXTS,
+    }
+)
+_IMPORTED = _object(
+    {
+        "name": _TEXT,
+        "kept": _FLAG,
+        "address": _TEXT | {"description": "SHA-256 of the surface, 64 hexadecimal digits."},
+        "report": _reference("ImportReport"),
+        "picture": _TEXT | {"description": "A data URI with a PNG."},
+        "scene": _OBJECT | {"description": "The partial scene that the name stands for."},
+    },
+    ("scene",),
+)
+
+
 _FAULT = _object(dict.fromkeys(("pointer", "value", "allowed", "hint"), _TEXT))
 _PROBLEM = _object(
     {
@@ -152,6 +183,8 @@ def components() -> dict[str, Schema]:
     _lift(scene_schema(), "scene", "", found)
     return found | {
         "AccuracyTable": _ACCURACY,
+        "ImportReport": _REPORT,
+        "ImportedTexture": _IMPORTED,
         "Picture": _PICTURE,
         "Plan": _PLAN,
         "Play": _PLAY,
