@@ -17,6 +17,11 @@ from synth.scene.scene import scene_schema
 
 Schema = dict[str, Any]
 
+STORED_NAME: Schema = {
+    "type": "string",
+    "pattern": "^[a-z0-9][a-z0-9-]{0,63}$",
+    "description": "The name of an imported texture.",
+}
 _TEXT, _NUMBER, _WHOLE, _FLAG = {"type": "string"}, {"type": "number"}, {"type": "integer"}, {"type": "boolean"}
 _NUMBERS, _TEXTS = {"type": "array", "items": _NUMBER}, {"type": "array", "items": _TEXT}
 _LEVEL = {"type": ["number", "null"]}
@@ -181,6 +186,7 @@ def components() -> dict[str, Schema]:
     """Return every component by its name."""
     found: dict[str, Schema] = {}
     _lift(scene_schema(), "scene", "", found)
+    found["Texture"]["properties"]["kind"]["anyOf"].append(STORED_NAME)
     return found | {
         "AccuracyTable": _ACCURACY,
         "ImportReport": _REPORT,

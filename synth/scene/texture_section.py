@@ -72,7 +72,7 @@ class TextureFields(Section):
 
     kind: Annotated[str, Choice((*kinds(), *catalogue_names()))] = Field(
         default="sinusoid",
-        description="Form of the surface, or a catalogue name, which sets the fields not given here.",
+        description="Form of the surface, or the name of a texture, which sets the fields not given here.",
     )
     period: Annotated[float, Quantity(Dimension.LENGTH, 1e-6, 1.0, usual=0.05)] = Field(
         default=0.8e-3,

@@ -50,8 +50,9 @@ def post(app: FastAPI, content: bytes = SCAN, file: str = "scan.csv", query: str
 
 async def pieces() -> AsyncIterator[bytes]:
     """Yield a body whose length is not announced."""
+    yield b'--x\r\nContent-Disposition: form-data; name="file"; filename="a.csv"\r\n\r\n'
     for _ in range(2000):
-        yield b"x"
+        yield b"1"
 
 
 def names(app: FastAPI, **rest: Any) -> list[str]:
@@ -143,7 +144,7 @@ def test_a_texture_belongs_to_its_key(keyed: FastAPI) -> None:
     assert post(keyed, headers=mine).status_code == 201
     assert names(keyed, headers=mine) == ["cloth"] and names(keyed, headers=yours) == []
     for method, path in (("GET", ""), ("DELETE", ""), ("GET", "/surface"), ("PATCH", "")):
-        body = {"json": {"name": "mine"}} if method == "PATCH" else {}
+        body: dict[str, Any] = {"json": {"name": "mine"}} if method == "PATCH" else {}
         problem(ask(keyed, method, f"/v1/textures/cloth{path}", headers=yours, **body), 404, "not-found")
     scene = {"texture": {"kind": "cloth"}}
     problem(ask(keyed, "POST", "/v1/explain", json=scene, headers=yours), 422, "scene-refused")

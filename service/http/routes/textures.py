@@ -15,6 +15,7 @@ from starlette.responses import JSONResponse, Response
 
 from service.compute.import_process import Uploaded
 from service.http import openapi
+from service.http.openapi_components import STORED_NAME
 from service.http.rate_limits import KEY
 from service.http.request_body import PATCH, read_body
 from service.http.request_form import FORM, Form, read_form
@@ -48,7 +49,7 @@ RENAME_BODY = {
     "type": "object",
     "required": ["name"],
     "additionalProperties": False,
-    "properties": {"name": TEXT | {"pattern": "^[a-z0-9][a-z0-9-]{0,63}$", "description": "The new name."}},
+    "properties": {"name": STORED_NAME | {"description": "The new name."}},
 }
 SURFACE_FILE: openapi.Answers = {
     200: {"description": "The file.", "content": {"application/octet-stream": openapi.BINARY}}

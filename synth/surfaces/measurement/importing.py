@@ -5,19 +5,20 @@ Model   In this order: read; metres; missing points; levelling; report. The heig
         as 32-bit numbers; the report is of those before rounding.
         A value that the file states is not replaced by a given one, except the resolution tag of an image.
 Limits  The greatest height of a scene's texture is 2 mm and its greatest slope 20 (docs/scene.md). A surface beyond is
-        imported, and a scene refuses it.
+        imported, the report says so, and a scene refuses it.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from synth.errors import Fault, InvalidRequest
+from synth.errors import Fault, InvalidRequest, SceneError
 from synth.scene.quantity import Dimension, show_quantity
 from synth.surfaces.measurement.import_options import WRITTEN_UNITS, ImportOptions
 from synth.surfaces.measurement.levelling import levelled, tilt_of
@@ -25,7 +26,7 @@ from synth.surfaces.measurement.missing_points import filled, largest_whole_part
 from synth.surfaces.measurement.roughness import roughness_of
 from synth.surfaces.readers.file_formats import read_surface_file
 from synth.surfaces.readers.surface_file import UNITS, Heights, Missing, SurfaceFile, check_shape
-from synth.surfaces.surface_data import SurfaceData
+from synth.surfaces.surface_data import SurfaceData, remember
 
 TILTED = 0.9  # of Rq, from which on the rms of a tilt is mentioned; one period of a sinusoid has 0.78
 STATED = "nothing here: the file states it"
@@ -44,7 +45,7 @@ class ImportedSurface:
     spacing: tuple[float, ...]
     report: dict[str, Any]
 
-    @property
+    @cached_property
     def surface(self) -> SurfaceData:
         """The surface as scenes use it."""
         return SurfaceData(self.heights.astype(np.float32), self.spacing)
@@ -75,7 +76,21 @@ def import_surface(path: Path, options: ImportOptions, name: str | None = None) 
     if options.level == "none" and steepest / math.sqrt(12.0) > TILTED * report["rq"] > 0.0:
         rise = show_quantity(float(f"{steepest:.3g}"), Dimension.LENGTH)
         report["notes"].append(f"The surface is tilted: it rises by {rise}. level = tilt removes it")
-    return ImportedSurface(heights, spacing, report)
+    imported = ImportedSurface(heights, spacing, report)
+    report["notes"] += _refusals_of_a_scene(imported)
+    return imported
+
+
+def _refusals_of_a_scene(imported: ImportedSurface) -> list[str]:
+    """Return why a scene with this surface would be refused, a sentence each."""
+    from synth.scene.scene import parse_scene
+
+    address = remember(imported.surface)
+    try:
+        parse_scene({"texture": {"kind": imported.kind, "surface": address}})
+    except SceneError as error:
+        return [f"A scene refuses it: {fault.allowed}. {fault.hint.rstrip('.')}" for fault in error.faults]
+    return []
 
 
 def _in_metres(found: SurfaceFile, options: ImportOptions) -> tuple[Heights, tuple[float, ...]]:

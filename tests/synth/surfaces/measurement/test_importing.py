@@ -96,6 +96,13 @@ def test_what_the_file_states_is_not_replaced(tmp_path: Path) -> None:
     assert found.spacing == (7e-6, 7e-6) and any("resolution tag" in note for note in found.report["notes"])
 
 
+def test_a_surface_that_scenes_refuse_is_told_in_the_report(tmp_path: Path) -> None:
+    steep = npy(tmp_path, np.tile([0.0, 30.0], 40))
+    notes = imported(steep, unit="um", pixel="1 um").report["notes"]
+    assert any("A scene refuses it: slopes of 20 at most" in note for note in notes)
+    assert not imported(steep, unit="um", pixel="100 um").report["notes"]
+
+
 def test_missing_points_are_refused_filled_or_cropped(tmp_path: Path) -> None:
     plane = np.add.outer(2.0 * np.arange(8.0), 3.0 * np.arange(10.0))
     holed = plane.copy()
