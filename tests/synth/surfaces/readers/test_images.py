@@ -85,11 +85,25 @@ def test_integration_is_exact_for_slopes_of_heights_and_tells_what_is_left() -> 
     y, x = np.mgrid[:32, :40] * 1.0
     phase = 2 * np.pi * (3 * x / 40 + 2 * y / 32)
     across, down = 2 * np.pi * 3 / 40 / 0.5 * np.cos(phase), 2 * np.pi * 2 / 32 / 0.25 * np.cos(phase)
-    heights, residual = integrated(across, down, (0.5, 0.25))
+    heights, residual, turned = integrated(across, down, (0.5, 0.25))
     np.testing.assert_allclose(heights, np.sin(phase), atol=1e-12)
-    assert residual < 1e-12
-    _, of_turning = integrated(across, -down, (0.5, 0.25))
-    assert 0.3 < of_turning < 1.0
+    assert residual < 1e-12 and 0.3 < turned < 1.0
+    assert integrated(across, -down, (0.5, 0.25))[1] == pytest.approx(turned)
+
+
+@pytest.mark.parametrize("shape", [(8, 10), (9, 11), (8, 11)])
+def test_the_residual_is_that_of_the_slopes_of_the_heights(shape: tuple[int, int]) -> None:
+    across, down = RNG.normal(size=(2, *shape))
+    heights, residual, _ = integrated(across, down, (1.0, 1.0))
+    waves = [2j * np.pi * np.fft.fftfreq(count) for count in shape]
+    for wave, count in zip(waves, shape, strict=True):
+        if count % 2 == 0:
+            wave[count // 2] = 0.0
+    of_heights = np.fft.fft2(heights)
+    left_x = across - across.mean() - np.fft.ifft2(waves[1][np.newaxis, :] * of_heights).real
+    left_y = down - down.mean() - np.fft.ifft2(waves[0][:, np.newaxis] * of_heights).real
+    size = np.mean(across**2 + down**2)
+    assert residual == pytest.approx(np.sqrt(np.mean(left_x**2 + left_y**2) / size), rel=1e-12)
 
 
 @pytest.mark.parametrize(
