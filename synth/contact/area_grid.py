@@ -162,11 +162,13 @@ class AreaGrid:
         return Approaches(height * self.height_scale, touching * self.cell, iterations)
 
     def measure(self, phases: Array, heights: Array) -> tuple[Array, Array]:
-        """Return F(z) (m) and the area that touches, over A0, at each of `phases` (turns) and `heights` (z, m)."""
-        depth, touching = np.empty(len(phases)), np.empty(len(phases))
+        """Return F(z) (m) and the area that touches, over A0, as `exact_solver.Grid.measure` does."""
+        levels = np.ascontiguousarray(heights.reshape(len(phases), -1)) / self.height_scale
+        depth, touching = np.empty(levels.shape), np.empty(levels.shape)
         x, y = self._corner(phases, np.full(len(phases), self.across))
-        measure_area(*self.pieces, x, y, np.asarray(heights / self.height_scale), depth, touching)
-        return depth * self.cell * self.height_scale, touching * self.cell
+        measure_area(*self.pieces, x, y, levels, depth, touching)
+        depth *= self.cell * self.height_scale
+        return depth.reshape(heights.shape), touching.reshape(heights.shape) * self.cell
 
     def _corner(self, phases: Array, across: Array) -> tuple[Array, Array]:
         """Return where the finger's first point meets the texture, in periods, 0 to 1."""
@@ -408,10 +410,14 @@ def solve_area(
         before, z = z, level
 
 
-@signed_kernel(f"void({PIECES}, f8[::1], f8[::1], f8[::1], f8[::1], f8[::1])")
+@signed_kernel(f"void({PIECES}, f8[::1], f8[::1], f8[:,::1], f8[:,::1], f8[:,::1])")
 def measure_area(tops, starts, heights, texture, crests, shape, per, highest, x, y, z, depth, touching):
-    """Write the sum of max(h - z, 0) and the number of points above z, at each place."""
+    """Write the sum of max(h - z, 0) and the number of points above z, at each place and each of its z."""
     under, left = np.empty(heights.shape, np.float32), np.arange(len(tops))
     for p in range(len(x)):
-        blocks = lay_blocks(tops, starts, heights, texture, crests, shape, per, highest, x[p], y[p], z[p], under)
-        depth[p], touching[p] = exact_sums(under, left, blocks, z[p])
+        floor = z[p, 0]
+        for i in range(1, z.shape[1]):
+            floor = min(floor, z[p, i])
+        blocks = lay_blocks(tops, starts, heights, texture, crests, shape, per, highest, x[p], y[p], floor, under)
+        for i in range(z.shape[1]):
+            depth[p, i], touching[p, i] = exact_sums(under, left, blocks, z[p, i])

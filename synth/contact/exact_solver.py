@@ -86,10 +86,15 @@ class Grid:
         return Approaches(height * scale, touching, iterations)
 
     def measure(self, phases: Array, heights: Array) -> tuple[Array, Array]:
-        """Return the mean of max(h - z, 0) (m) and the touching part of L, at each phase and z (m), to round-off."""
-        depth, touching = np.empty(len(phases)), np.empty(len(phases))
-        measure_phases(self.tables, self.k1, self.k2, phases, heights / self.height_scale, depth, touching)
-        return depth * self.height_scale, touching
+        """Return the mean of max(h - z, 0) (m) and the touching part of L, to round-off, in the shape of `heights`.
+
+        phases: turns.
+        heights: z (m) at each phase, [phases] or [phases, levels]. Many levels of one phase are faster than one each.
+        """
+        levels = np.ascontiguousarray(heights.reshape(len(phases), -1)) / self.height_scale
+        depth, touching = np.empty(levels.shape), np.empty(levels.shape)
+        measure_phases(self.tables, self.k1, self.k2, phases, levels, depth, touching)
+        return depth.reshape(heights.shape) * self.height_scale, touching.reshape(heights.shape)
 
     @classmethod
     def of_geometry(cls, geometry: Geometry) -> Grid:
@@ -188,13 +193,14 @@ def highest_point(tables, k1, k2, work):
 
 @kernel
 def measure_phases(tables, k1, k2, phases, heights, depth, touching):
-    """Write F(z) / (a1 + a2) and the touching part of L at each phase and z / (a1 + a2)."""
+    """Write F(z) / (a1 + a2) and the touching part of L at each phase and each of its z / (a1 + a2)."""
     work = np.empty((5, tables.shape[1]))
     scratch = np.empty((2, 64))
     for i in range(len(phases)):
         turn = phases[i] - math.floor(phases[i])
         fill_cells(tables, k1, k2, math.cos(2.0 * math.pi * turn), math.sin(2.0 * math.pi * turn), work)
-        depth[i], touching[i], _bend = contact_sum(work, tables, k1, k2, heights[i], scratch)
+        for j in range(heights.shape[1]):
+            depth[i, j], touching[i, j], _bend = contact_sum(work, tables, k1, k2, heights[i, j], scratch)
 
 
 @inner

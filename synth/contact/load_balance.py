@@ -179,7 +179,7 @@ class Contact:
         return self.grid.solve(phases, self.stiffness.indentation(1.0) * loads**self.stiffness.load_exponent).height
 
     def measure(self, phases: Array, heights: Array, load: float) -> tuple[Array, Array]:
-        """Return the mean of max(h - z, 0) (m) and the touching part of the length, at each phase (turns) and z (m).
+        """Return the mean of max(h - z, 0) (m) and the touching part, as `exact_solver.Grid.measure` does.
 
         load: N, decides the shape of the contact. The reaction is `stiffness_at(load)` times that mean.
         """

@@ -124,10 +124,11 @@ class SegmentGrid:
         return Approaches(height * self.height_scale, touching, iterations)
 
     def measure(self, phases: Array, heights: Array) -> tuple[Array, Array]:
-        """Return the mean of max(h - z, 0) (m) and the touching part of L, at each phase and z (m)."""
-        depth, touching = np.empty(len(phases)), np.empty(len(phases))
-        measure_segments(self.pieces, phases, heights / self.height_scale, depth, touching)
-        return depth * self.height_scale, touching
+        """Return the mean of max(h - z, 0) (m) and the touching part of L, as `Grid.measure` does."""
+        levels = np.ascontiguousarray(heights.reshape(len(phases), -1)) / self.height_scale
+        depth, touching = np.empty(levels.shape), np.empty(levels.shape)
+        measure_segments(self.pieces, phases, levels, depth, touching)
+        return depth.reshape(heights.shape) * self.height_scale, touching.reshape(heights.shape)
 
     @property
     def pieces(self) -> tuple[Array, Array, Array, Array]:
@@ -370,15 +371,13 @@ def solve_segments(pieces, numbers, phases, targets, guess, height, touching, it
 
 @kernel
 def measure_segments(pieces, phases, heights, depth, touching):
-    """Write F(z) / (a1 + a2) and the touching part of L at each phase and z / (a1 + a2).
-
-    Successive z at the same phase share one set of knots, because tables request many z per phase.
-    """
+    """Write F(z) / (a1 + a2) and the touching part of L at each phase and each of its z / (a1 + a2)."""
     work = np.empty((3, pieces[2].shape[1] + 1))
     for i in range(len(phases)):
-        if i == 0 or phases[i] != phases[i - 1]:
-            knot, before, count, cosine, sine = begin_place(pieces[3], phases[i])
-            run = knots_over(pieces, knot, before, count)
-            inner = bound_blocks(pieces, knot, before, count, cosine, sine, work)
-            ends = ends_of(pieces, run, before, count, cosine, sine)
-        depth[i], touching[i], _bend = area_over(pieces, work, inner, run, count, cosine, sine, ends, heights[i])
+        knot, before, count, cosine, sine = begin_place(pieces[3], phases[i])
+        run = knots_over(pieces, knot, before, count)
+        inner = bound_blocks(pieces, knot, before, count, cosine, sine, work)
+        ends = ends_of(pieces, run, before, count, cosine, sine)
+        for j in range(heights.shape[1]):
+            z = heights[i, j]
+            depth[i, j], touching[i, j], _bend = area_over(pieces, work, inner, run, count, cosine, sine, ends, z)

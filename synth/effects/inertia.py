@@ -57,7 +57,7 @@ class Inertia(BalanceEffect):
     settings = InertiaSettings
     replaces = "the mass of the finger"
     of_comb = False
-    price = Price(1300.0, 3_200_000)
+    price = Price(800.0, 3_200_000)
 
     def reason(self, scene: Scene, settings: InertiaSettings) -> str:
         """See `Effect`."""

@@ -1,11 +1,7 @@
 """Plan a step-by-step simulation: steps, points, errors, and the change by the effects, found with pilot runs.
 
 Stage   2, used by `preparation`. `simulation.running` runs the simulation, which replaces the response.
-Model   The force of a spring, with or without adhesion, depends only on the positions, so a table of its energy
-        represents it. Under a round finger the table spans what the heaviest load touches, and serves all lighter ones.
-        A viscous skin has a memory at every place, so points of the skin are simulated. So is a contact whose ends
-        move with the load: it would need another table at every load.
-        A pilot is a run of whole texture periods of the steady scan. A stroke or a recording is also run along its own
+Model   A pilot is a run of whole texture periods of the steady scan. A stroke or a recording is also run along its own
         motion.
         Points: the number of skin points is doubled until the last doubling changes the pilot little.
         Steps: pilots are run with n and 2 n steps per frame. n is doubled until they agree within SETTLED of the
@@ -32,23 +28,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.load_balance import Contact
 from synth.effects.simulation.decimation import Decimator
 from synth.effects.simulation.periodic import FEWEST_STEPS as FEWEST_OF_PERIOD
 from synth.effects.simulation.periodic import LONGEST, steady_of
-from synth.effects.simulation.pulp import Pulp, attracted_mean
 from synth.effects.simulation.running import RESPONSE, Running, Signal, Simulation
-from synth.effects.simulation.steps import Stepper, StiffnessLaw
 from synth.effects.simulation.terms import ELASTIC, Terms
 from synth.motion.scan_motion import LIFT_TIME, ScanMotion
+from synth.plan.contact_steppers import skin_stepper, table_stepper
 from synth.plan.effect_choice import (
-    MEAN_PHASES,
     SimulationCase,
-    outputs_of,
     relative_change,
     stiffness_round,
 )
-from synth.response.mean_approach import Mean, mean_curve
 
 PILOT, LONGEST_PILOT = 0.05, 20.0  # s, shortest run of whole periods, and longest run if a period is longer than that
 LONGEST_OWN = 10.0  # s of a recording along which the change by the effects is computed
@@ -61,11 +52,6 @@ LEAST_ATTENUATION, MOST_ATTENUATION = 70.0, 140.0  # dB
 FEWEST_STEPS = 96e3  # smallest number of steps per second: contacts change within tens of microseconds
 FORGOTTEN, AHEAD = 16.0, 0.05  # time constants of a memory, after which 1e-7 is left; longest such time of a stream, s
 SETTLING = 0.5  # s that are simulated before the first frame of a run that begins in the middle of its motion
-HEAVIEST_HAND = 5.0  # N, smallest range of loads for a hand; above it the contact is linear, as if all of it touched
-HAND_MEAN = 0.1  # tolerance of the mean of z over a hand's load, which a hand never repeats exactly
-LIGHTEST = 0.01  # N, smallest load of the table for a varying load
-TABLE_SHARE = 0.2  # error of the table, as a part of the tolerance
-LOOSEST_TABLE, TIGHTEST_TABLE = 1e-3, 1e-5  # of z: derivatives need more than displacement; a tighter one takes seconds
 BUSY, BUSY_FILE = 0.14, 8.0  # predicted s of work per second of sound: limits other live voices; files would take hours
 PATIENCE, PATIENCE_FILE = 0.2, 1.0  # predicted s of work of the next finer pilot, live and for a file
 SHARED = 1.5  # measured over predicted time on a processor that shares its caches: 1 to 2 were seen
@@ -196,7 +182,7 @@ def plan_simulation(case: SimulationCase, terms: Terms) -> SimulationPlan:
     allowed = [max(SETTLED * case.tolerance, TABLE_STEPS * one * case.live) for one in of_points]
     for count in counts[1:]:
         before = tried
-        stepper = _stepper_of(case, terms, count, tried.simulation.reference)
+        stepper = skin_stepper(case, terms, count, tried.simulation.reference)[0]
         tried = started(replace(tried.simulation, stepper=stepper), case)
         of_points = tuple(LEFT_BY_POINTS * one for one in tried.differs_from(before))
         enough = not tried.repeats or max(of_points) <= POINTS_SHARE * case.tolerance
@@ -315,12 +301,9 @@ def _change_and_peaks(case: SimulationCase, tried: Pilot) -> tuple[tuple[float, 
 def _first_simulation(case: SimulationCase, terms: Terms, points: int) -> Simulation:
     """Return the simulation of `case` with `terms`, the fewest steps, and `points` points of skin."""
     steps = max(2, math.ceil(FEWEST_STEPS / case.scene.output.sample_rate))
-    low, high = case.loads
-    between = (max(low, 0.0), max(high, case.pressed)) if case.load_varies else (case.pressed, case.pressed)
-    mean = case.mean if case.mean is not None and between == case.loads else None
-    mean = mean or mean_curve(case.contact, between, case.pressed, max(case.tolerance, HAND_MEAN * case.by_hand))
+    stepper, mean = skin_stepper(case, terms, points) if terms.skin is not None else table_stepper(case, terms)
     return Simulation(
-        stepper=_stepper_of(case, terms, points, mean),
+        stepper=stepper,
         scene=case.nominal,
         steps=steps,
         filters=_filters_of(case, terms, steps),
@@ -329,51 +312,6 @@ def _first_simulation(case: SimulationCase, terms: Terms, points: int) -> Simula
         held=terms.adhesion is not None,
         settling=SETTLING,
     )
-
-
-def _stepper_of(case: SimulationCase, terms: Terms, points: int, mean: Mean) -> Stepper:
-    """Return the stepper of `case` with `terms` and `points` points of skin; `mean`: of z, without adhesion."""
-    load, forces = case.pressed, bool(outputs_of(case.scene))
-    # a landing or lifting finger passes lighter loads than these only briefly
-    low, high = (LIGHTEST, max(HEAVIEST_HAND, 4.0 * load)) if case.by_hand else case.loads
-    lightest, heaviest = min(max(low, LIGHTEST), load), max(high, load)
-    contact = case.contact.over_loads(heaviest)
-    stiffness = StiffnessLaw.of(contact, heaviest, case.scene.scan.lift_load)
-    rest = mean if case.load_varies and terms.pulp > 0.0 else float(mean(np.zeros(1))[0])
-    if terms.skin is not None:  # import only the stepper that the scene needs
-        from synth.effects.simulation.skin_points import WHOLE, SkinPoints, Span
-        from synth.effects.simulation.skin_steps import SkinStepper
-
-        found, pulp = SkinPoints.of_contact(contact, heaviest, points), Pulp(terms.pulp, rest)
-        span = Span.of(contact, heaviest) if case.load_varies else WHOLE
-        return SkinStepper(found, terms.skin, stiffness, terms.mass, terms.damping, forces, pulp, span)
-    from synth.effects.simulation.energy_table import EnergyTable
-    from synth.effects.simulation.table_steps import TableStepper
-
-    reach = pull = sunk = 0.0
-    if terms.adhesion is not None:
-        reach = terms.adhesion.reach
-        pull = terms.adhesion.stress * contact.width_at(load) * contact.geometry_at(load).contact_length
-        sunk = reach + _sunk(contact, load, heaviest, pull)
-    exact = LOOSEST_TABLE if case.by_hand else min(max(TABLE_SHARE * case.tolerance, TIGHTEST_TABLE), LOOSEST_TABLE)
-    table = EnergyTable.of(contact, load, lightest, heaviest, below=sunk, above=reach, tolerance=exact)
-    period = contact.geometry.texture_period
-    stepper = TableStepper(table, stiffness, terms.mass, terms.damping, pull, reach, period, forces)
-    if terms.pulp > 0.0 and pull > 0.0:
-        ends = (min(case.loads[0], -pull), case.loads[1]) if case.load_varies else (case.load, case.load)
-        rest = attracted_mean(stepper.at_rest, *ends)
-    return replace(stepper, pulp=Pulp(terms.pulp, rest))
-
-
-def _sunk(contact: Contact, load: float, heaviest: float, pull: float) -> float:
-    """Return the largest additional depth (m) of the contact of `load` (N) if `pull` (N) is added to `heaviest` (N).
-
-    It is larger than the additional mean indentation, because only a part of the length touches.
-    """
-    phases, stiffness = np.arange(MEAN_PHASES) / MEAN_PHASES, contact.stiffness_at(heaviest)
-    solver = contact.solver(load)
-    pressed, pulled = (solver.solve(phases, force / stiffness).height for force in (heaviest, heaviest + pull))
-    return float(np.max(pressed - pulled))
 
 
 def _attenuation_of(case: SimulationCase) -> float:

@@ -17,6 +17,8 @@ from synth.contact.load_balance import Contact
 
 Mean = Callable[[Array], Array]
 """The mean of z over a period (m) as a function of w^(1/3) (N^(1/3))."""
+Heights = Callable[[Array, float], Array]
+"""z (m) at each of some phases (turns) and at one load (N)."""
 
 FEWEST_MEANS, MOST_MEANS = 33, 1025  # loads at which the mean is solved
 MEAN_PHASES = 512  # phases per load
@@ -29,20 +31,26 @@ def mean_curve(contact: Contact, loads: tuple[float, float], load: float, tolera
 
     load: N; `tolerance` is relative to the peak-to-peak of z at this load.
     """
+    lightest = loads[0] if loads[0] == loads[1] else 0.0
+    return mean_of(lambda phases, w: contact.approach(phases, w)[0], (lightest, loads[1]), load, tolerance)
+
+
+def mean_of(heights: Heights, loads: tuple[float, float], load: float, tolerance: float) -> Mean:
+    """Return the mean of `heights` as `mean_curve` does, between two loads (N). At smaller loads it stays the same."""
     from scipy.interpolate import CubicSpline
 
     theta = np.arange(MEAN_PHASES) / MEAN_PHASES
 
     def means(roots: Array) -> Array:
-        return np.array([np.mean(contact.approach(theta, float(root) ** 3)[0]) for root in roots])
+        return np.array([np.mean(heights(theta, float(root) ** 3)) for root in roots])
 
     lightest, heaviest = loads
     if lightest == heaviest:
         return partial(np.full_like, fill_value=means(np.cbrt([heaviest]))[0])
-    allowed = MEAN_ERROR * tolerance * float(np.ptp(contact.approach(theta, load)[0]))
-    allowed += 1e-14 * contact.geometry.height_scale
-    roots = np.linspace(0.0, np.cbrt(max(heaviest, 1e-12)), FEWEST_MEANS)
+    least, most = np.cbrt(lightest), np.cbrt(max(heaviest, 1e-12))
+    roots = np.linspace(least, most, FEWEST_MEANS)
     values, halved = means(roots), np.arange(FEWEST_MEANS - 1)
+    allowed = MEAN_ERROR * tolerance * float(np.ptp(heights(theta, load))) + 1e-14 * float(np.max(np.abs(values)))
     while len(halved) and len(roots) < MOST_MEANS:
         between = 0.5 * (roots[halved] + roots[halved + 1])
         more = means(between)
@@ -50,5 +58,5 @@ def mean_curve(contact: Contact, loads: tuple[float, float], load: float, tolera
         roots, values = np.insert(roots, halved + 1, between), np.insert(values, halved + 1, more)
         halves = (halved + np.arange(len(halved)))[missed > SPLINE_GAIN * allowed]
         halved = np.sort(np.concatenate([halves, halves + 1]))
-    done: Mean = CubicSpline(roots, values)
-    return done
+    done = CubicSpline(roots, values)
+    return lambda wanted: np.asarray(done(np.maximum(wanted, least)))

@@ -1,5 +1,5 @@
-"""Effects: the cost of a frame, of a voice's memory and of its set-up, for each effect alone and for all compatible
-    sets.
+"""Effects: the cost of a frame, of a voice's memory and of its set-up, for each effect alone, for all compatible sets,
+    and for the pulp of a fingertip under a hand.
 
 The existing effects must not cost a scene without effects anything. So two equal voices without effects are timed in
 turn, and also one whose scene names every effect as null. Frames, set-up and steps are measured in processor time: they
@@ -23,6 +23,7 @@ from synth.effects.simulation.running import Simulation
 from synth.effects.simulation.skin_steps import SkinStepper
 from synth.effects.simulation.steps import ROWS
 from synth.errors import SceneError
+from synth.motion.motion import Motion
 from synth.plan.preparation import prepare
 from synth.response.phases import phase_step
 from synth.scene.effects_section import effect_names
@@ -48,6 +49,7 @@ def figures(quick: bool) -> list[Figure]:
     for names in largest:
         title = " + ".join(name for name in names if name not in common)
         lines += cost(f"all, {title}", names, None, quick)
+    lines += pulp_under_hand(quick)
     return [*lines, *without_effects(3 if quick else 4001), *steps(3 if quick else 201)]
 
 
@@ -105,6 +107,46 @@ def cost(title: str, names: tuple[str, ...], limit: float | None, quick: bool) -
     lines.append(figure(title, [voice.memory_bytes / 1e3], "kB", None, f"memory of a voice{told}"))
     how = f"set-up: open_voice, only kernels cached, median of {openings}"
     return [*lines, figure(title, opened, "ms", None, how, scale=1e3)]
+
+
+def pulp_under_hand(quick: bool) -> list[Figure]:
+    """Return the lines of a growing fingertip with pulp under a hand that presses and strokes, and of opening it."""
+    scene, title = (
+        parse_scene({"finger": {"kind": "fingertip"}, "effects": {"inertia": {}}}),
+        "inertia, fingertip, hand",
+    )
+    repeats, openings = (3, 1) if quick else (201, 5)
+    opened = worked(lambda: open_voice(scene, cache=ResponseCache(), live=True), openings)
+    voice, motions = open_voice(scene, live=True), pressing_strokes()
+
+    def followed() -> None:
+        for motion in motions:
+            voice.render(motion.frames, motion)
+
+    took, per_frame = worked(followed, repeats), 1e9 / (FRAMES * len(motions))
+    times = FRAME_TIME / (per_frame * statistics.median(took))
+    how = f"blocks of {FRAMES}, {times:.3g} times faster than real time, median of {repeats}"
+    return [
+        figure(title, took, "ns/frame", limit_of("inertia"), how, scale=per_frame),
+        figure(title, opened, "ms", None, f"set-up: open_voice, only kernels cached, median of {openings}", scale=1e3),
+    ]
+
+
+def pressing_strokes() -> list[Motion]:
+    """Return 100 ms of a hand in blocks: strokes of up to 0.12 m/s, and a load between 0.05 and 0.95 N."""
+    t = np.arange(10 * FRAMES) / 48000
+    stroke, press = 2.0 * math.pi * 10.0, 2.0 * math.pi * 20.0  # rad/s; whole periods, so that repeats join
+    return [
+        Motion.of(
+            FRAMES,
+            speed=0.12 * np.sin(stroke * part),
+            speed_rate=0.12 * stroke * np.cos(stroke * part),
+            load=0.5 - 0.45 * np.cos(press * part),
+            load_rate=0.45 * press * np.sin(press * part),
+            load_bend=0.45 * press**2 * np.cos(press * part),
+        )
+        for part in np.split(t, 10)
+    ]
 
 
 def worked(work: Callable[[], object], repeats: int) -> list[float]:

@@ -32,12 +32,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.arrays import Array
-from synth.effects.simulation.energy_table import (
+from synth.effects.simulation.energy_reading import (
     BASE,
     BOTTOM,
     HIGHEST,
     WIDTH,
-    EnergyTable,
     curve_at,
     depth_in,
     depth_near,
@@ -47,6 +46,7 @@ from synth.effects.simulation.energy_table import (
     row_of,
     weights_of,
 )
+from synth.effects.simulation.energy_table import EnergyTable
 from synth.effects.simulation.pulp import NO_PULP, Pulp
 from synth.effects.simulation.steps import (
     ATTACHED,
@@ -54,6 +54,7 @@ from synth.effects.simulation.steps import (
     HELD,
     LOAD,
     REACTION,
+    ROWS,
     SLOPE_FORCE,
     SPEED,
     STEP,
@@ -65,6 +66,7 @@ from synth.effects.simulation.steps import (
     Z,
 )
 from synth.kernels import inlined, inner, signed_kernel
+from synth.response.phases import turns_to_phase
 
 EPSILON = 2.0**-52
 BAND = 64.0  # roundings of forces and of z within which a finger rests; with few a damped one keeps swinging at 1e-19 m
@@ -128,6 +130,13 @@ class TableStepper(Stepper):
     def lowest(self) -> float:
         """Load (N) as which smaller loads count."""
         return -math.inf if self.pull > 0.0 else self.stiffness.lightest
+
+    def heights(self, turns: Array, load: float) -> Array:
+        """Return z (m) of a finger without mass or adhesion, at each of `turns` and at `load` (N)."""
+        still, rows = self.elastic, np.empty((ROWS, len(turns)))
+        state = still.start(0, load, 0.0, 1.0)
+        still.run(state, turns_to_phase(turns), np.full(len(turns), load), rows)
+        return np.asarray(rows[HEIGHT])
 
     def coarser(self) -> TableStepper:
         """See `Stepper`."""

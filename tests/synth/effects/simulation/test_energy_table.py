@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -57,6 +58,31 @@ def test_a_fingertip_keeps_the_tolerance_or_says_so_up_to_a_heavy_load() -> None
         exact, touching = contact.measure(turns, heights, load)
         assert np.max(np.abs(table.read(turns, heights)[0] - exact) / touching) <= max(1e-2, table.error) * table.motion
     assert table.error < 0.05
+
+
+def test_a_table_is_refined_where_half_the_nodes_would_err_more() -> None:
+    """A fingertip is smooth over the phase: its hand's table needs fewer phases than a comb's, and keeps 1e-3."""
+    tip, comb = (contact_of(parse_scene({"finger": {"kind": kind}})) for kind in ("fingertip", "comb"))
+    tables = [EnergyTable.of(contact, 0.3, 0.01, 5.0, live=True) for contact in (tip, comb)]
+    phases = [table.nodes.shape[1] - 3 for table in tables]
+    assert phases[0] < phases[1]
+    assert tables[0].error <= 1e-3
+    for table in tables:
+        cells = len(table.nodes) - 1
+        assert cells * (table.nodes.shape[1] - 3) <= energy_table.MOST_LIVE
+
+
+def test_nodes_that_are_added_are_those_of_a_table_made_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    contact = contact_of(scene_of(finger={"contact_length": "3 mm"}))
+    found = EnergyTable.of(contact, 0.3, 0.3, 0.3, tolerance=2e-4)
+    rows, bits = found.nodes.shape[1] - 3, math.ceil(math.log2(len(found.nodes) - 1))
+    assert rows > energy_table.FEWEST_ROWS
+    monkeypatch.setattr(energy_table, "FEWEST_ROWS", rows)
+    monkeypatch.setattr(energy_table, "FEWEST_CELLS", bits)
+    monkeypatch.setattr(energy_table, "MOST_CELLS", bits)
+    at_once = EnergyTable.of(contact, 0.3, 0.3, 0.3, tolerance=2e-4)
+    assert found.nodes.shape == at_once.nodes.shape
+    assert np.max(np.abs(found.nodes - at_once.nodes)) <= 1e-12 * np.max(np.abs(at_once.nodes))
 
 
 def test_finer_tolerances_are_kept() -> None:

@@ -1,0 +1,116 @@
+"""Make the stepper of a simulation: a table of the energy or points of skin, and the pulp that carries the contact.
+
+Stage   2, used by `simulation_plan`.
+Model   The force of a spring, with or without adhesion, depends only on the positions, so a table of its energy
+        represents it. Under a round finger the table spans what the heaviest load touches, and serves all lighter ones.
+        A viscous skin has a memory at every place, so points of the skin are simulated. So is a contact whose ends
+        move with the load: it would need another table at every load.
+        Displacement is relative to the mean of the quasi-static z over a period, at the present load. The pulp is at
+        rest there too. Without skin and adhesion, that mean is read from the table, so it is the mean of the z that is
+        simulated, also where the table is a straight line.
+Source  design, section 4.
+Limits  The table of a hand covers loads from LIGHTEST to HEAVIEST_HAND with its tolerance. `EnergyTable.error` reports
+        its error.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from synth.contact.load_balance import Contact
+from synth.effects.simulation.pulp import Pulp, attracted_mean
+from synth.effects.simulation.steps import Stepper, StiffnessLaw
+from synth.effects.simulation.terms import Terms
+from synth.plan.effect_choice import MEAN_PHASES, SimulationCase, outputs_of
+from synth.response.mean_approach import Mean, mean_curve, mean_of
+
+HEAVIEST_HAND = 5.0  # N, smallest range of loads for a hand; above it the contact is linear, as if all of it touched
+HAND_MEAN = 0.1  # tolerance of the mean of z over a hand's load, which a hand never repeats exactly
+LIGHTEST = 0.01  # N, smallest load of the table for a varying load
+TABLE_SHARE = 0.2  # error of the table, as a part of the tolerance
+LOOSEST_TABLE, TIGHTEST_TABLE = 1e-3, 1e-5  # of z: derivatives need more than displacement; a tighter one takes seconds
+
+
+def skin_stepper(case: SimulationCase, terms: Terms, points: int, mean: Mean | None = None) -> tuple[Stepper, Mean]:
+    """Return the stepper of `case` with `terms` and `points` points of skin, and the mean of z without skin.
+
+    mean: the latter, if known.
+    """
+    from synth.effects.simulation.skin_points import WHOLE, SkinPoints, Span  # import only what the scene needs
+    from synth.effects.simulation.skin_steps import SkinStepper
+
+    _lightest, heaviest = _loads_covered(case)
+    contact, mean = case.contact.over_loads(heaviest), mean or _exact_mean(case)
+    stiffness = StiffnessLaw.of(contact, heaviest, case.scene.scan.lift_load)
+    found, pulp = SkinPoints.of_contact(contact, heaviest, points), _resting(case, terms, mean)
+    forces, span = bool(outputs_of(case.scene)), Span.of(contact, heaviest) if case.load_varies else WHOLE
+    assert terms.skin is not None
+    return SkinStepper(found, terms.skin, stiffness, terms.mass, terms.damping, forces, pulp, span), mean
+
+
+def table_stepper(case: SimulationCase, terms: Terms) -> tuple[Stepper, Mean]:
+    """Return the stepper of `case` with `terms` on a table of the energy, and the mean of z without adhesion.
+
+    Without adhesion the mean is that of the table, so what is simulated has no other mean.
+    """
+    from synth.effects.simulation.energy_table import EnergyTable
+    from synth.effects.simulation.table_steps import TableStepper
+
+    load, forces, (lightest, heaviest) = case.pressed, bool(outputs_of(case.scene)), _loads_covered(case)
+    contact = case.contact.over_loads(heaviest)
+    stiffness = StiffnessLaw.of(contact, heaviest, case.scene.scan.lift_load)
+    reach = pull = sunk = 0.0
+    if terms.adhesion is not None:
+        reach = terms.adhesion.reach
+        pull = terms.adhesion.stress * contact.width_at(load) * contact.geometry_at(load).contact_length
+        sunk = reach + _sunk(contact, load, heaviest, pull)
+    exact = LOOSEST_TABLE if case.by_hand else min(max(TABLE_SHARE * case.tolerance, TIGHTEST_TABLE), LOOSEST_TABLE)
+    table = EnergyTable.of(contact, load, lightest, heaviest, sunk, reach, exact, live=case.live)
+    period = contact.geometry.texture_period
+    stepper = TableStepper(table, stiffness, terms.mass, terms.damping, pull, reach, period, forces)
+    if pull == 0.0:
+        ends = (stiffness.lightest, max(case.loads[1], load)) if case.load_varies else (load, load)
+        mean = mean_of(stepper.heights, ends, load, _mean_tolerance(case))
+        return replace(stepper, pulp=_resting(case, terms, mean)), mean
+    if terms.pulp > 0.0:
+        ends = (min(case.loads[0], -pull), case.loads[1]) if case.load_varies else (case.load, case.load)
+        stepper = replace(stepper, pulp=Pulp(terms.pulp, attracted_mean(stepper.at_rest, *ends)))
+    return stepper, _exact_mean(case)
+
+
+def _loads_covered(case: SimulationCase) -> tuple[float, float]:
+    """Return the lightest and the heaviest load (N) that are simulated exactly, the scan's own between them."""
+    # a landing or lifting finger passes lighter loads than these only briefly
+    low, high = (LIGHTEST, max(HEAVIEST_HAND, 4.0 * case.pressed)) if case.by_hand else case.loads
+    return min(max(low, LIGHTEST), case.pressed), max(high, case.pressed)
+
+
+def _exact_mean(case: SimulationCase) -> Mean:
+    """Return the mean of z of the contact of `case`, without adhesion, at its loads."""
+    low, high = case.loads
+    between = (max(low, 0.0), max(high, case.pressed)) if case.load_varies else (case.pressed, case.pressed)
+    if case.mean is not None and between == case.loads:
+        return case.mean
+    return mean_curve(case.contact, between, case.pressed, _mean_tolerance(case))
+
+
+def _mean_tolerance(case: SimulationCase) -> float:
+    return max(case.tolerance, HAND_MEAN * case.by_hand)
+
+
+def _resting(case: SimulationCase, terms: Terms, mean: Mean) -> Pulp:
+    """Return the pulp of `terms`, at rest at `mean`."""
+    return Pulp(terms.pulp, mean if case.load_varies and terms.pulp > 0.0 else float(mean(np.zeros(1))[0]))
+
+
+def _sunk(contact: Contact, load: float, heaviest: float, pull: float) -> float:
+    """Return the largest additional depth (m) of the contact of `load` (N) if `pull` (N) is added to `heaviest` (N).
+
+    It is larger than the additional mean indentation, because only a part of the length touches.
+    """
+    phases, stiffness = np.arange(MEAN_PHASES) / MEAN_PHASES, contact.stiffness_at(heaviest)
+    solver = contact.solver(load)
+    pressed, pulled = (solver.solve(phases, force / stiffness).height for force in (heaviest, heaviest + pull))
+    return float(np.max(pressed - pulled))
