@@ -7,7 +7,7 @@ help:  ## list these commands
 
 $(PYTHON): pyproject.toml constraints.txt
 	python3 -m venv .venv-test
-	.venv-test/bin/pip install -c constraints.txt -e '.[test,plots,halfspace]'
+	.venv-test/bin/pip install -c constraints.txt -e '.[test,plots,halfspace,surfaces]'
 	touch $(PYTHON)
 
 setup: $(PYTHON)  ## make .venv-test with everything that tests, linters and figures need

@@ -10,6 +10,7 @@ import os
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from service.store.own_textures import with_imported
 from synth.scene.catalogue import CatalogueEntry, catalogue
 from synth.scene.merge import merge_patch
 from synth.scene.scene import Scene, SceneLike, document_of, parse_scene, scene_document
@@ -27,9 +28,9 @@ def changed(scene: SceneLike, fields: Mapping[str, Any]) -> Scene:
     Raises SceneError, which lists every fault; OSError if a file cannot be read.
     """
     if isinstance(scene, Scene):
-        return parse_scene(merge_patch(scene_document(scene), fields)) if fields else scene
+        return parse_scene(merge_patch(scene_document(scene), with_imported(fields))) if fields else scene
     document = document_of(scene) if isinstance(scene, str | os.PathLike) else scene
-    return parse_scene(merge_patch(document, fields) if fields else document)
+    return parse_scene(with_imported(merge_patch(document, fields) if fields else document))
 
 
 def render(scene: SceneLike, **fields: Any) -> Sound:

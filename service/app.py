@@ -24,6 +24,7 @@ from service.http.content_negotiation import Compression
 from service.http.rate_limits import Limits, RateLimit
 from service.http.routes import (
     accuracy,
+    imported_textures,
     live,
     operations,
     page,
@@ -40,12 +41,13 @@ from service.lifespan import Service, lifespan, service_of
 from service.operations.logs import Subjects
 from service.operations.settings import Settings
 from service.problems import Problem
+from service.store.data_folder import data_folder
 from synth.errors import Fault, RidgewaveError, shown
 
 DESCRIPTION = "What a finger feels when it scans a texture: a scene in, the vibration out, as a file or a live stream."
 EXPOSED = ["Ridgewave-Format", "Ridgewave-Full-Scale", "Ridgewave-Quantities", "Ridgewave-Warning", "Server-Timing"]
 LONGEST_NAME = 100  # characters of an unknown parameter's name in an answer
-ROUTES = (render, scene, accuracy, textures, tables, sessions, stream, play, live, operations, page)
+ROUTES = (render, scene, accuracy, textures, imported_textures, tables, sessions, stream, play, live, operations, page)
 KINDS = {400: "bad-request", 404: "not-found", 405: "method-not-allowed", 413: "too-large"}
 
 
@@ -55,7 +57,7 @@ def create_app(settings: Settings, engine: Engine | None = None, workers_folder:
     engine: `synth`, unless a test supplies its own.
     workers_folder: the folder of the sockets between workers; None where this process is the only one.
     """
-    own = engine or SynthEngine(settings.cache_bytes)
+    own = engine or SynthEngine(settings.cache_bytes, data_folder(settings.data_folder))
     service = Service(settings, own, workers_folder, apart=engine is None)
     app = FastAPI(
         title="ridgewave",

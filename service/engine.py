@@ -9,6 +9,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 from synth.encode.formats import Block
@@ -215,8 +216,13 @@ class Engine(Protocol):
 class SynthEngine:
     """`synth`, with one cache of contact responses for the process."""
 
-    def __init__(self, cache_bytes: int) -> None:
-        """cache_bytes: the bound on the cache's memory."""
+    def __init__(self, cache_bytes: int, textures: Path | None = None) -> None:
+        """Make the cache.
+
+        cache_bytes: the bound on its memory.
+        textures: folder of imported textures, for the processes of measurements; None if there are none.
+        """
+        self._textures = textures
         from synth.response.response_cache import ResponseCache
 
         self._cache = ResponseCache(cache_bytes)
@@ -297,7 +303,7 @@ class SynthEngine:
         from synth.accuracy.report import require_measurable
 
         require_measurable(scene)  # refuse at once, without a process
-        return measure_apart(scene, quantity, given_up)
+        return measure_apart(scene, quantity, given_up, self._textures)
 
     def make_table(self, scene: Scene) -> TableFile:
         """See `Engine`."""

@@ -25,6 +25,7 @@ from typing import Any
 from fastapi import FastAPI, Request
 from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily
 
+from service.compute.import_process import Imports
 from service.compute.measurements import Measurements
 from service.compute.renders import Renders
 from service.compute.threads import BlockThreads, Solves, ThreadWork
@@ -40,7 +41,9 @@ from service.operations.worker_metrics import WorkerMetrics
 from service.sessions.session_registry import Sessions
 from service.sinks import Claims
 from service.sinks.player import Player
+from service.store.owned_textures import OwnedTextures
 from synth.scene.scene import parse_scene
+from synth.surfaces.surface_data import add_source
 
 log = logging.getLogger("ridgewave.service")
 
@@ -67,6 +70,8 @@ class Service:
         self.metrics = Metrics()
         self.limits = Limits(settings)
         self.health = Health(settings)
+        self.textures = OwnedTextures(settings)
+        add_source(self.textures.store.surface)
         self.worker_messages = WorkerMessages(
             folder, {"stop": self.stop_here, "metrics": lambda: self.worker_metrics.write()}
         )
@@ -76,6 +81,7 @@ class Service:
         self.solve_places = Places(settings.solves_per_client, settings.max_solves, waited)
         self.solves = Solves(self.solve_places)
         self.measurements = Measurements(engine)
+        self.imports = Imports()
         self.claims = Claims()
         self.blocks = BlockThreads(BLOCK_THREADS, partial(self.metrics.waited, "block"))
         self.sessions = Sessions(engine, settings, self.solves, self.metrics)
@@ -118,6 +124,7 @@ class Service:
             self.loop.call_soon_threadsafe(self.loop.call_later, grace, self.renders.cut)
         self.closing = True
         self.measurements.close()
+        self.imports.close()
         self._players += self.sessions.close()
         self.live.end_all("shutting down")
 

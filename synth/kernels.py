@@ -25,7 +25,8 @@ Function = Callable[..., Any]
 Decorator = Callable[[Function], Function]
 
 HERE = Path(__file__).parent
-FOLDERS = ("contact", "response", "motion", "effects/simulation", "voice", "surfaces")  # folders with kernels
+FOLDERS = ("contact", "response", "motion", "effects/simulation", "voice", "surfaces", "surfaces/measurement")
+"""Folders with kernels."""
 
 
 def forget_stale_kernels(root: Path, names: tuple[str, ...]) -> None:

@@ -10,12 +10,15 @@ import io
 import os
 import subprocess
 import sys
+import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 # Before numpy is loaded: each process of a run (-n) would else spin a thread a core for every product of matrices.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# Textures that the user has imported must not be in a test, nor those of a test among the user's.
+os.environ["XDG_DATA_HOME"] = tempfile.mkdtemp(prefix="ridgewave-tests-")
 
 import hypothesis
 import pytest
@@ -73,7 +76,8 @@ def ridgewave(tmp_path: Path, environment: dict[str, str]) -> RunsRidgewave:
     def run(*words: str, **keywords: Any) -> subprocess.CompletedProcess[bytes]:
         if keywords.keys() <= {"input"}:
             return in_this_process(words, tmp_path, **keywords)
-        settings: dict[str, Any] = {"cwd": tmp_path, "env": environment, "timeout": 300, "stdin": subprocess.DEVNULL}
+        own = {**environment, "XDG_DATA_HOME": str(tmp_path / ".data")}
+        settings: dict[str, Any] = {"cwd": tmp_path, "env": own, "timeout": 300, "stdin": subprocess.DEVNULL}
         if "stdout" not in keywords:
             settings["stdout"] = subprocess.PIPE
         settings.update(stderr=subprocess.PIPE, check=False)
@@ -90,6 +94,7 @@ def in_this_process(words: Sequence[str], folder: Path, input: bytes = b"") -> s
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         patch.setenv("COLUMNS", "120")
+        patch.setenv("XDG_DATA_HOME", str(folder / ".data"))
         for name in [name for name in os.environ if name.startswith("RIDGEWAVE_")]:
             patch.delenv(name)
         for name, stream in (("stdin", io.BytesIO(input)), ("stdout", out), ("stderr", err)):

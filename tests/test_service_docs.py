@@ -9,6 +9,7 @@ import json
 import re
 import subprocess
 from pathlib import Path
+from typing import Any
 
 from service import problems
 from service.app import create_app
@@ -132,7 +133,8 @@ def test_the_page_of_the_service_describes_every_problem_and_setting() -> None:
 def test_the_calls_of_the_page_run_from_top_to_bottom(tmp_path: Path) -> None:
     program("curl", "curl")
     script = "set -eu -o pipefail\n" + "".join(block.text for block in code_blocks(HTTP) if block.language == "sh")
-    with serving(PlainEngine(), file_folder=tmp_path / "recordings") as running:
+    folders: Any = {"file_folder": tmp_path / "recordings", "data_folder": tmp_path / "recordings" / "data"}
+    with serving(PlainEngine(), **folders) as running:
         script = script.replace("http://127.0.0.1:8000", running.url)
         done = subprocess.run(
             ["bash", "-c", script], cwd=tmp_path, capture_output=True, text=True, timeout=3 * PATIENCE, check=False
@@ -140,5 +142,6 @@ def test_the_calls_of_the_page_run_from_top_to_bottom(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     made = {path.name for path in tmp_path.iterdir()} - {"recordings"}
     sounds = {"touch.wav", "touch.flac", "live.wav", "one-second.wav"}
-    assert made == sounds | {"accuracy.json", "calls.html", "denim.png", "recording.json", "table.safetensors"}
+    others = {"accuracy.json", "calls.html", "denim.png", "recording.json", "table.safetensors", "wave.csv", "wave.x3p"}
+    assert made == sounds | others
     assert (tmp_path / "recordings" / "take-1.wav").stat().st_size > 0

@@ -43,11 +43,17 @@ EXAMPLES = {
         ("play grating-1mm-31um --endless", "until Ctrl-C"),
         ("play scene.json --device file:sound.wav", "into a file instead of a device"),
     ),
+    "import": (
+        ("import scan.csv --unit um --pixel 5um --dry-run", "what is in the file; nothing is kept"),
+        ("import scan.csv --unit um --pixel 5um --level tilt --name cloth", "keep it, as the texture cloth"),
+        ("import wood.png --pixel 50um --height 120um --picture wood-lit.png", "a displacement map"),
+    ),
     "devices": (("devices --json", "for a program"),),
     "textures": (
-        ("textures", "the catalogue"),
+        ("textures", "the catalogue, and what was imported"),
         ("textures denim-72x56", "one entry: its scene, and the source of each number"),
         ("textures denim-72x56 --everyday > scene.json", "its everyday scan, as a scene to edit"),
+        ("textures cloth --export cloth.x3p", "the heights of an imported texture"),
     ),
     "table": (
         ("table grating-800um-40um -o grating.safetensors", "its response table, for another program"),
@@ -92,6 +98,7 @@ def build_parser() -> argparse.ArgumentParser:
     _add_accuracy(commands)
     _add_serve(commands)
     _add_play(commands)
+    _add_import(commands)
     _add_devices(commands)
     _add_textures(commands)
     _add_table(commands)
@@ -258,6 +265,34 @@ def _add_play(commands: Any) -> None:
     parser.add_argument("--endless", action="store_true", help="play until interrupted")
 
 
+def _add_import(commands: Any) -> None:
+    parser = _add_command(
+        commands,
+        "import",
+        "import a measured surface as a texture",
+        "Read a file of heights, report what is in it, and keep it as a texture that scenes can name. What the file "
+        "does not state, such as a unit, has to be given: nothing is guessed.",
+    )
+    parser.add_argument("file", metavar="FILE", help="text, NPY, PNG, TIFF, or a format that SurfaceTopography reads")
+    parser.add_argument("--unit", metavar="UNIT", help="unit of the numbers in the file: m, cm, mm, um, nm or inch")
+    parser.add_argument("--pixel", metavar="LENGTH", help="distance between points, as in 5um or '5 um, 10 um' (x, y)")
+    parser.add_argument("--height", metavar="LENGTH", help="height of a displacement map, from black to white")
+    parser.add_argument(
+        "--level",
+        choices=("none", "tilt", "curvature"),
+        help="form to remove before the surface is kept; default: none",
+    )
+    parser.add_argument(
+        "--missing",
+        choices=("refuse", "fill", "crop"),
+        help="missing points: refuse the file (default), fill them from their neighbours, or crop to the largest part "
+        "without them",
+    )
+    parser.add_argument("--name", metavar="NAME", help="name of the texture; default: that of the file")
+    parser.add_argument("--picture", metavar="OUT.png", help="also write a picture of the surface")
+    parser.add_argument("--dry-run", action="store_true", help="report only; keep nothing")
+
+
 def _add_devices(commands: Any) -> None:
     _add_command(
         commands, "devices", "list this machine's audio devices", "List the audio devices that `play` can use."
@@ -269,11 +304,15 @@ def _add_textures(commands: Any) -> None:
         commands,
         "textures",
         "list the catalogue of textures",
-        "List the catalogue, or print one entry's scene as JSON, ready to be saved, edited and rendered. The sources "
-        "of its numbers go to standard error.",
+        "List the catalogue and the imported textures, or print one entry's scene as JSON, ready to be saved, edited "
+        "and rendered. The sources of its numbers go to standard error.",
     )
     parser.add_argument("name", metavar="NAME", nargs="?", help="the entry to print")
-    parser.add_argument("--everyday", action="store_true", help="print the everyday scan instead of the texture alone")
+    change = parser.add_mutually_exclusive_group()
+    change.add_argument("--everyday", action="store_true", help="print the everyday scan instead of the texture alone")
+    change.add_argument("--export", metavar="OUT", help="write the heights of an imported texture: .npy (in m) or .x3p")
+    change.add_argument("--rename", metavar="NEW", help="give an imported texture another name")
+    change.add_argument("--delete", action="store_true", help="delete an imported texture")
 
 
 def _add_table(commands: Any) -> None:

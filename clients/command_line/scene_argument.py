@@ -9,9 +9,11 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from pathlib import Path
 from typing import Any, NoReturn
 
 from clients.command_line.exit_codes import invalid_request
+from service.store.own_textures import own_store, with_imported
 from synth.errors import Fault, InvalidRequest
 from synth.scene.catalogue import catalogue_names, lookup
 from synth.scene.doubtful_values import bare_doubts
@@ -36,7 +38,7 @@ def scene_of(document: dict[str, object], arguments: argparse.Namespace) -> Scen
         patch = patch_of(change)
         faults += bare_doubts(patch)
         document = merge_patch(document, patch)
-    scene = parse_scene(with_files(document))
+    scene = parse_scene(with_imported(with_files(document)))
     if faults:
         raise InvalidRequest(faults)
     return scene
@@ -53,7 +55,7 @@ def check_unchanged(arguments: argparse.Namespace, what: str) -> None:
 
 
 def read_document(name: str, *, everyday: bool = False) -> dict[str, object]:
-    """Return the JSON object of SCENE: a file, `-` for standard input, or a texture of the catalogue.
+    """Return the JSON object of SCENE: a file, `-` for standard input, or a texture's name.
 
     everyday: take the everyday scan of the texture. Raises InvalidRequest if SCENE is not a name.
     """
@@ -65,7 +67,8 @@ def read_document(name: str, *, everyday: bool = False) -> dict[str, object]:
         return dict(lookup(name).everyday)
     if name == "-":
         return object_from_text(sys.stdin.buffer.read(LARGEST_BYTES))
-    return document_of(name)
+    imported = None if Path(name).exists() else own_store().find("", name)
+    return document_of(name) if imported is None else {"texture": {"kind": name}}
 
 
 def patch_of(change: str) -> dict[str, object]:

@@ -10,7 +10,7 @@ from clients.command_line.output_file import replaces
 from clients.command_line.printing import print_json, print_table
 from clients.command_line.progress import Waiting
 from clients.command_line.scene_argument import read_scene
-from synth.encode.part_file import PartFile
+from synth.encode.part_file import write_whole
 
 ENDING = ".safetensors"
 
@@ -28,13 +28,7 @@ def run(arguments: argparse.Namespace) -> int:
     with Waiting("making the table", arguments.progress):
         table = table_of_scene(scene)
         content = table_bytes(table)
-        part = PartFile(path)
-        try:
-            part.stream.write(content)
-            part.commit()
-        except BaseException:
-            part.discard()
-            raise
+        write_whole(path, content)
     result = {
         "path": str(path),
         "replaced": replaced,

@@ -1,4 +1,4 @@
-"""`ridgewave textures [NAME]`: prints the catalogue as a table, or the scene of one texture as JSON with its sources.
+"""`ridgewave textures [NAME]`: lists the textures, prints the scene of one with its sources, or exports or changes one.
 
 The scene goes to standard output and the sources to standard error, so `ridgewave textures NAME > scene.json` writes a
 scene.
@@ -8,15 +8,25 @@ from __future__ import annotations
 
 import argparse
 from itertools import groupby
+from pathlib import Path
 
 from clients.command_line.exit_codes import DONE, invalid_request
 from clients.command_line.printing import print_json, print_table, say
+from service.store.own_textures import own_store
+from service.store.store import GROUP, StoredTexture
+from synth.encode.part_file import write_whole
 from synth.scene.catalogue import CatalogueEntry, catalogue, lookup
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Carry out the command; raises InvalidRequest."""
-    if arguments.name is not None:
+    """Carry out the command; raises InvalidRequest, CannotRender, OSError."""
+    imported = None if arguments.name is None else own_store().find("", arguments.name)
+    if arguments.export or arguments.rename or arguments.delete:
+        _change(arguments, imported)
+    elif imported is not None:
+        description = imported.description()
+        print_json(description if arguments.json else description["everyday" if arguments.everyday else "scene"])
+    elif arguments.name is not None:
         entry = lookup(arguments.name)
         if arguments.json:
             print_json(entry.description())
@@ -25,7 +35,9 @@ def run(arguments: argparse.Namespace) -> int:
     elif arguments.everyday:
         invalid_request("--everyday", "true", "NAME beside it", "Name a texture; without one, the table is printed.")
     elif arguments.json:
-        print_json({"textures": [entry.description() for entry in catalogue()]})
+        documents = [entry.description() | {"stored": False} for entry in catalogue()]
+        documents += [texture.description() | {"stored": True} for texture in own_store().textures("")]
+        print_json({"textures": documents})
     else:
         _print_catalogue()
     return DONE
@@ -50,4 +62,29 @@ def _print_catalogue() -> None:
         for entry in entries:
             scan = entry.everyday["scan"]
             rows.append((entry.name, entry.title, f"{scan['speed']}, {scan['load']}"))
+    imported = own_store().textures("")
+    if imported:
+        rows += [None, (GROUP.upper(), "", "")]
+        rows += [(texture.name, texture.description()["title"], "") for texture in imported]
     print_table("", ("name", "what it is", "everyday scan"), rows)
+
+
+def _change(arguments: argparse.Namespace, texture: StoredTexture | None) -> None:
+    store = own_store()
+    if texture is None:
+        known = ", ".join(found.name for found in store.textures(""))[:200] or "none so far"
+        allowed = f"the name of an imported texture: {known}"
+        invalid_request("name", arguments.name, allowed, "See `ridgewave textures`.")
+    if arguments.rename:
+        store.rename("", texture.name, arguments.rename)
+        say(f"{texture.name} is now {arguments.rename}")
+    elif arguments.delete:
+        store.delete("", texture.name)
+        say(f"{texture.name} is deleted")
+    else:
+        from synth.surfaces.measurement.exporting import exported, format_of_ending
+
+        path = Path(arguments.export)
+        content = exported(store.surface(texture.address), format_of_ending(path))
+        write_whole(path, content)
+        say(f"{path}: {len(content)} bytes")

@@ -9,6 +9,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 from collections.abc import AsyncIterator, Mapping
 from types import TracebackType
 from typing import Any, Self, TypeVar
@@ -66,6 +67,33 @@ class AsyncClient:
     async def texture(self, name: str) -> Document:
         """As `Client.texture`."""
         return await self.carry(calls.texture(name))
+
+    async def import_texture(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        unit: str | None = None,
+        pixel: str | None = None,
+        height: str | None = None,
+        level: str | None = None,
+        missing: str | None = None,
+        name: str | None = None,
+        dry_run: bool = False,
+    ) -> Document:
+        """As `Client.import_texture`."""
+        options = {
+            "unit": unit,
+            "pixel": pixel,
+            "height": height,
+            "level": level,
+            "missing": missing,
+            "name": name,
+        }
+        return await self.carry(calls.import_texture(path, options, dry_run))
+
+    async def delete_texture(self, name: str) -> None:
+        """As `Client.delete_texture`."""
+        await self.carry(calls.delete_texture(name))
 
     async def table(self, scene: Any = None) -> bytes:
         """As `Client.table`."""

@@ -6,8 +6,10 @@
 from __future__ import annotations
 
 import contextlib
+import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, Generic, TypeVar
 from urllib.parse import quote
 
@@ -38,13 +40,20 @@ Document = dict[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class Call(Generic[T]):
-    """One request. answer: reads a successful response. body: a JSON document, or None."""
+    """One request.
+
+    answer: reads a successful response.
+    body: a JSON document, or None.
+    file, fields: of a form, in place of a body: name and content of a file, and what is said about it.
+    """
 
     method: str
     path: str
     answer: Callable[[httpx.Response], T]
     body: Mapping[str, Any] | None = None
     query: Mapping[str, str] = field(default_factory=dict)
+    file: tuple[str, bytes] | None = None
+    fields: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def keywords(self) -> dict[str, Any]:
@@ -52,6 +61,8 @@ class Call(Generic[T]):
         keywords: dict[str, Any] = {"params": self.query}
         if self.body is not None:
             keywords |= {"content": json_text(self.body).encode(), "headers": {"Content-Type": "application/json"}}
+        if self.file is not None:
+            keywords |= {"files": {"file": self.file}, "data": dict(self.fields)}
         return keywords
 
     def read(self, response: httpx.Response) -> T:
@@ -112,13 +123,26 @@ def accuracy(scene: Any, quantity: str | None) -> Call[Document]:
 
 
 def textures() -> Call[list[Document]]:
-    """Return the call that lists the named textures."""
+    """Return the call that lists the named textures: the catalogue, then the imported ones."""
     return Call("GET", "/v1/textures", lambda response: list(_object(response)["textures"]))
 
 
 def texture(name: str) -> Call[Document]:
     """Return the call that shows one named texture."""
     return Call("GET", f"/v1/textures/{quote(name, safe='')}", _object)
+
+
+def import_texture(path: str | os.PathLike[str], options: Mapping[str, str | None], dry_run: bool) -> Call[Document]:
+    """Return the call that imports the file at `path`; raises OSError if it cannot be read."""
+    fields = {name: value for name, value in options.items() if value is not None}
+    query = {"dry_run": "true"} if dry_run else {}
+    file = Path(path).name, Path(path).read_bytes()
+    return Call("POST", "/v1/textures", _object, None, query, file, fields)
+
+
+def delete_texture(name: str) -> Call[None]:
+    """Return the call that deletes an imported texture."""
+    return Call("DELETE", f"/v1/textures/{quote(name, safe='')}", lambda _: None)
 
 
 def make_table(scene: Any) -> Call[str]:

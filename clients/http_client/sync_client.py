@@ -9,6 +9,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 from collections.abc import Iterator, Mapping
 from types import TracebackType
 from typing import Any, Self, TypeVar
@@ -68,12 +69,44 @@ class Client:
         return self.carry(calls.accuracy(scene, quantity))
 
     def textures(self) -> list[Document]:
-        """Return the named textures."""
+        """Return the named textures: the catalogue, then those that were imported with this key (`stored`)."""
         return self.carry(calls.textures())
 
     def texture(self, name: str) -> Document:
         """Return one named texture."""
         return self.carry(calls.texture(name))
+
+    def import_texture(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        unit: str | None = None,
+        pixel: str | None = None,
+        height: str | None = None,
+        level: str | None = None,
+        missing: str | None = None,
+        name: str | None = None,
+        dry_run: bool = False,
+    ) -> Document:
+        """Import a file of heights (docs/import.md); return its name, report and picture.
+
+        unit, pixel, height: what the file does not state, as in "um", "5 um", "120 um".
+        level: "none", "tilt" or "curvature". missing: "refuse", "fill" or "crop".
+        name: of the texture; None for that of the file. dry_run: report only.
+        """
+        options = {
+            "unit": unit,
+            "pixel": pixel,
+            "height": height,
+            "level": level,
+            "missing": missing,
+            "name": name,
+        }
+        return self.carry(calls.import_texture(path, options, dry_run))
+
+    def delete_texture(self, name: str) -> None:
+        """Delete an imported texture."""
+        self.carry(calls.delete_texture(name))
 
     def table(self, scene: Any = None) -> bytes:
         """Return the file of the scene's response table (docs/table.md); its hash was checked."""

@@ -1,6 +1,6 @@
 """Measures what accuracy costs, in a process of its own.
 
-    python -m service.compute.accuracy_process    {"scene", "quantity"} on standard input; outcome on standard output
+    python -m service.compute.accuracy_process    {"scene", "quantity", "textures"} on standard input, outcome on output
 
 Model: a measurement computes for up to a minute, much of it in Python. In a thread it would delay every stream of this
     process, its timings would be those of a busy interpreter, and a shutdown would have to wait for it. A process can
@@ -21,8 +21,10 @@ import time
 from pathlib import Path
 from typing import Any
 
+from service.store.store import Store
 from synth.errors import CannotRender, Fault, InvalidRequest
 from synth.scene.scene import Scene, parse_scene, scene_document
+from synth.surfaces.surface_data import add_source
 
 LONGEST = 300.0  # s; several times what any scene takes on an idle machine
 POLL_SECONDS = 0.1  # between checks of `given_up`; a shutdown waits this long
@@ -31,14 +33,18 @@ KILLED = -9  # exit code of a process that the system killed
 ROOT = Path(__file__).resolve().parents[2]  # import path of the process
 
 
-def measure_apart(scene: Scene, quantity: str | None, given_up: threading.Event) -> dict[str, Any]:
+def measure_apart(
+    scene: Scene, quantity: str | None, given_up: threading.Event, textures: Path | None = None
+) -> dict[str, Any]:
     """Return the document of `measure_accuracy`. Blocks for up to a minute: call it from a thread.
 
     given_up: when set, the process is killed and CannotRender is raised.
+    textures: folder of the imported textures, one of which the scene may have.
     Raises InvalidRequest and CannotRender as the measurement does, and CannotRender if it took longer than LONGEST or
     the system killed it.
     """
-    request = json.dumps({"scene": scene_document(scene), "quantity": quantity}).encode()
+    folder = None if textures is None else str(textures.absolute())
+    request = json.dumps({"scene": scene_document(scene), "quantity": quantity, "textures": folder}).encode()
     code, outcome, messages = _answer_of_process(request, given_up)
     if code == KILLED:
         raise CannotRender("The system ended the measurement, most likely because the memory of this machine is full.")
@@ -88,6 +94,8 @@ def main() -> None:
     from synth.accuracy.report import measure_accuracy
 
     request = json.load(sys.stdin)
+    if request["textures"] is not None:
+        add_source(Store(Path(request["textures"])).surface)
     scene = parse_scene(request["scene"])
     outcome: dict[str, Any]
     try:

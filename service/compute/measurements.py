@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import asyncio
 import threading
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
@@ -19,7 +20,7 @@ from service.engine import Engine
 from service.http.chunked_answer import departure
 from service.problems import Problem, refused
 from synth.errors import shown
-from synth.scene.scene import parse_scene_text
+from synth.scene.scene import Scene
 
 RETRY_SECONDS = 20  # a measurement takes up to a minute; at a random moment, half of it is left
 
@@ -40,8 +41,8 @@ class Measurements:
         self._given_up.set()
         self._pool.shutdown(wait=False, cancel_futures=True)
 
-    async def answer(self, body: bytes, quantity: str | None, receive: Receive) -> dict[str, Any]:
-        """Return the document for the scene in `body`. `receive` reports when the client disconnects.
+    async def answer(self, read: Callable[[], Scene], quantity: str | None, receive: Receive) -> dict[str, Any]:
+        """Return the document for the scene that `read` returns. `receive` reports when the client disconnects.
 
         Raises what the scene and the engine raise, and Problem (503) during another measurement or at a shutdown.
         """
@@ -55,7 +56,7 @@ class Measurements:
         gone: asyncio.Future[None] = asyncio.ensure_future(departure(receive))
         try:
             work: asyncio.Future[Any] = asyncio.get_running_loop().run_in_executor(
-                self._pool, self._measure, body, quantity, given_up
+                self._pool, self._measure, read, quantity, given_up
             )
             waits: list[asyncio.Future[Any]] = [work, gone]
             await asyncio.wait(waits, return_when=asyncio.FIRST_COMPLETED)
@@ -67,8 +68,8 @@ class Measurements:
             self._under_way = False
             gone.cancel()
 
-    def _measure(self, body: bytes, quantity: str | None, given_up: threading.Event) -> dict[str, Any]:
-        scene = parse_scene_text(body)
+    def _measure(self, read: Callable[[], Scene], quantity: str | None, given_up: threading.Event) -> dict[str, Any]:
+        scene = read()
         names = [channel.quantity for channel in scene.output.channel_list]
         if quantity is not None and quantity not in names:
             raise refused("?quantity", shown(quantity), " or ".join(names), "Name a channel of the scene.")

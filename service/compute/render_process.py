@@ -1,6 +1,6 @@
 """The processes that renders run in. Each render has one, so that it can be killed at any moment.
 
-    python -m service.compute.render_process FD CACHE_BYTES    the template process, which forks itself on request
+    python -m service.compute.render_process FD CACHE_BYTES FOLDER    the template process, which forks itself
 
 Model: a thread cannot be stopped during a solve, and delays the end of its process; a process can be killed. The
     template process has loaded the solver's kernels, so that a copy of it (fork) is ready in about 4 ms. It has one
@@ -36,7 +36,9 @@ from typing import Any
 from service import problems
 from service.compute.render_steps import Answer, Message, Order, Price, work
 from service.problems import Problem
+from service.store.store import Store
 from synth.errors import CannotRender, Fault, RidgewaveError
+from synth.surfaces.surface_data import add_source
 
 ROOT = Path(__file__).resolve().parents[2]  # import path of the process
 HEAD = struct.Struct("!cI")  # kind and length of what follows
@@ -58,9 +60,9 @@ class RenderMistake(Exception):
 class Copies:
     """The template process and its idle copies."""
 
-    def __init__(self, cache_bytes: int, seconds: float) -> None:
-        """Start nothing yet. seconds: bound on the processor time of one order."""
-        self._cache_bytes, self._seconds = cache_bytes, seconds
+    def __init__(self, cache_bytes: int, seconds: float, folder: Path) -> None:
+        """Start nothing yet. seconds: bound on the processor time of one order. folder: of imported textures."""
+        self._cache_bytes, self._seconds, self._folder = cache_bytes, seconds, folder
         self._template: subprocess.Popen[bytes] | None = None
         self._control: socket.socket | None = None
         self._idle: list[Copy] = []
@@ -81,6 +83,7 @@ class Copies:
                 "service.compute.render_process",
                 str(theirs.fileno()),
                 str(self._cache_bytes),
+                str(self._folder.absolute()),
             ]
             one_thread = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
             environment = {**os.environ, **one_thread, "PYTHONPATH": path}
@@ -223,7 +226,8 @@ def main() -> None:
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # no zombies
     control = socket.socket(fileno=int(sys.argv[1]))
     control.set_inheritable(False)
-    engine = _loaded_engine(int(sys.argv[2]))
+    engine, store = _loaded_engine(int(sys.argv[2])), Store(Path(sys.argv[3]))
+    add_source(store.surface)
     gc.collect()
     gc.freeze()
     control.sendall(b"r")
@@ -233,7 +237,7 @@ def main() -> None:
             return
         if os.fork() == 0:
             control.close()
-            _Copied(engine, socket.socket(fileno=descriptors[0])).run()
+            _Copied(engine, store, socket.socket(fileno=descriptors[0])).run()
         os.close(descriptors[0])
 
 
@@ -250,8 +254,8 @@ def _loaded_engine(cache_bytes: int) -> Any:
 class _Copied:
     """A copy, as the process itself sees it."""
 
-    def __init__(self, engine: Any, peer: socket.socket) -> None:
-        self._engine, self._peer = engine, peer
+    def __init__(self, engine: Any, store: Store, peer: socket.socket) -> None:
+        self._engine, self._store, self._peer = engine, store, peer
         self._go = threading.Event()
 
     def run(self) -> None:
@@ -298,7 +302,7 @@ class _Copied:
         bound = int(used.ru_utime + used.ru_stime + settings["seconds"]) + 1
         resource.setrlimit(resource.RLIMIT_CPU, (bound, resource.RLIM_INFINITY))
         try:
-            for message in work(self._engine, Order(**settings["order"]), body):
+            for message in work(self._engine, Order(**settings["order"]), body, self._store):
                 self._send(message)
         except (Problem, RidgewaveError) as error:
             problem = error if isinstance(error, Problem) else problems.of(error)

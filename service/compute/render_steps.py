@@ -17,7 +17,7 @@ import json
 import os
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -27,10 +27,11 @@ from service.engine import Engine, FiniteVoice, Limiter
 from service.http.content_negotiation import choose_format
 from service.http.sound_headers import describe, metadata_of
 from service.problems import Problem, of, refused
+from service.store.store import Store
 from synth.encode.formats import Block, SoundFormat, block_bytes, encode_all, media_type, open_writer
 from synth.encode.riff import padding, wav_header
 from synth.errors import CannotRender, Fault, InvalidRequest, SceneError, shown
-from synth.scene.scene import Scene, channel_count, parse_scene, parse_scene_text
+from synth.scene.scene import Scene, channel_count, parse_scene
 from synth.scene.text import object_from_text
 from synth.voice.fades import reduction_warning
 
@@ -48,12 +49,14 @@ class Order:
     kind: render, explain or picture.
     wanted, accept: of a render, the format in the query and the Accept header.
     max_duration: longest sound, in seconds.
+    owner: of the imported textures that the scene may name.
     """
 
     kind: str
     wanted: str | None = None
     accept: str | None = None
     max_duration: float = float("inf")
+    owner: str = ""
 
 
 @dataclass(frozen=True)
@@ -129,14 +132,21 @@ class Render:
         return media_type(self.sound_format, self.voice.sample_rate, self.voice.channels)
 
 
-def work(engine: Engine, order: Order, body: bytes) -> Iterator[Message]:
-    """Yield the messages of `order` for the scene in `body`. Raises Problem and RidgewaveError."""
+def work(engine: Engine, order: Order, body: bytes, store: Store) -> Iterator[Message]:
+    """Yield the messages of `order` for the scene in `body`. Raises Problem and RidgewaveError.
+
+    store: has the imported textures that the scene may name.
+    """
+
+    def scene_of(document: object) -> Scene:
+        return parse_scene(store.named(document, order.owner))
+
     if order.kind == "render":
-        yield from _rendered(engine, order, body)
+        yield from _rendered(engine, order, lambda: scene_of(object_from_text(body)))
     elif order.kind == "explain":
-        yield from _document(engine.explain(parse_scene_text(body)))
+        yield from _document(engine.explain(scene_of(object_from_text(body))))
     else:
-        yield from _document(engine.picture(*read_picture(body)))
+        yield from _document(engine.picture(*read_picture(body, scene_of)))
 
 
 def check_duration(duration: float, longest: float, pointer: str, kind: str) -> None:
@@ -152,8 +162,8 @@ def _document(document: dict[str, Any]) -> Iterator[Message]:
     yield body
 
 
-def _rendered(engine: Engine, order: Order, body: bytes) -> Iterator[Message]:
-    render = _opened(engine, order, body)
+def _rendered(engine: Engine, order: Order, read_scene: Callable[[], Scene]) -> Iterator[Message]:
+    render = _opened(engine, order, read_scene)
     beginning: list[Block] = []
     yield from _priced(engine, render, beginning)
     if render.frames * render.voice.channels <= WHOLE_SAMPLES:
@@ -164,9 +174,9 @@ def _rendered(engine: Engine, order: Order, body: bytes) -> Iterator[Message]:
         yield from _streamed(render, beginning)
 
 
-def _opened(engine: Engine, order: Order, body: bytes) -> Render:
+def _opened(engine: Engine, order: Order, read_scene: Callable[[], Scene]) -> Render:
     stages = Stages()
-    scene = parse_scene_text(body)
+    scene = read_scene()
     check_duration(scene.output.duration, order.max_duration, "/output/duration", "scene-refused")
     rate, channels = scene.output.sample_rate, channel_count(scene)
     sound_format = choose_format(order.wanted, order.accept, rate, channels)
@@ -262,9 +272,12 @@ def _wav_header(render: Render) -> bytes:
     return wav_header(render.sound_format, render.voice.sample_rate, render.voice.channels, metadata, render.frames)
 
 
-def read_picture(text: bytes) -> tuple[Scene, int | None, int | None]:
+def read_picture(
+    text: bytes, scene_of: Callable[[object], Scene] = parse_scene
+) -> tuple[Scene, int | None, int | None]:
     """Return the scene, points and phases in the body of a picture request; None for a number that is left out.
 
+    scene_of: returns the scene of a document.
     Raises Problem for an invalid body, SceneError with pointers into the body for an invalid scene.
     """
     try:
@@ -276,17 +289,17 @@ def read_picture(text: bytes) -> tuple[Scene, int | None, int | None]:
     if unknown:
         raise refused("", shown(unknown[0]), f"the fields {', '.join(PICTURE_FIELDS)}", "Leave it out.")
     return (
-        _picture_scene(document.get("scene", {})),
+        _picture_scene(document.get("scene", {}), scene_of),
         _whole_number(document, "points"),
         _whole_number(document, "phases"),
     )
 
 
-def _picture_scene(document: Any) -> Scene:
+def _picture_scene(document: Any, scene_of: Callable[[object], Scene]) -> Scene:
     if not isinstance(document, dict):
         raise refused("/scene", shown(document), "a scene, an object", "Write {} for the default.", "scene-refused")
     try:
-        return parse_scene(document)
+        return scene_of(document)
     except SceneError as error:
         raise SceneError([replace(fault, pointer="/scene" + fault.pointer) for fault in error.faults]) from error
 

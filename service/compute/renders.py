@@ -13,6 +13,7 @@ import asyncio
 import math
 from collections import Counter
 from collections.abc import AsyncGenerator, Coroutine
+from dataclasses import replace
 from functools import partial
 from typing import Any, Protocol, TypeVar
 
@@ -26,10 +27,12 @@ from service.compute.threads import ThreadWork
 from service.compute.work_places import Place, Places
 from service.engine import Engine
 from service.http.chunked_answer import PumpedResponse, departure
-from service.http.rate_limits import Limits
+from service.http.rate_limits import KEY, Limits
 from service.operations.metrics import Metrics
 from service.operations.settings import Settings
 from service.problems import Problem
+from service.store.owned_textures import OwnedTextures
+from service.store.store import Store
 from synth.errors import Fault
 
 RETRY_SECONDS = 60  # after a refusal for lack of processor time; renders of this size take minutes
@@ -59,8 +62,8 @@ class Worker(Protocol):
 class ThreadWorker:
     """Computes one order in threads of this process, one step per thread."""
 
-    def __init__(self, engine: Engine, order: Order, body: bytes) -> None:
-        self._steps = work(engine, order, body)
+    def __init__(self, engine: Engine, order: Order, body: bytes, store: Store) -> None:
+        self._steps = work(engine, order, body, store)
 
     async def next(self) -> Message:
         """See `Worker`."""
@@ -163,7 +166,9 @@ class Renders:
     ) -> None:
         """apart: compute in processes with engines of their own; otherwise in threads, with `engine`."""
         self._engine, self._settings, self._metrics, self._limits = engine, settings, metrics, limits
-        self._copies = Copies(settings.cache_bytes, settings.render_seconds_per_client) if apart else None
+        self._textures = OwnedTextures(settings)
+        folder = self._textures.store.folder
+        self._copies = Copies(settings.cache_bytes, settings.render_seconds_per_client, folder) if apart else None
         self._prices: Counter[str] = Counter()
         self._all: set[UnderWay] = set()
         self._ended = False
@@ -196,6 +201,7 @@ class Renders:
             raise Problem("full", "Too many renders at a time.", headers={"Retry-After": "1"})
         if self._ended:
             raise Problem("closing", "The service is shutting down.")
+        order = replace(order, owner=self._textures.owner(request.scope.get(KEY)))
         one = UnderWay(self, self._limits.caller(request.scope))
         self._all.add(one)
         try:
@@ -216,7 +222,7 @@ class Renders:
     async def worker(self, order: Order, body: bytes) -> Worker:
         """Return a worker for `order`."""
         if self._copies is None:
-            return ThreadWorker(self._engine, order, body)
+            return ThreadWorker(self._engine, order, body, self._textures.store)
         return await self._copies.open(order, body)
 
     def admit(self, one: UnderWay, price: Price) -> None:

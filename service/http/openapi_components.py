@@ -17,6 +17,11 @@ from synth.scene.scene import scene_schema
 
 Schema = dict[str, Any]
 
+STORED_NAME: Schema = {
+    "type": "string",
+    "pattern": "^[a-z0-9][a-z0-9-]{0,63}$",
+    "description": "The name of an imported texture.",
+}
 _TEXT, _NUMBER, _WHOLE, _FLAG = {"type": "string"}, {"type": "number"}, {"type": "integer"}, {"type": "boolean"}
 _NUMBERS, _TEXTS = {"type": "array", "items": _NUMBER}, {"type": "array", "items": _TEXT}
 _LEVEL = {"type": ["number", "null"]}
@@ -145,10 +150,45 @@ _NAMED_TEXTURE = _object(
         "everyday": _OBJECT | {"description": "A scene: a fingertip that scans the texture."},
         "numbers": {"type": "object", "additionalProperties": _NUMBER_OF_TEXTURE},
         "picture": _TEXT | {"description": "Path of the picture."},
+        "stored": _FLAG | {"description": "Whether it was imported."},
+        "address": _TEXT | {"description": "Of an imported texture: SHA-256 of its surface."},
+        "report": _reference("ImportReport"),
+        "created": _TEXT | {"description": "Of an imported texture: when, in UTC."},
     },
-    ("numbers",),
+    ("numbers", "address", "report", "created"),
 )
 _TEXTURES = _object({"textures": _list_of(_reference("NamedTexture"))})
+
+
+_REPORT = _object(
+    {
+        **dict.fromkeys(("file", "format", "layout", "channel"), _TEXT),
+        "kind": _TEXT | {"enum": ["profile", "heightmap"]},
+        "points": {"type": "array", "items": _WHOLE, "description": "Along x, then along y."},
+        "spacing": _NUMBERS | {"description": "Between points, m, along x, then along y."},
+        "size": _NUMBERS | {"description": "Points times spacing, m."},
+        "unit": {"type": ["string", "null"], "description": "Of the heights in the file."},
+        "unit_stated_by_file": _FLAG,
+        "rq": _NUMBER | {"description": "Root mean square height about the mean, m."},
+        "ra": _NUMBER | {"description": "Mean absolute height about the mean, m."},
+        "peak_to_valley": _NUMBER,
+        "rms_slope": _NUMBERS | {"description": "Between neighbouring points, along x, then along y."},
+        "level": _TEXT | {"description": "The form that was removed."},
+        "missing": _object({"points": _WHOLE, "rule": _TEXT}),
+        "notes": _TEXTS,
+    }
+)
+_IMPORTED = _object(
+    {
+        "name": _TEXT,
+        "kept": _FLAG,
+        "address": _TEXT | {"description": "SHA-256 of the surface, 64 hexadecimal digits."},
+        "report": _reference("ImportReport"),
+        "picture": _TEXT | {"description": "A data URI with a PNG."},
+        "scene": _OBJECT | {"description": "The partial scene that the name stands for."},
+    },
+    ("scene",),
+)
 
 
 _FAULT = _object(dict.fromkeys(("pointer", "value", "allowed", "hint"), _TEXT))
@@ -169,8 +209,11 @@ def components() -> dict[str, Schema]:
     """Return every component by its name."""
     found: dict[str, Schema] = {}
     _lift(scene_schema(), "scene", "", found)
+    found["Texture"]["properties"]["kind"]["anyOf"].append(STORED_NAME)
     return found | {
         "AccuracyTable": _ACCURACY,
+        "ImportReport": _REPORT,
+        "ImportedTexture": _IMPORTED,
         "NamedTexture": _NAMED_TEXTURE,
         "Picture": _PICTURE,
         "Plan": _PLAN,

@@ -28,18 +28,23 @@ async def read_body(request: Request, media_types: frozenset[str] = JSON, *, opt
         names = " or ".join(sorted(media_types))
         raise Problem("not-json", f"Send Content-Type: {names}.", headers={"Accept-Post": names})
     limit = service_of(request).settings.max_body
-    detail = f"The body may have at most {limit} bytes (RIDGEWAVE_MAX_BODY)."
-    too_large = Problem("too-large", detail, headers={"Connection": "close"})
+    larger = too_large(limit, "RIDGEWAVE_MAX_BODY")
     length = request.headers.get("content-length", "")
     if length.isdigit() and int(length) > limit:
-        raise too_large
+        raise larger
     parts, total = [], 0
     async for part in request.stream():
         total += len(part)
         if total > limit:
-            raise too_large
+            raise larger
         parts.append(part)
     return b"".join(parts)
+
+
+def too_large(limit: int, setting: str) -> Problem:
+    """Return the problem of a body with more than `limit` bytes, which the setting `setting` gives."""
+    detail = f"The body may have at most {limit} bytes ({setting})."
+    return Problem("too-large", detail, headers={"Connection": "close"})
 
 
 def _has_no_body(request: Request) -> bool:

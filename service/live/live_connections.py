@@ -60,7 +60,8 @@ class LiveConnections:
         engine, metrics, silence = self.sessions.engine, self.metrics, self.settings.max_silence
 
         def opening(name: str) -> tuple[Scene, LiveStream]:
-            return metrics.timed("voice", partial(open_stream, engine, name, document, options, silence))
+            asked = self.sessions.textures.named(document, peer.owner)
+            return metrics.timed("voice", partial(open_stream, engine, name, asked, options, silence))
 
         session = await self.sessions.open("live", Owner(peer.client, peer.owner), opening)
         session.peer = peer

@@ -205,6 +205,27 @@ class Settings:
         "a folder",
         'The only folder that the file sink ("file:NAME") writes to. It is made when it is first needed.',
     )
+    data_folder: str = _setting(
+        "",
+        _matching(r"[^\x00]+"),
+        "a folder",
+        "The folder in which imported textures are kept. Unset, it is the platform's folder of the user's data.",
+    )
+    max_import: int = _setting(
+        134_217_728,
+        _whole(1024, 134_217_728),
+        "1024 to 134217728 bytes",
+        "The largest body of an import: the file of a surface with its form; beyond, 413.",
+    )
+    textures_per_key: int = _setting(
+        200, _whole(0, 1_000_000), "0 to 1000000", "Imported textures that one key may keep; beyond, 413."
+    )
+    texture_bytes_per_key: int = _setting(
+        1 << 30,
+        _whole(0, 1 << 40),
+        "0 to 1099511627776 bytes",
+        "The size of the imported textures that one key may keep, 4 bytes a point; beyond, 413.",
+    )
     web: str = _setting(
         "",
         _folder,

@@ -12,7 +12,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -94,8 +94,14 @@ class Session:
         engine: Engine,
         solver: Solves,
         metrics: Metrics,
+        named: Callable[[Any], Any],
     ) -> None:
-        """stream: the voice of a live session; in an HTTP session, the voice for the first listener."""
+        """Make a session.
+
+        stream: the voice of a live session; in an HTTP session, the voice for the first listener.
+        named: replaces the name of an imported texture in a partial scene.
+        """
+        self._named = named
         self.id, self.owner, self.kind, self.scene = name, owner.key, stream.kind, scene
         self.stream: VoiceStream | None = stream
         self.sample_rate, self.channels = stream.sample_rate, stream.channels
@@ -205,7 +211,7 @@ class Session:
             streams = self.streams
 
             def change(scene: Scene, patch: Mapping[str, object]) -> Scene:
-                return changed_scene(scene, patch, self.full_scale)
+                return changed_scene(scene, self._named(patch), self.full_scale)
 
             def prepare(scene: Scene) -> list[Any]:
                 if not streams:

@@ -12,6 +12,7 @@ import math
 import time
 from collections import Counter
 from collections.abc import Callable
+from functools import partial
 
 from service.compute.threads import Solves
 from service.engine import Engine, LiveVoice
@@ -24,6 +25,7 @@ from service.sessions.session import Owner, Session
 from service.sessions.session_ids import new_id, not_found
 from service.sessions.voice_stream import Kind, VoiceStream
 from service.sinks.player import Player
+from service.store.owned_textures import OwnedTextures
 from synth.scene.scene import Scene, parse_scene
 from synth.scene.text import object_from_text
 
@@ -44,6 +46,7 @@ class Sessions:
         self.metrics = metrics
         self.recordings = Recordings(settings.session_idle)
         self.engine, self._settings, self._solver = engine, settings, solver
+        self.textures = OwnedTextures(settings)
         self._sessions: dict[str, Session] = {}
         self._opening: Counter[Kind] = Counter()
         self._closed = False
@@ -76,7 +79,8 @@ class Sessions:
             def open_voice(scene: Scene) -> LiveVoice:
                 return self.metrics.timed("voice", self.engine.open_live, scene)
 
-            scene, voice = open_pinned(parse_scene(object_from_text(body)), open_voice)
+            document = self.textures.named(object_from_text(body), key)
+            scene, voice = open_pinned(parse_scene(document), open_voice)
             return scene, VoiceStream(voice)
 
         return await self.open("http", Owner(client, key), opening)
@@ -95,7 +99,8 @@ class Sessions:
         if stream.used_bytes and not self._has_room(stream.used_bytes):
             sentence = f"Live sessions have less than {stream.used_bytes} bytes of memory left (RIDGEWAVE_LIVE_BYTES)."
             raise Problem("full", sentence)
-        session = Session(name, owner, scene, stream, self.engine, self._solver, self.metrics)
+        named = partial(self.textures.named, key=owner.key)
+        session = Session(name, owner, scene, stream, self.engine, self._solver, self.metrics, named)
         self._sessions[name] = session
         return session
 

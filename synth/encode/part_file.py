@@ -84,6 +84,17 @@ class PartFile:
             self._part.unlink(missing_ok=True)
 
 
+def write_whole(path: Path, content: bytes) -> None:
+    """Write `content` to the file `path`, which appears complete. Raises CannotRender and OSError."""
+    part = PartFile(path)
+    try:
+        part.stream.write(content)
+        part.commit()
+    except BaseException:
+        part.discard()
+        raise
+
+
 def cannot_write(target: Path | None, error: OSError, shown: str | None = None) -> CannotRender:
     """Return the error with the target and the reason.
 

@@ -77,7 +77,7 @@ class TextureFields(Section):
 
     kind: Annotated[str, Choice(tuple(kinds()), catalogue_names(), "a name from the catalogue")] = Field(
         default="sinusoid",
-        description="Form of the surface, or a catalogue name, which sets the fields not given here.",
+        description="Form of the surface, or the name of a texture, which sets the fields not given here.",
     )
     period: Annotated[float, Quantity(Dimension.LENGTH, 1e-6, 1.0, usual=0.05)] = Field(
         default=0.8e-3,

@@ -24,6 +24,7 @@ from service.compute.render_process import LOWEST_PRIORITY, Copies
 from service.compute.render_steps import Order, Price, work
 from service.engine import FiniteVoice, SynthEngine
 from service.lifespan import Service
+from service.store.store import Store
 from synth import Voice, parse_scene
 from synth.arrays import Block
 from tests.service.harness import PATIENCE, Child, Running, ask, problem, serving, settings_of, until
@@ -218,8 +219,8 @@ def priorities(process: int) -> set[int]:
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere a thread has no priority")
-def test_what_did_long_work_is_kept_and_does_the_next_at_the_usual_priority() -> None:
-    copies = Copies(1 << 26, 100.0)
+def test_what_did_long_work_is_kept_and_does_the_next_at_the_usual_priority(tmp_path: Path) -> None:
+    copies = Copies(1 << 26, 100.0, tmp_path)
     usual = os.nice(0)
 
     async def both() -> None:
@@ -298,8 +299,8 @@ class Unrendered(PlainEngine):
         yield
 
 
-def test_a_planned_price_is_told_before_the_first_piece() -> None:
-    messages = work(Unrendered(planned=1200.0), Order("render"), b'{"output": {"duration": 3600}}')
+def test_a_planned_price_is_told_before_the_first_piece(tmp_path: Path) -> None:
+    messages = work(Unrendered(planned=1200.0), Order("render"), b'{"output": {"duration": 3600}}', Store(tmp_path))
     assert next(messages) == Price(1200.0, 3600.0)
 
 

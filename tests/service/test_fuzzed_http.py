@@ -17,6 +17,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import httpx
+import numpy as np
 import pytest
 import requests
 import schemathesis
@@ -35,7 +36,9 @@ from schemathesis.specs.openapi.checks import (
 from service import problems
 from service.app import create_app
 from service.engine import SynthEngine
+from service.store.store import Quota
 from synth.scene.catalogue import catalogue
+from synth.surfaces.surface_data import SurfaceData
 from tests.service.harness import LOCAL, ask, roomy_settings, settings_of
 from tests.service.plain_engine import PlainEngine
 
@@ -74,6 +77,12 @@ def documented() -> Any:
 
 
 OPERATIONS = {found.ok().label: found.ok() for found in documented().get_all_operations()}
+OF_AN_IMPORT = (
+    "GET /v1/textures/{name}/surface",
+    "PATCH /v1/textures/{name}",
+    "DELETE /v1/textures/{name}",
+)
+"""A texture of the catalogue has no surface, and cannot be changed."""
 OF_A_HAND = ("GET /v1/sessions/{session_id}/recording",)
 """Only a live session has a recording, so every answer here is a 404; tests/service/live tests it."""
 FITS = [pytest.param(label, True, id=f"{label} fits") for label in OPERATIONS]
@@ -102,7 +111,8 @@ def no_devices() -> Iterator[None]:
 @pytest.fixture(scope="module")
 def plain(tmp_path_factory: pytest.TempPathFactory) -> Iterator[FastAPI]:
     folder = tmp_path_factory.mktemp("recordings")
-    app = create_app(settings_of(**roomy_settings() | LIMITS, file_folder=folder), PlainEngine())
+    data = tmp_path_factory.mktemp("data")
+    app = create_app(settings_of(**roomy_settings() | LIMITS, file_folder=folder, data_folder=data), PlainEngine())
     app.state.service.warm_up()
     yield app
     app.state.service.sessions.close()
@@ -147,7 +157,10 @@ def exist(app: FastAPI, case: Case) -> None:
     """Change the path of `case` to name an existing session (with a play if it ends one), texture, or table."""
     names = case.path_parameters or {}
     if "name" in names:
-        names["name"] = catalogue()[0].name
+        names["name"] = texture_of(app) if case.operation.label in OF_AN_IMPORT else catalogue()[0].name
+    if case.operation.label == "POST /v1/textures":
+        form: Any = {"file": b"1\n2\n1\n", "unit": "um", "pixel": "5 um", "name": "drawn"}
+        case.body = form
     if "hash" in names:
         names["hash"] = ask(app, "POST", "/v1/tables", content=b"{}", headers=JSON).json()["hash"]
     if "session_id" in names:
@@ -158,6 +171,13 @@ def exist(app: FastAPI, case: Case) -> None:
             assert ask(app, "POST", path, json=recording).status_code == 202
         if case.operation.label == f"POST {PLAY}" and case.body == {}:
             case.body = recording
+
+
+def texture_of(app: FastAPI) -> str:
+    """Return the name of an imported texture."""
+    line = SurfaceData(np.zeros(4, np.float32), (1e-4,))
+    kept = app.state.service.textures.store.keep("", "cloth", line, "profile", {"file": "a.csv"}, Quota())
+    return str(kept.name)
 
 
 def session_of(app: FastAPI) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Annotated
 
 from fastapi import APIRouter, Query, Request
@@ -9,6 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from starlette.responses import JSONResponse, Response
 
 from service.http import openapi
+from service.http.rate_limits import KEY
 from service.http.request_body import read_body
 from service.lifespan import service_of
 from synth.scene.output_section import QuantityName
@@ -36,5 +38,6 @@ class AccuracyParameters(BaseModel):
 )
 async def accuracy(request: Request, parameters: Annotated[AccuracyParameters, Query()]) -> Response:
     """Every method with its error and its cost on the service's machine. One measurement at a time, up to a minute."""
-    text = await read_body(request)
-    return JSONResponse(await service_of(request).measurements.answer(text, parameters.quantity, request.receive))
+    service = service_of(request)
+    read = partial(service.textures.scene, await read_body(request), request.scope.get(KEY))
+    return JSONResponse(await service.measurements.answer(read, parameters.quantity, request.receive))

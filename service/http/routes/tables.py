@@ -6,17 +6,21 @@ Limits: the table stays as long as the cache of this process has room (RIDGEWAVE
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+
 from fastapi import APIRouter, Request
 from starlette.responses import JSONResponse, Response
 
 from service.engine import Engine, TableFile
 from service.http import openapi
 from service.http.content_negotiation import is_known
+from service.http.rate_limits import KEY
 from service.http.request_body import read_body
 from service.lifespan import service_of
 from service.problems import Problem, refused
 from synth.errors import shown
-from synth.scene.scene import parse_scene_text
+from synth.scene.scene import Scene
 
 router = APIRouter(tags=["tables"])
 READS = ("too-large", "not-json", "scene-refused", "cannot-render", "closing")
@@ -45,7 +49,8 @@ async def make(request: Request) -> Response:
     text = await read_body(request)
     if service.closing:
         raise Problem("closing", "The service is shutting down.")
-    made = await service.solves.run(service.limits.caller(request.scope), _make_table, service.engine, text)
+    read = partial(service.textures.scene, text, request.scope.get(KEY))
+    made = await service.solves.run(service.limits.caller(request.scope), _make_table, service.engine, read)
     url = f"/v1/tables/{made.hash}"
     document = {"hash": made.hash, "url": url, "bytes": len(made.content)} | made.told
     return JSONResponse(document, 201, {"Location": url, "Cache-Control": "no-store"})
@@ -73,5 +78,5 @@ async def get(request: Request, hash: str) -> Response:
     return Response(body, headers=headers, media_type="application/octet-stream")
 
 
-def _make_table(engine: Engine, text: bytes) -> TableFile:
-    return engine.make_table(parse_scene_text(text))
+def _make_table(engine: Engine, read: Callable[[], Scene]) -> TableFile:
+    return engine.make_table(read())

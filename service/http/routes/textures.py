@@ -1,7 +1,8 @@
-"""`GET /v1/textures`, `/v1/textures/{name}` and its `/picture`: the catalogue.
+"""`GET /v1/textures`, `/v1/textures/{name}` and its `/picture`: the catalogue, and what the caller has imported.
 
 Model: the catalogue is part of the release, so a picture is made once per process. A browser may keep it for a day;
-    then it asks again with its ETag, which is a hash of the file.
+    then it asks again with its ETag, which is a hash of the file. That of an imported texture is made for each request,
+    because its name may come to mean another surface.
 """
 
 from __future__ import annotations
@@ -16,9 +17,12 @@ from starlette.responses import JSONResponse, Response
 
 from service.http import openapi
 from service.http.content_negotiation import is_known
+from service.http.rate_limits import KEY
+from service.lifespan import service_of
 from service.problems import Problem
+from service.store.store import StoredTexture
 from synth.errors import SceneError
-from synth.scene.catalogue import CatalogueEntry, catalogue, lookup
+from synth.scene.catalogue import CatalogueEntry, catalogue, catalogue_names, lookup
 
 router = APIRouter(tags=["textures"])
 A_DAY = "public, max-age=86400"
@@ -28,9 +32,10 @@ PICTURE: openapi.Answers = {
 }
 
 
-def entry_document(entry: CatalogueEntry) -> dict[str, Any]:
+def entry_document(entry: CatalogueEntry | StoredTexture) -> dict[str, Any]:
     """Return an entry as JSON; its `scene` is a partial scene that can be rendered or merged."""
-    return entry.description() | {"picture": f"/v1/textures/{entry.name}/picture"}
+    stored = isinstance(entry, StoredTexture)
+    return entry.description() | {"picture": f"/v1/textures/{entry.name}/picture", "stored": stored}
 
 
 @router.get(
@@ -38,11 +43,14 @@ def entry_document(entry: CatalogueEntry) -> dict[str, Any]:
     operation_id="listTextures",
     summary="List the named textures",
     response_class=JSONResponse,
-    responses=openapi.answer_of("Textures", "The catalogue, a group after the other.") | openapi.problem_answers(),
+    responses=openapi.answer_of("Textures", "The catalogue, a group after the other, then what was imported.")
+    | openapi.problem_answers("cannot-render"),
 )
-async def textures() -> Response:
+async def textures(request: Request) -> Response:
     """Each with its title and group, and the scenes that it stands for; one entry also has its numbers."""
-    found = [entry_document(entry) for entry in catalogue()]
+    own = service_of(request).textures
+    stored = await asyncio.to_thread(own.store.textures, own.owner(request.scope.get(KEY)))
+    found = [entry_document(entry) for entry in catalogue()] + [entry_document(texture) for texture in stored]
     for document in found:
         del document["numbers"]  # half of the text; a page shows those of one entry
     return JSONResponse({"textures": found})
@@ -53,11 +61,11 @@ async def textures() -> Response:
     operation_id="getTexture",
     summary="Show one named texture",
     response_class=JSONResponse,
-    responses=openapi.answer_of("NamedTexture", "The entry.") | openapi.problem_answers("not-found"),
+    responses=openapi.answer_of("NamedTexture", "The entry.") | openapi.problem_answers("not-found", "cannot-render"),
 )
-async def texture(name: str) -> Response:
-    """One entry of the catalogue."""
-    return JSONResponse(entry_document(_entry(name)))
+async def texture(request: Request, name: str) -> Response:
+    """One entry of the list."""
+    return JSONResponse(entry_document(await _entry(request, name)))
 
 
 @router.head("/v1/textures/{name}/picture", include_in_schema=False)
@@ -66,19 +74,28 @@ async def texture(name: str) -> Response:
     operation_id="getTexturePicture",
     summary="Show a picture of one named texture",
     response_class=Response,
-    responses=PICTURE | openapi.problem_answers("not-found"),
+    responses=PICTURE | openapi.problem_answers("not-found", "scene-refused", "cannot-render"),
 )
 async def texture_picture(request: Request, name: str) -> Response:
     """A PNG of 240 x 240 pixels: 5 mm x 5 mm of the surface, lit from the left. Slopes are not to scale."""
-    picture, tag = await asyncio.to_thread(_picture_of, _entry(name).name)
-    headers = {"Cache-Control": A_DAY, "ETag": f'"{tag}"'}
+    entry = await _entry(request, name)
+    if isinstance(entry, StoredTexture):
+        picture, tag = await asyncio.to_thread(_drawn, {"texture": entry.texture})
+    else:
+        picture, tag = await asyncio.to_thread(_picture_of, name)
+    headers = {"Cache-Control": "no-cache" if isinstance(entry, StoredTexture) else A_DAY, "ETag": f'"{tag}"'}
     if is_known(request, tag):
         return Response(status_code=304, headers=headers)
     headers["Content-Length"] = str(len(picture))
     return Response(b"" if request.method == "HEAD" else picture, headers=headers, media_type="image/png")
 
 
-def _entry(name: str) -> CatalogueEntry:
+async def _entry(request: Request, name: str) -> CatalogueEntry | StoredTexture:
+    if name not in catalogue_names():
+        own = service_of(request).textures
+        found = await asyncio.to_thread(own.store.find, own.owner(request.scope.get(KEY)), name)
+        if found is not None:
+            return found
     try:
         return lookup(name)
     except SceneError as error:
@@ -87,11 +104,16 @@ def _entry(name: str) -> CatalogueEntry:
 
 @cache
 def _picture_of(name: str) -> tuple[bytes, str]:
-    """Return the PNG file of an entry and its tag."""
+    """Return the PNG file of an entry of the catalogue and its tag."""
+    return _drawn(lookup(name).document)
+
+
+def _drawn(document: dict[str, Any]) -> tuple[bytes, str]:
+    """Return the PNG file of the texture of a scene and its tag."""
     from synth.encode.png import png_of
     from synth.scene.scene import parse_scene
     from synth.surfaces import profile_of
     from synth.surfaces.lit_picture import lit_picture
 
-    picture = png_of(lit_picture(profile_of(parse_scene(name))))
+    picture = png_of(lit_picture(profile_of(parse_scene(document))))
     return picture, hashlib.sha256(picture).hexdigest()[:32]

@@ -101,6 +101,21 @@ def test_a_name_that_is_no_sound_file_is_refused(client: Client, tmp_path: Path)
 # Other calls
 
 
+def test_a_texture_is_imported_used_and_deleted(client: Client, tmp_path: Path) -> None:
+    path = tmp_path / "wave.csv"
+    np.savetxt(path, 20.0 * np.sin(2.0 * np.pi * np.arange(160) / 160))
+    told = client.import_texture(path, unit="um", pixel="5 um", dry_run=True)
+    assert not told["kept"] and told["report"]["size"] == [pytest.approx(0.8e-3)]
+    made = client.import_texture(path, unit="um", pixel="5 um", level="none", name="wave")
+    assert made["kept"] and client.textures()[-1]["name"] == "wave"
+    with client.open_session({"texture": {"kind": "wave"}}) as session:
+        assert session.scene["texture"]["surface"] == made["address"]
+    client.delete_texture("wave")
+    with pytest.raises(RefusedError) as refused:
+        client.import_texture(path)
+    assert {fault.pointer for fault in refused.value.faults} == {"/unit", "/pixel"}
+
+
 def test_every_other_call_is_there(client: Client) -> None:
     assert client.healthz()
     assert client.explain({})["simulated"] == []

@@ -1,0 +1,76 @@
+"""`ridgewave import FILE`: reports what is in a file of heights, and keeps it as a texture."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from clients.command_line.exit_codes import DONE, invalid_request
+from clients.command_line.printing import print_json, print_table, say
+from service.store.own_textures import own_store
+from service.store.store import Quota, check_name, name_from_file
+from synth.encode.part_file import write_whole
+from synth.scene.quantity import Dimension, show_quantity
+from synth.surfaces.measurement.import_options import READERS, read_options
+from synth.surfaces.measurement.importing import import_surface
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Carry out the command; raises InvalidRequest, CannotRender, OSError."""
+    options = read_options({name: getattr(arguments, name) for name in READERS})
+    name = arguments.name or name_from_file(arguments.file)
+    check_name(name)
+    if arguments.picture is not None and Path(arguments.picture).suffix != ".png":
+        invalid_request("--picture", arguments.picture, "a file name that ends in .png", "Write OUT.png.")
+    found = import_surface(Path(arguments.file), options)
+    if arguments.picture is not None:
+        from synth.surfaces.measurement.relief_picture import relief_picture
+
+        write_whole(Path(arguments.picture), relief_picture(found.heights, found.spacing))
+    kept = None
+    if not arguments.dry_run:
+        kept = own_store().keep("", name, found.surface, found.kind, found.report, Quota())
+    result = {"name": name, "kept": kept is not None, "address": found.surface.address, "report": found.report}
+    if arguments.json:
+        print_json(result)
+        return DONE
+    print_table("", ("surface", "value"), report_rows(found.report))
+    for note in found.report["notes"]:
+        print(f"Note: {note}.")
+    say(f"kept as {name}" if kept else f"nothing was kept: without --dry-run it becomes the texture {name}")
+    return DONE
+
+
+def report_rows(report: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return the report of an import as rows of a table."""
+    stated = "stated by the file" if report["unit_stated_by_file"] else "given"
+    unit = "" if report["unit"] is None else f"{report['unit']}, {stated}"
+    missing = report["missing"]
+    rule = {"refuse": "", "fill": ", filled from their neighbours", "crop": ", cut away"}[missing["rule"]]
+    rows = [
+        ("file", report["file"]),
+        ("read as", f"{report['format']}: {report['layout']}"),
+        ("channel", report["channel"]),
+        ("size", " x ".join(_length(size, "mm") for size in report["size"])),
+        ("points", " x ".join(map(str, report["points"]))),
+        ("spacing", " x ".join(_length(step) for step in report["spacing"])),
+        ("unit of the heights", unit),
+        ("Rq, rms height", _length(report["rq"])),
+        ("Ra, mean height", _length(report["ra"])),
+        ("peak to valley", _length(report["peak_to_valley"])),
+        (
+            "rms slope",
+            ", ".join(f"{slope:.4g} along {axis}" for slope, axis in zip(report["rms_slope"], "xy", strict=False)),
+        ),
+        ("form removed", report["level"]),
+        ("missing points", f"{missing['points']}{rule if missing['points'] else ''}"),
+    ]
+    return [(name, value) for name, value in rows if value]
+
+
+def _length(value: float, unit: str = "") -> str:
+    if unit == "mm":
+        return f"{value * 1e3:.6g} mm"
+    return show_quantity(float(f"{value:.4g}"), Dimension.LENGTH)

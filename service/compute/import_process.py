@@ -1,0 +1,151 @@
+"""Reads an uploaded surface, in a process of its own.
+
+    python -m service.compute.import_process    {"path", "file", "options", "heights"} on standard input
+
+Model: a file from the network is read by many parsers, of which some are of other packages. A process bounds their
+    memory and time, and a fault of one ends that process only. Its outcome is one JSON object with "report", "spacing"
+    and "picture" (PNG, base64), and the heights as NPY in the file "heights"; or with "faults" (InvalidRequest) or
+    "reason" (CannotRender). AT_A_TIME imports run at a time in each process of the service; others wait.
+Limits: the bound on memory holds on Linux. A killed service leaves the process to its end.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import base64
+import json
+import os
+import resource
+import sys
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from service.problems import Problem
+from synth.errors import CannotRender, Fault, InvalidRequest
+
+if TYPE_CHECKING:
+    from synth.surfaces.surface_data import SurfaceData
+
+AT_A_TIME = 2
+LONGEST = 120.0  # s; the largest text takes a minute on a slow machine
+MOST_MEMORY = 3 * 2**30  # bytes of address space: the largest surface takes 1.2 GB, and its libraries less than 1 GB
+ROOT = Path(__file__).resolve().parents[2]  # import path of the process
+
+
+@dataclass(frozen=True)
+class Uploaded:
+    """An uploaded surface. picture: PNG, base64."""
+
+    surface: SurfaceData
+    report: dict[str, Any]
+    picture: str
+
+
+class Imports:
+    """The imports of one process of the service."""
+
+    def __init__(self) -> None:
+        self._turns = asyncio.Semaphore(AT_A_TIME)
+        self._under_way: set[asyncio.subprocess.Process] = set()
+        self._closed = False
+
+    def close(self) -> None:
+        """End the imports under way, and accept no more."""
+        self._closed = True
+        for process in self._under_way:
+            process.kill()
+
+    async def read(self, folder: Path, file: str, options: dict[str, str]) -> Uploaded:
+        """Return the surface in the file "upload" of `folder`, which is private.
+
+        file: name that the user's file has.
+        Raises InvalidRequest, CannotRender, and Problem (closing) at a shutdown.
+        """
+        request = {"path": str(folder / "upload"), "file": file, "options": options, "heights": str(folder / "heights")}
+        async with self._turns:
+            code, outcome, messages = await self._outcome(json.dumps(request).encode())
+        if self._closed:
+            raise Problem("closing", "The service is shutting down.")
+        if code < 0 or b"MemoryError" in messages:
+            raise CannotRender("The import was stopped: it needed more time or more memory than is allowed.")
+        if code != 0:
+            raise RuntimeError(f"the importing process ended with {code}:\n{messages.decode(errors='replace')}")
+        answer = json.loads(outcome)
+        if "faults" in answer:
+            raise InvalidRequest([Fault(**fault) for fault in answer["faults"]])
+        if "reason" in answer:
+            raise CannotRender(answer["reason"])
+        surface = await asyncio.to_thread(_surface, folder / "heights", answer["spacing"])
+        return Uploaded(surface, answer["report"], answer["picture"])
+
+    async def _outcome(self, request: bytes) -> tuple[int, bytes, bytes]:
+        if self._closed:
+            raise Problem("closing", "The service is shutting down.")
+        path = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
+        one_thread = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+        process = await asyncio.create_subprocess_exec(
+            sys.executable,
+            "-m",
+            "service.compute.import_process",
+            env={**os.environ, **one_thread, "PYTHONPATH": path},
+            stdin=asyncio.subprocess.PIPE,
+            stdout=asyncio.subprocess.PIPE,
+            stderr=asyncio.subprocess.PIPE,
+        )
+        self._under_way.add(process)
+        try:
+            async with asyncio.timeout(LONGEST):
+                outcome, messages = await process.communicate(request)
+        except TimeoutError:
+            return -1, b"", b""
+        finally:
+            self._under_way.discard(process)
+            if process.returncode is None:
+                process.kill()
+                await process.wait()
+        return process.returncode or 0, outcome, messages
+
+
+def _surface(path: Path, spacing: list[float]) -> SurfaceData:
+    import numpy as np
+
+    from synth.surfaces.surface_data import SurfaceData
+
+    found = SurfaceData(np.load(path), tuple(spacing))
+    assert found.address  # computed here, in a thread
+    return found
+
+
+def main() -> None:
+    """Read the request, import, and print the outcome."""
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
+    resource.setrlimit(resource.RLIMIT_CPU, (int(LONGEST), int(LONGEST)))
+    request = json.load(sys.stdin)
+    outcome: dict[str, Any]
+    try:
+        outcome = _imported(request)
+    except InvalidRequest as error:
+        outcome = {"faults": [asdict(fault) for fault in error.faults]}
+    except CannotRender as error:
+        outcome = {"reason": error.reason}
+    print(json.dumps(outcome, allow_nan=False))
+
+
+def _imported(request: dict[str, Any]) -> dict[str, Any]:
+    import numpy as np
+
+    from synth.surfaces.measurement.import_options import read_options
+    from synth.surfaces.measurement.importing import import_surface
+    from synth.surfaces.measurement.relief_picture import relief_picture
+
+    found = import_surface(Path(request["path"]), read_options(request["options"]), request["file"])
+    with open(request["heights"], "wb") as file:
+        np.save(file, found.surface.heights)
+    picture = base64.b64encode(relief_picture(found.heights, found.spacing)).decode()
+    return {"report": found.report, "spacing": list(found.spacing), "picture": picture}
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,81 @@
+"""Multipart request bodies: one file with its fields, checked for their media type and their size.
+
+The Content-Type is checked before a byte of the body is read. The size is checked while the body is read. A
+large file is kept in a temporary file meanwhile, not in memory.
+
+Limits: a form of another page is not kept off by its media type, as it is elsewhere (`request_body`). The checks of
+Origin and Host (`security`) keep it off.
+"""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+
+from starlette.datastructures import UploadFile
+from starlette.formparsers import MultiPartException
+from starlette.requests import Request
+from starlette.types import Message
+
+from service.http.request_body import too_large
+from service.problems import Problem, refused
+from synth.errors import shown
+
+FORM = "multipart/form-data"
+MOST_FIELDS = 16
+FIELD_BYTES = 4096
+
+
+@dataclass(frozen=True, slots=True)
+class Form:
+    """A file and the fields beside it, by name; empty fields are left out."""
+
+    file: UploadFile
+    fields: dict[str, str]
+
+
+@asynccontextmanager
+async def read_form(request: Request, limit: int, setting: str) -> AsyncIterator[Form]:
+    """Yield the form of a request, with its file in the field "file".
+
+    limit: largest body, in bytes, which the setting `setting` gives.
+    Raises Problem: 415 for another media type, 413 for a larger body, 422 for a form without a file.
+    """
+    if request.headers.get("content-type", "").partition(";")[0].strip().lower() != FORM:
+        raise Problem("not-multipart", f"Send Content-Type: {FORM}.", headers={"Accept-Post": FORM})
+    larger = too_large(limit, setting)
+    length = request.headers.get("content-length", "")
+    if length.isdigit() and int(length) > limit:
+        raise larger
+    total = 0
+
+    async def counted() -> Message:
+        nonlocal total
+        message = await request.receive()
+        total += len(message.get("body", b""))
+        if total > limit:
+            raise larger
+        return message
+
+    asked = Request({name: value for name, value in request.scope.items() if name != "app"}, counted)
+    try:
+        parsed = await asked.form(max_files=1, max_fields=MOST_FIELDS, max_part_size=FIELD_BYTES)
+    except (MultiPartException, UnicodeDecodeError) as error:
+        raise refused("", shown(str(error)), "a multipart form with one file", "See docs/http.md.") from error
+    try:
+        yield _checked(dict(parsed.multi_items()), len(parsed.multi_items()))
+    finally:
+        await parsed.close()
+
+
+def _checked(parts: dict[str, UploadFile | str], count: int) -> Form:
+    if len(parts) != count:
+        raise refused("", "a field twice", "each field once", "Leave one out.")
+    file = parts.pop("file", None)
+    if not isinstance(file, UploadFile):
+        raise refused("/file", "nothing" if file is None else "text", "a file", 'Send it as the field "file".')
+    fields = {name: value for name, value in parts.items() if isinstance(value, str) and value}
+    if any(isinstance(value, UploadFile) for value in parts.values()):
+        raise refused("", "two files", 'one file, in the field "file"', "Leave the other out.")
+    return Form(file, fields)

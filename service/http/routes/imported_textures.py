@@ -1,0 +1,200 @@
+"""`/v1/textures`: the textures that a key has imported: import, export, rename and delete. `textures` lists them."""
+
+from __future__ import annotations
+
+import asyncio
+import shutil
+import tempfile
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from fastapi import APIRouter, Query, Request
+from pydantic import BaseModel, ConfigDict, Field
+from starlette.responses import JSONResponse, Response
+
+from service.compute.import_process import Uploaded
+from service.http import openapi
+from service.http.openapi_components import STORED_NAME
+from service.http.rate_limits import KEY
+from service.http.request_body import PATCH, read_body
+from service.http.request_form import FORM, Form, read_form
+from service.http.routes.textures import entry_document
+from service.lifespan import Service, service_of
+from service.problems import Problem, of, refused
+from service.store.store import ALLOWED_NAME, StoredTexture, StoreFull, check_name, name_from_file
+from synth.errors import NameTaken, SceneError, shown
+from synth.scene.text import object_from_text
+
+router = APIRouter(tags=["textures"])
+NO_STORE = {"Cache-Control": "no-store"}
+TEXT = {"type": "string"}
+OPTIONS = {
+    "unit": "Unit of the numbers in the file: m, cm, mm, um, nm or inch.",
+    "pixel": "Distance between points, as in 5 um, or 5 um, 10 um for x and y.",
+    "height": "Height of a displacement map, as in 120 um.",
+    "level": "Form to remove: none, tilt or curvature.",
+    "missing": "Rule for missing points: refuse, fill or crop.",
+}
+IMPORT_BODY = {
+    "type": "object",
+    "required": ["file"],
+    "properties": {
+        "file": {"type": "string", "format": "binary", "description": "The file of heights (docs/import.md)."},
+        "name": TEXT | {"description": f"Name of the texture: {ALLOWED_NAME}. Default: that of the file."},
+        **{name: TEXT | {"description": sentence} for name, sentence in OPTIONS.items()},
+    },
+}
+RENAME_BODY = {
+    "type": "object",
+    "required": ["name"],
+    "additionalProperties": False,
+    "properties": {"name": STORED_NAME | {"description": "The new name."}},
+}
+SURFACE_FILE: openapi.Answers = {
+    200: {"description": "The file.", "content": {"application/octet-stream": openapi.BINARY}}
+}
+
+
+class ImportParameters(BaseModel):
+    """The query of an import."""
+
+    model_config = ConfigDict(extra="forbid")
+    dry_run: bool = Field(default=False, description="Report only, and keep nothing.")
+
+
+class ExportParameters(BaseModel):
+    """The query of an export."""
+
+    model_config = ConfigDict(extra="forbid")
+    format: Literal["npy", "x3p"] = Field(default="npy", description="NPY, in m, or X3P (ISO 25178-72).")
+
+
+@router.post(
+    "/v1/textures",
+    operation_id="importTexture",
+    summary="Import a measured surface",
+    status_code=201,
+    response_class=JSONResponse,
+    responses=openapi.answer_of("ImportedTexture", "The texture, kept.", 201)
+    | openapi.answer_of("ImportedTexture", "With ?dry_run=true: the report; nothing was kept.", 200)
+    | openapi.problem_answers(
+        "too-large", "not-multipart", "request-refused", "name-taken", "store-full", "cannot-render", "closing"
+    ),
+    openapi_extra={"requestBody": {"required": True, "content": {FORM: {"schema": IMPORT_BODY}}}},
+)
+async def import_texture(request: Request, parameters: Annotated[ImportParameters, Query()]) -> Response:
+    """The body is a form with the file. The answer has the report and a picture; see docs/import.md."""
+    service = service_of(request)
+    async with read_form(request, service.settings.max_import, "RIDGEWAVE_MAX_IMPORT") as form:
+        name = form.fields.pop("name", None) or name_from_file(form.file.filename or "")
+        check_name(name)
+        found = await _uploaded(service, form)
+    document: dict[str, Any] = {
+        "name": name,
+        "kept": not parameters.dry_run,
+        "address": found.surface.address,
+        "report": found.report,
+        "picture": f"data:image/png;base64,{found.picture}",
+    }
+    if parameters.dry_run:
+        return JSONResponse(document, headers=NO_STORE)
+    own = service.textures
+    keep = partial(own.store.keep, own.owner(request.scope.get(KEY)), name)
+    kept = await _stored(keep, found.surface, found.report["kind"], found.report, own.quota)
+    document["scene"] = {"texture": kept.texture}
+    return JSONResponse(document, 201, NO_STORE | {"Location": f"/v1/textures/{name}"})
+
+
+async def _uploaded(service: Service, form: Form) -> Uploaded:
+    """Return the surface of `form`, read in a process of its own."""
+    with tempfile.TemporaryDirectory(prefix="ridgewave-") as folder:
+        with (Path(folder) / "upload").open("wb") as copy:
+            await asyncio.to_thread(shutil.copyfileobj, form.file.file, copy, 1 << 20)
+        return await service.imports.read(Path(folder), form.file.filename or "", form.fields)
+
+
+async def _stored(change: Any, *arguments: Any) -> Any:
+    """Return what a change of the store returns, with its own errors as problems."""
+    try:
+        return await asyncio.to_thread(change, *arguments)
+    except NameTaken as error:
+        raise Problem("name-taken", error.reason) from error
+    except StoreFull as error:
+        raise Problem("store-full", error.reason) from error
+
+
+@router.patch(
+    "/v1/textures/{name}",
+    operation_id="renameTexture",
+    summary="Rename an imported texture",
+    response_class=JSONResponse,
+    responses=openapi.problem_answers(
+        "not-found", "too-large", "not-json", "request-refused", "name-taken", "cannot-render"
+    ),
+    openapi_extra=openapi.body(RENAME_BODY),
+)
+async def rename(request: Request, name: str) -> Response:
+    """The body is `{"name": "new-name"}`. Scenes hold the surface's address, so they do not change."""
+    own = service_of(request).textures
+    new = _new_name(await read_body(request, PATCH))
+    renamed: StoredTexture | None = await _stored(own.store.rename, own.owner(request.scope.get(KEY)), name, new)
+    if renamed is None:
+        raise _no_texture(name)
+    return JSONResponse(entry_document(renamed), headers=NO_STORE | {"Location": f"/v1/textures/{new}"})
+
+
+def _new_name(text: bytes) -> str:
+    try:
+        document = object_from_text(text)
+    except SceneError as error:
+        problem = of(error)
+        raise Problem("request-refused", problem.detail, problem.faults) from error
+    name = document.get("name")
+    if set(document) != {"name"} or not isinstance(name, str):
+        raise refused("", shown(document), 'an object with the field "name"', 'Write {"name": "new-name"}.')
+    return name
+
+
+@router.delete(
+    "/v1/textures/{name}",
+    operation_id="deleteTexture",
+    summary="Delete an imported texture",
+    status_code=204,
+    response_class=Response,
+    responses=openapi.problem_answers("not-found", "cannot-render"),
+)
+async def delete(request: Request, name: str) -> Response:
+    """Its surface goes with its last name. A session that plays it goes on."""
+    own = service_of(request).textures
+    if not await asyncio.to_thread(own.store.delete, own.owner(request.scope.get(KEY)), name):
+        raise _no_texture(name)
+    return Response(status_code=204)
+
+
+@router.get(
+    "/v1/textures/{name}/surface",
+    operation_id="exportTexture",
+    summary="Export the heights of an imported texture",
+    response_class=Response,
+    responses=SURFACE_FILE | openapi.problem_answers("not-found", "request-refused", "cannot-render"),
+)
+async def surface(request: Request, name: str, parameters: Annotated[ExportParameters, Query()]) -> Response:
+    """The heights as they were kept, float32 in m: `?format=npy` or `x3p`."""
+    own = service_of(request).textures
+    found = await asyncio.to_thread(own.store.find, own.owner(request.scope.get(KEY)), name)
+    if found is None:
+        raise _no_texture(name)
+    content = await asyncio.to_thread(_exported, service_of(request), found, parameters.format)
+    attachment = {"Content-Disposition": f'attachment; filename="{name}.{parameters.format}"'}
+    return Response(content, headers=NO_STORE | attachment, media_type="application/octet-stream")
+
+
+def _exported(service: Service, texture: StoredTexture, file_format: str) -> bytes:
+    from synth.surfaces.measurement.exporting import exported
+
+    return exported(service.textures.store.surface(texture.address), file_format)
+
+
+def _no_texture(name: str) -> Problem:
+    return refused("name", shown(name), "the name of a texture that you imported", "See /v1/textures.", "not-found")

@@ -1,0 +1,29 @@
+"""The data folder, in which imported textures are kept.
+
+Model: RIDGEWAVE_DATA_FOLDER names it, for the service and the command line alike. Unset, it is the folder that the
+    platform gives a user's programs: ~/.local/share/ridgewave on Linux (XDG_DATA_HOME), ~/Library/Application
+    Support/ridgewave on macOS, %LOCALAPPDATA%\\ridgewave on Windows. It is made when it is first written to.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+
+VARIABLE = "RIDGEWAVE_DATA_FOLDER"
+
+
+def data_folder(given: str = "") -> Path:
+    """Return the folder `given`, or that of the platform if it is empty."""
+    if given:
+        return Path(given)
+    import platformdirs
+
+    return Path(platformdirs.user_data_dir("ridgewave", appauthor=False))
+
+
+def folder_of_environment(environment: Mapping[str, str] | None = None) -> Path:
+    """Return the folder that the environment names, by default that of this process."""
+    source = os.environ if environment is None else environment
+    return data_folder(source.get(VARIABLE, "").strip())

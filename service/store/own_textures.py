@@ -1,0 +1,29 @@
+"""The textures that the user of this machine has imported, for the command line and Python: those of the owner "".
+
+Limits: the folder is that of RIDGEWAVE_DATA_FOLDER or of the platform. A service without keys that has the same folder
+    shows the same textures.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from service.store.data_folder import folder_of_environment
+from service.store.store import Store
+
+
+def own_store() -> Store:
+    """Return the user's store."""
+    return Store(folder_of_environment())
+
+
+def with_imported(document: Any) -> Any:
+    """Return the `document` of a scene, whole or partial, with the name of a texture replaced by its surface.
+
+    Scenes of this process can then use the user's surfaces.
+    """
+    from synth.surfaces.surface_data import add_source
+
+    store = own_store()
+    add_source(store.surface)
+    return store.named(document, "")

@@ -1,0 +1,306 @@
+"""The store of imported textures: names of owners, and surfaces by their content.
+
+Model: one SQLite database, textures.sqlite, in the data folder. A surface is stored once, under its address. A texture
+    is a name of an owner that points to a surface. Each change is one transaction, so a process that is killed leaves
+    it whole or absent. In WAL mode readers never wait, and writers of several processes take turns. A connection is
+    opened for each call: threads and forked processes share none.
+Source: SQLite, Atomic Commit In SQLite; Write-Ahead Logging.
+Limits: WAL needs a local disk, not a network share. A call waits up to BUSY_SECONDS for another writer. An address is
+    the hash of its content: whoever knows it can use the surface in a scene, also with another key.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import sqlite3
+from collections.abc import Iterator, Mapping
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from synth.errors import CannotRender, Fault, InvalidRequest, NameTaken, shown
+from synth.scene.catalogue import EVERYDAY, FINGER, catalogue_names
+
+if TYPE_CHECKING:  # a list of textures needs neither numpy nor scenes
+    from synth.surfaces.surface_data import SurfaceData
+
+FILE = "textures.sqlite"
+GROUP = "Imported"  # of the list of textures
+NAME = re.compile(r"[a-z0-9][a-z0-9-]{0,63}")
+ALLOWED_NAME = "1 to 64 small letters, digits and -, beginning with a letter or digit"
+BUSY_SECONDS = 20.0
+CACHED = 4  # surfaces in memory, 64 MB each at most
+TABLES = """
+CREATE TABLE IF NOT EXISTS surfaces (
+    address TEXT PRIMARY KEY, shape TEXT NOT NULL, spacing TEXT NOT NULL, heights BLOB NOT NULL
+);
+CREATE TABLE IF NOT EXISTS textures (
+    owner TEXT NOT NULL, name TEXT NOT NULL, address TEXT NOT NULL REFERENCES surfaces, kind TEXT NOT NULL,
+    report TEXT NOT NULL, created TEXT NOT NULL DEFAULT (strftime('%Y-%m-%dT%H:%M:%SZ', 'now')),
+    PRIMARY KEY (owner, name)
+);
+CREATE INDEX IF NOT EXISTS textures_by_address ON textures (address);
+"""
+
+
+class StoreFull(CannotRender):
+    """The owner's quota has no room for the texture."""
+
+
+@dataclass(frozen=True, slots=True)
+class Quota:
+    """What one owner may keep: how many textures, and bytes of surfaces. None: no bound."""
+
+    textures: int | None = None
+    bytes: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class StoredTexture:
+    """A texture of the store.
+
+    kind: "profile" or "heightmap".
+    report: of its import (docs/import.md).
+    created: time in UTC, ISO 8601.
+    """
+
+    name: str
+    address: str
+    kind: str
+    report: dict[str, Any]
+    created: str
+
+    @property
+    def texture(self) -> dict[str, str]:
+        """The texture section of its scene."""
+        return {"kind": self.kind, "surface": self.address}
+
+    def description(self) -> dict[str, Any]:
+        """Return the texture as a JSON document, with the fields of an entry of the catalogue (docs/http.md)."""
+        scan = {field: value for field, (value, _) in EVERYDAY.items()}
+        return {
+            "name": self.name,
+            "title": f"Imported from {self.report['file']}",
+            "group": GROUP,
+            "note": " ".join(f"{note}." for note in self.report.get("notes", ())),
+            "scene": {"texture": self.texture},
+            "everyday": {"finger": dict(FINGER), "texture": self.texture, "scan": scan},
+            "numbers": {},
+            "address": self.address,
+            "report": self.report,
+            "created": self.created,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Store:
+    """The store in `folder`. Stores of the same folder are equal."""
+
+    folder: Path
+
+    def keep(
+        self, owner: str, name: str, surface: SurfaceData, kind: str, report: Mapping[str, Any], quota: Quota
+    ) -> StoredTexture:
+        """Keep `surface` as `name` of `owner`; keeping the same surface under its name again changes nothing.
+
+        Raises InvalidRequest for a name that is not allowed, NameTaken, StoreFull, and CannotRender for a full disk.
+        """
+        import numpy as np
+
+        check_name(name)
+        heights = np.ascontiguousarray(surface.heights, "<f4")
+        shape, spacing = json.dumps(surface.heights.shape), json.dumps(surface.spacing)
+        with self._writing() as database:
+            known = _row(database, owner, name)
+            if known is not None and known.address != surface.address:
+                raise NameTaken(f"a texture called {name} exists already. Choose another name, or delete it first.")
+            if known is None:
+                database.execute(
+                    "INSERT OR IGNORE INTO surfaces VALUES (?, ?, ?, ?)",
+                    (surface.address, shape, spacing, heights.data.cast("B")),
+                )
+                database.execute(
+                    "INSERT INTO textures (owner, name, address, kind, report) VALUES (?, ?, ?, ?, ?)",
+                    (owner, name, surface.address, kind, json.dumps(report)),
+                )
+                _check_quota(database, owner, quota)
+            kept = _row(database, owner, name)
+        assert kept is not None
+        return kept
+
+    def textures(self, owner: str) -> list[StoredTexture]:
+        """Return the textures of `owner`, by name."""
+        with self._reading() as database:
+            rows = database.execute(f"SELECT {COLUMNS} FROM textures WHERE owner = ? ORDER BY name", (owner,))
+            return [_texture(row) for row in rows]
+
+    def find(self, owner: str, name: str) -> StoredTexture | None:
+        """Return the texture `name` of `owner`, or None."""
+        if not NAME.fullmatch(name):
+            return None
+        with self._reading() as database:
+            return _row(database, owner, name)
+
+    def rename(self, owner: str, name: str, new: str) -> StoredTexture | None:
+        """Rename the texture `name` of `owner`; None if there is none. Raises InvalidRequest, NameTaken."""
+        check_name(new)
+        with self._writing() as database:
+            if _row(database, owner, name) is None:
+                return None
+            if new != name and _row(database, owner, new) is not None:
+                raise NameTaken(f"a texture called {new} exists already. Choose another name, or delete it first.")
+            database.execute("UPDATE textures SET name = ? WHERE owner = ? AND name = ?", (new, owner, name))
+            return _row(database, owner, new)
+
+    def delete(self, owner: str, name: str) -> bool:
+        """Delete the texture `name` of `owner`, and its surface unless another texture has it; return if it existed."""
+        with self._writing() as database:
+            found = database.execute("DELETE FROM textures WHERE owner = ? AND name = ?", (owner, name)).rowcount
+            database.execute("DELETE FROM surfaces WHERE address NOT IN (SELECT address FROM textures)")
+        return found > 0
+
+    def surface(self, address: str) -> SurfaceData | None:
+        """Return the surface with `address`, or None. The last few stay in memory."""
+        return _cached_surface(self, address)
+
+    def named(self, document: Any, owner: str) -> Any:
+        """Return the `document` of a scene, whole or partial, with a name of `owner` replaced by its surface.
+
+        A name that neither a kind, nor the catalogue, nor the store has stays, and the scene is refused.
+        """
+        texture = document.get("texture") if isinstance(document, Mapping) else None
+        name = texture.get("kind") if isinstance(texture, Mapping) else None
+        if not isinstance(texture, Mapping) or not isinstance(name, str) or _is_built_in(name):
+            return document
+        found = self.find(owner, name)
+        if found is None:
+            return document
+        given = {field: value for field, value in texture.items() if field != "kind"}
+        return {**document, "texture": {**found.texture, **given}}
+
+    # The database
+
+    @property
+    def _path(self) -> Path:
+        return self.folder / FILE
+
+    @contextmanager
+    def _reading(self) -> Iterator[sqlite3.Connection]:
+        if not self._path.exists():
+            with closing(sqlite3.connect(":memory:")) as database:
+                database.executescript(TABLES)
+                yield database
+            return
+        with _told(self.folder), closing(self._connected()) as database:
+            yield database
+
+    @contextmanager
+    def _writing(self) -> Iterator[sqlite3.Connection]:
+        with _told(self.folder):
+            self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            with closing(self._connected()) as database:
+                database.execute("BEGIN IMMEDIATE")
+                try:
+                    yield database
+                    database.execute("COMMIT")
+                except BaseException:
+                    if database.in_transaction:
+                        database.execute("ROLLBACK")
+                    raise
+
+    def _connected(self) -> sqlite3.Connection:
+        database = sqlite3.connect(self._path, timeout=BUSY_SECONDS, isolation_level=None)
+        try:
+            if not database.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:
+                database.execute("PRAGMA auto_vacuum = FULL")  # a deleted surface gives its place on the disk back
+                database.execute("PRAGMA journal_mode = WAL")
+                database.executescript(TABLES)
+            database.execute("PRAGMA synchronous = FULL")  # a commit is on the disk: a power cut does not undo it
+        except BaseException:
+            database.close()
+            raise
+        return database
+
+
+COLUMNS = "name, address, kind, report, created"
+
+
+def _texture(row: tuple[str, str, str, str, str]) -> StoredTexture:
+    name, address, kind, report, created = row
+    return StoredTexture(name, address, kind, json.loads(report), created)
+
+
+def _row(database: sqlite3.Connection, owner: str, name: str) -> StoredTexture | None:
+    query = f"SELECT {COLUMNS} FROM textures WHERE owner = ? AND name = ?"
+    row = database.execute(query, (owner, name)).fetchone()
+    return None if row is None else _texture(row)
+
+
+def _check_quota(database: sqlite3.Connection, owner: str, quota: Quota) -> None:
+    """Raise StoreFull if the textures of `owner`, with a new one, are more than `quota` allows."""
+    (count,) = database.execute("SELECT count(*) FROM textures WHERE owner = ?", (owner,)).fetchone()
+    if quota.textures is not None and count > quota.textures:
+        raise StoreFull(f"You have {quota.textures} textures, the most that are kept. Delete one first.")
+    query = "SELECT coalesce(sum(length(heights)), 0) FROM surfaces WHERE address IN "
+    (size,) = database.execute(f"{query} (SELECT address FROM textures WHERE owner = ?)", (owner,)).fetchone()
+    if quota.bytes is not None and size > quota.bytes:
+        raise StoreFull(f"Your textures would have {size} bytes, and {quota.bytes} are kept. Delete one first.")
+
+
+@contextmanager
+def _told(folder: Path) -> Iterator[None]:
+    """Raise CannotRender in place of what SQLite and the file system raise."""
+    try:
+        yield
+    except (sqlite3.Error, OSError) as error:
+        raise CannotRender(f"the textures in {folder} cannot be read or kept: {error}.") from error
+
+
+@lru_cache(maxsize=CACHED)
+def _read_surface(store: Store, address: str) -> SurfaceData:
+    import numpy as np
+
+    from synth.surfaces.surface_data import SurfaceData
+
+    with store._reading() as database:
+        query = "SELECT shape, spacing, heights FROM surfaces WHERE address = ?"
+        row = database.execute(query, (address,)).fetchone()
+    if row is None:
+        raise KeyError(address)
+    shape, spacing, heights = row
+    found = SurfaceData(np.frombuffer(heights, "<f4").reshape(json.loads(shape)), tuple(json.loads(spacing)))
+    if found.address != address:
+        raise CannotRender(f"the surface {address[:12]} in {store.folder} is damaged. Import it again.")
+    return found
+
+
+def _cached_surface(store: Store, address: str) -> SurfaceData | None:
+    try:
+        return _read_surface(store, address)
+    except KeyError:
+        return None
+
+
+def check_name(name: str) -> None:
+    """Raise InvalidRequest for a name that a stored texture may not have."""
+    if not NAME.fullmatch(name):
+        raise InvalidRequest([Fault("/name", shown(name), ALLOWED_NAME, "Write a name such as my-cloth.")])
+    if _is_built_in(name):
+        allowed = "a name that is no kind of texture and not in the catalogue"
+        raise InvalidRequest([Fault("/name", shown(name), allowed, f"Write another, such as my-{name}.")])
+
+
+def name_from_file(file: str) -> str:
+    """Return a name for the texture in `file`, made of its letters and digits."""
+    words = re.findall(r"[a-z0-9]+", Path(file).stem.lower())
+    name = "-".join(words)[:64].strip("-") or "texture"
+    return f"my-{name}"[:64] if _is_built_in(name) else name
+
+
+def _is_built_in(name: str) -> bool:
+    from synth.scene.texture_registry import kinds
+
+    return name in kinds() or name in catalogue_names()

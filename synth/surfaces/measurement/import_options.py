@@ -1,0 +1,102 @@
+"""What the user says about a file: unit, distance between points, height, levelling, and the rule for missing points.
+
+Stage   SURFACES, from files. The command line and the service read the same options.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from synth.errors import Fault, InvalidRequest, shown
+from synth.scene.quantity import Dimension, QuantityError, parse_quantity, show_quantity
+from synth.surfaces.readers.surface_file import UNITS
+
+WRITTEN_UNITS = ("m", "cm", "mm", "um", "nm", "inch")
+LEVELS = ("none", "tilt", "curvature")
+RULES = ("refuse", "fill", "crop")
+SMALLEST, LARGEST = 1e-9, 0.1  # m between points
+HIGHEST = 0.02  # m; the height of a displacement map: ten times that of the highest texture
+
+
+@dataclass(frozen=True, slots=True)
+class ImportOptions:
+    """The options of an import.
+
+    unit: unit of the numbers in the file, or None.
+    pixel: distance between neighbouring columns, then rows (m), or None; one value stands for both.
+    height: height of a displacement map from its lowest to its highest number (m), or None.
+    level: the form that is removed: "none", "tilt" (a plane) or "curvature" (a surface of second order).
+    missing: what becomes of missing points: "refuse", "fill" or "crop".
+    """
+
+    unit: str | None = None
+    pixel: tuple[float, ...] | None = None
+    height: float | None = None
+    level: str = "none"
+    missing: str = "refuse"
+
+
+def read_options(fields: Mapping[str, Any]) -> ImportOptions:
+    """Return the options in `fields`; None stands for an option that is not given. Raises InvalidRequest, all faults.
+
+    pixel and height: numbers in m, or text with a unit; for unequal distances two, separated by a comma.
+    """
+    faults: list[Fault] = []
+    values: dict[str, Any] = {}
+    for name, value in fields.items():
+        if value is None:
+            continue
+        if name not in READERS:
+            known = ", ".join(READERS)
+            faults.append(Fault(f"/{name[:40]}", "an unknown option", f"the options {known}", "Leave it out."))
+            continue
+        try:
+            values[name] = READERS[name](value)
+        except QuantityError as error:
+            faults.append(Fault(f"/{name}", shown(value), error.reason, error.hint))
+    if faults:
+        raise InvalidRequest(faults)
+    return ImportOptions(**values)
+
+
+def _choice(names: tuple[str, ...]) -> Callable[[Any], str]:
+    def read(value: Any) -> str:
+        if value not in names:
+            raise QuantityError(", ".join(names), f"Write {names[0]}.")
+        return str(value)
+
+    return read
+
+
+def _length(low: float, high: float) -> Callable[[Any], float]:
+    allowed = f"{show_quantity(low, Dimension.LENGTH)} to {show_quantity(high, Dimension.LENGTH)}"
+
+    def read(value: Any) -> float:
+        try:
+            number = parse_quantity(value, Dimension.LENGTH)
+        except QuantityError as error:
+            raise QuantityError(allowed, error.hint) from error
+        if not low <= number <= high:
+            raise QuantityError(allowed, 'Write a length with its unit, such as "5 um".')
+        return number
+
+    return read
+
+
+def _pixel(value: Any) -> tuple[float, ...]:
+    parts = value.split(",") if isinstance(value, str) else [value]
+    if len(parts) > 2:
+        raise QuantityError("one length, or two separated by a comma", 'Write "5 um", or "5 um, 10 um".')
+    return tuple(_length(SMALLEST, LARGEST)(part) for part in parts)
+
+
+READERS: Mapping[str, Callable[[Any], Any]] = {
+    "unit": _choice(WRITTEN_UNITS),
+    "pixel": _pixel,
+    "height": _length(SMALLEST, HIGHEST),
+    "level": _choice(LEVELS),
+    "missing": _choice(RULES),
+}
+assert set(WRITTEN_UNITS) <= set(UNITS)

@@ -1,0 +1,95 @@
+"""Missing points of a measured surface: filled from their neighbours, or cut away.
+
+Stage   SURFACES, from files.
+Model   fill    A missing point lies on the straight line between the nearest measured points to its left and right, and
+                on that between those above and below. Of the two the mean is taken, weighted by 1 / distance between
+                the two points. So a plane is filled exactly. Where neither line exists, the height is that of the
+                nearest measured point.
+        crop    The largest rectangle (of a profile, the longest piece) without missing points is kept.
+Limits  More than MOST_FILLED of the points are not filled: that would be a drawing, not a measurement.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from synth.kernels import kernel
+from synth.surfaces.readers.surface_file import Heights, Missing, refuse_file
+
+MOST_FILLED = 0.5
+Places = tuple[slice, ...]
+
+
+def filled(heights: Heights, missing: Missing) -> Heights:
+    """Return `heights` with heights at the missing points. Raises InvalidRequest if too many are missing."""
+    share = float(np.mean(missing))
+    if share > MOST_FILLED:
+        refuse_file(f"{100 * share:.0f} % missing points", "at most 50 % of them", "Write missing = crop.")
+    grid, gaps = np.atleast_2d(heights), np.atleast_2d(missing)
+    along_x, weight_x = _between(grid, gaps)
+    along_y, weight_y = (part.T for part in _between(grid.T, gaps.T))
+    weight = weight_x + weight_y
+    found = (weight > 0.0) & gaps
+    made = grid.copy()
+    made[found] = (along_x[found] * weight_x[found] + along_y[found] * weight_y[found]) / weight[found]
+    rest = gaps & ~found
+    if np.any(rest):
+        from scipy.ndimage import distance_transform_edt
+
+        nearest = distance_transform_edt(gaps, return_distances=False, return_indices=True)
+        made[rest] = grid[tuple(index[rest] for index in nearest)]
+    return np.asarray(made.reshape(heights.shape))
+
+
+def _between(grid: Heights, gaps: Missing) -> tuple[Heights, Heights]:
+    """Return the height on the line between the measured points to the left and right, and its weight, else 0."""
+    columns = grid.shape[1]
+    index = np.arange(columns)
+    left = np.maximum.accumulate(np.where(gaps, -1, index), axis=1)
+    right = np.minimum.accumulate(np.where(gaps, columns, index)[:, ::-1], axis=1)[:, ::-1]
+    both = gaps & (left >= 0) & (right < columns)
+    row, column = np.nonzero(both)
+    before, after = left[both], right[both]
+    low, high = grid[row, before], grid[row, after]
+    height, weight = np.zeros(grid.shape), np.zeros(grid.shape)
+    height[both] = low + (high - low) * (column - before) / (after - before)
+    weight[both] = 1.0 / (after - before)
+    return height, weight
+
+
+def largest_whole_part(missing: Missing) -> Places:
+    """Return the place of the largest rectangle, or piece of a profile, without missing points.
+
+    Raises InvalidRequest if every point is missing.
+    """
+    top, bottom, left, right = _largest_rectangle(np.atleast_2d(missing))
+    if bottom - top < 1 or right - left < 1:
+        refuse_file("only missing points", "a surface with heights", "Is this the right channel?")
+    across = slice(int(left), int(right))
+    return (across,) if missing.ndim == 1 else (slice(int(top), int(bottom)), across)
+
+
+@kernel
+def _largest_rectangle(missing: Any) -> Any:
+    """Return top, bottom, left and right of the largest rectangle of False: for each row, of the heap of rows above."""
+    rows, columns = missing.shape
+    above = np.zeros(columns + 1, np.int64)
+    stack = np.zeros(columns + 1, np.int64)
+    best, found = 0, (0, 0, 0, 0)
+    for row in range(rows):
+        depth = 0
+        for column in range(columns + 1):
+            if column < columns:
+                above[column] = 0 if missing[row, column] else above[column] + 1
+            while depth > 0 and above[stack[depth - 1]] >= above[column]:
+                depth -= 1
+                height = above[stack[depth]]
+                left = stack[depth - 1] + 1 if depth > 0 else 0
+                if height * (column - left) > best:
+                    best = height * (column - left)
+                    found = (row + 1 - height, row + 1, left, column)
+            stack[depth] = column
+            depth += 1
+    return found

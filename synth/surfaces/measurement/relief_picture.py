@@ -1,0 +1,61 @@
+"""A picture of a surface: an area lit from the upper left, a profile as a line.
+
+Stage   SURFACES, from files.
+Model   Brightness is the cosine between the surface's normal and the light (Lambert). Slopes are multiplied so that
+        their rms is RMS_SHOWN, since those of most surfaces are too small to see.
+Limits  A picture shows the form, not the height. Large surfaces are averaged over blocks of points.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+from itertools import pairwise
+
+import numpy as np
+from PIL import Image
+
+from synth.surfaces.readers.surface_file import Heights
+
+WIDEST = 480  # pixels
+RMS_SHOWN = 0.4
+LIGHT = (-0.5, -0.5, 0.7071)  # from the upper left, 45 degrees high
+LINE_HEIGHT = 160  # pixels of the picture of a profile
+
+
+def relief_picture(heights: Heights, spacing: tuple[float, ...]) -> bytes:
+    """Return a PNG of `heights` (m), [n] or [rows, columns]. spacing: m, between columns, then rows."""
+    grey = _line(heights) if heights.ndim == 1 else _relief(heights, spacing)
+    written = io.BytesIO()
+    Image.fromarray(np.clip(np.rint(grey), 0, 255).astype(np.uint8)).save(written, "PNG")
+    return written.getvalue()
+
+
+def _relief(heights: Heights, spacing: tuple[float, ...]) -> Heights:
+    block = max(1, math.ceil(max(heights.shape) / WIDEST))
+    rows, columns = (count // block * block for count in heights.shape)
+    if min(rows, columns) < 2 * block:
+        means = heights[:: max(1, block), ::block]
+    else:
+        parts = heights[:rows, :columns].reshape(rows // block, block, columns // block, block)
+        means = parts.mean(axis=(1, 3))
+    down, across = (np.gradient(means, block * step, axis=axis) for axis, step in ((0, spacing[1]), (1, spacing[0])))
+    size = math.sqrt(float(np.mean(across**2 + down**2)))
+    shown = RMS_SHOWN / size if size else 0.0
+    normal = np.sqrt(1.0 + (shown * across) ** 2 + (shown * down) ** 2)
+    lit = (-shown * across * LIGHT[0] - shown * down * LIGHT[1] + LIGHT[2]) / normal
+    return np.asarray(255.0 * np.clip(lit, 0.0, 1.0))
+
+
+def _line(heights: Heights) -> Heights:
+    """Return the profile as a line: in each column of pixels from the lowest to the highest of its points."""
+    columns = min(WIDEST, len(heights))
+    edges = np.linspace(0, len(heights) - 1, columns + 1).astype(int)
+    low, high = float(np.min(heights)), float(np.max(heights))
+    scale = (LINE_HEIGHT - 9) / (high - low) if high > low else 0.0
+    grey = np.full((LINE_HEIGHT, columns), 245.0)
+    for column, (begin, end) in enumerate(pairwise(edges)):
+        part = (heights[begin : end + 1] - low) * scale
+        top, bottom = LINE_HEIGHT - 5 - int(np.max(part)), LINE_HEIGHT - 4 - int(np.min(part))
+        grey[top : bottom + 1, column] = 40.0
+    return grey

@@ -1,0 +1,77 @@
+"""The registry of file formats: finds the reader of a file by its first bytes and its ending.
+
+Stage   SURFACES, from files.
+Model   The first bytes decide where a format has a signature (PNG, TIFF, NPY). A text file is read as text if it
+        has an ending of text or none. Every other file is read by the package SurfaceTopography (the extra `surfaces`).
+Limits  The size of the file is checked before it is opened. A reader that fails on a damaged file gives a fault, never
+        another exception.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from synth.errors import RidgewaveError
+from synth.surfaces.readers import npy, png, text, tiff, topography_package
+from synth.surfaces.readers.surface_file import LARGEST_FILE, SurfaceFile, check_shape, refuse_file
+
+HEAD_BYTES = 4096  # read to tell the format; the header of a text file can be longer than a signature
+
+
+@dataclass(frozen=True, slots=True)
+class FileFormat:
+    """One format.
+
+    name: for reports.
+    fits: whether a file is of this format, given its first bytes and its ending in small letters.
+    read: returns the contents of a file.
+    """
+
+    name: str
+    fits: Callable[[bytes, str], bool]
+    read: Callable[[Path, str], SurfaceFile]
+
+
+FORMATS = (
+    FileFormat("NPY", npy.fits, npy.read),
+    FileFormat("PNG", png.fits, png.read),
+    FileFormat("TIFF", tiff.fits, tiff.read),
+    FileFormat("text", text.fits, text.read),
+    FileFormat("SurfaceTopography", lambda _head, _ending: True, topography_package.read),
+)
+"""Every format, in the order in which they are tried; the last one fits every file."""
+
+DAMAGED = (ValueError, OSError, EOFError, SyntaxError, KeyError, IndexError, TypeError, OverflowError, ArithmeticError)
+"""What readers raise for damaged files; SyntaxError is Pillow's for a broken PNG."""
+
+
+def read_surface_file(path: Path, ending: str | None = None) -> SurfaceFile:
+    """Return the contents of the file at `path`.
+
+    ending: of the name that the file had, such as ".csv"; None for that of `path`.
+    Raises InvalidRequest for a file that is too large, damaged, or of no known format; OSError if it cannot be opened.
+    """
+    ending = (path.suffix if ending is None else ending).lower()
+    if path.exists() and not path.is_file():
+        refuse_file("not a file", "a file of heights", "Name a file.")
+    size = path.stat().st_size
+    if size > LARGEST_FILE:
+        refuse_file(f"{size} bytes", f"at most {LARGEST_FILE} bytes", "Crop it, or keep every second point.")
+    if not size:
+        refuse_file("an empty file", "a file of heights", "Save the surface again.")
+    with path.open("rb") as file:
+        head = file.read(HEAD_BYTES)
+    found = next(one for one in FORMATS if one.fits(head, ending))
+    try:
+        contents = found.read(path, ending)
+    except RidgewaveError:
+        raise
+    except (*DAMAGED, struct.error, zlib.error, MemoryError) as error:
+        reason = " ".join(str(error).split())[:160] or type(error).__name__
+        refuse_file(f"a damaged {found.name} file ({reason})", "a whole file", "Save or copy it again.")
+    check_shape(contents.heights.shape)
+    return contents

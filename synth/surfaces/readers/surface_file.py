@@ -1,0 +1,99 @@
+"""What a reader finds in a file: heights as the file has them, missing points, distances, and what the file states.
+
+Stage   SURFACES, from files. `measurement.importing` makes metres of the numbers.
+Model   A reader never assumes a unit, a distance or a height. What the file does not state is None, and has to be
+        given.
+Limits  A file has at most LARGEST_FILE bytes and a surface at most MOST_POINTS points. A reader checks the size that a
+        file declares before it allocates memory for it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, NoReturn
+
+import numpy as np
+
+from synth.errors import Fault, InvalidRequest, shown
+
+Heights = np.ndarray[Any, np.dtype[np.float64]]
+Missing = np.ndarray[Any, np.dtype[np.bool_]]
+
+MOST_POINTS = 2**24  # 4096 x 4096: 64 MB as float32; the import of a larger one would take gigabytes
+LARGEST_FILE = 128 * 2**20  # bytes: MOST_POINTS points as 64-bit numbers
+FEWEST_POINTS = 2  # along each axis: one point has no spacing
+
+UNITS = {
+    "km": 1e3,
+    "m": 1.0,
+    "cm": 1e-2,
+    "mm": 1e-3,
+    "um": 1e-6,
+    "µm": 1e-6,
+    "μm": 1e-6,
+    "micron": 1e-6,
+    "microns": 1e-6,
+    "nm": 1e-9,
+    "A": 1e-10,
+    "Å": 1e-10,
+    "pm": 1e-12,
+    "inch": 0.0254,
+}
+"""Units of length that files state, in m."""
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceFile:
+    """The contents of a file.
+
+    format: name of the format.
+    layout: how the file was read, as a sentence without its full stop.
+    heights: float64 [n] along a line, or [rows, columns] over an area with x along the columns; in `unit`.
+    missing: bool, of the same shape: points without a height.
+    unit: unit of the heights that the file states (a key of UNITS), or None.
+    spacing: distance between neighbouring columns, then rows, in `spacing_unit`; None if the file does not state it.
+    spacing_unit: unit of the spacing that the file states. None with a spacing: the numbers have the heights' unit.
+    full_scale: of a displacement map, the number that stands for its greatest height; None for real heights.
+    tagged: the spacing comes from a tag that image programs also write without a meaning; a given one replaces it.
+    channel: name of the channel, or "".
+    notes: sentences for the user.
+    """
+
+    format: str
+    layout: str
+    heights: Heights
+    missing: Missing
+    unit: str | None = None
+    spacing: tuple[float, ...] | None = None
+    spacing_unit: str | None = None
+    full_scale: float | None = None
+    tagged: bool = False
+    channel: str = ""
+    notes: tuple[str, ...] = ()
+
+
+def refuse_file(value: object, allowed: str, hint: str) -> NoReturn:
+    """Raise InvalidRequest for the file. value: what was found in it."""
+    raise InvalidRequest([Fault("/file", value if isinstance(value, str) else shown(value), allowed, hint)])
+
+
+def check_shape(shape: tuple[int, ...]) -> None:
+    """Raise InvalidRequest for a shape that no surface may have. Call it before memory is allocated."""
+    points = math.prod(shape)
+    size = " x ".join(str(count) for count in shape) + " points"
+    if len(shape) not in (1, 2):
+        refuse_file(f"an array of {len(shape)} dimensions", "heights along a line or over an area", "Keep one array.")
+    if points > MOST_POINTS:
+        refuse_file(size, f"at most {MOST_POINTS} points", "Crop it, or keep every second point.")
+    if min(shape) < FEWEST_POINTS:
+        refuse_file(size, f"at least {FEWEST_POINTS} points along each axis", "Is this the file of the surface?")
+
+
+def finite_heights(values: np.ndarray[Any, Any]) -> tuple[Heights, Missing]:
+    """Return `values` as float64, with 0 at missing points, and where they are missing: NaN and infinite numbers."""
+    masked = np.ma.getmaskarray(values) if isinstance(values, np.ma.MaskedArray) else False
+    heights = np.array(np.ma.getdata(values), np.float64)
+    missing = ~np.isfinite(heights) | masked
+    heights[missing] = 0.0
+    return heights, missing

@@ -1,0 +1,145 @@
+"""Formats of instruments, by the package SurfaceTopography: X3P, SUR, OPD, DI, SDF, Gwyddion, Zygo, Keyence and others.
+
+Stage   SURFACES, from files.
+Model   A reader of the package is tried if the first bytes are of its format, or if they may be and the ending is. It
+        gives each channel with its sizes and units. The first channel of heights is read. The package is imported only
+        for such a file.
+Source  SurfaceTopography (MIT), https://contactengineering.github.io/SurfaceTopography/.
+Limits  Needs the extra `surfaces`. A profile with unequal steps is refused. The package reads the whole header, and
+        some formats wholly, before the number of points is known. The size of what a ZIP file holds is checked first,
+        and on Linux the process may not take more than MOST_MEMORY meanwhile.
+"""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from synth.errors import CannotRender, RidgewaveError
+from synth.surfaces.readers.surface_file import UNITS, SurfaceFile, check_shape, finite_heights, refuse_file
+
+LARGEST_UNPACKED = 2**28  # bytes of all files in a ZIP file: twice MOST_POINTS heights as 64-bit numbers
+MOST_MEMORY = 2**30  # bytes: MOST_POINTS heights eight times; a false size in a header can ask for any number
+HEAD_BYTES = 512  # that the package looks at to tell a format
+STEPS_WITHIN = 1e-3  # of a step, by which the steps of a profile may differ
+INSTALL = "pip install 'ridgewave[surfaces]'"
+
+
+def read(path: Path, ending: str) -> SurfaceFile:
+    """Return the contents. Raises InvalidRequest, CannotRender where the package is not installed."""
+    try:
+        from SurfaceTopography.IO import MagicMatch, readers
+    except ImportError as error:
+        raise CannotRender(
+            f"The format of this file is read by the package SurfaceTopography, which is not installed: {INSTALL}. "
+            "Without it, text, NPY, PNG and TIFF can be read."
+        ) from error
+    _check_unpacked(path)
+    with path.open("rb") as file:
+        head = file.read(HEAD_BYTES)
+    matches = {reader: reader.can_read(head) for reader in readers}
+    fitting = [reader for reader, match in matches.items() if match is MagicMatch.YES]
+    fitting += [
+        reader
+        for reader, match in matches.items()
+        if match is MagicMatch.MAYBE and ending.removeprefix(".") in (reader.file_extensions() or ())
+    ]
+    if not fitting:
+        refuse_file(
+            "a file of no known format",
+            "text, NPY, PNG, TIFF, or a format that SurfaceTopography reads",
+            "Export the surface as X3P or as text.",
+        )
+    reason = ""
+    for reader in fitting:
+        try:
+            with bounded_memory(), reader(str(path)) as opened:
+                return _contents(opened)
+        except RidgewaveError:
+            raise
+        except Exception as error:  # a third-party parser on a damaged file: whatever it raises is the file's fault
+            reason = reason or " ".join(str(error).replace(str(path), "the file").split())[:160] or type(error).__name__
+    refuse_file(f"a damaged file ({reason})", "a whole file", "Save or copy it again.")
+
+
+@contextmanager
+def bounded_memory() -> Iterator[None]:
+    """Let the process take MOST_MEMORY more at most. Beyond, an allocation raises MemoryError."""
+    import resource
+
+    soft, hard = resource.getrlimit(resource.RLIMIT_AS)
+    statm = Path("/proc/self/statm")
+    if not statm.exists():
+        yield
+        return
+    bound = int(statm.read_text().split()[0]) * resource.getpagesize() + MOST_MEMORY
+    resource.setrlimit(resource.RLIMIT_AS, (bound if soft == resource.RLIM_INFINITY else min(soft, bound), hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
+
+
+def _check_unpacked(path: Path) -> None:
+    """Refuse a ZIP file whose contents would be too large. Python never unpacks more of a file than it declares."""
+    if not zipfile.is_zipfile(path):
+        return
+    with zipfile.ZipFile(path) as packed:
+        size = sum(entry.file_size for entry in packed.infolist())
+    if size > LARGEST_UNPACKED:
+        refuse_file(f"{size} bytes when unpacked", f"at most {LARGEST_UNPACKED} bytes", "Crop the surface.")
+
+
+def _contents(reader: Any) -> SurfaceFile:
+    channels = reader.height_channels
+    if not channels:
+        found = ", ".join(str(channel.name) for channel in reader.channels)[:80]
+        refuse_file(f"the channels {found}", "a channel of heights", "Export the heights.")
+    default = reader.default_channel
+    channel = default if default.is_height_channel else channels[0]
+    points = tuple(channel.nb_grid_pts or (2,))
+    check_shape(points[:1] if points[1:] == (1,) else points)
+    sizes = {} if channel.physical_sizes is not None else {"physical_sizes": _counts(channel)}
+    surface = channel.topography(**sizes)
+    stored = np.ma.asarray(surface.heights())
+    one_row = stored.ndim == 2 and stored.shape[1] == 1
+    heights, missing = finite_heights(stored.ravel() if one_row else stored.T)
+    notes: tuple[str, ...] = ()
+    if len(channels) > 1:
+        others = ", ".join(str(other.name) for other in channels if other is not channel)
+        notes = (f"It has other channels of heights, which were not read: {others[:120]}",)
+    unit = surface.unit
+    if unit is not None and unit not in UNITS:
+        refuse_file(f"heights in {unit}", "heights in a unit of length", "Export them in um.")
+    return SurfaceFile(
+        reader.format(),
+        f"{reader.name()}, read by SurfaceTopography",
+        heights,
+        missing,
+        unit,
+        None if sizes else _spacing(surface)[: heights.ndim],
+        unit,
+        channel=str(channel.name),
+        notes=notes,
+    )
+
+
+def _counts(channel: Any) -> tuple[float, ...]:
+    """Return sizes of one for each point: the file states none."""
+    return tuple(float(count) for count in channel.nb_grid_pts)
+
+
+def _spacing(surface: Any) -> tuple[float, ...]:
+    """Return the distances between points; raises InvalidRequest if those of a profile are not equal."""
+    if surface.is_uniform:
+        return tuple(float(value) for value in surface.pixel_size)
+    steps = np.diff(surface.positions())
+    mean = float(np.mean(steps))
+    if not np.all(np.abs(steps - mean) <= STEPS_WITHIN * abs(mean)):
+        refuse_file("a profile with unequal steps", "equal steps of x", "Resample it to equal steps first.")
+    return (mean,)

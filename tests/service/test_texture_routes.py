@@ -1,0 +1,173 @@
+"""Imported textures over HTTP: report, keep, use in scenes, export, rename, delete; each key has its own."""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections.abc import AsyncIterator, Iterator
+from pathlib import Path
+from typing import Any
+
+import httpx
+import numpy as np
+import pytest
+from fastapi import FastAPI
+from PIL import Image
+
+from service.app import create_app
+from service.engine import SynthEngine
+from synth.scene.catalogue import catalogue_names
+from tests.service.harness import ask, problem, settings_of
+
+HEIGHTS = 20.0 * np.sin(2.0 * np.pi * np.arange(200) / 200)  # um
+SCAN = "\n".join(map(repr, HEIGHTS.tolist())).encode()
+GIVEN = {"unit": "um", "pixel": "5 um"}
+KEYS = ({"Authorization": "Bearer one"}, {"Authorization": "Bearer two"})
+
+
+@pytest.fixture
+def own(tmp_path: Path) -> Iterator[FastAPI]:
+    """An application with a data folder of its own."""
+    made = create_app(settings_of(data_folder=tmp_path / "data"), SynthEngine(1 << 26))
+    yield made
+    made.state.service.finish()
+
+
+@pytest.fixture
+def keyed(tmp_path: Path) -> Iterator[FastAPI]:
+    made = create_app(
+        settings_of(data_folder=tmp_path / "data", api_keys="one,two", textures_per_key=2, texture_bytes_per_key=2000),
+        SynthEngine(1 << 26),
+    )
+    yield made
+    made.state.service.finish()
+
+
+def post(app: FastAPI, content: bytes = SCAN, file: str = "scan.csv", query: str = "", **rest: Any) -> httpx.Response:
+    data = rest.pop("data", {**GIVEN, "name": "cloth"})
+    return ask(app, "POST", f"/v1/textures{query}", files={"file": (file, content)}, data=data, **rest)
+
+
+async def pieces() -> AsyncIterator[bytes]:
+    """Yield a body whose length is not announced."""
+    yield b'--x\r\nContent-Disposition: form-data; name="file"; filename="a.csv"\r\n\r\n'
+    for _ in range(2000):
+        yield b"1"
+
+
+def names(app: FastAPI, **rest: Any) -> list[str]:
+    return [entry["name"] for entry in ask(app, "GET", "/v1/textures", **rest).json()["textures"] if entry["stored"]]
+
+
+def test_a_dry_run_reports_and_keeps_nothing(own: FastAPI, tmp_path: Path) -> None:
+    answer = post(own, query="?dry_run=true")
+    assert answer.status_code == 200
+    document = answer.json()
+    report = document["report"]
+    assert document["kept"] is False and "scene" not in document and report["file"] == "scan.csv"
+    assert report["rq"] == pytest.approx(20e-6 / np.sqrt(2.0)) and report["size"] == [pytest.approx(1e-3)]
+    picture = base64.b64decode(document["picture"].removeprefix("data:image/png;base64,"))
+    assert Image.open(io.BytesIO(picture)).format == "PNG"
+    assert names(own) == [] and not (tmp_path / "data").exists()
+
+
+def test_an_imported_texture_is_listed_shown_exported_renamed_and_deleted(own: FastAPI) -> None:
+    made = post(own)
+    assert made.status_code == 201 and made.headers["location"] == "/v1/textures/cloth"
+    listed = ask(own, "GET", "/v1/textures").json()["textures"]
+    assert [entry["name"] for entry in listed] == [*catalogue_names(), "cloth"]
+    shown = ask(own, "GET", "/v1/textures/cloth").json()
+    assert {**shown, "numbers": {}} == {**listed[-1], "numbers": {}} and listed[-1]["group"] == "Imported"
+    assert shown["scene"] == made.json()["scene"] and shown["stored"] is True
+    picture = ask(own, "GET", "/v1/textures/cloth/picture")
+    assert picture.headers["cache-control"] == "no-cache" and picture.content.startswith(b"\x89PNG")
+    saved = ask(own, "GET", "/v1/textures/cloth/surface?format=npy")
+    np.testing.assert_allclose(np.load(io.BytesIO(saved.content)), HEIGHTS * 1e-6, atol=1e-11)
+    assert ask(own, "GET", "/v1/textures/cloth/surface?format=x3p").content.startswith(b"PK")
+    renamed = ask(own, "PATCH", "/v1/textures/cloth", json={"name": "wool"})
+    assert renamed.status_code == 200 and renamed.json()["scene"] == shown["scene"]
+    problem(ask(own, "GET", "/v1/textures/cloth"), 404, "not-found")
+    assert ask(own, "DELETE", "/v1/textures/wool").status_code == 204
+    problem(ask(own, "DELETE", "/v1/textures/wool"), 404, "not-found")
+
+
+@pytest.mark.parametrize(
+    ("data", "pointers"),
+    [
+        ({}, {"/unit", "/pixel"}),
+        ({**GIVEN, "level": "flat"}, {"/level"}),
+        ({**GIVEN, "name": "../etc"}, {"/name"}),
+        ({**GIVEN, "name": "sinusoid"}, {"/name"}),
+        ({**GIVEN, "colour": "red"}, {"/colour"}),
+        ({**GIVEN, "height": "1 mm"}, {"/height"}),
+    ],
+)
+def test_what_is_missing_or_wrong_is_refused_with_its_field(
+    own: FastAPI, data: dict[str, str], pointers: set[str]
+) -> None:
+    document = problem(post(own, data=data), 422, "request-refused")
+    assert {fault["pointer"] for fault in document["errors"]} == pointers and names(own) == []
+
+
+def test_the_body_is_a_form_with_one_file_of_a_bounded_size(own: FastAPI, tmp_path: Path) -> None:
+    problem(ask(own, "POST", "/v1/textures", json={}), 415, "not-multipart")
+    problem(ask(own, "POST", "/v1/textures", files={"other": ("a.csv", SCAN)}), 422, "request-refused")
+    problem(
+        ask(own, "POST", "/v1/textures", files=[("file", ("a", SCAN)), ("file", ("b", SCAN))]), 422, "request-refused"
+    )
+    broken = {"Content-Type": "multipart/form-data; boundary=x"}
+    problem(ask(own, "POST", "/v1/textures", content=b"--x\r\nno form", headers=broken), 422, "request-refused")
+    problem(
+        ask(own, "POST", "/v1/textures", content=b"x", headers={"Content-Type": "multipart/form-data"}),
+        422,
+        "request-refused",
+    )
+    small = create_app(settings_of(data_folder=tmp_path / "small", max_import=1024), SynthEngine(0))
+    problem(post(small), 413, "too-large")
+    problem(ask(small, "POST", "/v1/textures", content=pieces(), headers=broken), 413, "too-large")
+
+
+def test_a_file_with_a_path_in_its_name_is_kept_in_the_store_only(own: FastAPI, tmp_path: Path) -> None:
+    made = post(own, file="../../escape.csv", data=GIVEN).json()
+    assert made["name"] == "escape" and made["report"]["file"] == "escape.csv"
+    assert {path.name for path in (tmp_path / "data").iterdir()} <= {
+        f"textures.sqlite{end}" for end in ("", "-wal", "-shm")
+    }
+
+
+def test_writes_of_other_pages_are_refused(own: FastAPI) -> None:
+    for headers in ({"Origin": "https://evil.example"}, {"Sec-Fetch-Site": "cross-site"}):
+        problem(post(own, headers=headers), 403, "origin-refused")
+    assert names(own) == []
+
+
+def test_a_texture_belongs_to_its_key(keyed: FastAPI) -> None:
+    mine, yours = KEYS
+    problem(post(keyed), 401, "key-required")
+    assert post(keyed, headers=mine).status_code == 201
+    assert names(keyed, headers=mine) == ["cloth"] and names(keyed, headers=yours) == []
+    for method, path in (("GET", ""), ("DELETE", ""), ("GET", "/surface"), ("GET", "/picture"), ("PATCH", "")):
+        body: dict[str, Any] = {"json": {"name": "mine"}} if method == "PATCH" else {}
+        problem(ask(keyed, method, f"/v1/textures/cloth{path}", headers=yours, **body), 404, "not-found")
+    scene = {"texture": {"kind": "cloth"}}
+    problem(ask(keyed, "POST", "/v1/explain", json=scene, headers=yours), 422, "scene-refused")
+    assert post(keyed, headers=yours).status_code == 201
+
+
+def test_quotas_and_names_that_are_taken(keyed: FastAPI) -> None:
+    mine = KEYS[0]
+    assert post(keyed, headers=mine).status_code == post(keyed, headers=mine).status_code == 201  # the same again
+    other = "\n".join(map(repr, (2.0 * HEIGHTS).tolist())).encode()
+    problem(post(keyed, other, headers=mine), 409, "name-taken")
+    large = SCAN + b"\n" + SCAN + b"\n" + SCAN
+    problem(post(keyed, large, data={**GIVEN, "name": "large"}, headers=mine), 413, "store-full")
+    assert post(keyed, other, data={**GIVEN, "name": "felt"}, headers=mine).status_code == 201
+    problem(post(keyed, other, data={**GIVEN, "name": "third"}, headers=mine), 413, "store-full")
+    problem(ask(keyed, "PATCH", "/v1/textures/felt", json={"name": "cloth"}, headers=mine), 409, "name-taken")
+
+
+def test_a_bomb_gets_a_fault_and_the_service_goes_on(own: FastAPI) -> None:
+    from tests.synth.surfaces.readers.bad_files import png_of
+
+    problem(post(own, png_of(40_000, 40_000, content=bytes(1000)), "bomb.png"), 422, "request-refused")
+    assert post(own).status_code == 201

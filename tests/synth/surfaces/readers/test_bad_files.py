@@ -1,0 +1,75 @@
+"""Bad files: each gets one clear fault, quickly, and none takes more memory than a surface may."""
+
+from __future__ import annotations
+
+import resource
+import time
+import tracemalloc
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+
+from synth.errors import CannotRender, InvalidRequest
+from synth.surfaces.measurement.import_options import read_options
+from synth.surfaces.measurement.importing import import_surface
+from synth.surfaces.readers.surface_file import LARGEST_FILE
+from tests.synth.surfaces.readers.bad_files import bad_files
+
+MEMORY = 64 * 2**20  # bytes: none of the files holds a surface of more than a few thousand points
+SECONDS = 10.0
+OPTIONS = read_options({"unit": "um"})  # and no distance between points
+
+
+def test_two_hundred_bad_files_get_a_clear_fault_and_little_memory(tmp_path: Path) -> None:
+    count = 0
+    with suppress(ImportError):  # before memory is measured
+        import SurfaceTopography.IO  # noqa: F401
+    for name, content in bad_files():
+        path = tmp_path / name
+        path.write_bytes(content)
+        del content
+        began = time.perf_counter()
+        tracemalloc.start()
+        before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        try:
+            import_surface(path, OPTIONS)
+        except InvalidRequest as error:
+            fault = error.faults[0]
+            assert fault.value and fault.allowed and fault.hint and str(tmp_path) not in str(error), name
+        except CannotRender as error:  # the extra `surfaces` is not installed
+            assert "pip install" in error.reason
+        else:
+            pytest.fail(f"{name} was imported")
+        finally:
+            peak = tracemalloc.get_traced_memory()[1]
+            tracemalloc.stop()
+        grown = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) * 1024
+        assert peak < MEMORY, f"{name}: {peak} bytes"
+        assert grown < 8 * MEMORY, f"{name}: {grown} bytes"  # the first file also loads the package
+        assert time.perf_counter() - began < SECONDS, name
+        path.unlink()
+        count += 1
+    assert count == 200
+
+
+def test_a_file_is_refused_by_its_size_before_it_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "large.csv"
+    with path.open("wb") as file:
+        file.truncate(LARGEST_FILE + 1)  # a hole: no disk is used
+    with pytest.raises(InvalidRequest, match=f"at most {LARGEST_FILE} bytes"):
+        import_surface(path, OPTIONS)
+
+
+def test_a_path_in_the_name_is_left_out_of_the_report(tmp_path: Path) -> None:
+    path = tmp_path / "part"
+    path.write_text("1\n2\n3\n")
+    found = import_surface(path, read_options({"unit": "um", "pixel": "5 um"}), "../../etc/scan.csv")
+    assert found.report["file"] == "scan.csv"
+
+
+def test_folders_and_missing_files_are_told(tmp_path: Path) -> None:
+    with pytest.raises(InvalidRequest, match="not a file"):
+        import_surface(tmp_path, OPTIONS)
+    with pytest.raises(FileNotFoundError):
+        import_surface(tmp_path / "none.csv", OPTIONS)

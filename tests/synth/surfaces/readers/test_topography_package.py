@@ -1,0 +1,114 @@
+"""Formats of instruments: what is imported equals what the package SurfaceTopography itself finds in the file."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from synth.errors import CannotRender, InvalidRequest
+from synth.surfaces.measurement.import_options import ImportOptions, read_options
+from synth.surfaces.measurement.importing import import_surface
+from synth.surfaces.readers.file_formats import read_surface_file
+from tests.synth.surfaces.readers.package_comparison import values_of_import, values_of_package, worst_difference
+
+GRID = np.random.default_rng(5).normal(size=(12, 17))  # rows along y
+
+
+def test_without_the_package_the_message_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "SurfaceTopography.IO", None)
+    path = tmp_path / "scan.sur"
+    path.write_bytes(b"DIGITAL SURF" + bytes(600))
+    with pytest.raises(CannotRender, match=r"pip install 'ridgewave\[surfaces\]'"):
+        read_surface_file(path)
+
+
+def _netcdf(path: Path, package: Any) -> None:
+    package.Topography(GRID.T.copy(), (34.0, 24.0), unit="µm").to_netcdf(str(path))
+
+
+def _netcdf_line(path: Path, package: Any) -> None:
+    package.UniformLineScan(GRID[0].copy(), 34.0, unit="nm").to_netcdf(str(path))
+
+
+def _matlab(path: Path, _package: Any) -> None:
+    from scipy.io import savemat
+
+    savemat(path, {"heights": GRID.T})
+
+
+def _hdf5(path: Path, _package: Any) -> None:
+    import h5py
+
+    with h5py.File(path, "w") as file:
+        file["heights"] = GRID.T
+
+
+def _text(path: Path, _package: Any) -> None:
+    header = "# Channel: Topo\n# Width: 34 µm\n# Height: 24 µm\n# Value units: nm\n"
+    path.write_text(header + "\n".join(" ".join(map(repr, row)) for row in GRID.tolist()))
+
+
+def _triples(path: Path, _package: Any) -> None:
+    y, x = np.mgrid[:12, :17]
+    np.savetxt(path, np.column_stack([x.ravel() * 0.5, y.ravel() * 0.25, GRID.ravel()]))
+
+
+def _npy(path: Path, _package: Any) -> None:
+    np.save(path, GRID)
+
+
+def _sdf(path: Path, _package: Any) -> None:
+    """ISO 25178-71, as text; heights are whole numbers times Zscale, in m."""
+    fields = "NumPoints = 17\nNumProfiles = 12\nXscale = 2e-6\nYscale = 3e-6\nZscale = 1e-9\nZresolution = -1\n"
+    head = f"aISO-1.0\nManufacID = made here\nCreateDate = 251120261000\nModDate = 251120261000\n{fields}"
+    rows = "\n".join(" ".join(map(str, row)) for row in np.rint(1000.0 * GRID).astype(int).tolist())
+    path.write_text(f"{head}Compression = 0\nDataType = 5\nCheckType = 0\n*\n{rows}\n*\n")
+
+
+CASES: dict[str, tuple[Any, dict[str, Any]]] = {
+    "scan.nc": (_netcdf, {}),
+    "line.nc": (_netcdf_line, {}),
+    "scan.mat": (_matlab, {"unit": "um", "pixel": "5 um"}),
+    "scan.h5": (_hdf5, {"unit": "um", "pixel": "5 um, 7 um"}),
+    "scan.asc": (_text, {}),
+    "scan.xyz": (_triples, {"unit": "um"}),
+    "scan.npy": (_npy, {"unit": "nm", "pixel": "1 um"}),
+    "scan.sdf": (_sdf, {}),
+}
+
+
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")  # inside the package
+@pytest.mark.parametrize("name", CASES)
+def test_sizes_and_roughness_are_those_of_the_package(tmp_path: Path, name: str) -> None:
+    package = pytest.importorskip("SurfaceTopography", reason="needs the extra surfaces")
+    write, given = CASES[name]
+    path = tmp_path / name
+    write(path, package)
+    options = read_options(given)
+    ours, theirs = values_of_import(path, options), values_of_package(path, options)
+    if name == "scan.npy":  # the package takes the first index of an array for x, and an image or a table has rows
+        theirs["points"], theirs["size"] = theirs["points"][::-1], theirs["size"][::-1]
+    assert worst_difference(ours, theirs) < 1e-9
+
+
+def test_units_of_the_file_are_kept_and_not_replaced(tmp_path: Path) -> None:
+    package = pytest.importorskip("SurfaceTopography", reason="needs the extra surfaces")
+    path = tmp_path / "scan.nc"
+    _netcdf(path, package)
+    report = import_surface(path, ImportOptions()).report
+    assert report["unit"] == "µm" and report["unit_stated_by_file"]
+    with pytest.raises(InvalidRequest) as refused:
+        import_surface(path, read_options({"unit": "nm", "pixel": "1 um"}))
+    assert {fault.pointer for fault in refused.value.faults} == {"/unit", "/pixel"}
+
+
+def test_an_ending_that_the_package_does_not_know_is_refused(tmp_path: Path) -> None:
+    pytest.importorskip("SurfaceTopography", reason="needs the extra surfaces")
+    path = tmp_path / "scan.docx"
+    path.write_bytes(b"some words" * 100)
+    with pytest.raises(InvalidRequest, match="no known format"):
+        read_surface_file(path)
