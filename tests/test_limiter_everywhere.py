@@ -306,7 +306,8 @@ def test_every_call_that_sounds_is_walked_here() -> None:
     sounding = {
         (method, path)
         for path, methods in paths.items()
-        if not path.startswith("/v1/tables/")  # bytes that are no sound: a response table
+        # bytes that are no sound: a response table, the heights of a surface
+        if not path.startswith("/v1/tables/") and not path.endswith("/surface")
         for method, call in methods.items()
         for answer in call["responses"].values()
         if any(kind.startswith("audio/") or kind == "application/octet-stream" for kind in answer.get("content", {}))
