@@ -68,8 +68,8 @@ def test_every_requirement_says_why_it_is_there() -> None:
 def test_what_is_imported_is_required() -> None:
     """Runtime code imports the standard library, the three packages, and what pyproject.toml requires.
 
-    What draws a figure also imports what the extra `plots` requires, and the reader of instruments' files what `surfaces`
-    requires.
+    What draws a figure also imports what the extra `plots` requires. The reader of instruments' files imports what the
+    extra `surfaces` requires.
     """
     from tests.test_layers import ROOMS, imports_of, sources
 
