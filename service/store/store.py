@@ -33,6 +33,10 @@ NAME = re.compile(r"[a-z0-9][a-z0-9-]{0,63}")
 ALLOWED_NAME = "1 to 64 small letters, digits and -, beginning with a letter or digit"
 BUSY_SECONDS = 20.0
 CACHED = 4  # surfaces in memory, 64 MB each at most
+UNREADABLE = (
+    "the imported textures cannot be read or kept. The data folder (RIDGEWAVE_DATA_FOLDER) must be writable and have "
+    "room, and textures.sqlite in it must be whole."
+)
 TABLES = """
 CREATE TABLE IF NOT EXISTS surfaces (
     address TEXT PRIMARY KEY, shape TEXT NOT NULL, spacing TEXT NOT NULL, heights BLOB NOT NULL
@@ -194,12 +198,12 @@ class Store:
                 database.executescript(TABLES)
                 yield database
             return
-        with _told(self.folder), closing(self._connected()) as database:
+        with _told(), closing(self._connected()) as database:
             yield database
 
     @contextmanager
     def _writing(self) -> Iterator[sqlite3.Connection]:
-        with _told(self.folder):
+        with _told():
             self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
             with closing(self._connected()) as database:
                 database.execute("BEGIN IMMEDIATE")
@@ -251,12 +255,12 @@ def _check_quota(database: sqlite3.Connection, owner: str, quota: Quota) -> None
 
 
 @contextmanager
-def _told(folder: Path) -> Iterator[None]:
-    """Raise CannotRender in place of what SQLite and the file system raise."""
+def _told() -> Iterator[None]:
+    """Raise CannotRender in place of what SQLite and the file system raise, without their words or any path."""
     try:
         yield
     except (sqlite3.Error, OSError) as error:
-        raise CannotRender(f"the textures in {folder} cannot be read or kept: {error}.") from error
+        raise CannotRender(UNREADABLE) from error
 
 
 @lru_cache(maxsize=CACHED)
@@ -273,7 +277,7 @@ def _read_surface(store: Store, address: str) -> SurfaceData:
     shape, spacing, heights = row
     found = SurfaceData(np.frombuffer(heights, "<f4").reshape(json.loads(shape)), tuple(json.loads(spacing)))
     if found.address != address:
-        raise CannotRender(f"the surface {address[:12]} in {store.folder} is damaged. Import it again.")
+        raise CannotRender(f"the surface {address[:12]} is damaged. Import it again.")
     return found
 
 

@@ -71,7 +71,6 @@ def read_surface_file(path: Path, ending: str | None = None) -> SurfaceFile:
     except RidgewaveError:
         raise
     except (*DAMAGED, struct.error, zlib.error, MemoryError) as error:
-        reason = " ".join(str(error).split())[:160] or type(error).__name__
-        refuse_file(f"a damaged {found.name} file ({reason})", "a whole file", "Save or copy it again.")
+        refuse_file(f"a damaged {found.name} file", "a whole file", "Save or copy it again.", error)
     check_shape(contents.heights.shape)
     return contents

@@ -73,9 +73,14 @@ class SurfaceFile:
     notes: tuple[str, ...] = ()
 
 
-def refuse_file(value: object, allowed: str, hint: str) -> NoReturn:
-    """Raise InvalidRequest for the file. value: what was found in it."""
-    raise InvalidRequest([Fault("/file", value if isinstance(value, str) else shown(value), allowed, hint)])
+def refuse_file(value: object, allowed: str, hint: str, cause: BaseException | None = None) -> NoReturn:
+    """Raise InvalidRequest for the file.
+
+    value: what was found in it.
+    cause: what a reader raised; its words may have paths, so they are not shown.
+    """
+    fault = Fault("/file", value if isinstance(value, str) else shown(value), allowed, hint)
+    raise InvalidRequest([fault]) from cause
 
 
 def check_shape(shape: tuple[int, ...]) -> None:

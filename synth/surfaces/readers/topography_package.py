@@ -55,7 +55,7 @@ def read(path: Path, ending: str) -> SurfaceFile:
             "text, NPY, PNG, TIFF, or a format that SurfaceTopography reads",
             "Export the surface as X3P or as text.",
         )
-    reason = ""
+    cause: BaseException | None = None
     for reader in fitting:
         try:
             with bounded_memory(), reader(str(path)) as opened:
@@ -63,8 +63,8 @@ def read(path: Path, ending: str) -> SurfaceFile:
         except RidgewaveError:
             raise
         except Exception as error:  # a third-party parser on a damaged file: whatever it raises is the file's fault
-            reason = reason or " ".join(str(error).replace(str(path), "the file").split())[:160] or type(error).__name__
-    refuse_file(f"a damaged file ({reason})", "a whole file", "Save or copy it again.")
+            cause = cause or error
+    refuse_file("a damaged file", "a whole file", "Save or copy it again.", cause)
 
 
 @contextmanager
