@@ -41,7 +41,7 @@ def approach(
         found.append(
             brentq(
                 lambda z, h=h: share * float(np.sum(np.clip(h - z, 0.0, None))) - indentation,
-                top - 1e-2,
+                top - 1.0,
                 top,
                 xtol=1e-17,
                 rtol=1e-14,
