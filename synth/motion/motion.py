@@ -24,9 +24,11 @@ class Update(NamedTuple):
     """One contact update.
 
     time: of the client's clock, s.
-    position: m. An update has either a position or a speed.
+    position: along x, m. An update has either a position or a speed.
     speed: m/s.
     load: N; None keeps the previous load.
+    across: position along y, m, on a texture over an area; None: the hand stays on the line of the scan.
+    direction: angle of the finger's length from x, rad, counter-clockwise; None keeps the previous angle.
     """
 
     seq: int
@@ -34,6 +36,8 @@ class Update(NamedTuple):
     position: float | None
     speed: float | None
     load: float | None
+    across: float | None = None
+    direction: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
