@@ -32,9 +32,11 @@ from synth.arrays import Array
 from synth.contact.exact_solver import Approaches
 from synth.contact.geometry import Geometry
 from synth.contact.load_balance import Contact, PhaseSolver, solver_of
+from synth.contact.profile_solver import SegmentGrid
 from synth.contact.stiffness import Stiffness
 from synth.errors import CannotRender
 
+USUAL_LOAD = 8.0  # N: loads up to it share one polyline, and their z does not depend on which are solved together
 LONGEST_SPAN = 0.2  # m: longer than any hand; the work per phase is proportional to it
 WINDOWS = 24  # numbers of crests, and of widths about each, that `lowest_approach` tries; fewer give a longer span
 SPANS_KEPT = 64  # spans, one per load: each is needed several times in a row
@@ -200,11 +202,23 @@ class RoundContact(Contact):
     def heights(self, phases: Array, loads: Array) -> Array:
         """Return z (m) at each of `phases` (turns) and `loads` (N, above 0), one load per phase.
 
-        All loads are solved over the length of the heaviest, since no finger touches beyond it.
+        One polyline over the longest span of usual loads, or of these, serves all loads. Each is solved over the span
+        of the next power of two (N).
         """
-        geometry = self.geometry_at(float(np.max(loads)))
-        indentations = loads / self.finger.foundation_at(loads) / geometry.contact_length
-        return solver_of(geometry, self.dome).solve(phases, indentations).height
+        classes = np.exp2(np.ceil(np.log2(loads)))
+        spans = {one: _spanned(self.geometry, self.finger, one).contact_length for one in np.unique(classes).tolist()}
+        geometry = self._longest(float(np.max(classes)))
+        grid, lengths = solver_of(geometry, self.dome), np.array([spans[one] for one in classes.tolist()])
+        assert isinstance(grid, SegmentGrid)
+        indentations = loads / self.finger.foundation_at(loads) / lengths
+        return grid.solve(phases, indentations, numbers=grid.numbers_of(geometry, lengths)).height
+
+    def _longest(self, load: float) -> Geometry:
+        """Return the surfaces over the span of USUAL_LOAD; of `load` (N) where it is heavier, or the other too long."""
+        try:
+            return _spanned(self.geometry, self.finger, max(load, USUAL_LOAD))
+        except CannotRender:
+            return _spanned(self.geometry, self.finger, load)
 
     def _growth(self, phases: Array, solved: Approaches, load: float) -> float:
         return (1.0 - self.finger.foundation_exponent) * self.indentation(load) / load

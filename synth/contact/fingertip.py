@@ -21,6 +21,7 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Self
 
 import numpy as np
@@ -42,6 +43,7 @@ COLUMNS = 16, 8  # per mean ridge, and per wave of the texture; with twice as ma
 ROWS = 8, 16  # across the scan, per mean ridge and per period: a curved ridge must not pass a crest between two rows
 FEWEST_COLUMNS, FEWEST_ROWS = 96, 24  # of the smallest fingertip
 MOST_COLUMNS, MOST_ROWS = 4096, 1024  # 0.1 ms per solution, 80 MB; a period that needs more columns is refused
+GRIDS_KEPT = 4  # a scene is prepared more than once; one takes 1 to 80 MB
 FLAT_STEPS = 64  # angles over a ridge for the mean of its heights above a plate
 
 
@@ -93,6 +95,7 @@ def area_grid(field: RidgeField, footprint: Footprint, texture: HeightField, sca
     return finger_grid(heights, size, step, -0.5 * size[0], footprint.length * footprint.width, texture, scale)
 
 
+@lru_cache(maxsize=GRIDS_KEPT)
 def fingertip_grid(field: RidgeField, footprint: Footprint, texture: Profile, scale: float) -> PhaseSolver:
     """Return the points of `field` on `footprint` over `texture`; CannotRender where the texture is too fine.
 

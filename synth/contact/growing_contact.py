@@ -17,7 +17,6 @@ Limits  As for `profile_solver` at the length of that load. The ends stay hard e
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -30,6 +29,7 @@ from synth.contact.load_balance import Contact, PhaseSolver, solver_of
 from synth.contact.profile_solver import SegmentGrid
 from synth.contact.stiffness import Stiffness
 
+USUAL_LOAD = 8.0  # N: loads up to it share one polyline, and their z does not depend on which are solved together
 SHORTEST, LONGEST = 10e-6, 0.1  # m: the range of a scene's contact length; no other part expects a length outside it
 
 
@@ -94,23 +94,18 @@ class GrowingContact(Contact):
     def heights(self, phases: Array, loads: Array) -> Array:
         """Return z (m) at each of `phases` (turns) and `loads` (N, above 0), one load per phase.
 
-        One polyline over the longest contact serves all loads. A shorter contact has the same middle but begins further
-        on, which shifts the phases of finger and texture.
+        One polyline over the longest contact of usual loads, or of these, serves all loads.
         """
         growth, nominal = self.growth, self.geometry.contact_length
         lengths = growth.length(nominal, loads)
         law = self.stiffness
         deep, shallow = loads**law.load_exponent, (nominal / lengths) ** law.length_exponent
         indentations = law.indentation(1.0) * deep * shallow
-        longest = float(np.max(lengths))
-        grid = SegmentGrid.of_geometry(self.geometry.part(0.5 * (nominal - longest), longest))
-        ridges, textures = self.geometry.ridge_period, self.geometry.texture_period
-        begins = 0.5 * (longest - lengths)
-        numbers = np.tile(grid.numbers, (len(phases), 1))
-        numbers[:, 1] = lengths * (grid.segments / textures)
-        numbers[:, 2] -= begins / textures % 1.0 * grid.segments
-        numbers[:, 4] += 2.0 * math.pi * (begins / ridges % 1.0)
-        return grid.solve(phases, indentations, numbers=numbers).height
+        longest = float(growth.length(nominal, max(USUAL_LOAD, float(np.max(loads)))))
+        geometry = self.geometry.part(0.5 * (nominal - longest), longest)
+        grid = solver_of(geometry)
+        assert isinstance(grid, SegmentGrid)
+        return grid.solve(phases, indentations, numbers=grid.numbers_of(geometry, lengths)).height
 
     def _growth(self, phases: Array, solved: Approaches, load: float) -> Array:
         exponent, geometry = self.growth.exponent_at(self.geometry.contact_length, load), self.geometry_at(load)

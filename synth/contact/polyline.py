@@ -37,6 +37,10 @@ def knots_of(profile: Profile, segments: int) -> tuple[Array, float]:
     """
     first = float(profile.corners[0]) if len(profile.corners) else 0.0
     step = profile.period / segments
+    if profile.straight and evenly_spaced(profile) and segments % len(profile.corners) == 0:  # it is this polyline
+        exact = profile.heights(np.asarray(first + step * np.arange(segments)))
+        exact.flags.writeable = False
+        return exact, first
     breaks = np.arange(segments * PARTS + 1) / PARTS
     inside = np.sort(((profile.corners - first) / step) % segments)
     inside = inside[np.abs(inside - np.round(inside * PARTS) / PARTS) > 1e-9]
@@ -76,6 +80,7 @@ def first_segments(profile: Profile, ridge_period: float, scale: float, points_a
     return math.ceil(least / corners) * corners if evenly_spaced(profile) else least
 
 
+@lru_cache(maxsize=4)  # a long profile has many corners
 def evenly_spaced(profile: Profile) -> bool:
     """Return whether the corners of `profile` divide its period into equal parts."""
     corners = len(profile.corners)

@@ -123,6 +123,18 @@ class SegmentGrid:
         solve_segments(self.pieces, each, phases, targets, begin, height, touching, iterations)
         return Approaches(height * self.height_scale, touching, iterations)
 
+    def numbers_of(self, geometry: Geometry, lengths: Array) -> Array:
+        """Return the numbers of contacts of `lengths` (m, at most that of `geometry`) about its middle [lengths, 6].
+
+        geometry: of this grid. A shorter contact begins further on, which shifts the phases of finger and texture.
+        """
+        begins = 0.5 * (geometry.contact_length - lengths)
+        numbers = np.tile(self.numbers, (len(lengths), 1))
+        numbers[:, 1] = lengths * (self.segments / geometry.texture_period)
+        numbers[:, 2] -= begins / geometry.texture_period % 1.0 * self.segments
+        numbers[:, 4] += 2.0 * math.pi * (begins / geometry.ridge_period % 1.0)
+        return numbers
+
     def measure(self, phases: Array, heights: Array) -> tuple[Array, Array]:
         """Return the mean of max(h - z, 0) (m) and the touching part of L, as `Grid.measure` does."""
         levels = np.ascontiguousarray(heights.reshape(len(phases), -1)) / self.height_scale
@@ -141,9 +153,15 @@ def _texture(heights: Array, window: int) -> Array:
     count = len(heights)
     starts = count + window
     run = heights[np.arange(starts + BLOCK + 1) % count]
-    reached = np.stack([run[step : step + starts] for step in range(BLOCK + 1)])
-    areas = reached[1:-1].sum(axis=0) + 0.5 * (reached[0] + reached[-1])
-    return np.stack([reached[0], areas, reached.max(axis=0), reached.min(axis=0)])
+    sums, highest, lowest, width = run, run, run, 1
+    while width < BLOCK:  # of the knots from each on: twice as many at each step
+        sums = sums[:-width] + sums[width:]
+        highest = np.maximum(highest[:-width], highest[width:])
+        lowest = np.minimum(lowest[:-width], lowest[width:])
+        width *= 2
+    first, last = run[:starts], run[BLOCK : BLOCK + starts]
+    areas = sums[:starts] + 0.5 * (last - first)
+    return np.stack([first, areas, np.maximum(highest[:starts], last), np.minimum(lowest[:starts], last)])
 
 
 def _blocks(angles: Array, half: float, amplitude: float) -> Array:

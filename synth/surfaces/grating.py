@@ -85,6 +85,11 @@ class Grating(Profile):
         return Bounds(-0.5 * self.height - self._mean, 0.5 * self.height - self._mean, slope, bend)
 
     @property
+    def straight(self) -> bool:  # type: ignore[override]
+        """True where the flanks are straight."""
+        return self.ramp is not None
+
+    @property
     def corners(self) -> Array:
         """Ends of the straight flanks (m)."""
         if self.ramp is None:

@@ -57,10 +57,12 @@ class Profile(ABC):
 
     kind: its name in `texture.kind`.
     period: m.
+    straight: whether it is straight between its corners.
     """
 
     kind: str
     period: float
+    straight = False
 
     @property
     @abstractmethod
