@@ -15,15 +15,17 @@ from synth.errors import Fault, shown
 from synth.scene.rules import Quantity
 from synth.scene.scene import Scene
 from synth.scene.section import Section, inner_section, rule_of, without
+from synth.scene.texture_registry import kinds
 
 
 def doubts(scene: Scene) -> tuple[str, ...]:
-    """Return a warning for each value of `scene` that is unusual."""
+    """Return a warning for each value of `scene` that is unusual. The period of a profile follows from others."""
+    own = kinds()[scene.texture.kind].names
     return tuple(
         f"{'.'.join(path)} is {value:g} {rule.unit}, and more than {rule.show(rule.usual)} is unusual. A number "
         f"without a unit is in {rule.unit}{_meant(value, rule)}."
         for path, value, rule in _numbers(Scene, dict(scene))
-        if abs(value) > rule.usual
+        if abs(value) > rule.usual and not (path == ("texture", "period") and "period" not in own)
     )
 
 

@@ -17,11 +17,16 @@ from itertools import chain
 from pkgutil import iter_modules
 from typing import Any
 
-from synth.scene.rules import Fields, Refusal
+from synth.scene.quantity import Dimension
+from synth.scene.rules import Fields, Quantity, Refusal
 from synth.scene.section import Section
 
 FOLDER = "synth.surfaces"
 DEFAULT = "sinusoid"
+
+SPACING, USUAL_SPACING = Quantity(Dimension.LENGTH, 1e-9, 0.1, usual=1e-3), 10e-6
+"""Rule and default (m) of the field `spacing`."""
+
 
 SHARED = ("period", "amplitude", "roughness", "spacing", "surface", "ends")
 """Fields that several kinds share. `texture_section` declares them, and also phase and the moduli, which every kind

@@ -22,7 +22,9 @@ from synth.scene.quantity import Dimension
 from synth.scene.rules import Choice, Fields, Quantity, Refusal, Rule, refusal, refused
 from synth.scene.section import Section, without
 from synth.scene.texture_registry import (
+    SPACING,
     STEEPEST,
+    USUAL_SPACING,
     Kind,
     kinds,
     kinds_with,
@@ -89,8 +91,8 @@ class TextureFields(Section):
     roughness: Annotated[float | None, ROUGHNESS] = Field(
         default=None, description="sinusoid: mean arithmetic roughness Ra, instead of amplitude (eq. 3)."
     )
-    spacing: Annotated[float | None, Quantity(Dimension.LENGTH, 1e-9, 0.1, usual=1e-3)] = Field(
-        default=10e-6, description="profile, heightmap: distance between neighbouring heights."
+    spacing: Annotated[float | None, SPACING] = Field(
+        default=USUAL_SPACING, description="profile, heightmap: distance between neighbouring heights."
     )
     surface: Annotated[str | None, Address()] = Field(
         default=None, description="profile, heightmap: instead of heights, the address of an imported surface."

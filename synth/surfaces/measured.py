@@ -1,15 +1,18 @@
 """The kind `profile`: heights along a line, measured or computed elsewhere.
 
 Stage   SURFACES.
-Model   The heights are at equal distances `spacing`, with straight lines between neighbours and from the last back to
-        the first. So the period is their number times the spacing. At phase 0 the first height is at x = 0.
-        The heights may be in a local file, which the command line and Python read, but a service does not. `.npy`:
-        one array of one dimension, any real numbers. `.csv`, `.txt`: one number per line. Heights in m.
+Model   The heights are at equal distances `spacing`, with straight lines between neighbours. `ends` tells how the line
+        goes on. "join": from the last height a straight line leads back to the first; the period is their number times
+        the spacing. "mirror": at both ends the surface goes on as its mirror image, so it has neither step nor end; the
+        period is twice its length. At phase 0 the first height is at x = 0.
+        The heights are listed, or named by their content (`surface_data`), or in a local file, which the command line
+        and Python read, but a service does not. `.npy`: one array of one dimension, any real numbers. `.csv`, `.txt`:
+        one number per line. Heights in m.
 Source  The heights are given; straight lines between them are a choice.
 Limits  The mean line is subtracted. The shape between two heights is unknown, so a shape that matters needs several
         points. The corners between the straight lines are heard where the band reaches them.
-        A file holds up to 1,000,000 heights. A scene's document holds up to 65,536 heights itself. For more heights it
-        holds the path of the file, so such a scene can be read only where that file exists.
+        A scene's document holds up to 65,536 heights itself. More heights, up to 2,000,000 and 10 m, are named by their
+        content, as float32. Such a scene can be read only where these heights are known, or their file exists.
 """
 
 from __future__ import annotations
@@ -18,26 +21,30 @@ import math
 import warnings
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from hashlib import blake2b
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
 import numpy as np
 from pydantic import Field
+from pydantic_core import PydanticCustomError
 
 from synth.errors import Fault, SceneError, shown
 from synth.scene.quantity import Dimension
-from synth.scene.rules import Fields, Quantity, QuantityList, Refusal, Rule, refusal, refused
+from synth.scene.rules import Fields, Quantity, QuantityList, Refusal, Rule, refusal, refused, told
 from synth.scene.section import Section, without
-from synth.scene.texture_registry import STEEPEST, Kind
+from synth.scene.texture_registry import SPACING, STEEPEST, USUAL_SPACING, Kind
 from synth.surfaces.profile import Array, Bounds, Profile, places_of, turns_of
-from synth.surfaces.surface_data import surface_at
+from synth.surfaces.surface_data import Heights as Heights32
+from synth.surfaces.surface_data import SurfaceData, remember, surface_at
 
 LARGEST_HEIGHT = 0.01  # m above or below the zero of the instrument; the profile itself is 2 mm high at most
 MOST_INLINE = 65_536  # heights in a scene: 1.4 MB of text; a larger document is unwieldy to send
-MOST_HEIGHTS = 1_000_000  # in a file: 1 m at 1 um; the solver's work grows with their number
-LARGEST_FILE = 64 * 2**20  # bytes: a million heights as text are 25 MB
+MOST_HEIGHTS = 2_000_000  # of a surface: 10 m at 5 um; memory and set-up grow with their number
+LONGEST = 10.0  # m of heights: solvers hold the whole surface, 32 MB a metre at 5 um and both its ends mirrored
+LARGEST_FILE = 64 * 2**20  # bytes: two million heights as text are 50 MB
+MIRROR = "mirror"
 FORMS = "a file of this machine: .npy of one dimension, or .csv or .txt with one number a line, in m"
 
 
@@ -45,15 +52,16 @@ FORMS = "a file of this machine: .npy of one dimension, or .csv or .txt with one
 class MeasuredProfile(Profile):
     """Straight lines between heights.
 
-    points: heights, m, float64 [n], two or more, about any level.
+    points: heights of a period, m, float32 or float64 [n], two or more, about any level.
     spacing: distance between neighbours, m.
     phase: rad.
     """
 
-    points: Array
+    points: Array | Heights32
     spacing: float
     phase: float = 0.0
     kind = "profile"
+    straight = True
 
     @property
     def period(self) -> float:  # type: ignore[override]
@@ -69,7 +77,7 @@ class MeasuredProfile(Profile):
     @cached_property
     def about_mean(self) -> Array:
         """The heights (m) about their mean line, with the first repeated at the end: float64 [n + 1]."""
-        level = np.asarray(self.points, np.float64) - np.mean(self.points)
+        level = np.asarray(self.points, np.float64) - np.mean(self.points, dtype=np.float64)
         return np.append(level, level[0])
 
     def heights(self, places: Array) -> Array:
@@ -80,11 +88,11 @@ class MeasuredProfile(Profile):
         low, high = self.about_mean[before], self.about_mean[before + 1]
         return np.asarray(low + (at - before) * (high - low))
 
-    @cached_property
+    @property
     def _slopes(self) -> Array:
         return np.diff(self.about_mean) / self.spacing
 
-    @property
+    @cached_property
     def bounds(self) -> Bounds:
         """Exact bounds; the curvature is infinite, unless the profile is flat."""
         slope = float(np.max(np.abs(self._slopes)))
@@ -104,12 +112,7 @@ class MeasuredProfile(Profile):
 
 
 class Heights(tuple[float, ...]):
-    """Heights in m, whose hash is computed only once.
-
-    path: of the file that they came from, or "".
-    """
-
-    path: str = ""
+    """Heights in m, whose hash is computed only once."""
 
     def __hash__(self) -> int:
         """Return the hash of the values."""
@@ -144,7 +147,7 @@ class HeightList(QuantityList):
 
     def length_hint(self, count: int) -> str:
         """Return a hint about the number of heights, and about files where the list is too long."""
-        more = " On the command line texture.file takes up to 1000000." if count > self.most else ""
+        more = f" On the command line texture.file takes up to {MOST_HEIGHTS}." if count > self.most else ""
         return f"The list has {count}.{more}"
 
 
@@ -154,45 +157,65 @@ class MeasuredFields(Section):
     heights: Annotated[
         tuple[float, ...] | None,
         HeightList(Quantity(Dimension.LENGTH, -LARGEST_HEIGHT, LARGEST_HEIGHT), 2, MOST_INLINE),
-    ] = Field(default=None, description="profile: heights at equal distances; the last connects to the first.")
+    ] = Field(default=None, description="profile: heights at equal distances.")
     file: Annotated[str | None, HeightFile()] = Field(
         default=None, description="profile: instead of heights, a file that holds them. Only the command line reads it."
     )
 
 
 def _made(values: Mapping[str, Any]) -> MeasuredProfile:
-    points, spacing = points_of(values)
-    if values["ends"] == "mirror":
-        points = np.concatenate([points, points[-2:0:-1]])
-    return MeasuredProfile(points, spacing, values["phase"])
-
-
-def points_of(values: Mapping[str, Any]) -> tuple[Array, float]:
-    """Return the heights (m) of a valid texture, and their spacing (m)."""
     if values["surface"] is None:
-        return np.array(values["heights"]), values["spacing"]
-    data = surface_at(values["surface"])
+        return MeasuredProfile(_period(np.array(values["heights"]), values["ends"]), values["spacing"], values["phase"])
+    return _of_surface(values["surface"], values["ends"], values["phase"])
+
+
+@lru_cache(maxsize=4)  # a long surface is made for each check of a scene
+def _of_surface(address: str, ends: str | None, phase: float) -> MeasuredProfile:
+    data = surface_at(address)
     assert data is not None, "the scene was checked where the surface was known"
-    return data.heights.astype(float), data.spacing[0]
+    return MeasuredProfile(_period(data.heights, ends), data.spacing[0], phase)
+
+
+def _period(level: np.ndarray[Any, Any], ends: str | None) -> np.ndarray[Any, Any]:
+    """Return the heights of a period of a surface with these `ends`."""
+    return np.concatenate([level, level[-2:0:-1]]) if ends == MIRROR else level
 
 
 def _refusals(values: Mapping[str, Any], given: Fields) -> list[Refusal]:
-    if "file" in given:
+    if "file" in given and "surface" not in given:
         hint = "A service does not read files. Write the heights, or use the command line."
         return [refusal(["file"], given["file"], "nothing here: only the command line and Python read files", hint)]
     if "surface" in given:
-        found = surface_refusals(given, 1)
-        if found:
-            return found
-    elif "heights" not in given:
+        return _surface_refusals(values, given)
+    if "heights" not in given:
         hint = 'Write a list such as [0, "20 um", 0, "-20 um"]; on the command line, file=PATH.'
         return [refusal(["heights"], None, "a list of heights", hint)]
-    level, spacing = points_of(values)
-    if not 1e-6 <= len(level) * spacing <= 1.0:
-        allowed = "a period (heights times spacing) of 1 um to 1 m"
-        return [refusal(["spacing"], given.get("spacing"), allowed, f"It is {len(level) * spacing:g} m.")]
-    last = level[-1] if values["ends"] == "mirror" else level[0]
-    slopes = np.abs(np.append(level, last)[1:] - level) / spacing
+    return _shape_refusals("heights", np.array(values["heights"]), values["spacing"], values["ends"], given)
+
+
+def _surface_refusals(values: Mapping[str, Any], given: Fields) -> list[Refusal]:
+    """Refuse a surface that `surface_refusals` refuses, of too many heights, or of another spacing than is given."""
+    data = surface_at(values["surface"])
+    own = data is None or data.spacing[0] == values["spacing"]
+    found = surface_refusals(without(given, "spacing") if own else given, 1)
+    if found or data is None:
+        return found
+    if not 2 <= len(data.heights) <= MOST_HEIGHTS:
+        where = ["surface"]
+        return [refusal(where, values["surface"], f"2 to {MOST_HEIGHTS} heights", f"It has {len(data.heights)}.")]
+    return _shape_refusals("surface", data.heights, data.spacing[0], values["ends"], given)
+
+
+def _shape_refusals(
+    field: str, level: np.ndarray[Any, Any], spacing: float, ends: str | None, given: Fields
+) -> list[Refusal]:
+    """Refuse heights that are too long, too short or too steep; field: the field that holds them."""
+    if not 1e-6 <= len(level) * spacing <= LONGEST * (1.0 + 1e-9):
+        where = ["surface" if field == "surface" else "spacing"]
+        allowed = f"a length (heights times spacing) of 1 um to {LONGEST:g} m"
+        return [refusal(where, given.get(where[0]), allowed, f"It is {len(level) * spacing:g} m.")]
+    closed = level if ends == MIRROR else np.append(level, level[0])
+    slopes = np.abs(np.diff(closed.astype(np.float64))) / spacing
     worst = int(np.argmax(slopes))
     if slopes[worst] <= STEEPEST:
         return []
@@ -200,8 +223,8 @@ def _refusals(values: Mapping[str, Any], given: Fields) -> list[Refusal]:
     hint = f"The slope {between} is {slopes[worst]:.4g}. Remove the step or the spike, or correct spacing."
     if worst == len(level) - 1:
         between = "from the last height back to the first"
-        hint = f'The slope {between} is {slopes[worst]:.4g}. Remove the trend, or write ends "mirror".'
-    field = "surface" if "surface" in given else "heights"
+        hint = f"The slope {between} is {slopes[worst]:.4g}: the period does not close. "
+        hint += f'Remove the trend, or write ends "{MIRROR}".'
     return [refusal([field], given[field], f"slopes of {STEEPEST:g} at most", hint)]
 
 
@@ -223,29 +246,50 @@ def surface_refusals(given: Fields, dimensions: int) -> list[Refusal]:
 
 
 def heights_of_file(fields: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the `fields` of a texture with `file` replaced by its heights. Raises SceneError and OSError."""
+    """Return the `fields` of a texture with `file` replaced by its heights. Raises SceneError and OSError.
+
+    Many heights become a surface that this process knows; `file` then stays, as a note.
+    """
     path = fields.get("file")
     if not isinstance(path, str) or not path:
         return dict(fields)
     if fields.get("heights") is not None:
         _refuse(Path(path), "heights or file, not both", "Leave one out.")
-    heights = Heights(read_heights(Path(path)).tolist())
-    heights.path = str(Path(path).absolute())
-    return {name: value for name, value in fields.items() if name != "file"} | {"heights": heights}
+    named = fields.get("surface")
+    if isinstance(named, str) and surface_at(named) is not None:
+        return dict(fields)
+    heights = read_heights(Path(path))
+    if len(heights) <= MOST_INLINE and named is None:
+        return {name: value for name, value in fields.items() if name != "file"} | {"heights": heights.tolist()}
+    address = remember(SurfaceData(heights.astype(np.float32), (_spacing_of(fields),)))
+    if named not in (None, address):
+        _refuse(Path(path), "the file that the surface was read from", "It has other heights now. Leave surface out.")
+    return {**fields, "surface": address, "file": str(Path(path).absolute())}
+
+
+def _spacing_of(fields: Mapping[str, Any]) -> float:
+    """Return the spacing (m) that `fields` give. Raises SceneError."""
+    given = fields.get("spacing")
+    try:
+        return SPACING.read(USUAL_SPACING if given is None else given)
+    except PydanticCustomError as error:
+        raise SceneError([Fault("/texture/spacing", shown(given), **told(error))]) from error
 
 
 def written(fields: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the document of a texture; where there are many heights, with the path of their file instead.
+    """Return the document of a texture: that of a surface has the spacing of its heights, and the path of their file.
 
     fields: of the texture.
     values: the same fields as numbers in SI units.
     """
-    heights = values["heights"]
-    if values["surface"] is not None:
-        return without(fields, "heights", "spacing")
-    if isinstance(heights, Heights) and len(heights) > MOST_INLINE:
-        return {**fields, "heights": None, "file": heights.path}
-    return dict(fields)
+    if values["surface"] is None:
+        return dict(fields)
+    kept = without(fields, "heights", "spacing")
+    if values["file"] is None:
+        return kept
+    data = surface_at(values["surface"])
+    assert data is not None, "the scene was checked where the surface was known"
+    return {**kept, "spacing": data.spacing[0], "file": values["file"]}
 
 
 def read_heights(path: Path) -> Array:

@@ -18,8 +18,9 @@ from synth.scene.scene import parse_scene, scene_document, scene_from
 from synth.scene.section import rule_of
 from synth.scene.texture_registry import SHARED, kinds, kinds_with, special_fields
 from synth.scene.texture_section import Texture
-from synth.surfaces import profile_of
+from synth.surfaces import profile_of, surface_data
 from synth.surfaces.measured import LARGEST_FILE, MOST_INLINE
+from synth.surfaces.surface_data import SurfaceData, remember, surface_at
 from tests.synth.scene.scene_cases import faults_of
 
 WAVE = [0.0, 20e-6, 0.0, -20e-6]
@@ -126,7 +127,7 @@ def test_an_end_of_a_range_is_accepted_and_what_is_beyond_is_refused(name: str, 
     [
         (texture("profile", heights=[1e-6]), "/texture/heights", "The list has 1"),
         (texture("profile", heights=[]), "/texture/heights", "a list of 2 to 65536"),
-        (texture("profile", heights=[0.0] * (MOST_INLINE + 1)), "/texture/heights", "texture.file takes up to 1000000"),
+        (texture("profile", heights=[0.0] * (MOST_INLINE + 1)), "/texture/heights", "texture.file takes up to 2000000"),
         (texture("profile", heights=range(10_000_000)), "/texture/heights", "a list of 2 to 65536"),
         (texture("profile", heights={"0": 1}), "/texture/heights", "Write a list"),
         (texture("profile", heights=[0, math.nan]), "/texture/heights/1", "finite"),
@@ -137,7 +138,7 @@ def test_an_end_of_a_range_is_accepted_and_what_is_beyond_is_refused(name: str, 
         (texture("profile", heights=[0, 0, 1e-3, 0, 0], spacing=1e-5), "/texture/heights", "from height 1 to 2 is 100"),
         (texture("profile", heights=[0, 1e-4, 2e-4, 3e-4], spacing=1e-5), "/texture/heights", "mirror"),
         (texture("profile", heights=[0, 5e-3, 0, -5e-3], spacing=1e-3), "/texture/heights", "0.002 m high at most"),
-        (texture("profile", heights=[0, 1e-9], spacing=1e-7), "/texture/spacing", "period"),
+        (texture("profile", heights=[0, 1e-9], spacing=1e-7), "/texture/spacing", "length"),
         (texture("profile", file="/etc/hostname"), "/texture/file", "only the command line"),
         (texture("harmonics", phases=[0.0]), "/texture/phases", "2 amplitudes and 1 phases"),
         (texture("harmonics", amplitudes=[]), "/texture/amplitudes", "1 to 64"),
@@ -207,22 +208,92 @@ def test_a_file_of_heights_is_read_where_paths_may_be(tmp_path: Path, ending: st
     assert scene_document(read)["texture"]["heights"] == WAVE
 
 
-def test_a_long_file_is_written_down_as_its_path(tmp_path: Path) -> None:
-    path = tmp_path / "long.npy"
-    np.save(path, 1e-6 * np.cos(2.0 * math.pi * np.arange(MOST_INLINE + 1) / 1000.0))
+def long_file(folder: Path, amplitude: float = 1e-6) -> Path:
+    """Return a file of more heights than a document holds."""
+    np.save(folder / "long.npy", amplitude * np.cos(2.0 * math.pi * np.arange(MOST_INLINE + 1) / 1000.0))
+    return folder / "long.npy"
+
+
+def test_a_long_file_is_written_down_as_the_address_of_its_heights_and_its_path(tmp_path: Path) -> None:
+    path = long_file(tmp_path)
     scene = scene_from({"texture": {"kind": "profile", "file": str(path), "spacing": "1 um"}})
-    assert len(scene.texture.values()["heights"]) == MOST_INLINE + 1
-    document = scene_document(scene)
-    assert (document["texture"]["file"], document["texture"]["heights"]) == (str(path), None)
-    assert scene_from(document) == scene
-    assert faults_of(document)[0].pointer == "/texture/file"
+    texture = scene_document(scene)["texture"]
+    data = surface_at(texture["surface"])
+    assert data is not None
+    assert len(data.heights) == MOST_INLINE + 1
+    assert (texture["file"], texture.get("heights"), texture["spacing"]) == (str(path), None, 1e-6)
+    assert scene.texture.period == pytest.approx((MOST_INLINE + 1) * 1e-6)
+    assert scene_from(scene_document(scene)) == scene == parse_scene(scene_document(scene))
+
+
+def test_a_document_whose_file_has_changed_is_refused_where_its_surface_is_unknown(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fields = {"kind": "profile", "file": str(long_file(tmp_path)), "spacing": "1 um"}
+    document = scene_document(scene_from({"texture": fields}))
+    monkeypatch.setattr(surface_data, "_read", {})
+    assert scene_document(scene_from(document)) == document  # its file is read again
+    long_file(tmp_path, 2e-6)
+    monkeypatch.setattr(surface_data, "_read", {})
+    with pytest.raises(SceneError, match="other heights now"):
+        scene_from(document)
+    assert faults_of(document)[0].pointer == "/texture/surface"  # what a service tells
+    assert "known here" in faults_of(document)[0].sentence()
+
+
+def remembered(heights: Any, *spacing: float) -> dict[str, Any]:
+    """Return a scene of these heights, as a surface that is known here."""
+    address = remember(SurfaceData(np.asarray(heights, np.float32), spacing))
+    return {"texture": {"kind": "profile", "surface": address}}
+
+
+SLOPE = np.linspace(0.0, 1e-3, 1000)
+
+
+@pytest.mark.parametrize(
+    ("document", "pointer", "words"),
+    [
+        ({"texture": {"kind": "profile", "surface": "0" * 64}}, "/texture/surface", "Import it here first"),
+        ({"texture": {"kind": "profile", "surface": "0" * 63}}, "/texture/surface", "64 hexadecimal digits"),
+        ({"texture": {"kind": "profile", "surface": 7}}, "/texture/surface", "64 hexadecimal digits"),
+        (remembered(SLOPE, 1e-5), "/texture/surface", 'does not close. Remove the trend, or write ends "mirror"'),
+        (remembered([0, 0, 1e-3, 0], 1e-5), "/texture/surface", "from height 1 to 2 is 100"),
+        (remembered(np.zeros(1_000_001), 1e-5), "/texture/surface", "1 um to 10 m"),
+        (remembered(np.zeros(2_000_001), 1e-6), "/texture/surface", "2 to 2000000 heights"),
+        (remembered(np.zeros((3, 4)), 1e-5, 1e-5), "/texture/surface", "heightmap"),
+        (remembered([0.0], 1e-5), "/texture/surface", "It has 1."),
+        (texture("profile", ends="wrap"), "/texture/ends", '"join", "mirror"'),
+        (texture("profile", surface="0" * 64), "/texture/heights", "nothing beside surface"),
+    ],
+)
+def test_bad_surfaces_are_refused(document: dict[str, Any], pointer: str, words: str) -> None:
+    fault = faults_of(document)[0]
+    assert fault.pointer == pointer
+    assert words in fault.sentence()
+
+
+def test_a_spacing_beside_a_surface_is_refused_where_it_is_another() -> None:
+    fields = remembered(1e-6 * np.sin(0.1 * np.arange(500)), 1e-5)["texture"]
+    assert parse_scene({"texture": {**fields, "spacing": "10 um"}}) == parse_scene({"texture": fields})
+    fault = faults_of({"texture": {**fields, "spacing": "20 um"}})[0]
+    assert (fault.pointer, "its own heights and spacing" in fault.hint) == ("/texture/spacing", True)
+
+
+def test_mirrored_ends_have_no_step_and_twice_the_length() -> None:
+    scene = parse_scene({"texture": {**remembered(SLOPE, 1e-5)["texture"], "ends": "mirror", "phase": 0}})
+    profile = profile_of(scene)
+    assert profile.period == scene.texture.period == pytest.approx(2.0 * 999 * 1e-5)
+    places = np.linspace(0.0, 999e-5, 77)
+    assert profile.slope_bound == pytest.approx(0.1, rel=2e-3)
+    assert profile.heights(-places) == pytest.approx(profile.heights(places), abs=1e-12)
+    assert profile.heights(places) == pytest.approx(places * 0.1001001 - 0.5e-3, abs=1e-9)
 
 
 @pytest.mark.parametrize(
     ("name", "content", "words"),
     [
         ("a.wav", b"RIFF", ".npy of one dimension"),
-        ("a.csv", b"", "2 to 1000000 heights"),
+        ("a.csv", b"", "2 to 2000000 heights"),
         ("a.csv", b"1e-6\n", "It contains 1"),
         ("a.csv", b"0.0,1e-6\n0.1,2e-6\n", "cannot be read"),
         ("a.txt", b"0 1e-6\n1e-5 2e-6\n", "2 dimensions"),
@@ -233,7 +304,7 @@ def test_a_long_file_is_written_down_as_its_path(tmp_path: Path) -> None:
         ("a.csv", b"20 um\n0 um\n", "cannot be read"),
         ("a.csv", b"0,1e-6,0\n", "cannot be read"),
         ("a.csv", b"\xff\xfe\x00\x01\n", "cannot be read"),
-        ("a.txt", b"0\n" * 1_000_001, "It contains more"),
+        ("a.txt", b"0\n" * 2_000_001, "It contains more"),
         ("a.npy", npy("<f8", (3,), bytes(16)), "cannot be read"),
         ("a.npy", npy("<f8", (10**12,), bytes(64)), "cannot be read"),
         ("a.npy", npy("|O", (2,), bytes(16)), "cannot be read"),
@@ -241,7 +312,7 @@ def test_a_long_file_is_written_down_as_its_path(tmp_path: Path) -> None:
         ("a.npy", npy("<c16", (2,), bytes(32)), "complex128"),
         ("a.npy", npy("<f8", (), bytes(8)), "0 dimensions"),
         ("a.npy", npy("<f8", (1,), bytes(8)), "It contains 1"),
-        ("a.npy", npy("|i1", (1_000_001,), bytes(1_000_001)), "It contains more"),
+        ("a.npy", npy("|i1", (2_000_001,), bytes(2_000_001)), "It contains more"),
         ("a.npy", npy("<i8", (2,), struct.pack("<2q", 0, 1)), "write metres"),
         ("a.npy", npy("<f8", (2,), struct.pack("<2d", 0.0, math.nan)), "Height 1 is nan"),
         ("missing.csv", None, "Check the path"),
