@@ -40,7 +40,7 @@ from synth.response.spectrum import Complex, Demand, curves, fine_enough, harmon
 from synth.response.table_reader import TableReader
 from synth.scene.output_section import BAND
 from synth.scene.scene import Scene
-from synth.voice.table_reading import HandReader
+from synth.voice.table_reading import HandReader, TableChannels
 
 OVERSAMPLINGS = (1, 2, 4, 8, 16, 32)
 SAMPLED_SIZES = 7  # how many numbers of segments, each twice the one before
@@ -288,7 +288,7 @@ def _live(case: Case, reader: TableReader) -> Ready:
     def hand_along(speed: float, frames: int) -> tuple[HandReader, Motion, Block]:
         samples = np.zeros((5, frames))
         samples[SPEED], samples[LOAD] = speed, case.load
-        hand = HandReader((reader,), texture, case.rate)
+        hand = HandReader(TableChannels((reader,)), texture, case.rate)
         return hand, Motion(samples, np.empty(0)), np.empty((frames, 1), np.float32)
 
     def period(points: int) -> Array:

@@ -13,18 +13,22 @@ from synth.contact.stiffness import Stiffness
 from synth.scene.finger_section import Finger
 from synth.scene.scene import Scene
 from synth.surfaces.height_field import HeightField
+from synth.surfaces.profile import Profile
 
 KEPT = 4
 """Fingertips in memory, 12 MB each, up to 40 MB on a very fine texture. A live change asks for its contact three times;
 without this, sampling the fingertip three times is half of its time."""
 
 
-def contact_of(scene: Scene) -> Contact:
+def contact_of(scene: Scene, profile: Profile | None = None) -> Contact:
     """Return the contact of `scene`, without effects. One of its surfaces has a height.
+
+    profile: a texture in place of that of the scene, whose stiffness stays.
 
     Raises CannotRender for a probe that is too flat, and for a fingertip whose texture is too fine.
     """
-    geometry, stiffness, finger = Geometry.of_scene(scene), Stiffness.of_scene(scene), scene.finger
+    finger, stiffness = scene.finger, Stiffness.of_scene(scene)
+    geometry = Geometry.of_scene(scene) if profile is None else Geometry.of_surfaces(finger, profile)
     if finger.kind == "probe":
         from synth.contact.curved_contact import RoundContact
 

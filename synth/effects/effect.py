@@ -117,9 +117,11 @@ class OutputEffect(Effect, Generic[Solved]):
     """Adds channels, or changes the channels before them. Has no "auto": there is no difference to measure.
 
     Solved: type of the prepared scene, which later stages define.
+    has_table: whether a moving voice reads a table of the effect's own.
     """
 
     kind = Kind.OUTPUT
+    has_table = False
 
     @abstractmethod
     def channels(self, scene: Scene, settings: Any) -> tuple[str, ...]:

@@ -62,6 +62,7 @@ class Tangential(OutputEffect["Preparation"]):
     """The effect; see the module."""
 
     name = "tangential"
+    has_table = True
     summary = "The horizontal force of slopes and friction, as an additional channel."
     settings = TangentialSettings
     without_auto = (

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.plan.frame_solver import WITH_MEAN
 from synth.plan.request import Request
 from synth.response.lift_gate import gate
@@ -107,6 +108,15 @@ class SteadyScan(Request):
             error += self.spectrum.errors[self.orders.index(order)]
         reader = None if self.moving else SeriesCurve(series)
         return ChannelPlan(channel.quantity, order, full_scale, error, extent, reader, level)
+
+    def peaks_over(self, heights: Array) -> dict[int, float]:
+        """Return the peaks (m) of displacement and approach on a long surface.
+
+        heights: z at places of the whole surface, m. The series is that of a stretch, without its longest waves.
+        """
+        moved = self._gate * float(np.max(np.abs(heights - np.mean(heights))))
+        largest = self._gate * float(np.max(np.abs(heights)))
+        return {0: max(moved, extent_and_peak(self.series(0))[1]), WITH_MEAN: largest}
 
     def warning(self, channel: ChannelPlan, tolerance: float) -> str:
         """Return a warning if a channel misses the tolerance by more than round-off, or ""."""

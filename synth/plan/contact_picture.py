@@ -281,7 +281,7 @@ def _contact_of(scene: Scene, cache: ResponseCache | None) -> Contact:
     if any(auto for _effect, _settings, auto in shapes):
         kept = {effect.name: scene.effects[effect.name] for effect, _settings, _auto in shapes}
         solved = prepare(scene.model_copy(update={"effects": FrozenMapping(kept)}), cache)
-        return contact if solved.contact is None else solved.contact
+        return contact if solved.contact is None else solved.whole
     for effect, settings, _auto in shapes:
         assert isinstance(effect, ShapeEffect)
         contact = effect.shaped(contact, settings)

@@ -13,7 +13,8 @@ Model   y = g(w) (z(p / lambda2, w) - mean of z over a period at w) is solved at
         Number of solutions: n solutions per period fold as much as a steady series of n phases. Loads of the scan are
         probed for the number of phases with which their series reach the tolerance. With the fastest speed, this gives
         the solutions per second. A landing requires a minimum number.
-        If the load is constant, the series is read, which is cheap. Otherwise every solution is one of eq. 1.
+        If the load is constant, the series is read, which is cheap. Otherwise every solution is one of eq. 1, and so
+        they are on a surface whose period is too long for a series, at a constant speed too.
 Source  design, sections 4 (`"exact"`) and 8. `contact.exact_solver` solves eq. 1 (Fagiani & Barbieri, 2016). The
         constants were measured with 18 recordings of 0.1 to 1 N, on one machine.
 Limits  The filter is 1 to within 1e-9 up to 0.40 of the rate, and below 1e-9 above 0.49 of the rate. For a narrower
@@ -76,9 +77,12 @@ class FramePlan:
     work: float
 
 
-def plan_frames(contact: Contact, scene: Scene, demand: Demand, tolerance: float, scale: float) -> FramePlan | None:
+def plan_frames(
+    contact: Contact, scene: Scene, demand: Demand, tolerance: float, scale: float, *, long: bool = False
+) -> FramePlan | None:
     """Return how the moving scan of `scene` is solved, or None if that would take too much time or memory.
 
+    contact: the contact, of a stretch where the surface is `long`. Every solution is then one of eq. 1.
     demand: harmonics, orders and tolerance of the series.
     tolerance: whole tolerance, of which that of the demand is a part.
     scale: the kept band, as a part of the whole band.
@@ -96,18 +100,20 @@ def plan_frames(contact: Contact, scene: Scene, demand: Demand, tolerance: float
     )
     stride = 1 << math.floor(math.log2(1.0 / scale))
     rate = scene.output.sample_rate / stride
-    fastest = motion.fastest() / scene.texture.period  # periods per second
-    if not varies:  # the series that is read ends with the harmonics of the demand, so that none fold
+    fastest = motion.fastest() / contact.geometry.texture_period  # periods per second
+    if not varies and not long:  # the series that is read ends with the harmonics of the demand, so that none fold
         count = math.ceil((demand.highest * fastest + scene.output.band_limit) / rate)
         errors = series[0].errors
     else:
+        count = max(1, math.ceil(phases * fastest / rate))
+    if varies:
         landing = max(FOLDED[order] for order in demand.orders) / (FOLDED_SHARE * tolerance)
-        count = max(math.ceil(SEEN * landing ** (1.0 / FALL)), math.ceil(phases * fastest / rate))
+        count = max(math.ceil(SEEN * landing ** (1.0 / FALL)), count)
         folded = (FOLDED[order] * (SEEN / count) ** FALL for order in demand.orders)
         errors = tuple(one + other for one, other in zip(errors, folded, strict=True))
     if 4.0 * MARGIN / (scale * stride) * count > MOST_TOGETHER:
         return None
-    solution = EXACT_CELL * contact.grid.cells if varies else CURVE_READ
+    solution = EXACT_CELL * contact.grid.cells if varies or long else CURVE_READ
     work = 1e-9 * count * rate * (solution + FRAME_SETUP)
     if varies and work * (motion.duration - motion.start) > PATIENCE:
         return None

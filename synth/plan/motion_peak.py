@@ -39,10 +39,13 @@ LOOKS = 1 << 20  # largest number of moments at which a long motion is estimated
 LOOK_RATE = 4000  # Hz, rate of those moments: a step of the load takes at least 1 ms
 
 
-def peaks_along(contact: Contact, scene: Scene, mean: Mean, orders: tuple[int, ...]) -> Array:
+def peaks_along(
+    contact: Contact, scene: Scene, mean: Mean, orders: tuple[int, ...], series: Contact | None = None
+) -> Array:
     """Return the largest magnitude of the time derivative of each of `orders`, SI, float64 [orders].
 
     mean: mean of z over a period, as for `FrameSolver`.
+    series: contact whose series gives the estimates, where it is not `contact`.
     """
     output, stroke = scene.output, scene.scan.stroke
     rate = min(output.sample_rate, max(100, math.ceil(output.band_limit / BAND)))
@@ -52,7 +55,7 @@ def peaks_along(contact: Contact, scene: Scene, mean: Mean, orders: tuple[int, .
     chunks = list(range(math.ceil(length * rate / solver.chunk)))
     most = max(1, math.floor(PATIENCE / (1e-9 * solver.solutions * (EXACT_CELL * contact.grid.cells + FRAME_SETUP))))
     if len(chunks) > most:
-        chunks = _loud_chunks(contact, scene, orders, length, solver.chunk / rate, most)
+        chunks = _loud_chunks(series or contact, scene, orders, length, solver.chunk / rate, most)
     return np.asarray(np.max([np.max(np.abs(solver.solved(number, orders)), axis=1) for number in chunks], axis=0))
 
 
@@ -86,7 +89,7 @@ def _loud_chunks(
 
 def _likely(contact: Contact, scene: Scene, orders: tuple[int, ...], samples: Array) -> list[Array]:
     """Return the estimated size of each of `orders` at the moments of `samples` (rows of a Motion)."""
-    lift, period = scene.scan.lift_load, scene.texture.period
+    lift, period = scene.scan.lift_load, contact.geometry.texture_period
     load, touching = np.maximum(samples[LOAD], lift), samples[LOAD] > 0.0
     known = np.geomspace(load.min(), load.max(), LOUD_LOADS) if np.ptp(load) else load[:1]
     fastest = max(float(np.max(np.abs(samples[SPEED]))) / period, 1e-9)

@@ -13,7 +13,8 @@ from synth.effects.effect import Price
 from synth.plan.channels import UNITS
 from synth.plan.effect_choice import LeftOut
 from synth.plan.preparation import Preparation
-from synth.plan.request import N_MAX
+from synth.plan.request import N_MAX, harmonics_in_band
+from synth.plan.scene_table import bounds_for
 from synth.plan.warnings import plan_doubts
 from synth.response.table_error import QUANTITIES
 from synth.scene.effects_section import effect_names, unit_of
@@ -22,6 +23,8 @@ from synth.scene.scene import scene_document
 
 if TYPE_CHECKING:
     from synth.plan.simulation_plan import SimulationPlan
+
+MOST_TOLD = 1 << 40  # harmonics in the band of a finger that hardly moves
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,7 +165,7 @@ def _beginning(solved: Preparation, plan: SimulationPlan) -> str:
 
 def _response_parts(solved: Preparation) -> list[Simulated]:
     """Return the response at the scan's own speed and load, and the solved frames or table of a moving scan."""
-    spectrum, frames, table = solved.spectrum, solved.frames, solved.table
+    spectrum, frames, table, direct = solved.spectrum, solved.frames, solved.table, solved.direct
     assert spectrum is not None
     how = "The load flattens the whole contact, so z is one sinusoid in closed form."
     if not spectrum.closed:
@@ -171,8 +174,16 @@ def _response_parts(solved: Preparation) -> list[Simulated]:
             f"as {solved.highest} harmonics, for a tolerance of {solved.tolerance:.3g} of the peak-to-peak of each "
             "quantity."
         )
+    if solved.stretch is not None:
+        how += (
+            f" The surface repeats after {solved.scene.texture.period:.4g} m only. Levels, errors and full scale are "
+            f"those of a stretch of {solved.period:.4g} m, the roughest, from {solved.stretch.begin:.4g} m on. What is "
+            "rendered is the whole surface."
+        )
     parts = [Simulated("contact response", how)]
     varies = "A hand sets speed and load" if solved.by_hand else "The speed varies"
+    if solved.stretch is not None and not solved.by_hand and not solved.load_varies:
+        varies = "The surface is too long for a series"
     if solved.load_varies and not solved.by_hand:
         low, high = solved.loads
         varies = f"The load varies between {low:.4g} N and {high:.4g} N"
@@ -185,6 +196,15 @@ def _response_parts(solved: Preparation) -> list[Simulated]:
             f"up to {table.harmonics} harmonics and {table.covered[1]:.4g} N. A heavier load is read as that load."
         )
         parts.append(Simulated("response table", reason))
+    if direct is not None:
+        most = bounds_for(solved.scene).harmonics
+        reason = (
+            f"{varies}, and {harmonics_in_band(solved.scene, MOST_TOLD)} harmonics are in the band at the scan's own "
+            f"speed, more than the {most} of a table. So z is solved along the motion, {direct.rate:.5g} times per "
+            f"second, which takes {100.0 * direct.work:.2g} % of a processor. A load above {direct.heaviest:.4g} N is "
+            "read as that load."
+        )
+        parts.append(Simulated("direct solutions", reason))
     return parts
 
 
@@ -206,12 +226,15 @@ def _left_out(solved: Preparation) -> tuple[LeftOut, ...]:
 def _response(solved: Preparation) -> dict[str, Any]:
     """Return how z is computed, the channels, and the simulation or the table if there is one."""
     spectrum, table, reach = solved.spectrum, solved.table, solved.reach if solved.moving else N_MAX
+    held, scene = solved.highest if spectrum is not None else 0, solved.scene
+    if solved.direct is not None or solved.stretch is not None:  # every harmonic in the band is rendered
+        held = reach = harmonics_in_band(scene, MOST_TOLD)
     told = {
         "method": _method(solved),
         "solver": "" if spectrum is None else spectrum.solver,
         "tolerance": solved.tolerance,
-        "fundamental_hz": abs(solved.turns),
-        "harmonics": solved.highest if spectrum is not None else 0,
+        "fundamental_hz": abs(scene.scan.speed) / scene.texture.period,
+        "harmonics": held,
         "n_max": reach if table is None else table.harmonics,
         "band_limit_hz": solved.scene.output.band_limit,
         "phases_solved": 0 if spectrum is None else spectrum.phases,
@@ -234,6 +257,15 @@ def _response(solved: Preparation) -> dict[str, Any]:
             "covered_loads": list(table.covered),
             "error_loads": list(solved.told_loads),
         }
+    if solved.direct is not None:
+        told["direct"] = {
+            "solutions_a_second": solved.direct.rate,
+            "processor_seconds_a_second": solved.direct.work,
+            "error_loads": [solved.direct.loads[0], solved.direct.loads[-1]],
+            "error_speed": solved.direct.fastest,
+        }
+    if solved.stretch is not None:
+        told["stretch"] = {"begin": solved.stretch.begin, "length": solved.stretch.period}
     return told
 
 
@@ -265,6 +297,8 @@ def _method(solved: Preparation) -> str:
         return "response table"
     if solved.frames is not None:
         return "solved frames"
+    if solved.direct is not None:
+        return "direct solutions"
     if solved.spectrum.closed:
         return "closed form"
     return "harmonics"

@@ -4,7 +4,8 @@ Stage   2, the part that computes. `plan` describes the result for people.
 Model   Harmonics below 0.40 of the rate, and below the bandwidth, are kept at the speed of the scan. A constant scan is
         read from the series of these harmonics. The series is solved to the tolerance, minus the rounding to float32.
         A moving scan is solved along its motion (`frame_solver`). A hand, and a moving scan whose blocks have
-        deadlines, read the response table instead.
+        deadlines, read the response table instead, or are solved directly where it is too coarse (`direct_plan`).
+        A surface whose period is too long for a series has that of a stretch (`stretch`), for its levels only.
 Source  design, section 4.
 Limits  The number of harmonics is that of `request`.
 """
@@ -20,18 +21,21 @@ from synth.contact.geometry import Geometry
 from synth.contact.load_balance import Contact
 from synth.contact.scene_contact import contact_of
 from synth.effects.effect import AddedChannel, Kind
+from synth.errors import CannotRender
 from synth.motion.motion import LARGEST_LOAD
 from synth.motion.scan_motion import ScanMotion
 from synth.perception.threshold import imperceptible_tolerance
 from synth.plan.channels import APPROACH, NEARLY, ChannelPlan, SteadyScan, spendable
+from synth.plan.direct_plan import DirectPlan, beyond_table, direct_plan
 from synth.plan.effect_choice import SimulationCase, outputs_of
 from synth.plan.effect_choice import asked as asked_effects
 from synth.plan.effects_preparation import PreparedEffects, effects_of, left_out, shape_for, simulated_channel
 from synth.plan.frame_solver import WITH_MEAN, FramePlan, plan_frames
 from synth.plan.motion_peak import differs_from_cruise, peaks_along
 from synth.plan.process_start import begun
-from synth.plan.request import Request
+from synth.plan.request import N_MAX, Request, harmonics_in_band
 from synth.plan.scene_table import kept_table, read_error
+from synth.plan.stretch import Stretch, on_whole, stretch_of
 from synth.response.mean_approach import Mean, mean_curve
 from synth.response.reading_filter import ORDERS
 from synth.response.response_cache import SHARED, ResponseCache
@@ -44,6 +48,9 @@ from synth.scene.scene import Scene
 
 SERIES_SHARE = 0.7  # part of a moving scan's tolerance for its series; the folded error of a landing uses the rest
 TIGHTEST, LOOSEST = 1e-7, 3e-2  # range of the tolerance for "imperceptible", which is the range of accuracy.tolerance
+OF_LEVELS = 2e-2  # tolerance of the series of a stretch from which a live voice has its levels, and nothing else
+PLACES = 512  # of a long surface at which the peaks of displacement and approach are looked for
+LONGEST_WHOLE = 1.0  # m: longest period over which effects are solved: the longest of a texture that is not a profile
 FELT = 0.1  # of the peak-to-peak: smaller errors cause no warning, as a hand distinguishes amplitudes by 0.1 to 0.25
 EXACT = 1e-6  # tolerance of "exact": the folded error below 0.40 of the rate (design, section 4)
 
@@ -54,7 +61,8 @@ class Preparation(Request):
 
     tolerance: tolerance as a number.
     warnings: sentences.
-    contact: the contact; None if nothing is solved.
+    contact: the contact; on a long surface that of its stretch. None if nothing is solved.
+    on_surface: the contact on the whole of a long surface; None otherwise.
     spectrum: series of z at the scan's load; None if the scene is silent.
     channels: plans of the channels.
     silence: why the scene is silent, or "".
@@ -62,18 +70,21 @@ class Preparation(Request):
         determines the full scale, or the scene has an approach channel.
     frames: how a moving scan is solved; None if a table is read.
     table: table that a moving voice reads, or None.
+    direct: how a moving voice is solved directly, or None.
     effects: the prepared effects; None if the scene has none.
     """
 
     tolerance: float
     warnings: tuple[str, ...] = ()
     contact: Contact | None = None
+    on_surface: Contact | None = None
     spectrum: Spectrum | None = None
     channels: tuple[ChannelPlan, ...] = ()
     silence: str = ""
     mean: Mean | None = None
     frames: FramePlan | None = None
     table: ResponseTable | None = None
+    direct: DirectPlan | None = None
     effects: PreparedEffects | None = None
 
     @property
@@ -93,9 +104,17 @@ class Preparation(Request):
         return SteadyScan(*self.request, self.spectrum)
 
     @property
+    def whole(self) -> Contact:
+        """The contact on the whole surface, of a scene that is not silent."""
+        found = self.on_surface or self.contact
+        assert found is not None
+        return found
+
+    @property
     def memory_bytes(self) -> int:
         """Memory of the preparation, in bytes, without its table, which is shared."""
-        held = 0 if self.spectrum is None else self.spectrum.memory_bytes
+        held = 0 if self.on_surface is None else self.on_surface.grid.nbytes
+        held += 0 if self.spectrum is None else self.spectrum.memory_bytes
         held += sum(channel.reader.nbytes for channel in self.channels if channel.reader is not None)
         held += 0 if self.effects is None else self.effects.memory_bytes
         return held + (0 if self.contact is None else self.contact.grid.nbytes) + 1024
@@ -121,12 +140,14 @@ def prepare(
     kept = cache or SHARED
     output = (scene.output.channel_list, scene.output.sample_rate, scene.output.bandwidth)
     parts = (scene.finger, scene.texture, scene.scan, scene.effects, output, scene.accuracy)
-    paced = paced and (bool(scene.effects) or scene.scan.stroke is not None or scene.scan.trajectory is not None)
+    stretch = _stretch(scene)
+    moves = scene.scan.stroke is not None or scene.scan.trajectory is not None or stretch is not None
+    paced = paced and (bool(scene.effects) or moves)
     key: Hashable = ("preparation", by_hand, paced, exact, parts)
 
     def build() -> Preparation:
         loads = (0.0, LARGEST_LOAD) if by_hand else ScanMotion(scene).load_range()
-        return _prepared(Request(scene, by_hand, paced, loads), kept, exact=exact)
+        return _prepared(Request(scene, by_hand, paced, loads, stretch), kept, exact=exact)
 
     return replace(kept.get(key, build), scene=scene)
 
@@ -138,15 +159,16 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool) -> Preparati
     silence = _silence(asked, geometry)
     if silence:
         return _silent(solved, silence)
-    contact = contact_of(scene)
+    contact = contact_of(scene, None if asked.stretch is None else asked.stretch.profile)
     if scene.accuracy.tolerance == "imperceptible":
         tolerance = _imperceptible(contact, asked)
     contact, shapes, demand = _shaped(asked, contact, tolerance)
     key = ("spectrum", contact.key, _pressed(scene), demand, asked.reach)
     spectrum = cache.get(key, lambda: solve_spectrum(contact, _pressed(scene), demand, asked.reach))
-    solved = replace(solved, tolerance=tolerance, contact=contact)
-    mean, peaks = _own_motion(asked, contact, tolerance)
+    on_surface = None if asked.stretch is None else on_whole(contact, scene)
+    solved = replace(solved, tolerance=tolerance, contact=contact, on_surface=on_surface)
     steady = SteadyScan(*asked.request, spectrum)
+    mean, peaks = _own_motion(steady, contact, solved.whole, tolerance)
     silence = steady.silence(peaks)
     if silence and not asked.by_hand:
         return _silent(solved, silence)
@@ -157,7 +179,7 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool) -> Preparati
     frames = None
     if asked.moving and not asked.live:
         scale = min(1.0, scene.output.band_limit / (BAND * scene.output.sample_rate))
-        frames = plan_frames(contact, scene, demand, tolerance, scale)
+        frames = plan_frames(contact, scene, demand, tolerance, scale, long=asked.stretch is not None)
     warnings = solved.warnings + missed
     solved = replace(solved, spectrum=spectrum, channels=channels, warnings=warnings, mean=mean, frames=frames)
     if shapes is not None:
@@ -165,6 +187,20 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool) -> Preparati
     if solved.moving and not solved.simulated:
         solved = _with_motion(solved, cache, exact=exact)
     return solved if solved.effects is None else _with_stages(solved, solved.effects, cache, exact=exact)
+
+
+def _stretch(scene: Scene) -> Stretch | None:
+    """Return the stretch of a long surface, or None. Raises CannotRender where an effect needs a shorter period."""
+    needing = [effect.name for effect, *_settings in asked_effects(scene, Kind.BALANCE)]
+    needing += [effect.name for effect, _settings in outputs_of(scene) if effect.has_table]
+    if not needing:
+        return stretch_of(scene, harmonics_in_band(scene, N_MAX + 1), N_MAX)
+    if scene.texture.period > LONGEST_WHOLE:
+        raise CannotRender(
+            f"The effect {needing[0]} is solved over a whole period of the surface. It is {scene.texture.period:.4g} m "
+            f"here and may be {LONGEST_WHOLE:g} m. Leave {needing[0]} out, or write a shorter texture."
+        )
+    return None
 
 
 def _silent(solved: Preparation, silence: str) -> Preparation:
@@ -189,9 +225,13 @@ def _shaped(asked: Request, contact: Contact, tolerance: float) -> tuple[Contact
         demand = Demand(max(asked.highest, 1), asked.orders, tolerance)
         contact, shapes = shape_for(contact, scene, demand, loads, asked.turns)
         contact.geometry_at(max(*loads, scene.scan.lift_load))  # raises if the contact is too long at this load
+    if asked.stretch is not None and asked.live:
+        tolerance = max(tolerance, OF_LEVELS)
     share = SERIES_SHARE if asked.moving else 1.0
     demand = Demand(asked.highest if asked.load_varies else asked.reach, asked.orders, share * spendable(tolerance))
-    if any(asked_effects(scene, Kind.BALANCE)) or (asked.load_varies and not asked.live):  # tables refine themselves
+    long = asked.stretch is not None
+    # tables refine themselves
+    if any(asked_effects(scene, Kind.BALANCE)) or ((asked.load_varies or long) and not asked.live):
         pressed, ends = _pressed(scene), (0.0, HEAVIEST) if asked.by_hand else loads
         judged = tuple(sorted({max(load, scene.scan.lift_load) for load in (*ends, pressed)}))
         contact = fine_enough(contact, judged, pressed, demand)
@@ -201,16 +241,21 @@ def _shaped(asked: Request, contact: Contact, tolerance: float) -> tuple[Contact
 def _with_motion(solved: Preparation, cache: ResponseCache, *, exact: bool) -> Preparation:
     """Return a moving scan with its errors and, unless its frames are solved, the table that its voice reads."""
     assert solved.contact is not None
+    wanted, table, direct = solved.tolerance if exact else None, None, None
     if solved.frames is not None:
         errors = dict(zip(solved.orders, solved.frames.errors, strict=True))
-        limit, table, where = NEARLY * solved.tolerance, None, ""
+        limit, where = NEARLY * solved.tolerance, ""
     else:
-        rate = solved.scene.output.sample_rate
-        table = kept_table(solved.contact, solved.scene, cache, tolerance=solved.tolerance if exact else None)
-        low, high = solved.told_loads
-        errors = {
-            order: read_error(table, name, rate, (low, high), solved.highest) for order, name in enumerate(QUANTITIES)
-        }
+        rate, (low, high) = solved.scene.output.sample_rate, solved.told_loads
+        if beyond_table(solved, solved.contact):
+            direct = direct_plan(solved, solved.contact, solved.whole, cache, wanted)
+            errors, low, high = dict(enumerate(direct.errors)), direct.loads[0], direct.loads[-1]
+        else:
+            table = kept_table(solved.contact, solved.scene, cache, tolerance=wanted)
+            errors = {
+                order: read_error(table, name, rate, (low, high), solved.highest)
+                for order, name in enumerate(QUANTITIES)
+            }
         limit = NEARLY * solved.tolerance if exact else max(FELT, solved.tolerance)
         where = f" at loads from {low:.4g} to {high:.4g} N"
     channels = tuple(replace(one, error=one.error + errors[one.order]) for one in solved.channels)
@@ -220,7 +265,7 @@ def _with_motion(solved: Preparation, cache: ResponseCache, *, exact: bool) -> P
         for one in channels
         if one.error > limit
     )
-    return replace(solved, table=table, channels=channels, warnings=(*solved.warnings, *warnings))
+    return replace(solved, table=table, direct=direct, channels=channels, warnings=(*solved.warnings, *warnings))
 
 
 def _with_effects(solved: Preparation, shapes: PreparedEffects) -> Preparation:
@@ -242,25 +287,33 @@ def _with_stages(solved: Preparation, effects: PreparedEffects, cache: ResponseC
     """Return `solved` with the stages of the effects on the output, which read its channels."""
     stages = tuple(effect.prepare(solved, settings, cache) for effect, settings in outputs_of(solved.scene))
     effects = replace(effects, stages=stages)
-    limit = NEARLY * solved.tolerance if solved.table is None or exact else max(FELT, solved.tolerance)
+    read = solved.table is not None or solved.direct is not None
+    limit = NEARLY * solved.tolerance if not read or exact else max(FELT, solved.tolerance)
     warnings = (*solved.warnings, *effects.warnings(solved.tolerance, limit))
     return replace(solved, effects=effects, warnings=warnings)
 
 
-def _own_motion(asked: Request, contact: Contact, tolerance: float) -> tuple[Mean | None, dict[int, float]]:
+def _own_motion(
+    asked: SteadyScan, series: Contact, contact: Contact, tolerance: float
+) -> tuple[Mean | None, dict[int, float]]:
     """Return the mean of z, and the peak of each order along the scan's own motion.
 
     They are None and empty if the scan's own speed and load determine the peaks.
+
+    series: contact of one period of the series; `contact` is on the whole surface.
     """
     scene, listed = asked.scene, asked.scene.output.channel_list
-    approach = any(channel.quantity == APPROACH for channel in listed)
-    if asked.by_hand or not asked.moving or not (approach or differs_from_cruise(scene)):
-        return None, {}
+    approach, long = any(channel.quantity == APPROACH for channel in listed), asked.stretch is not None
+    probed = np.arange(PLACES) / PLACES
+    peaks = asked.peaks_over(contact.heights(probed, np.full(PLACES, _pressed(scene)))) if long else {}
+    if asked.by_hand or not asked.moving or not (approach or long or differs_from_cruise(scene)):
+        return None, peaks
     mean = mean_curve(contact, asked.loads, _pressed(scene), tolerance)
-    if all(channel.full_scale for channel in listed):
-        return mean, {}
+    if all(channel.full_scale for channel in listed) or not (approach or differs_from_cruise(scene)):
+        return mean, peaks
     known = tuple(sorted({0, *asked.orders, *({WITH_MEAN} if approach else ())}))
-    return mean, dict(zip(known, peaks_along(contact, scene, mean, known).tolist(), strict=True))
+    found = peaks_along(contact, scene, mean, known, series)
+    return mean, dict(zip(known, found.tolist(), strict=True))
 
 
 def _silence(asked: Request, geometry: Geometry) -> str:

@@ -12,6 +12,7 @@ import math
 from dataclasses import dataclass
 
 from synth.motion.scan_motion import ScanMotion
+from synth.plan.stretch import Stretch
 from synth.response.reading_filter import ORDERS
 from synth.scene.scene import Scene
 
@@ -19,6 +20,8 @@ N_MAX = 4096  # harmonics (design, section 4); more would cost proportionally mo
 MOVING_REACH = 8  # ratio of the harmonics kept to those at the fastest speed u: down to the speed u / 8 none is lost
 FEWEST_MOVING = 64  # smallest number of harmonics of a moving scan, at any speed, as it is slow at its turns
 HAND_LOADS = (0.05, 1.8)  # N, usual loads of a hand (Fagiani & Barbieri, 2016, section 2)
+HAND_SPEEDS = (0.01, 0.16)  # m/s, usual range, extended to the scene's speed: faster hands are limited; with a lower
+# upper end, the sound is louder
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,28 +32,35 @@ class Request:
     by_hand: whether a hand sets the motion.
     paced: whether the blocks have deadlines; see `prepare`.
     loads: smallest and largest load of the scan, N.
+    stretch: of a surface whose period is too long for a series, or None.
     """
 
     scene: Scene
     by_hand: bool
     paced: bool
     loads: tuple[float, float]
+    stretch: Stretch | None
 
     @property
-    def request(self) -> tuple[Scene, bool, bool, tuple[float, float]]:
-        """The four fields, as arguments of a subclass."""
-        return self.scene, self.by_hand, self.paced, self.loads
+    def request(self) -> tuple[Scene, bool, bool, tuple[float, float], Stretch | None]:
+        """The five fields, as arguments of a subclass."""
+        return self.scene, self.by_hand, self.paced, self.loads, self.stretch
+
+    @property
+    def period(self) -> float:
+        """Period of the series of z (m): of the texture, or of its stretch."""
+        return self.scene.texture.period if self.stretch is None else self.stretch.period
 
     @property
     def turns(self) -> float:
-        """Texture periods per second at the scan's speed, signed."""
-        return self.scene.scan.speed / self.scene.texture.period
+        """Periods of the series per second at the scan's speed, signed."""
+        return self.scene.scan.speed / self.period
 
     @property
     def moving(self) -> bool:
-        """True if the scan, or a hand, changes the speed or the load."""
+        """True if no series gives the samples: the speed or the load changes, or the surface is too long for one."""
         scan = self.scene.scan
-        return self.by_hand or scan.stroke is not None or scan.trajectory is not None
+        return self.by_hand or scan.stroke is not None or scan.trajectory is not None or self.stretch is not None
 
     @property
     def live(self) -> bool:
@@ -65,7 +75,9 @@ class Request:
     @property
     def reach(self) -> int:
         """Largest number of harmonics of a moving voice."""
-        return min(N_MAX, max(MOVING_REACH * self.highest, FEWEST_MOVING)) if self.moving else self.highest
+        if not self.moving or self.stretch is not None:
+            return self.highest
+        return min(N_MAX, max(MOVING_REACH * self.highest, FEWEST_MOVING))
 
     @property
     def orders(self) -> tuple[int, ...]:
@@ -90,3 +102,8 @@ def harmonics_below(frequency: float, limit: float, most: int = N_MAX) -> int:
     if frequency * most < limit:
         return most
     return max(0, math.ceil(limit / frequency * (1.0 - 1e-12)) - 1)
+
+
+def harmonics_in_band(scene: Scene, most: int) -> int:
+    """Return the number of harmonics of the texture in the band at the scan's own speed. It is `most` at most."""
+    return harmonics_below(abs(scene.scan.speed) / scene.texture.period, scene.output.band_limit, most)

@@ -21,6 +21,7 @@ from synth.contact.scene_contact import contact_of
 from synth.errors import Fault, SceneError
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.effects_preparation import shape_for
+from synth.plan.stretch import stretch_of
 from synth.response.reading_filter import ORDERS, reading_filter
 from synth.response.response_cache import ResponseCache
 from synth.response.spectrum import Demand
@@ -46,13 +47,19 @@ def table_of_scene(
 
     bounds: limits on the table's cost; None for those of `bounds_for`.
     cache: cache from which the table is taken if it is there, and in which a new one is kept.
-    Raises SceneError if neither surface has a height, and CannotRender for a shape that cannot be solved.
+    Raises SceneError if neither surface has a height and for a surface that is too long for a table, and CannotRender
+    for a shape that cannot be solved.
     """
     geometry = Geometry.of_scene(scene)
     if geometry.height_scale == 0.0:
         hint = "Give the texture or the finger a height."
         raise SceneError([Fault("/finger/ridge_amplitude", "0.0", "above 0 m where texture.amplitude is 0 m", hint)])
-    contact, chosen = contact_of(scene), bounds or bounds_for(scene)
+    chosen = bounds or bounds_for(scene)
+    if stretch_of(scene, 1, 0) is not None:
+        allowed = f"a surface of which {chosen.harmonics} harmonics of its period show the waves"
+        hint = "A voice solves this surface directly, without a table. For a table write a shorter surface."
+        raise SceneError([Fault("/texture", f"a period of {scene.texture.period:.4g} m", allowed, hint)])
+    contact = contact_of(scene)
     if scene.effects:
         loads = (0.0, chosen.heaviest)
         contact, _shapes = shape_for(contact, scene, SHAPES_JUDGED, loads, scene.scan.speed / scene.texture.period)

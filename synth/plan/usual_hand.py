@@ -16,6 +16,7 @@ Limits  If a hand is so slow that the band contains more harmonics than the tabl
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,17 +26,17 @@ from synth.contact.scene_contact import contact_of
 from synth.plan.channels import PEAK
 from synth.plan.effect_choice import outputs_of, with_added_scales
 from synth.plan.preparation import Preparation, prepare
-from synth.plan.request import HAND_LOADS, harmonics_below
+from synth.plan.request import HAND_LOADS, HAND_SPEEDS, harmonics_below
+from synth.response.band_filter import SOLUTIONS
 from synth.response.response_cache import SHARED, ResponseCache
-from synth.response.spectrum import Complex, Demand, curves, points_for, solve_spectrum
+from synth.response.spectrum import Complex, Demand, curves, harmonics_of, points_for, solve_spectrum
 from synth.scene.output_section import Channel
 from synth.scene.scene import Scene
 
 HAND_SPEED, HAND_LOAD = 0.08, 0.3  # m/s and N of a usual hand
-HAND_SPEEDS = (0.01, 0.16)  # m/s, usual range, extended to the scene's speed: faster hands are limited; with a lower
-# upper end, the sound is louder
 # Numbers of loads, landing loads and speeds whose peaks are computed. With more, opening takes longer (4 ms per load).
 PROBED_LOADS, PROBED_LANDINGS, PROBED_SPEEDS = 12, 5, 9
+PROBED_ON_STRETCH = 1, 3  # landing loads and loads on a long surface, whose levels differ more from place to place
 MOVING_BAND = 0.49 / 0.40  # of the band: mip levels fade from the band to 1.4 times it, which sounds as loud as this
 MOST_HARMONICS = 1024  # of those peaks: slow hands on coarse textures are not the loudest
 PROBE_TOLERANCE = 3e-2  # tolerance of the series of those peaks
@@ -115,17 +116,22 @@ def usual_peaks(scene: Scene, contact: Contact | None, cache: ResponseCache) -> 
     """
     solver = contact or contact_of(scene)
     own, speed = max(scene.scan.load, scene.scan.lift_load), scene.scan.speed
-    landing = np.geomspace(min(scene.scan.lift_load, HAND_LOADS[0]), HAND_LOADS[0], PROBED_LANDINGS, endpoint=False)
-    usual = np.geomspace(min(HAND_LOADS[0], own), max(HAND_LOADS[1], own), PROBED_LOADS)
+    period, limit = solver.geometry.texture_period, MOVING_BAND * scene.output.band_limit
+    landings, probed = (PROBED_LANDINGS, PROBED_LOADS) if period == scene.texture.period else PROBED_ON_STRETCH
+    landing = np.geomspace(min(scene.scan.lift_load, HAND_LOADS[0]), HAND_LOADS[0], landings, endpoint=False)
+    usual = np.geomspace(min(HAND_LOADS[0], own), max(HAND_LOADS[1], own), probed)
     loads = [own, *landing.tolist(), *usual.tolist()]
     speeds = np.array([speed, *np.geomspace(HAND_SPEEDS[0], max(HAND_SPEEDS[1], speed), PROBED_SPEEDS)])
-    period, limit = scene.texture.period, MOVING_BAND * scene.output.band_limit
     counts = [harmonics_below(float(one) / period, limit, MOST_HARMONICS) for one in speeds]
     demand = Demand(max(min(filter(None, counts), default=1), 1), (0, 1, 2), PROBE_TOLERANCE)
     key = ("usual peaks", solver.key, tuple(loads), tuple(speeds.tolist()), limit)
 
     def found() -> UsualPeaks:
-        every = [solve_spectrum(solver, float(load), demand, max(*counts, 1)).harmonics for load in loads]
+        if period != scene.texture.period:
+            points = math.ceil(SOLUTIONS * limit * period / np.max(speeds))
+            every = [_coarse_series(solver, load, points, max(*counts, 1)) for load in loads]
+        else:
+            every = [solve_spectrum(solver, load, demand, max(*counts, 1)).harmonics for load in loads]
         peaks = np.array([
             [_peaks(series[: count + 1], one / period) for one, count in zip(speeds, counts, strict=True)]
             for series in every
@@ -134,6 +140,11 @@ def usual_peaks(scene: Scene, contact: Contact | None, cache: ResponseCache) -> 
         return UsualPeaks(tuple(np.max(peaks, axis=(0, 1)).tolist()), tuple(peaks[0, 0].tolist()))
 
     return cache.get(key, found)
+
+
+def _coarse_series(contact: Contact, load: float, points: int, highest: int) -> Complex:
+    """Return the harmonics of z at `load` (N) from as many solutions as the fastest hand has."""
+    return harmonics_of(contact.heights(np.arange(points) / points, np.full(points, load)), highest)
 
 
 def _peaks(series: Complex, turns: float) -> list[float]:

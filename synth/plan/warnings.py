@@ -45,6 +45,8 @@ def _cancelled(solved: Preparation) -> tuple[str, ...]:
     """Warn where the equal ridges of a comb cancel the line at u / lambda2, which every measured finger has."""
     if solved.spectrum is None or solved.scene.finger.kind != "comb" or solved.spectrum.closed:
         return ()
+    if solved.stretch is not None:  # its fundamental is none of the surface
+        return ()
     lines = np.abs(solved.spectrum.harmonics[1 : solved.highest + 1])
     if len(lines) < 2 or not lines.max() or lines[0] > CANCELLED * lines.max():
         return ()

@@ -21,25 +21,45 @@ Heights = Callable[[Array, float], Array]
 """z (m) at each of some phases (turns) and at one load (N)."""
 
 FEWEST_MEANS, MOST_MEANS = 33, 1025  # loads at which the mean is solved
-MEAN_PHASES = 512  # phases per load
+MEAN_PHASES = 512  # phases per load, of a period that is solved as a series
 MEAN_ERROR = 1e-3  # largest error, times the tolerance and the peak-to-peak of z
 SPLINE_GAIN = 8.0  # least factor by which the error falls when an interval is halved; 16 in the limit
 
 
-def mean_curve(contact: Contact, loads: tuple[float, float], load: float, tolerance: float) -> Mean:
+def mean_curve(
+    contact: Contact,
+    loads: tuple[float, float],
+    load: float,
+    tolerance: float,
+    places: int = MEAN_PHASES,
+    fewest: int = FEWEST_MEANS,
+) -> Mean:
     """Return the mean of z over a period (m) over w^(1/3) (N^(1/3)), from no load to the heavier of `loads` (N).
 
     load: N; `tolerance` is relative to the peak-to-peak of z at this load.
+    places: number of places of a period over which z is averaged.
+    fewest: least number of loads at which it is solved, before intervals are halved.
     """
+
+    def heights(phases: Array, w: float) -> Array:
+        return contact.heights(phases, np.full(len(phases), w)) if w > 0.0 else contact.approach(phases, 0.0)[0]
+
     lightest = loads[0] if loads[0] == loads[1] else 0.0
-    return mean_of(lambda phases, w: contact.approach(phases, w)[0], (lightest, loads[1]), load, tolerance)
+    return mean_of(heights, (lightest, loads[1]), load, tolerance, places, fewest)
 
 
-def mean_of(heights: Heights, loads: tuple[float, float], load: float, tolerance: float) -> Mean:
+def mean_of(
+    heights: Heights,
+    loads: tuple[float, float],
+    load: float,
+    tolerance: float,
+    places: int = MEAN_PHASES,
+    fewest: int = FEWEST_MEANS,
+) -> Mean:
     """Return the mean of `heights` as `mean_curve` does, between two loads (N). At smaller loads it stays the same."""
     from scipy.interpolate import CubicSpline
 
-    theta = np.arange(MEAN_PHASES) / MEAN_PHASES
+    theta = np.arange(places) / places
 
     def means(roots: Array) -> Array:
         return np.array([np.mean(heights(theta, float(root) ** 3)) for root in roots])
@@ -48,8 +68,8 @@ def mean_of(heights: Heights, loads: tuple[float, float], load: float, tolerance
     if lightest == heaviest:
         return partial(np.full_like, fill_value=means(np.cbrt([heaviest]))[0])
     least, most = np.cbrt(lightest), np.cbrt(max(heaviest, 1e-12))
-    roots = np.linspace(least, most, FEWEST_MEANS)
-    values, halved = means(roots), np.arange(FEWEST_MEANS - 1)
+    roots = np.linspace(least, most, fewest)
+    values, halved = means(roots), np.arange(fewest - 1)
     allowed = MEAN_ERROR * tolerance * float(np.ptp(heights(theta, load))) + 1e-14 * float(np.max(np.abs(values)))
     while len(halved) and len(roots) < MOST_MEANS:
         between = 0.5 * (roots[halved] + roots[halved + 1])

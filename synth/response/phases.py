@@ -14,7 +14,7 @@ from fractions import Fraction
 import numpy as np
 
 from synth.arrays import Array
-from synth.kernels import inlined, two_product
+from synth.kernels import inlined, signed_kernel, two_product
 
 HALF_TURN = 2.0**63
 WORD = 2.0**32
@@ -85,6 +85,12 @@ def fill_phases(motion, position, phase, rate, period, first, stride, phases):
 def phase_at(turns):
     """Return turns as a uint64 fraction of a turn."""
     return np.uint64(np.int64(np.rint((turns - np.rint(turns)) * HALF_TURN)) << np.int64(1))
+
+
+@signed_kernel("u8(f8[:,::1], f8[::1], u8, f8, f8, i8, i8, u8[::1])")
+def phases_of(motion, position, phase, rate, period, first, stride, phases):
+    """Write the phase of the frames first, first + stride, ... to `phases`; return the phase after the last frame."""
+    return fill_phases(motion, position, phase, rate, period, first, stride, phases)
 
 
 def phase_step(speed: float, period: float, rate: int) -> int:

@@ -102,12 +102,12 @@ def _all_weights(order: int, stride: int, taps: int, highest: float) -> Array:
     return np.array([designed(order, j / stride, taps, highest) for j in range(stride)])
 
 
-def responses(taps: int, order: int, part: float, highest: float) -> tuple[Complex, Complex]:
-    """Return the frequency response of each difference [GRID, taps - 1] and the desired response [GRID].
+def responses(taps: int, order: int, part: float, highest: float, points: int = GRID) -> tuple[Complex, Complex]:
+    """Return the frequency response of each difference [points, taps - 1] and the desired response [points].
 
-    Both are complex, at GRID frequencies up to `highest` (cycles per step), relative to the size of the derivative.
+    Both are complex, at `points` frequencies up to `highest` (cycles per step), relative to the size of the derivative.
     """
-    f = highest * (np.arange(GRID) + 0.5) / GRID
+    f = highest * (np.arange(points) + 0.5) / points
     turned = 2j * np.pi * f
     scale = np.abs(turned) ** order
     basis = np.diff(np.exp(turned[:, np.newaxis] * steps_of(taps)), axis=1) / scale[:, np.newaxis]

@@ -256,6 +256,12 @@ def filter_samples(z, weights, hold, gain, skipped, out):
             out[step * stride + first] = column[step]
 
 
+@signed_kernel("void(f8[::1], f8[:,::1], f8, f8, i8, f4[:,:], i8)")
+def filter_frames(z, weights, hold, gain, skipped, out, column):
+    """Write the frames that `filter_samples` makes of z to a column of `out`."""
+    filter_samples(z, weights, hold, gain, skipped, out[:, column])
+
+
 @signed_kernel("u8(f4[::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[::1], f8[:,::1], f8[::1], u8, f8[::1], f4[:,:], i8)")
 def read_block(pool, levels, rows, weights, rules, motion, position, phase, state, out, column):
     """Write the next frames to a column of `out`, update `state`, and return the phase after the last frame.

@@ -32,8 +32,10 @@ class SolvedFrames:
         rate, mean = solved.scene.output.sample_rate, solved.mean
         if mean is None:
             mean = mean_curve(solved.contact, solved.loads, solved.scene.scan.load, solved.tolerance)
-        if heights is None:
-            heights = solved.contact.heights if solved.load_varies else SeriesCurve(solved.spectrum.harmonics).heights
+        if heights is None and (solved.load_varies or solved.stretch is not None):
+            heights = solved.whole.heights
+        elif heights is None:
+            heights = SeriesCurve(solved.spectrum.harmonics).heights
         self._solver = FrameSolver(
             heights, solved.scene, mean, rate, count=plan.count, stride=plan.stride, scale=plan.scale
         )

@@ -29,7 +29,7 @@ from synth.response.series_curve import SMALLEST, SeriesCurve
 from synth.response.spectrum import Complex, Demand, Spectrum, curves, points_for, solve_spectrum
 from synth.response.table import ResponseTable
 from synth.response.table_reader import TableReader
-from synth.voice.table_reading import HandReader, ScanReader, delayed
+from synth.voice.table_reading import HandReader, ScanReader, TableChannels, delayed
 
 QUANTITY = "tangential_force"
 READ_AS = "displacement", "approach"  # how the tables are read: the slope force has no mean, friction has one
@@ -162,8 +162,8 @@ class TangentialStage:
         if not readers:
             return ForceState(None)
         if not self.solved.by_hand:
-            return ForceState(ScanReader(readers, scene))
-        hand = HandReader(readers, scene.texture.period, rate)
+            return ForceState(ScanReader(TableChannels(readers), scene))
+        hand = HandReader(TableChannels(readers), scene.texture.period, rate)
         hand.phase = phase
         return ForceState(hand)
 

@@ -2,8 +2,8 @@
 
 Stage   3 (VOICE).
 Model   At constant speed and load the phase is the frame number times a 64-bit step, so a frame has the same samples
-        whether it is rendered directly or in a stream. A varying scan is solved along its motion, or read from the
-        response table where blocks have deadlines. A hand is read from the table.
+        whether it is rendered directly or in a stream. A varying scan is solved along its motion. Where blocks have
+        deadlines, and for a hand, z is read from the response table, or solved directly where that is too coarse.
 Source  design, sections 1, 4 and 8.
 Limits  Blocks are float32: 6e-8 of full scale. They may exceed full scale; `limiter.Limiter` keeps them within it.
 """
@@ -82,9 +82,9 @@ class Voice:
         elif solved.frames is not None:
             self._scan = SolvedFrames(solved, solved.frames)
         else:
-            from synth.voice.table_reading import ScanReader, readers_of  # imported only for a voice that reads tables
+            from synth.voice.table_reading import ScanReader, reader_of  # imported only for a voice that moves live
 
-            self._scan = ScanReader(readers_of(solved), solved.scene)
+            self._scan = ScanReader(reader_of(solved), solved.scene)
         self._effects: VoiceEffects | None = None
         if solved.effects is not None and solved.spectrum is not None and not solved.by_hand:
             self._effects = _effects_of(solved, phase, paced=live or paced)
@@ -227,14 +227,14 @@ class Voice:
             self._hand_effects.begin_at(phase)
 
     def _ready_for_hand(self) -> None:
-        """Make the table reader (unless a simulation replaces it) and the effects that follow a hand."""
+        """Make the reader (unless a simulation replaces it) and the effects that follow a hand."""
         if self._for_hand is None:
             self._for_hand = prepare_hand(self.scene, self.full_scale, self._cache, exact=self._exact)
         hand = self._for_hand
-        if hand.table is not None:
-            from synth.voice.table_reading import HandReader, readers_of
+        if hand.table is not None or hand.direct is not None:
+            from synth.voice.table_reading import HandReader, reader_of
 
-            self._hand = HandReader(readers_of(hand), hand.scene.texture.period, self.sample_rate)
+            self._hand = HandReader(reader_of(hand), hand.scene.texture.period, self.sample_rate)
         if hand.effects is not None:
             self._hand_effects = _effects_of(hand, 0, paced=self._live)
 

@@ -4,11 +4,12 @@
     python -m tests.bench live [--seconds 60] [--streams 200] [--workers 2]
     python -m tests.bench page
     python -m tests.bench table
+    python -m tests.bench direct
     python -m tests.bench floods
 
 Parts: solver, voice, limiter, response, effects (each on one core), service, processes; --long adds an hour's render.
-`live`, `page`, `table` and `floods` run only where they are named: `live` loads a service with streams for minutes,
-`page` needs a browser, `table` measures tables, and `floods` floods a service.
+`live`, `page`, `table`, `direct` and `floods` run only where they are named: `live` loads a service with streams for
+minutes, `page` needs a browser, `table` measures tables, `direct` voices without one, and `floods` floods a service.
 Nothing here passes or fails: a figure over its limit is marked OVER. docs/benchmarks.md explains each line.
 """
 
@@ -23,6 +24,7 @@ from resource import RUSAGE_SELF, getrusage
 from time import perf_counter
 
 from tests.bench import (
+    bench_direct,
     bench_effects,
     bench_floods,
     bench_limiter,
@@ -52,6 +54,7 @@ BY_NAME: dict[str, Measure] = {  # only where named
     "live": bench_live.figures,
     "page": bench_page.figures,
     "table": bench_table.figures,
+    "direct": bench_direct.figures,
     "floods": bench_floods.figures,
 }
 ON_ONE_CORE = ("solver", "voice", "limiter", "response", "effects", "table")

@@ -66,8 +66,8 @@ def test_a_trajectory_follows_the_oracle_over_position_and_load() -> None:
 
 def test_a_hand_follows_the_oracle_over_position_and_load() -> None:
     output = {"quantity": "displacement", "sample_rate": RATE, "bandwidth": 1000}
-    scene = scene_of(finger=SHORT, scan={"speed": 0.01}, output=output)
-    motion, voice = swaying(2 * RATE // 5, RATE, 0.01, 0.004), open_voice(scene)
+    scene = scene_of(finger=SHORT, scan={"speed": 0.02}, output=output)
+    motion, voice = swaying(2 * RATE // 5, RATE, 0.02, 0.004), open_voice(scene)
     found = hand_signal(voice, motion)[:, 0]
     some = np.arange(0, len(found), 59)
     wanted = direct(touch_of(scene), motion.position[some], motion.samples[2, some], mean_phases=256)

@@ -1,0 +1,158 @@
+"""Solves eq. 1 along any motion: position and load at every frame in, the channels of a voice at every frame out.
+
+Stage   RESPONSE: without a table, for a surface whose period is long against the waves that matter.
+Model   y = gate(w) (z(p / lambda2, w) - mean(w)) is solved at every few frames; the approach is gate(w) z. The filter
+        of `band_filter` limits the band, takes the derivatives and makes the frames. All channels share the solutions.
+        A solution starts from those before it, and Newton's method ends at a different last digit from another start.
+        So the solutions are made in groups of GROUP, counted from the first frame, each of which starts afresh. A block
+        that ends within a group solves its beginning, and the next block solves that group again. The samples are
+        therefore the same in blocks of any size. Where neither place nor load has changed z is copied, so a finger at
+        rest is exactly silent and costs nothing.
+        Before the first frame the finger rests at its first position.
+Source  design, sections 1 and 8. Fagiani & Barbieri (2016), eq. 1.
+Limits  z of higher frequency than the solutions folds into the band (`plan.direct_plan` measures it), and the filter
+        errs (`band_filter`). A load above the heaviest is read as the heaviest. No error at higher speeds than those
+        measured is told. A block that is shorter than a group solves up to GROUP times as much.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.contact.load_balance import Contact
+from synth.response.band_filter import band_filter
+from synth.response.mean_approach import Mean
+from synth.response.phases import phases_of
+from synth.response.reading_filter import ReadingFilter
+from synth.response.series_curve import PLACE
+from synth.response.table import Floats
+from synth.response.table_reader import filter_frames
+
+Heights = Callable[[Array, Array], Array]
+Phases = np.ndarray[tuple[int], np.dtype[np.uint64]]
+
+GROUP = 40  # solutions: two groups in a block of 10 ms at 1 kHz; a fresh start takes the time of several solutions
+LOAD = 2  # row of `motion`
+
+
+@dataclass(slots=True)
+class DirectState:
+    """The state of a direct reader: the last samples only.
+
+    count: frames since the last solution, less than the stride.
+    samples: last samples of y, then of the approach, m [2, taps]; None before the first.
+    phases, loads: of the solutions of the present group, turns and N.
+    before: phase (turns), load (N) and z (m) of the last solution of the group before.
+    """
+
+    count: int = 0
+    samples: Array | None = None
+    phases: Array = field(default_factory=lambda: np.empty(0))
+    loads: Array = field(default_factory=lambda: np.empty(0))
+    before: tuple[float, float, float] = (np.nan, np.nan, np.nan)
+
+
+@dataclass(frozen=True, slots=True)
+class DirectReader:
+    """Reads the channels of a voice without a table. It keeps no state: `start` returns one, `read` updates it.
+
+    contact: gives z (m) at phases (turns) and loads (N).
+    mean: mean of z over the surface (m), over the cube root of the load (N^(1/3)).
+    period: of the texture, m.
+    lift_load: below it the output fades, N.
+    heaviest: the largest load that is solved, N.
+    rate: frames per second.
+    filters: from y to each channel, of one stride and length.
+    gains: of each channel, times SI.
+    with_mean: whether each channel is the approach.
+    """
+
+    contact: Contact
+    mean: Mean
+    period: float
+    lift_load: float
+    heaviest: float
+    rate: int
+    filters: tuple[ReadingFilter, ...]
+    gains: tuple[float, ...]
+    with_mean: tuple[bool, ...]
+
+    @property
+    def delay(self) -> int:
+        """Frames by which the output is behind the motion: output frame n belongs to motion frame n - delay."""
+        return self.filters[0].delay
+
+    @property
+    def cycle(self) -> int:
+        """Frames after which solutions and groups begin again."""
+        return GROUP * self.filters[0].stride
+
+    def start(self) -> DirectState:
+        """Return the state of a reader before its first frame."""
+        return DirectState()
+
+    def read(self, state: DirectState, motion: Array, position: Array, phase: int, out: Floats) -> int:
+        """Write the next frames of all channels to `out`, update `state`, and return the next phase.
+
+        motion: float64 [5, frames], as in `motion.Motion`.
+        position: of the texture (m) at each frame. Where it is empty, the texture goes on from `phase` at the speed of
+            the motion.
+        phase: 64-bit fraction of a turn.
+        out: float32 [frames, channels].
+        """
+        stride, taps, frames = self.filters[0].stride, self.filters[0].taps, len(out)
+        first = (stride - state.count) % stride
+        phases: Phases = np.empty(max(0, (frames - first + stride - 1) // stride), dtype=np.uint64)
+        after: int = phases_of(motion, position, np.uint64(phase), float(self.rate), self.period, first, stride, phases)
+        loads = np.clip(motion[LOAD, first::stride], 0.0, self.heaviest)
+        fresh = self._samples(state, (phases >> np.uint64(11)).astype(np.float64) * PLACE, loads)
+        if state.samples is None:
+            state.samples = np.repeat(fresh[:, :1], taps, axis=1)
+        samples = np.concatenate([state.samples, fresh], axis=1)
+        # A block begins within the step of the last sample before it, or with a new sample.
+        begin, skipped = (0, state.count) if state.count > 0 else (1, 0)
+        for column, (one, gain, whole) in enumerate(zip(self.filters, self.gains, self.with_mean, strict=True)):
+            weights = np.ascontiguousarray(one.weights.T)
+            filter_frames(samples[int(whole), begin:], weights, one.hold, gain, skipped, out, column)
+        state.samples = samples[:, samples.shape[1] - taps :].copy()
+        state.count = (state.count + frames) % stride
+        return after
+
+    def _samples(self, state: DirectState, phases: Array, loads: Array) -> Array:
+        """Return y and the approach (m) at each of `phases` (turns) and `loads` (N) [2, solutions]."""
+        solved = [np.empty(0)]
+        done = 0
+        while done < len(phases):
+            known = len(state.phases)
+            more = slice(done, done + GROUP - known)
+            state.phases = np.concatenate([state.phases, phases[more]])
+            state.loads = np.concatenate([state.loads, loads[more]])
+            z = self.solved(state.phases, state.loads, state.before)
+            solved.append(z[known:])
+            done += len(z) - known
+            if len(z) == GROUP:
+                state.before = float(state.phases[-1]), float(state.loads[-1]), float(z[-1])
+                state.phases, state.loads = np.empty(0), np.empty(0)
+        s = np.minimum(loads / self.lift_load, 1.0)
+        faded, height = s * s * s * (10.0 + s * (6.0 * s - 15.0)), np.concatenate(solved)
+        return faded * np.stack([height - self.mean(np.cbrt(loads)), height])
+
+    def solved(self, phases: Array, loads: Array, before: tuple[float, float, float]) -> Array:
+        """Return z (m) at each of `phases` and `loads`, 0 where nothing touches; `before` as in `DirectState`."""
+        moved = np.diff(phases, prepend=before[0]) != 0.0
+        moved |= np.diff(loads, prepend=before[1]) != 0.0
+        solved = moved & (loads > 0.0)
+        z = np.where(moved, 0.0, before[2])
+        if solved.any():
+            z[solved] = self.contact.heights(phases[solved], loads[solved])
+        last = np.maximum.accumulate(np.where(moved, np.arange(len(z)), -1))
+        return np.where(last < 0, before[2], z[np.maximum(last, 0)])
+
+
+def direct_filters(quantities: tuple[str, ...], rate: int, band: float, finer: int = 1) -> tuple[ReadingFilter, ...]:
+    """Return the filter of each of `quantities`; the other arguments are those of `band_filter`."""
+    return tuple(band_filter(quantity, rate, band, finer) for quantity in quantities)
