@@ -119,7 +119,7 @@ def _apply(event: Event, voice: HandVoice) -> None:
     """Apply an event to the voice."""
     name = event[1]
     if name == "contact":
-        voice.touch(Update(*event[2:7]))
+        voice.touch(Update(*event[2:]))
     elif name == "lift":
         voice.lift()
     elif name == "release":
@@ -178,10 +178,11 @@ def _checked(event: object, place: int, first: int) -> int:
 
 
 def _is_contact(values: list[Any]) -> bool:
-    if len(values) != 5 or not _is_whole(values[0]) or not _is_number(values[1]):
+    if len(values) not in (5, 7) or not _is_whole(values[0]) or not _is_number(values[1]):
         return False
     numbers = all(value is None or _is_number(value) for value in values[2:])
-    return numbers and (values[2] is None) != (values[3] is None)
+    turned = len(values) == 7 and values[2] is None  # a place over an area has a position along x
+    return numbers and not turned and (values[2] is None) != (values[3] is None)
 
 
 VALUES: dict[str, Callable[[list[Any]], bool]] = {
