@@ -20,6 +20,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.contact.area_grid import AreaGrid
+from synth.contact.area_path import heights_along
 from synth.contact.area_texture import stored_texture
 from synth.contact.full_contact import FullContact
 from synth.contact.geometry import Geometry
@@ -86,10 +87,12 @@ class CombOnArea(Contact):
     geometry: over the length L.
     stiffness: of eqs 4-5 at L.
     line: where the comb stands.
+    coarser: factor on the distance of the points.
     """
 
     of_one_line = False
     line: Line = MIDDLE
+    coarser: float = 1.0
 
     @classmethod
     def of(cls, geometry: Geometry, stiffness: Stiffness, line: Line = MIDDLE) -> CombOnArea:
@@ -98,11 +101,17 @@ class CombOnArea(Contact):
 
     def on(self, geometry: Geometry) -> Self:
         """Return this contact on another height field."""
-        return replace(self, geometry=geometry, grid=comb_grid(geometry, self.line))
+        return replace(self, geometry=geometry, grid=comb_grid(geometry, self.line, self.coarser))
 
-    def grid_at(self, direction: float, coarser: float) -> AreaGrid:
-        """Return its points; see `area_path.AreaContact`."""
-        return comb_grid(self.geometry, Line(0.0, direction), coarser)
+    def heights(self, phases: Array, loads: Array, path: Array | None = None) -> Array:
+        """Return z (m) on its line, or along a path; see `fingertip.FingertipContact.heights`."""
+        if path is None:
+            return super(CombOnArea, self).heights(phases, loads)
+        return heights_along(self, phases, loads, path)
+
+    def grid_at(self, direction: float) -> AreaGrid:
+        """Return its points at another direction (rad)."""
+        return comb_grid(self.geometry, Line(self.line.y, direction), self.coarser)
 
     def refined(self) -> None:
         """Return None: the points are the model."""

@@ -3,7 +3,8 @@
 Stage   CONTACT.
 Model   h2 is the mean of the texture over the cell of a point of the finger. It is stored at FINER places per cell
         along and across, in the order [place in a cell across, along, row, column], so that the neighbours of a point
-        are its neighbours in memory. The stored columns reach beyond a period by the length of the finger, so no index wraps.
+        are its neighbours in memory. The stored columns reach beyond a period by the length of the finger, so no
+        index wraps.
 Limits  A texture is stored once for all directions of a finger; the most recently used ones are kept.
 """
 

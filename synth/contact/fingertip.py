@@ -110,15 +110,15 @@ def area_grid(
 
 
 def fingertip_grid(
-    field: RidgeField, footprint: Footprint, texture: Profile, scale: float, line: Line = MIDDLE
+    field: RidgeField, footprint: Footprint, texture: Profile, scale: float, line: Line = MIDDLE, coarser: float = 1.0
 ) -> PhaseSolver:
     """Return the points of `field` on `footprint` over `texture`; CannotRender where the texture is too fine.
 
     scale: of the heights in the solver, m.
-    line: where the finger stands on a height field.
+    line, coarser: as of `area_grid`, on a height field.
     """
     if isinstance(texture, HeightField):
-        return area_grid(field, footprint, texture, scale, line)
+        return area_grid(field, footprint, texture, scale, line, coarser)
     length, width = REACH * footprint.length, REACH * footprint.width
     needed = length * COLUMNS[1] / texture.period
     if needed > MOST_COLUMNS:
@@ -156,12 +156,14 @@ class FingertipContact(Contact):
     field: the ridges.
     footprint: on a flat plate at 1 N.
     line: where the finger stands on a height field.
+    coarser: factor on the distance of the points on a height field.
     """
 
     of_one_line = False
     field: RidgeField
     footprint: Footprint
     line: Line = MIDDLE
+    coarser: float = 1.0
 
     @classmethod
     def of_field(
@@ -193,7 +195,8 @@ class FingertipContact(Contact):
     def on(self, geometry: Geometry) -> Self:
         """Return this contact on another texture."""
         assert geometry.profile is not None
-        grid = fingertip_grid(self.field, self.footprint, geometry.profile, geometry.height_scale, self.line)
+        scale, place = geometry.height_scale, (self.line, self.coarser)
+        grid = fingertip_grid(self.field, self.footprint, geometry.profile, scale, *place)
         return replace(self, geometry=geometry, grid=grid)
 
     def refined(self) -> None:
@@ -214,10 +217,21 @@ class FingertipContact(Contact):
     @property
     def key(self) -> Hashable:
         """Everything that z depends on, for a cache."""
-        return "fingertip", self.geometry, self.stiffness, self.field, self.footprint, self.line
+        return "fingertip", self.geometry, self.stiffness, self.field, self.footprint, self.line, self.coarser
 
-    def grid_at(self, direction: float, coarser: float) -> AreaGrid:
-        """Return its points on a height field; see `area_path.AreaContact`."""
-        texture, line = self.geometry.profile, Line(0.0, direction)
+    def heights(self, phases: Array, loads: Array, path: Array | None = None) -> Array:
+        """Return z (m) at each of `phases` (turns) and `loads` (N, above 0), on its line or along a path.
+
+        path: how far the texture has moved across (m), and the direction of the finger (rad) [2, phases].
+        """
+        if path is None:
+            return super(FingertipContact, self).heights(phases, loads)
+        from synth.contact.area_path import heights_along
+
+        return heights_along(self, phases, loads, path)
+
+    def grid_at(self, direction: float) -> AreaGrid:
+        """Return its points on a height field at another direction (rad)."""
+        texture, line = self.geometry.profile, Line(self.line.y, direction)
         assert isinstance(texture, HeightField)
-        return area_grid(self.field, self.footprint, texture, self.geometry.height_scale, line, coarser)
+        return area_grid(self.field, self.footprint, texture, self.geometry.height_scale, line, self.coarser)
