@@ -69,6 +69,13 @@ def coarsened(contact: AreaContact, coarser: float) -> Any:
     return replace(found, grid=found.grid_at(contact.line.direction))
 
 
+def turned(contact: AreaContact, angle: float) -> Any:
+    """Return `contact`, a dataclass, with its finger turned by `angle` (rad)."""
+    line = contact.line._replace(direction=contact.line.direction + angle)
+    found: Any = replace(contact, line=line)  # type: ignore[type-var]
+    return replace(found, grid=found.grid_at(line.direction))
+
+
 @dataclass(frozen=True, slots=True)
 class _Turned:
     """A contact at one of its directions, counted from its own."""
@@ -79,9 +86,8 @@ class _Turned:
 
 
 @lru_cache(DIRECTIONS)
-def _grid(turned: _Turned) -> AreaGrid:
-    contact = turned.contact
-    return contact.grid_at(contact.line.direction + turned.number * turn_step(contact))
+def _grid(one: _Turned) -> AreaGrid:
+    return one.contact.grid_at(one.contact.line.direction + one.number * turn_step(one.contact))
 
 
 def turn_step(contact: AreaContact) -> float:

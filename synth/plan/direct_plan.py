@@ -20,13 +20,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Hashable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import thread_time
+from typing import Any
 
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.area_path import coarsened
+from synth.contact.area_path import coarsened, turn_step, turned
 from synth.contact.load_balance import Contact
 from synth.effects.effect import Kind
 from synth.motion.scan_motion import ScanMotion
@@ -49,6 +50,8 @@ COARSER = (1.0, 1.5, 2.0, 3.0, 4.0)  # factors on the distance of the points of 
 MEAN_TOLERANCE = 0.1  # of the mean of z over the load: its error is a thousandth of this, of the peak-to-peak
 PLACES, MEANS = 128, 9  # places and least loads of the mean of z: a fingertip takes 30 us for each of both
 SWING = 0.1  # s: a shorter swing passes less of the surface, a longer one delays the first sound
+PATH_SLOPE = 0.618033988749895  # of the path on which solutions per second are judged: it meets no line of points
+TURNED = 0.03  # s of the swing on which the error of a finger that turns is measured
 FOLD_POWER = 1.5  # of the rate, by which the folded error falls at least: kinks of order 3/2 give 2.5
 MORE_FOLDS = 1.0 / (1.0 - 2.0**-FOLD_POWER)  # what folds at the usual rate, over what no longer folds at twice it
 
@@ -68,6 +71,7 @@ class DirectPlan:
     errors: of displacement, velocity and acceleration, relative to the peak-to-peak.
     solution_seconds: measured processor time of a solution at the load where it is longest, s.
     area: whether the finger may leave its line over an area.
+    turning: what is added to `errors` while the finger turns over an area.
     """
 
     contact: Contact
@@ -81,6 +85,7 @@ class DirectPlan:
     errors: tuple[float, ...]
     solution_seconds: float
     area: bool
+    turning: tuple[float, ...]
 
     @property
     def work(self) -> float:
@@ -172,10 +177,13 @@ def _planned(
     tolerance: float | None,
 ) -> DirectPlan:
     averaged: Callable[..., Mean] = mean_over_area if area else mean_curve
+    turning = np.zeros(len(QUANTITIES))
     mean = averaged(whole, (0.0, heaviest), loads[1], MEAN_TOLERANCE, PLACES, MEANS)
-    swing = Swing(SOLUTIONS * band, band, fastest)
+    swing = Swing(SOLUTIONS * band, band, fastest, PATH_SLOPE if area else 0.0)
     folded, seconds = _folded(whole, swing, loads)
     better = contact.refined() if not area else contact if whole is not contact else None
+    if area:
+        turning = turning_errors(whole, replace(swing, seconds=TURNED), loads[1])
     coarse, finer = _changed(whole if area else contact, better, swing, loads[1]), 1
     while True:
         filters = [band_filter(quantity, rate, band, finer) for quantity in QUANTITIES]
@@ -184,7 +192,8 @@ def _planned(
         parts = zip(folded, coarse, filters, strict=True)
         errors = tuple(left * fold + segment + one.error for fold, segment, one in parts)
         if tolerance is None or max(errors) <= tolerance or filters[0].stride == 1:
-            return DirectPlan(whole, mean, heaviest, band, finer, steps, fastest, loads, errors, seconds, area)
+            told = tuple(turning.tolist())
+            return DirectPlan(whole, mean, heaviest, band, finer, steps, fastest, loads, errors, seconds, area, told)
         finer *= 2
 
 
@@ -195,27 +204,39 @@ class Swing:
     rate: usual number of solutions per second.
     band: Hz.
     fastest: largest speed, m/s.
+    across: by how much farther than along x it swings across, on a path over an area.
+    seconds: duration of a swing, s.
     """
 
     rate: float
     band: float
     fastest: float
+    across: float = 0.0
+    seconds: float = SWING
 
     @property
     def steps(self) -> int:
         """Number of solutions, even."""
-        return 2 * math.ceil(SWING * self.rate)
+        return 2 * math.ceil(self.seconds * self.rate)
 
-    def heights(self, contact: Contact, load: float, begin: float) -> Array:
-        """Return z (m) of `contact` at `load` (N) over a swing that begins at `begin` (turns)."""
-        reach = SWING * self.fastest / (2.0 * math.pi * contact.geometry.texture_period)
-        turned = np.cos(2.0 * math.pi * np.arange(self.steps) / self.steps)
-        return contact.heights(np.asarray(begin + reach * turned), np.full(self.steps, load))
+    def heights(self, contact: Contact, load: float, begin: float, turned_by: float = 0.0) -> Array:
+        """Return z (m) of `contact` at `load` (N) over a swing that begins at `begin` (turns).
+
+        turned_by: angle of the finger from its line, on a path over an area, rad.
+        """
+        reach = self.seconds * self.fastest / (2.0 * math.pi * math.hypot(1.0, self.across))
+        turned = np.asarray(reach * np.cos(2.0 * math.pi * np.arange(self.steps) / self.steps))
+        phases, loads = begin + turned / contact.geometry.texture_period, np.full(self.steps, load)
+        if not self.across:
+            return contact.heights(phases, loads)
+        over: Any = contact
+        direction = np.full(self.steps, over.line.direction + turned_by)
+        return np.asarray(over.heights(phases, loads, np.stack([self.across * turned, direction])))
 
     def curves(self, z: Array) -> Array:
         """Return z and its two time derivatives in the band, without the mean, SI [3, steps]."""
         series = np.fft.rfft(z)
-        hertz = np.arange(len(series)) / SWING
+        hertz = np.arange(len(series)) / self.seconds
         series[hertz > self.band] = series[0] = 0.0
         orders = np.arange(len(QUANTITIES))[:, np.newaxis]
         return np.asarray(np.fft.irfft(series * (2j * math.pi * hertz) ** orders, len(z)))
@@ -245,6 +266,14 @@ def _changed(contact: Contact, better: Contact | None, swing: Swing, load: float
         return np.zeros(len(QUANTITIES))
     before, after = (swing.curves(swing.heights(one, load, 0.5)) for one in (contact, better))
     return relative(np.max(np.abs(after - before), axis=1), np.ptp(after, axis=1))
+
+
+def turning_errors(contact: Any, swing: Swing, load: float) -> Array:
+    """Return the error of each quantity halfway between two directions of a finger, relative to its peak-to-peak."""
+    half = 0.5 * turn_step(contact)
+    between = swing.curves(swing.heights(contact, load, 0.5, half))
+    exact = swing.curves(swing.heights(turned(contact, half), load, 0.5))
+    return relative(np.max(np.abs(between - exact), axis=1), np.ptp(exact, axis=1))
 
 
 def relative(change: Array, extent: Array) -> Array:

@@ -99,26 +99,49 @@ def plan_frames(
     errors = tuple(
         max(one.errors[place] * (one.phases / phases) ** FALL for one in series) for place in range(len(demand.orders))
     )
-    stride = 1 << math.floor(math.log2(1.0 / scale))
-    rate = scene.output.sample_rate / stride
+    rate = scene.output.sample_rate / stride_of(scale)
     fastest = motion.fastest() / contact.geometry.texture_period  # periods per second
     if not varies and not solved:  # the series that is read ends with the harmonics of the demand, so that none fold
         count = math.ceil((demand.highest * fastest + scene.output.band_limit) / rate)
         errors = series[0].errors
     else:
         count = max(1, math.ceil(phases * fastest / rate))
+    solution = EXACT_CELL * contact.grid.cells if varies or solved else CURVE_READ
+    return counted(scene, demand.orders, tolerance, scale, count, errors, solution)
+
+
+def counted(
+    scene: Scene,
+    orders: tuple[int, ...],
+    tolerance: float,
+    scale: float,
+    count: int,
+    errors: tuple[float, ...],
+    solution: float,
+) -> FramePlan | None:
+    """Return a plan of at least `count` solutions per stride, with what a landing needs, as `plan_frames` does.
+
+    orders, errors: of the quantities, and their errors without the landing.
+    solution: time of a solution without transforms, ns.
+    """
+    motion, stride = ScanMotion(scene), stride_of(scale)
+    varies = motion.load_range()[0] != motion.load_range()[1]
     if varies:
-        landing = max(FOLDED[order] for order in demand.orders) / (FOLDED_SHARE * tolerance)
+        landing = max(FOLDED[order] for order in orders) / (FOLDED_SHARE * tolerance)
         count = max(math.ceil(SEEN * landing ** (1.0 / FALL)), count)
-        folded = (FOLDED[order] * (SEEN / count) ** FALL for order in demand.orders)
+        folded = (FOLDED[order] * (SEEN / count) ** FALL for order in orders)
         errors = tuple(one + other for one, other in zip(errors, folded, strict=True))
     if 4.0 * MARGIN / (scale * stride) * count > MOST_TOGETHER:
         return None
-    solution = EXACT_CELL * contact.grid.cells if varies or solved else CURVE_READ
-    work = 1e-9 * count * rate * (solution + FRAME_SETUP)
+    work = 1e-9 * count * scene.output.sample_rate / stride * (solution + FRAME_SETUP)
     if varies and work * (motion.duration - motion.start) > PATIENCE:
         return None
     return FramePlan(count, stride, errors, scale, work)
+
+
+def stride_of(scale: float) -> int:
+    """Return the frames of a plan whose kept band is `scale` of the whole band."""
+    return 1 << math.floor(math.log2(1.0 / scale))
 
 
 class FrameSolver:

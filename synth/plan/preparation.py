@@ -33,6 +33,7 @@ from synth.plan.effect_choice import asked as asked_effects
 from synth.plan.effects_preparation import PreparedEffects, effects_of, left_out, shape_for, simulated_channel
 from synth.plan.frame_solver import WITH_MEAN, FramePlan, plan_frames
 from synth.plan.motion_peak import differs_from_cruise, peaks_along
+from synth.plan.path_frames import path_frames
 from synth.plan.process_start import begun
 from synth.plan.request import N_MAX, Request, harmonics_in_band
 from synth.plan.scene_table import kept_table, read_error
@@ -181,8 +182,10 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool) -> Preparati
     frames = None
     if asked.moving and not asked.live:
         scale = min(1.0, scene.output.band_limit / (BAND * scene.output.sample_rate))
-        solved_each = asked.stretch is not None or over_area(asked)
-        frames = plan_frames(contact, scene, demand, tolerance, scale, solved=solved_each)
+        if over_area(asked):
+            frames = path_frames(asked, contact, tolerance, scale)
+        else:
+            frames = plan_frames(contact, scene, demand, tolerance, scale, solved=asked.stretch is not None)
     warnings = solved.warnings + missed
     solved = replace(solved, spectrum=spectrum, channels=channels, warnings=warnings, mean=mean, frames=frames)
     if shapes is not None:

@@ -155,7 +155,7 @@ class DirectReader:
         solved = moved & (places[PRESSED] > 0.0)
         z = np.where(moved, 0.0, last)
         if solved.any():
-            phases, loads, *path = places[:, solved]
+            phases, loads, *path = np.ascontiguousarray(places[:, solved])
             along = {} if self.line is None else {"path": np.stack(path)}
             z[solved] = self.contact.heights(phases, loads, **along)
         newest = np.maximum.accumulate(np.where(moved, np.arange(len(z)), -1))

@@ -318,20 +318,29 @@ class Scan(Section):
         """Whether the finger stays on one line along x and keeps its direction."""
         return self.heading == 0.0 and (self.trajectory is None or not _over_area(self.trajectory[0]))
 
+    @property
+    def turns(self) -> bool:
+        """Whether the finger turns: recorded points over an area have different directions."""
+        return not self.along_x and self.trajectory is not None and len({point[3] for point in self.trajectory}) > 1
+
     def derived(self) -> Fields:
-        """Return the largest speed and load of a scan that is not constant."""
+        """Return the largest speed and load of a scan that is not constant, and the direction of its first point."""
         if self.stroke is not None:
             return {"speed": self.stroke.speed, "load": self.stroke.load}
         if self.trajectory is not None:
             from synth.scene.point_spacing import largest_speed
 
-            return {"speed": largest_speed(self.trajectory), "load": max(point[-1] for point in self.trajectory)}
+            points = self.trajectory
+            found: Fields = {"speed": largest_speed(points), "load": max(point[-1] for point in points)}
+            return found | ({"direction": points[0][3]} if _over_area(points[0]) else {})
         return {}
 
     def document(self) -> dict[str, Any]:
         """Return the section with only the fields of its kind."""
         unused = {"stroke", "trajectory"}
         line = {name for name in LINE if getattr(self, name) == 0.0}
+        if self.trajectory is not None and _over_area(self.trajectory[0]):
+            line = set(LINE)
         if self.stroke is not None:
             unused = {"speed", "load", "trajectory"}
         elif self.trajectory is not None:
