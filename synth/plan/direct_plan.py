@@ -48,6 +48,7 @@ OVER_AREA = 3.0  # time of a solution on a height field over that of its cells: 
 MOST_WORK = 0.2  # predicted s of processor time per second; more would leave no room for other hands
 COARSER = (1.0, 1.5, 2.0, 3.0, 4.0)  # factors on the distance of the points of an area
 MEAN_TOLERANCE = 0.1  # of the mean of z over the load: its error is a thousandth of this, of the peak-to-peak
+AREA_MEAN_TOLERANCE = 2.0  # the same over an area, where the mean of PLACES places errs by more than these 0.2 %
 PLACES, MEANS = 128, 9  # places and least loads of the mean of z: a fingertip takes 30 us for each of both
 SWING = 0.1  # s: a shorter swing passes less of the surface, a longer one delays the first sound
 PATH_SLOPE = 0.618033988749895  # of the path on which solutions per second are judged: it meets no line of points
@@ -178,7 +179,8 @@ def _planned(
 ) -> DirectPlan:
     averaged: Callable[..., Mean] = mean_over_area if area else mean_curve
     turning = np.zeros(len(QUANTITIES))
-    mean = averaged(whole, (0.0, heaviest), loads[1], MEAN_TOLERANCE, PLACES, MEANS)
+    missed = AREA_MEAN_TOLERANCE if area else MEAN_TOLERANCE
+    mean = averaged(whole, (0.0, heaviest), loads[1], missed, PLACES, MEANS)
     swing = Swing(SOLUTIONS * band, band, fastest, PATH_SLOPE if area else 0.0)
     folded, seconds = _folded(whole, swing, loads)
     better = contact.refined() if not area else contact if whole is not contact else None

@@ -50,7 +50,7 @@ from synth.scene.scene import Scene
 
 SERIES_SHARE = 0.7  # part of a moving scan's tolerance for its series; the folded error of a landing uses the rest
 TIGHTEST, LOOSEST = 1e-7, 3e-2  # range of the tolerance for "imperceptible", which is the range of accuracy.tolerance
-OF_LEVELS = 2e-2  # tolerance of the series of a stretch from which a live voice has its levels, and nothing else
+OF_LEVELS = 2e-2  # tolerance of a series from which a live voice that solves directly has its levels, and nothing else
 PLACES = 512  # of a long surface at which the peaks of displacement and approach are looked for
 LONGEST_WHOLE = 1.0  # m: longest period over which effects are solved: the longest of a texture that is not a profile
 FELT = 0.1  # of the peak-to-peak: smaller errors cause no warning, as a hand distinguishes amplitudes by 0.1 to 0.25
@@ -236,7 +236,7 @@ def _shaped(asked: Request, contact: Contact, tolerance: float) -> tuple[Contact
         demand = Demand(max(asked.highest, 1), asked.orders, tolerance)
         contact, shapes = shape_for(contact, scene, demand, loads, asked.turns)
         contact.geometry_at(max(*loads, scene.scan.lift_load))  # raises if the contact is too long at this load
-    if asked.stretch is not None and asked.live:
+    if asked.live and (asked.stretch is not None or over_area(asked)):
         tolerance = max(tolerance, OF_LEVELS)
     share = SERIES_SHARE if asked.moving else 1.0
     demand = Demand(asked.highest if asked.load_varies else asked.reach, asked.orders, share * spendable(tolerance))
