@@ -220,7 +220,7 @@ def _channel_of(scene: Scene, quantity: str | None) -> int:
 
 def _steady(scene: Scene) -> Scene:
     """Return `scene` with a constant scan. Raises CannotRender if that is silent."""
-    scan = scene.scan.model_copy(update={"stroke": None, "trajectory": None})
+    scan = scene.scan.model_copy(update={"stroke": None, "trajectory": None, "heading": 0.0})
     scene = scene.model_copy(update={"scan": scan})
     silence = prepare(scene).silence
     if silence:

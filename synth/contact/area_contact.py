@@ -20,11 +20,15 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.contact.area_grid import AreaGrid
+from synth.contact.area_path import heights_along
+from synth.contact.area_texture import stored_texture
 from synth.contact.full_contact import FullContact
 from synth.contact.geometry import Geometry
+from synth.contact.line import MIDDLE, Line
 from synth.contact.load_balance import Contact
 from synth.contact.stiffness import Stiffness
 from synth.surfaces.height_field import HeightField
+from synth.surfaces.ridge_field import turned_back
 
 POINTS_A_WAVE = 8  # of the texture; with twice as many the strongest line of random dots changes by less than 1 %
 POINTS_A_RIDGE = 64  # of a comb, along: its hard ends and steep flanks need more than a fingertip's
@@ -34,40 +38,46 @@ FEWEST_ROWS = 16  # of a comb
 Heights = Callable[[Array, Array], Array]
 
 
-def lattice_step(texture: HeightField, size: tuple[float, float], along: float, across: float) -> tuple[float, float]:
+def lattice_step(
+    texture: HeightField, size: tuple[float, float], along: float, across: float, coarser: float = 1.0
+) -> tuple[float, float]:
     """Return the distance (m) of points along and across.
 
     size: of the finger, m.
     along, across: points per metre that its ridges need.
+    coarser: factor on both distances.
     """
     tall = math.pi * (texture.extent[1] - texture.extent[0])  # over the slope: the period of a sinusoid
     wanted = [
         max(own, POINTS_A_WAVE * slope / tall if tall > 0.0 else 0.0)
         for own, slope in ((along, texture.slope_bound), (across, texture.slope_across))
     ]
-    crowded = math.sqrt(max(1.0, wanted[0] * size[0] * wanted[1] * size[1] / MOST_POINTS))
+    crowded = coarser * math.sqrt(max(1.0, wanted[0] * size[0] * wanted[1] * size[1] / MOST_POINTS))
     rows = max(1, math.ceil(texture.across * wanted[1] / crowded))
     return crowded / wanted[0], texture.across / rows
 
 
 def finger_grid(
-    heights: Heights, size: tuple[float, float], step: tuple[float, float], begin: float, area: float,
-    texture: HeightField, scale: float,
+    heights: Heights, size: tuple[float, float], widest: float, step: tuple[float, float], middle: tuple[float, float],
+    area: float, texture: HeightField, scale: float,
 ) -> AreaGrid:  # fmt: skip
-    """Return the points of a finger about y = 0.
+    """Return the points of a finger.
 
-    heights: heights (m) at every pair of x and y (m): [len(x), len(y)]; -inf: there is no finger.
-    size: length and width, m.
+    heights: heights (m) at every pair of x and y (m) from its middle: [len(x), len(y)]; -inf: there is no finger.
+    size: length and width of the lattice, m.
+    widest: length of the lattice at any direction of the finger, m.
     step: as of `lattice_step`.
-    begin: x of the end of the finger, m.
+    middle: place of the middle of the finger, x and y, m.
     area: A0, m^2.
     scale: m.
     """
     columns, rows = (max(1, round(whole / one)) for whole, one in zip(size, step, strict=True))
-    x = np.asarray(begin + (np.arange(columns) + 0.5) * step[0])
+    x = np.asarray((np.arange(columns) + 0.5 - 0.5 * columns) * step[0])
     y = np.asarray((np.arange(rows) + 0.5 - 0.5 * rows) * step[1])
     points = np.ascontiguousarray(heights(x, y).T)
-    return AreaGrid.of(points, (float(x[0]), float(y[0])), step, texture, step[0] * step[1] / area, scale)
+    begin = float(x[0]) + middle[0], float(y[0]) + middle[1]
+    stored = stored_texture(texture, step, math.ceil(widest / step[0]), scale)
+    return AreaGrid.of(points, begin, stored, step[0] * step[1] / area, scale)
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,18 +86,32 @@ class CombOnArea(Contact):
 
     geometry: over the length L.
     stiffness: of eqs 4-5 at L.
+    line: where the comb stands.
+    coarser: factor on the distance of the points.
     """
 
     of_one_line = False
+    line: Line = MIDDLE
+    coarser: float = 1.0
 
     @classmethod
-    def of(cls, geometry: Geometry, stiffness: Stiffness) -> CombOnArea:
+    def of(cls, geometry: Geometry, stiffness: Stiffness, line: Line = MIDDLE) -> CombOnArea:
         """Return the contact; the profile of `geometry` is a height field."""
-        return cls(geometry, stiffness, comb_grid(geometry))
+        return cls(geometry, stiffness, comb_grid(geometry, line), line)
 
     def on(self, geometry: Geometry) -> Self:
         """Return this contact on another height field."""
-        return replace(self, geometry=geometry, grid=comb_grid(geometry))
+        return replace(self, geometry=geometry, grid=comb_grid(geometry, self.line, self.coarser))
+
+    def heights(self, phases: Array, loads: Array, path: Array | None = None) -> Array:
+        """Return z (m) on its line, or along a path; see `fingertip.FingertipContact.heights`."""
+        if path is None:
+            return super(CombOnArea, self).heights(phases, loads)
+        return heights_along(self, phases, loads, path)
+
+    def grid_at(self, direction: float) -> AreaGrid:
+        """Return its points at another direction (rad)."""
+        return comb_grid(self.geometry, Line(self.line.y, direction), self.coarser)
 
     def refined(self) -> None:
         """Return None: the points are the model."""
@@ -101,18 +125,26 @@ class CombOnArea(Contact):
         return None
 
 
-def comb_grid(geometry: Geometry) -> AreaGrid:
-    """Return the points of a comb on the height field of `geometry`."""
+def comb_grid(geometry: Geometry, line: Line = MIDDLE, coarser: float = 1.0) -> AreaGrid:
+    """Return the points of a comb on the height field of `geometry`, whose x begins where a comb along x begins.
+
+    line: where its middle stands across, and its direction.
+    coarser: factor on the distance of the points.
+    """
     texture, length = geometry.profile, geometry.contact_length
     assert isinstance(texture, HeightField)
     step = lattice_step(
-        texture, (length, length), POINTS_A_RIDGE / min(geometry.ridge_period, length), FEWEST_ROWS / length
+        texture, (length, length), POINTS_A_RIDGE / min(geometry.ridge_period, length), FEWEST_ROWS / length, coarser
     )
     along = length / max(1, math.ceil(length / step[0] - 1e-9))  # the ends of a comb are hard
-    rows = max(1, round(length / step[1]))
+    width = max(1, round(length / step[1])) * step[1]
 
     def heights(x: Array, y: Array) -> Array:
-        return np.repeat(geometry.finger(x)[:, np.newaxis], len(y), axis=1)
+        u, v = turned_back(x, y, line.direction)
+        inside = (np.abs(u) < 0.5 * length) & (np.abs(v) < 0.5 * width)
+        return np.where(inside, geometry.finger(u + 0.5 * length), -np.inf)
 
-    size, area = (length, rows * step[1]), length * rows * step[1]
-    return finger_grid(heights, size, (along, step[1]), 0.0, area, texture, geometry.height_scale)
+    c, s = abs(math.cos(line.direction)), abs(math.sin(line.direction))
+    box, widest = (length * c + width * s, length * s + width * c), math.hypot(length, width)
+    middle = 0.5 * length, line.y
+    return finger_grid(heights, box, widest, (along, step[1]), middle, length * width, texture, geometry.height_scale)

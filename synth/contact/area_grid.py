@@ -5,8 +5,7 @@ Model   The points of the finger and those of the texture lie on one lattice. z 
             F(z) = sum over the points of the finger of max(h1 + h2(x - p, y - q) - z, 0) dA / A0 = w / k
 
         h2 is the mean of the texture over the cell of a point, so that waves shorter than a cell do not move the
-        finger slowly. It is known at FINER places per cell in both directions, and is bilinear between them. Those
-        places are stored in an order in which the neighbours of a point are its neighbours in memory.
+        finger slowly. It is bilinear between the places of `area_texture`.
         Points of the finger stand in blocks of WIDE along the scan, the highest blocks first. A block whose highest
         point, on the highest place of the texture under it, is below z cannot touch, and is not read. F is piecewise
         linear, convex and falling, so Newton's method from the left ends exactly.
@@ -17,39 +16,27 @@ Limits  The steps are taken in float32, the last one in float64: |error of z| < 
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from synth.arrays import Array
 from synth.contact.area_solver import WIDE, measure_area, solve_area
+from synth.contact.area_texture import Floats, Indices, StoredTexture
 from synth.contact.exact_solver import Approaches
-from synth.surfaces.height_field import HeightField
-
-Floats = np.ndarray[Any, np.dtype[np.float32]]
-Indices = np.ndarray[Any, np.dtype[np.int64]]
 
 NOWHERE = -1e30  # height of a place of a block at which the finger has no point
-WAVE = 48  # places of the texture per shortest wave: a straight line between two errs by 0.2 % of that wave
-FINER = (1, 2, 4, 8)  # places per cell that are tried
-MOST_PLACES = 1 << 25  # of the texture: 128 MB
 POINTS_A_CELL = 100  # points of the finger whose work is that of a cell of the exact solver: most are not read
 
 
 @dataclass(frozen=True, slots=True)
 class AreaGrid:
-    """The points of a finger and of a texture; heights are relative to `height_scale`.
+    """The points of a finger over a texture; heights are relative to `height_scale`.
 
     tops: float32 [blocks], the highest point of each block, falling.
     starts: int64 [blocks, 2], row and first column of each block.
     heights: float32 [blocks, WIDE].
-    texture: float32, see `stored_texture`.
-    crests: float32 [rows, columns], the highest place of the texture from each cell on, over the length of a block.
-    shape: int64 [5], see `area_solver.ROWS`.
-    columns: cells per period along.
-    highest: of the texture.
+    texture: on the same lattice.
     cell: area of a point, relative to A0.
     height_scale: m.
     begin: x and y of the first point of the finger, in periods of the texture.
@@ -58,11 +45,7 @@ class AreaGrid:
     tops: Floats
     starts: Indices
     heights: Floats
-    texture: Floats
-    crests: Floats
-    shape: Indices
-    columns: float
-    highest: float
+    texture: StoredTexture
     cell: float
     height_scale: float
     begin: tuple[float, float]
@@ -71,15 +54,13 @@ class AreaGrid:
 
     @classmethod
     def of(
-        cls, finger: Array, begin: tuple[float, float], step: tuple[float, float], texture: HeightField,
-        cell: float, scale: float,
-    ) -> AreaGrid:  # fmt: skip
+        cls, finger: Array, begin: tuple[float, float], texture: StoredTexture, cell: float, scale: float
+    ) -> AreaGrid:
         """Return the grid.
 
         finger: heights of its points, m [rows, columns]; -inf: there is no point.
         begin: x and y of its first point, m.
-        step: distance of its points along and across, m. The period of the texture across is whole steps.
-        texture: heights of the texture.
+        texture: on the lattice of the finger, with the same scale.
         cell: area of a point, relative to A0.
         scale: m.
         """
@@ -92,23 +73,14 @@ class AreaGrid:
         order = np.argsort(-tops, kind="stable")
         order = order[tops[order] > 0.5 * NOWHERE]
         starts = np.stack([order // wide, order % wide * WIDE], axis=1).astype(np.int64)
-        span = math.ceil(texture.period / step[0]) + wide * WIDE + 1
-        whole = round(texture.across / step[1])
-        finer = finer_places(texture, step, (span, whole))
-        stored = stored_texture(texture, step, finer, (span, whole), scale)
-        shape = np.array([whole, *finer, span * whole, span], dtype=np.int64)
         return cls(
             tops=np.ascontiguousarray(tops[order]),
             starts=starts,
             heights=np.ascontiguousarray(blocks[order]),
-            texture=stored,
-            crests=crests_of(stored.reshape(*finer[::-1], whole, span)),
-            shape=shape,
-            columns=texture.period / step[0],
-            highest=float(stored.max()),
+            texture=texture,
             cell=cell,
             height_scale=scale,
-            begin=(begin[0] / texture.period, begin[1] / texture.across),
+            begin=(begin[0] / texture.period[0], begin[1] / texture.period[1]),
         )
 
     @property
@@ -119,12 +91,14 @@ class AreaGrid:
     @property
     def nbytes(self) -> int:
         """Memory of the grid in bytes."""
-        return sum(one.nbytes for one in (self.tops, self.starts, self.heights, self.texture, self.crests))
+        return sum(one.nbytes for one in (self.tops, self.starts, self.heights, self.texture))
 
     @property
     def pieces(self) -> tuple[Floats, Indices, Floats, Floats, Floats, Indices, float, float]:
         """What the kernels read."""
-        return self.tops, self.starts, self.heights, self.texture, self.crests, self.shape, self.columns, self.highest
+        under = self.texture
+        finger = self.tops, self.starts, self.heights
+        return *finger, under.heights, under.crests, under.shape, under.columns, under.highest
 
     def solve(self, phases: Array, indentation: float | Array, guess: Array | None = None) -> Approaches:
         """Return the approach as `exact_solver.Grid.solve` does; `touching` is the area that touches over A0."""
@@ -135,7 +109,7 @@ class AreaGrid:
     ) -> Approaches:
         """Return the approach at each place of a path.
 
-        phases, across: how far the finger has moved along and across, in periods of the texture.
+        phases, across: how far the texture has moved along and across, in periods.
         indentation, guess: as in `solve`.
         """
         count = len(phases)
@@ -158,67 +132,3 @@ class AreaGrid:
     def _corner(self, phases: Array, across: Array) -> tuple[Array, Array]:
         """Return where the finger's first point meets the texture, in periods, 0 to 1."""
         return (self.begin[0] - phases) % 1.0, (self.begin[1] - across) % 1.0
-
-
-def finer_places(texture: HeightField, step: tuple[float, float], counts: tuple[int, int]) -> tuple[int, int]:
-    """Return the places of the texture per cell, along and across, within MOST_PLACES.
-
-    step: distance of the points along and across, m.
-    counts: cells of the stored texture along and across.
-    """
-    tall = math.pi * (texture.extent[1] - texture.extent[0])  # over the slope: the period of a sinusoid
-    wanted = []
-    for slope, cell in zip((texture.slope_bound, texture.slope_across), step, strict=True):
-        wave = tall / max(slope, 1e-12)
-        wanted.append(next((one for one in FINER if one * wave >= WAVE * cell), FINER[-1]))
-    while wanted[0] * wanted[1] * counts[0] * counts[1] > MOST_PLACES and max(wanted) > 1:
-        wanted[0 if wanted[0] >= wanted[1] else 1] //= 2
-    return wanted[0], wanted[1]
-
-
-def stored_texture(
-    texture: HeightField,
-    step: tuple[float, float],
-    finer: tuple[int, int],
-    counts: tuple[int, int],
-    scale: float,
-) -> Floats:
-    """Return the means of the texture over cells, in the order [place in a cell across, along, row, column].
-
-    counts: cells along, so many that no index wraps, and across, one period.
-    The mean over a cell is that of the places in it, with half of each place on its edge.
-    """
-    along, rows = counts[0] * finer[0], counts[1] * finer[1]
-    edge = finer[0] // 2
-    x = np.asarray(np.arange(-edge, along + edge) * (step[0] / finer[0]), np.float64)
-    y = np.asarray(np.arange(rows) * (texture.across / rows), np.float64)
-    heights = texture.lattice(x, y)
-    heights /= np.float32(scale)
-    if finer[0] > 1:
-        total = 0.5 * (heights[:, :along] + heights[:, 2 * edge :])
-        for move in range(1, 2 * edge):
-            total += heights[:, move : move + along]
-        heights = total / np.float32(finer[0])
-    if finer[1] > 1:
-        half = finer[1] // 2
-        total = 0.5 * (np.roll(heights, half, 0) + np.roll(heights, -half, 0))
-        for move in range(1 - half, half):
-            total += np.roll(heights, move, 0)
-        heights = total / np.float32(finer[1])
-    split = heights.reshape(counts[1], finer[1], counts[0], finer[0]).transpose(1, 3, 0, 2)
-    return np.ascontiguousarray(split, dtype=np.float32).ravel()
-
-
-def crests_of(stored: Floats) -> Floats:
-    """Return the highest place of the texture over the WIDE cells from each cell on, and their neighbours.
-
-    stored: [place in a cell across, along, row, column].
-    """
-    cells = stored.max(axis=(0, 1))
-    cells = np.maximum(cells, np.roll(cells, -1, axis=0))  # a place between two rows is a mixture of both
-    reach, found = 1, np.pad(cells, ((0, 0), (0, WIDE)), "edge")
-    while reach < WIDE:
-        found[:, :-reach] = np.maximum(found[:, :-reach], found[:, reach:])
-        reach *= 2
-    found[:, :-1] = np.maximum(found[:, :-1], found[:, 1:])  # and one between two columns
-    return np.ascontiguousarray(found[:, : cells.shape[1]])

@@ -21,8 +21,7 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable
 from dataclasses import dataclass, replace
-from functools import lru_cache
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
@@ -30,12 +29,16 @@ from synth.arrays import Array
 from synth.contact.fingertip_solver import FingertipGrid
 from synth.contact.full_contact import FullContact
 from synth.contact.geometry import Geometry
+from synth.contact.line import MIDDLE, Line
 from synth.contact.load_balance import Contact, PhaseSolver
 from synth.contact.stiffness import Stiffness
 from synth.errors import CannotRender
 from synth.surfaces.height_field import HeightField
 from synth.surfaces.profile import Profile
-from synth.surfaces.ridge_field import RidgeField
+from synth.surfaces.ridge_field import RidgeField, turned_back
+
+if TYPE_CHECKING:
+    from synth.contact.area_grid import AreaGrid
 
 REFERENCE_LOAD = 1.0  # N: the load of the nominal footprint (the paper takes 1 cm^2 for 1 N); an unverified default
 REACH = 2.0  # the oval in which there are points, relative to the nominal footprint
@@ -72,37 +75,50 @@ class Footprint:
             low, high = (depth, high) if mean < wanted else (low, depth)
         return cls(length, width, 0.5 * (low + high))
 
-    def drop(self, x: Array, y: Array) -> Array:
-        """Return how far the paraboloid lies below its top (m) at every pair of `x` and `y` (m): [columns, rows]."""
-        turns = (2.0 * x / self.length)[:, np.newaxis] ** 2 + (2.0 * y / self.width)[np.newaxis] ** 2
-        return np.asarray(self.depth * turns)
+    def drop(self, x: Array, y: Array, direction: float = 0.0) -> Array:
+        """Return how far the paraboloid lies below its top (m) at every pair of `x` and `y` (m): [columns, rows].
+
+        direction: by which the fingertip is turned about its middle, rad.
+        """
+        along, across = turned_back(x, y, direction)
+        return np.asarray(self.depth * ((2.0 * along / self.length) ** 2 + (2.0 * across / self.width) ** 2))
 
 
-def area_grid(field: RidgeField, footprint: Footprint, texture: HeightField, scale: float) -> PhaseSolver:
+def area_grid(
+    field: RidgeField, footprint: Footprint, texture: HeightField, scale: float, line: Line, coarser: float = 1.0
+) -> AreaGrid:
     """Return the points of `field` on `footprint` over a height field.
 
     scale: of the heights in the solver, m.
+    line: where the finger stands across, and its direction.
+    coarser: factor on the distance of the points.
     """
     from synth.contact.area_contact import finger_grid, lattice_step  # only a height field needs its kernels
 
     size = REACH * footprint.length, REACH * footprint.width
-    step = lattice_step(texture, size, COLUMNS[0] / field.period, ROWS[0] / field.period)
+    step = lattice_step(texture, size, COLUMNS[0] / field.period, ROWS[0] / field.period, coarser)
 
     def heights(x: Array, y: Array) -> Array:
-        inside = (2.0 * x / size[0])[:, np.newaxis] ** 2 + (2.0 * y / size[1])[np.newaxis] ** 2 < 1.0
-        return np.where(inside, field.heights(x, y) - footprint.drop(x, y), -np.inf)
+        drop = footprint.drop(x, y, line.direction)
+        inside = drop < REACH**2 * footprint.depth
+        return np.where(inside, field.heights(x, y, line.direction) - drop, -np.inf)
 
-    return finger_grid(heights, size, step, -0.5 * size[0], footprint.length * footprint.width, texture, scale)
+    c, s = math.cos(line.direction), math.sin(line.direction)
+    box = math.hypot(size[0] * c, size[1] * s), math.hypot(size[0] * s, size[1] * c)
+    area = footprint.length * footprint.width
+    return finger_grid(heights, box, max(size), step, (0.0, line.y), area, texture, scale)
 
 
-@lru_cache(maxsize=GRIDS_KEPT)
-def fingertip_grid(field: RidgeField, footprint: Footprint, texture: Profile, scale: float) -> PhaseSolver:
+def fingertip_grid(
+    field: RidgeField, footprint: Footprint, texture: Profile, scale: float, line: Line = MIDDLE, coarser: float = 1.0
+) -> PhaseSolver:
     """Return the points of `field` on `footprint` over `texture`; CannotRender where the texture is too fine.
 
     scale: of the heights in the solver, m.
+    line, coarser: as of `area_grid`, on a height field.
     """
     if isinstance(texture, HeightField):
-        return area_grid(field, footprint, texture, scale)
+        return area_grid(field, footprint, texture, scale, line, coarser)
     length, width = REACH * footprint.length, REACH * footprint.width
     needed = length * COLUMNS[1] / texture.period
     if needed > MOST_COLUMNS:
@@ -139,18 +155,25 @@ class FingertipContact(Contact):
     grid: the solver.
     field: the ridges.
     footprint: on a flat plate at 1 N.
+    line: where the finger stands on a height field.
+    coarser: factor on the distance of the points on a height field.
     """
 
     of_one_line = False
     field: RidgeField
     footprint: Footprint
+    line: Line = MIDDLE
+    coarser: float = 1.0
 
     @classmethod
-    def of_field(cls, geometry: Geometry, stiffness: Stiffness, field: RidgeField, width: float) -> FingertipContact:
+    def of_field(
+        cls, geometry: Geometry, stiffness: Stiffness, field: RidgeField, width: float, line: Line = MIDDLE
+    ) -> FingertipContact:
         """Return the contact; CannotRender where its texture is too fine.
 
         geometry, stiffness: over the nominal length.
         width: of the footprint at 1 N, m.
+        line: where the finger stands on a height field.
         """
         geometry = geometry.as_profile()
         # eqs 4-5 have a period for the plate too, which is flat: that of the ridges, a choice
@@ -161,8 +184,8 @@ class FingertipContact(Contact):
             law = stiffness
         footprint = Footprint.of(geometry.contact_length, width, geometry.ridge_amplitude, law)
         assert geometry.profile is not None
-        grid = fingertip_grid(field, footprint, geometry.profile, geometry.height_scale)
-        return cls(geometry, stiffness, grid, field, footprint)
+        grid = fingertip_grid(field, footprint, geometry.profile, geometry.height_scale, line)
+        return cls(geometry, stiffness, grid, field, footprint, line)
 
     def middle_line(self, places: Array) -> Array:
         """Return the height of the fingertip (m) at x = `places` (m, from the middle) on the line y = 0."""
@@ -172,7 +195,8 @@ class FingertipContact(Contact):
     def on(self, geometry: Geometry) -> Self:
         """Return this contact on another texture."""
         assert geometry.profile is not None
-        grid = fingertip_grid(self.field, self.footprint, geometry.profile, geometry.height_scale)
+        scale, place = geometry.height_scale, (self.line, self.coarser)
+        grid = fingertip_grid(self.field, self.footprint, geometry.profile, scale, *place)
         return replace(self, geometry=geometry, grid=grid)
 
     def refined(self) -> None:
@@ -193,4 +217,21 @@ class FingertipContact(Contact):
     @property
     def key(self) -> Hashable:
         """Everything that z depends on, for a cache."""
-        return "fingertip", self.geometry, self.stiffness, self.field, self.footprint
+        return "fingertip", self.geometry, self.stiffness, self.field, self.footprint, self.line, self.coarser
+
+    def heights(self, phases: Array, loads: Array, path: Array | None = None) -> Array:
+        """Return z (m) at each of `phases` (turns) and `loads` (N, above 0), on its line or along a path.
+
+        path: how far the texture has moved across (m), and the direction of the finger (rad) [2, phases].
+        """
+        if path is None:
+            return super(FingertipContact, self).heights(phases, loads)
+        from synth.contact.area_path import heights_along
+
+        return heights_along(self, phases, loads, path)
+
+    def grid_at(self, direction: float) -> AreaGrid:
+        """Return its points on a height field at another direction (rad)."""
+        texture, line = self.geometry.profile, Line(self.line.y, direction)
+        assert isinstance(texture, HeightField)
+        return area_grid(self.field, self.footprint, texture, self.geometry.height_scale, line, self.coarser)

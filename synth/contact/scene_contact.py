@@ -8,6 +8,7 @@ from __future__ import annotations
 from functools import lru_cache
 
 from synth.contact.geometry import Geometry
+from synth.contact.line import Line
 from synth.contact.load_balance import Contact
 from synth.contact.stiffness import Stiffness
 from synth.scene.finger_section import Finger
@@ -29,21 +30,22 @@ def contact_of(scene: Scene, profile: Profile | None = None) -> Contact:
     """
     finger, stiffness = scene.finger, Stiffness.of_scene(scene)
     geometry = Geometry.of_scene(scene) if profile is None else Geometry.of_surfaces(finger, profile)
+    line = Line(scene.scan.y, scene.scan.direction)
     if finger.kind == "probe":
         from synth.contact.curved_contact import RoundContact
 
         return RoundContact.of(geometry, stiffness, finger.tip_radius)
     if finger.kind == "fingertip":
-        return _fingertip(finger, geometry, stiffness)
+        return _fingertip(finger, geometry, stiffness, line)
     if isinstance(geometry.profile, HeightField):
         from synth.contact.area_contact import CombOnArea
 
-        return CombOnArea.of(geometry, stiffness)
+        return CombOnArea.of(geometry, stiffness, line)
     return Contact.of(geometry, stiffness)
 
 
 @lru_cache(KEPT)
-def _fingertip(finger: Finger, geometry: Geometry, stiffness: Stiffness) -> Contact:
+def _fingertip(finger: Finger, geometry: Geometry, stiffness: Stiffness, line: Line) -> Contact:
     """Return the contact of a fingertip: the same object for scenes that differ only in scan, effects or output."""
     from synth.contact.fingertip import FingertipContact
     from synth.surfaces.ridge_field import RidgeField
@@ -57,4 +59,4 @@ def _fingertip(finger: Finger, geometry: Geometry, stiffness: Stiffness) -> Cont
         height_spread=finger.height_spread or 0.0,
         seed=finger.seed or 0,
     )
-    return FingertipContact.of_field(geometry, stiffness, field, finger.width)
+    return FingertipContact.of_field(geometry, stiffness, field, finger.width, line)

@@ -18,6 +18,8 @@ from synth.arrays import Array
 LARGEST_LOAD = 1e3  # N: the end of the scene's range; a larger load of a hand is clipped to it
 SPEED, SPEED_RATE, LOAD, LOAD_RATE, LOAD_BEND = range(5)
 NOWHERE: Array = np.empty(0)
+NO_PATH: Array = np.empty((2, 0))
+ACROSS, DIRECTION = range(2)  # rows of `path`
 
 
 class Update(NamedTuple):
@@ -46,17 +48,25 @@ class Motion:
 
     samples: float64 [5, frames]: speed (m/s), its rate (m/s^2), load (N), its rate (N/s) and second rate (N/s^2).
     position: float64 [frames], m; empty where only the speed is known, and the phase follows from the speed.
+    path: float64 [2, frames]: how far the surface has moved across (m), and the direction of the finger (rad), over an
+        area; empty where the finger stays on the line of the scan.
     complete: True where the derivatives are given; otherwise a voice takes differences from the preceding frame.
     """
 
     samples: Array
     position: Array = field(default_factory=lambda: NOWHERE)
+    path: Array = field(default_factory=lambda: NO_PATH)
     complete: bool = True
 
     @property
     def frames(self) -> int:
         """Number of frames."""
         return int(self.samples.shape[1])
+
+    def part(self, first: int, end: int | None = None) -> Motion:
+        """Return the motion from frame `first` to before frame `end`."""
+        some = slice(first, end)
+        return Motion(self.samples[:, some], self.position[some], self.path[:, some], self.complete)
 
     @classmethod
     def of(
@@ -69,6 +79,8 @@ class Motion:
         speed_rate: Any = None,
         load_rate: Any = None,
         load_bend: Any = None,
+        across: Any = None,
+        direction: Any = None,
         pulls: Any = False,
     ) -> Motion:
         """Return a motion from numbers or arrays of `frames` values in SI units.
@@ -76,9 +88,12 @@ class Motion:
         load: N.
         speed, position: m/s, m; either, or both if they agree.
         speed_rate, load_rate, load_bend: time derivatives: of the speed, of the load, and the second one of the load.
+        across, direction: how far the surface has moved across (m) and the direction of the finger (rad), over an area;
+            with a position.
         pulls: loads below 0 are kept, for a voice with adhesion; otherwise they become 0.
 
-        Raises ValueError where both speed and position are missing, or a value is not finite.
+        Raises ValueError where both speed and position are missing, across is given without position, or a value is not
+        finite.
         """
         if speed is None and position is None:
             raise ValueError("a motion needs speed=... (m/s) or position=... (m), a number or one value per frame")
@@ -88,10 +103,17 @@ class Motion:
             if values is not None:
                 samples[row] = values
         places = NOWHERE if position is None else np.array(np.broadcast_to(position, frames), dtype=float)
-        if not (np.isfinite(samples).all() and np.isfinite(places).all()):
+        path = NO_PATH
+        if across is not None or direction is not None:
+            if position is None:
+                raise ValueError("a motion over an area needs position=... (m) beside across=... (m)")
+            path = np.zeros((2, frames))
+            for row, values in enumerate((across, direction)):
+                path[row] = 0.0 if values is None else values
+        if not all(np.isfinite(one).all() for one in (samples, places, path)):
             raise ValueError("every value of a motion must be finite: speed in m/s, position in m, load in N")
         samples[LOAD] = np.clip(samples[LOAD], -LARGEST_LOAD if pulls else 0.0, LARGEST_LOAD)
-        return cls(samples, places, complete)
+        return cls(samples, places, path, complete)
 
 
 def completed(motion: Motion, rate: int, before: Array) -> Motion:
@@ -108,7 +130,7 @@ def completed(motion: Motion, rate: int, before: Array) -> Motion:
     samples[3] = _rate_of(samples[2], before[2], rate)
     samples[4] = _rate_of(samples[3], before[3], rate)
     before[1], before[2], before[3] = samples[0, -1], samples[2, -1], samples[3, -1]
-    return Motion(np.nan_to_num(samples, copy=False), motion.position, True)
+    return Motion(np.nan_to_num(samples, copy=False), motion.position, motion.path)
 
 
 def _rate_of(values: Array, before: float, rate: int) -> Array:

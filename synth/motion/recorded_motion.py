@@ -65,7 +65,8 @@ class RecordedMotion:
     """A recording.
 
     start, end: times of its first and last point, s.
-    place, load: curves over the time, m and N.
+    place, load: curves over the time, m and N. The place is how far the surface has moved along x.
+    area: curves of how far it has moved across (m) and of the direction of the finger (rad); None: a motion along x.
     loads: smallest and largest load, N.
     warnings: about changes to the recorded points.
     """
@@ -76,25 +77,33 @@ class RecordedMotion:
     load: Curve
     loads: tuple[float, float]
     warnings: tuple[str, ...]
+    area: tuple[Curve, Curve] | None = None
 
     @classmethod
     def of(cls, scene: Scene) -> RecordedMotion:
         """Return the motion of the trajectory of `scene`."""
         assert scene.scan.trajectory is not None
-        times, places, loads = np.array(scene.scan.trajectory).T
-        merged, spaced = merged_places(times, places), spaced_times(times)
-        place = Curve.through(*merged, level_ends=False)
+        times, *places, loads = np.array(scene.scan.trajectory).T
+        if len(places) > 1:  # a finger at x, y: the surface has moved the other way
+            x, y, direction = places
+            places = [-x, -y, direction]
+        merged_times, merged = merged_places(times, np.stack(places))
+        spaced = spaced_times(times)
+        place, *area = (Curve.through(merged_times, row, level_ends=False) for row in merged)
         load = Curve.through(spaced, loads, level_ends=True)
-        changed = _changes(times, np.abs(place.value(times) - places), len(merged[0]), np.abs(spaced - times))
+        changed = _changes(times, np.abs(place.value(times) - places[0]), len(merged_times), np.abs(spaced - times))
         ends = min(float(times[0]), float(spaced[0])), max(float(times[-1]), float(spaced[-1]))
-        return cls(*ends, place, load, (float(loads.min()), float(loads.max())), changed)
+        known = (float(loads.min()), float(loads.max()))
+        return cls(*ends, place, load, known, changed, (area[0], area[1]) if area else None)
 
     def fastest(self) -> float:
         """Return the largest absolute speed (m/s)."""
         knots = self.place.value.x
         places = np.linspace(0.0, 1.0, CLOSE_LOOK, endpoint=False)
         looked = knots[:-1, np.newaxis] + np.diff(knots)[:, np.newaxis] * places
-        return float(np.max(np.abs(self.place.slope(np.append(looked.ravel(), knots[-1])))))
+        moments = np.append(looked.ravel(), knots[-1])
+        across = 0.0 if self.area is None else self.area[0].slope(moments)
+        return float(np.max(np.hypot(self.place.slope(moments), across)))
 
 
 def _changes(times: Array, off: Array, places: int, shifts: Array) -> tuple[str, ...]:

@@ -1,20 +1,22 @@
 """The motion of a scene's own scan, at any frame.
 
-Model   Constant scan: p = u t. Stroke: see `stroke_motion`. Trajectory: the curves of `recorded_motion`. Before the
-        first and after the last point of a trajectory, the position continues in a straight line and the load falls to
-        zero within LIFT_TIME.
+Model   Constant scan: p = u t. Stroke: see `stroke_motion`. Trajectory: the curves of `recorded_motion`. Over an area
+        the surface moves by p along a line at the angle `heading`, or along the recorded places. Before the first and
+        after the last point of a trajectory, the position continues in a straight line and the load falls to zero
+        within LIFT_TIME.
 Source  design, section 4.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
 
 from synth.arrays import Array
-from synth.motion.motion import LOAD, LOAD_BEND, LOAD_RATE, SPEED, SPEED_RATE, Motion
-from synth.motion.recorded_motion import RecordedMotion
+from synth.motion.motion import ACROSS, DIRECTION, LOAD, LOAD_BEND, LOAD_RATE, NO_PATH, SPEED, SPEED_RATE, Motion
+from synth.motion.recorded_motion import Curve, RecordedMotion
 from synth.scene.scene import Scene
 
 LIFT_TIME = 0.02  # s in which the finger lands before a trajectory and lifts after it; a shorter time clicks
@@ -43,13 +45,23 @@ class ScanMotion:
     def at(self, first: int, frames: int) -> Motion:
         """Return the motion of `frames` frames from frame `first`; frame n is at t = n / rate."""
         if self._stroke is not None:
-            return self._stroke(self.scan.stroke, first, frames, self.rate)
+            return self._on_line(self._stroke(self.scan.stroke, first, frames, self.rate))
         t = np.arange(first, first + frames) / self.rate
         if self._recorded is not None:
-            return self._along(self._recorded, t)
+            return self._on_line(self._along(self._recorded, t))
         constant = np.zeros((5, frames))
         constant[SPEED], constant[LOAD] = self.scan.speed, self.scan.load
-        return Motion(constant, self.scan.speed * t)
+        return self._on_line(Motion(constant, self.scan.speed * t))
+
+    def _on_line(self, motion: Motion) -> Motion:
+        """Return a motion along x as one along the line of the scan."""
+        scan = self.scan
+        if scan.heading == 0.0:
+            return motion
+        path = np.empty((2, motion.frames))
+        path[ACROSS] = motion.position * math.sin(scan.heading) - scan.y
+        path[DIRECTION] = scan.direction
+        return Motion(motion.samples, motion.position * math.cos(scan.heading), path)
 
     def load_range(self) -> tuple[float, float]:
         """Return the smallest and largest load (N) of the scan."""
@@ -76,7 +88,9 @@ class ScanMotion:
         samples = np.zeros((5, len(t)))
         on = recorded.place.within(t)
         samples[SPEED], samples[SPEED_RATE] = recorded.place.slope(on), recorded.place.bend(on)
-        places = recorded.place.value(on) + samples[SPEED] * (t - on)
+        places, path = recorded.place.value(on) + samples[SPEED] * (t - on), NO_PATH
+        if recorded.area is not None:
+            path = self._over_area(recorded.area, samples, t, on)
         on = recorded.load.within(t)
         value = np.clip(recorded.load.value(on), *recorded.loads)  # only rounding can exceed this range
         slope, bend = recorded.load.slope(on), recorded.load.bend(on)
@@ -89,4 +103,17 @@ class ScanMotion:
         samples[LOAD] = value * window
         samples[LOAD_RATE] = slope * window + value * first
         samples[LOAD_BEND] = bend * window + 2.0 * slope * first + value * second
-        return Motion(samples, places)
+        return Motion(samples, places, path)
+
+    def _over_area(self, area: tuple[Curve, Curve], samples: Array, t: Array, on: Array) -> Array:
+        """Return the path of a recorded motion, and make the speed that along it.
+
+        samples: with the speed along x and its rate.
+        on: `t` (s), limited to the recording. Beyond it the finger goes straight on and turns no more.
+        """
+        across, direction = area
+        speed, bend = across.slope(on), across.bend(on)
+        along = np.hypot(samples[SPEED], speed)
+        pull = samples[SPEED] * samples[SPEED_RATE] + speed * bend
+        samples[SPEED], samples[SPEED_RATE] = along, np.divide(pull, along, out=np.zeros_like(pull), where=along > 0.0)
+        return np.stack([across.value(on) + speed * (t - on), direction.value(on)])

@@ -52,7 +52,9 @@ class SimulationCase(Request):
     @property
     def nominal(self) -> Scene:
         """The steady scan at the scene's own speed and load."""
-        scan = self.scene.scan.model_copy(update={"stroke": None, "trajectory": None, "load": self.load})
+        scan = self.scene.scan.model_copy(
+            update={"stroke": None, "trajectory": None, "heading": 0.0, "load": self.load}
+        )
         return self.scene.model_copy(update={"scan": scan})
 
     @property

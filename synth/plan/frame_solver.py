@@ -32,13 +32,13 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.contact.load_balance import Contact
-from synth.motion.motion import LOAD
+from synth.motion.motion import LOAD, Motion
 from synth.motion.scan_motion import ScanMotion
 from synth.response.mean_approach import Mean
 from synth.response.spectrum import Demand, solve_spectrum
 from synth.scene.scene import Scene
 
-Heights = Callable[[Array, Array], Array]
+Heights = Callable[..., Array]
 
 WITH_MEAN = -1  # stands for the approach, which is z itself; order 0 is displacement, z minus its mean
 CUT, WIDTH = 0.445, 0.0105  # parts of the rate: half amplitude, and width of the edge; 0.045 above the cut 1e-9 is left
@@ -78,11 +78,12 @@ class FramePlan:
 
 
 def plan_frames(
-    contact: Contact, scene: Scene, demand: Demand, tolerance: float, scale: float, *, long: bool = False
+    contact: Contact, scene: Scene, demand: Demand, tolerance: float, scale: float, *, solved: bool = False
 ) -> FramePlan | None:
     """Return how the moving scan of `scene` is solved, or None if that would take too much time or memory.
 
-    contact: the contact, of a stretch where the surface is `long`. Every solution is then one of eq. 1.
+    contact: the contact, of a stretch where the surface is long.
+    solved: every solution is one of eq. 1, also where the load is constant, and is not read from a series.
     demand: harmonics, orders and tolerance of the series.
     tolerance: whole tolerance, of which that of the demand is a part.
     scale: the kept band, as a part of the whole band.
@@ -98,32 +99,56 @@ def plan_frames(
     errors = tuple(
         max(one.errors[place] * (one.phases / phases) ** FALL for one in series) for place in range(len(demand.orders))
     )
-    stride = 1 << math.floor(math.log2(1.0 / scale))
-    rate = scene.output.sample_rate / stride
+    rate = scene.output.sample_rate / stride_of(scale)
     fastest = motion.fastest() / contact.geometry.texture_period  # periods per second
-    if not varies and not long:  # the series that is read ends with the harmonics of the demand, so that none fold
+    if not varies and not solved:  # the series that is read ends with the harmonics of the demand, so that none fold
         count = math.ceil((demand.highest * fastest + scene.output.band_limit) / rate)
         errors = series[0].errors
     else:
         count = max(1, math.ceil(phases * fastest / rate))
+    solution = EXACT_CELL * contact.grid.cells if varies or solved else CURVE_READ
+    return counted(scene, demand.orders, tolerance, scale, count, errors, solution)
+
+
+def counted(
+    scene: Scene,
+    orders: tuple[int, ...],
+    tolerance: float,
+    scale: float,
+    count: int,
+    errors: tuple[float, ...],
+    solution: float,
+) -> FramePlan | None:
+    """Return a plan of at least `count` solutions per stride, with what a landing needs, as `plan_frames` does.
+
+    orders, errors: of the quantities, and their errors without the landing.
+    solution: time of a solution without transforms, ns.
+    """
+    motion, stride = ScanMotion(scene), stride_of(scale)
+    varies = motion.load_range()[0] != motion.load_range()[1]
     if varies:
-        landing = max(FOLDED[order] for order in demand.orders) / (FOLDED_SHARE * tolerance)
+        landing = max(FOLDED[order] for order in orders) / (FOLDED_SHARE * tolerance)
         count = max(math.ceil(SEEN * landing ** (1.0 / FALL)), count)
-        folded = (FOLDED[order] * (SEEN / count) ** FALL for order in demand.orders)
+        folded = (FOLDED[order] * (SEEN / count) ** FALL for order in orders)
         errors = tuple(one + other for one, other in zip(errors, folded, strict=True))
     if 4.0 * MARGIN / (scale * stride) * count > MOST_TOGETHER:
         return None
-    solution = EXACT_CELL * contact.grid.cells if varies or long else CURVE_READ
-    work = 1e-9 * count * rate * (solution + FRAME_SETUP)
+    work = 1e-9 * count * scene.output.sample_rate / stride * (solution + FRAME_SETUP)
     if varies and work * (motion.duration - motion.start) > PATIENCE:
         return None
     return FramePlan(count, stride, errors, scale, work)
 
 
+def stride_of(scale: float) -> int:
+    """Return the frames of a plan whose kept band is `scale` of the whole band."""
+    return 1 << math.floor(math.log2(1.0 / scale))
+
+
 class FrameSolver:
     """Solves chunks of frames of a scan, in any order.
 
-    heights: function that returns z (m) at each phase (turns) and load (N, above 0).
+    heights: function that returns z (m) at each phase (turns) and load (N, above 0), and along the path of a motion
+        that has one.
     mean: mean of z over a period (m), as a function of the cube root of the load (N^(1/3)).
     rate: frames per second.
     count: number of solutions per `stride` frames.
@@ -160,20 +185,22 @@ class FrameSolver:
         frames, own = self.chunk + 2 * self._margin, slice(self._margin, self._margin + self.chunk)
         first = (number * self.chunk - self._margin) // self._stride * self._count
         motion = self._motion.at(first, self.solutions)
-        value, mean = self._gated(motion.position / self._period, motion.samples[LOAD])
+        value, mean = self._gated(motion)
         touching = self._frames.at(number * self.chunk, self.chunk).samples[LOAD] > 0.0
         return np.array([
             self._limited(value + mean if order == WITH_MEAN else value, frames, max(order, 0))[own] * touching
             for order in orders
         ])  # fmt: skip
 
-    def _gated(self, theta: Array, loads: Array) -> tuple[Array, Array]:
-        """Return y and the mean that is subtracted from z (both m, gated), at each phase (turns) and load (N)."""
+    def _gated(self, motion: Motion) -> tuple[Array, Array]:
+        """Return y and the mean that is subtracted from z (both m, gated), at each frame of a motion."""
+        theta, loads, path = motion.position / self._period, motion.samples[LOAD], motion.path
         value, means = np.zeros_like(loads), np.zeros_like(loads)
         touching = np.flatnonzero(loads > 0.0)
         if len(touching):
             some = loads[touching]
-            height = self._heights(theta[touching], some)
+            along = (path[:, touching],) if path.size else ()
+            height = self._heights(theta[touching], some, *along)
             s = np.minimum(some / self._scan.lift_load, 1.0)
             faded, mean = s**3 * (10.0 + s * (6.0 * s - 15.0)), self._mean(np.cbrt(some))
             value[touching], means[touching] = faded * (height - mean), faded * mean

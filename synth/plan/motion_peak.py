@@ -50,8 +50,9 @@ def peaks_along(
     output, stroke = scene.output, scene.scan.stroke
     rate = min(output.sample_rate, max(100, math.ceil(output.band_limit / BAND)))
     solver = FrameSolver(contact.heights, scene, mean, rate, count=OVERSAMPLING, scale=1.0)
-    # the motion ends or repeats after this time (s)
-    length = stroke.period if stroke is not None else ScanMotion(scene).duration + LIFT_TIME
+    # the motion ends or repeats after this time (s); a line over an area does neither
+    ended = output.duration if scene.scan.trajectory is None else ScanMotion(scene).duration + LIFT_TIME
+    length = ended if stroke is None else stroke.period
     chunks = list(range(math.ceil(length * rate / solver.chunk)))
     most = max(1, math.floor(PATIENCE / (1e-9 * solver.solutions * (EXACT_CELL * contact.grid.cells + FRAME_SETUP))))
     if len(chunks) > most:
@@ -62,6 +63,8 @@ def peaks_along(
 def differs_from_cruise(scene: Scene) -> bool:
     """Return whether the largest values of a scan may differ from those at its own speed and load."""
     stroke = scene.scan.stroke
+    if not scene.scan.along_x:
+        return True
     if stroke is None:
         return scene.scan.trajectory is not None
     return stroke.length < FEW_PERIODS * scene.texture.period or stroke.turn_time < QUICK_TURN

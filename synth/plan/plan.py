@@ -166,6 +166,7 @@ def _beginning(solved: Preparation, plan: SimulationPlan) -> str:
 def _response_parts(solved: Preparation) -> list[Simulated]:
     """Return the response at the scan's own speed and load, and the solved frames or table of a moving scan."""
     spectrum, frames, table, direct = solved.spectrum, solved.frames, solved.table, solved.direct
+    scan = solved.scene.scan
     assert spectrum is not None
     how = "The load flattens the whole contact, so z is one sinusoid in closed form."
     if not spectrum.closed:
@@ -184,6 +185,8 @@ def _response_parts(solved: Preparation) -> list[Simulated]:
     varies = "A hand sets speed and load" if solved.by_hand else "The speed varies"
     if solved.stretch is not None and not solved.by_hand and not solved.load_varies:
         varies = "The surface is too long for a series"
+    if not scan.along_x and not solved.by_hand:
+        varies = "The surface moves on a path over the area"
     if solved.load_varies and not solved.by_hand:
         low, high = solved.loads
         varies = f"The load varies between {low:.4g} N and {high:.4g} N"
@@ -198,9 +201,12 @@ def _response_parts(solved: Preparation) -> list[Simulated]:
         parts.append(Simulated("response table", reason))
     if direct is not None:
         most = bounds_for(solved.scene).harmonics
+        held = harmonics_in_band(solved.scene, MOST_TOLD)
+        why = f"{held} harmonics are in the band at the scan's own speed, more than the {most} of a table"
+        if direct.area:
+            why = "the finger may leave its line over the area and turn"
         reason = (
-            f"{varies}, and {harmonics_in_band(solved.scene, MOST_TOLD)} harmonics are in the band at the scan's own "
-            f"speed, more than the {most} of a table. So z is solved along the motion, {direct.rate:.5g} times per "
+            f"{varies}, and {why}. So z is solved along the motion, {direct.rate:.5g} times per "
             f"second, which takes {100.0 * direct.work:.2g} % of a processor. A load above {direct.heaviest:.4g} N is "
             "read as that load."
         )
@@ -264,6 +270,8 @@ def _response(solved: Preparation) -> dict[str, Any]:
             "error_loads": [solved.direct.loads[0], solved.direct.loads[-1]],
             "error_speed": solved.direct.fastest,
         }
+        if solved.direct.area:
+            told["turning_error"] = dict(zip(QUANTITIES, solved.direct.turning, strict=True))
     if solved.stretch is not None:
         told["stretch"] = {"begin": solved.stretch.begin, "length": solved.stretch.period}
     return told

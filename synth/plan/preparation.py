@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -26,17 +27,18 @@ from synth.motion.motion import LARGEST_LOAD
 from synth.motion.scan_motion import ScanMotion
 from synth.perception.threshold import imperceptible_tolerance
 from synth.plan.channels import APPROACH, NEARLY, ChannelPlan, SteadyScan, spendable
-from synth.plan.direct_plan import DirectPlan, beyond_table, direct_plan
+from synth.plan.direct_plan import DirectPlan, beyond_table, direct_plan, over_area
 from synth.plan.effect_choice import SimulationCase, outputs_of
 from synth.plan.effect_choice import asked as asked_effects
 from synth.plan.effects_preparation import PreparedEffects, effects_of, left_out, shape_for, simulated_channel
 from synth.plan.frame_solver import WITH_MEAN, FramePlan, plan_frames
 from synth.plan.motion_peak import differs_from_cruise, peaks_along
+from synth.plan.path_frames import path_frames
 from synth.plan.process_start import begun
 from synth.plan.request import N_MAX, Request, harmonics_in_band
 from synth.plan.scene_table import kept_table, read_error
 from synth.plan.stretch import Stretch, on_whole, stretch_of
-from synth.response.mean_approach import Mean, mean_curve
+from synth.response.mean_approach import Mean, mean_curve, mean_over_area
 from synth.response.reading_filter import ORDERS
 from synth.response.response_cache import SHARED, ResponseCache
 from synth.response.spectrum import Demand, Spectrum, curves, fine_enough, points_for, solve_spectrum
@@ -48,7 +50,7 @@ from synth.scene.scene import Scene
 
 SERIES_SHARE = 0.7  # part of a moving scan's tolerance for its series; the folded error of a landing uses the rest
 TIGHTEST, LOOSEST = 1e-7, 3e-2  # range of the tolerance for "imperceptible", which is the range of accuracy.tolerance
-OF_LEVELS = 2e-2  # tolerance of the series of a stretch from which a live voice has its levels, and nothing else
+OF_LEVELS = 2e-2  # tolerance of a series from which a live voice that solves directly has its levels, and nothing else
 PLACES = 512  # of a long surface at which the peaks of displacement and approach are looked for
 LONGEST_WHOLE = 1.0  # m: longest period over which effects are solved: the longest of a texture that is not a profile
 FELT = 0.1  # of the peak-to-peak: smaller errors cause no warning, as a hand distinguishes amplitudes by 0.1 to 0.25
@@ -141,7 +143,8 @@ def prepare(
     output = (scene.output.channel_list, scene.output.sample_rate, scene.output.bandwidth)
     parts = (scene.finger, scene.texture, scene.scan, scene.effects, output, scene.accuracy)
     stretch = _stretch(scene)
-    moves = scene.scan.stroke is not None or scene.scan.trajectory is not None or stretch is not None
+    scan = scene.scan
+    moves = scan.stroke is not None or scan.trajectory is not None or not scan.along_x or stretch is not None
     paced = paced and (bool(scene.effects) or moves)
     key: Hashable = ("preparation", by_hand, paced, exact, parts)
 
@@ -179,7 +182,10 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool) -> Preparati
     frames = None
     if asked.moving and not asked.live:
         scale = min(1.0, scene.output.band_limit / (BAND * scene.output.sample_rate))
-        frames = plan_frames(contact, scene, demand, tolerance, scale, long=asked.stretch is not None)
+        if over_area(asked):
+            frames = path_frames(asked, contact, tolerance, scale)
+        else:
+            frames = plan_frames(contact, scene, demand, tolerance, scale, solved=asked.stretch is not None)
     warnings = solved.warnings + missed
     solved = replace(solved, spectrum=spectrum, channels=channels, warnings=warnings, mean=mean, frames=frames)
     if shapes is not None:
@@ -192,6 +198,11 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool) -> Preparati
 def _stretch(scene: Scene) -> Stretch | None:
     """Return the stretch of a long surface, or None. Raises CannotRender where an effect needs a shorter period."""
     needing = [effect.name for effect, *_settings in asked_effects(scene, Kind.BALANCE)]
+    if needing and not scene.scan.along_x:
+        raise CannotRender(
+            f"The effect {needing[0]} is solved along one line of the surface, along x. Leave {needing[0]} out, or "
+            "write a scan along x: without scan.heading, and with recorded points [t, position, load]."
+        )
     needing += [effect.name for effect, _settings in outputs_of(scene) if effect.has_table]
     if not needing:
         return stretch_of(scene, harmonics_in_band(scene, N_MAX + 1), N_MAX)
@@ -225,7 +236,7 @@ def _shaped(asked: Request, contact: Contact, tolerance: float) -> tuple[Contact
         demand = Demand(max(asked.highest, 1), asked.orders, tolerance)
         contact, shapes = shape_for(contact, scene, demand, loads, asked.turns)
         contact.geometry_at(max(*loads, scene.scan.lift_load))  # raises if the contact is too long at this load
-    if asked.stretch is not None and asked.live:
+    if asked.live and (asked.stretch is not None or over_area(asked)):
         tolerance = max(tolerance, OF_LEVELS)
     share = SERIES_SHARE if asked.moving else 1.0
     demand = Demand(asked.highest if asked.load_varies else asked.reach, asked.orders, share * spendable(tolerance))
@@ -308,12 +319,18 @@ def _own_motion(
     peaks = asked.peaks_over(contact.heights(probed, np.full(PLACES, _pressed(scene)))) if long else {}
     if asked.by_hand or not asked.moving or not (approach or long or differs_from_cruise(scene)):
         return None, peaks
-    mean = mean_curve(contact, asked.loads, _pressed(scene), tolerance)
+    mean = own_mean(asked, contact, tolerance)
     if all(channel.full_scale for channel in listed) or not (approach or differs_from_cruise(scene)):
         return mean, peaks
     known = tuple(sorted({0, *asked.orders, *({WITH_MEAN} if approach else ())}))
     found = peaks_along(contact, scene, mean, known, series)
     return mean, dict(zip(known, found.tolist(), strict=True))
+
+
+def own_mean(asked: Request, contact: Any, tolerance: float) -> Mean:
+    """Return the mean of z that the displacement of the request leaves out; `tolerance` as of `mean_curve`."""
+    found = mean_over_area if over_area(asked) else mean_curve
+    return found(contact, asked.loads, _pressed(asked.scene), tolerance)
 
 
 def _silence(asked: Request, geometry: Geometry) -> str:

@@ -60,7 +60,8 @@ class Request:
     def moving(self) -> bool:
         """True if no series gives the samples: the speed or the load changes, or the surface is too long for one."""
         scan = self.scene.scan
-        return self.by_hand or scan.stroke is not None or scan.trajectory is not None or self.stretch is not None
+        own = scan.stroke is not None or scan.trajectory is not None or not scan.along_x
+        return self.by_hand or own or self.stretch is not None
 
     @property
     def live(self) -> bool:

@@ -180,6 +180,6 @@ def nominal_scene(scene: Scene) -> Scene:
     speed = abs(scan.speed)
     if speed == 0.0 or speed / texture.period >= limit:
         speed = min(HAND_SPEED, HAND_BAND * limit * texture.period)
-    update = {"speed": speed, "load": scan.load or HAND_LOAD, "stroke": None, "trajectory": None}
+    update = {"speed": speed, "load": scan.load or HAND_LOAD, "stroke": None, "trajectory": None, "heading": 0.0}
     found = texture if texture.amplitude else texture.model_copy(update={"amplitude": HAND_AMPLITUDE})
     return scene.model_copy(update={"scan": scan.model_copy(update=update), "texture": found})

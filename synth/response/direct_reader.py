@@ -17,8 +17,7 @@ Limits  z of higher frequency than the solutions folds into the band (`plan.dire
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -32,35 +31,38 @@ from synth.response.series_curve import PLACE
 from synth.response.table import Floats
 from synth.response.table_reader import filter_frames
 
-Heights = Callable[[Array, Array], Array]
 Phases = np.ndarray[tuple[int], np.dtype[np.uint64]]
 
 GROUP = 40  # solutions: two groups in a block of 10 ms at 1 kHz; a fresh start takes the time of several solutions
 LOAD = 2  # row of `motion`
+PHASE, PRESSED, PATH = 0, 1, slice(2, 4)  # rows of a place: phase (turns), load (N), and the path over an area
 
 
 @dataclass(slots=True)
 class DirectState:
     """The state of a direct reader: the last samples only.
 
+    places: of the solutions of the present group [rows, solutions].
+    before: place of the last solution of the group before [rows]; NaN before the first.
+    last: its z, m.
     count: frames since the last solution, less than the stride.
     samples: last samples of y, then of the approach, m [2, taps]; None before the first.
-    phases, loads: of the solutions of the present group, turns and N.
-    before: phase (turns), load (N) and z (m) of the last solution of the group before.
     """
 
+    places: Array
+    before: Array
+    last: float = np.nan
     count: int = 0
     samples: Array | None = None
-    phases: Array = field(default_factory=lambda: np.empty(0))
-    loads: Array = field(default_factory=lambda: np.empty(0))
-    before: tuple[float, float, float] = (np.nan, np.nan, np.nan)
 
 
 @dataclass(frozen=True, slots=True)
 class DirectReader:
     """Reads the channels of a voice without a table. It keeps no state: `start` returns one, `read` updates it.
 
-    contact: gives z (m) at phases (turns) and loads (N).
+    contact: gives z (m) at phases (turns) and loads (N), and over an area along a path.
+    line: how far the texture stands across (m), and the direction of the finger (rad), for a motion without a path over
+        an area; None: the finger stays on its line.
     mean: mean of z over the surface (m), over the cube root of the load (N^(1/3)).
     period: of the texture, m.
     lift_load: below it the output fades, N.
@@ -72,6 +74,7 @@ class DirectReader:
     """
 
     contact: Contact
+    line: tuple[float, float] | None
     mean: Mean
     period: float
     lift_load: float
@@ -93,14 +96,16 @@ class DirectReader:
 
     def start(self) -> DirectState:
         """Return the state of a reader before its first frame."""
-        return DirectState()
+        rows = 2 if self.line is None else 4
+        return DirectState(np.empty((rows, 0)), np.full(rows, np.nan))
 
-    def read(self, state: DirectState, motion: Array, position: Array, phase: int, out: Floats) -> int:
+    def read(self, state: DirectState, motion: Array, position: Array, path: Array, phase: int, out: Floats) -> int:
         """Write the next frames of all channels to `out`, update `state`, and return the next phase.
 
         motion: float64 [5, frames], as in `motion.Motion`.
         position: of the texture (m) at each frame. Where it is empty, the texture goes on from `phase` at the speed of
             the motion.
+        path: as in `motion.Motion`; it is empty where the finger is on its line.
         phase: 64-bit fraction of a turn.
         out: float32 [frames, channels].
         """
@@ -108,8 +113,12 @@ class DirectReader:
         first = (stride - state.count) % stride
         phases: Phases = np.empty(max(0, (frames - first + stride - 1) // stride), dtype=np.uint64)
         after: int = phases_of(motion, position, np.uint64(phase), float(self.rate), self.period, first, stride, phases)
-        loads = np.clip(motion[LOAD, first::stride], 0.0, self.heaviest)
-        fresh = self._samples(state, (phases >> np.uint64(11)).astype(np.float64) * PLACE, loads)
+        places = np.empty((len(state.before), len(phases)))
+        places[PHASE] = (phases >> np.uint64(11)).astype(np.float64) * PLACE
+        places[PRESSED] = np.clip(motion[LOAD, first::stride], 0.0, self.heaviest)
+        if self.line is not None:
+            places[PATH] = path[:, first::stride] if path.size else np.reshape(self.line, (2, 1))
+        fresh = self._samples(state, places)
         if state.samples is None:
             state.samples = np.repeat(fresh[:, :1], taps, axis=1)
         samples = np.concatenate([state.samples, fresh], axis=1)
@@ -122,35 +131,35 @@ class DirectReader:
         state.count = (state.count + frames) % stride
         return after
 
-    def _samples(self, state: DirectState, phases: Array, loads: Array) -> Array:
-        """Return y and the approach (m) at each of `phases` (turns) and `loads` (N) [2, solutions]."""
+    def _samples(self, state: DirectState, places: Array) -> Array:
+        """Return y and the approach (m) at each of `places` [2, solutions]."""
         solved = [np.empty(0)]
         done = 0
-        while done < len(phases):
-            known = len(state.phases)
-            more = slice(done, done + GROUP - known)
-            state.phases = np.concatenate([state.phases, phases[more]])
-            state.loads = np.concatenate([state.loads, loads[more]])
-            z = self.solved(state.phases, state.loads, state.before)
+        while done < places.shape[1]:
+            known = state.places.shape[1]
+            state.places = np.concatenate([state.places, places[:, done : done + GROUP - known]], axis=1)
+            z = self.solved(state.places, state.before, state.last)
             solved.append(z[known:])
             done += len(z) - known
             if len(z) == GROUP:
-                state.before = float(state.phases[-1]), float(state.loads[-1]), float(z[-1])
-                state.phases, state.loads = np.empty(0), np.empty(0)
+                state.before, state.last = state.places[:, -1], float(z[-1])
+                state.places = state.places[:, :0]
+        loads = places[PRESSED]
         s = np.minimum(loads / self.lift_load, 1.0)
         faded, height = s * s * s * (10.0 + s * (6.0 * s - 15.0)), np.concatenate(solved)
-        return faded * np.stack([height - self.mean(np.cbrt(loads)), height])
+        return np.asarray(faded * np.stack([height - self.mean(np.cbrt(loads)), height]))
 
-    def solved(self, phases: Array, loads: Array, before: tuple[float, float, float]) -> Array:
-        """Return z (m) at each of `phases` and `loads`, 0 where nothing touches; `before` as in `DirectState`."""
-        moved = np.diff(phases, prepend=before[0]) != 0.0
-        moved |= np.diff(loads, prepend=before[1]) != 0.0
-        solved = moved & (loads > 0.0)
-        z = np.where(moved, 0.0, before[2])
+    def solved(self, places: Array, before: Array, last: float) -> Array:
+        """Return z (m) at each of `places`, 0 where nothing touches; `before` and `last` as in `DirectState`."""
+        moved = np.any(np.diff(places, axis=1, prepend=before[:, np.newaxis]) != 0.0, axis=0)
+        solved = moved & (places[PRESSED] > 0.0)
+        z = np.where(moved, 0.0, last)
         if solved.any():
-            z[solved] = self.contact.heights(phases[solved], loads[solved])
-        last = np.maximum.accumulate(np.where(moved, np.arange(len(z)), -1))
-        return np.where(last < 0, before[2], z[np.maximum(last, 0)])
+            phases, loads, *path = np.ascontiguousarray(places[:, solved])
+            along = {} if self.line is None else {"path": np.stack(path)}
+            z[solved] = self.contact.heights(phases, loads, **along)
+        newest = np.maximum.accumulate(np.where(moved, np.arange(len(z)), -1))
+        return np.asarray(np.where(newest < 0, last, z[np.maximum(newest, 0)]))
 
 
 def direct_filters(quantities: tuple[str, ...], rate: int, band: float, finer: int = 1) -> tuple[ReadingFilter, ...]:

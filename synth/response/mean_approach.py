@@ -13,7 +13,9 @@ from functools import partial
 import numpy as np
 
 from synth.arrays import Array
+from synth.contact.area_path import AreaContact
 from synth.contact.load_balance import Contact
+from synth.surfaces.height_field import HeightField
 
 Mean = Callable[[Array], Array]
 """The mean of z over a period (m) as a function of w^(1/3) (N^(1/3))."""
@@ -23,6 +25,7 @@ Heights = Callable[[Array, float], Array]
 FEWEST_MEANS, MOST_MEANS = 33, 1025  # loads at which the mean is solved
 MEAN_PHASES = 512  # phases per load, of a period that is solved as a series
 MEAN_ERROR = 1e-3  # largest error, times the tolerance and the peak-to-peak of z
+GOLDEN, NO_LOAD = 0.618033988749895, 1e-9  # turns across per place along; N, a load that the solver takes for none
 SPLINE_GAIN = 8.0  # least factor by which the error falls when an interval is halved; 16 in the limit
 
 
@@ -46,6 +49,30 @@ def mean_curve(
 
     lightest = loads[0] if loads[0] == loads[1] else 0.0
     return mean_of(heights, (lightest, loads[1]), load, tolerance, places, fewest)
+
+
+def mean_over_area(
+    contact: AreaContact,
+    loads: tuple[float, float],
+    load: float,
+    tolerance: float,
+    places: int = MEAN_PHASES,
+    fewest: int = FEWEST_MEANS,
+) -> Mean:
+    """Return the mean of z over both periods of a height field, at the direction of the line of `contact`.
+
+    The arguments are those of `mean_curve`. The places across follow from those along by the golden ratio.
+    """
+    texture = contact.geometry.profile
+    assert isinstance(texture, HeightField)
+    across = texture.across
+
+    def heights(phases: Array, w: float) -> Array:
+        path = np.empty((2, len(phases)))
+        path[0], path[1] = GOLDEN * np.arange(len(phases)) % 1.0 * across, contact.line.direction
+        return contact.heights(phases, np.full(len(phases), max(w, NO_LOAD)), path)
+
+    return mean_of(heights, (loads[0] if loads[0] == loads[1] else 0.0, loads[1]), load, tolerance, places, fewest)
 
 
 def mean_of(

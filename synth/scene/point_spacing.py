@@ -47,7 +47,10 @@ def least_gaps(times: Array) -> Array:
 
 
 def merged_places(times: Array, places: Array) -> tuple[Array, Array]:
-    """Return times (s) and positions (m) with each run of too close points merged. The first and last times stay."""
+    """Return times (s) and places with each run of too close points merged. The first and last times stay.
+
+    places: [points], or [coordinates, points]; each in m, or rad.
+    """
     wide = np.diff(times) >= least_gaps(times) - ROUNDING
     if wide.all() or not wide.any():
         return times, places
@@ -56,10 +59,11 @@ def merged_places(times: Array, places: Array) -> tuple[Array, Array]:
     means = np.bincount(run, times) / count
     means[0], means[-1] = times[0], times[-1]
     alone = np.flatnonzero(count == 1)
-    found = np.bincount(run, places) / count
+    rows = np.atleast_2d(places)
+    found = np.stack([np.bincount(run, row) / count for row in rows])
     first = np.searchsorted(run, alone)
-    means[alone], found[alone] = times[first], places[first]  # exact, without the rounding of a mean
-    return means, found
+    means[alone], found[:, alone] = times[first], rows[:, first]  # exact, without the rounding of a mean
+    return means, found.reshape(*np.shape(places)[:-1], len(count))
 
 
 def spaced_times(times: Array) -> Array:
@@ -74,8 +78,8 @@ def spaced_times(times: Array) -> Array:
     return np.where(np.abs(moved - times) > ROUNDING, moved, times)
 
 
-def largest_speed(points: Sequence[tuple[float, float, float]]) -> float:
-    """Return the largest mean speed (m/s) between successive positions, after merging."""
-    recorded = np.array(points)
-    times, places = merged_places(recorded[:, 0], recorded[:, 1])
-    return float(np.max(np.abs(np.diff(places)) / np.diff(times)))
+def largest_speed(points: Sequence[tuple[float, ...]]) -> float:
+    """Return the largest mean speed (m/s) between successive positions, or places over an area, after merging."""
+    recorded = np.array(points).T
+    times, places = merged_places(recorded[0], recorded[1:2] if len(recorded) == 3 else recorded[1:3])
+    return float(np.max(np.hypot.reduce(np.diff(places), axis=0) / np.diff(times)))

@@ -6,13 +6,17 @@ back, turns at 0, and so on. A turn lasts `turn_time`. In a turn the velocity go
 s runs from 0 to 1 and S(s) = 3 s^2 - 2 s^3. Position, velocity and acceleration are therefore continuous; the
 acceleration peaks at 3 u / turn_time. Each half of a turn covers (5/16) u turn_time. Frame 0 is in the middle of a
 turn.
+Model of the line: over an area, the surface moves along a line at the angle `heading` from its x axis, under the middle
+of a finger at `y` whose length is turned by `direction`. A recording may give the place and the direction of the finger
+at each point instead.
 Limits: a stroke must have room for its turns. Recorded points must be at least 1 us apart, and the speed between them
 must be 10 m/s at most. `point_spacing` then merges or moves apart the points that are too close for a tracker.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 from typing import Annotated, Any
@@ -52,7 +56,8 @@ FEWEST_POINTS = 4
 MOST_POINTS = 1_000_000
 """Largest number of recorded points: 16 minutes at 1 kHz, about 100 MB while they are read."""
 
-Point = tuple[float, float, float]
+Point = tuple[float, ...]
+"""[t, position, load], or over an area [t, x, y, direction, load]."""
 
 LOWEST_LOAD = "lowest_load"
 """Key of the validation context: the smallest load (N) of the scene, negative where an effect allows a pull."""
@@ -77,28 +82,31 @@ STROKE_SPEED = Quantity(Dimension.SPEED, 1e-6, FASTEST, usual=1.0)
 STROKE_LENGTH = Quantity(Dimension.LENGTH, 1e-4, 10.0, usual=1.0)
 TURN_TIME = Quantity(Dimension.TIME, 1e-3, 10.0)
 LIFT_LOAD = Quantity(Dimension.LOAD, 1e-6, 1.0)
-POINT_RULES = (
-    Quantity(Dimension.TIME, 0.0, 86400.0),
-    Quantity(Dimension.LENGTH, -1e4, 1e4),
-    LOAD,
-)
-PointRules = tuple[Quantity, Quantity, Quantity]
+TIME, PLACE = Quantity(Dimension.TIME, 0.0, 86400.0), Quantity(Dimension.LENGTH, -1e4, 1e4)
+ANGLE = Quantity(Dimension.ANGLE, -1000.0, 1000.0)
+POINT_RULES = TIME, PLACE, LOAD
+AREA_POINT_RULES = TIME, PLACE, PLACE, ANGLE, LOAD
+LINE_PLACE = Quantity(Dimension.LENGTH, -10.0, 10.0)
+POINTS = "[t, position, load], or [t, x, y, direction, load]"
+LINE = ("y", "heading", "direction")
+"""The fields of a scan along a line over an area."""
 
 
 class Trajectory(Rule):
-    """Recorded points [t, position, load], each number in SI or text with its unit."""
+    """Recorded points, all of one form, each number in SI or text with its unit."""
 
     allowed = (
-        f"{FEWEST_POINTS} to {MOST_POINTS} points [t, position, load]: "
-        f"t {POINT_RULES[0].allowed}, position {POINT_RULES[1].allowed}, load {POINT_RULES[2].allowed}"
+        f"{FEWEST_POINTS} to {MOST_POINTS} points {POINTS}: t {TIME.allowed}, position, x and y {PLACE.allowed}, "
+        f"direction {ANGLE.allowed}, load {LOAD.allowed}"
     )
 
-    def read(self, value: object, rules: PointRules = POINT_RULES) -> tuple[Point, ...]:
-        """Return the points in SI, with rising times. `rules` are those of time, position and load."""
+    def read(self, value: object, load: Quantity = LOAD) -> tuple[Point, ...]:
+        """Return the points in SI, with rising times. `load` is the rule of the load."""
         if not isinstance(value, list | tuple) or not FEWEST_POINTS <= len(value) <= MOST_POINTS:
             raise refused(self.allowed, "Write a list of points such as [[0, 0, 0.3], [0.1, 0.008, 0.3], ...].")
         refusals: list[Refusal] = []
         points: list[Point] = []
+        rules = (*(AREA_POINT_RULES if _over_area(value[0]) else POINT_RULES)[:-1], load)
         for index, point in enumerate(value):
             read = _read_point(point, index, rules, refusals)
             if read is not None:
@@ -118,23 +126,27 @@ class Trajectory(Rule):
             "maxItems": MOST_POINTS,
             "items": {
                 "type": "array",
-                "prefixItems": [rule.schema() for rule in POINT_RULES],
-                "minItems": 3,
-                "maxItems": 3,
+                "prefixItems": [rule.schema() for rule in rules],
+                "minItems": len(rules),
+                "maxItems": len(rules),
             },
-        }]}  # fmt: skip
+        } for rules in (POINT_RULES, AREA_POINT_RULES)]}  # fmt: skip
 
     def read_in(self, value: object, found: ValidationInfo) -> tuple[Point, ...]:
         """Return the points in SI. Loads may go down to the lowest load of the scene."""
-        return self.read(value, (*POINT_RULES[:2], LOAD.down_to(found)))
+        return self.read(value, LOAD.down_to(found))
 
 
-def _read_point(point: object, index: int, rules: PointRules, refusals: list[Refusal]) -> Point | None:
+def _over_area(point: object) -> bool:
+    """Return whether a recorded point has the place of the finger over an area."""
+    return isinstance(point, list | tuple) and len(point) == len(AREA_POINT_RULES)
+
+
+def _read_point(point: object, index: int, rules: tuple[Quantity, ...], refusals: list[Refusal]) -> Point | None:
     """Return the point in SI, or add to `refusals` and return None."""
-    if not isinstance(point, list | tuple) or len(point) != 3:
-        refusals.append(
-            refusal([index], point, "[t, position, load]", "Write three numbers, such as [0.1, 0.008, 0.3].")
-        )
+    if not isinstance(point, list | tuple) or len(point) != len(rules):
+        hint = "Write three numbers, such as [0.1, 0.008, 0.3], or five over an area. All points have one form."
+        refusals.append(refusal([index], point, POINTS, hint))
         return None
     numbers: list[float] = []
     for place, (rule, value) in enumerate(zip(rules, point, strict=True)):
@@ -142,16 +154,22 @@ def _read_point(point: object, index: int, rules: PointRules, refusals: list[Ref
             numbers.append(rule.read(value))
         except PydanticCustomError as error:
             refusals.append(refusal([index, place], value, **told(error)))
-    return (numbers[0], numbers[1], numbers[2]) if len(numbers) == 3 else None
+    return tuple(numbers) if len(numbers) == len(rules) else None
+
+
+def place_of(point: Point) -> Point:
+    """Return the position, or x and y, of a recorded point."""
+    return point[1:3] if _over_area(point) else point[1:2]
 
 
 def _steps(before: Point, after: Point, index: int) -> Iterator[Refusal]:
     """Yield a refusal if the step from one point to the next is too short in time or too fast."""
     duration = after[0] - before[0]
+    moved = math.hypot(*(new - old for new, old in zip(place_of(after), place_of(before), strict=True)))
     if not duration >= 0.999 * CLOSEST_POINTS:
         allowed = f"at least 1 us after the previous point, which is at {show_quantity(before[0], Dimension.TIME)}"
         yield refusal([index, 0], after[0], allowed, "Sort the points by time and keep one of each time.")
-    elif abs(after[1] - before[1]) > FASTEST * duration * (1.0 + 1e-9):
+    elif moved > FASTEST * duration * (1.0 + 1e-9):
         reach = _rounded(FASTEST * duration, Dimension.LENGTH, ROUND_FLOOR)
         allowed = f"within {reach} of the previous point ({show_quantity(FASTEST, Dimension.SPEED)} at most)"
         yield refusal([index, 1], after[1], allowed, "Check the units: times are in s and positions in m.")
@@ -234,8 +252,22 @@ class Scan(Section):
     )
     trajectory: Annotated[tuple[Point, ...] | None, Trajectory()] = Field(
         default=None,
-        description="Recorded points [t, position, load], with rising times, instead of speed and load. The motion has "
+        description="Recorded points [t, position, load], with rising times, instead of speed and load. Over an area "
+        "they may be [t, x, y, direction, load], with the place of the finger's middle on the surface. The motion has "
         "two continuous derivatives and stays between neighbouring points. Times that are too close are moved apart.",
+    )
+    y: Annotated[float, LINE_PLACE] = Field(
+        default=0.0, description="Place of the finger's middle across the surface, on a texture over an area."
+    )
+    heading: Annotated[float, ANGLE] = Field(
+        default=0.0,
+        description="Angle of the line along which the surface moves, counter-clockwise from its x axis, on a texture "
+        "over an area.",
+    )
+    direction: Annotated[float, ANGLE] = Field(
+        default=0.0,
+        description="Angle of the finger's length, counter-clockwise from the x axis of the surface, on a texture over "
+        "an area.",
     )
     lift_load: Annotated[float, LIFT_LOAD] = Field(
         default=1e-3,
@@ -243,7 +275,24 @@ class Scan(Section):
     )
 
     @classmethod
+    def needs(cls, name: str) -> dict[str, list[str]]:
+        """Return the kinds of texture that a line over an area needs."""
+        from synth.scene.texture_section import textures_over_area
+
+        return {"texture.kind": textures_over_area()} if name in LINE else {}
+
+    @classmethod
     def conflicts(cls, given: Fields) -> list[Refusal]:
+        """Refuse a scan of two kinds at once, and a line beside points that contain places over an area."""
+        points, refusals = given.get("trajectory"), cls._of_two_kinds(given)
+        if isinstance(points, list | tuple) and points and _over_area(points[0]):
+            allowed = "not beside points over an area"
+            hint = "Leave it out: the points contain the places and directions of the finger."
+            refusals += [refusal([name], given[name], allowed, hint) for name in LINE if name in given]
+        return refusals
+
+    @classmethod
+    def _of_two_kinds(cls, given: Fields) -> list[Refusal]:
         """Refuse a scan of two kinds at once."""
         if "stroke" not in given and "trajectory" not in given:
             return []
@@ -264,21 +313,44 @@ class Scan(Section):
             )
         return refusals
 
+    @property
+    def along_x(self) -> bool:
+        """Whether the finger stays on one line along x and keeps its direction."""
+        return self.heading == 0.0 and (self.trajectory is None or not _over_area(self.trajectory[0]))
+
+    @property
+    def turns(self) -> bool:
+        """Whether the finger turns: recorded points over an area have different directions."""
+        return not self.along_x and self.trajectory is not None and len({point[3] for point in self.trajectory}) > 1
+
     def derived(self) -> Fields:
-        """Return the largest speed and load of a scan that is not constant."""
+        """Return the largest speed and load of a scan that is not constant, and the direction of its first point."""
         if self.stroke is not None:
             return {"speed": self.stroke.speed, "load": self.stroke.load}
         if self.trajectory is not None:
             from synth.scene.point_spacing import largest_speed
 
-            return {"speed": largest_speed(self.trajectory), "load": max(point[2] for point in self.trajectory)}
+            points = self.trajectory
+            found: Fields = {"speed": largest_speed(points), "load": max(point[-1] for point in points)}
+            return found | ({"direction": points[0][3]} if _over_area(points[0]) else {})
         return {}
 
     def document(self) -> dict[str, Any]:
         """Return the section with only the fields of its kind."""
         unused = {"stroke", "trajectory"}
+        line = {name for name in LINE if getattr(self, name) == 0.0}
+        if self.trajectory is not None and _over_area(self.trajectory[0]):
+            line = set(LINE)
         if self.stroke is not None:
             unused = {"speed", "load", "trajectory"}
         elif self.trajectory is not None:
             unused = {"speed", "load", "stroke"}
-        return without(super().document(), *unused)
+        return without(super().document(), *unused, *line)
+
+
+def over_area_fields(given: Mapping[str, Any]) -> list[str]:
+    """Return the names of the fields of a scan, as written, that need a texture over an area."""
+    points = given.get("trajectory")
+    fields = {name: given[name] for name in LINE if given.get(name) is not None}
+    names = [name for name in fields if Scan.value_of(fields, name) != 0.0]
+    return names + ["trajectory"] * (isinstance(points, list | tuple) and bool(points) and _over_area(points[0]))

@@ -22,7 +22,7 @@ from synth.scene.effects_section import Effects, FrozenMapping, declaration, low
 from synth.scene.finger_section import Finger
 from synth.scene.output_section import Accuracy, Channel, Output
 from synth.scene.rules import MOST_FAULTS, Fields, Refusal, refusal
-from synth.scene.scan_section import LOWEST_LOAD, Scan
+from synth.scene.scan_section import LOWEST_LOAD, Scan, over_area_fields
 from synth.scene.section import Section, inner_section, plain, rule_of, section_schema
 from synth.scene.text import object_from_text, pointer
 from synth.scene.texture_registry import DEFAULT, kinds, with_files
@@ -44,7 +44,7 @@ class Scene(Section):
 
     @classmethod
     def conflicts(cls, given: Fields) -> list[Refusal]:
-        """Refuse a probe on a texture over an area, and effects of the comb with another finger or such a texture."""
+        """Refuse what needs another kind of texture or finger: a probe, a scan over an area, effects of the comb."""
         finger, texture = _kind(given, "finger", "comb"), _kind(given, "texture", DEFAULT)
         effects = given.get("effects")
         if texture in catalogue_names():
@@ -53,22 +53,39 @@ class Scene(Section):
         if finger == "probe" and of_area:
             hint = f'Write "fingertip" or "comb". The texture, of kind "{texture}", has heights over an area.'
             return [refusal(["finger", "kind"], finger, "a finger over an area", hint)]
+        lines = [] if of_area else _only_over_area(given, texture)
         if not isinstance(effects, Mapping) or (finger == "comb" and not of_area):
-            return []
+            return lines
         allowed, hint = 'an effect of a finger of kind "comb"', 'Leave it out, or write finger.kind "comb".'
         if of_area:
             allowed, hint = "an effect of a texture along a line", f'Leave it out. This texture is of kind "{texture}".'
         elif finger != "comb":
             hint += f" This finger is a {finger}."
-        return [refusal(["effects", name], plain(effects[name]), allowed, hint) for name in needing_comb(effects)]
+        names = needing_comb(effects)
+        return [*lines, *(refusal(["effects", name], plain(effects[name]), allowed, hint) for name in names)]
+
+
+def _only_over_area(given: Fields, texture: str) -> list[Refusal]:
+    """Return the refusals of a scan over an area, for a texture that does not vary across."""
+    scan = _written(given, "scan")
+    hint = f'Leave it out, or write texture.kind "dots" or "heightmap". The texture "{texture}" consists of lines.'
+    return [
+        refusal(["scan", name], plain(scan[name]), "a scan of a texture over an area", hint)
+        for name in over_area_fields(scan)
+    ]
 
 
 def _kind(given: Fields, section: str, default: str) -> str:
     """Return the kind of a section as given, or `default`."""
+    kind = _written(given, section).get("kind")
+    return kind if isinstance(kind, str) else default
+
+
+def _written(given: Fields, section: str) -> Mapping[str, Any]:
+    """Return a section as a mapping of its fields, which may be invalid."""
     found = given.get(section)
     written = found.document() if isinstance(found, Section) else found
-    kind = written.get("kind") if isinstance(written, Mapping) else None
-    return kind if isinstance(kind, str) else default
+    return written if isinstance(written, Mapping) else {}
 
 
 SceneLike = Scene | Mapping[str, Any] | str | os.PathLike[str]

@@ -50,21 +50,35 @@ class RidgeField:
     height_spread: float
     seed: int
 
-    def heights(self, x: Array, y: Array) -> Array:
-        """Return h (m) at every pair of `x` [columns] and `y` [rows] (m): [columns, rows]."""
-        across, along = x[:, np.newaxis], y[np.newaxis]
+    def heights(self, x: Array, y: Array, direction: float = 0.0) -> Array:
+        """Return h (m) at every pair of `x` [columns] and `y` [rows] (m): [columns, rows].
+
+        direction: angle (rad, counter-clockwise) by which the fingertip is turned about its middle.
+        """
+        across, along = turned_back(x, y, direction)
         if self.pattern == "straight":
-            distance = np.broadcast_to(across, (len(x), len(y))).copy()
+            distance = across.copy()
         else:
             core = CORE if self.pattern == "loop" else 0.0
             distance = np.hypot(across + core, along) - core
         chance, number = np.random.default_rng(self.seed), 2.0 * math.pi / CORRELATION
         spacing = Waves.drawn(chance, number, number * ACROSS).of_gradient(self.spacing_spread, 0)
-        direction = Waves.drawn(chance, number * ALONG, number * ACROSS).of_gradient(self.direction_spread, 1)
+        sideways = Waves.drawn(chance, number * ALONG, number * ACROSS).of_gradient(self.direction_spread, 1)
         height = Waves.drawn(chance, number, number)
-        distance += spacing.over(x, y) + direction.over(x, y)
+        spacing, sideways, height = (one.turned(direction) for one in (spacing, sideways, height))
+        distance += spacing.over(x, y) + sideways.over(x, y)
         swell = np.maximum(1.0 + self.height_spread * height.over(x, y), 0.0)
         return np.asarray(-self.amplitude * swell * np.cos(2.0 * math.pi / self.period * distance))
+
+
+def turned_back(x: Array, y: Array, direction: float) -> tuple[Array, Array]:
+    """Return every pair of `x` and `y` in the frame of a finger that is turned by `direction` (rad).
+
+    Both are [len(x), len(y)].
+    """
+    c, s = math.cos(direction), math.sin(direction)
+    along, across = x[:, np.newaxis], y[np.newaxis]
+    return c * along + s * across, c * across - s * along
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,6 +106,11 @@ class Waves:
         numbers = (self.x, self.y)[axis]
         rms = self.amplitude * math.sqrt(0.5 * float(np.sum(numbers**2)))
         return Waves(self.x, self.y, self.phase, self.amplitude * gradient / rms)
+
+    def turned(self, direction: float) -> Waves:
+        """Return the field turned by `direction` (rad)."""
+        c, s = math.cos(direction), math.sin(direction)
+        return Waves(c * self.x - s * self.y, s * self.x + c * self.y, self.phase, self.amplitude)
 
     def over(self, x: Array, y: Array) -> Array:
         """Return the field at every pair of `x` [columns] and `y` [rows] (m): [columns, rows]."""

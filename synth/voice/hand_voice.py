@@ -18,7 +18,9 @@ from typing import Any
 
 from synth.arrays import Block
 from synth.motion.motion import LOAD, Motion, Update
-from synth.motion.update_smoothing import DELAY, Follower
+from synth.motion.path_smoothing import PathFollower
+from synth.motion.update_smoothing import DELAY
+from synth.plan.direct_plan import follows_path
 from synth.plan.effect_choice import require_one_shape
 from synth.plan.preparation import Preparation
 from synth.plan.usual_hand import nominal_scene, prepare_hand, with_full_scale, with_hand_scale
@@ -48,8 +50,8 @@ class HandVoice(LiveVoice):
         super().__init__(scene, cache=cache, exact=exact)
         self.log = HandLog() if record else None
         self._spare: Voice | None = self._voice_for_hand(self.scene)
-        self._follower: Follower | None = None
-        self._leaving: Follower | None = None
+        self._follower: PathFollower | None = None
+        self._leaving: PathFollower | None = None
         self._jump: Update | None = None
         self._load = nominal_scene(scene).scan.load
         self._lifted = False
@@ -74,6 +76,11 @@ class HandVoice(LiveVoice):
     def lowest_load(self) -> float:
         """The lowest load (N) that an update may have: below 0 where adhesion lets the finger pull."""
         return lowest_load(self.scene.effects)
+
+    @property
+    def over_area(self) -> bool:
+        """Whether updates can lead the finger over an area and turn it; otherwise it stays on one line."""
+        return follows_path(self.scene)
 
     @property
     def touched(self) -> bool:
@@ -197,7 +204,8 @@ class HandVoice(LiveVoice):
         self._jump = None
         if self._follower is None:
             assert self._spare is not None
-            self._follower = Follower(self.sample_rate, lowest_load=self.lowest_load)
+            turned = self.scene.scan.direction
+            self._follower = PathFollower(self.sample_rate, lowest_load=self.lowest_load, direction=turned)
             self._follower.begin(update.position or 0.0, update.speed or 0.0, self._load)
             self._follower.apply(update)
             voice, self._spare = self._spare, None

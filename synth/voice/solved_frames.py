@@ -11,9 +11,9 @@ from __future__ import annotations
 import numpy as np
 
 from synth.arrays import Block
+from synth.plan.direct_plan import over_area
 from synth.plan.frame_solver import WITH_MEAN, FramePlan, FrameSolver, Heights
-from synth.plan.preparation import Preparation
-from synth.response.mean_approach import mean_curve
+from synth.plan.preparation import Preparation, own_mean
 from synth.response.series_curve import SMALLEST, SeriesCurve
 
 
@@ -31,8 +31,8 @@ class SolvedFrames:
         self.solved, self.plan = solved, plan
         rate, mean = solved.scene.output.sample_rate, solved.mean
         if mean is None:
-            mean = mean_curve(solved.contact, solved.loads, solved.scene.scan.load, solved.tolerance)
-        if heights is None and (solved.load_varies or solved.stretch is not None):
+            mean = own_mean(solved, solved.contact, solved.tolerance)
+        if heights is None and (solved.load_varies or solved.stretch is not None or over_area(solved)):
             heights = solved.whole.heights
         elif heights is None:
             heights = SeriesCurve(solved.spectrum.harmonics).heights

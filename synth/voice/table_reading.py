@@ -40,7 +40,7 @@ class ChannelReader(Protocol):
     def start(self) -> Any:
         """Return the state before the first frame."""
 
-    def read(self, state: Any, motion: Array, position: Array, phase: int, out: Block) -> int:
+    def read(self, state: Any, motion: Array, position: Array, path: Array, phase: int, out: Block) -> int:
         """Write the next frames to `out`, and return the next phase; see `DirectReader.read`."""
 
 
@@ -60,7 +60,7 @@ class TableChannels:
         """See `ChannelReader`."""
         return [reader.start() for reader in self.readers]
 
-    def read(self, state: list[Array], motion: Array, position: Array, phase: int, out: Block) -> int:
+    def read(self, state: list[Array], motion: Array, position: Array, path: Array, phase: int, out: Block) -> int:
         """See `ChannelReader`."""
         after = phase
         for number, reader in enumerate(self.readers):
@@ -79,6 +79,7 @@ def reader_of(solved: Preparation) -> ChannelReader:
         return TableChannels(tuple(TableReader.of(table, name, rate, gain) for name, gain in read))
     return DirectReader(
         contact=direct.contact,
+        line=(-solved.scene.scan.y, solved.scene.scan.direction) if direct.area else None,
         mean=direct.mean,
         period=solved.scene.texture.period,
         lift_load=solved.scene.scan.lift_load,
@@ -93,7 +94,8 @@ def reader_of(solved: Preparation) -> ChannelReader:
 class HandReader:
     """Reads the channels of a block along the motion of a hand.
 
-    The hand is assumed to have moved at the speed and load of its first frame before that frame.
+    The hand is assumed to have moved at the speed and load of its first frame before that frame; on a path over an
+    area, to have rested there.
     period: of the texture (m).
     phase: of the texture at the next frame, a 64-bit fraction of a turn.
     """
@@ -114,7 +116,7 @@ class HandReader:
         samples, place = np.ascontiguousarray(motion.samples), np.ascontiguousarray(motion.position)
         if not self._begun:
             self._come_to(motion, out.shape[1])
-        self.phase = self._reader.read(self._state, samples, place, self.phase, out)
+        self.phase = self._reader.read(self._state, samples, place, motion.path, self.phase, out)
 
     def _come_to(self, motion: Motion, channels: int) -> None:
         """Read the steady motion before the first frame, over the length of the filters, and discard the output."""
@@ -122,11 +124,13 @@ class HandReader:
         phase = int(turns_to_phase(motion.position[:1] / self._period)[0]) if len(motion.position) else self.phase
         frames = -(-2 * self.delay // self._reader.cycle) * self._reader.cycle  # the first frame begins a cycle
         speed = motion.samples.item(SPEED, 0)
-        step = phase_step(speed, self._period, self._rate)
-        before = (phase - step * frames) % 2**64
         samples = np.zeros((5, frames))
+        path = np.repeat(motion.path[:, :1], frames, axis=1)
+        if path.size:
+            speed = 0.0
+        before = (phase - phase_step(speed, self._period, self._rate) * frames) % 2**64
         samples[SPEED], samples[LOAD] = speed, motion.samples[LOAD, 0]
-        self._reader.read(self._state, samples, NOWHERE, before, np.empty((frames, channels), np.float32))
+        self._reader.read(self._state, samples, NOWHERE, path, before, np.empty((frames, channels), np.float32))
 
 
 class ScanReader:

@@ -204,7 +204,7 @@ class Voice:
             motion = completed(motion, self.sample_rate, self._before)
             if speed_unknown:  # the first frame is silent: the speed is known from the second position on
                 out[0] = 0.0
-                motion, out = Motion(motion.samples[:, 1:], motion.position[1:]), out[1:]
+                motion, out = motion.part(1), out[1:]
         if not len(out):
             return
         if self._hand is not None:

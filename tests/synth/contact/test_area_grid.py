@@ -33,7 +33,7 @@ def points_of(contact: Contact, texture: HeightField) -> tuple[Any, Any, Any, tu
     """Return x, y and height (m) of every point of the solver, its cell (m) and A0 (m^2)."""
     grid = contact.grid
     assert isinstance(grid, AreaGrid)
-    step = texture.period / grid.columns, texture.across / grid.shape[0]
+    step = texture.period / grid.texture.columns, texture.across / grid.texture.shape[0]
     column = grid.starts[:, 1:] + np.arange(grid.heights.shape[1])
     row = np.repeat(grid.starts[:, :1], grid.heights.shape[1], axis=1)
     there = grid.heights > -1e20

@@ -114,9 +114,9 @@ def test_a_finger_at_rest_is_exactly_silent_and_costs_no_solution(finger: str, m
     counted: list[bool] = []
     solved = DirectReader.solved
 
-    def counting(self: DirectReader, phases: Real, loads: Real, before: tuple[float, float, float]) -> Real:
-        counted.append(bool(np.any(phases != before[0])))
-        return solved(self, phases, loads, before)
+    def counting(self: DirectReader, places: Real, before: Real, last: float) -> Real:
+        counted.append(bool(np.any(places[0] != before[0])))
+        return solved(self, places, before, last)
 
     monkeypatch.setattr(DirectReader, "solved", counting)
     found = voice.render(2000, rest)

@@ -44,7 +44,7 @@ def hand(frames: int, *, derivatives: bool, position: bool = False, rate: int = 
 
 def part_of(motion: Motion, first: int, frames: int) -> Motion:
     places = motion.position[first : first + frames] if len(motion.position) else motion.position
-    return Motion(motion.samples[:, first : first + frames], places, motion.complete)
+    return Motion(motion.samples[:, first : first + frames], places, complete=motion.complete)
 
 
 @pytest.mark.parametrize("derivatives", [True, False])

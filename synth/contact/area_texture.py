@@ -1,0 +1,136 @@
+"""The heights of a texture as `area_grid` reads them: means over cells, at several places per cell.
+
+Stage   CONTACT.
+Model   h2 is the mean of the texture over the cell of a point of the finger. It is stored at FINER places per cell
+        along and across, in the order [place in a cell across, along, row, column], so that the neighbours of a point
+        are its neighbours in memory. The stored columns reach beyond a period by the length of the finger, so no
+        index wraps.
+Limits  A texture is stored once for all directions of a finger; the most recently used ones are kept.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from synth.contact.area_solver import WIDE
+from synth.surfaces.height_field import HeightField
+
+Floats = np.ndarray[Any, np.dtype[np.float32]]
+Indices = np.ndarray[Any, np.dtype[np.int64]]
+
+WAVE = 48  # places of the texture per shortest wave: a straight line between two errs by 0.2 % of that wave
+FINER = (1, 2, 4, 8)  # places per cell that are tried
+MOST_PLACES = 1 << 25  # of the texture: 128 MB
+KEPT = 3  # stored textures: a scene, the one before a change, and a coarser lattice
+
+
+@dataclass(frozen=True, slots=True)
+class StoredTexture:
+    """A texture on the lattice of a finger; heights are relative to the scale of the solver.
+
+    heights: float32, see the module.
+    crests: float32 [rows, columns], the highest place of the texture from each cell on, over the length of a block.
+    shape: int64 [5], see `area_solver.ROWS`.
+    columns: cells per period along.
+    highest: the highest place.
+    period: along and across, m.
+    """
+
+    heights: Floats
+    crests: Floats
+    shape: Indices
+    columns: float
+    highest: float
+    period: tuple[float, float]
+
+    @property
+    def nbytes(self) -> int:
+        """Memory in bytes."""
+        return self.heights.nbytes + self.crests.nbytes
+
+
+@lru_cache(KEPT)
+def stored_texture(texture: HeightField, step: tuple[float, float], columns: int, scale: float) -> StoredTexture:
+    """Return `texture` on a lattice.
+
+    step: distance of its cells along and across, m. The period across is whole steps.
+    columns: cells of the longest finger.
+    scale: by which heights are divided, m.
+    """
+    span = math.ceil(texture.period / step[0]) + -(-columns // WIDE) * WIDE + 1
+    whole = round(texture.across / step[1])
+    finer = finer_places(texture, step, (span, whole))
+    heights = cell_means(texture, step, finer, (span, whole), scale)
+    shape = np.array([whole, *finer, span * whole, span], dtype=np.int64)
+    crests = crests_of(heights.reshape(*finer[::-1], whole, span))
+    periods = texture.period, texture.across
+    return StoredTexture(heights, crests, shape, texture.period / step[0], float(heights.max()), periods)
+
+
+def finer_places(texture: HeightField, step: tuple[float, float], counts: tuple[int, int]) -> tuple[int, int]:
+    """Return the places of the texture per cell, along and across, within MOST_PLACES.
+
+    step: distance of the points along and across, m.
+    counts: cells of the stored texture along and across.
+    """
+    tall = math.pi * (texture.extent[1] - texture.extent[0])  # over the slope: the period of a sinusoid
+    wanted = []
+    for slope, cell in zip((texture.slope_bound, texture.slope_across), step, strict=True):
+        wave = tall / max(slope, 1e-12)
+        wanted.append(next((one for one in FINER if one * wave >= WAVE * cell), FINER[-1]))
+    while wanted[0] * wanted[1] * counts[0] * counts[1] > MOST_PLACES and max(wanted) > 1:
+        wanted[0 if wanted[0] >= wanted[1] else 1] //= 2
+    return wanted[0], wanted[1]
+
+
+def cell_means(
+    texture: HeightField,
+    step: tuple[float, float],
+    finer: tuple[int, int],
+    counts: tuple[int, int],
+    scale: float,
+) -> Floats:
+    """Return the means of the texture over cells, in the order [place in a cell across, along, row, column].
+
+    counts: cells along, so many that no index wraps, and across, one period.
+    The mean over a cell is that of the places in it, with half of each place on its edge.
+    """
+    along, rows = counts[0] * finer[0], counts[1] * finer[1]
+    edge = finer[0] // 2
+    x = np.asarray(np.arange(-edge, along + edge) * (step[0] / finer[0]), np.float64)
+    y = np.asarray(np.arange(rows) * (texture.across / rows), np.float64)
+    heights = texture.lattice(x, y)
+    heights /= np.float32(scale)
+    if finer[0] > 1:
+        total = 0.5 * (heights[:, :along] + heights[:, 2 * edge :])
+        for move in range(1, 2 * edge):
+            total += heights[:, move : move + along]
+        heights = total / np.float32(finer[0])
+    if finer[1] > 1:
+        half = finer[1] // 2
+        total = 0.5 * (np.roll(heights, half, 0) + np.roll(heights, -half, 0))
+        for move in range(1 - half, half):
+            total += np.roll(heights, move, 0)
+        heights = total / np.float32(finer[1])
+    split = heights.reshape(counts[1], finer[1], counts[0], finer[0]).transpose(1, 3, 0, 2)
+    return np.ascontiguousarray(split, dtype=np.float32).ravel()
+
+
+def crests_of(stored: Floats) -> Floats:
+    """Return the highest place of the texture over the WIDE cells from each cell on, and their neighbours.
+
+    stored: [place in a cell across, along, row, column].
+    """
+    cells = stored.max(axis=(0, 1))
+    cells = np.maximum(cells, np.roll(cells, -1, axis=0))  # a place between two rows is a mixture of both
+    reach, found = 1, np.pad(cells, ((0, 0), (0, WIDE)), "edge")
+    while reach < WIDE:
+        found[:, :-reach] = np.maximum(found[:, :-reach], found[:, reach:])
+        reach *= 2
+    found[:, :-1] = np.maximum(found[:, :-1], found[:, 1:])  # and one between two columns
+    return np.ascontiguousarray(found[:, : cells.shape[1]])

@@ -1,0 +1,24 @@
+"""The line of a surface over an area along which a finger stands, and how the finger is turned.
+
+Stage   CONTACT.
+Model   A finger moves along x. On a height field it stands at y, and its length is turned by an angle from x.
+Source  design, section 4.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Line(NamedTuple):
+    """Where a finger stands across a height field.
+
+    y: place of its middle, m.
+    direction: angle of its length from x, rad, counter-clockwise.
+    """
+
+    y: float = 0.0
+    direction: float = 0.0
+
+
+MIDDLE = Line()

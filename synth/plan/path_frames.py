@@ -1,0 +1,55 @@
+"""How often a file along a path over an area is solved.
+
+Stage   2 (PLAN).
+Model   A finger swings over the area as `direct_plan.Swing` does, at the largest speed of the scan and at its load. The
+        solutions per second are doubled until halving them changes each quantity in the band by FOLDED_SHARE of the
+        tolerance. Where the finger turns, the error halfway between two of the directions of `area_path` is added.
+Source  design, section 4.
+Limits  The swing is short, and along one line of the area.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.contact.load_balance import Contact
+from synth.motion.scan_motion import ScanMotion
+from synth.plan.direct_plan import MORE_FOLDS, PATH_SLOPE, Swing, relative, turning_errors
+from synth.plan.frame_solver import EXACT_CELL, FOLDED_SHARE, FramePlan, counted, stride_of
+from synth.plan.request import Request
+from synth.response.band_filter import SOLUTIONS
+
+SECONDS = 0.05  # of the swing: at 80 mm/s it covers 1.3 mm
+MOST_SOLUTIONS = 4e5  # per second: 40 s of processor time for each of sound
+
+
+def path_frames(asked: Request, contact: Contact, tolerance: float, scale: float) -> FramePlan | None:
+    """Return how a file along a path is solved, or None if that would take too much time or memory.
+
+    contact: over the area.
+    scale: the kept band, as a part of the whole band.
+    """
+    scene, frames = asked.scene, asked.scene.output.sample_rate / stride_of(scale)
+    load, fastest = max(scene.scan.load, scene.scan.lift_load), ScanMotion(scene).fastest()
+    band, orders = scene.output.band_limit, list(asked.orders)
+    count = max(1, math.ceil(SOLUTIONS * band / frames))
+    while True:
+        swing = Swing(count * frames, band, fastest, PATH_SLOPE, SECONDS)
+        z = swing.heights(contact, load, 0.5)
+        fine = swing.curves(z)
+        folded = MORE_FOLDS * relative(_largest(fine[:, ::2] - swing.curves(z[::2])), np.ptp(fine, axis=1))[orders]
+        if np.max(folded) <= FOLDED_SHARE * tolerance or count * frames > MOST_SOLUTIONS:
+            break
+        count *= 2
+    if scene.scan.turns:
+        judged = Swing(SOLUTIONS * band, band, fastest, PATH_SLOPE, SECONDS)
+        folded = folded + turning_errors(contact, judged, load)[orders]
+    solution = EXACT_CELL * contact.grid.cells
+    return counted(scene, asked.orders, tolerance, scale, count, tuple(folded.tolist()), solution)
+
+
+def _largest(curves: Array) -> Array:
+    return np.asarray(np.max(np.abs(curves), axis=1))

@@ -1,0 +1,169 @@
+"""Voices over an area: a line at any angle, recorded paths, and hands that lead and turn the finger."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+import ridgewave as rw
+from synth.errors import CannotRender
+from synth.motion.motion import Motion, Update
+from synth.response.response_cache import ResponseCache
+from synth.scene.scene import parse_scene
+from synth.voice.hand_voice import HandVoice
+from synth.voice.recording import Recording
+from synth.voice.voice import Voice, open_voice
+
+RATE = 8000
+SQUARE = {"kind": "dots", "period": "2 mm", "row_distance": "2 mm", "stagger": 0.0, "phase": 0.0}
+CHANNELS = ["displacement", "velocity", "acceleration"]
+CACHE = ResponseCache()
+
+
+def document(scan: dict[str, Any] | None = None, **sections: Any) -> dict[str, Any]:
+    """Return a scene of a small fingertip on square dots."""
+    finger = {"kind": "fingertip", "contact_length": "3 mm", "ridge_amplitude": "60 um"}
+    output = {"channels": CHANNELS, "sample_rate": RATE, "duration": 0.15}
+    return {"finger": finger, "texture": SQUARE, "scan": scan, "output": output} | sections
+
+
+@cache
+def exact(**scan: Any) -> Any:
+    """Return the values of a file [frames, channels]."""
+    return rw.render(document(scan)).values
+
+
+def differing(one: Any, other: Any) -> Any:
+    """Return the largest change of each channel from `one` to `other`, below 900 Hz, over its peak-to-peak.
+
+    Scans that are solved along their motion fade from the end of the band on, and series end there.
+    """
+    window = np.hanning(len(one))[:, np.newaxis]
+    lines = np.fft.rfft(np.stack([one - other, other]) * window, axis=1)
+    hertz = np.fft.rfftfreq(len(one), 1.0 / RATE)
+    lines[:, (hertz > 900.0) | (hertz < 20.0)] = 0.0
+    change, kept = np.fft.irfft(lines, len(one), axis=1)
+    return np.max(np.abs(change), axis=0) / np.ptp(kept, axis=0)
+
+
+def test_a_line_along_x_is_the_scan_that_it_was() -> None:
+    assert np.all(differing(exact(heading=1e-12), exact()) < 3e-3)
+
+
+def test_a_line_across_on_square_dots_under_a_turned_finger_is_the_line_along() -> None:
+    turned = exact(heading="90 deg", direction="90 deg")
+    assert np.all(differing(turned, exact()) < [0.02, 0.05, 0.15])  # the lattice lies otherwise on the ridges
+    assert np.all(differing(exact(heading="90 deg"), exact()) > 0.05)
+
+
+def test_rows_repeat_across() -> None:
+    assert np.all(differing(exact(y="2 mm"), exact()) < 1e-6)
+    assert np.all(differing(exact(y="1 mm"), exact()) > 0.1)
+
+
+def test_a_recorded_path_is_the_line_that_it_follows() -> None:
+    t = np.linspace(0.0, 0.15, 10)
+    x, y = -0.08 * t * math.cos(0.5), -0.08 * t * math.sin(0.5)  # the finger goes against the surface
+    points = tuple((float(a), float(b), float(c), 0.2, 0.3) for a, b, c in zip(t, x, y, strict=True))
+    found, line = exact(trajectory=points), exact(heading=0.5, direction=0.2)
+    cruise = slice(200, 1000)
+    assert np.all(differing(found[cruise], line[cruise]) < 1e-3)
+
+
+def test_a_path_of_one_place_and_every_direction_moves_the_finger() -> None:
+    t = np.linspace(0.0, 0.15, 10)
+    points = tuple((float(a), 0.3e-3, 0.2e-3, float(2.0 * a), 0.3) for a in t)
+    turning = exact(trajectory=points)
+    assert np.ptp(turning[200:1000, 0]) > 1e-8
+    still = exact(trajectory=tuple((float(a), 0.3e-3, 0.2e-3, 0.4, 0.3) for a in t))
+    assert np.ptp(still[300:900, 1]) < 1e-3 * np.ptp(turning[300:900, 1])
+
+
+@pytest.mark.parametrize("effects", [{"inertia": {}}, {"inertia": "auto"}])
+def test_an_effect_that_is_simulated_along_a_line_is_refused_on_a_path(effects: dict[str, Any]) -> None:
+    with pytest.raises(CannotRender, match=r"scan\.heading"):
+        rw.render(document({"heading": "10 deg"}, effects=effects))
+
+
+@cache
+def led() -> Voice:
+    """Return a voice for a hand."""
+    return open_voice(document(), live=True, cache=CACHE)
+
+
+def path(frames: int) -> Motion:
+    """Return a motion along a curve, with a finger that turns."""
+    t = np.arange(frames) / RATE
+    load = 0.3 + 0.1 * np.sin(20.0 * t)
+    return Motion.of(frames, position=0.05 * t, across=4e-3 * np.sin(15.0 * t), direction=0.4 * t, load=load)
+
+
+def test_blocks_of_any_size_give_the_samples_of_one() -> None:
+    whole, motion, parts, first = led().twin().render(900, path(900)), path(900), led().twin(), 0
+    for frames in (1, 7, 40, 213, 500, 139):
+        block = parts.render(frames, motion.part(first, first + frames))
+        assert np.array_equal(block, whole[first : first + frames])
+        first += frames
+
+
+@pytest.mark.parametrize("turned", [0.0, 0.2])
+def test_a_hand_is_the_line_of_the_file_within_the_told_error(turned: float) -> None:
+    voice, frames, angle = led().twin(), 1000, 0.5
+    p = 0.08 * np.arange(frames) / RATE
+    motion = Motion.of(frames, position=p * math.cos(angle), across=p * math.sin(angle), direction=turned, load=0.3)
+    late = voice.late
+    found = voice.render(frames, motion)[late + 200 :] * voice.full_scale
+    wanted = exact(heading=angle, direction=turned)[200 : frames - late]
+    plan = voice._for_hand
+    assert plan is not None and plan.direct is not None
+    told = np.array([channel.error for channel in plan.channels])
+    told += np.array(plan.direct.turning) * (turned != 0.0)
+    assert np.all(differing(found, wanted) < 2.0 * told)
+    assert max(told) < 0.05
+
+
+def test_a_hand_without_a_path_is_on_the_line_of_the_scan() -> None:
+    t = np.arange(600) / RATE
+    line = open_voice(document({"y": "0.4 mm", "direction": "30 deg"}), live=True, cache=CACHE)
+    plain = Motion.of(600, position=0.05 * t, load=0.3)
+    led_there = Motion.of(600, position=0.05 * t, across=-0.4e-3, direction=math.radians(30.0), load=0.3)
+    assert np.allclose(line.twin().render(600, plain)[200:], line.twin().render(600, led_there)[200:], atol=1e-6)
+
+
+def test_updates_lead_and_turn_the_finger_and_a_recording_repeats_them() -> None:
+    voice, heard = HandVoice(parse_scene(document()), cache=CACHE, record=True), []
+    assert voice.over_area
+    for block in range(40):
+        t = block * 0.01
+        across, direction = (None, None) if block < 10 else (3e-3 * math.sin(9.0 * t), 0.3 * t)
+        voice.touch(Update(block, t, 0.05 * t, None, 0.3, across, direction))
+        heard.append(voice.render(80))
+    sound = np.concatenate(heard)
+    replay = Recording(voice.recording()).open(CACHE)
+    assert np.array_equal(np.concatenate([replay.render(n) for n in (1, 333, 2866)]), sound)
+    assert np.max(np.abs(np.diff(sound[:, 0]))) < 0.2  # the jump to the path is a cross-fade
+    events = [event for event in voice.recording()["events"] if event[1] == "contact"]
+    assert {len(event) for event in events} == {7, 9}
+
+
+def test_a_finger_turns_the_short_way_round() -> None:
+    voice = HandVoice(parse_scene(document()), cache=CACHE)
+    for block, direction in enumerate([3.1, 3.12, 3.14, -3.12, -3.1, -3.08] * 1):
+        voice.touch(Update(block, 0.01 * block, 0.0, None, 0.3, 0.0, direction))
+        voice.render(80)
+    assert voice._coming is None or voice._leaving is None  # no jump was made of the wrap
+
+
+def test_a_scene_of_lines_does_not_vary_across() -> None:
+    voice = HandVoice(parse_scene({"output": {"sample_rate": RATE}}), cache=CACHE)
+    other = HandVoice(parse_scene({"output": {"sample_rate": RATE}}), cache=CACHE)
+    assert not voice.over_area
+    for block in range(20):
+        place = 0.0008 * block
+        voice.touch(Update(block, 0.01 * block, place, None, 0.3, 0.001 * block))
+        other.touch(Update(block, 0.01 * block, place, None, 0.3))
+        assert np.allclose(voice.render(80), other.render(80), atol=0.0 if block > 12 else 1.0)
