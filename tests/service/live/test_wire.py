@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from service.live.live_stream import LiveStream
-from service.live.messages import schema
+from service.live.messages import V1, V2, Version
 from service.sessions.session import Session
 from synth.scene.scene import parse_scene
 from tests.service.harness import Running, problem, serving, until
@@ -72,16 +72,19 @@ def test_a_pull_stream_gives_what_it_was_granted(running: Running, engine: Plain
         assert hand_of(engine).applied.updates[0][0] == 2000
 
 
-def test_every_message_of_the_server_fits_the_schema_that_it_serves(running: Running) -> None:
+@pytest.mark.parametrize(("version", "path"), [(V1, "schema.json"), (V2, "schema.v2.json")])
+def test_every_message_of_the_server_fits_the_schema_that_it_serves(
+    running: Running, version: Version, path: str
+) -> None:
     import jsonschema_rs
 
-    answer = running.client.get("/v1/live/schema.json")
-    assert answer.status_code == 200 and answer.json() == schema()
+    answer = running.client.get(f"/v1/live/{path}")
+    assert answer.status_code == 200 and answer.json() == version.schema()
     jsonschema_rs.meta.validate(answer.json())
     served = answer.json()
     validator = jsonschema_rs.Draft202012Validator({"$ref": "#/$defs/server", "$defs": served["$defs"]})
-    with live(running) as client:
-        client.hello(pacing="realtime", record=True)
+    with live(running, subprotocols=[version.name]) as client:
+        assert client.hello(pacing="realtime", record=True)["protocol"] == version.name
         client.contact(1, load=5000.0)
         client.contact(2)
         client.until("applied")
