@@ -63,7 +63,8 @@ export class LiveViews {
   /** Shows the fingers. touches: those of the Pad. */
   touch(touches) {
     const all = [...touches.values()].filter(({ position }) => position !== undefined);
-    this.surface.touch(all.map(({ position }) => position));
+    const across = (y) => 0.5 - y / (this.surface.metresPerPixel * this.surface.panel.height);
+    this.surface.touch(all.map(({ position, y = 0 }) => ({ position, across: across(y) })));
     if (!all.length || !this.#period) return;
     this.#heardPeriod ??= this.#period;
     const [{ position, speed }] = all;

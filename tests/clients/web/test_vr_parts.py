@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -16,6 +17,17 @@ FOLLOW = """async (points) => {
   const {layTable} = await import("/web/vr/table_layout.js");
   const follower = new FingertipContact(layTable(1));
   return points.map((point) => follower.follow(point && {x: point[0], y: point[1], z: layTable(1).places[0].z}));
+}"""
+
+
+PLACES = """async (points) => {
+  const {FingertipContact} = await import("/web/vr/contact_model.js");
+  const {layTable} = await import("/web/vr/table_layout.js");
+  const {x, z} = layTable(1).places[0];
+  return points.map(([right, near]) => {
+    const {position, y} = new FingertipContact(layTable(1)).follow({x: x + right, y: 0, z: z + near});
+    return [position, y];
+  });
 }"""
 
 
@@ -49,13 +61,41 @@ def test_a_pose_that_is_no_number_touches_nothing(functions: Page) -> None:
     assert functions.evaluate(script, [[0, 0.01], [0, -0.01]]) == [None, None]
 
 
-def test_a_place_on_a_swatch_is_metres_from_its_left_end(functions: Page) -> None:
+def test_a_place_on_a_swatch_is_metres_from_its_left_end_and_from_its_middle(functions: Page) -> None:
     length = table(functions, "table.LENGTH")
+    assert functions.evaluate(PLACES, [[0.01, 0.02], [-0.03, -0.01]]) == [
+        pytest.approx([length / 2 + 0.01, -0.02]),
+        pytest.approx([length / 2 - 0.03, 0.01]),
+    ], "y is 0 in the middle, and rises away from the person"
     ends = functions.evaluate(FOLLOW, [[-length / 2, 0.01], [0, 0.01], [length / 2, 0.01], [length / 2 + 1e-6, 0.01]])
     assert [end and end["position"] for end in ends] == [pytest.approx(0), length / 2, pytest.approx(length), None]
 
 
-def test_a_fingertip_that_goes_right_moves_the_surface_left_under_it_as_on_the_pad(functions: Page) -> None:
+def test_a_finger_points_counter_clockwise_from_the_stroke_seen_from_above(functions: Page) -> None:
+    found = functions.evaluate(
+        """async (points) => {
+          const {directionOf} = await import("/web/vr/tracked_fingertips.js");
+          let last;
+          return points.map(([x, z]) => {
+            last = directionOf({x: 1, z: 2}, {x: 1 + x, z: 2 + z}, last);
+            return last ?? null;
+          });
+        }""",
+        [[0.1, 0.1], [1, 0], [0, -1], [-1, -0.001], [-1, 0.001], [0, 0.1], [0, 1], [1, 0]],
+    )
+    assert found == [
+        None,  # upright
+        pytest.approx(0),
+        pytest.approx(math.pi / 2),  # away from the person
+        pytest.approx(math.pi, abs=2e-3),
+        pytest.approx(math.pi, abs=2e-3),  # not -pi: a finger does not spin round
+        pytest.approx(math.pi, abs=2e-3),
+        pytest.approx(3 * math.pi / 2),
+        pytest.approx(2 * math.pi),
+    ]
+
+
+def test_a_fingertip_that_goes_right_is_further_right_on_the_surface_as_on_the_pad(functions: Page) -> None:
     sent = functions.evaluate(
         """async () => {
           const {FingertipStream} = await import("/web/vr/fingertip_stream.js");
@@ -64,11 +104,17 @@ def test_a_fingertip_that_goes_right_moves_the_surface_left_under_it_as_on_the_p
           const stream = new FingertipStream({swatches: [{scene: {}}], open: async () => finger});
           stream.follow({index: 0, position: 0.01, load: 0, height: 0.01}, 0);
           await new Promise((done) => setTimeout(done));
-          for (const step of [1, 2]) stream.follow({index: 0, position: 0.01 * step, load: 0.5, height: 0}, step);
+          const touch = (step, turn) =>
+            stream.follow({index: 0, position: 0.01 * step, y: 0.002, load: 0.5, height: 0}, step, turn);
+          touch(1);
+          touch(2, 1.5);
           return sent;
         }"""
     )
-    assert sent == [{"position": -0.01, "load": 0.5, "time": 1}, {"position": -0.02, "load": 0.5, "time": 2}]
+    assert sent == [
+        {"x": 0.01, "y": 0.002, "load": 0.5, "time": 1},
+        {"x": 0.02, "y": 0.002, "direction": 1.5, "load": 0.5, "time": 2},
+    ]
 
 
 @pytest.mark.parametrize("count", [1, 5, 12])
