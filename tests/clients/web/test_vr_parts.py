@@ -169,11 +169,48 @@ def test_the_relief_is_the_heights_magnified_with_normals_across_them(functions:
     assert all(abs(x) <= 0.01 + 1e-6 and abs(z) <= 0.005 + 1e-6 for x, _, z in points)
     crests = sum(before[1] < here[1] >= after[1] for before, here, after in zip(tops, tops[1:], tops[2:], strict=False))
     assert crests == 3, "four periods of 5 mm: three crests between the ends"
+    outward_faces(mesh, points)
+
+
+def outward_faces(mesh: dict[str, list[float]], points: list[list[float]]) -> None:
+    """Check that every face of the mesh is seen from outside."""
     for corners in zip(*[iter(mesh["indices"])] * 3, strict=True):
-        one, two, three = (points[corner] for corner in corners)
+        one, two, three = (points[int(corner)] for corner in corners)
         edge, other = ([b - a for a, b in zip(one, end, strict=True)] for end in (two, three))
         faces = [edge[1] * other[2] - edge[2] * other[1], edge[2] * other[0] - edge[0] * other[2], 0.0]
         faces[2] = edge[0] * other[1] - edge[1] * other[0]
-        normal = mesh["normals"][3 * corners[0] : 3 * corners[0] + 3]
+        normal = mesh["normals"][3 * int(corners[0]) : 3 * int(corners[0]) + 3]
         outward = sum(a * b for a, b in zip(faces, normal, strict=True))
         assert outward > 0 or one[0] == two[0] == three[0], "every face is seen from outside"
+
+
+def test_the_relief_of_an_area_is_its_heights_at_their_places(functions: Page) -> None:
+    """Waves of 1 mm along and 2 mm across, drawn 5 times as wide and 15 times as high, y = 0 in the middle."""
+    mesh = functions.evaluate(
+        """async () => {
+          const {areaRelief} = await import("/web/vr/area_relief.js");
+          const turn = (i) => 2 * Math.PI * i / 64;
+          const row = (i) => Array.from({length: 64}, (_, j) => 2e-5 * Math.cos(turn(j)) + 1e-5 * Math.sin(turn(i)));
+          const area = Array.from({length: 64}, (_, i) => row(i));
+          const size = {along: 5, up: 15, length: 0.02, width: 0.01, raised: 0.008};
+          const {positions, normals, indices} = areaRelief({area, period: 1e-3, across: 2e-3, ...size});
+          return {positions: [...positions], normals: [...normals], indices: [...indices]};
+        }"""
+    )
+    points = [mesh["positions"][place : place + 3] for place in range(0, len(mesh["positions"]), 3)]
+    assert {(round(abs(x), 6), round(abs(z), 6)) for x, _, z in points} >= {(0.01, 0.005)}
+    assert all(abs(x) <= 0.01 + 1e-6 and abs(z) <= 0.005 + 1e-6 for x, _, z in points)
+    tops = [(point, mesh["normals"][3 * i : 3 * i + 3]) for i, point in enumerate(points)]
+    tops = [(point, normal) for point, normal in tops if normal[1] > 0]
+    for (x, y, z), (nx, ny, nz) in tops:
+        along, across = 2 * math.pi * (x + 0.01) / 5e-3, 2 * math.pi * -z / 10e-3
+        height = 2e-5 * math.cos(along) + 1e-5 * math.sin(across)
+        assert y == pytest.approx(15 * (height - 3e-5), abs=15 * 4e-7)
+        slopes = -2e-5 * math.sin(along) * 2 * math.pi / 5e-3, -1e-5 * math.cos(across) * 2 * math.pi / 10e-3
+        assert -nx / ny == pytest.approx(15 * slopes[0], abs=0.03)
+        assert -nz / ny == pytest.approx(15 * slopes[1], abs=0.03)
+    assert max(y for (_, y, _), _ in tops) == pytest.approx(0, abs=6e-6), "the crest lies in the plane of the touch"
+    assert [y for _, y, _ in points if y < -15 * 6e-5 - 1e-5] == pytest.approx(
+        [-0.008] * ((len(points) - len(tops)) // 2)
+    )
+    outward_faces(mesh, points)
