@@ -94,7 +94,7 @@ def _place(
 ) -> Update:
     """Return the update of a finger at `place` (x and y, m); raises Problem for a direction that has no effect."""
     if direction and not hand.over_area:
-        hint = "Leave it out: this texture is along a line, where the finger cannot turn."
+        hint = "Leave it out: this texture varies along x only, and a finger on it cannot turn."
         raise refused("/direction", f"{shown(direction)} rad", "0 rad", hint)
     x, y = place
     return Update(seq, time, 0.0 - x, None, load, 0.0 - y, direction)  # a difference, because -x would make -0.0 of 0

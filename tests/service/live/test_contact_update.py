@@ -206,7 +206,7 @@ def test_on_a_line_y_is_taken_and_the_finger_cannot_turn() -> None:
             driver.binary(place(seq, 0.0, 0.0, direction=0.5))
         (fault,) = problem_of(driver)["errors"]
         assert (fault["pointer"], fault["value"], fault["allowed"]) == ("/direction", "0.5 rad", "0 rad")
-        assert "along a line" in fault["hint"]
+        assert "varies along x only" in fault["hint"]
     assert len(updates(driver)) == 2 and len(driver.texts("problem")) == 2
 
 

@@ -11,9 +11,11 @@ import pytest
 from service.live.live_stream import LiveStream
 from service.live.messages import V1, V2, Version
 from service.sessions.session import Session
+from synth.motion.motion import Update
 from synth.scene.scene import parse_scene
 from tests.service.harness import Running, problem, serving, until
 from tests.service.live.client import live
+from tests.service.live.driver import place
 from tests.service.plain_engine import PlainEngine, warmed_up
 from tests.service.plain_hand import PlainHand, expected
 
@@ -55,6 +57,16 @@ def test_a_realtime_stream_is_the_plain_hand_sample_for_sample(running: Running,
     assert told == [(frame, update.seq) for frame, update in applied.updates] and len(told) == 39
     assert client.texts("end")[0] == {"type": "end", "reason": "stopped", "frame": len(pcm)}
     assert ready["frame"] == 0 and applied.scenes[0][0] == client.texts("scene")[0]["frame"]
+
+
+def test_a_place_over_a_real_socket_reaches_the_hand(running: Running, engine: PlainEngine) -> None:
+    with live(running, subprotocols=["ridgewave.v2", "ridgewave.v1"]) as client:
+        ready = client.hello(scene={"texture": {"kind": "dots"}})
+        assert (ready["protocol"], ready["over_area"]) == ("ridgewave.v2", True)
+        client.socket.send(place(7, 0.5, -0.25, direction=1.5, load=0.5, time=2.0))
+        client.say("more", frames=480)
+        assert client.until("applied") == {"type": "applied", "seq": 7, "frame": 0}
+    assert hand_of(engine).applied.updates == [(0, Update(7, 2.0, -0.5, None, 0.5, 0.25, 1.5))]
 
 
 def test_a_pull_stream_gives_what_it_was_granted(running: Running, engine: PlainEngine) -> None:
