@@ -77,6 +77,10 @@ class HandVoice(LiveVoice, Protocol):
     """A live voice that follows a hand. `render` usually takes microseconds; the rest, except `prepare`, is instant."""
 
     @property
+    def scene(self) -> Scene:
+        """Return the scene, or the one that the sound cross-fades to."""
+
+    @property
     def frame(self) -> int:
         """Return the first frame of the next block."""
 

@@ -43,7 +43,12 @@ class ProblemType:
 
 _ROWS = (
     ("bad-request", 400, "Malformed request", "The request's framing or headers are invalid."),
-    ("protocol", 400, "Unsupported protocol", "The WebSocket does not offer the subprotocol ridgewave.v1."),
+    (
+        "protocol",
+        400,
+        "Unsupported protocol",
+        "The WebSocket offers neither the subprotocol ridgewave.v2 nor ridgewave.v1.",
+    ),
     ("key-required", 401, "A key is required", "RIDGEWAVE_API_KEYS is set and the request has no such Bearer token."),
     ("host-refused", 403, "Host not allowed", "The Host header is not in RIDGEWAVE_ALLOWED_HOSTS."),
     ("origin-refused", 403, "Origin not allowed", "A write came from a web page of another origin."),

@@ -17,6 +17,7 @@ from clients.live_client.reconnection import Backoff
 from clients.live_client.websocket_connection import Address
 from clients.live_client.wire_messages import Applied, Ready
 from clients.scene_and_key import scene_to_send
+from synth.errors import Fault, InvalidRequest
 
 DEFAULT_URL = "ws://127.0.0.1:8000/v1/live"
 
@@ -79,14 +80,32 @@ class LiveInterface(ABC):
 
     # The hand
 
-    def move(self, position: float, load: float | None = None) -> int:
-        """Move the finger to `position` (m), pressed with `load` (N; None keeps the last load).
+    def move(
+        self,
+        position: float | None = None,
+        load: float | None = None,
+        *,
+        x: float | None = None,
+        y: float | None = None,
+        direction: float | None = None,
+    ) -> int:
+        """Move the finger, pressed with `load` (N; None keeps the last load).
+
+        position: how far the surface has moved under the finger, m.
+        x, y: instead, the place of the finger's middle on the surface, m. x is the negative of position.
+        direction: with x and y on a texture over an area, see `over_area`: the angle of the finger's length from the
+            x axis, rad, counter-clockwise. None keeps the last one, at first 0.
 
         Returns the number of the update; `applied` names it once the sound follows it. Never waits: this update
         replaces one that was not sent yet. After `max_silence` seconds without an update the service lifts the finger.
+        Raises InvalidRequest; also for x and y if the service speaks only version 1 of the protocol.
         """
         with self._changing():
-            return self._protocol.update_contact(position, False, load)
+            if position is not None and x is None and y is None and direction is None:
+                return self._protocol.update_contact(position, False, load)
+            if position is None and x is not None and y is not None:
+                return self._protocol.update_place((x, y), direction, load)
+        raise InvalidRequest([_ways_fault(position=position, x=x, y=y, direction=direction)])
 
     def slide(self, speed: float, load: float | None = None) -> int:
         """Let the finger slide at `speed` (m/s), pressed with `load` (N; None keeps the last load). See `move`."""
@@ -151,6 +170,11 @@ class LiveInterface(ABC):
         return self._protocol.plan
 
     @property
+    def over_area(self) -> bool:
+        """Whether the texture is over an area: `y` has an effect, and `direction` is allowed."""
+        return self._protocol.over_area
+
+    @property
     def changed_frame(self) -> int | None:
         """The frame at which the newest cross-fade to a changed scene begins; None before the first."""
         return self._protocol.changed_frame
@@ -207,3 +231,10 @@ class LiveInterface(ABC):
         if self._protocol.ready is None:
             raise not_open()
         return self._protocol.ready
+
+
+def _ways_fault(**given: float | None) -> Fault:
+    """Return the fault of a move that does not say in one way where the finger is."""
+    names = " and ".join(name for name, value in given.items() if value is not None)
+    allowed = "position, or x and y; direction only with x and y"
+    return Fault("", names or "no position, x or y", allowed, "Write move(x=0.01, y=0.02, load=0.3), for example.")

@@ -19,7 +19,7 @@ import logging
 import operator
 from collections import deque
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from clients.client_errors import ClientError, ConnectionLost, Problem, ProtocolError, ResumeLost, StreamEnded
@@ -81,6 +81,7 @@ class LiveProtocol:
         self.request, self.clock, self.reconnect = request, clock, reconnect
         self.ready: Ready | None = None
         self.plan: Mapping[str, Any] = {}
+        self.over_area = False
         self.applied: Applied | None = None
         self.changed_frame: int | None = None
         self.gain_reduction_db = 0.0
@@ -98,7 +99,7 @@ class LiveProtocol:
         self._offset = 0  # number of a frame in the stream, less its number in the session
         self._closure: Closure | None = None
         self._last_problem: Problem | None = None  # on this connection
-        self._contact: wire.Contact | None = None
+        self._contact: wire.Contact | wire.Place | None = None
         self._contact_unsent = self._contact_first = False
         self._seq = 0
         self._wanted = 0
@@ -203,17 +204,27 @@ class LiveProtocol:
 
     def update_contact(self, value: float, is_speed: bool, load: float | None) -> int:
         """Send an update of the hand; return its number. Raises InvalidRequest."""
-        self._contact = wire.contact(self._seq, self.clock(), value, is_speed, load)
-        self._contact_unsent = True
+        return self._update(wire.contact(self._seq, self.clock(), value, is_speed, load))
+
+    def update_place(self, at: tuple[float, float], direction: float | None, load: float | None) -> int:
+        """Send an update of the hand at (x, y), m; return its number. Raises InvalidRequest."""
+        update = wire.place(self._seq, self.clock(), at, direction, load)
+        if self.ready is not None and self.ready.protocol == wire.FIRST:
+            allowed = f"position or speed: this service speaks {wire.FIRST} only"
+            raise InvalidRequest([Fault("/x", shown(at[0]), allowed, "Write position=-x, or use a newer service.")])
+        return self._update(update)
+
+    def _update(self, update: wire.Contact | wire.Place) -> int:
+        self._contact, self._contact_unsent = update, True
         self._seq += 1
-        return self._contact.seq
+        return update.seq
 
     def lift(self) -> int:
         """Lift the finger where it is."""
         last = self._contact
-        return (
-            self.update_contact(0.0, True, 0.0) if last is None else self.update_contact(last.value, last.is_speed, 0.0)
-        )
+        if last is None:
+            return self.update_contact(0.0, True, 0.0)
+        return self._update(replace(last, seq=self._seq, time=self.clock(), load=0.0))
 
     def change(self, partial: Mapping[str, Any]) -> None:
         """Send a change of the scene. Raises InvalidRequest if JSON cannot hold it."""
@@ -303,6 +314,7 @@ class LiveProtocol:
             self.applied = Applied(int(message["seq"]), int(message["frame"]) + self._offset)
         elif kind == "scene":
             self.plan, self.changed_frame = dict(message["plan"]), int(message["frame"]) + self._offset
+            self.over_area = message.get("over_area") is True
             self._changes.answered()
         elif kind == "limited":
             self.gain_reduction_db = float(message["gain_reduction_db"])
@@ -335,7 +347,9 @@ class LiveProtocol:
             else:
                 self._changes.resume()
             self._choose_contact(ready)
-        self.ready, self.plan = ready, ready.plan
+        if isinstance(self._contact, wire.Place) and ready.protocol == wire.FIRST:
+            self._contact_unsent = False  # this service cannot read it; the next place is refused
+        self.ready, self.plan, self.over_area = ready, ready.plan, ready.over_area
         self._credit.reset()
         self._stop_unsent = self._stopping
         self._attached, self._new_session, self._last_problem = True, False, None

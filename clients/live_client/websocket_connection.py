@@ -19,7 +19,7 @@ from websockets.exceptions import ConnectionClosed, InvalidMessage, InvalidStatu
 
 from clients.client_errors import ConnectionLost, read_problem, retry_seconds
 from clients.live_client.reconnection import Closed, Closure
-from clients.live_client.wire_messages import SUBPROTOCOL, subprotocols
+from clients.live_client.wire_messages import SUBPROTOCOLS, subprotocols
 from synth.errors import Fault, InvalidRequest, shown
 
 PING_SECONDS = 5.0  # s between pings, and to wait for each answer: a lost peer is detected within twice that
@@ -121,9 +121,9 @@ def not_ready() -> ConnectionLost:
 
 
 def check_subprotocol(chosen: str | None) -> None:
-    """Raise Closed unless the service chose the protocol."""
-    if chosen != SUBPROTOCOL:
-        raise Closed(Closure(PROTOCOL_CODE, f"the service does not speak {SUBPROTOCOL}"))
+    """Raise Closed unless the service chose a version of the protocol."""
+    if chosen not in SUBPROTOCOLS:
+        raise Closed(Closure(PROTOCOL_CODE, f"the service does not speak {' or '.join(SUBPROTOCOLS)}"))
 
 
 @contextlib.contextmanager

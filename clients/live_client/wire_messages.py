@@ -1,4 +1,4 @@
-"""The messages of the live protocol `ridgewave.v1`, as docs/live.md defines them.
+"""The messages of the live protocol, `ridgewave.v2` and `ridgewave.v1`, as docs/live.md defines them.
 
 The functions make what the client sends: the text or bytes of one WebSocket message. `read_text`, `Ready` and `Applied`
 read what the service sends; unknown fields are ignored.
@@ -21,18 +21,22 @@ from clients.client_errors import ProtocolError
 from clients.scene_and_key import checked_key, json_text
 from synth.errors import Fault, InvalidRequest, shown
 
-SUBPROTOCOL = "ridgewave.v1"
+FIRST, SECOND = "ridgewave.v1", "ridgewave.v2"
+SUBPROTOCOLS = (SECOND, FIRST)  # the newest first
 KEY_SUBPROTOCOL = "ridgewave.key."
 
 CONTACT = struct.Struct("<BBHIddf")  # version, flags, contact, seq, time (s), position (m) or speed (m/s), load (N)
-CONTACT_VERSION = 1
+PLACE = struct.Struct("<BBHIdddff")  # version, flags, contact, seq, time (s), x (m), y (m), direction (rad), load (N)
+CONTACT_VERSION, PLACE_VERSION = 1, 2
 IS_SPEED = 1  # flag: the value is a speed, not a position
 NO_LOAD = 2  # flag: the load is absent and stays what it was
+NO_DIRECTION = 4  # flag: the direction is absent and stays what it was
 SEQ_LIMIT = 2**32
 
 # The bounds of the service. Wider ones here would only move the refusal to the service.
 POSITION_LIMIT = 1e3  # m
 SPEED_LIMIT = 10.0  # m/s
+DIRECTION_LIMIT = 1e3  # rad
 LOAD_LIMIT = 1e3  # N, in both directions: a finger may pull at a surface that attracts it
 
 SceneDocument = Mapping[str, Any]
@@ -59,18 +63,46 @@ class Contact:
         return CONTACT.pack(CONTACT_VERSION, flags, 0, self.seq, self.time, self.value, load)
 
 
+@dataclass(frozen=True, slots=True)
+class Place:
+    """One update of a hand on a texture over an area, of version 2 of the protocol.
+
+    seq, time, load: as of a `Contact`. x, y: place of the finger's middle on the surface, m.
+    direction: angle of the finger's length from the x axis, rad, counter-clockwise; None keeps the last one.
+    """
+
+    seq: int
+    time: float
+    x: float
+    y: float
+    direction: float | None
+    load: float | None
+
+    def message(self) -> bytes:
+        """Return the binary form, 40 bytes."""
+        flags = NO_LOAD * (self.load is None) | NO_DIRECTION * (self.direction is None)
+        direction, load = (0.0 if value is None else value for value in (self.direction, self.load))
+        return PLACE.pack(PLACE_VERSION, flags, 0, self.seq, self.time, self.x, self.y, direction, load)
+
+
 def contact(seq: int, time: float, value: float, is_speed: bool, load: float | None) -> Contact:
     """Return a checked update; raises InvalidRequest for values that the service would refuse."""
-    if seq >= SEQ_LIMIT:
-        raise InvalidRequest([Fault("/seq", shown(seq), f"below {SEQ_LIMIT}", "Open another stream.")])
     name, limit, unit = ("speed", SPEED_LIMIT, "m/s") if is_speed else ("position", POSITION_LIMIT, "m")
-    faults = [_fault(name, value, limit, unit)]
-    if load is not None:
-        faults.append(_fault("load", load, LOAD_LIMIT, "N"))
-    found = [fault for fault in faults if fault is not None]
-    if found:
-        raise InvalidRequest(found)
-    return Contact(seq, time, float(value), is_speed, None if load is None else float(load))
+    _check(seq, (name, value, limit, unit), ("load", load, LOAD_LIMIT, "N"))
+    return Contact(seq, time, float(value), is_speed, _float(load))
+
+
+def place(seq: int, time: float, at: tuple[float, float], direction: float | None, load: float | None) -> Place:
+    """Return a checked update at (x, y); raises InvalidRequest for values that the service would refuse."""
+    x, y = at
+    _check(
+        seq,
+        ("x", x, POSITION_LIMIT, "m"),
+        ("y", y, POSITION_LIMIT, "m"),
+        ("direction", direction, DIRECTION_LIMIT, "rad"),
+        ("load", load, LOAD_LIMIT, "N"),
+    )
+    return Place(seq, time, float(x), float(y), _float(direction), _float(load))
 
 
 def hello(scene: SceneDocument, sample_format: str, pacing: str, block: int | None, record: bool) -> str:
@@ -115,11 +147,11 @@ def read_text(text: str) -> dict[str, Any]:
 
 
 def subprotocols(key: str | None) -> tuple[str, ...]:
-    """Return the subprotocols to offer: the protocol, and the key, if any, as BASE64URL without padding."""
+    """Return the subprotocols to offer: the versions, and the key, if any, as BASE64URL without padding."""
     if key is None:
-        return (SUBPROTOCOL,)
+        return SUBPROTOCOLS
     encoded = base64.urlsafe_b64encode(checked_key(key).encode()).decode()
-    return (SUBPROTOCOL, KEY_SUBPROTOCOL + encoded.rstrip("="))
+    return (*SUBPROTOCOLS, KEY_SUBPROTOCOL + encoded.rstrip("="))
 
 
 class Applied(NamedTuple):
@@ -133,6 +165,8 @@ class Applied(NamedTuple):
 class Ready:
     """The `ready` message: a session that begins or is resumed.
 
+    protocol: the version that the service has chosen, as its subprotocol.
+    over_area: whether the texture is over an area; version 1 does not tell, then it is False.
     resume_url: path and query at which to resume the session; "" if any connection will do.
     full_scale: SI value of a sample of 1.0, per channel.
     block: frames per message of samples.
@@ -142,6 +176,8 @@ class Ready:
     """
 
     session: str
+    protocol: str
+    over_area: bool
     resume_url: str
     sample_rate: int
     channels: int
@@ -158,6 +194,8 @@ class Ready:
         """Read a `ready` message; raises KeyError, TypeError or ValueError for an incomplete one."""
         return cls(
             session=str(message["session"]),
+            protocol=str(message.get("protocol", FIRST)),
+            over_area=message.get("over_area") is True,
             resume_url=str(message.get("resume_url", "")),
             sample_rate=int(message["sample_rate"]),
             channels=int(message["channels"]),
@@ -175,6 +213,24 @@ class Ready:
         for name in ("sample_rate", "channels", "quantities", "full_scale"):
             if getattr(self, name) != getattr(other, name):
                 raise ProtocolError(f"{name} was {getattr(other, name)} and is now {getattr(self, name)}")
+
+
+Check = tuple[str, float | None, float, str]
+"""Name, value, limit and unit of a number; None is not checked."""
+
+
+def _check(seq: int, *numbers: Check) -> None:
+    """Raise InvalidRequest for a number that the service would refuse."""
+    if seq >= SEQ_LIMIT:
+        raise InvalidRequest([Fault("/seq", shown(seq), f"below {SEQ_LIMIT}", "Open another stream.")])
+    faults = [_fault(name, value, limit, unit) for name, value, limit, unit in numbers if value is not None]
+    found = [fault for fault in faults if fault is not None]
+    if found:
+        raise InvalidRequest(found)
+
+
+def _float(value: float | None) -> float | None:
+    return None if value is None else float(value)
 
 
 def _fault(name: str, value: float, limit: float, unit: str) -> Fault | None:

@@ -1,13 +1,13 @@
 /* Calls to the service that serves the page: HTTP, the address of the live stream, and the key for both.
 
 Model: the address of the page may contain `#key=KEY`. The key is removed from the address, so that a copied link does
-not contain it, and is kept for this tab. HTTP requests send it as `Authorization: Bearer`, WebSockets as a second
+not contain it, and is kept for this tab. HTTP requests send it as `Authorization: Bearer`, WebSockets as a further
 subprotocol.
 Limits: anyone who can read the storage of the page can read the key. */
 
 const KEY_PLACE = "ridgewave.key";
 const KEY_IN_HASH = /(^#?|&)key=([^&]*)/;
-const SUBPROTOCOL = "ridgewave.v1";
+const SUBPROTOCOLS = ["ridgewave.v2", "ridgewave.v1"]; // versions of the live protocol, the newest first
 const KEY_SUBPROTOCOL = "ridgewave.key.";
 
 /** An error response of the service, or no response. problem: its document (RFC 9457). message: a sentence. */
@@ -68,7 +68,7 @@ export function liveUrl() {
 
 /** Returns a WebSocket to `url` with the subprotocol and, if there is one, the key. */
 export function openLive(url) {
-  const protocols = key === null ? [SUBPROTOCOL] : [SUBPROTOCOL, KEY_SUBPROTOCOL + base64url(key)];
+  const protocols = key === null ? SUBPROTOCOLS : [...SUBPROTOCOLS, KEY_SUBPROTOCOL + base64url(key)];
   return new WebSocket(url, protocols);
 }
 

@@ -261,7 +261,9 @@ function followSession(session, floor, room, fingertips, button) {
       space.addEventListener?.("reset", () => (placed = null));
       placed = space;
     }
-    return readTips(session, frame, space).map((tip) => ({ ...tip, centre: room.onTable(tip.centre) }));
+    return readTips(session, frame, space).map((tip) => {
+      return { ...tip, centre: room.onTable(tip.centre), ahead: room.onTable(tip.ahead) };
+    });
   };
   return { tips, end: () => session.end() };
 }

@@ -23,6 +23,7 @@ from typing import Any
 
 import numpy as np
 
+from service.compute.area_picture import MOST_AREA, area_of
 from service.engine import Engine, FiniteVoice, Limiter
 from service.http.content_negotiation import choose_format
 from service.http.sound_headers import describe, metadata_of
@@ -38,7 +39,7 @@ from synth.voice.fades import reduction_warning
 WHOLE_SAMPLES = 1 << 20  # 4 MB of float32, 22 s of mono at 48 kHz; held twice while it is encoded
 PIECE_SAMPLES = 1 << 16  # 256 kB per write, about a millisecond of work
 FILE_BYTES = 1 << 16  # read from a finished FLAC at a time
-PICTURE_FIELDS = ("scene", "points", "phases")
+PICTURE_FIELDS = ("scene", "points", "phases", "area")
 CHEAP_SECONDS = 0.5  # of processor time; work below this sends no price
 
 
@@ -146,7 +147,9 @@ def work(engine: Engine, order: Order, body: bytes, store: Store) -> Iterator[Me
     elif order.kind == "explain":
         yield from _document(engine.explain(scene_of(object_from_text(body))))
     else:
-        yield from _document(engine.picture(*read_picture(body, scene_of)))
+        scene, points, phases, area = read_picture(body, scene_of)
+        picture = engine.picture(scene, points, phases)
+        yield from _document(picture | {"texture": picture["texture"] | area_of(scene, area)})
 
 
 def check_duration(duration: float, longest: float, pointer: str, kind: str) -> None:
@@ -274,8 +277,10 @@ def _wav_header(render: Render) -> bytes:
 
 def read_picture(
     text: bytes, scene_of: Callable[[object], Scene] = parse_scene
-) -> tuple[Scene, int | None, int | None]:
-    """Return the scene, points and phases in the body of a picture request; None for a number that is left out.
+) -> tuple[Scene, int | None, int | None, int]:
+    """Return the scene, points, phases and area in the body of a picture request.
+
+    Points and phases are None where they are left out.
 
     scene_of: returns the scene of a document.
     Raises Problem for an invalid body, SceneError with pointers into the body for an invalid scene.
@@ -288,10 +293,14 @@ def read_picture(
     unknown = [name for name in document if name not in PICTURE_FIELDS]
     if unknown:
         raise refused("", shown(unknown[0]), f"the fields {', '.join(PICTURE_FIELDS)}", "Leave it out.")
+    area = _whole_number(document, "area") or 0
+    if not 0 <= area <= MOST_AREA:
+        raise InvalidRequest([Fault("/area", shown(area), f"0 to {MOST_AREA}", "Leave area out for a line only.")])
     return (
         _picture_scene(document.get("scene", {}), scene_of),
         _whole_number(document, "points"),
         _whole_number(document, "phases"),
+        area,
     )
 
 

@@ -74,7 +74,9 @@ _ACCURACY = _object(
 )
 _PICTURE = _object(
     {
-        "texture": _object({"period": _NUMBER, "heights": _NUMBERS}),
+        "texture": _object(
+            {"period": _NUMBER, "heights": _NUMBERS, "across": _NUMBER, "area": _list_of(_NUMBERS)}, ("across", "area")
+        ),
         "finger": _object({"begin": _NUMBER, "length": _NUMBER, "heights": _NUMBERS}),
         "response": _object({"load": _NUMBER, "foundation": _LEVEL, "heights": _NUMBERS}),
         "touching": {

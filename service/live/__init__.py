@@ -1,4 +1,4 @@
-"""The live protocol `ridgewave.v1`: the motion of a hand in, its vibration out, over one WebSocket.
+"""The live protocol, `ridgewave.v1` and `ridgewave.v2`: the motion of a hand in, its vibration out, over one WebSocket.
 
 From the network inwards:
     websocket          the server's end of a WebSocket: handshake, pings, close; `websocket_frames` reads the frames
@@ -6,7 +6,7 @@ From the network inwards:
     connection         a connection: one task reads, one task writes
     conversation       the state machine of a connection, without I/O and without a clock
     actions            what the state machine asks the connection to do
-    messages           the JSON Schema of all messages, which is served, and checks what clients send
+    messages           the JSON Schemas of all messages, which are served, and check what clients send
     server_messages    the text messages of the server
     contact_update     contact updates in binary and in JSON
     message_limits     how much a connection may send

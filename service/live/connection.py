@@ -27,6 +27,7 @@ from service.live.conversation import Conversation, Phase
 from service.live.live_connections import LiveConnections
 from service.live.live_metrics import ConnectionLog
 from service.live.live_stream import LiveStream
+from service.live.messages import Version
 from service.live.transport import PlainWire, Wire
 from service.problems import Problem
 from service.sessions.session import Session
@@ -40,6 +41,7 @@ WAITING_BYTES = 1 << 18  # of unsent text messages; further ones are dropped
 class Connection:
     """One accepted WebSocket. Implements `service.sessions.session.Peer` and `service.live.transport.Receiver`.
 
+    version: of the protocol.
     client: name of the client for limits of work.
     wire: the interface of the server beyond ASGI, None for a plain ASGI server.
     """
@@ -50,6 +52,7 @@ class Connection:
         receive: Receive,
         send: Send,
         live: LiveConnections,
+        version: Version,
         *,
         client: str = "",
         wire: Wire | None = None,
@@ -61,7 +64,7 @@ class Connection:
         self._wire: Wire = wire or PlainWire(send)
         self._live, self._clock = live, clock
         self._context = contextvars.copy_context()  # so that log records of a message name this connection
-        self.conversation = Conversation(live.settings, clock(), live.metrics)
+        self.conversation = Conversation(live.settings, clock(), version, live.metrics)
         self.session: Session | None = None
         self._outbox: deque[str] = deque()
         self._close: actions.Close | None = None

@@ -1,7 +1,12 @@
 """Reads a contact update, in binary or in JSON, and checks its ranges.
 
-Model: little-endian, 28 bytes: u8 version, u8 flags, u16 contact, u32 seq, f64 time, f64 value, f32 load.
-    flags bit 0: 1 = value is a speed (m/s), 0 = a position (m). bit 1: 1 = no load; the last one remains.
+Model: little-endian. A position or a speed takes 28 bytes: u8 version = 1, u8 flags, u16 contact, u32 seq, f64 time,
+    f64 value, f32 load. A place takes 40 bytes, in version 2 of the protocol only: u8 version = 2, u8 flags,
+    u16 contact, u32 seq, f64 time, f64 x, f64 y, f32 direction, f32 load.
+    flags bit 0: 1 = value is a speed (m/s), 0 = a position (m). bit 1: 1 = no load; the last one remains. bit 2, of a
+    place: 1 = no direction; the last one remains.
+    A position is how far the surface has moved under the finger (p in h2(x - p) of eq. 2). A place is where the finger
+    is on the surface. The one is therefore the negative of the other.
     Comparisons are written so that NaN fails them.
 Limits: one finger, contact 0.
 """
@@ -9,81 +14,152 @@ Limits: one finger, contact 0.
 from __future__ import annotations
 
 import struct
-from typing import Any
+from typing import Any, NamedTuple
 
+from service.engine import HandVoice
 from service.live.messages import (
-    CLIENT,
+    LARGEST_DIRECTION,
     LARGEST_LOAD,
     LARGEST_POSITION,
     LARGEST_SPEED,
     LARGEST_TIME,
+    V2,
+    Version,
     allowed_text,
     refused,
 )
 from service.problems import Problem
 from synth.errors import shown
 from synth.motion.motion import Update
+from synth.scene.texture_registry import kinds
 
 LAYOUT = struct.Struct("<BBHIddf")
-VERSION = 1
-IS_SPEED, NO_LOAD = 1, 2
+PLACE_LAYOUT = struct.Struct("<BBHIdddff")
+VERSION, PLACE_VERSION = 1, 2  # first byte
+IS_SPEED, NO_LOAD, NO_DIRECTION = 1, 2, 4
 LARGEST = (LARGEST_POSITION, LARGEST_SPEED)  # by flag bit 0
+OPTIONAL = ("position", "speed", "x", "y", "direction", "load")  # fields of a JSON message beside seq and time
 
 
-def from_bytes(data: bytes, lowest_load: float) -> Update:
+class Hand(NamedTuple):
+    """What a scene allows a contact.
+
+    lowest_load: N; below 0 with adhesion.
+    over_area: whether the texture is over an area, so that a finger may turn.
+    """
+
+    lowest_load: float
+    over_area: bool
+
+    @classmethod
+    def of(cls, voice: HandVoice) -> Hand:
+        """Return what the scene of `voice` allows."""
+        return cls(voice.lowest_load, kinds()[voice.scene.texture.kind].of_area)
+
+
+def from_bytes(data: bytes, version: Version, hand: Hand) -> Update:
     """Return the update of a binary message; raises Problem (message-refused)."""
     if len(data) == LAYOUT.size:
-        version, flags, contact, seq, time, value, load = LAYOUT.unpack(data)
+        layout, flags, contact, seq, time, value, load = LAYOUT.unpack(data)
         speed = flags & IS_SPEED
         if (
-            version == VERSION
+            layout == VERSION
             and flags <= IS_SPEED | NO_LOAD
             and contact == 0
             and abs(value) <= LARGEST[speed]
             and abs(time) <= LARGEST_TIME
-            and (flags & NO_LOAD or lowest_load <= load <= LARGEST_LOAD)
+            and (flags & NO_LOAD or hand.lowest_load <= load <= LARGEST_LOAD)
         ):
             given = None if flags & NO_LOAD else load
             return Update(seq, time, None, value, given) if speed else Update(seq, time, value, None, given)
-    raise _fault(data, lowest_load)
+    elif len(data) == PLACE_LAYOUT.size and version.has_area:
+        return _place_from_bytes(data, hand)
+    raise _fault(data, version, hand)
 
 
-def from_message(message: dict[str, Any], lowest_load: float) -> Update:
+def from_message(message: dict[str, Any], hand: Hand) -> Update:
     """Return the update of a JSON message that fits the schema; raises Problem (message-refused)."""
     load = message.get("load")
-    if load is not None and not lowest_load <= load:
-        raise _load(load, lowest_load)
-    given = {name: float(message[name]) for name in ("position", "speed", "load") if name in message}
-    return Update(
-        int(message["seq"]),
-        float(message["time"]),
-        given.get("position"),
-        given.get("speed"),
-        given.get("load"),
-    )
+    if load is not None and not hand.lowest_load <= load:
+        raise _load(load, hand)
+    given = {name: float(message[name]) for name in OPTIONAL if name in message}
+    seq, time, load = int(message["seq"]), float(message["time"]), given.get("load")
+    if "x" in given:
+        return _place(seq, time, (given["x"], given["y"]), given.get("direction"), load, hand)
+    return Update(seq, time, given.get("position"), given.get("speed"), load)
 
 
-def _fault(data: bytes, lowest_load: float) -> Problem:
-    """Return the problem of a binary message; pointers name the fields as in JSON."""
+def _place(
+    seq: int, time: float, place: tuple[float, float], direction: float | None, load: float | None, hand: Hand
+) -> Update:
+    """Return the update of a finger at `place` (x and y, m); raises Problem for a direction that has no effect."""
+    if direction and not hand.over_area:
+        hint = "Leave it out: this texture varies along x only, and a finger on it cannot turn."
+        raise refused("/direction", f"{shown(direction)} rad", "0 rad", hint)
+    x, y = place
+    return Update(seq, time, 0.0 - x, None, load, 0.0 - y, direction)  # a difference, because -x would make -0.0 of 0
+
+
+def _place_from_bytes(data: bytes, hand: Hand) -> Update:
+    """Return the update of a message of 40 bytes; raises Problem (message-refused)."""
+    layout, flags, contact, seq, time, x, y, direction, load = PLACE_LAYOUT.unpack(data)
+    if layout != PLACE_VERSION:
+        raise refused("/version", str(layout), str(PLACE_VERSION), "Write 2 in the first byte of 40.")
+    if flags & ~(NO_LOAD | NO_DIRECTION):
+        raise refused("/flags", str(flags), "0, 2, 4 or 6", "Use bit 1 (no load) and bit 2 (no direction) only.")
+    if contact != 0:
+        raise _contact(contact)
+    turned, pressed = None if flags & NO_DIRECTION else direction, None if flags & NO_LOAD else load
+    _check("time", time, LARGEST_TIME)
+    _check("x", x, LARGEST_POSITION)
+    _check("y", y, LARGEST_POSITION)
+    _check("direction", turned or 0.0, LARGEST_DIRECTION)
+    if pressed is not None and not hand.lowest_load <= pressed <= LARGEST_LOAD:
+        raise _load(pressed, hand)
+    return _place(seq, time, (x, y), turned, pressed, hand)
+
+
+def _fault(data: bytes, version: Version, hand: Hand) -> Problem:
+    """Return the problem of a message that is no update of 28 bytes; pointers name the fields as in JSON."""
     if len(data) != LAYOUT.size:
-        hint = "Pack <BBHIddf: version, flags, contact, seq, time, value, load."
-        return refused("", f"{len(data)} bytes", f"{LAYOUT.size} bytes", hint)
-    version, flags, contact, _, time, value, load = LAYOUT.unpack(data)
-    if version != VERSION:
-        return refused("/version", str(version), str(VERSION), "Write 1 in the first byte.")
+        return _size(data, version)
+    layout, flags, contact, _, time, value, load = LAYOUT.unpack(data)
+    if layout != VERSION:
+        return refused("/version", str(layout), str(VERSION), "Write 1 in the first byte.")
     if flags > IS_SPEED | NO_LOAD:
         return refused("/flags", str(flags), "0 to 3", "Use bit 0 (speed) and bit 1 (no load) only.")
     if contact != 0:
-        return refused("/contact", str(contact), "0", "There is one finger: write 0.")
-    name = "speed" if flags & IS_SPEED else "position"
-    for field, number, largest in (("time", time, LARGEST_TIME), (name, value, LARGEST[flags & IS_SPEED])):
-        if not abs(number) <= largest:
-            allowed = allowed_text(CLIENT["contact"]["properties"][field])
-            return refused(f"/{field}", shown(number), allowed, "Write a number in this range.")
-    return _load(load, lowest_load)
+        return _contact(contact)
+    try:
+        _check("time", time, LARGEST_TIME)
+        _check("speed" if flags & IS_SPEED else "position", value, LARGEST[flags & IS_SPEED])
+    except Problem as problem:
+        return problem
+    return _load(load, hand)
 
 
-def _load(load: float, lowest_load: float) -> Problem:
-    return refused(
-        "/load", shown(load), f"{lowest_load:g} to {LARGEST_LOAD:g} N", "Below 0 N the scene needs adhesion."
-    )
+def _size(data: bytes, version: Version) -> Problem:
+    hint = "Pack <BBHIddf: version, flags, contact, seq, time, value, load."
+    allowed = f"{LAYOUT.size} bytes"
+    if version.has_area:
+        allowed = f"{LAYOUT.size} or {PLACE_LAYOUT.size} bytes"
+        hint += " Or <BBHIdddff, with x, y and direction in place of value."
+    elif len(data) == PLACE_LAYOUT.size:
+        hint = f"Offer the subprotocol {V2.name}, which has messages of {PLACE_LAYOUT.size} bytes."
+    return refused("", f"{len(data)} bytes", allowed, hint)
+
+
+def _contact(number: int) -> Problem:
+    return refused("/contact", str(number), "0", "There is one finger: write 0.")
+
+
+def _check(field: str, number: float, largest: float) -> None:
+    """Raise Problem unless the `number` is within -largest to largest."""
+    if not abs(number) <= largest:
+        allowed = allowed_text(V2.client["contact"]["properties"][field])
+        raise refused(f"/{field}", shown(number), allowed, "Write a number in this range.")
+
+
+def _load(load: float, hand: Hand) -> Problem:
+    allowed = f"{hand.lowest_load:g} to {LARGEST_LOAD:g} N"
+    return refused("/load", shown(load), allowed, "Below 0 N the scene needs adhesion.")

@@ -16,7 +16,7 @@ from service.live import contact_update, server_messages
 from service.live.actions import CODES, Action, Block, Close, Detach, Finish, OpenVoice, Prepare, Resume, Send
 from service.live.live_stream import LiveStream, Options
 from service.live.message_limits import EarlyMessages, MessageRate, may_be_stop
-from service.live.messages import NotJson, read_message, refused
+from service.live.messages import NotJson, Version, read_message, refused
 from service.operations.metrics import Metrics
 from service.operations.settings import Settings
 from service.problems import Problem
@@ -41,11 +41,12 @@ class Phase(Enum):
 class Conversation:
     """The state of one connection.
 
+    version: of the protocol. It belongs to the connection: another one may resume the session in another version.
     position: frame of the next block to send. It is behind the stream's frame while kept sound is sent again.
     """
 
-    def __init__(self, settings: Settings, now: float, metrics: Metrics | None = None) -> None:
-        self.phase = Phase.HELLO
+    def __init__(self, settings: Settings, now: float, version: Version, metrics: Metrics | None = None) -> None:
+        self.phase, self.version = Phase.HELLO, version
         self.actions: list[Action] = []
         self.stream: LiveStream | None = None
         self.position = 0
@@ -84,7 +85,7 @@ class Conversation:
             self._out_of_turn(data)
             return
         try:
-            stream.take(contact_update.from_bytes(data, stream.lowest_load), now)
+            stream.take(contact_update.from_bytes(data, self.version, stream.hand), now)
         except Problem as problem:
             self.refuse(problem)
 
@@ -98,7 +99,7 @@ class Conversation:
             return
         self._size = len(text)
         try:
-            message = read_message(text)
+            message = read_message(text, self.version)
         except NotJson:
             problem = refused("", "text that is not JSON", "one JSON object per message", "Correct the text.")
             self.end("policy", problem, code=1007)
@@ -176,7 +177,7 @@ class Conversation:
         assert self.stream is not None
         self.stream.counts.received += 1
         try:
-            self.stream.take(contact_update.from_message(message, self.stream.lowest_load), now)
+            self.stream.take(contact_update.from_message(message, self.stream.hand), now)
         except Problem as problem:
             self.refuse(problem)
 
@@ -201,7 +202,7 @@ class Conversation:
         self.position = self._asked
         self.pace.begin(self.position, stream.rate, now)
         self._fade_bound = round(FADE_BOUND_SECONDS * stream.rate)
-        self.actions.append(Send(stream.ready(self.position)))
+        self.actions.append(Send(stream.ready(self.position, self.version)))
         for message in self._early.take():
             if isinstance(message, str):
                 self.text(message, now)
@@ -305,7 +306,7 @@ class Conversation:
             return []
         if self.phase is Phase.ENDING:
             return self._last_block(stream, pcm, frames)
-        messages: list[str | bytes] = [*stream.notices(self.position), pcm]
+        messages: list[str | bytes] = [*stream.notices(self.position, self.version), pcm]
         if skipped := self.pace.take_skipped():
             messages.insert(0, server_messages.skipped(self.position, skipped))
         self.position += frames

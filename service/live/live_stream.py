@@ -17,8 +17,9 @@ import numpy as np
 
 from service.engine import Engine, HandVoice
 from service.live import server_messages
+from service.live.contact_update import Hand
 from service.live.live_metrics import StreamCounts
-from service.live.messages import LARGEST_BLOCK, PROTOCOL, SMALLEST_BLOCK, refused
+from service.live.messages import LARGEST_BLOCK, SMALLEST_BLOCK, Version, refused
 from service.live.replay_buffer import ReplayBuffer, kept_frames
 from service.live.silence_watchdog import SilenceWatchdog
 from service.operations.metrics import Metrics
@@ -54,7 +55,11 @@ class Options:
 
 
 class LiveStream(VoiceStream):
-    """The stream of one session. max_silence: s without an update after which the load ramps to zero."""
+    """The stream of one session.
+
+    max_silence: s without an update after which the load ramps to zero.
+    hand: what the scene that is heard allows a contact.
+    """
 
     kind = "live"
 
@@ -70,7 +75,7 @@ class LiveStream(VoiceStream):
         self.replay = ReplayBuffer(kept_frames(self.rate, longest, frame_bytes), frame_bytes)
         self._sending_bytes = longest * (voice.channels * 4 + frame_bytes)
         self.max_silence = max_silence
-        self.lowest_load = voice.lowest_load
+        self.hand = Hand.of(voice)
         self.counts = StreamCounts()
         self._latest = self._none = np.empty((0, voice.channels), np.float32)
         self._newest, self._waiting = -1, None
@@ -140,8 +145,8 @@ class LiveStream(VoiceStream):
         """Add the increase of the counts to `metrics`. ended: a waiting update counts as dropped."""
         self.counts.tell(metrics, self.rate, 0 if ended or self._waiting is None else 1)
 
-    def notices(self, frame: int) -> list[str]:
-        """Return the messages that precede the rendered block at `frame`."""
+    def notices(self, frame: int, version: Version) -> list[str]:
+        """Return the messages of `version` that precede the rendered block at `frame`."""
         told = []
         self._latest = self._none  # `cut` no longer needs it
         if self._applied is not None:
@@ -149,8 +154,8 @@ class LiveStream(VoiceStream):
             self._applied = None
         if self._changed:
             self._changed = False
-            self.lowest_load = self.voice.lowest_load
-            told.append(server_messages.scene(frame, self.voice.plan_document))
+            self.hand = Hand.of(self.voice)
+            told.append(server_messages.scene(frame, self._scene_told(version)))
         return told
 
     def recording(self) -> bytes:
@@ -181,14 +186,19 @@ class LiveStream(VoiceStream):
         gained = faded(block, len(block))
         return (gained if self._samples.is_float else np.rint(gained)).astype(kind).tobytes()
 
-    def ready(self, frame: int) -> str:
-        """Return the answer to `hello`; the sound begins at `frame`."""
+    def _scene_told(self, version: Version) -> dict[str, Any]:
+        """Return what `ready` and `scene` tell of the scene that is heard."""
+        told = {"over_area": self.hand.over_area} if version.has_area else {}
+        return {"plan": self.voice.plan_document, **told}
+
+    def ready(self, frame: int, version: Version) -> str:
+        """Return the answer to `hello`, in `version`; the sound begins at `frame`."""
         voice = self.voice
         return server_messages.ready(
             {
                 "session": self.name,
                 "resume_url": resume_url(self.name),
-                "protocol": PROTOCOL,
+                "protocol": version.name,
                 "sample_rate": voice.sample_rate,
                 "channels": voice.channels,
                 "quantities": list(voice.quantities),
@@ -200,7 +210,7 @@ class LiveStream(VoiceStream):
                 "frame": frame,
                 "max_silence_ms": self.max_silence * 1e3,
                 "motion_delay_ms": voice.motion_delay * 1e3,
-                "plan": voice.plan_document,
+                **self._scene_told(version),
             }
         )
 

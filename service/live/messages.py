@@ -1,14 +1,17 @@
-"""The JSON Schema of all text messages of the live protocol, which is served, and checks what clients send.
+"""The JSON Schemas of all text messages of the live protocol, which are served, and check what clients send.
 
-Model: `CLIENT` and `SERVER` list the fields of each message. The faults of a message have the form of a scene's faults
-    (pointer, value, allowed, hint). Binary messages are contact updates (`contact_update`) and PCM.
+Model: a `Version` lists the fields of each message. In V2 a `contact` may have a place and a direction on a texture
+    over an area, and `ready` and `scene` tell whether the texture is one. The faults of a message have the form of a
+    scene's faults (pointer, value, allowed, hint). Binary messages are contact updates (`contact_update`) and PCM.
 Limits: the schema checks only that a scene is an object; `synth.scene.scene` reads the scene.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import jsonschema_rs
@@ -19,7 +22,6 @@ from service.sessions.session_ids import LONGEST_ID
 from synth.errors import Fault, SceneError, shown
 from synth.scene.text import object_from_text, pointer
 
-PROTOCOL = "ridgewave.v1"
 FORMATS = ("f32le", "s16le")
 PACINGS = ("pull", "realtime")
 SMALLEST_BLOCK, LARGEST_BLOCK = 16, 48_000  # frames; a smaller block costs too much, a larger one feels like a stall
@@ -27,6 +29,7 @@ LARGEST_CREDIT = 10_000_000  # frames of one `more`
 LARGEST_SEQ = 2**32 - 1  # the binary form's u32
 LARGEST_POSITION = 1e3  # m
 LARGEST_SPEED = 10.0  # m/s, as in a scene
+LARGEST_DIRECTION = 1e3  # rad, as the phase of a scene
 LARGEST_LOAD = 1e3  # N, as in a scene
 LARGEST_FRAME = 2**63 - 1
 LARGEST_TIME = 1.7976931348623157e308  # the largest finite float64: any clock
@@ -96,7 +99,23 @@ _CONTACT = {
     "speed": _number(-LARGEST_SPEED, LARGEST_SPEED, "Speed of the surface, if no position is known.", "m/s"),
     "load": _number(-LARGEST_LOAD, LARGEST_LOAD, "Force of the finger; below 0 only with adhesion.", "N"),
 }
-CLIENT: Mapping[str, dict[str, Any]] = {
+_AREA = {
+    "x": _number(
+        -LARGEST_POSITION,
+        LARGEST_POSITION,
+        "Place of the finger's middle on the surface, in the coordinates of its map; with y.",
+        "m",
+    ),
+    "y": _number(-LARGEST_POSITION, LARGEST_POSITION, "The same across; with x.", "m"),
+    "direction": _number(
+        -LARGEST_DIRECTION,
+        LARGEST_DIRECTION,
+        "Angle of the finger's length from the x axis, counter-clockwise, with x and y.",
+        "rad",
+    ),
+}
+_OPTIONAL = ("position", "speed", "load", *_AREA)
+_CLIENT: Mapping[str, dict[str, Any]] = {
     "hello": _message("hello", "The first message, once.", _HELLO, tuple(_HELLO))
     | {"dependentSchemas": {"resume": {"properties": {name: False for name in _HELLO if name != "resume"}}}},
     "more": _message(
@@ -104,12 +123,16 @@ CLIENT: Mapping[str, dict[str, Any]] = {
         "Grants credit, which adds up. Only with pacing `pull`.",
         {"frames": _whole(1, LARGEST_CREDIT, "Frames that may be sent.", "frames")},
     ),
-    "contact": _message("contact", "The present motion of the hand.", _CONTACT, ("position", "speed", "load"))
+    "contact": _message("contact", "The present motion of the hand.", _CONTACT, _OPTIONAL)
     | {"oneOf": [{"required": ["position"]}, {"required": ["speed"]}]},
     "scene": _message(
         "scene", "Change the scene.", {"scene": {"type": "object", "description": "A partial scene (RFC 7396)."}}
     ),
     "stop": _message("stop", "Fade out and end.", {}),
+}
+_CONTACT_OF_V2 = _message("contact", "The present motion of the hand.", _CONTACT | _AREA, _OPTIONAL) | {
+    "oneOf": [{"required": ["position"]}, {"required": ["speed"]}, {"required": ["x"]}],
+    "dependentRequired": {"x": ["y"], "y": ["x"], "direction": ["x", "y"]},
 }
 _FAULT = {
     "type": "object",
@@ -119,7 +142,7 @@ _FAULT = {
 _READY = {
     "session": _TEXT | {"description": "128 random bits, after the node. Keep it secret."},
     "resume_url": _TEXT | {"description": "Where to connect to resume. A proxy can route it by the id."},
-    "protocol": {"const": PROTOCOL},
+    "protocol": {},  # the name of the version
     "sample_rate": _whole(1, 192_000, "Frames per second.", "Hz"),
     "channels": _whole(1, 1024, "Samples per frame."),
     "quantities": {"type": "array", "items": _TEXT},
@@ -141,10 +164,15 @@ _PROBLEM = {
     "errors": {"type": "array", "items": _FAULT},
     "instance": _TEXT,
 }
-SERVER: Mapping[str, dict[str, Any]] = {
-    "ready": _message("ready", "The answer to hello.", _READY),
+_SCENE = {"frame": _FRAME, "plan": _OBJECT}
+_TOLD = {
+    "over_area": {
+        "type": "boolean",
+        "description": "Whether the texture is over an area: y has an effect, and a contact may have a direction.",
+    }
+}
+_SERVER: Mapping[str, dict[str, Any]] = {
     "applied": _message("applied", "The update takes effect at the frame.", {"seq": _SEQ, "frame": _FRAME}),
-    "scene": _message("scene", "The cross-fade to the changed scene begins.", {"frame": _FRAME, "plan": _OBJECT}),
     "limited": _message(
         "limited",
         "The safety limiter acted: the largest reduction since the last such message.",
@@ -160,29 +188,69 @@ SERVER: Mapping[str, dict[str, Any]] = {
 }
 
 
-def schema() -> dict[str, Any]:
-    """Return the JSON Schema (2020-12) of all text messages. `$defs` names them client.hello, server.ready, ..."""
-    sides = {"client": CLIENT, "server": SERVER}
-    messages = {f"{side}.{name}": made for side, table in sides.items() for name, made in table.items()}
-    groups = {side: {"oneOf": [{"$ref": f"#/$defs/{side}.{name}"} for name in table]} for side, table in sides.items()}
-    return {
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "title": f"ridgewave live protocol, {PROTOCOL}",
-        "description": "Text messages of the WebSocket /v1/live. Binary ones: contact updates in, PCM out.",
-        "anyOf": [{"$ref": "#/$defs/client"}, {"$ref": "#/$defs/server"}],
-        "$defs": groups | messages,
-    }
+@dataclass(frozen=True)
+class Version:
+    """One version of the protocol.
+
+    name: the subprotocol.
+    client: schema of each message of the client, by its type.
+    """
+
+    name: str
+    client: Mapping[str, dict[str, Any]]
+
+    @cached_property
+    def has_area(self) -> bool:
+        """Whether a contact may have x, y and a direction."""
+        return "x" in self.client["contact"]["properties"]
+
+    @property
+    def server(self) -> Mapping[str, dict[str, Any]]:
+        """Return the schema of each message of the server, by its type."""
+        told = _TOLD if self.has_area else {}
+        ready = _message("ready", "The answer to hello.", _READY | {"protocol": {"const": self.name}} | told)
+        scene = _message("scene", "The cross-fade to the changed scene begins.", _SCENE | told)
+        return {"ready": ready, "applied": _SERVER["applied"], "scene": scene, **_SERVER}
+
+    @cached_property
+    def validators(self) -> Mapping[str, jsonschema_rs.Draft202012Validator]:
+        """Return what checks each message of the client, by its type."""
+        return {kind: jsonschema_rs.Draft202012Validator(made) for kind, made in self.client.items()}
+
+    def schema(self) -> dict[str, Any]:
+        """Return the JSON Schema (2020-12) of all text messages. `$defs` names them client.hello, server.ready, ..."""
+        sides = {"client": self.client, "server": self.server}
+        messages = {f"{side}.{kind}": made for side, table in sides.items() for kind, made in table.items()}
+        groups = {
+            side: {"oneOf": [{"$ref": f"#/$defs/{side}.{kind}"} for kind in table]} for side, table in sides.items()
+        }
+        return {
+            "$schema": "https://json-schema.org/draft/2020-12/schema",
+            "title": f"ridgewave live protocol, {self.name}",
+            "description": "Text messages of the WebSocket /v1/live. Binary ones: contact updates in, PCM out.",
+            "anyOf": [{"$ref": "#/$defs/client"}, {"$ref": "#/$defs/server"}],
+            "$defs": groups | messages,
+        }
 
 
-_VALIDATORS = {name: jsonschema_rs.Draft202012Validator(made) for name, made in CLIENT.items()}
+V1 = Version("ridgewave.v1", _CLIENT)
+V2 = Version("ridgewave.v2", {**_CLIENT, "contact": _CONTACT_OF_V2})
+VERSIONS = (V2, V1)
+"""The versions that the service speaks, the newest first."""
+
+
+def newest_version(offered: Iterable[str]) -> Version | None:
+    """Return the newest version among the `offered` subprotocols, None if there is none."""
+    names = set(offered)
+    return next((version for version in VERSIONS if version.name in names), None)
 
 
 class NotJson(ValueError):
     """Text that is not JSON. It closes the connection with 1007."""
 
 
-def read_message(text: str) -> dict[str, Any]:
-    """Return the message in `text`.
+def read_message(text: str, version: Version) -> dict[str, Any]:
+    """Return the message of `version` in `text`.
 
     Raises NotJson for text that is not JSON, Problem (message-refused) for a message that does not fit the schema.
     """
@@ -193,17 +261,17 @@ def read_message(text: str) -> dict[str, Any]:
             raise NotJson from error
         raise refusal(error.faults) from error
     kind = message.get("type")
-    validator = _VALIDATORS.get(kind) if isinstance(kind, str) else None
+    validator = version.validators.get(kind) if isinstance(kind, str) else None
     if validator is None:
-        raise refusal([_unknown(kind)])
+        raise refusal([_unknown(kind, version)])
     try:
         if validator.is_valid(message):
             return message
-        faults = [_fault(str(kind), message, error) for error in validator.iter_errors(message)]
+        faults = [_fault(version, str(kind), message, error) for error in validator.iter_errors(message)]
     except ValueError:  # a lone surrogate
         fault = Fault("", "text that is not Unicode", "JSON text in Unicode", "Remove the lone surrogate.")
         raise refusal([fault]) from None
-    raise refusal(faults)
+    raise refusal(list(dict.fromkeys(faults)))
 
 
 def refusal(faults: Sequence[Fault]) -> Problem:
@@ -224,26 +292,29 @@ def _is_json(text: str) -> bool:
     return True
 
 
-def _unknown(kind: object) -> Fault:
+def _unknown(kind: object, version: Version) -> Fault:
     value = "nothing" if kind is None else shown(kind)
-    return Fault("/type", _printable(value), ", ".join(CLIENT), 'Write {"type": "contact", ...}.')
+    return Fault("/type", _printable(value), ", ".join(version.client), 'Write {"type": "contact", ...}.')
 
 
-def _fault(kind: str, message: Mapping[str, Any], error: jsonschema_rs.ValidationError) -> Fault:
+def _fault(version: Version, kind: str, message: Mapping[str, Any], error: jsonschema_rs.ValidationError) -> Fault:
     """Return `error` of a message of `kind` as a fault."""
-    fields, path, rule = CLIENT[kind]["properties"], list(error.instance_path), error.kind
+    made, path, rule = version.client[kind], list(error.instance_path), error.kind
+    fields = made["properties"]
     if isinstance(rule, jsonschema_rs.ValidationErrorKind.AdditionalProperties):
         names, at = rule.unexpected, pointer(*path, rule.unexpected[0])
-        return Fault(at, f"{len(names)} unknown field(s)", _names(kind, path), "Leave them out.")
+        if kind == "contact" and set(_AREA).issuperset(names):
+            return _place_fault(version, message)
+        allowed = ", ".join((_of_path(fields, path) if path else made)["properties"])
+        return Fault(at, f"{len(names)} unknown field(s)", allowed, "Leave them out.")
+    if not path and "oneOf" in made and error.schema_path[0] in ("oneOf", "dependentRequired"):
+        return _place_fault(version, message)
     if isinstance(rule, jsonschema_rs.ValidationErrorKind.Required):
         name = str(rule.property)
         made = _of_path(fields, [*path, name])
         return Fault(pointer(*path, name), "nothing", allowed_text(made), f"Write a value for {name}.")
     if isinstance(rule, jsonschema_rs.ValidationErrorKind.FalseSchema):
         return Fault(pointer(*path), "a value", "nothing beside resume", "Leave it out: the session keeps its own.")
-    if not path:
-        both = "both" if "position" in message else "neither"
-        return Fault("", f"{both} of position and speed", "exactly one of them", "Write either a position or a speed.")
     value: Any = message
     for part in path:
         value = value[part]
@@ -251,9 +322,19 @@ def _fault(kind: str, message: Mapping[str, Any], error: jsonschema_rs.Validatio
     return Fault(pointer(*path), _printable(shown(value)), allowed, "Write a value in this range.")
 
 
-def _names(kind: str, path: list[str | int]) -> str:
-    made = _of_path(CLIENT[kind]["properties"], path) if path else CLIENT[kind]
-    return ", ".join(made["properties"])
+def _place_fault(version: Version, message: Mapping[str, Any]) -> Fault:
+    """Return the fault of a contact that has not exactly one way to say where the finger is."""
+    later = [name for name in _AREA if name in message and not version.has_area]
+    if later:
+        allowed = ", ".join(version.client["contact"]["properties"])
+        hint = f"Offer the subprotocol {V2.name}, which has x, y and direction."
+        return Fault(pointer(later[0]), " and ".join(later), allowed, hint)
+    if not version.has_area:
+        both = "both" if "position" in message else "neither"
+        return Fault("", f"{both} of position and speed", "exactly one of them", "Write either a position or a speed.")
+    given = " and ".join(name for name in ("position", "speed", *_AREA) if name in message)
+    allowed = "position, or speed, or x and y; direction only with x and y"
+    return Fault("", given or "no position, speed, x or y", allowed, "Write one of the three.")
 
 
 def _of_path(fields: Mapping[str, Any], path: list[Any]) -> dict[str, Any]:

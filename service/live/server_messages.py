@@ -13,9 +13,9 @@ def applied(seq: int, frame: int) -> str:
     return f'{{"type":"applied","seq":{seq},"frame":{frame}}}'
 
 
-def scene(frame: int, plan: dict[str, Any]) -> str:
+def scene(frame: int, fields: dict[str, Any]) -> str:
     """Return `scene`: the cross-fade to the changed scene begins at `frame`."""
-    return _text({"type": "scene", "frame": frame, "plan": plan})
+    return _text({"type": "scene", "frame": frame, **fields})
 
 
 def limited(frame: int, gain_reduction_db: float) -> str:

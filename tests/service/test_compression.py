@@ -10,7 +10,9 @@ from tests.service.harness import Running, ask
 GZIP = {"Accept-Encoding": "gzip"}
 
 
-@pytest.mark.parametrize("path", ["/v1/scene/schema.json", "/v1/live/schema.json", "/openapi.json"])
+@pytest.mark.parametrize(
+    "path", ["/v1/scene/schema.json", "/v1/live/schema.json", "/v1/live/schema.v2.json", "/openapi.json"]
+)
 def test_long_text_is_compressed_where_the_client_accepts_gzip(app: FastAPI, path: str) -> None:
     compressed = ask(app, "GET", path, headers=GZIP)
     plain = ask(app, "GET", path, headers={"Accept-Encoding": "gzip;q=0"})

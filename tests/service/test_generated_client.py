@@ -33,7 +33,7 @@ CALLS = {
         "export_texture",
     ),
     "tables": ("make_table", "get_table"),
-    "live": ("get_live_schema", "get_recording"),
+    "live": ("get_live_schema", "get_live_schema_v2", "get_recording"),
     "operations": ("stop_all", "get_health", "get_readiness", "get_metrics", "get_docs"),
 }
 SHORT = {"output": {"duration": 0.05, "sample_rate": 8000}}

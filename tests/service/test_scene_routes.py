@@ -6,6 +6,7 @@ import math
 import threading
 from typing import Any, get_args
 
+import numpy as np
 import pytest
 from fastapi import FastAPI
 
@@ -44,6 +45,21 @@ def test_a_picture_comes_from_the_solver() -> None:
     assert all(edges and len(edges) % 2 == 0 for edges in made["touching"])
 
 
+def test_a_picture_has_the_heights_over_an_area() -> None:
+    app = create_app(settings_of(), SynthEngine(0))
+    dots = {"kind": "dots", "period": 2e-3, "row_distance": 3e-3, "stagger": 0.5, "dot_height": 40e-6, "phase": 0}
+    body = {"scene": {"texture": dots}, "points": 64, "phases": 0, "area": 32}
+    texture = ask(app, "POST", "/v1/picture", json=body).json()["texture"]
+    heights = np.array(texture["area"])
+    assert (texture["period"], texture["across"], heights.shape) == (2e-3, 6e-3, (32, 32))
+    assert heights[0] == pytest.approx(texture["heights"][::2], rel=1e-3), "row 0 is the line"
+    assert heights[16] == pytest.approx(np.roll(heights[0], 16)), "the second row of dots is half a period further"
+    assert np.ptp(heights) == pytest.approx(40e-6, rel=1e-3) and np.ptp(heights[8]) == 0.0
+    line = ask(app, "POST", "/v1/picture", json={"points": 64, "phases": 0, "area": 32}).json()["texture"]
+    none = ask(app, "POST", "/v1/picture", json=body | {"area": 0}).json()["texture"]
+    assert set(line) == set(none) == {"period", "heights"}
+
+
 def test_an_empty_body_is_the_default_scene() -> None:
     made = ask(create_app(settings_of(), SynthEngine(0)), "POST", "/v1/picture", json={}).json()
     assert len(made["texture"]["heights"]) == picture.POINTS and len(made["touching"]) == picture.PHASES
@@ -60,6 +76,9 @@ def test_an_empty_body_is_the_default_scene() -> None:
         ({"points": "64"}, "/points"),
         ({"phases": -1}, "/phases"),
         ({"phases": 1025}, "/phases"),
+        ({"area": -1}, "/area"),
+        ({"area": 257}, "/area"),
+        ({"area": 8.5}, "/area"),
         ({"phase": 3}, ""),
         ({"scan": {}}, ""),
         ([], ""),

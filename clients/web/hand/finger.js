@@ -37,7 +37,7 @@ export class Finger extends EventTarget {
   #lifted = 0; // frames since the lift
   #missing = 0;
   #shift = 0; // frames given to the source before the session's frame 0
-  #place = null; // position or speed of the last update
+  #place = null; // of the last update: position, speed, or x, y and direction
   #load; // N, its load
   #sentAt = 0; // ms
   #movedAt = 0; // ms
@@ -85,17 +85,18 @@ export class Finger extends EventTarget {
     return ready;
   }
 
-  /** Moves the finger. position: m, or speed: m/s. load: N; absent: unchanged. time: s. */
-  move({ position, speed, load, time }) {
+  /** Moves the finger. place: position (m), or speed (m/s), or x and y (m) with a direction (rad) if it is known. load:
+   *  N; absent: unchanged. time: s. */
+  move({ load, time, ...place }) {
     const now = performance.now();
     const interval = now - this.#movedAt;
     if (interval < LATEST) this.#interval += (interval - this.#interval) / 8;
     this.#movedAt = now;
-    this.#place = { position, speed };
+    this.#place = place;
     if (load !== undefined) this.#load = load;
     if (load !== undefined) this.touching = load !== 0;
     if (this.touching) this.#quiet = this.#lifted = 0;
-    this.#send({ position, speed, load, time });
+    this.#send({ ...place, load, time });
     if (this.touching && !this.#timer) this.#hold();
     if (this.touching && !this.#sounding) {
       this.#sounding = true;
@@ -104,7 +105,7 @@ export class Finger extends EventTarget {
     }
   }
 
-  /** The last position or speed and load, with the present time, as arguments of `move`. */
+  /** The last place and load, with the present time, as arguments of `move`. */
   get contact() {
     return { ...this.#place, load: this.#load, time: performance.now() / 1e3 };
   }

@@ -8,17 +8,19 @@ const NOT_REPORTED = new Set([0, 0.5, 1]); // pressures of touch screens that me
 
 /** Follows the pointers over `element`; returns a function that ends this.
  *  metresPerPixel: number or function. loadOf(pressure): returns the load, N; pressure: 0 to 1, null: not reported.
- *  onMove(id, {position, load, time}): m from the left edge, N, s of performance.now. onLift(id). */
+ *  onMove(id, {position, y, load, time}): m from the left edge, m upwards from the middle, N, s of performance.now.
+ *  onLift(id). */
 export function followPointers(element, { metresPerPixel, loadOf, onMove, onLift }) {
   const touching = new Map(); // id -> time of the last event, ms
   const scale = () => (typeof metresPerPixel === "function" ? metresPerPixel() : metresPerPixel);
 
-  const tell = (event, left) => {
+  const tell = (event, { left, top, height }) => {
     const last = touching.get(event.pointerId);
     if (last === undefined || event.timeStamp <= last) return; // two kinds of event have the same report
     touching.set(event.pointerId, event.timeStamp);
     const position = (event.clientX - left) * scale();
-    onMove(event.pointerId, { position, load: loadOf(pressureOf(event)), time: event.timeStamp / 1e3 });
+    const y = (top + height / 2 - event.clientY) * scale();
+    onMove(event.pointerId, { position, y, load: loadOf(pressureOf(event)), time: event.timeStamp / 1e3 });
   };
   const down = (event) => {
     if (event.button !== 0 || touching.has(event.pointerId)) return;
@@ -28,13 +30,13 @@ export function followPointers(element, { metresPerPixel, loadOf, onMove, onLift
       /* the pointer is already gone */
     }
     touching.set(event.pointerId, -Infinity);
-    tell(event, element.getBoundingClientRect().left);
+    tell(event, element.getBoundingClientRect());
   };
   const move = (event) => {
     if (!touching.has(event.pointerId)) return;
-    const { left } = element.getBoundingClientRect();
+    const box = element.getBoundingClientRect();
     const parts = event.getCoalescedEvents?.() ?? [];
-    for (const part of parts.length ? parts : [event]) tell(part, left);
+    for (const part of parts.length ? parts : [event]) tell(part, box);
   };
   const lift = (event) => {
     if (touching.delete(event.pointerId)) onLift(event.pointerId);

@@ -4,7 +4,8 @@ Model: frames are counted from the first of the session; `frame` is the number r
 break the next connection resumes at `frame`, so no sample is lost or comes twice. If the session is gone (the service
 was restarted, or the break was too long), a new session is opened with the same scene, changes and contact. Its frames
 begin at 0, and the event "ready" has `renewed`. At most one contact update waits; a newer one replaces it. It is sent
-before the next credit.
+before the next credit. A contact with x and y is sent as a position where the texture is along a line, or the service
+speaks only version 1 of the protocol.
 Events (CustomEvent, `detail`): ready {ready, renewed}, block {frame, samples}, applied {seq, frame}, scene {frame, plan},
 refused {problem} for a change of the scene, limited {frame, gain_reduction_db}, problem {problem}, broken {tries},
 resumed {frame}, ended {reason, problem, frame}.
@@ -15,7 +16,7 @@ request, whose answer says why. */
 import { openLive } from "../service.js";
 import { SceneChanges } from "./scene_changes.js";
 import { endOf, isFinal, serviceAnswer } from "./connection_end.js";
-import { packContact } from "./contact_update.js";
+import { alongLine, packContact } from "./contact_update.js";
 
 const FIRST_DELAY = 0.2; // s before the first try; more prolongs the silence
 const LARGEST_DELAY = 5; // s between tries; the service keeps a session for a limited time only
@@ -27,6 +28,8 @@ const NOT_FOUND = /#problem-not-found$/;
 export class LiveConnection extends EventTarget {
   /** The document of `ready`, null before it. */
   ready = null;
+  /** Whether the texture is over an area; false where the service does not tell (version 1). */
+  overArea = false;
   /** Number of the next frame. */
   frame = 0;
   /** "connecting", "live", "broken" or "ended". */
@@ -63,11 +66,12 @@ export class LiveConnection extends EventTarget {
   }
 
   /** Sends a contact update; returns its number, null if the stream has ended.
-   *  position: m, or speed: m/s. load: N; absent: unchanged. time: s, that of the device's report. */
-  move({ position, speed, load, time = performance.now() / 1e3 }) {
+   *  place: position (m), or speed (m/s), or x and y (m) with a direction (rad) if it is known; see `packContact`.
+   *  load: N; absent: unchanged. time: s, that of the device's report. */
+  move({ load, time = performance.now() / 1e3, ...place }) {
     if (this.state === "ended") return null;
     const unsent = this.#contact && !this.#contact.sent ? this.#contact.load : undefined;
-    this.#contact = { seq: this.#seq, time, position, speed, load: load ?? unsent, at: now(), sent: false };
+    this.#contact = { ...place, seq: this.#seq, time, load: load ?? unsent, at: now(), sent: false };
     this.#seq += 1;
     if (this.state === "live" && (load === 0 || now() - this.#sentAt >= SPACING)) this.#sendContact();
     return this.#contact.seq;
@@ -137,7 +141,10 @@ export class LiveConnection extends EventTarget {
     else if (document.type === "end") this.#end = document.reason;
     else {
       if (document.type === "applied") this.#applied = document.seq;
-      if (document.type === "scene") this.#changes.answered();
+      if (document.type === "scene") {
+        this.overArea = document.over_area === true;
+        this.#changes.answered();
+      }
       this.#dispatch(document.type, document);
     }
   }
@@ -158,6 +165,7 @@ export class LiveConnection extends EventTarget {
     else if (renewed) this.#changes.restart();
     if (!resumed) this.#applied = -1;
     Object.assign(this, { ready, frame: ready.frame, state: "live", outstanding: 0 });
+    this.overArea = ready.over_area === true;
     this.#attached = true;
     this.#opensSession = false;
     this.#sendChanges();
@@ -238,7 +246,7 @@ export class LiveConnection extends EventTarget {
   #sendContact() {
     this.#contact.sent = true;
     this.#sentAt = now();
-    this.#send(packContact(this.#contact));
+    this.#send(packContact(this.overArea ? this.#contact : alongLine(this.#contact)));
   }
 
   #sendChanges() {

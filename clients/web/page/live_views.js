@@ -12,6 +12,7 @@ import { TextureTopView } from "../views/texture_top_view.js";
 import { Waveform } from "../views/waveform.js";
 
 const POINTS = 768; // heights per profile: about one per pixel; more only costs transfer
+const AREA = 128; // heights a side of an area; more only cost transfer
 const PHASES = 64; // per period; height and patches are interpolated between them
 const SILENCE = 480; // frames
 const HARMONICS = 12; // marked; more hide the spectrum
@@ -43,9 +44,11 @@ export class LiveViews {
     this.#asked += 1;
     const asked = this.#asked;
     const overtaken = () => asked !== this.#asked;
-    const picture = await call("POST", "/v1/picture", { scene, points: POINTS, phases: PHASES }).catch((error) => {
-      if (!overtaken()) throw error;
-    });
+    const picture = await call("POST", "/v1/picture", { scene, points: POINTS, phases: PHASES, area: AREA }).catch(
+      (error) => {
+        if (!overtaken()) throw error;
+      },
+    );
     if (overtaken()) return false;
     this.#period = picture.texture.period;
     this.surface.show({ ...picture.texture, contactLength: picture.finger.length });
@@ -63,7 +66,8 @@ export class LiveViews {
   /** Shows the fingers. touches: those of the Pad. */
   touch(touches) {
     const all = [...touches.values()].filter(({ position }) => position !== undefined);
-    this.surface.touch(all.map(({ position }) => position));
+    const across = (y) => 0.5 - y / (this.surface.metresPerPixel * this.surface.panel.height);
+    this.surface.touch(all.map(({ position, y = 0 }) => ({ position, across: across(y) })));
     if (!all.length || !this.#period) return;
     this.#heardPeriod ??= this.#period;
     const [{ position, speed }] = all;

@@ -1,6 +1,6 @@
 /* The pad: pointers, keys and the automatic stroke move fingers over the texture.
 
-Model: the left edge of the pad is position 0. A CSS pixel is 1/96 inch, divided by the magnification. The load of a pen
+Model: the left edge of the pad is position 0, and its middle is y = 0, upwards. A CSS pixel is 1/96 inch, divided by the magnification. The load of a pen
 is load * 2 * pressure, so that half of its pressure is the load of the slider.
 Limits: browsers do not know the real size of a pixel, so "true to size" is approximate. */
 
@@ -17,7 +17,7 @@ const MOST_LOAD = 1000; // N, limit of the service
 const KEYS = "keys";
 const AUTOMATIC = "automatic";
 
-/** The pad. touches: id of a finger -> {position (m), load (N), speed (m/s)}. */
+/** The pad. touches: id of a finger -> {position (m), y (m), load (N), speed (m/s)}. */
 export class Pad {
   touches = new Map();
   #scale = PIXEL;
@@ -88,7 +88,7 @@ export class Pad {
     return this.element.clientWidth * this.metresPerPixel;
   }
 
-  /** Moves the finger `id`. contact: {position (m), load (N), time (s)}. */
+  /** Moves the finger `id`. contact: {position (m), y (m; absent: 0), load (N), time (s)}. */
   move(id, contact) {
     const last = this.touches.get(id);
     const elapsed = last ? contact.time - last.time : 0;
@@ -127,8 +127,8 @@ export class Pad {
   /** Sends the contact of fingers that touched before their stream was open. */
   #resend() {
     const time = performance.now() / 1e3;
-    for (const [id, { position, load }] of this.touches)
-      if (position !== undefined) this.session.move(id, { position, load, time });
+    for (const [id, { speed, ...contact }] of this.touches)
+      if (contact.position !== undefined) this.session.move(id, { ...contact, time });
   }
 
   #setLoad(load) {

@@ -5,7 +5,6 @@ Model: a recording is a separate stream with one finger. The service stores ever
 Limits: replay is exact to a block of 10 ms, because of the timers of browsers. `ridgewave render` is exact. */
 
 import { byId } from "../dom.js";
-import { negated } from "../live/contact_update.js";
 import { recordingOf } from "../service.js";
 import { saveText } from "./download.js";
 
@@ -87,9 +86,7 @@ export class Recorder {
 
   #act([, kind, ...rest], time) {
     if (kind === "contact") {
-      const [, , position, speed, load] = rest;
-      const contact = { time, ...(position === null ? { speed } : { position }), ...(load === null ? {} : { load }) };
-      this.pad.move(REPLAY, negated(contact));
+      this.pad.move(REPLAY, { ...contactOf(rest), time });
     } else if (kind === "lift") this.pad.lift(REPLAY);
     else if (kind === "scene") this.show(rest[0]);
   }
@@ -112,4 +109,14 @@ export class Recorder {
   #guarded(action) {
     Promise.resolve(action).catch((error) => this.tell(error.message));
   }
+}
+
+/** Returns a recorded update (docs/live.md) as a contact of the pad: the finger moves opposite to the surface. */
+function contactOf([, , position, speed, load, across = null, direction = null]) {
+  const place = position === null ? { speed: 0 - speed } : { position: 0 - position, y: 0 - across };
+  return {
+    ...place,
+    ...(direction === null ? {} : { direction }),
+    ...(load === null ? {} : { load }),
+  };
 }

@@ -8,7 +8,7 @@ sentence}, "limited" {reduction} in dB. */
 
 import { Finger } from "../hand/finger.js";
 import { changesWhatIsFixed, withField } from "../scene/merge.js";
-import { negated } from "../live/contact_update.js";
+import { placed } from "../live/contact_update.js";
 import { neededFullScale, withFullScaleOf } from "../live/stream_scene.js";
 import { Player } from "../sound/player.js";
 import { rateOf, soundStatusOf, stateOf, statsOf } from "./session_status.js";
@@ -153,10 +153,11 @@ export class TouchSession extends EventTarget {
     return false;
   }
 
-  /** Moves the finger of the pointer `id`. contact: {position (m) or speed (m/s) on the pad, load (N), time (s)}. */
+  /** Moves the finger of the pointer `id`. contact: {position and y (m), or speed (m/s), on the pad, load (N), time (s)}.
+   */
   move(id, contact) {
     const finger = this.#holders.get(id) ?? this.#take(id);
-    finger?.move(negated(contact));
+    finger?.move(placed(contact));
   }
 
   /** Lifts the finger of the pointer `id`. */

@@ -1,15 +1,15 @@
 /* The texture from above, with a scale bar, a legend of heights, and the fingers.
 
-Model: heights repeat along x and are averaged over each device pixel. The colour changes linearly with the height from
---valley to --crest. Slopes that face left are lighter and those that face right darker, by at most RELIEF of that
-range, in proportion to the steepest slope. The left edge is position 0.
-Limits: textures that vary along x only. Fingers are elements over the canvas, so that they move without a drawing. */
+Model: heights repeat along x and are averaged over each device pixel. Those over an area repeat in both directions, and
+are interpolated between the heights that are given. Colours are those of `shaded`, from --valley to --crest. The left
+edge is position 0, the middle y = 0.
+Limits: a fine area is not averaged. Fingers are elements over the canvas, so that they move without a drawing. */
 
 import { inWords } from "../scene/quantities.js";
 import { roundBelow } from "./axes.js";
 import { Panel } from "./panel.js";
+import { shaded } from "./shading.js";
 
-const RELIEF = 0.28;
 const NEAREST = 2e-6; // m per CSS px
 const FARTHEST = 1e-3;
 const PERIOD_PIXELS = 36; // CSS px per period at first
@@ -21,9 +21,10 @@ const FINEST = 3; // CSS px per period; with fewer, ridges cannot be distinguish
 export class TextureTopView {
   #heights = null;
   #sums;
+  #area = null; // {rows: heights (m), across: period (m)}
   #marks = [];
   #touches = document.createElement("div");
-  #row = document.createElement("canvas"); // one device pixel high
+  #image = document.createElement("canvas"); // one device pixel high, or a period of an area
 
   constructor(canvas) {
     this.metresPerPixel = 5e-5; // m per CSS px
@@ -42,15 +43,21 @@ export class TextureTopView {
     canvas.addEventListener("wheel", (event) => this.#wheel(event), { passive: false });
   }
 
-  /** Shows a texture. heights: m, over one period. period: m. contactLength: m, length of a finger's mark; null:
+  /** Shows a texture. heights: m, over one period. period: m. area: rows of heights, m, over one period in both
+   *  directions, and across: period across, m; absent for a line. contactLength: m, length of a finger's mark; null:
    *  unknown. */
-  show({ heights, period, contactLength = null }) {
+  show({ heights, period, area = null, across = null, contactLength = null }) {
     const fresh = period !== this.period;
     this.#heights = Float64Array.from(heights);
+    this.#area = area && { rows: area, across };
     this.period = period;
     this.contactLength = contactLength;
-    this.low = this.#heights.reduce((least, height) => Math.min(least, height), Infinity);
-    this.high = this.#heights.reduce((most, height) => Math.max(most, height), -Infinity);
+    [this.low, this.high] = [Infinity, -Infinity];
+    for (const row of area ?? [heights])
+      for (const height of row) {
+        this.low = Math.min(this.low, height);
+        this.high = Math.max(this.high, height);
+      }
     this.#sums = new Float64Array(heights.length + 1);
     this.#heights.forEach((height, index) => {
       // integral of the heights, interpolated linearly
@@ -109,14 +116,19 @@ export class TextureTopView {
 
   #draw() {
     if (!this.#heights) return;
-    const { context, width, height } = this.panel;
-    const image = this.#stripe();
-    context.imageSmoothingEnabled = false;
-    context.drawImage(image, 0, 0, image.width, 1, 0, 0, width, height);
+    if (this.#area) this.#drawArea();
+    else this.#drawLine();
     this.#drawBar();
     this.#drawLegend();
     this.#tell();
     if (this.touching) this.touch(this.touching);
+  }
+
+  #drawLine() {
+    const { context, width, height } = this.panel;
+    const image = this.#stripe();
+    context.imageSmoothingEnabled = false;
+    context.drawImage(image, 0, 0, image.width, 1, 0, 0, width, height);
   }
 
   #stripe() {
@@ -125,24 +137,28 @@ export class TextureTopView {
     const heights = Float64Array.from({ length: count + 2 }, (_, x) =>
       this.heightBetween((x - 1) * perPixel, x * perPixel),
     );
-    let steepest = 0;
-    for (let x = 1; x <= count; x++) steepest = Math.max(steepest, Math.abs(heights[x + 1] - heights[x - 1]));
+    return shaded([heights], this.#range(), this.#image);
+  }
+
+  /** Draws the area: a tile of one period, repeated. y is 0 in the middle of the picture and rises. */
+  #drawArea() {
+    const { context, width, height } = this.panel;
+    const { rows, across } = this.#area;
+    const count = rows.length;
+    const downwards = rows.map((_, index) => rows[(count - index) % count]);
+    const closed = downwards.map((row) => [row.at(-1), ...row, row[0]]);
+    const pattern = context.createPattern(shaded(closed, this.#range(), this.#image), "repeat");
+    const [wide, high] = [this.period, across].map((length) => length / count / this.metresPerPixel);
+    const first = [-wide / 2, height / 2 - high / 2]; // a height is in the middle of its pixel
+    pattern.setTransform(new DOMMatrix([wide, 0, 0, high, ...first]));
+    context.imageSmoothingEnabled = true;
+    context.fillStyle = pattern;
+    context.fillRect(0, 0, width, height);
+  }
+
+  #range() {
     const [valley, crest] = ["valley", "crest"].map((name) => rgbOf(this.panel.colour(name)));
-    const span = this.high - this.low;
-    const pixels = new ImageData(count, 1);
-    for (let x = 1; x <= count; x++) {
-      const slope = steepest ? (heights[x + 1] - heights[x - 1]) / steepest : 0;
-      const level = span ? (heights[x] - this.low) / span : 0.5;
-      const light = Math.min(1, Math.max(0, level + RELIEF * slope));
-      for (let part = 0; part < 3; part++) {
-        pixels.data[4 * (x - 1) + part] = Math.round(valley[part] + light * (crest[part] - valley[part]));
-      }
-      pixels.data[4 * x - 1] = 255;
-    }
-    this.#row.width = count;
-    this.#row.height = 1;
-    this.#row.getContext("2d").putImageData(pixels, 0, 0);
-    return this.#row;
+    return { low: this.low, high: this.high, valley, crest };
   }
 
   #drawBar() {
@@ -193,10 +209,11 @@ export class TextureTopView {
   }
 
   #tell() {
+    const across = this.#area ? ` along and ${inWords(this.#area.across, "m")} across` : "";
     const fine =
       this.period / this.metresPerPixel < FINEST ? " The ridges are too fine for this magnification; press plus." : "";
     this.panel.say(
-      `Texture from above: period ${inWords(this.period, "m")}, height from valley to crest ` +
+      `Texture from above: period ${inWords(this.period, "m")}${across}, height from valley to crest ` +
         `${inWords(this.high - this.low, "m")}. ${inWords(this.panel.width * this.metresPerPixel, "m")} are shown.${fine}`,
     );
   }

@@ -1,4 +1,4 @@
-/* The contact of a fingertip with the table: which swatch it touches, the load, and the position along the swatch.
+/* The contact of a fingertip with the table: which swatch it touches, the load, and the place on the swatch.
 
 Model: a swatch is a spring of STIFFNESS: F = k d at a depth d below its top, at most MOST_LOAD. Only a fingertip that
 has crossed the top plane from above presses. A hand that comes from below the table, or that is lost and found again
@@ -28,14 +28,15 @@ export function depthOf(load) {
 /**
  * @param {{x: number, z: number}[]} places centres of the swatches (m)
  * @param {{x: number, z: number}} point in coordinates of the table (m)
- * @returns {{index: number, position: number} | null} the swatch at the point, and the distance from its left end
- *   (m)
+ * @returns {{index: number, position: number, y: number} | null} the swatch at the point, the distance from its left
+ *   end, and from its middle away from the person (m)
  */
 function swatchUnder(places, point) {
   for (let index = 0; index < places.length; index++) {
     const along = point.x - places[index].x;
     const across = point.z - places[index].z;
-    if (Math.abs(along) <= LENGTH / 2 && Math.abs(across) <= WIDTH / 2) return { index, position: along + LENGTH / 2 };
+    if (Math.abs(along) <= LENGTH / 2 && Math.abs(across) <= WIDTH / 2)
+      return { index, position: along + LENGTH / 2, y: 0 - across };
   }
   return null;
 }
@@ -51,8 +52,8 @@ export class FingertipContact {
   /**
    * @param {{x: number, y: number, z: number} | null} point lowest point of the fingertip in coordinates of the table
    *   (m), null if it is not tracked
-   * @returns {{index: number, position: number, load: number, height: number} | null} the swatch at the fingertip,
-   *   position on it (m), load (N, 0: no touch), height over it (m); null: no swatch
+   * @returns {{index: number, position: number, y: number, load: number, height: number} | null} the swatch at the
+   *   fingertip, place on it (m), load (N, 0: no touch), height over it (m); null: no swatch
    */
   follow(point) {
     if (!point || ![point.x, point.y, point.z].every(Number.isFinite)) {

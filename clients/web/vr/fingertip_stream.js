@@ -5,7 +5,7 @@ silent until the swatch is touched. Its full scale is the automatic one of the t
 closed when no swatch was near for IDLE.
 Limits: a touch before the stream is ready is heard from that moment on. */
 
-import { negated } from "../live/contact_update.js";
+import { placed } from "../live/contact_update.js";
 import { neededFullScale } from "../live/stream_scene.js";
 
 const NEAR = 0.05; // m over a swatch, at which its stream is opened
@@ -32,19 +32,19 @@ export class FingertipStream {
   }
 
   /**
-   * @param {{index: number, position: number, load: number, height: number} | null} under of
-   *   `FingertipContact.follow`: m,
-   *   N, m
+   * @param {{index: number, position: number, y: number, load: number, height: number} | null} under of
+   *   `FingertipContact.follow`: m, m, N, m
    * @param {number} time (s)
+   * @param {number} [direction] of the finger from the stroke, counter-clockwise (rad); absent: unknown
    */
-  follow(under, time) {
+  follow(under, time, direction) {
     const load = under ? under.load : 0;
     if (under && (load > 0 || under.height < NEAR)) {
       this.seen = time;
       if (under.index !== this.index && time >= this.blocked) this.#begin(under.index, time);
     }
     if (load > 0 && this.finger && under.index === this.index) {
-      this.finger.move(negated({ position: under.position, load, time }));
+      this.finger.move(placed({ position: under.position, y: under.y, direction, load, time }));
       this.touching = true;
     } else this.lift();
     if (time - this.seen > IDLE) this.close();

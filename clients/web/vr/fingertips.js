@@ -4,6 +4,7 @@ Model: a fingertip keeps its id from frame to frame. A fingertip that is missing
 
 import { FingertipContact } from "./contact_model.js";
 import { FingertipStream } from "./fingertip_stream.js";
+import { directionOf } from "./tracked_fingertips.js";
 
 export class Fingertips {
   /**
@@ -24,7 +25,8 @@ export class Fingertips {
   }
 
   /**
-   * @param {{id: string, hand?: string, centre: {x, y, z}, radius: number}[]} tips in coordinates of the table (m)
+   * @param {{id: string, hand?: string, centre: {x, y, z}, ahead?: {x, y, z}, radius: number}[]} tips in coordinates
+   *   of the table (m); ahead: a point 1 m ahead of the finger, absent where its direction is unknown
    * @param {number} time (s)
    * @returns {{index: number, position: number, load: number}[]} present touches: m, N
    */
@@ -36,7 +38,8 @@ export class Fingertips {
       const hand = this.#hand(tip);
       const { x, y, z } = tip.centre;
       const under = hand.follower.follow({ x, y: y - tip.radius, z });
-      hand.stream.follow(under, time);
+      if (tip.ahead) hand.direction = directionOf(tip.centre, tip.ahead, hand.direction);
+      hand.stream.follow(under, time, hand.direction);
       if (under && under.load > 0) touches.push(under);
       else if (hand.touched) this.onLift(hand.name);
       hand.touched = Boolean(under && under.load > 0);

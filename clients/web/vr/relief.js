@@ -1,4 +1,4 @@
-/* The mesh of a swatch, from the heights of its texture.
+/* The mesh of a swatch whose texture is along a line, from its heights; `area_relief` has those over an area.
 
 Model: heights vary along the stroke only, so the top is a strip of quads with the periodic, magnified heights and their
 normals. The long sides reach down to the board and show the profile. Crests are light and valleys dark. The highest
@@ -7,7 +7,7 @@ Limits: at most MOST_POINTS along the stroke; finer profiles are drawn with fewe
 
 const POINTS_PER_PERIOD = 16;
 const COARSE_POINTS = 400; // along a swatch with few periods, so that long waves are smooth
-const MOST_POINTS = 1800; // at most 10800 triangles per swatch; those of the catalogue have half, a full table 60000
+const MOST_POINTS = 1800; // at most 10800 triangles per swatch; those of the catalogue have half
 const ROWS = [
   // rows of vertices along the stroke: side (0 back, 1 front), on the profile or on the board, direction of the normal
   { across: 0, profile: true, faces: "up" },

@@ -6,6 +6,7 @@ grows with the load.
 Limits: no shadows except a dot under each fingertip; some 20 draw calls. */
 
 import { labelMesh } from "./labels.js";
+import { areaRelief } from "./area_relief.js";
 import { relief } from "./relief.js";
 import { LENGTH, RAISED, WIDTH, layTable, magnification } from "./table_layout.js";
 import { FingertipMesh, TOUCHED } from "./fingertip_mesh.js";
@@ -26,8 +27,8 @@ export class Room {
   /**
    * @param {object} three the module three.js
    * @param {HTMLCanvasElement} canvas
-   * @param {{title: string, period: number, wave: number, rough: boolean, height: number, heights: number[]}[]}
-   *   swatches lengths in m; heights of one period
+   * @param {{title: string, period: number, wave: number, rough: boolean, height: number, heights: number[], area?:
+   *   number[][], across?: number}[]} swatches lengths in m; heights of one period, and rows of them over an area
    * @param {"light" | "dark"} look
    */
   constructor(three, canvas, swatches, look) {
@@ -69,10 +70,11 @@ export class Room {
     this.table.add(mesh);
   }
 
-  #swatch({ heights, period, wave }, index, count) {
+  #swatch({ heights, area, period, across, wave }, index, count) {
     const { three } = this;
-    const surface = { heights, period, ...magnification(wave), length: LENGTH, width: WIDTH, raised: RAISED };
-    const { positions, normals, colours, indices } = relief(surface);
+    const size = { ...magnification(wave), length: LENGTH, width: WIDTH, raised: RAISED };
+    const drawn = area ? areaRelief({ area, period, across, ...size }) : relief({ heights, period, ...size });
+    const { positions, normals, colours, indices } = drawn;
     const geometry = new three.BufferGeometry();
     geometry.setAttribute("position", new three.BufferAttribute(positions, 3));
     geometry.setAttribute("normal", new three.BufferAttribute(normals, 3));

@@ -9,12 +9,14 @@ import { call } from "../service.js";
 import { chooseSwatches, sizeText } from "./table_layout.js";
 
 const POINTS = { periodic: 512, rough: 2048 }; // heights per period; no swatch shows more
+const AREA = 128; // heights a side of an area
 const FELT = { low: 10, high: 1000 }; // Hz, range of vibration that a fingertip feels
 
 /**
  * @returns {Promise<{name: string, title: string, scene: object, period: number, wave: number, rough: boolean,
- *   height: number, heights: number[], words: string}[]>} finest first; period, typical wave, height from valley to
- *   crest, and heights of one period in m
+ *   height: number, heights: number[], area?: number[][], across?: number, words: string}[]>} finest first; period,
+ *   typical wave, height from valley to crest, and heights of one period in m; of a texture over an area also rows of
+ *   heights, and the period across
  */
 export async function loadSwatches() {
   const { textures } = await call("GET", "/v1/textures");
@@ -36,10 +38,10 @@ async function picture({ name, title, scene: textured }) {
   const scene = { ...textured, ...START_SCENE };
   const rough = textured.texture.kind === "rough";
   const points = rough ? POINTS.rough : POINTS.periodic;
-  const { texture } = await call("POST", "/v1/picture", { scene, points, phases: 0 });
-  const { period, heights } = texture;
+  const { texture } = await call("POST", "/v1/picture", { scene, points, phases: 0, area: AREA });
+  const { period, heights, area, across } = texture;
   if (!(period > 0) || heights.length < 2) return null;
-  const [least, most] = heights.reduce(
+  const [least, most] = (area?.flat() ?? heights).reduce(
     ([low, high], height) => [Math.min(low, height), Math.max(high, height)],
     [Infinity, -Infinity],
   );
@@ -54,6 +56,8 @@ async function picture({ name, title, scene: textured }) {
     rough,
     height,
     heights,
+    area,
+    across,
     words: sizeText({ wave, rough, height }),
   };
 }

@@ -1,6 +1,7 @@
 /* Fingertips in a WebXR frame: the index finger of a tracked hand, or the end of a short rod on a controller.
 
-Model: a fingertip is a ball. XRHand has the places and radii of joints; the rod points along the target ray.
+Model: a fingertip is a ball. XRHand has the places and radii of joints; the rod points along the target ray. A finger
+points along its joint, or along the rod.
 Limits: one fingertip per hand. A source without a pose in this frame has none; an estimated position counts as a pose.
 */
 
@@ -14,8 +15,9 @@ const TIP_JOINT = "index-finger-tip";
  * @param {XRSession} session
  * @param {XRFrame} frame
  * @param {XRReferenceSpace} space
- * @returns {{id: string, hand: string, centre: {x, y, z}, radius: number, rod: XRRigidTransform | null, joints: {x, y,
- *   z, radius}[]}[]} centres in coordinates of the space, m; `rod`: pose of a controller; `joints`: those of a hand
+ * @returns {{id: string, hand: string, centre: {x, y, z}, ahead: {x, y, z}, radius: number, rod: XRRigidTransform |
+ *   null, joints: {x, y, z, radius}[]}[]} centres in coordinates of the space, m; `ahead`: a point 1 m ahead of the
+ *   finger; `rod`: pose of a controller; `joints`: those of a hand
  */
 export function readTips(session, frame, space) {
   const tips = [];
@@ -30,29 +32,54 @@ export function readTips(session, frame, space) {
 
 function ofHand(source, frame, space) {
   const joints = [];
-  let tip = null;
+  let [tip, ahead] = [null, null];
   for (const [name, joint] of source.hand) {
     const pose = frame.getJointPose(joint, space);
     if (!pose) continue;
     const { x, y, z } = pose.transform.position;
     const ball = { x, y, z, radius: pose.radius || TIP_RADIUS };
     joints.push(ball);
-    if (name === TIP_JOINT) tip = ball;
+    if (name === TIP_JOINT) [tip, ahead] = [ball, forward(pose.transform, ball, 1)];
   }
-  return tip && { centre: tip, radius: tip.radius, rod: null, joints };
+  return tip && { centre: tip, ahead, radius: tip.radius, rod: null, joints };
 }
 
 function ofController(source, frame, space) {
   const pose = frame.getPose(source.targetRaySpace, space);
   if (!pose) return null;
-  const { matrix, position } = pose.transform;
-  const centre = {
-    x: position.x - ROD * matrix[8],
-    y: position.y - ROD * matrix[9],
-    z: position.z - ROD * matrix[10],
+  const centre = forward(pose.transform, pose.transform.position, ROD);
+  return {
+    centre,
+    ahead: forward(pose.transform, centre, 1),
+    radius: TIP_RADIUS,
+    rod: pose.transform,
+    joints: [],
   };
-  return { centre, radius: TIP_RADIUS, rod: pose.transform, joints: [] };
 }
+
+/** Returns the point at a distance (m) from a point, along the direction -z of a pose. */
+const forward = ({ matrix }, { x, y, z }, distance) => ({
+  x: x - distance * matrix[8],
+  y: y - distance * matrix[9],
+  z: z - distance * matrix[10],
+});
+
+/**
+ * Returns the direction of a finger on the table, from x, counter-clockwise seen from above (rad).
+ * @param {{x: number, z: number}} centre of the fingertip, in coordinates of the table (m)
+ * @param {{x: number, z: number}} ahead a point 1 m ahead of it
+ * @param {number | undefined} last the direction before, from which this one differs by half a turn at most
+ * @returns {number | undefined} `last` if the finger is nearly upright
+ */
+export function directionOf(centre, ahead, last) {
+  const [x, y] = [ahead.x - centre.x, centre.z - ahead.z];
+  if (!(Math.hypot(x, y) > UPRIGHT)) return last;
+  const angle = Math.atan2(y, x);
+  const turn = 2 * Math.PI;
+  return last === undefined ? angle : angle + turn * Math.round((last - angle) / turn);
+}
+
+const UPRIGHT = 0.2; // part of a finger's length that lies along the table; with less, its direction is noise
 
 /**
  * Returns the place of the table: in front of the person, below the eyes.

@@ -1,4 +1,4 @@
-"""`WS /v1/live`, the schema of its messages, and the recordings of its sessions."""
+"""`WS /v1/live`, the schemas of its messages, and the recordings of its sessions."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from service.http import openapi
 from service.http.rate_limits import KEY
 from service.lifespan import Service, service_of
 from service.live.connection import Connection
-from service.live.messages import PROTOCOL, schema
+from service.live.messages import V1, V2, VERSIONS, newest_version
 from service.live.transport import WIRE
 from service.problems import Problem
 
@@ -25,14 +25,16 @@ class LiveEndpoint:
         """Serve one WebSocket; raises Problem where its upgrade is refused."""
         service: Service = scope["app"].state.service
         service.live.admit()
-        if PROTOCOL not in scope["subprotocols"]:
-            raise Problem("protocol", f"Offer the subprotocol {PROTOCOL} in Sec-WebSocket-Protocol.")
+        version = newest_version(scope["subprotocols"])
+        if version is None:
+            names = " or ".join(known.name for known in VERSIONS)
+            raise Problem("protocol", f"Offer the subprotocol {names} in Sec-WebSocket-Protocol.")
         ticket = service.limits.admit(scope)
         try:
             assert (await receive())["type"] == "websocket.connect"
-            await send({"type": "websocket.accept", "subprotocol": PROTOCOL, "headers": []})
+            await send({"type": "websocket.accept", "subprotocol": version.name, "headers": []})
             client, wire = service.limits.caller(scope), scope.get("extensions", {}).get(WIRE)
-            await Connection(scope, receive, send, service.live, client=client, wire=wire).run()
+            await Connection(scope, receive, send, service.live, version, client=client, wire=wire).run()
         finally:
             ticket.release()
 
@@ -43,13 +45,25 @@ router.routes.append(WebSocketRoute("/v1/live", LiveEndpoint(), name="live"))
 @router.get(
     "/v1/live/schema.json",
     operation_id="getLiveSchema",
-    summary="Show the schema of the live protocol",
+    summary="Show the schema of the live protocol, version 1",
     response_class=openapi.SchemaResponse,
     responses=openapi.problem_answers(),
 )
 async def live_schema() -> Response:
-    """JSON Schema (2020-12) of every text message of the WebSocket `/v1/live`. The service checks against it."""
-    return openapi.SchemaResponse(schema())
+    """JSON Schema (2020-12) of every text message of `ridgewave.v1` on `/v1/live`. The service checks against it."""
+    return openapi.SchemaResponse(V1.schema())
+
+
+@router.get(
+    "/v1/live/schema.v2.json",
+    operation_id="getLiveSchemaV2",
+    summary="Show the schema of the live protocol, version 2",
+    response_class=openapi.SchemaResponse,
+    responses=openapi.problem_answers(),
+)
+async def live_schema_v2() -> Response:
+    """JSON Schema (2020-12) of every text message of `ridgewave.v2` on `/v1/live`. The service checks against it."""
+    return openapi.SchemaResponse(V2.schema())
 
 
 @router.get(

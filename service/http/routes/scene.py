@@ -9,6 +9,7 @@ from fastapi import APIRouter, Query, Request
 from pydantic import BaseModel, ConfigDict, Field
 from starlette.responses import JSONResponse, Response
 
+from service.compute.area_picture import MOST_AREA
 from service.compute.render_steps import Order
 from service.http import openapi
 from service.http.request_body import read_body
@@ -26,6 +27,7 @@ BODY = {
         "scene": openapi.SCENE,
         "points": {"type": "integer", "minimum": 16, "maximum": 8192, "description": "Heights of each surface."},
         "phases": {"type": "integer", "minimum": 0, "maximum": 1024, "description": "Phases at which z is solved."},
+        "area": {"type": "integer", "minimum": 0, "maximum": MOST_AREA, "description": "Heights a side over an area."},
     },
 }
 

@@ -21,7 +21,7 @@ KEPT = 8000  # frames of the past that a session keeps: one second
 FULL_SCALE = 12.5
 MAX_SILENCE_MS = 250.0
 FADE = 80
-CONTACT = struct.Struct("<BBHIddf")
+CONTACT, PLACE = struct.Struct("<BBHIddf"), struct.Struct("<BBHIdddff")
 NOTHING = -1  # the number of the update before any
 
 Message = str | bytes
@@ -81,13 +81,24 @@ def problem(name: str, status: int, detail: str, errors: list[dict[str, str]] | 
     return json.dumps({**document, "detail": detail, "errors": errors or []})
 
 
+def form(message: bytes) -> struct.Struct:
+    """Return the form of a contact update by its version."""
+    return PLACE if message[0] == 2 else CONTACT
+
+
 @dataclass
 class Service:
-    """The service. said: all messages received. full: whether a new session gets 1013."""
+    """The service. said: all messages received. full: whether a new session gets 1013. protocol: the one it speaks."""
 
     sessions: dict[str, Session] = field(default_factory=dict)
     said: list[Message] = field(default_factory=list)
     full: bool = False
+    protocol: str = "ridgewave.v2"
+
+    @property
+    def told(self) -> dict[str, bool]:
+        """What `ready` and `scene` tell in version 2 only."""
+        return {} if self.protocol == "ridgewave.v1" else {"over_area": False}
 
     def connect(self, deliver: Callable[[Answer], None]) -> Peer:
         return Peer(self, deliver)
@@ -102,7 +113,7 @@ class Service:
         return [message for message in texts if message["type"] == kind]
 
     def contacts(self) -> list[tuple[Any, ...]]:
-        return [CONTACT.unpack(message) for message in self.said if isinstance(message, bytes)]
+        return [form(message).unpack(message) for message in self.said if isinstance(message, bytes)]
 
 
 class Peer:
@@ -175,10 +186,11 @@ class Peer:
     def _attach(self, session: Session, frame: int) -> None:
         self.session, self.position, session.peer = session, frame, self
         self.say(
-            type="ready", session=session.name, protocol="ridgewave.v1", sample_rate=RATE, channels=session.channels,
-            quantities=["acceleration"] * session.channels, full_scale=[FULL_SCALE] * session.channels,
-            format=session.sample_format, block=session.block, pacing=session.pacing, recording=False, frame=frame,
-            max_silence_ms=MAX_SILENCE_MS, motion_delay_ms=8.0, plan={"scenes": session.scenes},
+            type="ready", session=session.name, protocol=self.service.protocol, sample_rate=RATE,
+            channels=session.channels, quantities=["acceleration"] * session.channels,
+            full_scale=[FULL_SCALE] * session.channels, format=session.sample_format, block=session.block,
+            pacing=session.pacing, recording=False, frame=frame, max_silence_ms=MAX_SILENCE_MS,
+            motion_delay_ms=8.0, plan={"scenes": session.scenes}, **self.service.told,
         )  # fmt: skip
 
     def _more(self, document: dict[str, Any]) -> None:
@@ -187,8 +199,9 @@ class Peer:
         assert self.credit <= 60 * RATE
 
     def _contact(self, message: bytes) -> None:
-        version, flags, finger, seq, _, value, load = CONTACT.unpack(message)
-        assert (version, finger) == (1, 0) and flags <= 3 and self.session is not None
+        version, flags, finger, seq, _, value, *_, load = form(message).unpack(message)
+        assert version == 1 or (version == 2 and self.service.protocol == "ridgewave.v2" and not flags & 1)
+        assert finger == 0 and flags <= (3 if version == 1 else 7) and self.session is not None
         if load > 500.0:
             self._deliver(problem("message-refused", 422, "load: too heavy"))
         elif seq > max((self.session.update, *self.session.waiting)):
@@ -242,7 +255,7 @@ class Peer:
             self.say(type="applied", seq=session.update, frame=session.frame)
         if session.changed:
             session.changed = False
-            self.say(type="scene", frame=session.frame, plan={"scenes": session.scenes})
+            self.say(type="scene", frame=session.frame, plan={"scenes": session.scenes}, **self.service.told)
 
     def _end_if_stopping(self) -> None:
         if self.stopping:

@@ -46,7 +46,7 @@ class LoopbackService:
         self._loop.close()
 
     async def _serve(self) -> None:
-        names = [Subprotocol("ridgewave.v1")]
+        names = [Subprotocol(self.service.protocol)]
         async with serve(
             self._handle, "127.0.0.1", 0, subprotocols=names, process_request=self._admit, compression=None
         ) as server:

@@ -32,7 +32,8 @@ def ready(**changes: Any) -> str:
     document = {
         "type": "ready", "session": "s1", "sample_rate": RATE, "channels": 1, "quantities": ["velocity"],
         "full_scale": [2.5], "block": 80, "frame": 0, "plan": {"simulated": []}, "max_silence_ms": 250.0,
-        "motion_delay_ms": 8.0, "format": "f32le", "pacing": "pull", "recording": False, "protocol": "ridgewave.v1",
+        "motion_delay_ms": 8.0, "format": "f32le", "pacing": "pull", "recording": False, "protocol": "ridgewave.v2",
+        "over_area": False,
     }  # fmt: skip
     return json.dumps({**document, **changes})
 

@@ -66,6 +66,34 @@ def test_the_sound_follows_the_hand_from_the_next_read_on(place: Place) -> None:
         assert touch.applied == (seq, 200)
 
 
+def test_a_finger_moves_over_an_area(place: Place) -> None:
+    with place.live() as touch:
+        touch.read(200, timeout=60.0)
+        seq = touch.move(x=-0.01, y=0.02, load=0.2)
+        touch.read(100, timeout=60.0)
+        assert touch.applied == (seq, 200) and not touch.problems
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        {},
+        {"x": 0.1},
+        {"y": 0.1},
+        {"direction": 0.1},
+        {"position": 0.1, "x": 0.1, "y": 0.1},
+        {"position": 0.1, "direction": 0.1},
+        {"x": 0.1, "direction": 0.1},
+    ],
+    ids=lambda given: "+".join(given) or "nothing",
+)
+def test_a_move_says_in_one_way_where_the_finger_is(given: dict[str, float]) -> None:
+    with MemoryPlace().live() as touch, pytest.raises(InvalidRequest) as refused:
+        touch.move(**given, load=0.1)
+    (fault,) = refused.value.faults
+    assert fault.value == (" and ".join(given) or "no position, x or y") and "only with x and y" in fault.allowed
+
+
 def test_breaks_leave_the_samples_of_an_undisturbed_run(place: Place) -> None:
     with place.live() as touch:
         whole = stroke(touch, READS)

@@ -17,6 +17,7 @@ from clients import AsyncLive, Client, ConnectionLost, Live, RefusedError
 from clients.live_client.reconnection import Closed
 from clients.live_client.sync_live import open_connection
 from clients.live_client.websocket_connection import Address
+from synth.errors import InvalidRequest
 from tests.clients.live_client.fake_live import Service, sound
 from tests.clients.live_client.live_services import LIVE_SERVICES, READS, WebSocketPlace, at_once, serving_live, stroke
 from tests.clients.live_client.loopback import LoopbackService, silenced
@@ -50,7 +51,7 @@ def test_the_opening_handshake_is_that_of_the_protocol_to_the_byte() -> None:
     assert refused.value.problem.status == 404
     lines = heads[0].decode().split("\r\n")
     assert lines[0] == "GET /v1/live HTTP/1.1"
-    assert "Sec-WebSocket-Protocol: ridgewave.v1, ridgewave.key.c2UvY3IrZXQ" in lines
+    assert "Sec-WebSocket-Protocol: ridgewave.v2, ridgewave.v1, ridgewave.key.c2UvY3IrZXQ" in lines
     assert not any(line.lower().startswith(("sec-websocket-extensions", "authorization")) for line in lines)
 
 
@@ -63,6 +64,16 @@ def test_a_key_is_accepted_and_a_missing_one_is_a_problem() -> None:
     assert refused.value.problem.kind == "key-required"
 
 
+def test_a_service_of_version_1_is_touched_by_position_only() -> None:
+    with LoopbackService(Service(protocol="ridgewave.v1")) as service, Live(url=service.url) as touch:
+        with pytest.raises(InvalidRequest, match=r"ridgewave\.v1 only"):
+            touch.move(x=0.1, y=0.2)
+        seq = touch.move(position=-0.1, load=0.3)
+        touch.read(100, timeout=60.0)
+        assert touch.applied == (seq, 0)
+        assert [contact[5] for contact in service.service.contacts()] == [-0.1]
+
+
 def test_another_service_is_a_protocol_error() -> None:
     from websockets.sync.server import serve
 
@@ -70,7 +81,7 @@ def test_another_service_is_a_protocol_error() -> None:
         thread = threading.Thread(target=server.serve_forever, daemon=True)
         thread.start()
         port = server.socket.getsockname()[1]
-        with pytest.raises(ConnectionLost, match=r"does not speak ridgewave\.v1"), Live(url=f"ws://127.0.0.1:{port}/"):
+        with pytest.raises(ConnectionLost, match=r"does not speak ridgewave\.v2"), Live(url=f"ws://127.0.0.1:{port}/"):
             pass
         server.shutdown()
         thread.join(60.0)

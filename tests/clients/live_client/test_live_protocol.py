@@ -35,6 +35,27 @@ def test_a_speed_without_load_sets_both_flags() -> None:
     assert message == bytes.fromhex("01 03 0000 00000000 0000000000005940 000000000000e03f 00000000")
 
 
+def test_a_place_is_40_bytes() -> None:
+    protocol = opened()
+    protocol.update_place((0.125, -0.25), 1.5, 0.5)
+    assert sent(protocol) == [
+        bytes.fromhex("02 00 0000 00000000 0000000000005940 000000000000c03f 000000000000d0bf 0000c03f 0000003f")
+    ]
+    protocol.update_place((0.125, -0.25), None, None)
+    assert sent(protocol) == [
+        bytes.fromhex("02 06 0000 01000000 0000000000005940 000000000000c03f 000000000000d0bf 00000000 00000000")
+    ]
+
+
+def test_lifting_keeps_the_place_and_the_direction() -> None:
+    protocol = opened()
+    protocol.update_place((0.125, -0.25), 1.5, 0.5)
+    protocol.lift()
+    assert sent(protocol) == [
+        bytes.fromhex("02 00 0000 01000000 0000000000005940 000000000000c03f 000000000000d0bf 0000c03f 00000000")
+    ]
+
+
 def test_lifting_keeps_the_position_and_removes_the_load() -> None:
     protocol = opened()
     protocol.update_contact(1.0, False, 0.5)
@@ -72,8 +93,8 @@ def test_the_default_hello_has_only_the_required_fields() -> None:
 
 
 def test_a_key_is_offered_in_base64url_without_padding() -> None:
-    assert subprotocols(None) == ("ridgewave.v1",)
-    assert subprotocols("k?>~") == ("ridgewave.v1", "ridgewave.key.az8-fg")
+    assert subprotocols(None) == ("ridgewave.v2", "ridgewave.v1")
+    assert subprotocols("k?>~") == ("ridgewave.v2", "ridgewave.v1", "ridgewave.key.az8-fg")
 
 
 # The hand
@@ -121,6 +142,72 @@ def test_an_invalid_update_is_refused_with_its_field(value: Any, load: Any, fiel
     with pytest.raises(InvalidRequest) as refused:
         opened().update_contact(value, False, load)
     assert [fault.pointer for fault in refused.value.faults] == [field]
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "direction", "load", "field"),
+    [
+        (float("nan"), 0.0, None, None, "/x"),
+        (0.0, 1000.1, None, None, "/y"),
+        (0.0, "1 mm", None, None, "/y"),
+        (0.0, 0.0, 1000.1, None, "/direction"),
+        (0.0, 0.0, float("inf"), None, "/direction"),
+        (0.0, 0.0, 0.0, 1e4, "/load"),
+    ],
+)
+def test_an_invalid_place_is_refused_with_its_field(x: Any, y: Any, direction: Any, load: Any, field: str) -> None:
+    protocol = opened()
+    with pytest.raises(InvalidRequest) as refused:
+        protocol.update_place((x, y), direction, load)
+    assert [fault.pointer for fault in refused.value.faults] == [field]
+    assert sent(protocol) == []
+
+
+def test_a_place_is_refused_where_the_service_speaks_version_1_only() -> None:
+    protocol = protocol_of()
+    protocol.hello()
+    protocol.receive(ready(protocol="ridgewave.v1"))
+    with pytest.raises(InvalidRequest, match=r"this service speaks ridgewave\.v1 only"):
+        protocol.update_place((0.1, 0.2), None, None)
+    assert sent(protocol) == []
+    protocol.update_contact(-0.1, False, 0.5)
+    assert len(sent(protocol)) == 1
+
+
+def test_a_place_that_waits_is_not_sent_to_a_service_of_version_1() -> None:
+    """It was made before the first `ready`, or while the connection was broken."""
+    protocol = protocol_of()
+    protocol.update_place((0.1, 0.2), None, None)
+    protocol.hello()
+    protocol.receive(ready(protocol="ridgewave.v1"))
+    assert sent(protocol) == []
+    protocol = opened()
+    protocol.lost(BROKEN)
+    protocol.update_place((0.1, 0.2), None, None)
+    protocol.hello()
+    protocol.receive(ready(protocol="ridgewave.v1"))
+    assert sent(protocol) == []
+
+
+def test_a_place_is_sent_again_after_a_break() -> None:
+    protocol = opened()
+    protocol.update_place((0.125, -0.25), None, None)
+    first = sent(protocol)
+    protocol.lost(BROKEN)
+    protocol.hello()
+    protocol.receive(ready())
+    assert sent(protocol) == first and len(first) == 1
+
+
+def test_whether_the_texture_is_over_an_area_is_told_by_ready_and_by_scene() -> None:
+    protocol = protocol_of()
+    protocol.hello()
+    protocol.receive(ready(over_area=True))
+    assert protocol.over_area
+    protocol.receive('{"type":"scene","frame":80,"plan":{},"over_area":false}')
+    assert not protocol.over_area
+    protocol.receive('{"type":"scene","frame":160,"plan":{},"over_area":true}')
+    assert protocol.over_area
 
 
 def test_a_scene_that_is_not_json_is_refused_before_anything_is_sent() -> None:

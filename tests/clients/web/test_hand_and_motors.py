@@ -49,6 +49,8 @@ def test_a_mouse_gives_positions_while_its_button_is_down(modules: Page) -> None
     modules.mouse.move(150, 100)
     modules.wait_for_function("() => said.length > 0 && said.at(-1)[1] === null")
     *moves, last = modules.evaluate("() => said")
+    heights = [contact["y"] for _, contact in moves]
+    assert heights[0] == pytest.approx(50e-4) and heights[-1] == pytest.approx(30e-4), "upwards from the middle"
     positions = [contact["position"] for _, contact in moves]
     assert positions[0] == pytest.approx(20e-4) and positions[-1] == pytest.approx(600e-4)
     assert positions == sorted(positions)

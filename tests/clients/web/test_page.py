@@ -87,6 +87,11 @@ def test_the_page_is_small(chromium: Browser, service: Running) -> None:
 
 def test_a_mouse_strokes_the_pad(touch_page: Page) -> None:
     stroke_pad(touch_page)
+    contact = touch_page.evaluate("() => ridgewave.fingers[0].contact")
+    box = touch_page.locator("#pad").bounding_box()
+    assert box is not None
+    assert contact["x"] > 0 and contact["y"] > 0 and contact["load"] == 0
+    assert contact["y"] / contact["x"] == pytest.approx((box["height"] / 2 - 80) / 195, rel=1e-2)
     label = "document.getElementById('waveform').getAttribute('aria-label')"
     touch_page.wait_for_function(f"() => /acceleration: the largest value is (?!0 )/.test({label})")
 

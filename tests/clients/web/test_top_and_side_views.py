@@ -62,6 +62,34 @@ def test_the_heights_drawn_are_the_heights_given(page: Page, zoom: float) -> Non
     assert np.abs(light - (valley + level * (crest - valley)))[1:-1].max() < 8.0
 
 
+@pytest.mark.parametrize("zoom", [8e-6, 2.2e-5])
+def test_the_heights_of_an_area_are_drawn_at_their_places(page: Page, zoom: float) -> None:
+    """x is 0 at the left edge, y in the middle of the picture, and y rises."""
+    count, across = 64, 1.4e-3
+    turns = 2 * np.pi * np.arange(count) / count
+    waves = 20e-6 * np.cos(turns)[np.newaxis], 12e-6 * np.sin(turns + 0.3)[:, np.newaxis]
+    shown = {"heights": texture(count), "period": PERIOD, "area": (waves[0] + waves[1]).tolist(), "across": across}
+    page.evaluate(
+        "async ([shown, zoom]) => { const {surface} = views;"
+        " await views.drawn(surface.panel, () => { surface.show(shown); surface.zoom(zoom); }); }",
+        [shown, zoom],
+    )
+    width, height, ratio = page.evaluate(
+        "() => [views.surface.panel.width, views.surface.panel.height, devicePixelRatio]"
+    )
+    pixels = page.evaluate(
+        "([w, h]) => views.pixels(document.getElementById('surface'), 0, 70, w, h - 140)", [width, height]
+    )  # without bar and legend
+    light = np.array(pixels).reshape(int(ratio * (height - 140)), -1, 4)[:, :, 0].astype(float)
+    x = (np.arange(light.shape[1]) + 0.5) * zoom / ratio
+    y = height / 2 * zoom - (70 + (np.arange(light.shape[0]) + 0.5) / ratio) * zoom
+    along, over = 2 * np.pi * x / PERIOD, 2 * np.pi * y[:, np.newaxis] / across + 0.3
+    level = np.clip((20e-6 * np.cos(along) + 12e-6 * np.sin(over) + 32e-6) / 64e-6 - 0.28 * np.sin(along), 0.0, 1.0)
+    assert np.ptp(light) > 120
+    assert np.abs(light - (light.min() + level * np.ptp(light))).max() < 0.013 * np.ptp(light)
+    label_of(page, "surface", "800 µm along and 1.4 mm across")
+
+
 def test_fingers_move_without_a_drawing(plain: Page) -> None:
     plain.evaluate(SHOW, [texture(), PERIOD, 2e-5])
     told = plain.evaluate(

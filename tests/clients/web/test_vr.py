@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -32,7 +33,8 @@ STROKE = """async ({hand, id, index, depth}) => {
   const lifted = await tools.silence(() => (
     tools.put(held(tools.device), id, {x: x + 0.04 * Math.sin(performance.now()), y: 0.03, z})
   ));
-  return {heard, touches, lifted, after: ridgewave.touches, pulses: tools.pulses};
+  const {direction} = ridgewave.fingertips.known.get(id);
+  return {heard, touches, lifted, direction, after: ridgewave.touches, pulses: tools.pulses};
 }"""
 
 
@@ -116,6 +118,7 @@ def test_a_controller_sounds_and_vibrates_where_it_touches_until_it_lifts(headse
     )
     assert report["heard"]["peak"] > 0
     assert report["lifted"] and report["after"] == []
+    assert report["direction"] == pytest.approx(math.pi / 2, abs=0.01), "it points away from the person"
     assert all(0 <= strength <= 1 for strength in report["pulses"])
     assert max(report["pulses"]) > 0 and report["pulses"][-1] == 0
 
@@ -125,6 +128,7 @@ def test_the_index_finger_of_a_tracked_hand_touches(headset: Page) -> None:
     report = headset.evaluate(STROKE, {"hand": "hand", "id": "right hand", "index": SWATCH, "depth": 0.005})
     assert {touch["index"] for touch in report["touches"]} == {SWATCH}
     assert all(touch["load"] == pytest.approx(1.0, abs=0.02) for touch in report["touches"])
+    assert report["direction"] == pytest.approx(math.pi / 2, abs=0.5), "away from the person, as the hand is held"
     assert report["heard"]["peak"] > 0
     assert report["lifted"] and report["after"] == []
 

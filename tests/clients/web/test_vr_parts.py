@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -16,6 +17,17 @@ FOLLOW = """async (points) => {
   const {layTable} = await import("/web/vr/table_layout.js");
   const follower = new FingertipContact(layTable(1));
   return points.map((point) => follower.follow(point && {x: point[0], y: point[1], z: layTable(1).places[0].z}));
+}"""
+
+
+PLACES = """async (points) => {
+  const {FingertipContact} = await import("/web/vr/contact_model.js");
+  const {layTable} = await import("/web/vr/table_layout.js");
+  const {x, z} = layTable(1).places[0];
+  return points.map(([right, near]) => {
+    const {position, y} = new FingertipContact(layTable(1)).follow({x: x + right, y: 0, z: z + near});
+    return [position, y];
+  });
 }"""
 
 
@@ -49,13 +61,41 @@ def test_a_pose_that_is_no_number_touches_nothing(functions: Page) -> None:
     assert functions.evaluate(script, [[0, 0.01], [0, -0.01]]) == [None, None]
 
 
-def test_a_place_on_a_swatch_is_metres_from_its_left_end(functions: Page) -> None:
+def test_a_place_on_a_swatch_is_metres_from_its_left_end_and_from_its_middle(functions: Page) -> None:
     length = table(functions, "table.LENGTH")
+    assert functions.evaluate(PLACES, [[0.01, 0.02], [-0.03, -0.01]]) == [
+        pytest.approx([length / 2 + 0.01, -0.02]),
+        pytest.approx([length / 2 - 0.03, 0.01]),
+    ], "y is 0 in the middle, and rises away from the person"
     ends = functions.evaluate(FOLLOW, [[-length / 2, 0.01], [0, 0.01], [length / 2, 0.01], [length / 2 + 1e-6, 0.01]])
     assert [end and end["position"] for end in ends] == [pytest.approx(0), length / 2, pytest.approx(length), None]
 
 
-def test_a_fingertip_that_goes_right_moves_the_surface_left_under_it_as_on_the_pad(functions: Page) -> None:
+def test_a_finger_points_counter_clockwise_from_the_stroke_seen_from_above(functions: Page) -> None:
+    found = functions.evaluate(
+        """async (points) => {
+          const {directionOf} = await import("/web/vr/tracked_fingertips.js");
+          let last;
+          return points.map(([x, z]) => {
+            last = directionOf({x: 1, z: 2}, {x: 1 + x, z: 2 + z}, last);
+            return last ?? null;
+          });
+        }""",
+        [[0.1, 0.1], [1, 0], [0, -1], [-1, -0.001], [-1, 0.001], [0, 0.1], [0, 1], [1, 0]],
+    )
+    assert found == [
+        None,  # upright
+        pytest.approx(0),
+        pytest.approx(math.pi / 2),  # away from the person
+        pytest.approx(math.pi, abs=2e-3),
+        pytest.approx(math.pi, abs=2e-3),  # not -pi: a finger does not spin round
+        pytest.approx(math.pi, abs=2e-3),
+        pytest.approx(3 * math.pi / 2),
+        pytest.approx(2 * math.pi),
+    ]
+
+
+def test_a_fingertip_that_goes_right_is_further_right_on_the_surface_as_on_the_pad(functions: Page) -> None:
     sent = functions.evaluate(
         """async () => {
           const {FingertipStream} = await import("/web/vr/fingertip_stream.js");
@@ -64,11 +104,17 @@ def test_a_fingertip_that_goes_right_moves_the_surface_left_under_it_as_on_the_p
           const stream = new FingertipStream({swatches: [{scene: {}}], open: async () => finger});
           stream.follow({index: 0, position: 0.01, load: 0, height: 0.01}, 0);
           await new Promise((done) => setTimeout(done));
-          for (const step of [1, 2]) stream.follow({index: 0, position: 0.01 * step, load: 0.5, height: 0}, step);
+          const touch = (step, turn) =>
+            stream.follow({index: 0, position: 0.01 * step, y: 0.002, load: 0.5, height: 0}, step, turn);
+          touch(1);
+          touch(2, 1.5);
           return sent;
         }"""
     )
-    assert sent == [{"position": -0.01, "load": 0.5, "time": 1}, {"position": -0.02, "load": 0.5, "time": 2}]
+    assert sent == [
+        {"x": 0.01, "y": 0.002, "load": 0.5, "time": 1},
+        {"x": 0.02, "y": 0.002, "direction": 1.5, "load": 0.5, "time": 2},
+    ]
 
 
 @pytest.mark.parametrize("count", [1, 5, 12])
@@ -123,11 +169,48 @@ def test_the_relief_is_the_heights_magnified_with_normals_across_them(functions:
     assert all(abs(x) <= 0.01 + 1e-6 and abs(z) <= 0.005 + 1e-6 for x, _, z in points)
     crests = sum(before[1] < here[1] >= after[1] for before, here, after in zip(tops, tops[1:], tops[2:], strict=False))
     assert crests == 3, "four periods of 5 mm: three crests between the ends"
+    outward_faces(mesh, points)
+
+
+def outward_faces(mesh: dict[str, list[float]], points: list[list[float]]) -> None:
+    """Check that every face of the mesh is seen from outside."""
     for corners in zip(*[iter(mesh["indices"])] * 3, strict=True):
-        one, two, three = (points[corner] for corner in corners)
+        one, two, three = (points[int(corner)] for corner in corners)
         edge, other = ([b - a for a, b in zip(one, end, strict=True)] for end in (two, three))
         faces = [edge[1] * other[2] - edge[2] * other[1], edge[2] * other[0] - edge[0] * other[2], 0.0]
         faces[2] = edge[0] * other[1] - edge[1] * other[0]
-        normal = mesh["normals"][3 * corners[0] : 3 * corners[0] + 3]
+        normal = mesh["normals"][3 * int(corners[0]) : 3 * int(corners[0]) + 3]
         outward = sum(a * b for a, b in zip(faces, normal, strict=True))
         assert outward > 0 or one[0] == two[0] == three[0], "every face is seen from outside"
+
+
+def test_the_relief_of_an_area_is_its_heights_at_their_places(functions: Page) -> None:
+    """Waves of 1 mm along and 2 mm across, drawn 5 times as wide and 15 times as high, y = 0 in the middle."""
+    mesh = functions.evaluate(
+        """async () => {
+          const {areaRelief} = await import("/web/vr/area_relief.js");
+          const turn = (i) => 2 * Math.PI * i / 64;
+          const row = (i) => Array.from({length: 64}, (_, j) => 2e-5 * Math.cos(turn(j)) + 1e-5 * Math.sin(turn(i)));
+          const area = Array.from({length: 64}, (_, i) => row(i));
+          const size = {along: 5, up: 15, length: 0.02, width: 0.01, raised: 0.008};
+          const {positions, normals, indices} = areaRelief({area, period: 1e-3, across: 2e-3, ...size});
+          return {positions: [...positions], normals: [...normals], indices: [...indices]};
+        }"""
+    )
+    points = [mesh["positions"][place : place + 3] for place in range(0, len(mesh["positions"]), 3)]
+    assert {(round(abs(x), 6), round(abs(z), 6)) for x, _, z in points} >= {(0.01, 0.005)}
+    assert all(abs(x) <= 0.01 + 1e-6 and abs(z) <= 0.005 + 1e-6 for x, _, z in points)
+    tops = [(point, mesh["normals"][3 * i : 3 * i + 3]) for i, point in enumerate(points)]
+    tops = [(point, normal) for point, normal in tops if normal[1] > 0]
+    for (x, y, z), (nx, ny, nz) in tops:
+        along, across = 2 * math.pi * (x + 0.01) / 5e-3, 2 * math.pi * -z / 10e-3
+        height = 2e-5 * math.cos(along) + 1e-5 * math.sin(across)
+        assert y == pytest.approx(15 * (height - 3e-5), abs=15 * 4e-7)
+        slopes = -2e-5 * math.sin(along) * 2 * math.pi / 5e-3, -1e-5 * math.cos(across) * 2 * math.pi / 10e-3
+        assert -nx / ny == pytest.approx(15 * slopes[0], abs=0.03)
+        assert -nz / ny == pytest.approx(15 * slopes[1], abs=0.03)
+    assert max(y for (_, y, _), _ in tops) == pytest.approx(0, abs=6e-6), "the crest lies in the plane of the touch"
+    assert [y for _, y, _ in points if y < -15 * 6e-5 - 1e-5] == pytest.approx(
+        [-0.008] * ((len(points) - len(tops)) // 2)
+    )
+    outward_faces(mesh, points)

@@ -14,9 +14,10 @@ import numpy.typing as npt
 
 from service.engine import Engine
 from service.live.actions import Close, Detach, Finish, OpenVoice, Prepare, Resume, Send
-from service.live.contact_update import IS_SPEED, LAYOUT, NO_LOAD
+from service.live.contact_update import IS_SPEED, LAYOUT, NO_DIRECTION, NO_LOAD, PLACE_LAYOUT
 from service.live.conversation import Conversation, Phase
 from service.live.live_stream import LiveStream, open_stream
+from service.live.messages import V1, Version
 from service.operations.settings import Settings
 from service.problems import Problem, of
 from service.sessions.fixed_output import changed_scene
@@ -39,6 +40,14 @@ def contact(seq: int, *, load: float | None = 0.3, position: float = 0.0, speed:
     return LAYOUT.pack(1, flags, 0, seq, 0.0, value, 0.0 if load is None else load)
 
 
+def place(
+    seq: int, x: float, y: float, *, direction: float | None = None, load: float | None = 0.3, time: float = 0.0
+) -> bytes:
+    """Return the binary form of a contact at a place of a texture over an area."""
+    flags = (NO_DIRECTION if direction is None else 0) | (NO_LOAD if load is None else 0)
+    return PLACE_LAYOUT.pack(2, flags, 0, seq, time, x, y, direction or 0.0, load or 0.0)
+
+
 class Driver:
     """One connection. sent: what the client received, in order: texts as documents, PCM as bytes."""
 
@@ -48,12 +57,13 @@ class Driver:
         streams: dict[str, LiveStream] | None = None,
         now: float = 100.0,
         engine: Engine | None = None,
+        version: Version = V1,
     ) -> None:
         self.now = now
         self.plain = PlainEngine()
         self.engine = engine or self.plain
         self.streams = {} if streams is None else streams
-        self.machine = Conversation(settings or DEFAULTS, now)
+        self.machine = Conversation(settings or DEFAULTS, now, version)
         self.sent: list[dict[str, Any] | bytes] = []
         self.times: list[float] = []
         self.closed: Close | None = None
@@ -215,9 +225,9 @@ def as_problem(error: RidgewaveError | Problem) -> Problem:
     return error if isinstance(error, Problem) else of(error)
 
 
-def started(pacing: str = "realtime", **fields: object) -> Driver:
+def started(pacing: str = "realtime", version: Version = V1, **fields: object) -> Driver:
     """Return a connection that has received `ready`."""
-    driver = Driver()
+    driver = Driver(version=version)
     driver.hello(pacing=pacing, **fields)
     return driver
 

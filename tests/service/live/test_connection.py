@@ -17,6 +17,7 @@ from service.compute.work_places import Places
 from service.lifespan import WATCH_SECONDS
 from service.live.connection import Connection
 from service.live.live_connections import LiveConnections
+from service.live.messages import V1
 from service.live.transport import PlainWire
 from service.operations.metrics import Metrics
 from service.problems import Problem
@@ -48,7 +49,7 @@ class Wire:
         self.taking.set()
         self.inbox: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
         scope = {"type": "websocket", "path": "/v1/live"}
-        self.connection = Connection(scope, self.inbox.get, self.send, live, wire=Taking(self.send, self.taking))
+        self.connection = Connection(scope, self.inbox.get, self.send, live, V1, wire=Taking(self.send, self.taking))
         self.task = asyncio.create_task(self.connection.run())
 
     async def send(self, message: Any) -> None:

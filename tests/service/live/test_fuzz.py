@@ -5,17 +5,21 @@ from __future__ import annotations
 import itertools
 import json
 import random
+import struct
 from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from service.live import contact_update
+from service.live.contact_update import Hand
 from service.live.conversation import Phase
 from service.live.live_stream import LiveStream
-from service.live.messages import CLIENT, SERVER
+from service.live.messages import V1, V2, VERSIONS, Version
+from service.problems import Problem
 from tests.service.harness import settings_of
-from tests.service.live.driver import Driver, contact
+from tests.service.live.driver import Driver, contact, place
 
 SETTINGS = settings_of(max_updates=100_000)
 NUMBERS = [
@@ -37,7 +41,7 @@ NUMBERS = [
     float("inf"),
 ]
 WORDS = ["", "pull", "realtime", "f32le", "s16le", "s0", "hello", "\ud800", "\x00", "a" * 5000, "0.3 N"]
-FIELDS = sorted({name for made in CLIENT.values() for name in made["properties"]} | {"session", "x"})
+FIELDS = sorted({name for made in V2.client.values() for name in made["properties"]} | {"session", "z"})
 
 
 def anything(random_: random.Random, depth: int = 0) -> Any:
@@ -58,8 +62,9 @@ def anything(random_: random.Random, depth: int = 0) -> Any:
 
 def plausible(random_: random.Random) -> dict[str, Any]:
     """Return a message that nearly fits, or does."""
-    kind = random_.choice([*CLIENT, "contact", "more", "more", *SERVER])
-    fields = CLIENT.get(kind, CLIENT["contact"])["properties"]
+    client = random_.choice(VERSIONS).client
+    kind = random_.choice([*client, "contact", "more", "more", *V1.server])
+    fields = client.get(kind, client["contact"])["properties"]
     message: dict[str, Any] = {"type": kind}
     for name, made in fields.items():
         if name == "type" or random_.random() < 0.3:
@@ -94,9 +99,12 @@ def one_step(random_: random.Random, driver: Driver) -> None:
     elif kind == 6:
         driver.text(mangled(random_, json.dumps(plausible(random_))))
     elif kind == 7:
-        driver.binary(random_.randbytes(random_.choice([0, 1, 27, 28, 28, 28, 29, 500])))
-    elif kind < 10:
+        driver.binary(random_.randbytes(random_.choice([0, 1, 27, 28, 28, 28, 29, 40, 40, 500])))
+    elif kind == 8:
         driver.binary(contact(random_.randrange(2**32), load=random_.uniform(-0.1, 2.0)))
+    elif kind == 9:
+        x, y, turn = (random_.choice([0.0, 1.0, 999.0]) * random_.uniform(-1.1, 1.1) for _ in range(3))
+        driver.binary(place(random_.randrange(2**32), x, y, direction=turn, load=random_.uniform(-0.1, 2.0)))
     elif kind == 10:
         driver.now += random_.expovariate(20.0)
         driver.machine.check(driver.now)
@@ -126,10 +134,11 @@ def fuzz(messages: int, seed: int) -> int:
             in_order(driver)
             if len(streams) > 3:
                 streams.clear()
-            driver, connections = Driver(SETTINGS, streams), connections + 1
+            driver = Driver(SETTINGS, streams, version=random_.choice(VERSIONS))
+            connections += 1
         if driver.machine.phase is Phase.HELLO and random_.random() < 0.9:
             options = {"pacing": random_.choice(["pull", "realtime"]), "block": random_.randrange(16, 100)}
-            scene = {"output": {"sample_rate": 1000}}
+            scene = {"output": {"sample_rate": 1000}, "texture": {"kind": random_.choice(["sinusoid", "dots"])}}
             hello = {"type": "hello", "scene": scene, **options}
             if streams and random_.random() < 0.3:
                 hello = {"type": "hello", "resume": {"session": "s0", "frame": random_.randrange(2000)}}
@@ -176,7 +185,7 @@ JSON = st.recursive(
     st.lists(st.one_of(JSON.map(json.dumps), st.text(max_size=40), st.binary(max_size=40)), max_size=12), st.booleans()
 )
 def test_any_sequence_is_answered(messages: list[str | bytes], greeted: bool) -> None:
-    driver = Driver(SETTINGS)
+    driver = Driver(SETTINGS, version=V2)
     if greeted:
         driver.say("hello", pacing="realtime", scene={"output": {"sample_rate": 1000}})
     for message in messages:
@@ -188,3 +197,27 @@ def test_any_sequence_is_answered(messages: list[str | bytes], greeted: bool) ->
         driver.write()
     in_order(driver)
     assert all(isinstance(problem["errors"], list) for problem in driver.texts("problem"))
+
+
+HEADS = st.tuples(st.integers(0, 3), st.integers(0, 8), st.sampled_from([0, 0, 0, 1])).map(
+    lambda head: struct.pack("<BBH", *head)
+)
+
+
+@settings(max_examples=500, deadline=None, derandomize=True)
+@given(HEADS, st.binary(min_size=36, max_size=36), st.sampled_from(VERSIONS), st.booleans(), st.booleans())
+def test_bytes_of_a_contact_are_an_update_in_range_or_refused_by_field(
+    head: bytes, rest: bytes, version: Version, short: bool, turns: bool
+) -> None:
+    """Any bytes behind a likely head, as long as either form."""
+    data = (head + rest)[: 28 if short else 40]
+    try:
+        update = contact_update.from_bytes(data, version, Hand(0.0, turns))
+    except Problem as problem:
+        assert all(fault.allowed and fault.hint for fault in problem.faults)
+        return
+    _, _, position, speed, load, across, direction = update
+    assert (position is None) != (speed is None)
+    assert all(abs(place) <= 1e3 for place in (position or 0.0, across or 0.0, direction or 0.0))
+    assert abs(speed or 0.0) <= 10.0 and 0.0 <= (load or 0.0) <= 1e3
+    assert (across is None) == short and (turns or not direction)

@@ -52,16 +52,24 @@ def test_a_host_that_is_not_ours_is_refused(running: Running) -> None:
     assert answer.startswith(b"HTTP/1.1 403") and b"host-refused" in answer
 
 
-@pytest.mark.parametrize("offered", [None, ["ridgewave.v2"], ["chat", "ridgewave"]])
+@pytest.mark.parametrize("offered", [None, ["ridgewave.v3"], ["chat", "ridgewave"]])
 def test_the_version_is_negotiated(running: Running, offered: list[str] | None) -> None:
     document = refused(running, subprotocols=offered)
     assert document["status"] == 400 and document["type"] == "/docs#problem-protocol"
-    assert "ridgewave.v1" in document["detail"]
+    assert "ridgewave.v2 or ridgewave.v1" in document["detail"]
 
 
 def test_the_newest_client_falls_back_to_what_the_service_speaks(running: Running) -> None:
     with live(running, subprotocols=["ridgewave.v9", PROTOCOL]) as client:
         assert client.socket.subprotocol == PROTOCOL
+
+
+@pytest.mark.parametrize("offered", [["ridgewave.v2"], ["ridgewave.v2", PROTOCOL], [PROTOCOL, "chat", "ridgewave.v2"]])
+def test_the_service_takes_the_newest_version_that_is_offered_whatever_the_order(
+    running: Running, offered: list[str]
+) -> None:
+    with live(running, subprotocols=offered) as client:
+        assert client.socket.subprotocol == "ridgewave.v2" == client.hello()["protocol"]
 
 
 KEY = "a key with ümlaut/+".replace(" ", "-").replace("ü", "u")

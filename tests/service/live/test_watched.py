@@ -157,7 +157,7 @@ def test_an_address_has_as_many_live_connections_as_it_may_and_one_that_leaves_m
 
 def test_a_refused_upgrade_takes_no_place() -> None:
     with serving(PlainEngine(), streams_per_address=1) as running:
-        with pytest.raises(InvalidStatus), live(running, subprotocols=["ridgewave.v2"]):
+        with pytest.raises(InvalidStatus), live(running, subprotocols=["ridgewave.v3"]):
             pass
         with live(running) as client:
             client.hello()

@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 
 from service.live.live_stream import LiveStream
-from service.live.messages import schema
+from service.live.messages import V1, V2, Version
 from service.sessions.session import Session
+from synth.motion.motion import Update
 from synth.scene.scene import parse_scene
 from tests.service.harness import Running, problem, serving, until
 from tests.service.live.client import live
+from tests.service.live.driver import place
 from tests.service.plain_engine import PlainEngine, warmed_up
 from tests.service.plain_hand import PlainHand, expected
 
@@ -57,6 +59,16 @@ def test_a_realtime_stream_is_the_plain_hand_sample_for_sample(running: Running,
     assert ready["frame"] == 0 and applied.scenes[0][0] == client.texts("scene")[0]["frame"]
 
 
+def test_a_place_over_a_real_socket_reaches_the_hand(running: Running, engine: PlainEngine) -> None:
+    with live(running, subprotocols=["ridgewave.v2", "ridgewave.v1"]) as client:
+        ready = client.hello(scene={"texture": {"kind": "dots"}})
+        assert (ready["protocol"], ready["over_area"]) == ("ridgewave.v2", True)
+        client.socket.send(place(7, 0.5, -0.25, direction=1.5, load=0.5, time=2.0))
+        client.say("more", frames=480)
+        assert client.until("applied") == {"type": "applied", "seq": 7, "frame": 0}
+    assert hand_of(engine).applied.updates == [(0, Update(7, 2.0, -0.5, None, 0.5, 0.25, 1.5))]
+
+
 def test_a_pull_stream_gives_what_it_was_granted(running: Running, engine: PlainEngine) -> None:
     with live(running) as client:
         client.hello(block=100)
@@ -72,16 +84,19 @@ def test_a_pull_stream_gives_what_it_was_granted(running: Running, engine: Plain
         assert hand_of(engine).applied.updates[0][0] == 2000
 
 
-def test_every_message_of_the_server_fits_the_schema_that_it_serves(running: Running) -> None:
+@pytest.mark.parametrize(("version", "path"), [(V1, "schema.json"), (V2, "schema.v2.json")])
+def test_every_message_of_the_server_fits_the_schema_that_it_serves(
+    running: Running, version: Version, path: str
+) -> None:
     import jsonschema_rs
 
-    answer = running.client.get("/v1/live/schema.json")
-    assert answer.status_code == 200 and answer.json() == schema()
+    answer = running.client.get(f"/v1/live/{path}")
+    assert answer.status_code == 200 and answer.json() == version.schema()
     jsonschema_rs.meta.validate(answer.json())
     served = answer.json()
     validator = jsonschema_rs.Draft202012Validator({"$ref": "#/$defs/server", "$defs": served["$defs"]})
-    with live(running) as client:
-        client.hello(pacing="realtime", record=True)
+    with live(running, subprotocols=[version.name]) as client:
+        assert client.hello(pacing="realtime", record=True)["protocol"] == version.name
         client.contact(1, load=5000.0)
         client.contact(2)
         client.until("applied")
