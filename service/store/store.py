@@ -28,7 +28,7 @@ if TYPE_CHECKING:  # a list of textures needs neither numpy nor scenes
     from synth.surfaces.surface_data import SurfaceData
 
 FILE = "textures.sqlite"
-GROUP = "Imported"  # of the list of textures
+GROUP = "Yours"  # of the list of textures
 NAME = re.compile(r"[a-z0-9][a-z0-9-]{0,63}")
 ALLOWED_NAME = "1 to 64 small letters, digits and -, beginning with a letter or digit"
 BUSY_SECONDS = 20.0
