@@ -69,9 +69,16 @@ export class Room {
     this.table.add(mesh);
   }
 
-  #swatch({ heights, period, wave }, index, count) {
+  #swatch({ heights, period, wave, height }, index, count) {
     const { three } = this;
-    const surface = { heights, period, ...magnification(wave), length: LENGTH, width: WIDTH, raised: RAISED };
+    const surface = {
+      heights,
+      period,
+      ...magnification({ wave, height }),
+      length: LENGTH,
+      width: WIDTH,
+      raised: RAISED,
+    };
     const { positions, normals, colours, indices } = relief(surface);
     const geometry = new three.BufferGeometry();
     geometry.setAttribute("position", new three.BufferAttribute(positions, 3));

@@ -18,10 +18,14 @@ from tests.clients.web.test_page import stroke_pad, told
 from tests.service.harness import START, Running, kept_engine, roomy_settings, until
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
+    from playwright.sync_api import Browser, FilePayload, Page
 
 HEIGHTS = 20.0 * np.sin(2.0 * np.pi * np.arange(400) / 40)  # um, every 5 um
-SCAN = {"name": "Turned metal.csv", "mimeType": "text/csv", "buffer": "\n".join(map(str, HEIGHTS)).encode()}
+SCAN: FilePayload = {
+    "name": "Turned metal.csv",
+    "mimeType": "text/csv",
+    "buffer": "\n".join(map(str, HEIGHTS)).encode(),
+}
 REFUSED = "status of (409|422)"  # what Chromium logs of a fault
 KEEP = "dialog button.primary"
 SCENE = "() => ridgewave.state.scene"
@@ -73,7 +77,7 @@ def imported(own: Running, name: str = "cloth", **changed: str) -> dict[str, Any
     return dict(answer.json())
 
 
-def chosen(page: Page, file: dict[str, Any] = SCAN) -> None:
+def chosen(page: Page, file: FilePayload = SCAN) -> None:
     """Choose a file beside the menu and return when the service has answered."""
     page.set_input_files("#import", file)
     answered(page)
@@ -238,7 +242,7 @@ def test_a_link_to_a_name_shows_the_surface_in_menu_and_form(page: Page, own: Ru
 def test_axe_finds_nothing_serious_in_the_import(page: Page, own: Running) -> None:
     chosen(page)
     assert violations(page) == []
-    page.set_viewport_size(NARROW)
+    page.set_viewport_size({"width": NARROW["width"], "height": NARROW["height"]})
     measured(page, unit="um", pixel="5 um")
     assert violations(page) == []
     width = "() => document.querySelector('dialog').scrollWidth - document.querySelector('dialog').clientWidth"
