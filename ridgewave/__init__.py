@@ -4,7 +4,7 @@
     sound = rw.render("grating-1mm-31um", scan={"speed": "120 mm/s"})  # a Sound: values in SI units, save(), plot()
     plan = rw.explain({"texture": {"period": "0.8 mm"}})  # what is simulated, why, with which cost and error
     voice = rw.open_voice("scene.json")  # the same sound, block by block
-    names = rw.textures()  # the catalogue: sandpapers, cloths, paper, wood, metal, gratings of laboratories
+    names = rw.textures()  # sandpapers, cloths, wood, metal, gratings of laboratories, and what you imported
     client = rw.Client("http://127.0.0.1:8000")  # the service, over HTTP; `rw.Live` over a WebSocket
 
 Only these names are stable; `synth`, `service` and `clients` may move theirs. A name is loaded when it is first used,

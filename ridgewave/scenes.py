@@ -10,7 +10,8 @@ import os
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from service.store.own_textures import with_imported
+from service.store.own_textures import own_store, with_imported
+from service.store.store import StoredTexture
 from synth.scene.catalogue import CatalogueEntry, catalogue
 from synth.scene.merge import merge_patch
 from synth.scene.scene import Scene, SceneLike, document_of, parse_scene, scene_document
@@ -74,12 +75,15 @@ def open_voice(scene: SceneLike, *, live: bool = False, **fields: Any) -> Voice:
     return opened(changed(scene, fields), live=live)
 
 
-def textures() -> dict[str, CatalogueEntry]:
-    """Return the catalogue: each entry by its name, a group after the other.
+def textures() -> dict[str, CatalogueEntry | StoredTexture]:
+    """Return the named textures: the catalogue, a group after the other, then those imported on this machine.
 
     An entry has `title`, `group`, `document` (the partial scene that its name stands for), `everyday` (a scene in which
-    a fingertip scans the texture), `sources` (of each number) and `note`.
+    a fingertip scans the texture), `sources` (of each number) and `note`. An imported one
+    has a `report` (docs/import.md) in place of sources.
+    Raises CannotRender if the imported textures cannot be read.
 
     Example: rw.render(rw.textures()["denim-72x56"].everyday).save("jeans.wav")
     """
-    return {entry.name: entry for entry in catalogue()}
+    found: dict[str, CatalogueEntry | StoredTexture] = {entry.name: entry for entry in catalogue()}
+    return found | {texture.name: texture for texture in own_store().textures("")}

@@ -97,6 +97,10 @@ class HandVoice(LiveVoice, Protocol):
         """Return the smallest permitted load, in newtons: 0 without adhesion."""
 
     @property
+    def over_area(self) -> bool:
+        """Return whether updates can lead the finger over an area and turn it."""
+
+    @property
     def plan_document(self) -> dict[str, Any]:
         """Return the JSON document of `/v1/explain` for the latest scene, without scene and cost."""
 

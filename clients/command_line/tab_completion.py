@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator
+from contextlib import suppress
 from typing import Any
 
 import argcomplete
@@ -27,16 +28,21 @@ def complete(parser: argparse.ArgumentParser) -> None:
 
 
 def scenes(prefix: str, **rest: Any) -> list[str]:
-    """Return the textures of the catalogue and the JSON files that begin with `prefix`."""
+    """Return the textures and the JSON files that begin with `prefix`."""
     files: list[str] = FilesCompleter(("json",))(prefix, **rest)
     return [*textures(prefix), *files]
 
 
 def textures(prefix: str, **_rest: Any) -> list[str]:
-    """Return the textures of the catalogue that begin with `prefix`."""
+    """Return the textures of the catalogue, and those imported on this machine, that begin with `prefix`."""
+    from service.store.own_textures import own_store
+    from synth.errors import CannotRender
     from synth.scene.catalogue import catalogue_names
 
-    return [name for name in catalogue_names() if name.startswith(prefix)]
+    names = [*catalogue_names()]
+    with suppress(CannotRender):  # a store that cannot be read: the command itself says so
+        names += [texture.name for texture in own_store().textures("")]
+    return [name for name in names if name.startswith(prefix)]
 
 
 def fields(prefix: str, **_rest: Any) -> list[str]:

@@ -24,8 +24,8 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.export or arguments.rename or arguments.delete:
         _change(arguments, imported)
     elif imported is not None:
-        description = imported.description()
-        print_json(description if arguments.json else description["everyday" if arguments.everyday else "scene"])
+        scene = imported.everyday if arguments.everyday else imported.document
+        print_json(imported.description() if arguments.json else scene)
     elif arguments.name is not None:
         entry = lookup(arguments.name)
         if arguments.json:
@@ -65,7 +65,7 @@ def _print_catalogue() -> None:
     imported = own_store().textures("")
     if imported:
         rows += [None, (GROUP.upper(), "", "")]
-        rows += [(texture.name, texture.description()["title"], "") for texture in imported]
+        rows += [(texture.name, texture.title, "") for texture in imported]
     print_table("", ("name", "what it is", "everyday scan"), rows)
 
 

@@ -27,7 +27,8 @@ function sentenceOf(problem) {
 let key = null;
 key = takeKey();
 
-/** Returns the JSON of the response, null if it is empty. body: JSON value or undefined. Throws ServiceProblem. */
+/** Returns the JSON of the response, null if it is empty. body: JSON value, FormData or undefined. Throws
+ *  ServiceProblem. */
 export async function call(method, path, body) {
   const answer = await callBinary(method, path, body);
   const text = await answer.text();
@@ -38,7 +39,8 @@ export async function call(method, path, body) {
 export async function callBinary(method, path, body) {
   const headers = key === null ? {} : { Authorization: `Bearer ${key}` };
   const request = { method, headers };
-  if (body !== undefined) {
+  if (body instanceof FormData) request.body = body;
+  else if (body !== undefined) {
     headers["Content-Type"] = "application/json";
     request.body = JSON.stringify(body);
   }

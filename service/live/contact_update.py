@@ -38,6 +38,7 @@ PLACE_LAYOUT = struct.Struct("<BBHIdddff")
 VERSION, PLACE_VERSION = 1, 2  # first byte
 IS_SPEED, NO_LOAD, NO_DIRECTION = 1, 2, 4
 LARGEST = (LARGEST_POSITION, LARGEST_SPEED)  # by flag bit 0
+ALONG_A_LINE = "An effect of this scene is simulated along the line y = 0. Leave the effect out to move over the area."
 OPTIONAL = ("position", "speed", "x", "y", "direction", "load")  # fields of a JSON message beside seq and time
 
 
@@ -45,16 +46,19 @@ class Hand(NamedTuple):
     """What a scene allows a contact.
 
     lowest_load: N; below 0 with adhesion.
-    over_area: whether the texture is over an area, so that a finger may turn.
+    over_area: whether the finger may go anywhere over an area, and turn.
+    simulated: whether the texture is over an area, but an effect is simulated along its line y = 0.
     """
 
     lowest_load: float
     over_area: bool
+    simulated: bool
 
     @classmethod
     def of(cls, voice: HandVoice) -> Hand:
         """Return what the scene of `voice` allows."""
-        return cls(voice.lowest_load, kinds()[voice.scene.texture.kind].of_area)
+        of_area = kinds()[voice.scene.texture.kind].of_area
+        return cls(voice.lowest_load, voice.over_area, of_area and not voice.over_area)
 
 
 def from_bytes(data: bytes, version: Version, hand: Hand) -> Update:
@@ -95,8 +99,12 @@ def _place(
     """Return the update of a finger at `place` (x and y, m); raises Problem for a direction that has no effect."""
     if direction and not hand.over_area:
         hint = "Leave it out: this texture varies along x only, and a finger on it cannot turn."
+        if hand.simulated:
+            hint = ALONG_A_LINE
         raise refused("/direction", f"{shown(direction)} rad", "0 rad", hint)
     x, y = place
+    if y and hand.simulated:
+        raise refused("/y", f"{shown(y)} m", "0 m", ALONG_A_LINE)
     return Update(seq, time, 0.0 - x, None, load, 0.0 - y, direction)  # a difference, because -x would make -0.0 of 0
 
 

@@ -28,7 +28,7 @@ if TYPE_CHECKING:  # a list of textures needs neither numpy nor scenes
     from synth.surfaces.surface_data import SurfaceData
 
 FILE = "textures.sqlite"
-GROUP = "Imported"  # of the list of textures
+GROUP = "Yours"  # of the list of textures
 NAME = re.compile(r"[a-z0-9][a-z0-9-]{0,63}")
 ALLOWED_NAME = "1 to 64 small letters, digits and -, beginning with a letter or digit"
 BUSY_SECONDS = 20.0
@@ -82,16 +82,48 @@ class StoredTexture:
         """The texture section of its scene."""
         return {"kind": self.kind, "surface": self.address}
 
+    # The fields of an entry of the catalogue
+
+    @property
+    def title(self) -> str:
+        """One line for a list of textures."""
+        return f"Imported from {self.report['file']}"
+
+    @property
+    def group(self) -> str:
+        """Title of its group."""
+        return GROUP
+
+    @property
+    def note(self) -> str:
+        """What a person should know who feels it."""
+        return " ".join(f"{note}." for note in self.report.get("notes", ()))
+
+    @property
+    def document(self) -> dict[str, dict[str, Any]]:
+        """A partial scene with the texture section."""
+        return {"texture": self.texture}
+
+    @property
+    def everyday(self) -> dict[str, dict[str, Any]]:
+        """A scene in which a fingertip scans the texture."""
+        scan = {field: value for field, (value, _) in EVERYDAY.items()}
+        return {"finger": dict(FINGER), "texture": self.texture, "scan": scan}
+
+    @property
+    def sources(self) -> dict[str, str]:
+        """Empty: a measured surface has a report in place of numbers with their sources."""
+        return {}
+
     def description(self) -> dict[str, Any]:
         """Return the texture as a JSON document, with the fields of an entry of the catalogue (docs/http.md)."""
-        scan = {field: value for field, (value, _) in EVERYDAY.items()}
         return {
             "name": self.name,
-            "title": f"Imported from {self.report['file']}",
-            "group": GROUP,
-            "note": " ".join(f"{note}." for note in self.report.get("notes", ())),
-            "scene": {"texture": self.texture},
-            "everyday": {"finger": dict(FINGER), "texture": self.texture, "scan": scan},
+            "title": self.title,
+            "group": self.group,
+            "note": self.note,
+            "scene": self.document,
+            "everyday": self.everyday,
             "numbers": {},
             "address": self.address,
             "report": self.report,

@@ -12,6 +12,10 @@ import numpy as np
 import pytest
 
 import ridgewave as rw
+from service.store.own_textures import own_store
+from service.store.store import Quota
+from synth.scene.catalogue import catalogue_names
+from synth.surfaces.surface_data import SurfaceData
 
 SHORT = {"duration": 0.05, "sample_rate": 8000, "quantity": "displacement"}
 
@@ -57,6 +61,19 @@ def test_a_plan_of_a_changed_scene_tells_of_the_change() -> None:
 def test_a_wrong_field_is_refused_with_what_to_write() -> None:
     with pytest.raises(rw.SceneError, match="loadd"):
         rw.render({}, scan={"loadd": 1.0})
+
+
+def test_imported_textures_are_listed_after_the_catalogue(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("RIDGEWAVE_DATA_FOLDER", str(tmp_path))
+    assert list(rw.textures()) == list(catalogue_names())
+    surface = SurfaceData(np.array([0.0, 1e-6, 0.0, -1e-6], np.float32), (1e-4,))
+    own_store().keep("", "cloth", surface, "profile", {"file": "a.csv", "notes": ["Coarse"]}, Quota())
+    assert list(rw.textures()) == [*catalogue_names(), "cloth"]
+    entry = rw.textures()["cloth"]
+    assert (entry.title, entry.group, entry.note) == ("Imported from a.csv", "Yours", "Coarse.")
+    for scene, finger in ((entry.document, "comb"), (entry.everyday, "fingertip")):
+        told = rw.explain(scene).document()["scene"]
+        assert (told["texture"]["surface"], told["finger"].get("kind", "comb")) == (surface.address, finger)
 
 
 def test_the_catalogue_gives_scenes_by_name() -> None:

@@ -16,6 +16,7 @@ import numpy.typing as npt
 from synth.encode.formats import Block
 from synth.motion.motion import Update
 from synth.scene.scene import Scene, scene_document
+from synth.scene.texture_registry import kinds
 from synth.voice.fades import faded
 from tests.service.plain_engine import FULL_SCALE, pitch
 
@@ -93,6 +94,10 @@ class PlainHand:
     def finished(self) -> bool:
         released = self.applied.released
         return released is not None and self.frame >= released + round(FADE_SECONDS * self.sample_rate)
+
+    @property
+    def over_area(self) -> bool:
+        return kinds()[self.scene.texture.kind].of_area and not self.scene.effects
 
     @property
     def plan_document(self) -> dict[str, Any]:

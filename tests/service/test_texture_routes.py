@@ -77,7 +77,7 @@ def test_an_imported_texture_is_listed_shown_exported_renamed_and_deleted(own: F
     listed = ask(own, "GET", "/v1/textures").json()["textures"]
     assert [entry["name"] for entry in listed] == [*catalogue_names(), "cloth"]
     shown = ask(own, "GET", "/v1/textures/cloth").json()
-    assert {**shown, "numbers": {}} == {**listed[-1], "numbers": {}} and listed[-1]["group"] == "Imported"
+    assert {**shown, "numbers": {}} == {**listed[-1], "numbers": {}} and listed[-1]["group"] == "Yours"
     assert shown["scene"] == made.json()["scene"] and shown["stored"] is True
     picture = ask(own, "GET", "/v1/textures/cloth/picture")
     assert picture.headers["cache-control"] == "no-cache" and picture.content.startswith(b"\x89PNG")

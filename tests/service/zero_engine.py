@@ -18,6 +18,7 @@ class ZeroHand(PlainLive):
     reduction_db = 0.0
     motion_delay = 0.0
     lowest_load = 0.0
+    over_area = False
 
     @property
     def plan_document(self) -> dict[str, Any]:

@@ -7,7 +7,7 @@ import { make } from "../dom.js";
 import { alternativeOf, readField, startingValue } from "./schema_fields.js";
 import { ListControl, PointsControl } from "./list_control.js";
 import { same } from "../scene/merge.js";
-import { FieldBox, NumberControl, shown } from "./number_control.js";
+import { FieldBox, NumberControl, TextControl, shown } from "./number_control.js";
 
 /** The controls of the fields of an object. */
 class SettingsControl {
@@ -122,7 +122,7 @@ const KINDS = {
   points: PointsControl,
   list: ListControl,
   settings: SettingsControl,
-  text: NumberControl,
+  text: TextControl,
 };
 
 const bodyOf = (box, alternative) => new KINDS[alternative.kind](box, alternative, controlOf);
@@ -130,8 +130,9 @@ const bodyOf = (box, alternative) => new KINDS[alternative.kind](box, alternativ
 /** Returns the control of `field`. writer: the Form. */
 export function controlOf(field, writer) {
   const box = new FieldBox(field, writer);
-  const single = field.alternatives.length === 1 && ["number", "text"].includes(field.alternatives[0].kind);
-  const control = single ? new NumberControl(box) : new ChoiceControl(box);
+  const [only] = field.alternatives;
+  const single = field.alternatives.length === 1 && ["number", "text"].includes(only.kind);
+  const control = single ? new KINDS[only.kind](box, only) : new ChoiceControl(box);
   box.describe();
   box.element.append(box.label, control.element, ...(single ? [box.hint, box.fault] : []));
   return {

@@ -1,4 +1,5 @@
-/* The box of a field (label, description, error), and the control of a number: a line of text and a slider.
+/* The box of a field (label, description, error), the control of a number (a line of text and a slider), and that of
+text.
 
 Model: a control has an `element` and `show(value, around)`. It calls `writer.write(path, value, settled)`; undefined
 restores the default. `around` has `siblings`, the values of the same object, and `complete`, the default in this scene.
@@ -122,5 +123,31 @@ export class NumberControl {
     const known = Number.isFinite(value);
     if (document.activeElement !== this.track) this.track.value = known ? this.slider.place(value) * STEPS : 0;
     this.track.setAttribute("aria-valuetext", known ? showQuantity(value, si, 3) : "not set");
+  }
+}
+
+/** Text, such as an address. */
+export class TextControl {
+  constructor(box, { pattern }) {
+    const { id, field } = box;
+    this.text = make("input", {
+      id,
+      type: "text",
+      autocomplete: "off",
+      spellcheck: "false",
+      placeholder: "not set",
+      "aria-describedby": `${id}-hint ${id}-fault`,
+      change: () => {
+        const text = this.text.value.trim();
+        const allowed = !text || new RegExp(pattern).test(text);
+        box.refuse(allowed ? null : `Allowed: ${field.allowed}.`);
+        if (allowed) box.writer.write(field.path, text || undefined, true);
+      },
+    });
+    this.element = make("div", {}, this.text);
+  }
+
+  show(value) {
+    this.text.value = value ?? "";
   }
 }

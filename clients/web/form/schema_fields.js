@@ -54,8 +54,8 @@ export function readField(schema, root, path = []) {
     else if (option.type === "object")
       alternatives.push({ kind: "settings", schema: option, ...readSettings(option, root, path) });
     else if (option.type === "array") alternatives.push(readList(option, root));
-    else if (option.type === "string" && !option.pattern && !option.enum && !("const" in option))
-      alternatives.push({ kind: "text" });
+    else if (option.type === "string" && !option.enum && !("const" in option) && !isNotation(option, options))
+      alternatives.push({ kind: "text", pattern: option.pattern ?? "" });
   }
   if (words.length) alternatives.push({ kind: "words", words });
   return {
@@ -75,6 +75,9 @@ export function readField(schema, root, path = []) {
 const tidy = (text) => text.replace(/\s+/g, " ").replaceAll("`", "");
 
 const rangeOf = (option) => ({ minimum: option.minimum ?? -Infinity, maximum: option.maximum ?? Infinity });
+
+/** Whether the text of `option` is that of a number. */
+const isNotation = (option, options) => option.pattern && options.some(({ type }) => type === "number");
 
 function unitOfField(node, texts) {
   if (node["x-unit"]) return node["x-unit"];

@@ -20,6 +20,7 @@ import { TouchSession } from "./touch_session.js";
 import { LiveViews } from "./live_views.js";
 import { Pad } from "./pad.js";
 import { wireTextureMenu } from "./texture_menu.js";
+import { TextureList } from "../textures/texture_list.js";
 import { SceneActions } from "./scene_actions.js";
 
 const REST = 250; // ms without a change before views and plan are requested; shorter loads the service
@@ -27,7 +28,7 @@ const SPACING = 60; // ms between changes of the streams; each is a cross-fade
 
 /** Loads schema and catalogue and starts the page. Throws a ServiceProblem if the service does not answer. */
 export async function begin() {
-  const [schema, catalogue] = await Promise.all([call("GET", "/v1/scene/schema.json"), call("GET", "/v1/textures")]);
+  const [schema, listed] = await Promise.all([call("GET", "/v1/scene/schema.json"), call("GET", "/v1/textures")]);
   byId("main").hidden = false;
   const state = new SceneState();
   const form = new Form(byId("form"), schema, state);
@@ -43,8 +44,9 @@ export async function begin() {
   });
   views = new LiveViews({ session, pad });
   views.scale(pad.metresPerPixel);
-  wireTextureMenu(state, catalogue.textures ?? catalogue);
-  const actions = new SceneActions({ state, form, tell });
+  const textures = new TextureList(listed.textures);
+  wireTextureMenu({ state, textures, tell });
+  const actions = new SceneActions({ state, form, textures, tell });
   const recorder = new Recorder({ session, pad, tell, show: (scene) => state.take(scene) });
   let first = true;
   const plan = new PlanSection({

@@ -8,9 +8,9 @@ import { callBinary } from "../service.js";
 import { save, saveText } from "./download.js";
 
 export class SceneActions {
-  /** state: the SceneState. form: the Form. tell(sentence). */
-  constructor({ state, form, tell }) {
-    Object.assign(this, { state, form, tell });
+  /** state: the SceneState. form: the Form. textures: the TextureList. tell(sentence). */
+  constructor({ state, form, textures, tell }) {
+    Object.assign(this, { state, form, textures, tell });
     state.addEventListener("change", ({ detail }) => this.#note(detail));
     this.#on("undo", () => state.undo() && tell("Undone."));
     this.#on("redo", () => state.redo() && tell("Redone."));
@@ -27,7 +27,7 @@ export class SceneActions {
   follow() {
     try {
       const scene = sceneIn(location.hash);
-      if (scene) this.state.take(scene);
+      if (scene) this.state.take(this.textures.withAddress(scene));
       return Boolean(scene);
     } catch (error) {
       if (!(error instanceof BrokenLink)) throw error;
@@ -104,7 +104,7 @@ export class SceneActions {
     }
     if (typeof scene !== "object" || scene === null || Array.isArray(scene))
       return this.tell("This file does not contain a scene. Choose a JSON file with a scene or a recording.");
-    this.state.take(scene.format === "ridgewave-recording" ? scene.scene : scene);
+    this.state.take(this.textures.withAddress(scene.format === "ridgewave-recording" ? scene.scene : scene));
   }
 
   #fold() {

@@ -1,28 +1,54 @@
-/* The menu of textures: a sinusoid, and the catalogue by groups, with a picture of the chosen one and its sources. */
+/* The menu of textures: a sinusoid, the catalogue by groups, and what was imported. Of the chosen one, a picture, and
+its numbers with their sources, or what was measured of it. */
 
 import { byId, make } from "../dom.js";
 import { call, callBinary } from "../service.js";
+import { wireImport } from "../textures/import_control.js";
 
 const SINUSOID = "sinusoid";
 
-/** Connects the menu to `state`, a SceneState. catalogue: the entries of `GET /v1/textures`. */
-export function wireTextureMenu(state, catalogue) {
+/** Connects the menu to `state`, a SceneState. textures: the TextureList. tell(sentence). */
+export function wireTextureMenu({ state, textures, tell }) {
   const menu = byId("texture");
-  const about = new TextureDescription(menu, byId("texture-about"));
-  const groups = Map.groupBy(catalogue, ({ group }) => group);
-  menu.append(make("option", { value: SINUSOID, text: "Sinusoid" }), ...[...groups].map(optionGroup));
-  menu.addEventListener("change", () =>
-    state.write(["texture", "kind"], menu.value === SINUSOID ? undefined : menu.value),
-  );
-  state.addEventListener("change", ({ detail: { scene } }) => {
-    const chosen = catalogue.find(({ name }) => name === scene.texture?.kind);
+  const onDeleted = () => state.write(["texture"], undefined);
+  const about = new TextureDescription(menu, byId("texture-about"), { textures, onDeleted, tell });
+  const fill = () => {
+    const groups = Map.groupBy(textures.entries, ({ group }) => group);
+    menu.replaceChildren(make("option", { value: SINUSOID, text: "Sinusoid" }), ...[...groups].map(optionGroup));
+  };
+  const show = (wanted = menu.value) => {
+    const entries = textures.of(state.scene.texture); // several if a surface was imported under several names
+    const chosen = entries.find(({ name }) => name === wanted) ?? entries[0] ?? null;
     menu.value = chosen?.name ?? SINUSOID;
-    about.show(chosen ?? null);
-  });
+    about.show(chosen);
+  };
+  const choose = (name) => {
+    const entry = textures.entries.find((one) => one.name === name);
+    if (entry?.stored) state.write(["texture"], entry.scene.texture);
+    else state.write(["texture", "kind"], entry?.name);
+    show(name);
+  };
+  const refill = () => {
+    const { value } = menu;
+    fill();
+    show(value);
+  };
+  const onKept = async (name) => {
+    await textures.reload();
+    choose(name);
+    tell(`${name} is kept, and in the menu under “Yours”.`);
+  };
+  fill();
+  menu.addEventListener("change", () => choose(menu.value));
+  state.addEventListener("change", () => show());
+  textures.addEventListener("change", refill);
+  wireImport({ onKept, tell });
 }
 
+const titleOf = ({ name, title, stored }) => (stored ? name : title.split(":")[0].replace(" um", " µm"));
+
 function optionGroup([label, entries]) {
-  const option = ({ name, title }) => make("option", { value: name, text: title.split(":")[0].replace(" um", " µm") });
+  const option = (entry) => make("option", { value: entry.name, text: titleOf(entry) });
   return make("optgroup", { label }, ...entries.map(option));
 }
 
@@ -30,31 +56,32 @@ function optionGroup([label, entries]) {
 class TextureDescription {
   #text;
   #picture = make("img", { id: "texture-picture", alt: "", hidden: true });
-  #list = make("ul");
-  #sources = make(
-    "details",
-    { id: "texture-sources", hidden: true },
-    make("summary", { text: "Numbers and sources" }),
-    this.#list,
-  );
+  #numbers = make("div");
+  #summary = make("summary");
+  #details = make("details", { id: "texture-sources", hidden: true }, this.#summary, this.#numbers);
   #entry; // null: none is chosen
 
-  constructor(menu, text) {
+  /** own: the arguments of an OwnTexture. */
+  constructor(menu, text, own) {
     this.#text = text;
+    this.own = own;
     menu.before(this.#picture);
-    text.after(this.#sources);
-    this.#sources.addEventListener("toggle", () => this.#sources.open && this.#listNumbers(this.#entry));
+    text.after(this.#details);
+    this.#details.addEventListener("toggle", () => this.#details.open && this.#showNumbers(this.#entry));
   }
 
-  /** Shows an entry of the catalogue; null for none. */
+  /** Shows an entry of the TextureList; null for none. */
   show(entry) {
     if (entry === this.#entry) return;
+    const renamed = entry?.stored && entry.address === this.#entry?.address;
     this.#entry = entry;
     this.#text.textContent = entry
       ? `${entry.title}. ${entry.note}`
       : "A sinusoid. Set its period and height under Scene, Texture.";
-    this.#sources.hidden = !entry;
-    this.#sources.open = false;
+    this.#summary.textContent = entry?.stored ? "Measured values, rename, delete" : "Numbers and sources";
+    this.#details.hidden = !entry;
+    this.#details.open = Boolean(renamed && this.#details.open);
+    if (this.#details.open) this.#showNumbers(entry);
     this.#draw(entry);
   }
 
@@ -70,16 +97,27 @@ class TextureDescription {
     this.#picture.hidden = false;
   }
 
-  async #listNumbers(entry) {
-    let lines;
+  async #showNumbers(entry) {
+    let shown;
     try {
-      const { numbers } = await call("GET", `/v1/textures/${entry.name}`);
-      lines = Object.entries(numbers).map(
-        ([field, { value, source }]) => `${field} ${[value].flat().join(", ")} (${source})`,
-      );
+      shown = entry.stored ? await this.#ownOf(entry) : await sourcesOf(entry);
     } catch ({ message }) {
-      lines = [message];
+      shown = message;
     }
-    if (entry === this.#entry) this.#list.replaceChildren(...lines.map((text) => make("li", { text })));
+    if (entry === this.#entry) this.#numbers.replaceChildren(shown);
   }
+
+  async #ownOf(entry) {
+    const { OwnTexture } = await import("../textures/own_texture.js");
+    return new OwnTexture(entry, this.own).element;
+  }
+}
+
+/** Returns the numbers of an entry of the catalogue with their sources, a line each. */
+async function sourcesOf({ name }) {
+  const { numbers } = await call("GET", `/v1/textures/${name}`);
+  const lines = Object.entries(numbers).map(
+    ([field, { value, source }]) => `${field} ${[value].flat().join(", ")} (${source})`,
+  );
+  return make("ul", {}, ...lines.map((text) => make("li", { text })));
 }

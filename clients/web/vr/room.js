@@ -70,9 +70,9 @@ export class Room {
     this.table.add(mesh);
   }
 
-  #swatch({ heights, area, period, across, wave }, index, count) {
+  #swatch({ heights, area, period, across, wave, height }, index, count) {
     const { three } = this;
-    const size = { ...magnification(wave), length: LENGTH, width: WIDTH, raised: RAISED };
+    const size = { ...magnification({ wave, height }), length: LENGTH, width: WIDTH, raised: RAISED };
     const drawn = area ? areaRelief({ area, period, across, ...size }) : relief({ heights, period, ...size });
     const { positions, normals, colours, indices } = drawn;
     const geometry = new three.BufferGeometry();

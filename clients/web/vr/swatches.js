@@ -1,12 +1,13 @@
-/* Loads the swatches of the table: some textures of each group of the catalogue, and their heights.
+/* Loads the swatches of the table and their heights: some textures of each group of the catalogue, then the newest of
+those that were imported.
 
-Model: a rough texture has no period that is seen. Its typical wave is that of the sinusoid with the same Rq and the same
-rms slope, 2 pi Rq / slope.
+Model: a rough texture and an imported one have no period that is seen. The typical wave is that of the sinusoid with
+the same Rq and the same rms slope, 2 pi Rq / slope.
 Limits: textures without heights are omitted. */
 
 import { START_SCENE } from "../scene/start_scene.js";
 import { call } from "../service.js";
-import { chooseSwatches, sizeText } from "./table_layout.js";
+import { chooseOwn, chooseSwatches, sizeText } from "./table_layout.js";
 
 const POINTS = { periodic: 512, rough: 2048 }; // heights per period; no swatch shows more
 const AREA = 128; // heights a side of an area
@@ -14,14 +15,16 @@ const FELT = { low: 10, high: 1000 }; // Hz, range of vibration that a fingertip
 
 /**
  * @returns {Promise<{name: string, title: string, scene: object, period: number, wave: number, rough: boolean,
- *   height: number, heights: number[], area?: number[][], across?: number, words: string}[]>} finest first; period,
- *   typical wave, height from valley to crest, and heights of one period in m; of a texture over an area also rows of
- *   heights, and the period across
+ *   height: number, heights: number[], area?: number[][], across?: number, words: string}[]>} those of the catalogue, the
+ *   finest first, then the imported ones; period, typical wave, height from valley to crest, and heights of one period
+ *   in m; of a texture over an area also rows of heights, and the period across
  */
 export async function loadSwatches() {
   const { textures } = await call("GET", "/v1/textures");
-  const pictured = await Promise.all(chooseSwatches(textures).map(picture));
-  return pictured.filter(Boolean).sort((one, other) => one.wave - other.wave);
+  const listed = chooseSwatches(textures.filter(({ stored }) => !stored)).map(picture);
+  const own = chooseOwn(textures).map((entry) => picture(entry).catch(() => null)); // a scene may refuse it
+  const swatches = (await Promise.all(listed)).filter(Boolean).sort((one, other) => one.wave - other.wave);
+  return [...swatches, ...(await Promise.all(own)).filter(Boolean)];
 }
 
 /** @returns {Promise<{frequencies: number[], displacement: number[]} | null>} detection threshold, Hz and m; null if
@@ -34,9 +37,9 @@ export async function loadThreshold() {
   }
 }
 
-async function picture({ name, title, scene: textured }) {
+async function picture({ name, title, stored, scene: textured }) {
   const scene = { ...textured, ...START_SCENE };
-  const rough = textured.texture.kind === "rough";
+  const rough = stored || textured.texture.kind === "rough";
   const points = rough ? POINTS.rough : POINTS.periodic;
   const { texture } = await call("POST", "/v1/picture", { scene, points, phases: 0, area: AREA });
   const { period, heights, area, across } = texture;
@@ -49,7 +52,7 @@ async function picture({ name, title, scene: textured }) {
   const wave = rough ? typicalWave(heights, period) : period;
   return {
     name,
-    title: title.replace(" um", " µm"),
+    title: stored ? name : title.replace(" um", " µm"),
     scene,
     period,
     wave,

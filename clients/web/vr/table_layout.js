@@ -7,8 +7,10 @@ arm's length. The magnification is larger for finer textures. Heights are magnif
 widths.
 Limits: at most 4 columns. */
 
-/** Largest number of swatches. */
+/** Largest number of swatches of the catalogue. */
 export const MOST = 12;
+/** Largest number of swatches of imported textures: a row. */
+export const MOST_OWN = 4;
 /** Length of a swatch, along the stroke (m). */
 export const LENGTH = 0.14;
 /** Width of a swatch, across the stroke (m). */
@@ -49,6 +51,15 @@ export function chooseSwatches(entries, most = MOST) {
 }
 
 /**
+ * @param {{stored: boolean, created: string}[]} entries of the service
+ * @returns the imported ones, the newest first
+ */
+export function chooseOwn(entries) {
+  const own = entries.filter(({ stored }) => stored);
+  return own.sort((one, other) => other.created.localeCompare(one.created)).slice(0, MOST_OWN);
+}
+
+/**
  * @param {number} count number of swatches
  * @returns {{places: {x: number, z: number}[], width: number, depth: number}} centres of the swatches, the finest at
  *   the
@@ -69,12 +80,13 @@ export function layTable(count) {
 }
 
 /**
- * @param {number} wave period of the texture, or typical wave of a rough one (m)
- * @returns {{along: number, up: number}} magnification of widths and of heights
+ * @param {{wave: number, height: number}} swatch period of the texture, or typical wave of a rough one, and height from
+ *   valley to crest (m)
+ * @returns {{along: number, up: number}} magnification of widths and of heights; no valley is drawn below the board
  */
-export function magnification(wave) {
+export function magnification({ wave, height }) {
   const along = Math.max(1, Math.round((DRAWN_AT_1MM / 1e-3) * (wave / 1e-3) ** (COMPRESSION - 1)));
-  return { along, up: along * HEIGHT_OVER_WIDTH };
+  return { along, up: Math.max(1, Math.min(along * HEIGHT_OVER_WIDTH, Math.floor(RAISED / height))) };
 }
 
 /** @param {number} metres @returns {string} text with at most three digits, in µm or mm */
@@ -96,7 +108,7 @@ export function sizeText({ wave, rough, height }) {
  * @returns {string[]} lines of the label: title, size, magnification
  */
 export function labelLines({ title, wave, rough, height }) {
-  const { along, up } = magnification(wave);
+  const { along, up } = magnification({ wave, height });
   const drawn = `drawn ${along > 1 ? `${along} × as wide` : "at true width"}, ${up} × as high`;
   return [title.split(":")[0], sizeText({ wave, rough, height }), drawn];
 }

@@ -6,10 +6,14 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from clients.command_line.parser import EXAMPLES, build_parser, parse
 from clients.command_line.tab_completion import fields, quantities, scenes, textures
+from service.store.own_textures import own_store
+from service.store.store import Quota
+from synth.surfaces.surface_data import SurfaceData
 from tests.conftest import RunsRidgewave
 
 
@@ -42,6 +46,17 @@ def test_values_are_completed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     assert textures("grating-5") == ["grating-500um-40um", "grating-5mm-200um"]
     assert {"grating.json", "grating-1mm-31um"} <= set(scenes("grat"))
     assert quantities("v") == ["velocity"]
+
+
+def test_imported_textures_are_completed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("RIDGEWAVE_DATA_FOLDER", str(tmp_path))
+    surface = SurfaceData(np.array([0.0, 1e-6, 0.0, -1e-6], np.float32), (1e-5,))
+    own_store().keep("", "grating-5-measured", surface, "profile", {"file": "a.csv"}, Quota())
+    own_store().keep("another", "grating-5-of-a-key", surface, "profile", {"file": "a.csv"}, Quota())
+    assert textures("grating-5") == ["grating-500um-40um", "grating-5mm-200um", "grating-5-measured"]
+    assert "grating-5-measured" in scenes("grating-5")
+    (tmp_path / "textures.sqlite").write_bytes(b"no database " * 1000)
+    assert textures("grating-5") == ["grating-500um-40um", "grating-5mm-200um"]
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])

@@ -199,6 +199,31 @@ def test_arrow_keys_stroke_the_swatch_whose_button_has_the_focus(table: Page) ->
     assert table.evaluate("() => tools.silence()")
 
 
+def test_imported_textures_lie_beside_the_catalogue_and_sound(browser: Browser, service: Running, three: Path) -> None:
+    wave = "\n".join(str(20.0 * math.sin(0.1 * math.pi * index)) for index in range(400))
+    answer = service.client.post(
+        "/v1/textures", files={"file": ("own.csv", wave.encode())}, data={"unit": "um", "pixel": "20 um"}
+    )
+    assert answer.status_code == 201, answer.text
+    try:
+        with at_the_table(browser, service.url, three) as (page, _):
+            buttons = page.locator("#list button")
+            last = buttons.count() - 1
+            assert last == 12 and buttons.nth(last).inner_text().split("\n")[0] == "own"
+            buttons.nth(last).focus()
+            page.keyboard.press("ArrowUp")
+            page.wait_for_function(OPEN)
+            heard = "ridgewave.touches[0]?.index === 12 && [...ridgewave.fingers][0].source.played > 4800"
+            page.keyboard.down("ArrowRight")
+            page.wait_for_function(f"() => {heard}")
+            assert (
+                page.evaluate("() => [...ridgewave.fingers][0].scene.held.texture") == answer.json()["scene"]["texture"]
+            )
+            page.keyboard.up("ArrowRight")
+    finally:
+        service.client.delete("/v1/textures/own").raise_for_status()
+
+
 def test_silence_takes_every_finger_off(table: Page) -> None:
     table.locator("#list button").first.focus()
     table.keyboard.press("ArrowUp")

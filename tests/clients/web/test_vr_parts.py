@@ -19,6 +19,8 @@ FOLLOW = """async (points) => {
   return points.map((point) => follower.follow(point && {x: point[0], y: point[1], z: layTable(1).places[0].z}));
 }"""
 
+MAGNIFIED = "given.map((wave) => table.magnification({wave, height: 4e-5}))"
+
 
 PLACES = """async (points) => {
   const {FingertipContact} = await import("/web/vr/contact_model.js");
@@ -145,11 +147,22 @@ def test_the_swatches_kept_are_of_every_group_and_spread_over_it(functions: Page
 
 def test_finer_textures_are_drawn_finer_and_the_label_says_how_much(functions: Page) -> None:
     periods = [0.1e-3, 0.2e-3, 0.25e-3, 0.4e-3, 0.5e-3, 0.8e-3, 1e-3, 2e-3, 5e-3, 20e-3]
-    along = [entry["along"] for entry in table(functions, "given.map(table.magnification)", periods)]
+    along = [entry["along"] for entry in table(functions, MAGNIFIED, periods)]
     drawn = [times * period for times, period in zip(along, periods, strict=True)]
     assert drawn == sorted(set(drawn)) and along[-1] == 1
     lines = table(functions, "table.labelLines({title: 'A: b', wave: 8e-4, rough: false, height: 4e-5})")
     assert lines == ["A", "period 800 µm, height 40 µm", f"drawn {along[5]} × as wide, {3 * along[5]} × as high"]
+
+
+def test_a_tall_surface_is_drawn_no_deeper_than_the_board(functions: Page) -> None:
+    tall = table(functions, "table.magnification({wave: 1e-3, height: 1.5e-3})")
+    assert tall == {"along": 6, "up": 5} and tall["up"] * 1.5e-3 < table(functions, "table.RAISED")
+
+
+def test_the_newest_imported_textures_get_a_row(functions: Page) -> None:
+    entries = [{"name": f"{day}", "stored": day > 1, "created": f"2026-01-0{day}T00:00:00Z"} for day in range(8)]
+    kept = table(functions, "table.chooseOwn(given)", entries)
+    assert [entry["name"] for entry in kept] == ["7", "6", "5", "4"]
 
 
 def test_the_relief_is_the_heights_magnified_with_normals_across_them(functions: Page) -> None:

@@ -272,3 +272,13 @@ def test_a_session_is_resumed_in_the_version_of_the_new_connection() -> None:
     driver.binary(place(1, 0.5, 0.5))
     driver.run(0.05)
     assert [message["seq"] for message in driver.texts("applied")] == [1] and driver.texts("problem") == []
+
+
+def test_an_effect_that_is_simulated_along_a_line_keeps_the_finger_on_it() -> None:
+    driver = started(
+        version=V2, scene={"texture": {"kind": "dots"}, "finger": {"kind": "fingertip"}, "effects": {"inertia": {}}}
+    )
+    driver.say("contact", **AT, x=0.01, y=0.001)
+    fault = refused(driver)
+    assert (fault["pointer"], fault["allowed"]) == ("/y", "0 m")
+    assert "simulated along the line y = 0" in fault["hint"]

@@ -212,7 +212,7 @@ def test_bytes_of_a_contact_are_an_update_in_range_or_refused_by_field(
     """Any bytes behind a likely head, as long as either form."""
     data = (head + rest)[: 28 if short else 40]
     try:
-        update = contact_update.from_bytes(data, version, Hand(0.0, turns))
+        update = contact_update.from_bytes(data, version, Hand(0.0, over_area=turns, simulated=False))
     except Problem as problem:
         assert all(fault.allowed and fault.hint for fault in problem.faults)
         return

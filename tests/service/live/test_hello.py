@@ -209,7 +209,7 @@ def test_no_load_in_a_binary_contact_is_not_looked_at() -> None:
 
 def test_with_adhesion_a_load_may_pull_as_far_as_the_scene_allows() -> None:
     driver = started()
-    driver.stream.hand = Hand(-0.5, over_area=False)
+    driver.stream.hand = Hand(-0.5, over_area=False, simulated=False)
     driver.binary(contact(1, load=-0.5))
     driver.say("contact", seq=2, time=0, speed=0.1, load=-0.25)
     assert driver.texts("problem") == []

@@ -1,0 +1,40 @@
+/* The report of an import as text: what was measured, in words and units (docs/import.md, "The report"). */
+
+import { make } from "../dom.js";
+import { showQuantity } from "../scene/units.js";
+
+const DIGITS = 4;
+
+const length = (metres) => showQuantity(metres, "m", DIGITS).replace(" um", " µm");
+const along = (values, text) => values.map(text).join(" × ");
+
+/** Returns one sentence that says what `report` is about. */
+export const summaryOf = ({ points, size, rq }) =>
+  `${along(points, String)} points over ${along(size, length)}, Rq ${length(rq)}.`;
+
+/** Returns the lines of `report`: [name, text]. */
+function linesOf(report) {
+  const { points, spacing, size, unit, unit_stated_by_file: stated, missing, level } = report;
+  const [x, y] = report.rms_slope.map((slope) => String(Number(slope.toPrecision(3))));
+  const area = points.length > 1;
+  return [
+    ["File", `${report.file} (${[report.format, report.layout, report.channel].filter(Boolean).join(", ")})`],
+    ["Size", `${along(size, length)}, ${along(points, String)} points`],
+    ["Distance between points", along(spacing, length)],
+    ["Unit of the heights", unit ? `${unit}, ${stated ? "stated by the file" : "given"}` : "none: a height was given"],
+    [area ? "Sq, Sa" : "Rq, Ra", `${length(report.rq)}, ${length(report.ra)}`],
+    ["From valley to peak", length(report.peak_to_valley)],
+    ["rms slope", area ? `${x} along x, ${y} along y` : x],
+    ["Removed", level === "none" ? "nothing" : level],
+    ["Missing points", missing.points ? `${missing.points}: ${missing.rule}` : "none"],
+    ...report.notes.map((note) => ["Note", `${note}.`]),
+  ];
+}
+
+/** Returns `report` as a list of names and values. */
+export const reportList = (report) =>
+  make(
+    "dl.report",
+    {},
+    ...linesOf(report).flatMap(([name, text]) => [make("dt", { text: name }), make("dd", { text })]),
+  );
