@@ -1,15 +1,16 @@
 /* The texture from above, with a scale bar, a legend of heights, and the fingers.
 
 Model: heights repeat along x and are averaged over each device pixel. Those over an area repeat in both directions, and
-are interpolated between the heights that are given. Colours are those of `shaded`, from --valley to --crest. The left
-edge is position 0, the middle y = 0.
+are interpolated between the heights that are given. The colour changes linearly with the height from --valley to
+--crest. Slopes that face left are lighter and those that face right darker, by at most RELIEF of that range, in
+proportion to the steepest slope. The left edge is position 0, the middle y = 0.
 Limits: a fine area is not averaged. Fingers are elements over the canvas, so that they move without a drawing. */
 
 import { inWords } from "../scene/quantities.js";
 import { roundBelow } from "./axes.js";
 import { Panel } from "./panel.js";
-import { shaded } from "./shading.js";
 
+const RELIEF = 0.28;
 const NEAREST = 2e-6; // m per CSS px
 const FARTHEST = 1e-3;
 const PERIOD_PIXELS = 36; // CSS px per period at first
@@ -137,7 +138,7 @@ export class TextureTopView {
     const heights = Float64Array.from({ length: count + 2 }, (_, x) =>
       this.heightBetween((x - 1) * perPixel, x * perPixel),
     );
-    return shaded([heights], this.#range(), this.#image);
+    return this.#shaded([heights]);
   }
 
   /** Draws the area: a tile of one period, repeated. y is 0 in the middle of the picture and rises. */
@@ -147,7 +148,7 @@ export class TextureTopView {
     const count = rows.length;
     const downwards = rows.map((_, index) => rows[(count - index) % count]);
     const closed = downwards.map((row) => [row.at(-1), ...row, row[0]]);
-    const pattern = context.createPattern(shaded(closed, this.#range(), this.#image), "repeat");
+    const pattern = context.createPattern(this.#shaded(closed), "repeat");
     const [wide, high] = [this.period, across].map((length) => length / count / this.metresPerPixel);
     const first = [-wide / 2, height / 2 - high / 2]; // a height is in the middle of its pixel
     pattern.setTransform(new DOMMatrix([wide, 0, 0, high, ...first]));
@@ -156,9 +157,29 @@ export class TextureTopView {
     context.fillRect(0, 0, width, height);
   }
 
-  #range() {
+  /** Returns the picture of rows of heights, the first at the top. A row has one height more on both sides. */
+  #shaded(rows) {
+    const count = rows[0].length - 2;
+    let steepest = 0;
+    for (const row of rows)
+      for (let x = 1; x <= count; x++) steepest = Math.max(steepest, Math.abs(row[x + 1] - row[x - 1]));
     const [valley, crest] = ["valley", "crest"].map((name) => rgbOf(this.panel.colour(name)));
-    return { low: this.low, high: this.high, valley, crest };
+    const span = this.high - this.low;
+    const pixels = new ImageData(count, rows.length);
+    let place = 0;
+    for (const row of rows)
+      for (let x = 1; x <= count; x++) {
+        const slope = steepest ? (row[x + 1] - row[x - 1]) / steepest : 0;
+        const level = span ? (row[x] - this.low) / span : 0.5;
+        const light = Math.min(1, Math.max(0, level + RELIEF * slope));
+        for (let part = 0; part < 3; part++)
+          pixels.data[place++] = Math.round(valley[part] + light * (crest[part] - valley[part]));
+        pixels.data[place++] = 255;
+      }
+    this.#image.width = count;
+    this.#image.height = rows.length;
+    this.#image.getContext("2d").putImageData(pixels, 0, 0);
+    return this.#image;
   }
 
   #drawBar() {

@@ -38,8 +38,7 @@ export class Fingertips {
       const hand = this.#hand(tip);
       const { x, y, z } = tip.centre;
       const under = hand.follower.follow({ x, y: y - tip.radius, z });
-      if (tip.ahead) hand.direction = directionOf(tip.centre, tip.ahead, hand.direction);
-      hand.stream.follow(under, time, hand.direction);
+      hand.stream.follow(under, time, tip.ahead && directionOf(tip.centre, tip.ahead));
       if (under && under.load > 0) touches.push(under);
       else if (hand.touched) this.onLift(hand.name);
       hand.touched = Boolean(under && under.load > 0);

@@ -68,15 +68,11 @@ const forward = ({ matrix }, { x, y, z }, distance) => ({
  * Returns the direction of a finger on the table, from x, counter-clockwise seen from above (rad).
  * @param {{x: number, z: number}} centre of the fingertip, in coordinates of the table (m)
  * @param {{x: number, z: number}} ahead a point 1 m ahead of it
- * @param {number | undefined} last the direction before, from which this one differs by half a turn at most
- * @returns {number | undefined} `last` if the finger is nearly upright
+ * @returns {number | undefined} undefined if the finger is nearly upright
  */
-export function directionOf(centre, ahead, last) {
+export function directionOf(centre, ahead) {
   const [x, y] = [ahead.x - centre.x, centre.z - ahead.z];
-  if (!(Math.hypot(x, y) > UPRIGHT)) return last;
-  const angle = Math.atan2(y, x);
-  const turn = 2 * Math.PI;
-  return last === undefined ? angle : angle + turn * Math.round((last - angle) / turn);
+  return Math.hypot(x, y) > UPRIGHT ? Math.atan2(y, x) : undefined;
 }
 
 const UPRIGHT = 0.2; // part of a finger's length that lies along the table; with less, its direction is noise

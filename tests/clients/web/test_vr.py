@@ -33,7 +33,7 @@ STROKE = """async ({hand, id, index, depth}) => {
   const lifted = await tools.silence(() => (
     tools.put(held(tools.device), id, {x: x + 0.04 * Math.sin(performance.now()), y: 0.03, z})
   ));
-  const {direction} = ridgewave.fingertips.known.get(id);
+  const [{contact: {direction}}] = ridgewave.fingers;
   return {heard, touches, lifted, direction, after: ridgewave.touches, pulses: tools.pulses};
 }"""
 
