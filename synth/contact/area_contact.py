@@ -95,9 +95,9 @@ class CombOnArea(Contact):
     coarser: float = 1.0
 
     @classmethod
-    def of(cls, geometry: Geometry, stiffness: Stiffness, line: Line = MIDDLE) -> CombOnArea:
+    def of(cls, geometry: Geometry, stiffness: Stiffness, line: Line = MIDDLE, coarser: float = 1.0) -> CombOnArea:
         """Return the contact; the profile of `geometry` is a height field."""
-        return cls(geometry, stiffness, comb_grid(geometry, line), line)
+        return cls(geometry, stiffness, comb_grid(geometry, line, coarser), line, coarser)
 
     def on(self, geometry: Geometry) -> Self:
         """Return this contact on another height field."""

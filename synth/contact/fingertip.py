@@ -167,13 +167,19 @@ class FingertipContact(Contact):
 
     @classmethod
     def of_field(
-        cls, geometry: Geometry, stiffness: Stiffness, field: RidgeField, width: float, line: Line = MIDDLE
+        cls,
+        geometry: Geometry,
+        stiffness: Stiffness,
+        field: RidgeField,
+        width: float,
+        line: Line = MIDDLE,
+        coarser: float = 1.0,
     ) -> FingertipContact:
         """Return the contact; CannotRender where its texture is too fine.
 
         geometry, stiffness: over the nominal length.
         width: of the footprint at 1 N, m.
-        line: where the finger stands on a height field.
+        line, coarser: as of `area_grid`, on a height field.
         """
         geometry = geometry.as_profile()
         # eqs 4-5 have a period for the plate too, which is flat: that of the ridges, a choice
@@ -184,8 +190,8 @@ class FingertipContact(Contact):
             law = stiffness
         footprint = Footprint.of(geometry.contact_length, width, geometry.ridge_amplitude, law)
         assert geometry.profile is not None
-        grid = fingertip_grid(field, footprint, geometry.profile, geometry.height_scale, line)
-        return cls(geometry, stiffness, grid, field, footprint, line)
+        grid = fingertip_grid(field, footprint, geometry.profile, geometry.height_scale, line, coarser)
+        return cls(geometry, stiffness, grid, field, footprint, line, coarser)
 
     def middle_line(self, places: Array) -> Array:
         """Return the height of the fingertip (m) at x = `places` (m, from the middle) on the line y = 0."""

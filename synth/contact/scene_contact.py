@@ -21,10 +21,11 @@ KEPT = 4
 without this, sampling the fingertip three times is half of its time."""
 
 
-def contact_of(scene: Scene, profile: Profile | None = None) -> Contact:
+def contact_of(scene: Scene, profile: Profile | None = None, coarser: float = 1.0) -> Contact:
     """Return the contact of `scene`, without effects. One of its surfaces has a height.
 
     profile: a texture in place of that of the scene, whose stiffness stays.
+    coarser: factor on the distance of the points over an area.
 
     Raises CannotRender for a probe that is too flat, and for a fingertip whose texture is too fine.
     """
@@ -36,16 +37,16 @@ def contact_of(scene: Scene, profile: Profile | None = None) -> Contact:
 
         return RoundContact.of(geometry, stiffness, finger.tip_radius)
     if finger.kind == "fingertip":
-        return _fingertip(finger, geometry, stiffness, line)
+        return _fingertip(finger, geometry, stiffness, line, coarser)
     if isinstance(geometry.profile, HeightField):
         from synth.contact.area_contact import CombOnArea
 
-        return CombOnArea.of(geometry, stiffness, line)
+        return CombOnArea.of(geometry, stiffness, line, coarser)
     return Contact.of(geometry, stiffness)
 
 
 @lru_cache(KEPT)
-def _fingertip(finger: Finger, geometry: Geometry, stiffness: Stiffness, line: Line) -> Contact:
+def _fingertip(finger: Finger, geometry: Geometry, stiffness: Stiffness, line: Line, coarser: float) -> Contact:
     """Return the contact of a fingertip: the same object for scenes that differ only in scan, effects or output."""
     from synth.contact.fingertip import FingertipContact
     from synth.surfaces.ridge_field import RidgeField
@@ -59,4 +60,4 @@ def _fingertip(finger: Finger, geometry: Geometry, stiffness: Stiffness, line: L
         height_spread=finger.height_spread or 0.0,
         seed=finger.seed or 0,
     )
-    return FingertipContact.of_field(geometry, stiffness, field, finger.width, line)
+    return FingertipContact.of_field(geometry, stiffness, field, finger.width, line, coarser)

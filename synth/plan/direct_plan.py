@@ -29,6 +29,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.contact.area_path import coarsened, turn_step, turned
 from synth.contact.load_balance import Contact
+from synth.contact.scene_contact import contact_of
 from synth.effects.effect import Kind
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.effect_choice import asked as asked_effects
@@ -109,7 +110,7 @@ def follows_path(scene: Scene) -> bool:
 
 def over_area(asked: Request) -> bool:
     """Return whether the finger may leave the line of the scan: on a path over an area, or led by a hand."""
-    return follows_path(asked.scene) if asked.by_hand else not asked.scene.scan.along_x
+    return asked.area or not asked.scene.scan.along_x
 
 
 def beyond_table(asked: Request, contact: Contact) -> bool:
@@ -132,14 +133,11 @@ def predicted_work(scene: Scene, contact: Contact) -> float:
     return 1e-9 * cell * contact.grid.cells * rate
 
 
-def affordable(scene: Scene, contact: Contact) -> Contact:
-    """Return a contact over an area with its points so far apart that a voice takes MOST_WORK, if COARSER allows."""
-    work = predicted_work(scene, contact)
-    coarser = next((one for one in COARSER if work <= MOST_WORK * one**2), COARSER[-1])
-    if coarser == 1.0:
-        return contact
-    found: Contact = coarsened(contact, coarser)  # type: ignore[arg-type]
-    return found
+def affordable(scene: Scene) -> Contact:
+    """Return the contact of `scene` over an area, with points so far apart that a voice takes MOST_WORK, if it can."""
+    coarsest = contact_of(scene, coarser=COARSER[-1])
+    work = predicted_work(scene, coarsest) * COARSER[-1] ** 2
+    return contact_of(scene, coarser=next((one for one in COARSER if work <= MOST_WORK * one**2), COARSER[-1]))
 
 
 def direct_plan(
@@ -158,12 +156,7 @@ def direct_plan(
     told = (scene.output.sample_rate, band_of(scene), fastest, judged, heaviest, tolerance)
     area = over_area(asked)
     key: Hashable = ("direct plan", contact.key, whole.key, area, *told)
-
-    def planned() -> DirectPlan:
-        kept = affordable(scene, whole) if area and tolerance is None else whole
-        return _planned(contact, kept, area, *told)
-
-    return cache.get(key, planned)
+    return cache.get(key, lambda: _planned(contact, whole, area, *told))
 
 
 def _planned(
@@ -183,10 +176,11 @@ def _planned(
     mean = averaged(whole, (0.0, heaviest), loads[1], missed, PLACES, MEANS)
     swing = Swing(SOLUTIONS * band, band, fastest, PATH_SLOPE if area else 0.0)
     folded, seconds = _folded(whole, swing, loads)
-    better = contact.refined() if not area else contact if whole is not contact else None
+    judged, finer = contact.refined(), 1
     if area:
         turning = turning_errors(whole, replace(swing, seconds=TURNED), loads[1])
-    coarse, finer = _changed(whole if area else contact, better, swing, loads[1]), 1
+        judged = _of_file(whole)
+    coarse = _changed(whole if area else contact, judged, swing, loads[1])
     while True:
         filters = [band_filter(quantity, rate, band, finer) for quantity in QUANTITIES]
         steps = rate / filters[0].stride
@@ -268,6 +262,11 @@ def _changed(contact: Contact, better: Contact | None, swing: Swing, load: float
         return np.zeros(len(QUANTITIES))
     before, after = (swing.curves(swing.heights(one, load, 0.5)) for one in (contact, better))
     return relative(np.max(np.abs(after - before), axis=1), np.ptp(after, axis=1))
+
+
+def _of_file(contact: Any) -> Contact | None:
+    """Return a contact over an area with the points of a file; None where it has them."""
+    return None if contact.coarser == 1.0 else coarsened(contact, 1.0)
 
 
 def turning_errors(contact: Any, swing: Swing, load: float) -> Array:

@@ -27,7 +27,7 @@ from synth.motion.motion import LARGEST_LOAD
 from synth.motion.scan_motion import ScanMotion
 from synth.perception.threshold import imperceptible_tolerance
 from synth.plan.channels import APPROACH, NEARLY, ChannelPlan, SteadyScan, spendable
-from synth.plan.direct_plan import DirectPlan, beyond_table, direct_plan, over_area
+from synth.plan.direct_plan import DirectPlan, affordable, beyond_table, direct_plan, follows_path, over_area
 from synth.plan.effect_choice import SimulationCase, outputs_of
 from synth.plan.effect_choice import asked as asked_effects
 from synth.plan.effects_preparation import PreparedEffects, effects_of, left_out, shape_for, simulated_channel
@@ -53,6 +53,7 @@ TIGHTEST, LOOSEST = 1e-7, 3e-2  # range of the tolerance for "imperceptible", wh
 OF_LEVELS = 2e-2  # tolerance of a series from which a live voice that solves directly has its levels, and nothing else
 PLACES = 512  # of a long surface at which the peaks of displacement and approach are looked for
 LONGEST_WHOLE = 1.0  # m: longest period over which effects are solved: the longest of a texture that is not a profile
+WIDE = 64  # harmonics in the band: a live scan of an area with more is solved along its path, as its series takes long
 FELT = 0.1  # of the peak-to-peak: smaller errors cause no warning, as a hand distinguishes amplitudes by 0.1 to 0.25
 EXACT = 1e-6  # tolerance of "exact": the folded error below 0.40 of the rate (design, section 4)
 
@@ -145,12 +146,14 @@ def prepare(
     stretch = _stretch(scene)
     scan = scene.scan
     moves = scan.stroke is not None or scan.trajectory is not None or not scan.along_x or stretch is not None
-    paced = paced and (bool(scene.effects) or moves)
+    area = (by_hand or paced) and follows_path(scene)
+    area = area and (by_hand or moves or harmonics_in_band(scene, WIDE + 1) > WIDE)
+    paced = paced and (bool(scene.effects) or moves or area)
     key: Hashable = ("preparation", by_hand, paced, exact, parts)
 
     def build() -> Preparation:
         loads = (0.0, LARGEST_LOAD) if by_hand else ScanMotion(scene).load_range()
-        return _prepared(Request(scene, by_hand, paced, loads, stretch), kept, exact=exact)
+        return _prepared(Request(scene, by_hand, paced, loads, stretch, area), kept, exact=exact)
 
     return replace(kept.get(key, build), scene=scene)
 
@@ -162,7 +165,8 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool) -> Preparati
     silence = _silence(asked, geometry)
     if silence:
         return _silent(solved, silence)
-    contact = contact_of(scene, None if asked.stretch is None else asked.stretch.profile)
+    contact = affordable(scene) if asked.area and not exact else None
+    contact = contact or contact_of(scene, None if asked.stretch is None else asked.stretch.profile)
     if scene.accuracy.tolerance == "imperceptible":
         tolerance = _imperceptible(contact, asked)
     contact, shapes, demand = _shaped(asked, contact, tolerance)
@@ -236,7 +240,7 @@ def _shaped(asked: Request, contact: Contact, tolerance: float) -> tuple[Contact
         demand = Demand(max(asked.highest, 1), asked.orders, tolerance)
         contact, shapes = shape_for(contact, scene, demand, loads, asked.turns)
         contact.geometry_at(max(*loads, scene.scan.lift_load))  # raises if the contact is too long at this load
-    if asked.live and (asked.stretch is not None or over_area(asked)):
+    if asked.live and asked.of_levels:
         tolerance = max(tolerance, OF_LEVELS)
     share = SERIES_SHARE if asked.moving else 1.0
     demand = Demand(asked.highest if asked.load_varies else asked.reach, asked.orders, share * spendable(tolerance))

@@ -33,6 +33,7 @@ class Request:
     paced: whether the blocks have deadlines; see `prepare`.
     loads: smallest and largest load of the scan, N.
     stretch: of a surface whose period is too long for a series, or None.
+    area: whether blocks have deadlines and the finger moves over an area: z is solved along its path.
     """
 
     scene: Scene
@@ -40,11 +41,12 @@ class Request:
     paced: bool
     loads: tuple[float, float]
     stretch: Stretch | None
+    area: bool
 
     @property
-    def request(self) -> tuple[Scene, bool, bool, tuple[float, float], Stretch | None]:
-        """The five fields, as arguments of a subclass."""
-        return self.scene, self.by_hand, self.paced, self.loads, self.stretch
+    def request(self) -> tuple[Scene, bool, bool, tuple[float, float], Stretch | None, bool]:
+        """The six fields, as arguments of a subclass."""
+        return self.scene, self.by_hand, self.paced, self.loads, self.stretch, self.area
 
     @property
     def period(self) -> float:
@@ -61,7 +63,12 @@ class Request:
         """True if no series gives the samples: the speed or the load changes, or the surface is too long for one."""
         scan = self.scene.scan
         own = scan.stroke is not None or scan.trajectory is not None or not scan.along_x
-        return self.by_hand or own or self.stretch is not None
+        return self.by_hand or own or self.stretch is not None or self.area
+
+    @property
+    def of_levels(self) -> bool:
+        """True if the series gives levels and errors only, and every sample is solved."""
+        return self.stretch is not None or self.area
 
     @property
     def live(self) -> bool:
@@ -76,7 +83,7 @@ class Request:
     @property
     def reach(self) -> int:
         """Largest number of harmonics of a moving voice."""
-        if not self.moving or self.stretch is not None:
+        if not self.moving or self.of_levels:
             return self.highest
         return min(N_MAX, max(MOVING_REACH * self.highest, FEWEST_MOVING))
 

@@ -24,6 +24,7 @@ import numpy as np
 from synth.contact.load_balance import Contact
 from synth.contact.scene_contact import contact_of
 from synth.plan.channels import PEAK
+from synth.plan.direct_plan import follows_path
 from synth.plan.effect_choice import outputs_of, with_added_scales
 from synth.plan.preparation import Preparation, prepare
 from synth.plan.request import HAND_LOADS, HAND_SPEEDS, harmonics_below
@@ -36,7 +37,8 @@ from synth.scene.scene import Scene
 HAND_SPEED, HAND_LOAD = 0.08, 0.3  # m/s and N of a usual hand
 # Numbers of loads, landing loads and speeds whose peaks are computed. With more, opening takes longer (4 ms per load).
 PROBED_LOADS, PROBED_LANDINGS, PROBED_SPEEDS = 12, 5, 9
-PROBED_ON_STRETCH = 1, 3  # landing loads and loads on a long surface, whose levels differ more from place to place
+PROBED_ON_STRETCH = 1, 3  # the same on long surfaces and areas, whose levels differ more from place to place
+FEWEST_POINTS = 512  # of a period of an area whose levels are probed
 MOVING_BAND = 0.49 / 0.40  # of the band: mip levels fade from the band to 1.4 times it, which sounds as loud as this
 MOST_HARMONICS = 1024  # of those peaks: slow hands on coarse textures are not the loudest
 PROBE_TOLERANCE = 3e-2  # tolerance of the series of those peaks
@@ -117,7 +119,8 @@ def usual_peaks(scene: Scene, contact: Contact | None, cache: ResponseCache) -> 
     solver = contact or contact_of(scene)
     own, speed = max(scene.scan.load, scene.scan.lift_load), scene.scan.speed
     period, limit = solver.geometry.texture_period, MOVING_BAND * scene.output.band_limit
-    landings, probed = (PROBED_LANDINGS, PROBED_LOADS) if period == scene.texture.period else PROBED_ON_STRETCH
+    long = period != scene.texture.period or follows_path(scene)
+    landings, probed = PROBED_ON_STRETCH if long else (PROBED_LANDINGS, PROBED_LOADS)
     landing = np.geomspace(min(scene.scan.lift_load, HAND_LOADS[0]), HAND_LOADS[0], landings, endpoint=False)
     usual = np.geomspace(min(HAND_LOADS[0], own), max(HAND_LOADS[1], own), probed)
     loads = [own, *landing.tolist(), *usual.tolist()]
@@ -127,8 +130,8 @@ def usual_peaks(scene: Scene, contact: Contact | None, cache: ResponseCache) -> 
     key = ("usual peaks", solver.key, tuple(loads), tuple(speeds.tolist()), limit)
 
     def found() -> UsualPeaks:
-        if period != scene.texture.period:
-            points = math.ceil(SOLUTIONS * limit * period / np.max(speeds))
+        if long:
+            points = max(FEWEST_POINTS, math.ceil(SOLUTIONS * limit * period / np.max(speeds)))
             every = [_coarse_series(solver, load, points, max(*counts, 1)) for load in loads]
         else:
             every = [solve_spectrum(solver, load, demand, max(*counts, 1)).harmonics for load in loads]

@@ -180,9 +180,12 @@ def test_effects_on_the_shape_and_on_the_output_work_on_a_track() -> None:
 
 
 def test_a_contact_of_many_points_keeps_its_table_and_a_few_ridges_do_not() -> None:
-    dots = {"texture": {"kind": "dots"}, "finger": {"kind": "fingertip"}}  # 100 harmonics of both are in the band
+    texture, wide = {"kind": "rough", "period": "20 mm"}, {"bandwidth": "4 kHz"}
     methods = [
-        LiveVoice(parse_scene({**text, "scan": {"stroke": {"speed": "20 mm/s"}}}), cache=CACHE).plan.response["method"]
-        for text in ({"texture": {"period": "2 mm"}}, dots)
+        LiveVoice(
+            parse_scene({"texture": texture, "finger": {"kind": kind}, "output": wide, "scan": {"stroke": {}}}),
+            cache=CACHE,
+        ).plan.response["method"]
+        for kind in ("comb", "fingertip")
     ]
     assert methods == ["direct solutions", "response table"]
