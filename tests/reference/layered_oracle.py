@@ -16,7 +16,9 @@ Real = np.ndarray[Any, np.dtype[np.float64]]
 def heights_at(grid: AreaGrid, phase: float, across: float) -> Real:
     """Return h1 + h2 (m) of every point of the finger where it has moved by `phase` and `across` (periods)."""
     rows, finer_x, finer_y, _stride, span = (int(one) for one in grid.texture.shape)
-    texture = grid.texture.heights.reshape(finer_y, finer_x, rows, span).transpose(2, 0, 3, 1).reshape(rows * finer_y, -1)
+    texture = (
+        grid.texture.heights.reshape(finer_y, finer_x, rows, span).transpose(2, 0, 3, 1).reshape(rows * finer_y, -1)
+    )
     x, y, h1 = finger_points(grid)
     x, y = (x - phase) % 1.0 * grid.texture.columns * finer_x, (y - across) % 1.0 * rows * finer_y
     i, j = np.floor(x).astype(int), np.floor(y).astype(int) % len(texture)
