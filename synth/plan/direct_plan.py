@@ -4,13 +4,15 @@ Stage   2 (PLAN). `response.direct_reader` reads what is planned here.
 Model   The rule: a voice reads its table where the table holds every harmonic that is in the band at the scan's own
         speed. Otherwise eq. 1 is solved along the motion. A table holds 64 harmonics of a band of 1 kHz: those of
         periods up to 5.1 mm at 80 mm/s. A contact that would take more than MOST_WORK keeps its table, unless its
-        surface is too long for one. A finger that may leave its line over an area is always solved along its path. If
-        that would take more than MOST_WORK, its points are farther apart, as far as COARSER allows.
+        surface is too long for one.
+        A finger that may leave its line over an area reads a layered table of its own direction (`area_source`). In any
+        other direction it is solved along its path. If that would take more than MOST_TURNED, its points are farther
+        apart, as far as COARSER allows.
         The mean that displacement leaves out is that of PLACES places of the surface, at each load.
         Error: a finger swings by a cosine, as fast as the fastest usual hand, at the lightest, the scan's and the
         heaviest usual load. z over one swing is periodic, so its Fourier series gives the band exactly. It is solved at
         twice the rate; what the usual rate folds into the band is the difference. To
-        this the errors of the filter and of the solver's segments, or of points that are farther apart, are added.
+        this the errors of the filter and of the solver's segments, or of a layered table, are added.
 Source  design, sections 1 and 8.
 Limits  The error is that of one swing, at one place for each load. Effects that read a table of their own, over a
         period, keep the table of the contact too, so that all channels have one delay.
@@ -19,15 +21,14 @@ Limits  The error is that of one swing, at one place for each load. Effects that
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Hashable
+from collections.abc import Hashable
 from dataclasses import dataclass, replace
 from time import thread_time
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.area_path import coarsened, turn_step, turned
 from synth.contact.load_balance import Contact
 from synth.contact.scene_contact import contact_of
 from synth.effects.effect import Kind
@@ -45,9 +46,15 @@ from synth.scene.scene import Scene
 from synth.surfaces import profile_of
 from synth.surfaces.height_field import HeightField
 
-OVER_AREA = 3.0  # time of a solution on a height field over that of its cells: 50 us at 0.3 N for 2,091 cells
+if TYPE_CHECKING:
+    from synth.response.area_source import AreaSource
+    from synth.response.layered_table import LayeredTable
+
+OVER_AREA = 8.0  # time of a solution on a height field over that of its cells: 50 to 70 ns a cell at 1.8 N, a comb 100
 MOST_WORK = 0.2  # predicted s of processor time per second; more would leave no room for other hands
+MOST_TURNED = 0.3  # predicted s per second of a finger that is turned over an area: rarer than MOST_WORK
 COARSER = (1.0, 1.5, 2.0, 3.0, 4.0)  # factors on the distance of the points of an area
+MOST_MAKING, WORKERS = 3.0, 2  # predicted s of processor time for a layered table, and threads
 MEAN_TOLERANCE = 0.1  # of the mean of z over the load: its error is a thousandth of this, of the peak-to-peak
 AREA_MEAN_TOLERANCE = 2.0  # the same over an area, where the mean of PLACES places errs by more than these 0.2 %
 PLACES, MEANS = 128, 9  # places and least loads of the mean of z: a fingertip takes 30 us for each of both
@@ -59,10 +66,22 @@ MORE_FOLDS = 1.0 / (1.0 - 2.0**-FOLD_POWER)  # what folds at the usual rate, ove
 
 
 @dataclass(frozen=True, slots=True)
+class Turning:
+    """What it takes to turn a finger from its own direction over an area.
+
+    errors: what is then added to the errors of displacement, velocity and acceleration, relative to the peak-to-peak.
+    work: measured processor time of a second of sound between two directions, s.
+    """
+
+    errors: tuple[float, ...]
+    work: float
+
+
+@dataclass(frozen=True, slots=True)
 class DirectPlan:
     """How a voice solves eq. 1 along its motion.
 
-    contact: the contact over the whole surface.
+    contact: what gives z: the contact over the whole surface, or `area_source.AreaSource`.
     mean: mean of z over places of the surface (m), over the cube root of the load (N^(1/3)).
     heaviest: largest load that is solved, N; a heavier one is read as this load.
     band: frequency up to which every component is kept, Hz.
@@ -72,11 +91,10 @@ class DirectPlan:
     loads: lightest, own and heaviest load for which the errors are told, N.
     errors: of displacement, velocity and acceleration, relative to the peak-to-peak.
     solution_seconds: measured processor time of a solution at the load where it is longest, s.
-    area: whether the finger may leave its line over an area.
-    turning: what is added to `errors` while the finger turns over an area.
+    turning: of a finger that may leave its line over an area and turn; None for one on a line.
     """
 
-    contact: Contact
+    contact: Contact | AreaSource
     mean: Mean
     heaviest: float
     band: float
@@ -86,8 +104,7 @@ class DirectPlan:
     loads: tuple[float, ...]
     errors: tuple[float, ...]
     solution_seconds: float
-    area: bool
-    turning: tuple[float, ...]
+    turning: Turning | None = None
 
     @property
     def work(self) -> float:
@@ -96,8 +113,14 @@ class DirectPlan:
 
     @property
     def memory_bytes(self) -> int:
-        """Memory of the contact, in bytes."""
-        return self.contact.grid.nbytes + 4096
+        """Memory of the contact, in bytes, without a layered table, which is shared."""
+        contact: Any = self.contact
+        return int((contact.contact if self.table is not None else contact).grid.nbytes) + 4096
+
+    @property
+    def table(self) -> LayeredTable | None:
+        """The layered table that is read, or None."""
+        return getattr(self.contact, "table", None)
 
 
 def follows_path(scene: Scene) -> bool:
@@ -134,10 +157,10 @@ def predicted_work(scene: Scene, contact: Contact) -> float:
 
 
 def affordable(scene: Scene) -> Contact:
-    """Return the contact of `scene` over an area, with points so far apart that a voice takes MOST_WORK, if it can."""
+    """Return the contact of `scene` over an area, with points so far apart that solving it takes MOST_TURNED."""
     coarsest = contact_of(scene, coarser=COARSER[-1])
     work = predicted_work(scene, coarsest) * COARSER[-1] ** 2
-    return contact_of(scene, coarser=next((one for one in COARSER if work <= MOST_WORK * one**2), COARSER[-1]))
+    return contact_of(scene, coarser=next((one for one in COARSER if work <= MOST_TURNED * one**2), COARSER[-1]))
 
 
 def direct_plan(
@@ -154,15 +177,15 @@ def direct_plan(
     judged = tuple(max(load, scene.scan.lift_load) for load in loads)
     fastest = max(ScanMotion(scene).fastest(), HAND_SPEEDS[1])
     told = (scene.output.sample_rate, band_of(scene), fastest, judged, heaviest, tolerance)
-    area = over_area(asked)
-    key: Hashable = ("direct plan", contact.key, whole.key, area, *told)
-    return cache.get(key, lambda: _planned(contact, whole, area, *told))
+    key: Hashable = ("direct plan", contact.key, whole.key, over_area(asked), *told)
+    if over_area(asked):
+        return cache.get(key, lambda: _over_area(whole, cache, *told))
+    return cache.get(key, lambda: _along_line(contact, whole, *told))
 
 
-def _planned(
+def _along_line(
     contact: Contact,
     whole: Contact,
-    area: bool,
     rate: int,
     band: float,
     fastest: float,
@@ -170,26 +193,68 @@ def _planned(
     heaviest: float,
     tolerance: float | None,
 ) -> DirectPlan:
-    averaged: Callable[..., Mean] = mean_over_area if area else mean_curve
-    turning = np.zeros(len(QUANTITIES))
-    missed = AREA_MEAN_TOLERANCE if area else MEAN_TOLERANCE
-    mean = averaged(whole, (0.0, heaviest), loads[1], missed, PLACES, MEANS)
-    swing = Swing(SOLUTIONS * band, band, fastest, PATH_SLOPE if area else 0.0)
+    mean = mean_curve(whole, (0.0, heaviest), loads[1], MEAN_TOLERANCE, PLACES, MEANS)
+    swing = Swing(SOLUTIONS * band, band, fastest)
     folded, seconds = _folded(whole, swing, loads)
-    judged, finer = contact.refined(), 1
-    if area:
-        turning = turning_errors(whole, replace(swing, seconds=TURNED), loads[1])
-        judged = _of_file(whole)
-    coarse = _changed(whole if area else contact, judged, swing, loads[1])
+    coarse = _changed(contact, contact.refined(), swing, loads[1])
+    finer, steps, errors = _filtered(rate, band, folded, coarse, tolerance)
+    return DirectPlan(whole, mean, heaviest, band, finer, steps, fastest, loads, errors, seconds)
+
+
+def _over_area(
+    coarse: Any,
+    cache: ResponseCache,
+    rate: int,
+    band: float,
+    fastest: float,
+    loads: tuple[float, ...],
+    heaviest: float,
+    tolerance: float | None,
+) -> DirectPlan:
+    from synth.contact.area_path import coarsened
+    from synth.response.area_source import AreaSource
+    from synth.response.layered_cost import LayeredBounds
+    from synth.response.layered_making import make_layered_table
+
+    fine = coarse if coarse.coarser == 1.0 else coarsened(coarse, 1.0)
+    swing = Swing(SOLUTIONS * band, band, fastest, PATH_SLOPE)
+    source: Contact | AreaSource = coarse
+    if tolerance is None:
+        bounds = LayeredBounds(heaviest=heaviest, seconds=MOST_MAKING)
+        table = cache.get(("layered", fine.key, bounds), lambda: make_layered_table(fine, bounds, workers=WORKERS))
+        source = AreaSource(table, coarse)
+        mean: Mean = source.mean
+    else:
+        mean = mean_over_area(coarse, (0.0, heaviest), loads[1], AREA_MEAN_TOLERANCE, PLACES, MEANS)
+    folded, seconds = _folded(source, swing, loads)
+    missed = _changed(source, fine, swing, loads[1])
+    short = replace(swing, seconds=TURNED)
+    turned_folded, turned_seconds = _folded(coarse, short, loads)
+    turning = turned_folded + turning_errors(coarse, short, loads[1])
+    if fine is not coarse:
+        turning += _changed(coarse, fine, short, loads[1])
+    finer, steps, errors = _filtered(rate, band, folded, missed, tolerance)
+    turns = Turning(tuple(turning.tolist()), 2.0 * steps * turned_seconds)
+    return DirectPlan(source, mean, heaviest, band, finer, steps, fastest, loads, errors, seconds, turns)
+
+
+def _filtered(
+    rate: int, band: float, folded: Array, others: Array, tolerance: float | None
+) -> tuple[int, float, tuple[float, ...]]:
+    """Return the factor on the usual number of solutions, the solutions per second, and the errors.
+
+    folded: what folds into the band at the usual number.
+    others: further errors.
+    """
+    finer = 1
     while True:
         filters = [band_filter(quantity, rate, band, finer) for quantity in QUANTITIES]
         steps = rate / filters[0].stride
         left = (SOLUTIONS * band / steps) ** FOLD_POWER
-        parts = zip(folded, coarse, filters, strict=True)
-        errors = tuple(left * fold + segment + one.error for fold, segment, one in parts)
+        parts = zip(folded, others, filters, strict=True)
+        errors = tuple(float(left * fold + other + one.error) for fold, other, one in parts)
         if tolerance is None or max(errors) <= tolerance or filters[0].stride == 1:
-            told = tuple(turning.tolist())
-            return DirectPlan(whole, mean, heaviest, band, finer, steps, fastest, loads, errors, seconds, area, told)
+            return finer, steps, errors
         finer *= 2
 
 
@@ -215,7 +280,7 @@ class Swing:
         """Number of solutions, even."""
         return 2 * math.ceil(self.seconds * self.rate)
 
-    def heights(self, contact: Contact, load: float, begin: float, turned_by: float = 0.0) -> Array:
+    def heights(self, contact: Any, load: float, begin: float, turned_by: float = 0.0) -> Array:
         """Return z (m) of `contact` at `load` (N) over a swing that begins at `begin` (turns).
 
         turned_by: angle of the finger from its line, on a path over an area, rad.
@@ -224,10 +289,9 @@ class Swing:
         turned = np.asarray(reach * np.cos(2.0 * math.pi * np.arange(self.steps) / self.steps))
         phases, loads = begin + turned / contact.geometry.texture_period, np.full(self.steps, load)
         if not self.across:
-            return contact.heights(phases, loads)
-        over: Any = contact
-        direction = np.full(self.steps, over.line.direction + turned_by)
-        return np.asarray(over.heights(phases, loads, np.stack([self.across * turned, direction])))
+            return np.asarray(contact.heights(phases, loads))
+        direction = np.full(self.steps, contact.line.direction + turned_by)
+        return np.asarray(contact.heights(phases, loads, np.stack([self.across * turned, direction])))
 
     def curves(self, z: Array) -> Array:
         """Return z and its two time derivatives in the band, without the mean, SI [3, steps]."""
@@ -238,7 +302,7 @@ class Swing:
         return np.asarray(np.fft.irfft(series * (2j * math.pi * hertz) ** orders, len(z)))
 
 
-def _folded(contact: Contact, swing: Swing, loads: tuple[float, ...]) -> tuple[Array, float]:
+def _folded(contact: Any, swing: Swing, loads: tuple[float, ...]) -> tuple[Array, float]:
     """Return what folds into the band of each quantity at the usual rate, and the time of a solution (s).
 
     The first is relative to the peak-to-peak at the same load, or at the scan's own load where that is larger.
@@ -256,7 +320,7 @@ def _folded(contact: Contact, swing: Swing, loads: tuple[float, ...]) -> tuple[A
     return MORE_FOLDS * np.max(parts, axis=0), seconds
 
 
-def _changed(contact: Contact, better: Contact | None, swing: Swing, load: float) -> Array:
+def _changed(contact: Any, better: Any, swing: Swing, load: float) -> Array:
     """Return the change of each quantity from `contact` to `better`, relative to its peak-to-peak; 0 without one."""
     if better is None:
         return np.zeros(len(QUANTITIES))
@@ -264,13 +328,10 @@ def _changed(contact: Contact, better: Contact | None, swing: Swing, load: float
     return relative(np.max(np.abs(after - before), axis=1), np.ptp(after, axis=1))
 
 
-def _of_file(contact: Any) -> Contact | None:
-    """Return a contact over an area with the points of a file; None where it has them."""
-    return None if contact.coarser == 1.0 else coarsened(contact, 1.0)
-
-
 def turning_errors(contact: Any, swing: Swing, load: float) -> Array:
     """Return the error of each quantity halfway between two directions of a finger, relative to its peak-to-peak."""
+    from synth.contact.area_path import turn_step, turned
+
     half = 0.5 * turn_step(contact)
     between = swing.curves(swing.heights(contact, load, 0.5, half))
     exact = swing.curves(swing.heights(turned(contact, half), load, 0.5))

@@ -203,8 +203,18 @@ def _response_parts(solved: Preparation) -> list[Simulated]:
         most = bounds_for(solved.scene).harmonics
         held = harmonics_in_band(solved.scene, MOST_TOLD)
         why = f"{held} harmonics are in the band at the scan's own speed, more than the {most} of a table"
-        if direct.area:
+        if direct.turning is not None:
             why = "the finger may leave its line over the area and turn"
+        if direct.table is not None:
+            along, across = direct.table.places
+            parts.append(
+                Simulated(
+                    "layered table",
+                    f"In the finger's own direction z is read from a table of {along} x {across} places and "
+                    f"{len(direct.table.loads)} loads, {1e-6 * direct.table.memory_bytes:.2g} MB. In any other "
+                    "direction it is solved.",
+                )
+            )
         reason = (
             f"{varies}, and {why}. So z is solved along the motion, {direct.rate:.5g} times per "
             f"second, which takes {100.0 * direct.work:.2g} % of a processor. A load above {direct.heaviest:.4g} N is "
@@ -270,8 +280,17 @@ def _response(solved: Preparation) -> dict[str, Any]:
             "error_loads": [solved.direct.loads[0], solved.direct.loads[-1]],
             "error_speed": solved.direct.fastest,
         }
-        if solved.direct.area:
-            told["turning_error"] = dict(zip(QUANTITIES, solved.direct.turning, strict=True))
+        if solved.direct.table is not None:
+            told["layered"] = {
+                "places": list(solved.direct.table.places),
+                "loads": len(solved.direct.table.loads),
+                "bytes": solved.direct.table.memory_bytes,
+            }
+        if (turning := solved.direct.turning) is not None:
+            told["turning"] = {
+                "error": dict(zip(QUANTITIES, turning.errors, strict=True)),
+                "processor_seconds_a_second": turning.work,
+            }
     if solved.stretch is not None:
         told["stretch"] = {"begin": solved.stretch.begin, "length": solved.stretch.period}
     return told
@@ -306,7 +325,7 @@ def _method(solved: Preparation) -> str:
     if solved.frames is not None:
         return "solved frames"
     if solved.direct is not None:
-        return "direct solutions"
+        return "direct solutions" if solved.direct.table is None else "layered table"
     if solved.spectrum.closed:
         return "closed form"
     return "harmonics"

@@ -18,6 +18,7 @@ Limits  z of higher frequency than the solutions folds into the band (`plan.dire
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -34,6 +35,9 @@ from synth.response.table_reader import filter_frames
 Phases = np.ndarray[tuple[int], np.dtype[np.uint64]]
 
 GROUP = 40  # solutions: two groups in a block of 10 ms at 1 kHz; a fresh start takes the time of several solutions
+if TYPE_CHECKING:
+    from synth.response.area_source import AreaSource
+
 LOAD = 2  # row of `motion`
 PHASE, PRESSED, PATH = 0, 1, slice(2, 4)  # rows of a place: phase (turns), load (N), and the path over an area
 
@@ -73,7 +77,7 @@ class DirectReader:
     with_mean: whether each channel is the approach.
     """
 
-    contact: Contact
+    contact: Contact | AreaSource
     line: tuple[float, float] | None
     mean: Mean
     period: float
@@ -156,8 +160,8 @@ class DirectReader:
         z = np.where(moved, 0.0, last)
         if solved.any():
             phases, loads, *path = np.ascontiguousarray(places[:, solved])
-            along = {} if self.line is None else {"path": np.stack(path)}
-            z[solved] = self.contact.heights(phases, loads, **along)
+            contact: Any = self.contact
+            z[solved] = contact.heights(phases, loads, *([np.stack(path)] if path else []))
         newest = np.maximum.accumulate(np.where(moved, np.arange(len(z)), -1))
         return np.asarray(np.where(newest < 0, last, z[np.maximum(newest, 0)]))
 

@@ -9,13 +9,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.area_path import AreaContact
 from synth.contact.load_balance import Contact
 from synth.surfaces.height_field import HeightField
+
+if TYPE_CHECKING:
+    from synth.contact.area_path import AreaContact
 
 Mean = Callable[[Array], Array]
 """The mean of z over a period (m) as a function of w^(1/3) (N^(1/3))."""

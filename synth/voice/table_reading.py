@@ -79,7 +79,7 @@ def reader_of(solved: Preparation) -> ChannelReader:
         return TableChannels(tuple(TableReader.of(table, name, rate, gain) for name, gain in read))
     return DirectReader(
         contact=direct.contact,
-        line=(-solved.scene.scan.y, solved.scene.scan.direction) if direct.area else None,
+        line=(-solved.scene.scan.y, solved.scene.scan.direction) if direct.turning is not None else None,
         mean=direct.mean,
         period=solved.scene.texture.period,
         lift_load=solved.scene.scan.lift_load,

@@ -148,7 +148,9 @@ class Voice:
         parts = [self.solved]
         if self._for_hand is not None and not self.solved.by_hand:
             parts.append(self._for_hand)
-        held = sum(part.memory_bytes + (0 if part.table is None else part.table.memory_bytes) for part in parts)
+        layered = [part.direct.table for part in parts if part.direct is not None]
+        tables = [table for table in (*(part.table for part in parts), *layered) if table is not None]
+        held = sum(one.memory_bytes for one in (*parts, *tables))
         held += self._scan.memory_bytes if isinstance(self._scan, SolvedFrames) else 0
         return held + sum(one.memory_bytes for one in (self._effects, self._hand_effects) if one is not None)
 

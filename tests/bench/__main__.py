@@ -5,11 +5,13 @@
     python -m tests.bench page
     python -m tests.bench table
     python -m tests.bench direct
+    python -m tests.bench layered
     python -m tests.bench floods
 
 Parts: solver, voice, limiter, response, effects (each on one core), service, processes; --long adds an hour's render.
-`live`, `page`, `table`, `direct` and `floods` run only where they are named: `live` loads a service with streams for
-minutes, `page` needs a browser, `table` measures tables, `direct` voices without one, and `floods` floods a service.
+`live`, `page`, `table`, `direct`, `layered` and `floods` run only where they are named: `live` loads a service with
+streams for minutes, `page` needs a browser, `table` and `layered` measure tables, `direct` voices without one, and
+`floods` floods a service.
 Nothing here passes or fails: a figure over its limit is marked OVER. docs/benchmarks.md explains each line.
 """
 
@@ -27,6 +29,7 @@ from tests.bench import (
     bench_direct,
     bench_effects,
     bench_floods,
+    bench_layered,
     bench_limiter,
     bench_live,
     bench_page,
@@ -55,6 +58,7 @@ BY_NAME: dict[str, Measure] = {  # only where named
     "page": bench_page.figures,
     "table": bench_table.figures,
     "direct": bench_direct.figures,
+    "layered": bench_layered.figures,
     "floods": bench_floods.figures,
 }
 ON_ONE_CORE = ("solver", "voice", "limiter", "response", "effects", "table")

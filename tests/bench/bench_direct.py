@@ -1,4 +1,4 @@
-"""Voices that solve eq. 1 along their motion: their cost, and the opening and the memory of one on a track.
+"""Voices that solve eq. 1 along their motion or read a layered table: their cost, opening and memory.
 
 Model: a hand that strokes 40 mm and presses, in blocks of 480 frames at 48 kHz; processor time over the time of the
     block. The surfaces are `rough` with a period of 20 mm, and a random track of 1 m at 5 um, mirrored at its ends. The
@@ -37,6 +37,11 @@ def figures(quick: bool) -> list[Figure]:
     for finger in FINGERS:
         costs = stroked(open_voice(rough(finger), live=True), blocks)
         lines.append(figure(f"direct, {finger}", costs, "% core", PERCENT, f"{blocks} blocks of {BLOCK} frames"))
+    for finger in ("comb", "fingertip"):
+        for turned, most in ((0.0, 2.0), (0.1, 100.0)):
+            costs = led(open_voice(dots(finger), live=True), blocks, turned)
+            name = f"layered, {finger}, turned by {turned:g} rad" if turned else f"layered, {finger}"
+            lines.append(figure(name, costs, "% core", most, f"{blocks} blocks of {BLOCK} frames on dots"))
     how = f"{HEIGHTS} heights, {1e6 * SPACING:g} um apart"
     for finger in FINGERS:
         with ProcessPoolExecutor(1, get_context("spawn")) as fresh:  # caches of another track would hide its memory
@@ -63,6 +68,11 @@ def rough(finger: str) -> dict[str, Any]:
     return {"finger": {"kind": finger}, "texture": {"kind": "rough", "period": "20 mm"}}
 
 
+def dots(finger: str) -> dict[str, Any]:
+    """Return a scene on dots."""
+    return {"finger": {"kind": finger}, "texture": {"kind": "dots"}}
+
+
 def track(finger: str) -> dict[str, Any]:
     """Return a scene on a random track of 1 m: waves of 20 um to 50 mm, 8 um rms."""
     hertz = np.fft.rfftfreq(HEIGHTS, SPACING)
@@ -80,6 +90,20 @@ def stroked(voice: Voice, blocks: int) -> list[float]:
         t = (number * BLOCK + np.arange(BLOCK)) / RATE
         place, load = 0.02 * (1.0 - np.cos(4.0 * math.pi * t)), 0.3 + 0.1 * np.sin(10.0 * math.pi * t)
         motion = Motion.of(BLOCK, position=place, load=load)
+        began = process_time()
+        voice.render(BLOCK, motion)
+        times.append(100.0 * (process_time() - began) * RATE / BLOCK)
+    return times
+
+
+def led(voice: Voice, blocks: int, turned: float) -> list[float]:
+    """Return the cost (% of a core) of each block of a hand that circles over an area at 100 mm/s and presses."""
+    times = []
+    for number in range(blocks):
+        t = (number * BLOCK + np.arange(BLOCK)) / RATE
+        place, across = 0.01 * np.cos(10.0 * t), 0.01 * np.sin(10.0 * t)
+        load = 0.3 + 0.1 * np.sin(10.0 * math.pi * t)
+        motion = Motion.of(BLOCK, position=place, across=across, direction=turned, load=load)
         began = process_time()
         voice.render(BLOCK, motion)
         times.append(100.0 * (process_time() - began) * RATE / BLOCK)

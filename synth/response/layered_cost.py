@@ -1,0 +1,150 @@
+"""Lattice, layers and cost of a layered table, chosen within bounds before it is made.
+
+Stage   RESPONSE: making a layered table.
+Model   The layers lie closer the less the finger sinks in at a light load, and the flatter the texture is. Levels of z
+        are whole numbers of layers apart, more the deeper they are. The lattice has PLACES_A_CELL places per point of
+        the finger. Where that is too much for the bounds, the direction with the closer places gets fewer, then both.
+Source  design, section 8: making a table is bounded. The rule for the layers is this project's.
+Limits  The seconds are those of one core at 3 GHz with AVX-512; the largest prediction error of five tables was 30 %.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.contact.area_grid import AreaGrid
+from synth.contact.area_layers import BATCH, LayerPlan
+from synth.contact.area_solver import ROWS as LINES
+from synth.contact.load_balance import Contact
+from synth.response.layered_reading import PADDING
+from synth.response.level_crossings import HISTORY
+from synth.response.table_making import HEAVIEST
+from synth.surfaces.height_field import HeightField
+
+LIGHTEST = 1e-3  # N: the usual lift load, below which the output fades
+LOADS = 24  # rows; with 16 the error between them is twice as large
+MOST_BYTES = 64 << 20
+MOST_SECONDS = 4.0  # on one core
+PLACES_A_CELL = 2.0  # in each direction
+FEWEST_PLACES = 32  # per period
+COARSER = 0.9  # factor on the places in one direction, until the bounds are kept
+ALIKE = 1.1  # ratio of two spacings that are made coarser together
+LIGHT = 0.02  # N: usual touch begins there; lighter loads err more
+LAYER = 0.03  # square of the distance of two layers, over the depth at LIGHT and the height of the texture
+FLATTEST = 0.1  # least height of a texture that counts, over that depth
+LEVEL = 0.66  # largest distance of the first levels, over that depth
+FEWEST_LAYERS, MOST_LAYERS = 8, 32  # over the height of a texture, or the depth to which the finger reaches
+MARGIN = 0.05  # of the depth, below the lowest z that was seen
+SEEN = 16  # places that are solved to know depths and heights
+FIXED = 0.3  # s: that of the exact solver, for the error
+SAMPLE, SERIES, PRODUCT, ROW = 40.0, 5.0, 0.55, 65.0
+"""ns per place: of a sample, a Fourier series, a product of two, and a row (tests/bench/bench_layered.py)."""
+
+
+@dataclass(frozen=True, slots=True)
+class LayeredBounds:
+    """Limits of a layered table.
+
+    lightest, heaviest: loads of the first and the last row, N.
+    rows: of load, 5 or more.
+    nbytes: memory of the table.
+    seconds: of making it on one core, as predicted.
+    """
+
+    lightest: float = LIGHTEST
+    heaviest: float = HEAVIEST
+    rows: int = LOADS
+    nbytes: int = MOST_BYTES
+    seconds: float = MOST_SECONDS
+
+
+LAYERED_BOUNDS = LayeredBounds()
+
+
+@dataclass(frozen=True, slots=True)
+class LayeredCost:
+    """What a table will take.
+
+    plan: its lattice and layers.
+    levels: number of levels of z.
+    nbytes: memory of the table.
+    making_bytes: memory while it is made.
+    seconds: of making it, on one core.
+    """
+
+    plan: LayerPlan
+    levels: int
+    nbytes: int
+    making_bytes: int
+    seconds: float
+
+    @classmethod
+    def of(cls, grid: AreaGrid, plan: LayerPlan, lowest: float, rows: int) -> LayeredCost:
+        """Return the cost of a plan with levels down to `lowest` (relative to the scale of `grid`)."""
+        batches, layers, (columns, lines) = plan.batches_down_to(lowest), plan.layers, plan.places
+        images = [np.unique(plan.images(levels)) for levels in batches]
+        levels = sum(len(one) for one in batches)
+        series = len(np.unique(np.concatenate(images))) + levels + 2 * layers + 2 * (rows + 2)
+        nanoseconds = SAMPLE * math.prod(plan.samples(grid)) + SERIES * series + PRODUCT * levels * layers + ROW * rows
+        floats = layers + max(len(one) for one in images) + HISTORY + 3 * BATCH + rows
+        return cls(
+            plan=plan,
+            levels=levels,
+            nbytes=2 * (columns + PADDING) * (lines + PADDING) * (rows + 2),
+            making_bytes=4 * columns * lines * floats,
+            seconds=FIXED + 1e-9 * columns * lines * nanoseconds,
+        )
+
+    def within(self, bounds: LayeredBounds) -> bool:
+        """Return whether the cost is within `bounds`."""
+        return self.nbytes <= bounds.nbytes and self.seconds <= bounds.seconds
+
+
+def layered_cost(contact: Contact, bounds: LayeredBounds = LAYERED_BOUNDS) -> LayeredCost:
+    """Return lattice, layers and cost of the layered table of `contact`, a finger on a height field."""
+    from scipy.fft import next_fast_len
+
+    grid, texture = grid_of(contact), contact.geometry.profile
+    assert isinstance(texture, HeightField)
+    step, stride, lowest = levels_of(contact, bounds)
+    periods = np.array([texture.period, texture.across])
+    wanted = np.maximum(PLACES_A_CELL * np.array([grid.texture.columns, grid.texture.shape[LINES]]), FEWEST_PLACES)
+    while True:
+        columns, lines = (int(next_fast_len(math.ceil(one), real=True)) for one in wanted)
+        plan = LayerPlan.of(grid, (columns, lines), step, stride, lowest)
+        cost = LayeredCost.of(grid, plan, lowest, bounds.rows)
+        if cost.within(bounds) or np.all(wanted == FEWEST_PLACES):
+            return cost
+        spacings = np.where(wanted > FEWEST_PLACES, periods / wanted, np.inf)
+        wanted = np.where(spacings <= ALIKE * spacings.min(), np.maximum(COARSER * wanted, FEWEST_PLACES), wanted)
+
+
+def levels_of(contact: Contact, bounds: LayeredBounds) -> tuple[float, int, float]:
+    """Return the step between layers, the steps between levels, and the lowest level, relative to the height scale."""
+    grid = grid_of(contact)
+    along, across = np.arange(SEEN) / SEEN, np.asarray(np.arange(SEEN) * 0.618 % 1.0, np.float64)
+    light, heavy = (
+        contact.indentation(load) for load in (min(max(LIGHT, bounds.lightest), bounds.heaviest), bounds.heaviest)
+    )
+    touching = grid.solve_places(along, across, light).touching
+    depth = light / float(np.median(touching)) / grid.height_scale
+    lowest = float(grid.solve_places(along, across, heavy).height.min()) / grid.height_scale
+    reach = grid.texture.highest + float(grid.tops[0]) - lowest
+    tall = min(max(grid.texture.highest - float(grid.texture.heights.min()), FLATTEST * depth), reach)
+    step = min(max(math.sqrt(LAYER * depth * tall), tall / MOST_LAYERS), tall / FEWEST_LAYERS)
+    return step, max(1, math.floor(LEVEL * depth / step)), lowest - MARGIN * reach
+
+
+def grid_of(contact: Contact) -> AreaGrid:
+    """Return the points of a finger on a height field."""
+    assert isinstance(contact.grid, AreaGrid), "a layered table needs a height field"
+    return contact.grid
+
+
+def indentations(contact: Contact, loads: Array) -> Array:
+    """Return w / k (m) at each of `loads` (N)."""
+    return np.asarray(contact.stiffness.indentation(1.0) * loads**contact.stiffness.load_exponent)

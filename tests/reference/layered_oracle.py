@@ -1,0 +1,58 @@
+"""Slow twins of a layered table: every point of the finger at one place, and the spline of the table term by term."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from synth.contact.area_grid import AreaGrid
+from synth.contact.area_layers import finger_points
+from synth.response.layered_table import LayeredTable
+
+Real = np.ndarray[Any, np.dtype[np.float64]]
+
+
+def heights_at(grid: AreaGrid, phase: float, across: float) -> Real:
+    """Return h1 + h2 (m) of every point of the finger where it has moved by `phase` and `across` (periods)."""
+    rows, finer_x, finer_y, _stride, span = (int(one) for one in grid.texture.shape)
+    texture = (
+        grid.texture.heights.reshape(finer_y, finer_x, rows, span).transpose(2, 0, 3, 1).reshape(rows * finer_y, -1)
+    )
+    x, y, h1 = finger_points(grid)
+    x, y = (x - phase) % 1.0 * grid.texture.columns * finer_x, (y - across) % 1.0 * rows * finer_y
+    i, j = np.floor(x).astype(int), np.floor(y).astype(int) % len(texture)
+    u, v, after = x - np.floor(x), y - np.floor(y), (j + 1) % len(texture)
+    lower = (1.0 - u) * texture[j, i] + u * texture[j, i + 1]
+    upper = (1.0 - u) * texture[after, i] + u * texture[after, i + 1]
+    return np.asarray((h1 + (1.0 - v) * lower + v * upper) * grid.height_scale)
+
+
+def approach(grid: AreaGrid, phase: float, across: float, indentation: float) -> float:
+    """Return z (m): the mean of max(h - z, 0) over A0 is `indentation` (m)."""
+    h = -np.sort(-heights_at(grid, phase, across))
+    levels = (np.cumsum(h) - indentation / grid.cell) / np.arange(1, len(h) + 1)
+    return float(levels.max())  # with n points above z; too many or too few give a lower level
+
+
+def cubic(t: float) -> Real:
+    """Return the cubic B-spline at t + 1, t, t - 1 and t - 2."""
+    return np.array([(1 - t) ** 3, 3 * t**3 - 6 * t**2 + 4, 3 * (1 - t) ** 3 - 6 * (1 - t) ** 2 + 4, t**3]) / 6.0
+
+
+def read(table: LayeredTable, phase: float, across: float, load: float) -> float:
+    """Return z (m) of `table` at one place and load."""
+    lightest, heaviest = table.loads[0] ** 0.25, table.loads[-1] ** 0.25
+    part = (np.clip(load, table.loads[0], table.loads[-1]) ** 0.25 - lightest) / (heaviest - lightest)
+
+    def piece(cells: int, at: float) -> tuple[slice, Real]:
+        first = min(int(at), cells - 1)
+        return slice(first, first + 4), cubic(at - first)
+
+    columns, rows = table.places
+    along, a = piece(columns, phase % 1.0 * columns)
+    over, b = piece(rows, across % 1.0 * rows)
+    loads, c = piece(len(table.loads) - 1, part * (len(table.loads) - 1))
+    curve, d = piece(len(table.curve) - 3, part * (len(table.curve) - 3))
+    taps = table.coefficients[over, along, loads] * table.scales[loads]
+    return float(np.einsum("yxw,y,x,w", taps, b, a, c) + table.curve[curve] @ d)
