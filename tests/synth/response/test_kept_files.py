@@ -11,7 +11,7 @@ import pytest
 
 from synth.contact.scene_contact import contact_of
 from synth.motion.motion import Update
-from synth.plan import preparation, scene_table, usual_hand
+from synth.plan import direct_plan, preparation, scene_table, usual_hand
 from synth.response import kept_files
 from synth.response.kept_files import FileEntry, FileForm, KeptFiles
 from synth.response.response_cache import ResponseCache
@@ -79,6 +79,17 @@ def test_a_later_process_solves_nothing_and_sounds_the_same(tmp_path: Path, monk
     np.testing.assert_array_equal(first, solved)
     with pytest.raises(AssertionError, match="solved again"):
         opened(None, USUAL)
+
+
+def test_a_surface_that_is_solved_directly_is_found_again_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    rough = {"finger": {"kind": "fingertip"}, "texture": {"kind": "sandpaper-p40"}}
+    solved, first = opened(None, rough), opened(tmp_path, rough)
+    assert endings(tmp_path) == {".json": 4}, "two series, the usual peaks and the direct plan"
+    sound = stroked(first)
+    np.testing.assert_array_equal(sound, stroked(solved))
+    monkeypatch.setattr(direct_plan, "_along_line", lambda *_: pytest.fail("planned again"))
+    forbid(monkeypatch)
+    np.testing.assert_array_equal(stroked(opened(tmp_path, rough)), sound)
 
 
 def test_a_change_of_a_live_stream_reads_what_the_opening_of_another_kept(
