@@ -96,7 +96,7 @@ def _prepare(entries: Sequence[CatalogueEntry | StoredTexture] | None, progress:
             except CannotRender as error:
                 say(f"{entry.name}: {error.reason}")
             bar.advance(1)
-    say(f"{folder} has the tables of {len(chosen)} textures, without those over an area, which have none.")
+    say(f"{folder} has what was solved for {len(chosen)} textures, apart from those over an area.")
 
 
 def _change(arguments: argparse.Namespace, texture: StoredTexture | None) -> None:

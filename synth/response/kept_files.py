@@ -22,7 +22,7 @@ from typing import Generic, TypeVar
 
 from synth.errors import CannotRender
 
-MOST_BYTES = 512 << 20  # the catalogue with one finger has 110 MB
+MOST_BYTES = 512 << 20  # the catalogue with one finger has 70 MB
 SOURCE = Path(__file__).resolve().parents[1]
 
 T = TypeVar("T")

@@ -29,7 +29,10 @@ def test_textures_lists_every_entry_with_its_source(ridgewave: RunsRidgewave) ->
 def test_tables_are_made_ahead_for_a_service_of_the_same_folder(ridgewave: RunsRidgewave, tmp_path: Path) -> None:
     done = ridgewave("textures", "corduroy-14-wale", "--prepare")
     folder = tmp_path / ".data" / "ridgewave" / "tables"
-    assert (done.returncode, done.stdout) == (0, b"") and f"{folder} has the tables of 1".encode() in done.stderr
+    assert (done.returncode, done.stdout) == (
+        0,
+        b"",
+    ) and f"{folder} has what was solved for 1 textures".encode() in done.stderr
     assert sorted(path.suffix for path in folder.iterdir()) == [".json"] * 3 + [".safetensors"]
     assert ridgewave("textures", "no-such-texture", "--prepare").returncode == 2
 
