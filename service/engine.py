@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
+from service.store.data_folder import tables_folder
 from synth.encode.formats import Block
 from synth.motion.motion import Update
 from synth.scene.scene import Scene
@@ -228,12 +229,14 @@ class SynthEngine:
         """Make the cache.
 
         cache_bytes: the bound on its memory.
-        textures: folder of imported textures, for the processes of measurements; None if there are none.
+        textures: the data folder: of imported textures, for the processes of measurements, and of tables that outlive
+            the process. None: there is none.
         """
         self._textures = textures
+        from synth.response.kept_files import KeptFiles
         from synth.response.response_cache import ResponseCache
 
-        self._cache = ResponseCache(cache_bytes)
+        self._cache = ResponseCache(cache_bytes, KeptFiles(tables_folder(textures)) if textures else None)
 
     def cache_counts(self) -> CacheCounts:
         """See `Engine`."""

@@ -54,6 +54,7 @@ EXAMPLES = {
         ("textures denim-72x56", "one entry: its scene, and the source of each number"),
         ("textures denim-72x56 --everyday > scene.json", "its everyday scan, as a scene to edit"),
         ("textures cloth --export cloth.x3p", "the heights of an imported texture"),
+        ("textures --prepare", "make the tables of all textures, so that the page plays each at once"),
     ),
     "table": (
         ("table grating-800um-40um -o grating.safetensors", "its response table, for another program"),
@@ -313,6 +314,12 @@ def _add_textures(commands: Any) -> None:
     change.add_argument("--export", metavar="OUT", help="write the heights of an imported texture: .npy (in m) or .x3p")
     change.add_argument("--rename", metavar="NEW", help="give an imported texture another name")
     change.add_argument("--delete", action="store_true", help="delete an imported texture")
+    change.add_argument(
+        "--prepare",
+        action="store_true",
+        help="make the tables with which the page plays a texture at once, of NAME or of all; a minute or two, once",
+    )
+    _add_progress(parser)
 
 
 def _add_table(commands: Any) -> None:

@@ -1,4 +1,5 @@
 """`ridgewave textures [NAME]`: lists the textures, prints the scene of one with its sources, or exports or changes one.
+With --prepare it makes their tables.
 
 The scene goes to standard output and the sources to standard error, so `ridgewave textures NAME > scene.json` writes a
 scene.
@@ -7,21 +8,27 @@ scene.
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from itertools import groupby
 from pathlib import Path
 
 from clients.command_line.exit_codes import DONE, invalid_request
 from clients.command_line.printing import print_json, print_table, say
-from service.store.own_textures import own_store
+from clients.command_line.progress import Progress
+from service.store.data_folder import folder_of_environment, tables_folder
+from service.store.own_textures import own_store, with_imported
 from service.store.store import GROUP, StoredTexture
 from synth.encode.part_file import write_whole
-from synth.scene.catalogue import CatalogueEntry, catalogue, lookup
+from synth.errors import CannotRender
+from synth.scene.catalogue import FINGER, CatalogueEntry, catalogue, lookup
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Carry out the command; raises InvalidRequest, CannotRender, OSError."""
     imported = None if arguments.name is None else own_store().find("", arguments.name)
-    if arguments.export or arguments.rename or arguments.delete:
+    if arguments.prepare:
+        _prepare([imported or lookup(arguments.name)] if arguments.name else None, arguments.progress)
+    elif arguments.export or arguments.rename or arguments.delete:
         _change(arguments, imported)
     elif imported is not None:
         scene = imported.everyday if arguments.everyday else imported.document
@@ -67,6 +74,29 @@ def _print_catalogue() -> None:
         rows += [None, (GROUP.upper(), "", "")]
         rows += [(texture.name, texture.title, "") for texture in imported]
     print_table("", ("name", "what it is", "everyday scan"), rows)
+
+
+def _prepare(entries: Sequence[CatalogueEntry | StoredTexture] | None, progress: bool | None) -> None:
+    """Make the tables of `entries`, None for all, under the finger with which the page begins."""
+    from synth.response.kept_files import KeptFiles
+    from synth.response.response_cache import ResponseCache
+    from synth.scene.scene import parse_scene
+    from synth.scene.texture_registry import kinds
+    from synth.voice.hand_voice import HandVoice
+
+    every: list[CatalogueEntry | StoredTexture] = [*catalogue(), *own_store().textures("")]
+    chosen = every if entries is None else entries
+    folder = tables_folder(folder_of_environment())
+    with Progress("making tables", len(chosen), "textures", progress) as bar:
+        for entry in chosen:
+            scene = parse_scene(with_imported({"finger": FINGER, **entry.document}))
+            try:
+                if not kinds()[scene.texture.kind].of_area:  # an area is solved along the path of the hand
+                    HandVoice(scene, cache=ResponseCache(files=KeptFiles(folder)))
+            except CannotRender as error:
+                say(f"{entry.name}: {error.reason}")
+            bar.advance(1)
+    say(f"{folder} has what was solved for {len(chosen)} textures, apart from those over an area.")
 
 
 def _change(arguments: argparse.Namespace, texture: StoredTexture | None) -> None:

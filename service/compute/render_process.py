@@ -226,7 +226,8 @@ def main() -> None:
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # no zombies
     control = socket.socket(fileno=int(sys.argv[1]))
     control.set_inheritable(False)
-    engine, store = _loaded_engine(int(sys.argv[2])), Store(Path(sys.argv[3]))
+    folder = Path(sys.argv[3])
+    engine, store = _loaded_engine(int(sys.argv[2]), folder), Store(folder)
     add_source(store.surface)
     gc.collect()
     gc.freeze()
@@ -241,11 +242,11 @@ def main() -> None:
         os.close(descriptors[0])
 
 
-def _loaded_engine(cache_bytes: int) -> Any:
+def _loaded_engine(cache_bytes: int, folder: Path) -> Any:
     from service.engine import SynthEngine
     from synth.scene.scene import parse_scene
 
-    engine = SynthEngine(cache_bytes)
+    engine = SynthEngine(cache_bytes, folder)
     engine.load_following()  # for live voices: the service compiles the other half meanwhile
     engine.open_voice(parse_scene({})).render(480)
     return engine

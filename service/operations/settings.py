@@ -209,7 +209,7 @@ class Settings:
         "",
         _matching(r"[^\x00]+"),
         "a folder",
-        "The folder in which imported textures are kept. Unset, it is the platform's folder of the user's data.",
+        "The folder of imported textures, and of tables. Unset, it is the platform's folder of the user's data.",
     )
     max_import: int = _setting(
         134_217_728,

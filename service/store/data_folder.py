@@ -1,4 +1,4 @@
-"""The data folder, in which imported textures are kept.
+"""The data folder, in which imported textures are kept, and the tables of textures (`synth.response.kept_files`).
 
 Model: RIDGEWAVE_DATA_FOLDER names it, for the service and the command line alike. Unset, it is the folder that the
     platform gives a user's programs: ~/.local/share/ridgewave on Linux (XDG_DATA_HOME), ~/Library/Application
@@ -21,6 +21,11 @@ def data_folder(given: str = "") -> Path:
     import platformdirs
 
     return Path(platformdirs.user_data_dir("ridgewave", appauthor=False))
+
+
+def tables_folder(folder: Path) -> Path:
+    """Return the folder of tables in the data folder. It may be deleted at any time."""
+    return folder / "tables"
 
 
 def folder_of_environment(environment: Mapping[str, str] | None = None) -> Path:

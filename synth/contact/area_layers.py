@@ -38,7 +38,7 @@ Numbers = np.ndarray[Any, np.dtype[np.int64]]
 Complex = np.ndarray[Any, np.dtype[np.complex64]]
 Work = Callable[[int, int], object]
 
-SAMPLES = 2  # of the texture per cell of the lattice or of the finger, in both directions; 4 change z by 1e-4
+SAMPLES = 2  # of the texture per cell of the lattice or of the finger, in both directions; with 4 the error stays
 BATCH = 4  # levels that are computed together: the series are read from memory once for all of them
 AFRESH = 12  # work of adding a point again, over that of a place of the images in going down by a level
 SPREAD = 32  # depth below the top over the distance of two levels: F is nearly a power of the depth

@@ -26,7 +26,7 @@ def lay_texture(texture, shape, per, fine_x, fine_y, step, first, layers, one, e
     fine_x, fine_y: samples per cell of the lattice.
     step, first: as in `LayerPlan`.
     """
-    rows, columns = layers.shape[1:]
+    count, rows, columns = layers.shape
     finer_x, finer_y, stride, span, cells = shape[FINER_X], shape[FINER_Y], shape[STRIDE], shape[SPAN], shape[ROWS]
     samples = columns * fine_x
     near, beyond, part = np.empty(samples, np.int64), np.empty(samples, np.int64), np.empty(samples, np.float32)
@@ -50,7 +50,7 @@ def lay_texture(texture, shape, per, fine_x, fine_y, step, first, layers, one, e
                 below = texture[low + near[i]] + part[i] * (texture[low + beyond[i]] - texture[low + near[i]])
                 above = texture[high + near[i]] + part[i] * (texture[high + beyond[i]] - texture[high + near[i]])
                 height = (below + fy * (above - below)) * inverse
-                layer = np.int64(math.floor(height))
+                layer = min(np.int64(math.floor(height)), first + count - 2)  # the highest place may be rounded up
                 upper = height - np.float32(layer)
                 layer -= first
                 if layer < -1:

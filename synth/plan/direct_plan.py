@@ -37,9 +37,10 @@ from synth.plan.effect_choice import asked as asked_effects
 from synth.plan.effect_choice import outputs_of
 from synth.plan.frame_solver import EXACT_CELL
 from synth.plan.request import HAND_LOADS, HAND_SPEEDS, Request, harmonics_in_band
-from synth.plan.scene_table import band_of, bounds_for
+from synth.plan.scene_table import band_of, bounds_for, entry_of
 from synth.response.band_filter import SOLUTIONS, band_filter
-from synth.response.mean_approach import Mean, mean_curve, mean_over_area
+from synth.response.kept_files import FileForm, json_form
+from synth.response.mean_approach import Mean, MeanSpline, mean_curve, mean_over_area
 from synth.response.response_cache import ResponseCache
 from synth.response.table_error import QUANTITIES
 from synth.scene.scene import Scene
@@ -63,6 +64,9 @@ PATH_SLOPE = 0.618033988749895  # of the path on which solutions per second are 
 TURNED = 0.03  # s of the swing on which the error of a finger that turns is measured
 FOLD_POWER = 1.5  # of the rate, by which the folded error falls at least: kinks of order 3/2 give 2.5
 MORE_FOLDS = 1.0 / (1.0 - 2.0**-FOLD_POWER)  # what folds at the usual rate, over what no longer folds at twice it
+
+PLAIN = ("heaviest", "band", "finer", "rate", "fastest", "loads", "errors", "solution_seconds")
+"""Fields of a DirectPlan along a line that are numbers."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,7 +184,29 @@ def direct_plan(
     key: Hashable = ("direct plan", contact.key, whole.key, over_area(asked), *told)
     if over_area(asked):
         return cache.get(key, lambda: _over_area(whole, cache, *told))
-    return cache.get(key, lambda: _along_line(contact, whole, *told))
+    return cache.get(
+        key,
+        lambda: _along_line(contact, whole, *told),
+        lambda: entry_of(scene, whole, (contact.geometry.texture_period, *told), _form_on(whole)),
+    )
+
+
+def _form_on(whole: Contact) -> FileForm[DirectPlan]:
+    """Return the form of the file of a plan along a line on `whole`, which is made again from the scene."""
+
+    def document(plan: DirectPlan) -> dict[str, Any]:
+        assert isinstance(plan.mean, MeanSpline), "loads from 0 N"
+        told = {name: getattr(plan, name) for name in PLAIN}
+        return told | {"mean": [plan.mean.roots.tolist(), plan.mean.values.tolist()]}
+
+    def plan_of(told: dict[str, Any]) -> DirectPlan:
+        mean = MeanSpline(*(np.array(values, dtype=float) for values in told.pop("mean")))
+        plain: dict[str, Any] = {
+            name: tuple(value) if isinstance(value, list) else value for name, value in told.items()
+        }
+        return DirectPlan(whole, mean, **plain)
+
+    return json_form(document, plan_of)
 
 
 def _along_line(

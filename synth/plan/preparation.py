@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -36,12 +37,12 @@ from synth.plan.motion_peak import differs_from_cruise, peaks_along
 from synth.plan.path_frames import path_frames
 from synth.plan.process_start import begun
 from synth.plan.request import N_MAX, Request, harmonics_in_band
-from synth.plan.scene_table import kept_table, read_error
+from synth.plan.scene_table import entry_of, kept_table, read_error
 from synth.plan.stretch import Stretch, on_whole, stretch_of
 from synth.response.mean_approach import Mean, mean_curve, mean_over_area
 from synth.response.reading_filter import ORDERS
 from synth.response.response_cache import SHARED, ResponseCache
-from synth.response.spectrum import Demand, Spectrum, curves, fine_enough, points_for, solve_spectrum
+from synth.response.spectrum import SPECTRUM_FORM, Demand, Spectrum, curves, fine_enough, points_for, solve_spectrum
 from synth.response.table import ResponseTable
 from synth.response.table_error import QUANTITIES
 from synth.response.table_making import HEAVIEST
@@ -171,7 +172,9 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool) -> Preparati
         tolerance = _imperceptible(contact, asked)
     contact, shapes, demand = _shaped(asked, contact, tolerance)
     key = ("spectrum", contact.key, _pressed(scene), demand, asked.reach)
-    spectrum = cache.get(key, lambda: solve_spectrum(contact, _pressed(scene), demand, asked.reach))
+    solve = partial(solve_spectrum, contact, _pressed(scene), demand, asked.reach)
+    file = partial(entry_of, scene, contact, (_pressed(scene), demand, asked.reach), SPECTRUM_FORM)
+    spectrum = cache.get(key, solve, file)
     on_surface = None if asked.stretch is None else on_whole(contact, scene)
     solved = replace(solved, tolerance=tolerance, contact=contact, on_surface=on_surface)
     steady = SteadyScan(*asked.request, spectrum)

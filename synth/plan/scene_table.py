@@ -12,8 +12,10 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Hashable
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
+from typing import Any, TypeVar
 
 from synth.contact.forces import Response
 from synth.contact.geometry import Geometry
@@ -22,14 +24,18 @@ from synth.errors import Fault, SceneError
 from synth.motion.scan_motion import ScanMotion
 from synth.plan.effects_preparation import shape_for
 from synth.plan.stretch import stretch_of
+from synth.response.kept_files import FileEntry, FileForm
 from synth.response.reading_filter import ORDERS, reading_filter
 from synth.response.response_cache import ResponseCache
 from synth.response.spectrum import Demand
 from synth.response.table import ResponseTable
 from synth.response.table_error import QUANTITIES
+from synth.response.table_file import table_bytes, table_of_bytes
 from synth.response.table_making import BOUNDS, TableBounds, make_table
+from synth.scene.catalogue import catalogue
 from synth.scene.output_section import FULL_BAND
-from synth.scene.scene import Scene, scene_document
+from synth.scene.scene import Scene, parse_scene, scene_document
+from synth.scene.texture_registry import kinds
 
 RATE_SHARE = 0.35  # largest band of a table, as a part of the sample rate (mip levels end at 0.49)
 USUAL_BAND = 1000.0  # Hz: tables of wider bands have proportionally more harmonics, in fewer rows
@@ -37,7 +43,10 @@ MOST_HARMONICS = 256  # of a table; more would leave too few rows of load
 EXACT_BYTES = 128 << 20  # largest table made to a tolerance; that of the default scene takes 4 s and 7 MB
 EXACT_PHASES, EXACT_PLACES = 16, 10.0  # per harmonic of such a table; with fewer, folding or images add 1e-3
 ROWS_SHARE = 0.4  # part of the tolerance for the error between rows; folding and the images of places use the rest
+TABLE_FORM = FileForm(".safetensors", table_bytes, table_of_bytes)
 SHAPES_JUDGED = Demand(8, (0,), 1e-2)  # demand with which an effect on the shape set to "auto" is judged
+
+T = TypeVar("T")
 
 
 def table_of_scene(
@@ -91,7 +100,47 @@ def _kept(response: Response, scene: Scene, cache: ResponseCache, bounds: TableB
     period, band, lift_load = scene.texture.period, band_of(scene), scene.scan.lift_load
     make = partial(make_table, response, period=period, band=band, lift_load=lift_load, bounds=bounds)
     key = ("response table", response.key, period, band, lift_load, bounds)
-    return cache.get(key, lambda: make(scene=_told_text(scene)))
+    file = partial(entry_of, scene, response, (period, band, lift_load, bounds), TABLE_FORM)
+    return cache.get(key, lambda: make(scene=_told_text(scene)), file)
+
+
+def entry_of(scene: Scene, response: Response, decided_by: Hashable, form: FileForm[T]) -> FileEntry[T] | None:
+    """Return by what a result of `scene` is found among the files, None unless it is kept there.
+
+    Kept are results of an unchanged texture of the catalogue or of an imported profile, under an unchanged finger and
+    without effects. A slider would fill the folder with others. A texture over an area has points that depend on more.
+
+    response: that of the result; one that is not the whole contact of the scene is not kept.
+    decided_by: numbers that, beside finger and texture, decide the result.
+    """
+    document = scene_document(scene)
+    if scene.effects or document["finger"] != _finger_document(scene.finger.kind):
+        return None
+    if kinds()[scene.texture.kind].of_area or response.key != contact_of(scene).key:
+        return None
+    texture = json.dumps(document["texture"], sort_keys=True)
+    imported = {"kind": scene.texture.kind, "surface": scene.texture.surface}
+    if texture not in _known_textures() and (
+        scene.texture.surface is None or document["texture"] != _texture_document(imported)
+    ):
+        return None
+    return FileEntry(f"{_told_text(scene)} {form.ending} {decided_by!r}", form)
+
+
+@cache
+def _finger_document(kind: str) -> Any:
+    return scene_document(parse_scene({"finger": {"kind": kind}}))["finger"]
+
+
+def _texture_document(texture: dict[str, Any]) -> Any:
+    return scene_document(parse_scene({"texture": texture}))["texture"]
+
+
+@cache
+def _known_textures() -> frozenset[str]:
+    """Return the textures of the catalogue, as `entry_of` compares them."""
+    named = (_texture_document(entry.document["texture"]) for entry in catalogue())
+    return frozenset(json.dumps(texture, sort_keys=True) for texture in named)
 
 
 def bounds_for(scene: Scene) -> TableBounds:

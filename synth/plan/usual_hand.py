@@ -17,7 +17,8 @@ Limits  If a hand is so slow that the band contains more harmonics than the tabl
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -28,7 +29,9 @@ from synth.plan.direct_plan import follows_path
 from synth.plan.effect_choice import outputs_of, with_added_scales
 from synth.plan.preparation import Preparation, prepare
 from synth.plan.request import HAND_LOADS, HAND_SPEEDS, harmonics_below
+from synth.plan.scene_table import entry_of
 from synth.response.band_filter import SOLUTIONS
+from synth.response.kept_files import json_form
 from synth.response.response_cache import SHARED, ResponseCache
 from synth.response.spectrum import Complex, Demand, curves, harmonics_of, points_for, solve_spectrum
 from synth.scene.output_section import Channel
@@ -58,6 +61,9 @@ class UsualPeaks:
     usual: tuple[float, ...]
     own: tuple[float, ...]
     memory_bytes: int = 200
+
+
+PEAKS_FORM = json_form(asdict, lambda told: UsualPeaks(tuple(told["usual"]), tuple(told["own"])))
 
 
 def prepare_hand(
@@ -142,7 +148,7 @@ def usual_peaks(scene: Scene, contact: Contact | None, cache: ResponseCache) -> 
         peaks[1 : 1 + len(landing), speeds > speed] = 0.0
         return UsualPeaks(tuple(np.max(peaks, axis=(0, 1)).tolist()), tuple(peaks[0, 0].tolist()))
 
-    return cache.get(key, found)
+    return cache.get(key, found, partial(entry_of, scene, solver, key[2:], PEAKS_FORM))
 
 
 def _coarse_series(contact: Contact, load: float, points: int, highest: int) -> Complex:

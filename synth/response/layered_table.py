@@ -8,8 +8,11 @@ Model   z(p, q, w) = m(u) + s(p, q, u),   u = w^(1/4)
         16-bit numbers with one scale per row of load, and those of all loads at one place are neighbours in memory.
         `layered_making` makes the table.
 Source  Unser, Splines: a perfect fit for signal and image processing (1999).
-Limits  `errors` are twice the largest of some measured differences. A load outside `loads` is read as the nearest one
-        inside.
+Limits  A load outside `loads` is read as the nearest one inside. What moves faster over place than two places of the
+        lattice is absent. `errors` are measured, not proven (`layered_making`).
+        A map of 2,000 x 2,000 heights, 25 um apart, under a fingertip has 1,000 x 960 places, takes 3.3 s of one core
+        and 50 MB, and is read in 57 ns along a scan. In three scans at 100 mm/s, up to 1 kHz, displacement errs by
+        0.7 % of its peak-to-peak, velocity by 5 %, and acceleration by 25 % (`python -m tests.bench layered`).
 """
 
 from __future__ import annotations
@@ -27,14 +30,14 @@ Shorts = np.ndarray[Any, np.dtype[np.int16]]
 
 @dataclass(frozen=True, eq=False)
 class LayeredTable:
-    """z of one contact on a height field. It is immutable.
+    """z of one contact on a height field, its finger in one direction. It is immutable.
 
     loads: N, rising [rows], at equal distances of u.
     curve: coefficients of m, m.
     coefficients: of s, int16 [places across + PADDING, places along + PADDING, rows + 2].
     scales: m per unit of `coefficients` [rows + 2].
     swings: peak-to-peak of z over the surface, m [rows].
-    errors: largest error of z between two rows, m [rows - 1].
+    errors: error of z between two rows, m [rows - 1]; twice the largest that was measured near them.
     below, above: m [rows]. For the points as the lattice has them, z is at most so far below and above that of the
         table, by the layers alone.
     """
@@ -63,7 +66,7 @@ class LayeredTable:
     def heights(self, phases: Array, across: Array, loads: Array) -> Array:
         """Return z (m) at each place of a path.
 
-        phases, across: how far the finger has moved along and across, in periods of the texture.
+        phases, across: how far the texture has moved along and across, in periods, as in `AreaGrid.solve_places`.
         loads: N.
         All three have one dimension and one length. Raises ValueError if they do not.
         """

@@ -28,7 +28,7 @@ from synth.kernels import inlined, signed_kernel
 HISTORY = 8  # levels kept before a batch: around an interval, two above it and five below
 BEFORE = 2  # of these lie above the interval; the lower bound needs more below
 MEAN_GAIN, MOST_GAIN = 1.0 / 12.0, 0.5  # of D, by which two layers in place of a height raise F
-STEPS = 2  # of Newton's method from the chord: with more, z changes by less than 1e-5 of the distance of two levels
+STEPS = 2  # of Newton's method from the chord; with 8, z changes by 3e-5 of the distance of two levels
 STEEP = 4.0  # ratio of F at four levels from which on its square root is interpolated
 CHUNK = 1024  # places
 

@@ -108,5 +108,22 @@ def mean_of(
         roots, values = np.insert(roots, halved + 1, between), np.insert(values, halved + 1, more)
         halves = (halved + np.arange(len(halved)))[missed > SPLINE_GAIN * allowed]
         halved = np.sort(np.concatenate([halves, halves + 1]))
-    done = CubicSpline(roots, values)
-    return lambda wanted: np.asarray(done(np.maximum(wanted, least)))
+    return MeanSpline(roots, values)
+
+
+class MeanSpline:
+    """The mean of z as a cubic spline.
+
+    roots: w^(1/3) of the loads, N^(1/3), rising; below the first the mean stays the same.
+    values: the mean of z at them, m.
+    """
+
+    def __init__(self, roots: Array, values: Array) -> None:
+        from scipy.interpolate import CubicSpline
+
+        self.roots, self.values = roots, values
+        self._spline = CubicSpline(roots, values)
+
+    def __call__(self, wanted: Array) -> Array:
+        """Return the mean of z (m) at `wanted` w^(1/3) (N^(1/3))."""
+        return np.asarray(self._spline(np.maximum(wanted, self.roots[0])))

@@ -1,7 +1,8 @@
 """A cache of solved responses and tables, keyed by what determines them, with a limit in bytes.
 
 Model   The least recently used entry is evicted first. Where two threads request one key at once, one builds the entry
-        and the other waits. An evicted entry is found again as long as anyone uses it.
+        and the other waits. An evicted entry is found again as long as anyone uses it. With `files`, an entry that
+        names its file is read from there before it is built.
 Limits  An entry larger than the limit is built and returned, but not cached.
 """
 
@@ -13,6 +14,8 @@ from collections.abc import Callable, Hashable
 from contextlib import suppress
 from typing import Protocol, TypeVar
 from weakref import WeakValueDictionary
+
+from synth.response.kept_files import FileEntry, KeptFiles
 
 DEFAULT_BYTES = 256 << 20
 
@@ -30,10 +33,10 @@ T = TypeVar("T", bound=Kept)
 
 
 class ResponseCache:
-    """A thread-safe cache of responses and tables, at most `max_bytes` large."""
+    """A thread-safe cache of responses and tables, at most `max_bytes` large. files: of entries that outlive it."""
 
-    def __init__(self, max_bytes: int = DEFAULT_BYTES) -> None:
-        self.max_bytes = max_bytes
+    def __init__(self, max_bytes: int = DEFAULT_BYTES, files: KeptFiles | None = None) -> None:
+        self.max_bytes, self.files = max_bytes, files
         self.hits = 0
         self.misses = 0
         self._entries: OrderedDict[Hashable, Kept] = OrderedDict()
@@ -42,8 +45,11 @@ class ResponseCache:
         self._lock = threading.Lock()
         self._building: dict[Hashable, threading.Lock] = {}
 
-    def get(self, key: Hashable, build: Callable[[], T]) -> T:
-        """Return the entry of `key`, building it at the first call. Errors of `build` are raised and not cached."""
+    def get(self, key: Hashable, build: Callable[[], T], file: Callable[[], FileEntry[T] | None] = lambda: None) -> T:
+        """Return the entry of `key`, building it at the first call. Errors of `build` are raised and not cached.
+
+        file: returns by what the entry is found among the files; None if it is not kept there.
+        """
         kept = self.find(key)
         if kept is not None:
             return kept  # type: ignore[return-value]
@@ -53,7 +59,8 @@ class ResponseCache:
             kept = self.find(key)
             if kept is not None:
                 return kept  # type: ignore[return-value]
-            made = build()
+            entry = file() if self.files is not None else None
+            made = build() if entry is None or self.files is None else self.files.get(entry, build)
             self._keep(key, made)
             return made
 

@@ -14,7 +14,7 @@ Limits  `errors` bounds the error by the changes of the last two doublings. Of 3
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -22,6 +22,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.contact.forces import Response
 from synth.contact.load_balance import Contact
+from synth.response.kept_files import json_form
 
 Complex = np.ndarray[Any, np.dtype[np.complex128]]
 
@@ -80,6 +81,19 @@ class Spectrum:
     def memory_bytes(self) -> int:
         """Memory in bytes."""
         return self.harmonics.nbytes
+
+    def document(self) -> dict[str, Any]:
+        """Return the spectrum as a JSON document; `of` reads it back, bit for bit."""
+        return asdict(self) | {"harmonics": self.harmonics.view(float).tolist()}
+
+    @classmethod
+    def of(cls, document: dict[str, Any]) -> Spectrum:
+        """Return the spectrum of a `document`."""
+        harmonics = np.array(document["harmonics"], dtype=float).view(np.complex128)
+        return cls(**{**document, "harmonics": harmonics, "errors": tuple(document["errors"])})
+
+
+SPECTRUM_FORM = json_form(Spectrum.document, Spectrum.of)
 
 
 def curves(harmonics: Complex, order: int, points: int) -> Array:

@@ -43,7 +43,7 @@ def figures(quick: bool) -> list[Figure]:
     contact = fingertip_on(self_affine(count))
     cost = layered_cost(contact)
     places = math.prod(cost.plan.places)
-    how = f"{count} x {count} heights, {cost.plan.places[0]} x {cost.plan.places[1]} places, 24 loads to 5 N"
+    how = f"{count} x {count} heights, {cost.plan.places[0]} x {cost.plan.places[1]} places, {cost.rows} loads to 5 N"
     with one_core():
         began = process_time()
         table = make_layered_table(contact, cost=cost)
@@ -60,7 +60,7 @@ def figures(quick: bool) -> list[Figure]:
     lines += errors(table, "usual", exact)
     if not quick:
         for nbytes, rows in ((32 << 20, 24), (13 << 20, 24), (64 << 20, 16)):
-            bounds = LayeredBounds(nbytes=nbytes, rows=rows)
+            bounds = LayeredBounds(nbytes=nbytes, rows=(rows,))
             made = make_layered_table(contact, bounds, workers=2)
             lines += errors(made, f"{rows} loads, {1e6 * made_spacing(made, count):.0f} um", exact)
     return lines

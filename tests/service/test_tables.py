@@ -15,8 +15,10 @@ from clients import Client, ProtocolError
 from service.app import create_app
 from service.compute import work_places
 from service.engine import SynthEngine
+from synth.plan import scene_table
 from synth.response.response_cache import DEFAULT_BYTES
 from synth.response.table_file import table_of_bytes
+from synth.scene.scene import parse_scene
 from tests.conftest import RunsRidgewave
 from tests.service.harness import ask, kept_engine, problem, serving, settings_of, until
 from tests.service.plain_engine import TABLE, PlainEngine
@@ -181,3 +183,13 @@ def test_the_client_refuses_other_content(app: FastAPI, change: Any) -> None:
         changed, told = TABLE.read_bytes(), told | {"hash": "0" * 64}
         with pytest.raises(ProtocolError):
             client.table({})
+
+
+def test_a_service_that_starts_again_reads_the_tables_of_the_catalogue(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = parse_scene({"finger": {"kind": "fingertip"}, "texture": {"kind": "corduroy-14-wale"}})
+    first = SynthEngine(DEFAULT_BYTES, tmp_path).open_hand(scene)
+    monkeypatch.setattr(scene_table, "make_table", lambda *_, **__: pytest.fail("made again"))
+    again = SynthEngine(DEFAULT_BYTES, tmp_path).open_hand(scene)
+    assert again.full_scale == first.full_scale and again.plan_document == first.plan_document

@@ -118,9 +118,13 @@ function follow({ form, state, session, views, plan, recorder, stale }) {
   };
   session.addEventListener("state", markSound);
   state.addEventListener("change", ({ detail: { scene, fixed, settled } }) => {
-    if (!same(scene, shown)) for (const part of ["picture", "plan"]) stale.set(part, "pending");
-    clearTimeout(resting);
-    if (!same(scene, shown)) resting = setTimeout(show, settled ? 0 : REST);
+    if (!same(scene, shown)) {
+      for (const part of ["picture", "plan"]) stale.set(part, "pending");
+      clearTimeout(resting);
+      const soundFirst = Boolean(session.player); // plan and picture would compete with it for the processor
+      resting = setTimeout(show, settled && !soundFirst ? 0 : REST);
+      shown = null; // a return to the scene that was shown is shown again
+    }
     if (!sending && (settled || !fixed)) sending = setTimeout(send, SPACING);
     markSound();
   });

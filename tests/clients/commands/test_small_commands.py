@@ -26,6 +26,17 @@ def test_textures_lists_every_entry_with_its_source(ridgewave: RunsRidgewave) ->
     assert places == sorted(places)
 
 
+def test_tables_are_made_ahead_for_a_service_of_the_same_folder(ridgewave: RunsRidgewave, tmp_path: Path) -> None:
+    done = ridgewave("textures", "corduroy-14-wale", "--prepare")
+    folder = tmp_path / ".data" / "ridgewave" / "tables"
+    assert (done.returncode, done.stdout) == (
+        0,
+        b"",
+    ) and f"{folder} has what was solved for 1 textures".encode() in done.stderr
+    assert sorted(path.suffix for path in folder.iterdir()) == [".json"] * 3 + [".safetensors"]
+    assert ridgewave("textures", "no-such-texture", "--prepare").returncode == 2
+
+
 def test_a_texture_by_name_is_a_scene_to_edit(ridgewave: RunsRidgewave) -> None:
     entry = catalogue()[0]
     done = ridgewave("textures", entry.name)

@@ -10,6 +10,7 @@ import pytest
 
 from synth.contact.area_grid import AreaGrid
 from synth.contact.area_layers import BATCH, AreaLayers, LayerPlan
+from synth.contact.layer_sums import lay_texture
 from synth.contact.scene_contact import contact_of
 from synth.scene.scene import parse_scene
 from tests.reference import layered_oracle
@@ -79,3 +80,18 @@ def test_below_all_points_f_falls_in_a_straight_line() -> None:
     points = int(np.sum(grid.heights > -1e20))
     wanted = points * grid.cell * layers.plan.step * grid.height_scale
     assert np.diff(found) / -np.diff(numbers) == pytest.approx(wanted, rel=1e-3)
+
+
+def test_each_place_of_the_texture_is_in_the_layers_once_and_nowhere_else() -> None:
+    """Also where the highest place is rounded up to the next layer."""
+    grid, _layers, _lowest = grid_and_layers(8.0)
+    texture = grid.texture
+    for count in range(1, 80):
+        step = float(np.nextafter(texture.highest / count, 1.0))  # it is just below a whole number of steps
+        plan = LayerPlan.of(grid, SIZE, step, 1, -10.0)
+        space = np.zeros((plan.layers + 1, SIZE[1], SIZE[0]), np.float32)
+        lay_texture(
+            texture.heights, texture.shape, texture.columns, 2, 2, plan.step, plan.first, space[:-1], 0, SIZE[1]
+        )
+        assert not space[-1].any()
+        assert np.allclose(space.sum(axis=0), 1.0, atol=1e-5)

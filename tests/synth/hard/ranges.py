@@ -10,6 +10,7 @@ from typing import Any
 from synth.scene.finger_section import PRINT, TIP
 from synth.scene.output_section import FULL_SCALE_RANGES, FullScale
 from synth.scene.rules import Quantity, QuantityOrName, Rule
+from synth.scene.scan_section import LINE
 from synth.scene.scene import Scene
 from synth.scene.section import Section, inner_section, rule_of
 from synth.scene.texture_registry import SHARED, special_fields
@@ -85,9 +86,10 @@ OF_ONE_KIND = {
     *(f"texture.{name}" for name in special_fields() if name not in SHARED),
     *(f"finger.{name}" for name in (*PRINT, *TIP)),
     "texture.spacing",
+    *(f"scan.{name}" for name in LINE),
 }
-"""Fields that only one kind of texture or finger has: tests/synth/surfaces/test_texture_fields.py and
-tests/synth/scene/test_finger_kinds.py have their ends."""
+"""Fields that only some kinds of texture or finger have: tests/synth/surfaces/test_texture_fields.py,
+tests/synth/scene/test_finger_kinds.py and tests/synth/scene/test_area_scan.py have their ends."""
 
 
 def numeric_fields() -> list[Field]:

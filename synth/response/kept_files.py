@@ -1,0 +1,109 @@
+"""Solved responses and tables as files, so that a later process does not solve them again.
+
+Stage   RESPONSE, beside the cache in memory.
+Model   An entry is a file whose name is the SHA-256 of everything that decides its content: the text of its scene and
+        of its demand, and the source of `synth`. A file is written whole, under another name first. One that cannot be
+        read or written is as if it were absent. The files that were not used for longest are deleted beyond the limit.
+Limits  The folder is trusted as the program is: of a table the hash is checked, of a series only its form.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cache
+from hashlib import sha256
+from pathlib import Path
+from typing import Generic, TypeVar
+
+from synth.errors import CannotRender
+
+MOST_BYTES = 512 << 20  # the catalogue with one finger has 70 MB
+SOURCE = Path(__file__).resolve().parents[1]
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, slots=True)
+class FileForm(Generic[T]):
+    """How entries of one type become files.
+
+    ending: of the name, with its dot.
+    write: returns the bytes of an entry.
+    read: returns the entry; raises CannotRender, ValueError, KeyError or TypeError for bytes that are none.
+    """
+
+    ending: str
+    write: Callable[[T], bytes]
+    read: Callable[[bytes], T]
+
+
+@dataclass(frozen=True, slots=True)
+class FileEntry(Generic[T]):
+    """What an entry is found by. text: everything that decides it, apart from the program."""
+
+    text: str
+    form: FileForm[T]
+
+
+class KeptFiles:
+    """The entries in `folder`, `most_bytes` at most. From any thread and process."""
+
+    def __init__(self, folder: Path, most_bytes: int = MOST_BYTES) -> None:
+        self.folder, self.most_bytes = folder, most_bytes
+
+    def get(self, entry: FileEntry[T], build: Callable[[], T]) -> T:
+        """Return the entry, from its file if there is one. Errors of `build` are raised and not kept."""
+        path = self.folder / f"{sha256(f'{source_hash()} {entry.text}'.encode()).hexdigest()}{entry.form.ending}"
+        with suppress(OSError, CannotRender, ValueError, KeyError, TypeError):
+            found = entry.form.read(path.read_bytes())
+            os.utime(path)  # used now
+            return found
+        made = build()
+        with suppress(OSError):
+            self._write(path, entry.form.write(made))
+            self._prune()
+        return made
+
+    def _write(self, path: Path, content: bytes) -> None:
+        self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        descriptor, part = tempfile.mkstemp(dir=self.folder, suffix=".part")
+        try:
+            with os.fdopen(descriptor, "wb") as file:
+                file.write(content)
+            os.replace(part, path)
+        except BaseException:
+            os.unlink(part)
+            raise
+
+    def _prune(self) -> None:
+        """Delete the files that were not used for longest, beyond the limit."""
+        used = sorted((path.stat().st_mtime, path.stat().st_size, path) for path in self.folder.iterdir())
+        excess = sum(size for _, size, _ in used) - self.most_bytes
+        for _, size, path in used:
+            if excess <= 0:
+                return
+            path.unlink(missing_ok=True)
+            excess -= size
+
+
+@cache
+def source_hash() -> str:
+    """Return a hash of the source of `synth`: another version may solve otherwise."""
+    digest = sha256()
+    for path in sorted(SOURCE.rglob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def json_form(to_document: Callable[[T], object], of_document: Callable[..., T]) -> FileForm[T]:
+    """Return the form of entries that are small JSON documents."""
+    return FileForm(
+        ".json",
+        lambda entry: json.dumps(to_document(entry)).encode(),
+        lambda content: of_document(json.loads(content)),
+    )

@@ -1,0 +1,91 @@
+"""Scans over an area: the ends of their fields, recorded points of five numbers, and what they cannot stand beside."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import ridgewave as rw
+from synth.errors import Fault, SceneError
+from synth.scene.scan_section import LINE
+from synth.scene.scene import Scene, parse_scene, scene_document, scene_schema
+
+ENDS = {"y": 10.0, "heading": 1000.0, "direction": 1000.0}
+POINTS = [
+    [0.0, 0.0, 0.0, 0.0, 0.3],
+    [0.1, "8 mm", "3 mm", "10 deg", 0.3],
+    [0.2, 0.016, 0.006, 0.3, 0.4],
+    [0.3, 0.02, 0.01, 0.3, 0.4],
+]
+
+
+def over_dots(scan: dict[str, Any]) -> Scene:
+    """Return a scene on dots."""
+    return parse_scene({"texture": {"kind": "dots"}, "scan": scan})
+
+
+def faults(scan: dict[str, Any], texture: dict[str, Any] | None = None) -> tuple[Fault, ...]:
+    """Return the faults of a scene."""
+    with pytest.raises(SceneError) as refused:
+        parse_scene({"texture": {"kind": "dots"} if texture is None else texture, "scan": scan})
+    return tuple(refused.value.faults)
+
+
+@pytest.mark.parametrize("name", LINE)
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_both_ends_are_accepted_and_render_and_what_is_beyond_is_refused_by_name(name: str, sign: float) -> None:
+    end = sign * ENDS[name]
+    scene = over_dots({name: end})
+    assert getattr(scene.scan, name) == end
+    assert parse_scene(scene_document(scene)) == scene
+    short = {
+        "finger": {"contact_length": "1 mm"},
+        "texture": {"kind": "dots"},
+        "scan": {name: end},
+        "output": {"duration": 0.01},
+    }
+    assert np.isfinite(rw.render(short).values).all()
+    for beyond in (math.nextafter(end, sign * math.inf), math.nan, sign * math.inf):
+        (fault,) = faults({name: beyond})
+        assert fault.pointer == f"/scan/{name}"
+        assert fault.hint
+
+
+@pytest.mark.parametrize("name", LINE)
+def test_a_texture_of_lines_refuses_them_unless_they_are_zero(name: str) -> None:
+    (fault,) = faults({name: 0.1}, {})
+    assert fault.pointer == f"/scan/{name}"
+    assert "heightmap" in fault.hint
+    assert parse_scene({"scan": {name: 0.0}}) == parse_scene({})
+
+
+def test_points_of_five_numbers_are_read_in_si_and_written_back() -> None:
+    scan = over_dots({"trajectory": POINTS}).scan
+    assert scan.trajectory is not None
+    assert np.allclose(scan.trajectory[1], (0.1, 0.008, 0.003, math.radians(10.0), 0.3), rtol=1e-12)
+    assert scan.speed == pytest.approx(math.hypot(0.008, 0.003) / 0.1)
+    assert scan.load == 0.4
+    assert over_dots(scene_document(over_dots({"trajectory": POINTS}))["scan"]).scan == scan
+
+
+def test_points_of_five_numbers_stand_alone() -> None:
+    (fault,) = faults({"trajectory": POINTS}, {})
+    assert fault.pointer == "/scan/trajectory"
+    (fault,) = faults({"trajectory": POINTS, "heading": 0.1})
+    assert (fault.pointer, fault.allowed) == ("/scan/heading", "not beside points over an area")
+    (fault,) = faults({"trajectory": [*POINTS[:3], [0.3, 0.02, 0.4]]})
+    assert fault.pointer == "/scan/trajectory/3"
+    (fault,) = faults({"trajectory": [*POINTS[:3], [0.3, 0.02, 3.0, 0.0, 0.4]]})
+    assert "10 m/s at most" in fault.allowed
+    (fault,) = faults({"trajectory": [*POINTS[:3], [0.3, 0.02, 0.0, math.nan, 0.4]]})
+    assert fault.pointer == "/scan/trajectory/3/3"
+
+
+def test_the_schema_names_the_textures_that_have_an_area() -> None:
+    scan = scene_schema()["properties"]["scan"]["anyOf"][0]["properties"]
+    for name in LINE:
+        assert {"dots", "heightmap"} <= set(scan[name]["x-needs"]["texture.kind"])
+        assert "sinusoid" not in scan[name]["x-needs"]["texture.kind"]
