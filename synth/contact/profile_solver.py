@@ -5,8 +5,7 @@ Model   The texture is a polyline of N equal segments per period that moves with
         ripple at harmonic N only, and its amplitude is multiplied by tan(u) / u, where u is half a segment in radians,
         so that each segment keeps its area. A dome (x - L/2)^2 / (2 R) of the finger is subtracted at the knots too,
         minus a constant that keeps the area of its chords. F(z), the mean of max(h - z, 0) over L, is exact for the
-        polyline; segments at the ends of L are cut. Newton's method with the second-order term takes two or
-        three steps when it starts from the preceding phases.
+        polyline; segments at the ends of L are cut. From the preceding phases, Newton's method takes 2 or 3 steps.
         Blocks of 16 segments have cheap bounds on h, from three parts: the texture's extremes over 16 segments from
         each knot, the finger's cosine about the middle, and the dome at its nearest and farthest. A block above z adds
         its area, a block below z adds nothing, and only the other blocks are summed segment by segment.
