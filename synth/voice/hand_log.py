@@ -2,10 +2,12 @@
 
 Stage   3 (VOICE). `hand_voice` writes it, `recording` reads it.
 Model   An event is a list: frame, name, values.
-            [frame, "contact", seq, time, position, speed, load]   an update, from this frame on; null: not given
-            [frame, "lift"]                                        the finger is lifted
-            [frame, "scene", scene]                                a change of scene, applied as soon as possible
-            [frame, "release"]                                     the fade at the end
+            [frame, "contact", seq, time, position, speed, load, across, direction]
+                                       an update, from this frame on; null: not given. The last two values are left
+                                       out if neither was given
+            [frame, "lift"]            the finger is lifted
+            [frame, "scene", scene]    a change of scene, applied as soon as possible
+            [frame, "release"]         the fade at the end
 Limits  The log takes at most LARGEST_BYTES of memory. A full log keeps its events and ignores new ones.
 """
 

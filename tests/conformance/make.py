@@ -30,7 +30,9 @@ def main() -> None:
     t = np.arange(FRAMES) / RATE
     speeds = np.round(0.15 + 0.9 * np.sin(2 * np.pi * 75 * t), 9)
     places = np.round(np.cumsum(speeds) / RATE, 12)
-    loads = np.maximum(np.round(1.8 - 2.2 * np.cos(2 * np.pi * 100 * t) + 2.0 * t / t[-1], 9), 0.0)
+    presses = 1.8 - 2.2 * np.cos(2 * np.pi * 100 * t) + 2.0 * t / t[-1]
+    touches = 1.5e-3 * np.sin(2 * np.pi * 600 * t)  # where the finger is lifted: loads within the gate
+    loads = np.maximum(np.round(np.maximum(presses, touches), 9), 0.0)
     motion = np.zeros((5, FRAMES))
     motion[0], motion[2] = speeds, loads
     samples = {}

@@ -37,10 +37,11 @@ def test_the_engine_makes_the_samples_from_the_file(quantity: str) -> None:
     assert np.max(np.abs(out[:, 0] - np.array(expected["samples"]))) <= CLOSE * expected["full_scale"]
 
 
-def test_the_motion_lifts_presses_flat_turns_and_passes_the_levels() -> None:
+def test_the_motion_lifts_touches_lightly_presses_flat_turns_and_passes_the_levels() -> None:
     table = read_table(TABLE)
     turns = np.abs(SPEEDS) / (table.period * table.band)
     assert LOADS.min() == 0.0 and LOADS.max() > table.loads[-1]
+    assert np.sum((LOADS > 0.0) & (table.lift_load > LOADS)) > 10  # within the gate
     assert SPEEDS.min() < 0.0 < SPEEDS.max()
     assert turns.min() < 0.1 and turns.max() > 1.2
     assert np.all(np.isfinite([HAND["expected"][one]["samples"] for one in HAND["expected"]]))

@@ -73,6 +73,7 @@ def test_names_of_loopback_are_answered(app: FastAPI, host: str) -> None:
         {"Origin": "null"},
         {"Origin": "http://localhost:3000"},
         {"Origin": "http://localhost.evil.example"},
+        {"Origin": "http://evil-localhost"},
         {"Origin": "file://"},
         {"Origin": ""},
         {"Sec-Fetch-Site": "cross-site"},

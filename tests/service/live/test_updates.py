@@ -7,8 +7,9 @@ import itertools
 import numpy as np
 import pytest
 
+from service.live.silence_watchdog import SilenceWatchdog
 from synth.scene.scene import parse_scene
-from tests.service.live.driver import RATE, contact, started
+from tests.service.live.driver import RATE, SILENCE, contact, started
 from tests.service.plain_hand import Applied, expected
 
 SCENE = parse_scene({})
@@ -110,6 +111,14 @@ def test_a_silence_of_a_service_that_was_busy_is_looked_at_once_more() -> None:
     doubtful = driver.stream.frame
     driver.write(1)
     assert driver.hand.applied.lifted == [doubtful], "the next block, though it is late as well"
+
+
+def test_a_block_that_is_as_late_as_usual_lifts_the_finger_at_once() -> None:
+    watchdog = SilenceWatchdog(SILENCE)
+    watchdog.heard(0.0)
+    assert not watchdog.lifts(SILENCE, late=0.005)
+    assert watchdog.lifts(SILENCE + 0.01, late=0.005)
+    assert not watchdog.lifts(SILENCE + 0.02, late=0.005), "once"
 
 
 def test_an_update_that_is_ignored_does_not_keep_the_hand_alive() -> None:

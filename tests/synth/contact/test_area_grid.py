@@ -11,6 +11,8 @@ import pytest
 import ridgewave as rw
 from synth.contact.area_contact import CombOnArea
 from synth.contact.area_grid import AreaGrid
+from synth.contact.area_solver import WIDE
+from synth.contact.area_texture import crests_of
 from synth.contact.fingertip import FingertipContact, Footprint
 from synth.contact.geometry import Geometry
 from synth.contact.load_balance import Contact
@@ -173,3 +175,11 @@ def test_the_footprint_of_a_fingertip_is_the_same_on_a_line_and_on_an_area() -> 
     area = contact_of(parse_scene({"finger": {"kind": "fingertip", **SMALL}, "texture": {"kind": "dots"}}))
     assert isinstance(line, FingertipContact) and isinstance(area, FingertipContact)
     assert isinstance(line.footprint, Footprint) and line.footprint == area.footprint
+
+
+def test_a_crest_is_the_highest_place_that_a_block_can_meet() -> None:
+    places = np.random.default_rng(3).normal(size=(2, 4, 7, 3 * WIDE)).astype(np.float32)
+    crests = crests_of(places)
+    met = places.max(axis=(0, 1))
+    for row, column in np.ndindex(7, 2 * WIDE):  # a place between two rows, or two columns, is a mixture of both
+        assert crests[row, column] == met[[row, (row + 1) % 7], column : column + WIDE + 1].max()

@@ -30,7 +30,10 @@ from tests.synth.engine_cases import QUANTITIES, physical, touch_of
 PLACES, STEPS = 8000, 1024  # more places than steps can resolve: a step moves the surface by half their distance
 LOOSE = {"tolerance": 1e-2}  # for few steps per frame
 FEW = 4000  # places on a short contact: closer than PLACES on the default
-THREE = {"model": "three_time_constants", "short_time": 1e-3, "middle_time": 2e-3, "long_time": 4e-3}
+THREE = {
+    "model": "three_time_constants", "short_time": 1e-3, "middle_time": 2e-3, "long_time": 4e-3,
+    "short_weight": 0.1, "middle_weight": 0.3, "long_weight": 0.2,
+}  # fmt: skip
 
 
 def mean_z(scene: Scene) -> float:

@@ -152,6 +152,18 @@ def test_updates_lead_and_turn_the_finger_and_a_recording_repeats_them() -> None
     assert {len(event) for event in events} == {7, 9}
 
 
+def test_updates_without_a_load_keep_the_load_of_the_scene() -> None:
+    def heard(load: float | None) -> Any:
+        voice, blocks = HandVoice(parse_scene(document()), cache=CACHE), []
+        for block in range(20):
+            t = block * 0.01
+            voice.touch(Update(block, t, 0.05 * t, None, load, 3e-3 * math.sin(9.0 * t), 0.3 * t))
+            blocks.append(voice.render(80))
+        return np.concatenate(blocks)
+
+    assert np.array_equal(heard(None), heard(parse_scene(document()).scan.load))
+
+
 def test_a_finger_turns_the_short_way_round() -> None:
     voice = HandVoice(parse_scene(document()), cache=CACHE)
     for block, direction in enumerate([3.1, 3.12, 3.14, -3.12, -3.1, -3.08] * 1):

@@ -111,6 +111,7 @@ def test_a_finger_at_rest_is_exactly_silent_and_costs_no_solution(finger: str, m
     voice.render(2000, part(wild(2000), 0, 2000))
     rest = Motion.of(2000, position=1.234e-3, load=0.3, speed=0.0, speed_rate=0.0, load_rate=0.0, load_bend=0.0)
     voice.render(2000, rest)
+    stood = hand(finger).render(2000, rest)[-1]
     counted: list[bool] = []
     solved = DirectReader.solved
 
@@ -123,6 +124,7 @@ def test_a_finger_at_rest_is_exactly_silent_and_costs_no_solution(finger: str, m
     assert not np.any(found[:, 1:3])
     assert np.all(found[:, [0, 3]] == found[0, [0, 3]])
     assert found[0, 0] != 0.0
+    assert found[0] == pytest.approx(stood, abs=1e-6)  # as if it had always been there
     assert counted
     assert not any(counted)
 

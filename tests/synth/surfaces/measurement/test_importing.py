@@ -118,6 +118,12 @@ def test_missing_points_are_refused_filled_or_cropped(tmp_path: Path) -> None:
     assert cut.report["points"] == [10, 4]
 
 
+def test_of_two_lines_over_a_gap_the_shorter_one_counts_more() -> None:
+    heights, missing = np.ones((3, 11)), np.zeros((3, 11), bool)
+    heights[1], missing[1, 1:-1] = 0.0, True  # a scratch: 10 steps from end to end at 0, 2 steps across at 1
+    assert filled(heights, missing)[1] == pytest.approx([0.0, *[5.0 / 6.0] * 9, 0.0])
+
+
 def test_points_outside_every_line_take_their_nearest_neighbour() -> None:
     heights = np.array([[0.0, 1.0, 2.0], [3.0, 4.0, 5.0]])
     missing = np.array([[True, False, False], [False, False, True]])
