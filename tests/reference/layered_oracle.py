@@ -6,20 +6,25 @@ from typing import Any
 
 import numpy as np
 
-from synth.contact.area_grid import AreaGrid
-from synth.contact.area_layers import finger_points
-from synth.response.layered_table import LayeredTable
-
 Real = np.ndarray[Any, np.dtype[np.float64]]
+NO_POINT = -1e20  # heights below it are places without a point of the finger
 
 
-def heights_at(grid: AreaGrid, phase: float, across: float) -> Real:
+def points_of(grid: Any) -> tuple[Real, Real, Real]:
+    """Return x and y (periods of the texture) and height of every point of the finger of an `AreaGrid`."""
+    column = grid.starts[:, 1:] + np.arange(grid.heights.shape[1])
+    row, there = np.broadcast_to(grid.starts[:, :1], column.shape), grid.heights > NO_POINT
+    x, y = grid.begin[0] + column / grid.texture.columns, grid.begin[1] + row / grid.texture.shape[0]
+    return x[there], y[there], grid.heights[there].astype(float)
+
+
+def heights_at(grid: Any, phase: float, across: float) -> Real:
     """Return h1 + h2 (m) of every point of the finger where it has moved by `phase` and `across` (periods)."""
     rows, finer_x, finer_y, _stride, span = (int(one) for one in grid.texture.shape)
     texture = (
         grid.texture.heights.reshape(finer_y, finer_x, rows, span).transpose(2, 0, 3, 1).reshape(rows * finer_y, -1)
     )
-    x, y, h1 = finger_points(grid)
+    x, y, h1 = points_of(grid)
     x, y = (x - phase) % 1.0 * grid.texture.columns * finer_x, (y - across) % 1.0 * rows * finer_y
     i, j = np.floor(x).astype(int), np.floor(y).astype(int) % len(texture)
     u, v, after = x - np.floor(x), y - np.floor(y), (j + 1) % len(texture)
@@ -28,7 +33,7 @@ def heights_at(grid: AreaGrid, phase: float, across: float) -> Real:
     return np.asarray((h1 + (1.0 - v) * lower + v * upper) * grid.height_scale)
 
 
-def approach(grid: AreaGrid, phase: float, across: float, indentation: float) -> float:
+def approach(grid: Any, phase: float, across: float, indentation: float) -> float:
     """Return z (m): the mean of max(h - z, 0) over A0 is `indentation` (m)."""
     h = -np.sort(-heights_at(grid, phase, across))
     levels = (np.cumsum(h) - indentation / grid.cell) / np.arange(1, len(h) + 1)
@@ -40,7 +45,7 @@ def cubic(t: float) -> Real:
     return np.array([(1 - t) ** 3, 3 * t**3 - 6 * t**2 + 4, 3 * (1 - t) ** 3 - 6 * (1 - t) ** 2 + 4, t**3]) / 6.0
 
 
-def read(table: LayeredTable, phase: float, across: float, load: float) -> float:
+def read(table: Any, phase: float, across: float, load: float) -> float:
     """Return z (m) of `table` at one place and load."""
     lightest, heaviest = table.loads[0] ** 0.25, table.loads[-1] ** 0.25
     part = (np.clip(load, table.loads[0], table.loads[-1]) ** 0.25 - lightest) / (heaviest - lightest)
