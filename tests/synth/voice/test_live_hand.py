@@ -130,6 +130,13 @@ def test_a_lift_is_silent_in_the_end_and_the_next_contact_sounds_with_the_last_l
     assert click(np.concatenate([falling, back])) <= CLICK[quantity]
 
 
+def test_a_lift_before_the_first_block_is_not_lost(voices: Any) -> None:
+    voice = voices(scene_of())
+    voice.touch(Update(0, 0.0, 0.2e-3, None, 0.3))
+    voice.lift()
+    assert not still(voice, 60)[-10 * BLOCK :].any()
+
+
 def test_a_scene_may_change_under_the_hand(voices: Any) -> None:
     voice = voices(scene_of())
     stroked(voice, 30)
