@@ -21,7 +21,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.contact.area_grid import AreaGrid
 from synth.contact.area_path import heights_along
-from synth.contact.area_texture import stored_texture
+from synth.contact.area_texture import COARSE_WAVE, WAVE, stored_texture
 from synth.contact.full_contact import FullContact
 from synth.contact.geometry import Geometry
 from synth.contact.line import MIDDLE, Line
@@ -57,9 +57,14 @@ def lattice_step(
     return crowded / wanted[0], texture.across / rows
 
 
+def wave_places(coarser: float) -> int:
+    """Return the places of the texture per shortest wave, for points that are `coarser` times as far apart."""
+    return WAVE if coarser == 1.0 else COARSE_WAVE
+
+
 def finger_grid(
     heights: Heights, size: tuple[float, float], widest: float, step: tuple[float, float], middle: tuple[float, float],
-    area: float, texture: HeightField, scale: float,
+    area: float, texture: HeightField, scale: float, wave: int,
 ) -> AreaGrid:  # fmt: skip
     """Return the points of a finger.
 
@@ -70,13 +75,14 @@ def finger_grid(
     middle: place of the middle of the finger, x and y, m.
     area: A0, m^2.
     scale: m.
+    wave: places of the texture per shortest wave.
     """
     columns, rows = (max(1, round(whole / one)) for whole, one in zip(size, step, strict=True))
     x = np.asarray((np.arange(columns) + 0.5 - 0.5 * columns) * step[0])
     y = np.asarray((np.arange(rows) + 0.5 - 0.5 * rows) * step[1])
     points = np.ascontiguousarray(heights(x, y).T)
     begin = float(x[0]) + middle[0], float(y[0]) + middle[1]
-    stored = stored_texture(texture, step, math.ceil(widest / step[0]), scale)
+    stored = stored_texture(texture, step, math.ceil(widest / step[0]), scale, wave)
     return AreaGrid.of(points, begin, stored, step[0] * step[1] / area, scale)
 
 
@@ -147,4 +153,5 @@ def comb_grid(geometry: Geometry, line: Line = MIDDLE, coarser: float = 1.0) -> 
     c, s = abs(math.cos(line.direction)), abs(math.sin(line.direction))
     box, widest = (length * c + width * s, length * s + width * c), math.hypot(length, width)
     middle = 0.5 * length, line.y
-    return finger_grid(heights, box, widest, (along, step[1]), middle, length * width, texture, geometry.height_scale)
+    scale, wave = geometry.height_scale, wave_places(coarser)
+    return finger_grid(heights, box, widest, (along, step[1]), middle, length * width, texture, scale, wave)

@@ -23,7 +23,10 @@ from synth.surfaces.height_field import HeightField
 Floats = np.ndarray[Any, np.dtype[np.float32]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
 
-WAVE = 48  # places of the texture per shortest wave: a straight line between two errs by 0.2 % of that wave
+WAVE, COARSE_WAVE = (
+    48,
+    16,
+)  # places of the texture per shortest wave: a line between two errs by 0.2 or 2 % of that wave
 FINER = (1, 2, 4, 8)  # places per cell that are tried
 MOST_PLACES = 1 << 25  # of the texture: 128 MB
 KEPT = 3  # stored textures: a scene, the one before a change, and a coarser lattice
@@ -55,16 +58,19 @@ class StoredTexture:
 
 
 @lru_cache(KEPT)
-def stored_texture(texture: HeightField, step: tuple[float, float], columns: int, scale: float) -> StoredTexture:
+def stored_texture(
+    texture: HeightField, step: tuple[float, float], columns: int, scale: float, wave: int = WAVE
+) -> StoredTexture:
     """Return `texture` on a lattice.
 
     step: distance of its cells along and across, m. The period across is whole steps.
     columns: cells of the longest finger.
     scale: by which heights are divided, m.
+    wave: places per shortest wave.
     """
     span = math.ceil(texture.period / step[0]) + -(-columns // WIDE) * WIDE + 1
     whole = round(texture.across / step[1])
-    finer = finer_places(texture, step, (span, whole))
+    finer = finer_places(texture, step, (span, whole), wave)
     heights = cell_means(texture, step, finer, (span, whole), scale)
     shape = np.array([whole, *finer, span * whole, span], dtype=np.int64)
     crests = crests_of(heights.reshape(*finer[::-1], whole, span))
@@ -72,17 +78,20 @@ def stored_texture(texture: HeightField, step: tuple[float, float], columns: int
     return StoredTexture(heights, crests, shape, texture.period / step[0], float(heights.max()), periods)
 
 
-def finer_places(texture: HeightField, step: tuple[float, float], counts: tuple[int, int]) -> tuple[int, int]:
+def finer_places(
+    texture: HeightField, step: tuple[float, float], counts: tuple[int, int], places: int
+) -> tuple[int, int]:
     """Return the places of the texture per cell, along and across, within MOST_PLACES.
 
     step: distance of the points along and across, m.
     counts: cells of the stored texture along and across.
+    places: per shortest wave.
     """
     tall = math.pi * (texture.extent[1] - texture.extent[0])  # over the slope: the period of a sinusoid
     wanted = []
     for slope, cell in zip((texture.slope_bound, texture.slope_across), step, strict=True):
         wave = tall / max(slope, 1e-12)
-        wanted.append(next((one for one in FINER if one * wave >= WAVE * cell), FINER[-1]))
+        wanted.append(next((one for one in FINER if one * wave >= places * cell), FINER[-1]))
     while wanted[0] * wanted[1] * counts[0] * counts[1] > MOST_PLACES and max(wanted) > 1:
         wanted[0 if wanted[0] >= wanted[1] else 1] //= 2
     return wanted[0], wanted[1]

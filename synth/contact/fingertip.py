@@ -93,7 +93,11 @@ def area_grid(
     line: where the finger stands across, and its direction.
     coarser: factor on the distance of the points.
     """
-    from synth.contact.area_contact import finger_grid, lattice_step  # only a height field needs its kernels
+    from synth.contact.area_contact import (
+        finger_grid,
+        lattice_step,
+        wave_places,
+    )  # only a height field needs its kernels
 
     size = REACH * footprint.length, REACH * footprint.width
     step = lattice_step(texture, size, COLUMNS[0] / field.period, ROWS[0] / field.period, coarser)
@@ -106,7 +110,7 @@ def area_grid(
     c, s = math.cos(line.direction), math.sin(line.direction)
     box = math.hypot(size[0] * c, size[1] * s), math.hypot(size[0] * s, size[1] * c)
     area = footprint.length * footprint.width
-    return finger_grid(heights, box, max(size), step, (0.0, line.y), area, texture, scale)
+    return finger_grid(heights, box, max(size), step, (0.0, line.y), area, texture, scale, wave_places(coarser))
 
 
 def fingertip_grid(

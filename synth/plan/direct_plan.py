@@ -162,9 +162,10 @@ def predicted_work(scene: Scene, contact: Contact) -> float:
 
 def affordable(scene: Scene) -> Contact:
     """Return the contact of `scene` over an area, with points so far apart that solving it takes MOST_TURNED."""
-    coarsest = contact_of(scene, coarser=COARSER[-1])
-    work = predicted_work(scene, coarsest) * COARSER[-1] ** 2
-    return contact_of(scene, coarser=next((one for one in COARSER if work <= MOST_TURNED * one**2), COARSER[-1]))
+    fine = contact_of(scene)
+    work = predicted_work(scene, fine)
+    coarser = next((one for one in COARSER if work <= MOST_TURNED * one**2), COARSER[-1])
+    return fine if coarser == 1.0 else contact_of(scene, coarser=coarser)
 
 
 def direct_plan(
