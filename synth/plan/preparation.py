@@ -28,7 +28,17 @@ from synth.motion.motion import LARGEST_LOAD
 from synth.motion.scan_motion import ScanMotion
 from synth.perception.threshold import imperceptible_tolerance
 from synth.plan.channels import APPROACH, NEARLY, ChannelPlan, SteadyScan, spendable
-from synth.plan.direct_plan import DirectPlan, affordable, beyond_table, direct_plan, follows_path, over_area
+from synth.plan.direct_plan import (
+    AREA_MEAN_TOLERANCE,
+    DirectPlan,
+    affordable,
+    beyond_table,
+    direct_plan,
+    follows_path,
+    over_area,
+)
+from synth.plan.direct_plan import MEANS as AREA_MEANS
+from synth.plan.direct_plan import PLACES as AREA_PLACES
 from synth.plan.effect_choice import SimulationCase, outputs_of
 from synth.plan.effect_choice import asked as asked_effects
 from synth.plan.effects_preparation import PreparedEffects, effects_of, left_out, shape_for, simulated_channel
@@ -336,8 +346,9 @@ def _own_motion(
 
 def own_mean(asked: Request, contact: Any, tolerance: float) -> Mean:
     """Return the mean of z that the displacement of the request leaves out; `tolerance` as of `mean_curve`."""
-    found = mean_over_area if over_area(asked) else mean_curve
-    return found(contact, asked.loads, _pressed(asked.scene), tolerance)
+    if over_area(asked):
+        return mean_over_area(contact, asked.loads, _pressed(asked.scene), AREA_MEAN_TOLERANCE, AREA_PLACES, AREA_MEANS)
+    return mean_curve(contact, asked.loads, _pressed(asked.scene), tolerance)
 
 
 def _silence(asked: Request, geometry: Geometry) -> str:
