@@ -18,6 +18,7 @@ from tests.service.nginx import nginx
 RATE = 48000
 STALE_SECONDS = 1.5  # the bound that docs/operations.md states, for float32 mono at 48 kHz
 ASLEEP_SECONDS = 2.5  # longer than the buffers on the way hold
+READER_BUFFER = 1 << 16  # bytes; set, so that the reader's system does not increase it, as it may otherwise
 
 
 @pytest.fixture
@@ -51,6 +52,7 @@ def test_a_stop_is_heard_at_once_by_who_reads(running: Running, port: int) -> No
 def test_a_reader_that_sleeps_through_a_stop_hears_little_of_what_was_before(running: Running, port: int) -> None:
     session = running.open_session()
     with socket.create_connection(("127.0.0.1", port)) as reader:
+        reader.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, READER_BUFFER)
         reader.sendall(f"GET /v1/sessions/{session}/stream?format=f32le HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n".encode())
         _read_for(reader, 0.3)
         time.sleep(ASLEEP_SECONDS)
@@ -60,7 +62,9 @@ def test_a_reader_that_sleeps_through_a_stop_hears_little_of_what_was_before(run
 
 
 def test_a_live_connection_that_sleeps_through_a_stop_hears_little_too(port: int) -> None:
-    with Caller(port).hello() as caller:
+    with Caller(port) as caller:
+        caller.connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, READER_BUFFER)
+        caller.hello()
         caller.read(lambda: len(caller.sound) > RATE)
         heard = len(caller.sound)
         time.sleep(ASLEEP_SECONDS)
