@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import zipfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -99,7 +99,7 @@ def _contents(reader: Any) -> SurfaceFile:
     channels = reader.height_channels
     if not channels:
         found = ", ".join(str(channel.name) for channel in reader.channels)[:80]
-        refuse_file(f"the channels {found}", "a channel of heights", "Export the heights.")
+        refuse_file(f"the channels {found}" if found else "no channel", "a channel of heights", "Export the heights.")
     default = reader.default_channel
     channel = default if default.is_height_channel else channels[0]
     points = tuple(channel.nb_grid_pts or (2,))
@@ -113,9 +113,7 @@ def _contents(reader: Any) -> SurfaceFile:
     if len(channels) > 1:
         others = ", ".join(str(other.name) for other in channels if other is not channel)
         notes = (f"It has other channels of heights, which were not read: {others[:120]}",)
-    unit = surface.unit
-    if unit is not None and unit not in UNITS:
-        refuse_file(f"heights in {unit}", "heights in a unit of length", "Export them in um.")
+    unit = _unit(surface.unit)
     return SurfaceFile(
         reader.format(),
         f"{reader.name()}, read by SurfaceTopography",
@@ -127,6 +125,16 @@ def _contents(reader: Any) -> SurfaceFile:
         channel=str(channel.name),
         notes=notes,
     )
+
+
+def _unit(stated: str | None) -> str | None:
+    """Return a stated unit as UNITS has it; some programs write UTF-8 where the format has Latin-1."""
+    if stated is None or stated in UNITS:
+        return stated
+    with suppress(UnicodeError):
+        if (unit := stated.encode("latin-1").decode("utf-8")) in UNITS:
+            return unit
+    refuse_file(f"heights in {stated}", "heights in a unit of length", "Export them in um.")
 
 
 def _counts(channel: Any) -> tuple[float, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 import sys
 from pathlib import Path
 from typing import Any
@@ -69,6 +70,46 @@ def _sdf(path: Path, _package: Any) -> None:
     path.write_text(f"{head}Compression = 0\nDataType = 5\nCheckType = 0\n*\n{rows}\n*\n")
 
 
+def _gwyddion(path: Path, _package: Any) -> None:
+    """A container with one data field: a component is its name, the letter of its type, and its value."""
+
+    def item(name: str, kind: str, value: bytes) -> bytes:
+        return name.encode() + b"\0" + kind.encode() + value
+
+    def named(name: str, parts: bytes) -> bytes:
+        return name.encode() + b"\0" + struct.pack("<I", len(parts)) + parts
+
+    sizes = {"xres": ("i", 17), "yres": ("i", 12), "xreal": ("d", 34e-6), "yreal": ("d", 24e-6)}
+    field = b"".join(item(name, kind, struct.pack(f"<{kind}", value)) for name, (kind, value) in sizes.items())
+    for name in ("si_unit_xy", "si_unit_z"):
+        field += item(name, "o", named("GwySIUnit", item("unitstr", "s", b"m\0")))
+    field += item("data", "D", struct.pack("<I", GRID.size) + (1e-9 * GRID).tobytes())
+    parts = item("/0/data", "o", named("GwyDataField", field)) + item("/0/data/title", "s", b"Height\0")
+    path.write_bytes(b"GWYP" + named("GwyContainer", parts))
+
+
+def _bcr(path: Path, _package: Any) -> None:
+    """A header of text, 2048 bytes long, and whole numbers of 16 bits times bit2nm."""
+    sizes = "xpixels = 17\nypixels = 12\nxlength = 34000\nylength = 24000\n"
+    head = f"fileformat = bcrstm\nheadersize = 2048\n{sizes}intelmode = 1\nbit2nm = 0.25\n"
+    path.write_bytes(head.encode().ljust(2048) + np.rint(1000.0 * GRID).astype("<i2").tobytes())
+
+
+def _sur(path: Path, _package: Any, unit: str = "nm") -> None:
+    """A header of 512 bytes, and whole numbers of 32 bits times a scale."""
+    head = bytearray(512)
+    for place, form, values in (
+        (0, "12s", [b"DIGITAL SURF"]),
+        (98, "H", [32]),  # bits of a number
+        (108, "2iI3f", [17, 12, GRID.size, 2000.0, 2000.0, 1e-3]),  # points, steps of x and y, scale of the numbers
+        (180, "16s" * 6, [unit.encode()] * 6),
+        (276, "3f", [1.0] * 3),
+        (312, "3H", [25, 11, 2026]),
+    ):
+        struct.pack_into(f"<{form}", head, place, *values)
+    path.write_bytes(bytes(head) + np.rint(1000.0 * GRID).astype("<i4").tobytes())
+
+
 CASES: dict[str, tuple[Any, dict[str, Any]]] = {
     "scan.nc": (_netcdf, {}),
     "line.nc": (_netcdf_line, {}),
@@ -78,6 +119,9 @@ CASES: dict[str, tuple[Any, dict[str, Any]]] = {
     "scan.xyz": (_triples, {"unit": "um"}),
     "scan.npy": (_npy, {"unit": "nm", "pixel": "1 um"}),
     "scan.sdf": (_sdf, {}),
+    "scan.gwy": (_gwyddion, {}),
+    "scan.bcr": (_bcr, {}),
+    "scan.sur": (_sur, {}),
 }
 
 
@@ -104,6 +148,28 @@ def test_units_of_the_file_are_kept_and_not_replaced(tmp_path: Path) -> None:
     with pytest.raises(InvalidRequest) as refused:
         import_surface(path, read_options({"unit": "nm", "pixel": "1 um"}))
     assert {fault.pointer for fault in refused.value.faults} == {"/unit", "/pixel"}
+
+
+@pytest.mark.parametrize(("stated", "read"), [("Âµm", "µm"), ("V", None)])
+def test_a_unit_in_the_wrong_encoding_is_read_and_another_one_refused(
+    tmp_path: Path, stated: str, read: str | None
+) -> None:
+    package = pytest.importorskip("SurfaceTopography", reason="needs the extra surfaces")
+    path = tmp_path / "scan.sur"
+    _sur(path, package, stated)
+    if read:
+        assert import_surface(path, ImportOptions()).report["unit"] == read
+        return
+    with pytest.raises(InvalidRequest, match="heights in V"):
+        import_surface(path, ImportOptions())
+
+
+def test_a_file_without_a_channel_says_so(tmp_path: Path) -> None:
+    pytest.importorskip("SurfaceTopography", reason="needs the extra surfaces")
+    path = tmp_path / "empty.gwy"
+    path.write_bytes(b"GWYPGwyContainer\0" + bytes(4))
+    with pytest.raises(InvalidRequest, match="got no channel"):
+        import_surface(path, ImportOptions())
 
 
 def test_an_ending_that_the_package_does_not_know_is_refused(tmp_path: Path) -> None:
