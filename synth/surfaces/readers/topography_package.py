@@ -64,7 +64,7 @@ def read(path: Path, ending: str) -> SurfaceFile:
             raise
         except Exception as error:  # a third-party parser on a damaged file: whatever it raises is the file's fault
             cause = cause or error
-    refuse_file("a damaged file", "a whole file", "Save or copy it again.", cause)
+    refuse_file("a file that its reader cannot read", "a whole file", "Copy it again, or export it as X3P.", cause)
 
 
 @contextmanager

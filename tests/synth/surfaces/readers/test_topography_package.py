@@ -150,7 +150,7 @@ def test_units_of_the_file_are_kept_and_not_replaced(tmp_path: Path) -> None:
     assert {fault.pointer for fault in refused.value.faults} == {"/unit", "/pixel"}
 
 
-@pytest.mark.parametrize(("stated", "read"), [("Âµm", "µm"), ("V", None)])
+@pytest.mark.parametrize(("stated", "read"), [("µm", "µm"), ("V", None)])
 def test_a_unit_in_the_wrong_encoding_is_read_and_another_one_refused(
     tmp_path: Path, stated: str, read: str | None
 ) -> None:
