@@ -116,6 +116,15 @@ class FingertipGrid:
         depth *= self.cell * self.height_scale
         return depth.reshape(heights.shape), touching.reshape(heights.shape) * self.cell
 
+    def slope_integrals(self, period: float, phases: Array, heights: Array) -> Array:
+        """Return S (m), T, N_1 (m) and N_0 of `pressure`, over L0 W0, at each of `phases` and z (`heights`, m).
+
+        period: of the texture, m.
+        """
+        sums, scale = np.empty((4, len(phases))), self.height_scale
+        sum_column_slopes(*self.pieces, phases, heights / scale, sums)
+        return np.asarray(sums * self.cell * [[scale * scale / period], [scale / period], [scale], [1.0]])
+
 
 def mean_heights(texture: Profile, width: float) -> Array:
     """Return the mean of `texture` over `width` (m) about each of equal steps of a period, and about its end (m)."""
@@ -224,6 +233,44 @@ def solve_columns(
                 break
             before = count
         height[p], touching[p] = z, count
+
+
+@inlined
+def column_above(starts, heights, shape, sums, ranks, c, level):
+    """Return the sum of max(h - level, 0) over the points of a column, and the number of its points above `level`."""
+    below = shape[2 * c] - level
+    if not below > 0.0:
+        return 0.0, 0
+    first, end = starts[c], starts[c + 1]
+    b = min(int(below * shape[2 * c + 1]), BINS * (end - first))
+    at = first + ranks[BINS * first + c + b]
+    while at < end and heights[at] > level:
+        at += 1
+    return sums[at + c] - (at - first) * level, at - first
+
+
+@signed_kernel(f"void({PIECES}, f8[::1], f8[::1], f8[:,::1])")
+def sum_column_slopes(starts, heights, shape, sums, ranks, places, texture, phases, z, out):
+    """Write S, T, N_1 and N_0 as sums over the points, of slopes per period, at each of `phases` and z.
+
+    out: [4, phases].
+    """
+    knots = len(texture) - 1
+    for p in range(len(phases)):
+        slope, rise, depth, touching = 0.0, 0.0, 0.0, 0.0
+        for c in range(len(places)):
+            turns = places[c] - phases[p]
+            along = (turns - math.floor(turns)) * knots
+            knot = min(int(along), knots - 1)
+            step = texture[knot + 1] - texture[knot]
+            area, count = column_above(
+                starts, heights, shape, sums, ranks, c, z[p] - texture[knot] - (along - knot) * step
+            )
+            slope += area * step * knots
+            rise += count * step * knots
+            depth += area
+            touching += count
+        out[0, p], out[1, p], out[2, p], out[3, p] = slope, rise, depth, touching
 
 
 @signed_kernel(f"void({PIECES}, f8[::1], f8[:,::1], f8[:,::1], f8[:,::1])")

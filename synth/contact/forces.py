@@ -30,8 +30,9 @@ from typing import ClassVar, Self
 import numpy as np
 
 from synth.arrays import Array
+from synth.contact.fingertip_solver import FingertipGrid
 from synth.contact.full_contact import FullContact
-from synth.contact.load_balance import Contact
+from synth.contact.load_balance import Contact, PhaseSolver
 from synth.contact.pressure import power_integrals, slope_integrals
 from synth.contact.profile_solver import SegmentGrid
 
@@ -83,11 +84,9 @@ class ForceOfContact(ABC):
         contact = self.contact.refined()
         return None if contact is None else replace(self, contact=contact)
 
-    def solver(self, load: float) -> SegmentGrid:
+    def solver(self, load: float) -> PhaseSolver:
         """Return the solver of the contact at `load` (N)."""
-        solver = self.contact.solver(load)
-        assert isinstance(solver, SegmentGrid), "two cosines must be a profile here: use `Contact.as_profile`"
-        return solver
+        return self.contact.solver(load)
 
     def work_at(self, load: float) -> int:
         """Return the work per phase at `load` (N), in cells of the exact solver."""
@@ -136,7 +135,12 @@ class SlopeForce(ForceOfContact):
 
     def at(self, phases: Array, heights: Array, load: float) -> tuple[Array, Array]:
         """See `ForceOfContact`."""
-        slope, rise, depth, touching = slope_integrals(self.solver(load), self._length(load), phases, heights)
+        solver = self.solver(load)
+        if isinstance(solver, FingertipGrid):
+            found = solver.slope_integrals(self.contact.geometry.texture_period, phases, heights)
+        else:
+            found = slope_integrals(_polyline(solver), self._length(load), phases, heights)
+        slope, rise, depth, touching = found
         depth = np.maximum(depth, NO_DEPTH)
         mean = slope / depth
         return -load * mean, load * (mean * touching - rise) / depth
@@ -179,7 +183,7 @@ class FrictionForce(ForceOfContact):
     def at(self, phases: Array, heights: Array, load: float) -> tuple[Array, Array]:
         """See `ForceOfContact`."""
         exponent, unit = self.pressure_exponent, self._unit(load)
-        power, below = power_integrals(self.solver(load), phases, heights, exponent)
+        power, below = power_integrals(_polyline(self.solver(load)), phases, heights, exponent)
         return unit * power, unit * exponent * below
 
     def _growth(self, load: float) -> float:
@@ -194,6 +198,11 @@ class FrictionForce(ForceOfContact):
         pressed = self.contact.stiffness_at(load) / (length * width * self.reference_pressure)
         unit = self.friction_coefficient * self.reference_pressure * length * width
         return float(unit * pressed**self.pressure_exponent)
+
+
+def _polyline(solver: PhaseSolver) -> SegmentGrid:
+    assert isinstance(solver, SegmentGrid), "two cosines must be a profile here: use `Contact.as_profile`"
+    return solver
 
 
 def _over_load(value: Callable[[float], Array], load: float) -> Array:

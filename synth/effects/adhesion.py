@@ -49,6 +49,7 @@ class AdhesionEffect(BalanceEffect):
     settings = AdhesionSettings
     replaces = "the law of the pressure"
     of_one_shape = True
+    fingers = "comb", "fingertip", "probe"
     lowest_load = -LARGEST_PULL
     price = Price(830.0, 6_400_000)
 

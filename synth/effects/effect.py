@@ -73,7 +73,8 @@ class Effect(ABC):
     replaces: str = ""
     without_auto: str = ""
     lowest_load: float = 0.0
-    of_comb: bool = True
+    fingers: tuple[str, ...] = ("comb",)
+    areas: bool = False
     units: Mapping[str, str] = MappingProxyType({})
 
     def added(self, settings: Any) -> int:

@@ -56,7 +56,8 @@ class Inertia(BalanceEffect):
     summary = "A mass on the pulp, a spring and a damper, moved by the contact, with loss of contact and bounce."
     settings = InertiaSettings
     replaces = "the mass of the finger"
-    of_comb = False
+    fingers = "comb", "fingertip", "probe"
+    areas = True
     price = Price(800.0, 3_200_000)
 
     def reason(self, scene: Scene, settings: InertiaSettings) -> str:

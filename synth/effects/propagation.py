@@ -88,7 +88,8 @@ class Propagation(OutputEffect["Preparation"]):
         'It adds a channel and changes no other, so "auto" has no difference to measure. Write {} or leave it out.'
     )
     units: Mapping[str, str] = MappingProxyType({ADDED + quantity: unit for quantity, unit in UNITS.items()})
-    of_comb = False
+    fingers = "comb", "fingertip", "probe"
+    areas = True
     price = Price(27.0, 280_000)
 
     def reason(self, scene: Scene, settings: PropagationSettings) -> str:

@@ -63,6 +63,7 @@ class Tangential(OutputEffect["Preparation"]):
 
     name = "tangential"
     has_table = True
+    fingers = "comb", "fingertip", "probe"
     summary = "The horizontal force of slopes and friction, as an additional channel."
     settings = TangentialSettings
     without_auto = (

@@ -88,6 +88,7 @@ class ViscousSkin(BalanceEffect):
     settings = SkinSettings
     replaces = "the law of the pressure"
     of_one_shape = True
+    fingers = "comb", "probe"
     price = Price(5200.0, 250_000)
 
     def reason(self, scene: Scene, settings: SkinSettings) -> str:

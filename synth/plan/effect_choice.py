@@ -111,16 +111,20 @@ def asked(scene: Scene, kind: Kind) -> Iterator[tuple[Effect, Any, bool]]:
             yield effect, effect.settings() if settings == AUTO else settings, settings == AUTO
 
 
+PROBE = "a probe"
+
+
 def require_one_shape(scene: Scene) -> None:
     """Raise CannotRender if `scene` sets two effects that cannot be combined under a load that varies."""
-    for shape, _settings, auto in asked(scene, Kind.SHAPE):
-        for law, _law_settings, law_auto in asked(scene, Kind.BALANCE):
-            if isinstance(law, BalanceEffect) and law.of_one_shape and not auto and not law_auto:
-                raise CannotRender(of_two_shapes(shape.name, law.name))
+    shapes = [shape.name for shape, _settings, auto in asked(scene, Kind.SHAPE) if not auto]
+    shapes += [PROBE] * (scene.finger.kind == "probe")
+    for law, _settings, auto in asked(scene, Kind.BALANCE):
+        if shapes and isinstance(law, BalanceEffect) and law.of_one_shape and not auto:
+            raise CannotRender(of_two_shapes(shapes[0], law.name))
 
 
 def of_two_shapes(shape: str, law: str) -> str:
-    """Return why the effects called `shape` and `law` cannot be combined under a load that varies."""
+    """Return why `shape`, an effect or PROBE, and the effect `law` cannot be combined under a load that varies."""
     return (
         f"{shape} and {law} can be combined only at a constant load: {law} is simulated on a contact that keeps its "
         f"shape, and with {shape} the shape follows the load. Keep the load constant, or leave one of the two out."

@@ -18,6 +18,7 @@ from synth.effects.simulation.terms import Terms
 from synth.errors import CannotRender
 from synth.plan.channels import NEARLY, PEAK, STILL, ChannelPlan
 from synth.plan.effect_choice import (
+    PROBE,
     LeftOut,
     SimulatedEffect,
     SimulationCase,
@@ -144,7 +145,7 @@ def effects_of(case: SimulationCase, shapes: PreparedEffects) -> PreparedEffects
     if case.load_varies and not case.contact.of_one_shape:
         for law, _settings, _auto in asked(case.scene, Kind.BALANCE):
             if isinstance(law, BalanceEffect) and law.of_one_shape:
-                raise CannotRender(of_two_shapes(shapes.called[0].effect.name, law.name))
+                raise CannotRender(of_two_shapes(shapes.called[0].effect.name if shapes.called else PROBE, law.name))
     plan, called, spared = _simulated(case)
     called += [SimulatedEffect(effect, settings) for effect, settings in outputs_of(case.scene)]
     return PreparedEffects((*shapes.called, *called), (*shapes.spared, *spared), plan)

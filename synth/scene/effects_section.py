@@ -21,6 +21,7 @@ from typing import Any, Protocol
 
 from pydantic import ValidationError
 
+from synth.scene.finger_section import FIELDS as FINGERS
 from synth.scene.rules import MOST_FAULTS, Refusal, Rule, nearest, refusal, refusals_of, refuse, refused
 from synth.scene.section import Section, needs_schema, plain, section_schema
 from synth.scene.texture_registry import kinds
@@ -41,7 +42,8 @@ class Declaration(Protocol):
     replaces: the part of the model that it replaces, in words, or "". Two effects cannot replace the same part.
     without_auto: why "auto" makes no sense for it, or "".
     lowest_load: smallest load that a scene with it can have, N. It is 0 unless the effect holds a finger that pulls.
-    of_comb: whether it needs the comb of ridges (`finger.kind`).
+    fingers: kinds of finger that it can have (`finger.kind`).
+    areas: whether the texture may have heights over an area.
     units: SI unit of each quantity that it adds.
     """
 
@@ -51,7 +53,8 @@ class Declaration(Protocol):
     replaces: str
     without_auto: str
     lowest_load: float
-    of_comb: bool
+    fingers: tuple[str, ...]
+    areas: bool
     units: Mapping[str, str]
 
     def added(self, settings: Any) -> int:
@@ -158,16 +161,25 @@ def lowest_load(effects: object) -> float:
 
 def needs_of(effect: Declaration) -> dict[str, list[str]]:
     """Return what `effect` needs in a scene: the paths of fields and the values that each may have."""
-    if not effect.of_comb:
-        return {}
-    lines = [kind.name for kind in kinds().values() if not kind.of_area]
-    return {"finger.kind": ["comb"], "texture.kind": with_named(lines)}
+    needs = {} if set(FINGERS) <= set(effect.fingers) else {"finger.kind": list(effect.fingers)}
+    if effect.areas:
+        return needs
+    return {**needs, "texture.kind": with_named([kind.name for kind in kinds().values() if not kind.of_area])}
 
 
-def needing_comb(effects: Mapping[str, Any]) -> list[str]:
-    """Return the names of those `effects`, the field as written, that need the comb of ridges."""
-    called = [name for name, settings in effects.items() if settings is not None and name in effect_names()]
-    return [name for name in called if declaration(name).of_comb]
+def misplaced(effects: Mapping[str, Any], finger: str, texture: str, *, of_area: bool) -> Iterator[Refusal]:
+    """Yield a refusal of a scene for each of `effects`, as written, that its kind of finger or texture cannot have."""
+    for name, settings in effects.items():
+        if settings is None or name not in effect_names():
+            continue
+        effect = declaration(name)
+        if of_area and not effect.areas:
+            hint = f'Leave it out. This texture is of kind "{texture}".'
+            yield refusal(["effects", name], plain(settings), "an effect of a texture along a line", hint)
+        elif finger in FINGERS and finger not in effect.fingers:
+            called = " or ".join(f'"{kind}"' for kind in effect.fingers)
+            hint = f"Leave it out, or write finger.kind {called}. This finger is a {finger}."
+            yield refusal(["effects", name], plain(settings), f"an effect of a finger of kind {called}", hint)
 
 
 def _choose(name: object, settings: object, chosen: dict[str, Any], refusals: list[Refusal]) -> None:

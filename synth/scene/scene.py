@@ -18,7 +18,7 @@ from pydantic import Field, ValidationError
 
 from synth.errors import Fault, SceneError, shown
 from synth.scene.catalogue import catalogue_names, lookup
-from synth.scene.effects_section import Effects, FrozenMapping, declaration, lowest_load, needing_comb
+from synth.scene.effects_section import Effects, FrozenMapping, declaration, lowest_load, misplaced
 from synth.scene.finger_section import Finger
 from synth.scene.output_section import Accuracy, Channel, Output
 from synth.scene.rules import MOST_FAULTS, Fields, Refusal, refusal
@@ -54,15 +54,9 @@ class Scene(Section):
             hint = f'Write "fingertip" or "comb". The texture, of kind "{texture}", has heights over an area.'
             return [refusal(["finger", "kind"], finger, "a finger over an area", hint)]
         lines = [] if of_area else _only_over_area(given, texture)
-        if not isinstance(effects, Mapping) or (finger == "comb" and not of_area):
+        if not isinstance(effects, Mapping):
             return lines
-        allowed, hint = 'an effect of a finger of kind "comb"', 'Leave it out, or write finger.kind "comb".'
-        if of_area:
-            allowed, hint = "an effect of a texture along a line", f'Leave it out. This texture is of kind "{texture}".'
-        elif finger != "comb":
-            hint += f" This finger is a {finger}."
-        names = needing_comb(effects)
-        return [*lines, *(refusal(["effects", name], plain(effects[name]), allowed, hint) for name in names)]
+        return [*lines, *misplaced(effects, finger, texture, of_area=of_area)]
 
 
 def _only_over_area(given: Fields, texture: str) -> list[Refusal]:

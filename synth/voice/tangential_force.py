@@ -19,6 +19,7 @@ from synth.arrays import Array, Block
 from synth.contact.forces import FrictionForce, Response, SlopeForce
 from synth.effects.effect import AddedChannel, Passage
 from synth.effects.simulation.running import PRESS, SLOPE, Running, Signal, gates_of
+from synth.errors import CannotRender
 from synth.motion.motion import LOAD, SPEED
 from synth.plan.channels import PEAK, ROUNDING, STILL, extent_and_peak, spendable
 from synth.plan.preparation import SERIES_SHARE, Preparation
@@ -109,6 +110,11 @@ class TangentialStage:
         if solved.effects.simulation is not None:
             return cls(law, solved, (), None, _simulated_channel(solved, law))
         scan = solved.scene.scan
+        if law.pressure_exponent != 1.0 and not solved.contact.of_one_line:
+            raise CannotRender(
+                f"tangential with a pressure_exponent of {law.pressure_exponent:g} needs the pressure of each place, "
+                "which is not computed for a fingertip. Write a pressure_exponent of 1, or finger.kind comb or probe."
+            )
         direction, mean = math.tanh(scan.speed / law.reversal_speed), law.friction_coefficient * scan.load
         contact = solved.contact.as_profile()
         forces = [Force.of(solved, SlopeForce(contact), cache)]

@@ -252,8 +252,10 @@ def test_the_form_shows_the_fields_of_the_finger_and_offers_the_effects_that_it_
         else:
             with pytest.raises(SceneError):
                 parse_scene(scene)
-    others = [name.replace("_", " ").capitalize() for name in effect_names() if name not in offered]
-    told = f"Only with finger kind comb: {', '.join(others)}." if others else ""
+    absent: dict[str, list[str]] = {}  # kinds of finger -> the effects that need one of them
+    for name in (name for name in effect_names() if name not in offered):
+        absent.setdefault(" or ".join(declaration(name).fingers), []).append(name.replace("_", " ").capitalize())
+    told = " ".join(f"Only with finger kind {kinds}: {', '.join(names)}." for kinds, names in absent.items())
     assert form_page.locator("#section-effects-absent").text_content() == told
 
 
@@ -262,7 +264,7 @@ def test_the_form_shows_the_fields_of_the_texture(form_page: Page, kind: str) ->
     form_page.evaluate("(texture) => ridgewave.state.take({texture})", {"kind": kind, **KINDS_NEED.get(kind, {})})
     named = kinds().get(kind) or kinds()["sinusoid"]
     assert visible(form_page, "texture") == {"kind", "phase", "youngs_modulus", "poisson_ratio", *named.names}
-    of_line = [name for name in effect_names() if declaration(name).of_comb]
+    of_line = [name for name in effect_names() if not declaration(name).areas]
     assert visible(form_page, "effects") == {*effect_names()} - ({*of_line} if named.of_area else set())
     told = form_page.locator("#section-effects-absent").text_content() or ""
     assert told.startswith(f"Not with texture kind {kind}: " if named.of_area else "") and bool(told) == named.of_area
@@ -271,12 +273,12 @@ def test_the_form_shows_the_fields_of_the_texture(form_page: Page, kind: str) ->
 def test_a_field_that_the_scene_should_not_have_is_shown_until_it_is_removed(watched_page: tuple[Page, Watch]) -> None:
     page, watch = watched_page
     watch.allow(REFUSED)
-    page.evaluate("() => ridgewave.state.write(['effects', 'adhesion'], {})")
-    page.wait_for_function("() => !document.getElementById('field-effects-adhesion-fault').hidden")
-    assert 'finger.kind "comb"' in page.locator("#field-effects-adhesion-fault").inner_text()
-    assert page.locator("#field-finger-kind-hint").text_content().endswith("Adhesion needs comb.")  # type: ignore[union-attr]
-    page.select_option("#field-effects-adhesion", label="off")
-    assert "adhesion" not in visible(page, "effects")
+    page.evaluate("() => ridgewave.state.write(['effects', 'curvature'], {})")
+    page.wait_for_function("() => !document.getElementById('field-effects-curvature-fault').hidden")
+    assert 'finger.kind "comb"' in page.locator("#field-effects-curvature-fault").inner_text()
+    assert page.locator("#field-finger-kind-hint").text_content().endswith("Curvature needs comb.")  # type: ignore[union-attr]
+    page.select_option("#field-effects-curvature", label="off")
+    assert "curvature" not in visible(page, "effects")
 
 
 def test_a_word_that_the_kind_implies_is_the_default_of_its_menu(touch_page: Page) -> None:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -22,12 +20,10 @@ from synth.errors import CannotRender
 from synth.response.phases import turns_to_phase
 from synth.scene.scene import Scene
 from tests.few import thorough
-from tests.reference.fingertip_oracle import Print, footprint_depth
-from tests.reference.moving_points_oracle import Points, Pulp, growing_points, round_points
-from tests.reference.shaped_contact_oracle import fitting_radius
-from tests.reference.stiffness_oracle import Touch, stiffness
+from tests.reference.moving_points_oracle import Pulp
+from tests.synth.effects.finger_points import points_of
 from tests.synth.effects.whole_renders import SHORT, below
-from tests.synth.engine_cases import Real, physical, touch_of
+from tests.synth.engine_cases import Real, physical
 
 RATE = 8000
 POINTS = 8000  # per second of a recording: with 2000, the load at its extremes is off by 5e-4 of the displacement
@@ -76,45 +72,6 @@ def scene_of(kind: str, path: Path | None, seconds: float, tolerance: float, **s
     return parse_scene(
         {"finger": finger, "effects": effects, "output": output, "scan": scan, "accuracy": accuracy, **sections}
     )
-
-
-def tip_points(scene: Scene) -> Points:
-    """Return the points of docs/scene.md, "A fingertip", with the ridges drawn anew, on a sinusoid."""
-    finger, texture = scene.finger, scene.texture
-    length, width = finger.contact_length, finger.width
-    law = replace(touch_of(scene), texture_amplitude=0.0, texture_period=finger.ridge_period, load=1.0)
-    depth = footprint_depth(finger.ridge_amplitude, stiffness(law).indentation)
-    columns = max(96, math.ceil(2 * length * max(16 / finger.ridge_period, 8 / texture.period)))
-    rows = max(24, math.ceil(2 * width * max(8 / finger.ridge_period, 16 / texture.period)))
-    column = 2 * length / columns
-    x, y = np.meshgrid(
-        (np.arange(columns) + 0.5) * column - length,
-        (np.arange(rows) + 0.5) * (2 * width / rows) - width,
-        indexing="ij",
-    )
-    inside = (x / length) ** 2 + (y / width) ** 2 < 1.0
-    x, y = x[inside], y[inside]
-    drawn = Print(finger.ridge_period, finger.ridge_amplitude, "loop", 0.3, 0.3, 0.3, 0)
-    heights = drawn.heights(x, y) - depth * ((2 * x / length) ** 2 + (2 * y / width) ** 2)
-    cell = column * (2 * width / rows) / (length * width)
-    touch, count = touch_of(scene), float(len(x))
-
-    def share(load: float) -> float:
-        return stiffness(replace(touch, load=load)).k * cell
-
-    amplitude = texture.amplitude * float(np.sinc(column / texture.period))
-    return Points(x, heights, share, lambda _load: (0.0, count), amplitude, texture.period, texture.phase)
-
-
-def points_of(kind: str, scene: Scene, heaviest: float) -> Points:
-    """Return the oracle's finger."""
-    touch: Touch = touch_of(scene)
-    if kind == "fingertip":
-        return tip_points(scene)
-    if kind == "contact_growth":
-        return growing_points(touch, heaviest, 1.0 / 3.0)
-    radius = 1e-3 if kind == "probe" else fitting_radius(touch)
-    return round_points(touch, heaviest, radius)
 
 
 def truth_of(kind: str, scene: Scene, path: Path, frames: int, loads: tuple[float, float], means: int) -> Real:

@@ -9,6 +9,7 @@ import pytest
 
 from synth import explain
 from synth.errors import SceneError
+from synth.scene.effects_section import effect_names
 from synth.scene.finger_section import DEFAULTS, FIELDS, PRINT, TIP, Finger
 from synth.scene.rules import Quantity
 from synth.scene.scene import parse_scene, scene_document
@@ -66,13 +67,18 @@ def test_a_finger_is_refused_with_what_to_write_instead(name: str) -> None:
     assert fault.pointer == pointer and hint in fault.hint
 
 
-@pytest.mark.parametrize("effect", ["adhesion", "contact_growth", "curvature", "tangential", "viscous_skin"])
-def test_an_effect_that_needs_the_comb_is_refused_with_another_finger(effect: str) -> None:
-    parse_scene({"effects": {effect: {}}})
+@pytest.mark.parametrize("kind", ["comb", "fingertip", "probe"])
+@pytest.mark.parametrize("effect", effect_names())
+def test_an_effect_is_refused_with_a_finger_that_cannot_have_it(effect: str, kind: str) -> None:
+    scene = {"finger": {"kind": kind}, "effects": {effect: {}}}
+    only = {"contact_growth": ["comb"], "curvature": ["comb"], "viscous_skin": ["comb", "probe"]}
+    if kind in only.get(effect, [kind]):
+        parse_scene(scene)
+        return
     with pytest.raises(SceneError) as refused:
-        parse_scene({"finger": {"kind": "fingertip"}, "effects": {effect: {}}})
+        parse_scene(scene)
     (fault,) = refused.value.faults
-    assert fault.pointer == f"/effects/{effect}" and "comb" in fault.hint
+    assert fault.pointer == f"/effects/{effect}" and "comb" in fault.hint and kind in fault.hint
 
 
 def test_the_plan_warns_where_a_comb_cancels_the_fundamental_and_not_of_a_fingertip() -> None:

@@ -1,0 +1,146 @@
+"""Effects of a fingertip and of a probe in whole renders, against sums over the points of the finger."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from synth import open_voice, parse_scene
+from synth.errors import CannotRender, SceneError
+from synth.scene.scene import Scene
+from tests.few import thorough
+from tests.reference.moving_oracle import Harmonics
+from tests.reference.moving_points_oracle import Points
+from tests.reference.shaped_contact_oracle import smooth_half_length
+from tests.reference.stiffness_oracle import stiffness
+from tests.synth.effects.finger_points import points_of
+from tests.synth.effects.whole_renders import check_quantities, errors_of, scene_of
+from tests.synth.engine_cases import Real, physical, touch_of
+
+FORCE = "tangential_force"
+COUNT = 512  # places of the texture: the error of the oracle's derivatives is that of its 255 harmonics
+LOAD, HEAVIEST = 0.3, 1.0  # N
+FINGERS: dict[str, dict[str, Any]] = {
+    "fingertip": {"kind": "fingertip", "contact_length": "2 mm"},
+    "probe": {"kind": "probe"},
+}
+OWN_ERROR = 1e-4
+STRESS, REACH, MOVE = 5e3, 5e-6, 2e-8  # Pa, m; m: step in which the finger of the oracle is followed
+
+
+def heights_at(points: Points, place: float) -> tuple[Real, Real]:
+    """Return the height of every point (m) and the slope of the texture there, which has moved by `place` (m)."""
+    k = 2.0 * math.pi / points.period
+    angle = k * (points.places - place) + points.phase
+    return points.finger + points.amplitude * np.cos(angle), -points.amplitude * k * np.sin(angle)
+
+
+def places_of(points: Points) -> Real:
+    """Return COUNT places of one period (m)."""
+    return np.arange(COUNT) / COUNT * points.period
+
+
+def slope_force(points: Points) -> Real:
+    """Return minus the sum of the force of every point times the slope of the texture (N) at every place."""
+    forces = []
+    places = places_of(points)
+    for place, z in zip(places.tolist(), points.resting(LOAD, places).tolist(), strict=True):
+        heights, slopes = heights_at(points, place)
+        forces.append(-points.share(LOAD) * float(np.sum(np.maximum(heights - z, 0.0) * slopes)))
+    return np.array(forces)
+
+
+@pytest.mark.parametrize("kind", FINGERS)
+def test_the_force_on_the_slopes_errs_by_no_more_than_the_plan_says(kind: str) -> None:
+    scene = scene_of("default", {"tangential": {"friction_coefficient": 0}}, finger=FINGERS[kind])
+    points = points_of(kind, scene, HEAVIEST)
+    force = slope_force(points)
+    wanted = Harmonics(np.fft.rfft(force) / COUNT, scene.scan.speed / points.period)
+    voice = open_voice(scene)
+    error = errors_of(scene, voice, {FORCE: (wanted, 0)})[FORCE]
+    assert np.ptp(force) > 1e-3
+    assert error <= voice.plan.estimated_error[FORCE] + OWN_ERROR
+
+
+@pytest.mark.parametrize("kind", FINGERS)
+def test_friction_has_the_mean_mu_w_against_a_stroke_and_a_hand_hears_the_same(kind: str) -> None:
+    stroke = {"speed": "80 mm/s", "length": "40 mm", "turn_time": "60 ms"}
+    scene = scene_of("default", {"tangential": {}}, finger=FINGERS[kind], scan={"stroke": stroke})
+    found = physical(open_voice(scene), 8000)[:, -1]
+    assert np.max(found) > 0.14 and np.min(found) < -0.14
+    assert np.mean(found[800:2400]) == pytest.approx(0.5 * LOAD, rel=2e-3), "it strokes to the right"
+    live = physical(open_voice(scene_of("default", {"tangential": {}}, finger=FINGERS[kind]), live=True), 4000)[:, -1]
+    assert np.mean(live[-1600:]) == pytest.approx(0.5 * LOAD, rel=2e-3)
+
+
+def area_of(kind: str, scene: Scene, points: Points) -> float:
+    """Return the area of a point (m^2): the nominal footprint has the stiffness k; a probe is as wide as it is long."""
+    touch = touch_of(scene)
+    if kind == "fingertip":
+        return points.share(LOAD) / stiffness(touch).k * scene.finger.contact_length * scene.finger.width
+    length = 2.0 * smooth_half_length(touch, LOAD, 1e-3)
+    return float(points.places[1] - points.places[0]) * length
+
+
+def attracted(points: Points, area: float) -> Real:
+    """Return z (m) of a finger that is attracted, at every place, followed from one to the next.
+
+    area: of a point, m^2.
+    """
+    share = points.share(LOAD)
+
+    def excess(z: float, heights: Real) -> float:
+        depth = heights - z
+        pull = STRESS * area * float(np.sum(np.clip(1.0 + depth / REACH, 0.0, 1.0)))
+        return share * float(np.sum(np.maximum(depth, 0.0))) - pull - LOAD
+
+    found = []
+    z = float(points.resting(LOAD, np.zeros(1))[0])
+    for place in (*places_of(points)[-32:].tolist(), *places_of(points).tolist()):
+        heights, _slopes = heights_at(points, place)
+        step = MOVE if excess(z, heights) > 0.0 else -MOVE
+        other = z + step
+        while excess(other, heights) * step > 0.0:
+            z, other = other, other + step
+        z = float(brentq(excess, *sorted((z, other)), args=(heights,), xtol=1e-16))
+        found.append(z)
+    return np.array(found[32:])
+
+
+@pytest.mark.parametrize("kind", ["fingertip", thorough("probe")])
+def test_an_attraction_pulls_as_brute_force_does(kind: str) -> None:
+    scene = scene_of("default", {"adhesion": {}}, finger=FINGERS[kind])
+    points = points_of(kind, scene, HEAVIEST)
+    z = attracted(points, area_of(kind, scene, points))
+    wanted = Harmonics(np.fft.rfft(z) / COUNT, scene.scan.speed / points.period)
+    check_quantities(scene, (wanted,), 1e-3)
+
+
+REFUSED: dict[str, tuple[dict[str, Any], str]] = {
+    "adhesion of a probe under a load that varies": (
+        {"finger": {"kind": "probe"}, "effects": {"adhesion": {}}},
+        "a probe and adhesion can be combined only at a constant load",
+    ),
+    "friction of another power under a fingertip": (
+        {"finger": {"kind": "fingertip"}, "effects": {"tangential": {"pressure_exponent": 0.8}}},
+        "Write a pressure_exponent of 1, or finger.kind comb or probe",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_a_finger_cannot_have_is_refused_with_what_to_write_instead(name: str) -> None:
+    scene, words = REFUSED[name]
+    with pytest.raises(CannotRender, match=words):
+        open_voice(parse_scene(scene), live=True)
+
+
+def test_viscous_skin_is_refused_with_a_fingertip_and_renders_with_a_probe() -> None:
+    with pytest.raises(SceneError, match=r'finger\.kind "comb" or "probe"'):
+        parse_scene({"finger": {"kind": "fingertip"}, "effects": {"viscous_skin": {}}})
+    voice = open_voice(parse_scene({"finger": {"kind": "probe"}, "effects": {"viscous_skin": {}}}))
+    assert np.ptp(voice.render(960)) > 0.0
