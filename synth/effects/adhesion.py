@@ -50,6 +50,7 @@ class AdhesionEffect(BalanceEffect):
     replaces = "the law of the pressure"
     of_one_shape = True
     fingers = "comb", "fingertip", "probe"
+    areas = True
     lowest_load = -LARGEST_PULL
     price = Price(830.0, 6_400_000)
 

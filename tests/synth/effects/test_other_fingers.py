@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 from scipy.optimize import brentq
 
 from synth import open_voice, parse_scene
+from synth.contact.scene_contact import contact_of
 from synth.errors import CannotRender, SceneError
 from synth.scene.scene import Scene
 from tests.few import thorough
@@ -86,6 +88,15 @@ def area_of(kind: str, scene: Scene, points: Points) -> float:
     return float(points.places[1] - points.places[0]) * length
 
 
+def rooted(excess: Callable[[float], float], z: float) -> float:
+    """Return the root of `excess` (N) that a finger at `z` (m) moves to: it rises where the excess is above 0."""
+    step = MOVE if excess(z) > 0.0 else -MOVE
+    other = z + step
+    while excess(other) * step > 0.0:
+        z, other = other, other + step
+    return float(brentq(excess, *sorted((z, other)), xtol=1e-16))
+
+
 def attracted(points: Points, area: float) -> Real:
     """Return z (m) of a finger that is attracted, at every place, followed from one to the next.
 
@@ -102,11 +113,7 @@ def attracted(points: Points, area: float) -> Real:
     z = float(points.resting(LOAD, np.zeros(1))[0])
     for place in (*places_of(points)[-32:].tolist(), *places_of(points).tolist()):
         heights, _slopes = heights_at(points, place)
-        step = MOVE if excess(z, heights) > 0.0 else -MOVE
-        other = z + step
-        while excess(other, heights) * step > 0.0:
-            z, other = other, other + step
-        z = float(brentq(excess, *sorted((z, other)), args=(heights,), xtol=1e-16))
+        z = rooted(lambda at, heights=heights: excess(at, heights), z)
         found.append(z)
     return np.array(found[32:])
 
@@ -144,3 +151,24 @@ def test_viscous_skin_is_refused_with_a_fingertip_and_renders_with_a_probe() -> 
         parse_scene({"finger": {"kind": "fingertip"}, "effects": {"viscous_skin": {}}})
     voice = open_voice(parse_scene({"finger": {"kind": "probe"}, "effects": {"viscous_skin": {}}}))
     assert np.ptp(voice.render(960)) > 0.0
+
+
+@pytest.mark.parametrize("kind", ["fingertip", thorough("comb")])
+def test_an_attraction_over_an_area_is_that_of_the_depths_over_it(kind: str) -> None:
+    """The attraction of a gap up to d0 is a difference of the mean depths at z and d0 lower."""
+    finger = {"kind": kind, "contact_length": "2.3 mm"}
+    scene = scene_of("default", {"adhesion": {"stress": "20 kPa"}}, finger=finger, texture={"kind": "dots"})
+    contact = contact_of(scene)
+    k, area = contact.stiffness_at(LOAD), scene.finger.contact_length * contact.width_at(LOAD)
+
+    def excess(z: float, phase: float) -> float:
+        near, far = (float(contact.measure(np.array([phase]), np.array([at]), LOAD)[0][0]) for at in (z, z - REACH))
+        return k * near - 2e4 * area * (far - near) / REACH - LOAD
+
+    phases = np.arange(-32, COUNT) / COUNT
+    z, found = float(contact.approach(phases[:1] % 1.0, LOAD)[0][0]), []
+    for phase in (phases % 1.0).tolist():
+        z = rooted(lambda at, phase=phase: excess(at, phase), z)
+        found.append(z)
+    wanted = Harmonics(np.fft.rfft(found[32:]) / COUNT, scene.scan.speed / contact.geometry.texture_period)
+    check_quantities(scene, (wanted,), 5e-3)
