@@ -88,13 +88,13 @@ def area_of(kind: str, scene: Scene, points: Points) -> float:
     return float(points.places[1] - points.places[0]) * length
 
 
-def rooted(excess: Callable[[float], float], z: float) -> float:
-    """Return the root of `excess` (N) that a finger at `z` (m) moves to: it rises where the excess is above 0."""
-    step = MOVE if excess(z) > 0.0 else -MOVE
+def rooted(excess: Callable[[float, Any], float], z: float, there: Any) -> float:
+    """Return the root of `excess` (N) `there` that a finger at `z` (m) moves to: it rises where the excess is above 0."""
+    step = MOVE if excess(z, there) > 0.0 else -MOVE
     other = z + step
-    while excess(other) * step > 0.0:
+    while excess(other, there) * step > 0.0:
         z, other = other, other + step
-    return float(brentq(excess, *sorted((z, other)), xtol=1e-16))
+    return float(brentq(excess, *sorted((z, other)), args=(there,), xtol=1e-16))
 
 
 def attracted(points: Points, area: float) -> Real:
@@ -113,7 +113,7 @@ def attracted(points: Points, area: float) -> Real:
     z = float(points.resting(LOAD, np.zeros(1))[0])
     for place in (*places_of(points)[-32:].tolist(), *places_of(points).tolist()):
         heights, _slopes = heights_at(points, place)
-        z = rooted(lambda at, heights=heights: excess(at, heights), z)
+        z = rooted(excess, z, heights)
         found.append(z)
     return np.array(found[32:])
 
@@ -168,7 +168,7 @@ def test_an_attraction_over_an_area_is_that_of_the_depths_over_it(kind: str) -> 
     phases = np.arange(-32, COUNT) / COUNT
     z, found = float(contact.approach(phases[:1] % 1.0, LOAD)[0][0]), []
     for phase in (phases % 1.0).tolist():
-        z = rooted(lambda at, phase=phase: excess(at, phase), z)
+        z = rooted(excess, z, phase)
         found.append(z)
     wanted = Harmonics(np.fft.rfft(found[32:]) / COUNT, scene.scan.speed / contact.geometry.texture_period)
     check_quantities(scene, (wanted,), 5e-3)
