@@ -89,7 +89,7 @@ def area_of(kind: str, scene: Scene, points: Points) -> float:
 
 
 def rooted(excess: Callable[[float, Any], float], z: float, there: Any) -> float:
-    """Return the root of `excess` (N) `there` that a finger at `z` (m) moves to: it rises where the excess is above 0."""
+    """Return the root of `excess` (N) `there` that a finger at `z` (m) moves to: upwards where it is above 0."""
     step = MOVE if excess(z, there) > 0.0 else -MOVE
     other = z + step
     while excess(other, there) * step > 0.0:
