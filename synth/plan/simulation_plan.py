@@ -4,6 +4,7 @@ Stage   2, used by `preparation`. `simulation.running` runs the simulation, whic
 Model   A pilot is a run of whole texture periods of the steady scan. A stroke or a recording is also run along its own
         motion.
         Points: the number of skin points is doubled until the last doubling changes the pilot little.
+        In a file, points also take the place of a table that is too coarse, as of a texture with a long period.
         Steps: pilots are run with n and 2 n steps per frame. n is doubled until they agree within SETTLED of the
         tolerance; live, or within TABLE_STEPS of the error of the table.
         Change: a pilot of the same contact without mass, memory and adhesion shows what the effects change.
@@ -58,6 +59,7 @@ SHARED = 1.5  # measured over predicted time on a processor that shares its cach
 FEWEST_POINTS, MOST_POINTS = 65, 16385  # of skin: fewer points save less than a call costs; the most take 30 us
 SETTLED = 0.4  # largest change of a quantity by twice the steps, as a part of the tolerance
 TABLE_STEPS = 0.25  # the same, live, as a part of the error of the table if that is larger: more steps would not help
+TOO_COARSE = 4.0  # error of a table, over the tolerance of a file, from which on points take its place: they cost more
 POINTS_SHARE = 0.5  # error of the skin's points, as a part of the tolerance
 LEFT_BY_POINTS = 0.55  # error over the change by half the points: order 1.5, from kinks where surfaces begin to touch
 
@@ -179,6 +181,9 @@ def plan_simulation(case: SimulationCase, terms: Terms) -> SimulationPlan:
     counts = _points(case, terms, busy)
     tried = started(_first_simulation(case, terms, counts[0]), case)
     of_points = _table_errors(case, tried)
+    coarse = not case.live and max(of_points) > TOO_COARSE * case.tolerance
+    if coarse and terms.adhesion is None and case.contact.of_one_line:
+        return plan_simulation(case, replace(terms, skin=ELASTIC))
     allowed = [max(SETTLED * case.tolerance, TABLE_STEPS * one * case.live) for one in of_points]
     for count in counts[1:]:
         before = tried
