@@ -45,12 +45,13 @@ def _cancelled(solved: Preparation) -> tuple[str, ...]:
     """Warn where the equal ridges of a comb cancel the line at u / lambda2, which every measured finger has."""
     if solved.spectrum is None or solved.scene.finger.kind != "comb" or solved.spectrum.closed:
         return ()
-    if solved.stretch is not None:  # its fundamental is none of the surface
-        return ()
+    scene = solved.scene
+    if solved.stretch is not None or scene.texture.period > scene.finger.contact_length:
+        return ()  # its fundamental is none of the surface, or the comb touches no whole period that could cancel
     lines = np.abs(solved.spectrum.harmonics[1 : solved.highest + 1])
     if len(lines) < 2 or not lines.max() or lines[0] > CANCELLED * lines.max():
         return ()
-    ratio = solved.scene.texture.period / solved.scene.finger.ridge_period
+    ratio = scene.texture.period / scene.finger.ridge_period
     whole = Fraction(ratio).limit_denominator(LARGEST_DENOMINATOR)
     return (
         f"The line at u / lambda2 is missing: the strongest is number {int(np.argmax(lines)) + 1}. The equal ridges of "

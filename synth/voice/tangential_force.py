@@ -35,6 +35,7 @@ from synth.voice.table_reading import HandReader, ScanReader, TableChannels, del
 QUANTITY = "tangential_force"
 READ_AS = "displacement", "approach"  # how the tables are read: the slope force has no mean, friction has one
 LIVE_WORK, FILE_WORK = 2.0, 8.0  # times the work of a contact's table: a phase of friction takes ten times as long
+MOST_ERROR = 0.3  # of the peak-to-peak: what errs by more is refused
 SIMULATED = (Signal(SLOPE, 0), Signal(PRESS, 0))
 
 
@@ -134,6 +135,13 @@ class TangentialStage:
         if not solved.moving:
             reader = SeriesCurve(lifted * series)
             steady, method = (reader, lifted * level), reader.name
+        worst = max(error, *(one.error for one in solved.channels))
+        if solved.moving and worst > MOST_ERROR:
+            raise CannotRender(
+                "tangential reads a table wherever speed or load change, and this texture has more detail than a table "
+                f"holds: the error would be {worst:.2g} of the peak-to-peak. Give a shorter texture, render a file at "
+                "constant speed and load, or leave tangential out."
+            )
         channel = AddedChannel(QUANTITY, scale, lifted * extent, error + ROUNDING, method)
         return cls(law, solved, tuple(forces), steady, channel)
 

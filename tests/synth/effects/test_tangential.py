@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from synth import open_voice, parse_scene
+from synth import Motion, open_voice, parse_scene
+from synth.errors import CannotRender
 from synth.scene.scene import Scene
 from tests.few import thorough
 from tests.reference.moving_oracle import Finger, Harmonics, Profile, Reaction, elastic, steady_scan
@@ -130,3 +131,13 @@ def test_with_a_mass_the_force_errs_by_no_more_than_the_plan_says() -> None:
 def test_no_load_is_no_force() -> None:
     scene = parse_scene({"effects": {"tangential": {}}, "scan": {"load": 0}, "output": {"sample_rate": RATE}})
     assert not np.any(open_voice(scene).render(500))
+
+
+def test_a_texture_with_more_detail_than_a_table_holds_is_refused_unless_the_scan_is_constant() -> None:
+    steps = np.random.default_rng(3).normal(0.0, 2e-7, 3000)
+    heights = np.cumsum(steps - np.mean(steps)).tolist()
+    texture = {"kind": "profile", "heights": heights, "spacing": "5 um", "ends": "join"}
+    scene = {"texture": texture, "effects": {"tangential": {}}}
+    assert np.ptp(open_voice(parse_scene(scene)).render(960)[:, 1]) > 0.0
+    with pytest.raises(CannotRender, match="more detail than a table holds"):
+        open_voice(parse_scene(scene), live=True).render(480, Motion.of(480, speed=0.08, load=0.3))
