@@ -41,7 +41,7 @@ CALM_SECONDS = 1.0
 SLOW_READER = 4408  # close code
 Fault = Callable[[], None]
 
-ALONE = pytest.mark.alone  # a test with witnesses
+ALONE = pytest.mark.alone  # with witnesses, or with a proxy that must keep up with a stream
 
 
 class Served:
@@ -158,6 +158,7 @@ def test_a_reader_on_a_thin_line_delays_nobody_and_is_closed(served: Served, pro
     suffered(served, lambda: slow(served, proxy, seconds, bytes_per_second=30_000.0))
 
 
+@ALONE
 def test_a_stall_within_the_bound_costs_no_sound(served: Served, proxy: Proxy) -> None:
     with Caller(proxy.port) as caller:
         caller.hello()
@@ -173,6 +174,7 @@ def test_a_stall_within_the_bound_costs_no_sound(served: Served, proxy: Proxy) -
     contiguous(caller)
 
 
+@ALONE
 def test_bytes_split_anywhere_are_the_same_stream(served: Served, proxy: Proxy) -> None:
     with Caller(proxy.port) as caller:
         until(lambda: len(proxy.links) == 1)
@@ -214,6 +216,7 @@ def test_a_connection_whose_cable_is_pulled_ends_and_leaves_nothing(served: Serv
     suffered(served, fault, again=False)
 
 
+@ALONE
 def test_a_hand_whose_cable_was_pulled_picks_its_stream_up_again(served: Served, proxy: Proxy) -> None:
     with Caller(proxy.port) as before:
         before.hello()
