@@ -11,23 +11,21 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from clients.client_errors import (
-        ClientError,
-        ConnectionLost,
-        Problem,
-        ProblemError,
-        ProtocolError,
-        RefusedError,
-        ResumeLost,
-        ServiceError,
-        StreamEnded,
-    )
-    from clients.http_client.async_client import AsyncClient
-    from clients.http_client.sync_client import Client
-    from clients.live_client.async_live import AsyncLive
-    from clients.live_client.reconnection import Backoff
-    from clients.live_client.sync_live import Live
-    from synth.encode.sound import Sound
+    from clients.client_errors import ClientError as ClientError
+    from clients.client_errors import ConnectionLost as ConnectionLost
+    from clients.client_errors import Problem as Problem
+    from clients.client_errors import ProblemError as ProblemError
+    from clients.client_errors import ProtocolError as ProtocolError
+    from clients.client_errors import RefusedError as RefusedError
+    from clients.client_errors import ResumeLost as ResumeLost
+    from clients.client_errors import ServiceError as ServiceError
+    from clients.client_errors import StreamEnded as StreamEnded
+    from clients.http_client.async_client import AsyncClient as AsyncClient
+    from clients.http_client.sync_client import Client as Client
+    from clients.live_client.async_live import AsyncLive as AsyncLive
+    from clients.live_client.reconnection import Backoff as Backoff
+    from clients.live_client.sync_live import Live as Live
+    from synth.encode.sound import Sound as Sound
 
 _MODULES = {
     "AsyncClient": "clients.http_client.async_client",
@@ -47,23 +45,7 @@ _MODULES = {
     "StreamEnded": "clients.client_errors",
 }
 
-__all__ = [
-    "AsyncClient",
-    "AsyncLive",
-    "Backoff",
-    "Client",
-    "ClientError",
-    "ConnectionLost",
-    "Live",
-    "Problem",
-    "ProblemError",
-    "ProtocolError",
-    "RefusedError",
-    "ResumeLost",
-    "ServiceError",
-    "Sound",
-    "StreamEnded",
-]
+__all__ = [*_MODULES]
 
 
 def __getattr__(name: str) -> Any:

@@ -17,31 +17,35 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from clients.client_errors import (
-        ClientError,
-        ConnectionLost,
-        Problem,
-        ProblemError,
-        ProtocolError,
-        RefusedError,
-        ResumeLost,
-        ServiceError,
-        StreamEnded,
-    )
-    from clients.http_client.async_client import AsyncClient
-    from clients.http_client.sync_client import Client
-    from clients.live_client.async_live import AsyncLive
-    from clients.live_client.reconnection import Backoff
-    from clients.live_client.sync_live import Live
-    from ridgewave.scenes import explain, open_voice, render, textures
-    from synth.accuracy.report import measure_accuracy
-    from synth.encode.sound import Sound
-    from synth.errors import CannotRender, RidgewaveError, SceneError
-    from synth.motion.motion import Motion
-    from synth.plan.plan import Plan
-    from synth.scene.catalogue import CatalogueEntry
-    from synth.scene.scene import Scene, parse_scene
-    from synth.voice.voice import Voice
+    from clients.client_errors import ClientError as ClientError
+    from clients.client_errors import ConnectionLost as ConnectionLost
+    from clients.client_errors import Problem as Problem
+    from clients.client_errors import ProblemError as ProblemError
+    from clients.client_errors import ProtocolError as ProtocolError
+    from clients.client_errors import RefusedError as RefusedError
+    from clients.client_errors import ResumeLost as ResumeLost
+    from clients.client_errors import ServiceError as ServiceError
+    from clients.client_errors import StreamEnded as StreamEnded
+    from clients.http_client.async_client import AsyncClient as AsyncClient
+    from clients.http_client.sync_client import Client as Client
+    from clients.live_client.async_live import AsyncLive as AsyncLive
+    from clients.live_client.reconnection import Backoff as Backoff
+    from clients.live_client.sync_live import Live as Live
+    from ridgewave.scenes import explain as explain
+    from ridgewave.scenes import open_voice as open_voice
+    from ridgewave.scenes import render as render
+    from ridgewave.scenes import textures as textures
+    from synth.accuracy.report import measure_accuracy as measure_accuracy
+    from synth.encode.sound import Sound as Sound
+    from synth.errors import CannotRender as CannotRender
+    from synth.errors import RidgewaveError as RidgewaveError
+    from synth.errors import SceneError as SceneError
+    from synth.motion.motion import Motion as Motion
+    from synth.plan.plan import Plan as Plan
+    from synth.scene.catalogue import CatalogueEntry as CatalogueEntry
+    from synth.scene.scene import Scene as Scene
+    from synth.scene.scene import parse_scene as parse_scene
+    from synth.voice.voice import Voice as Voice
 
 _MODULES = {
     "AsyncClient": "clients.http_client.async_client",
@@ -75,37 +79,7 @@ _MODULES = {
     "textures": "ridgewave.scenes",
 }
 
-__all__ = [
-    "AsyncClient",
-    "AsyncLive",
-    "Backoff",
-    "CannotRender",
-    "CatalogueEntry",
-    "Client",
-    "ClientError",
-    "ConnectionLost",
-    "Live",
-    "Motion",
-    "Plan",
-    "Problem",
-    "ProblemError",
-    "ProtocolError",
-    "RefusedError",
-    "ResumeLost",
-    "RidgewaveError",
-    "Scene",
-    "SceneError",
-    "ServiceError",
-    "Sound",
-    "StreamEnded",
-    "Voice",
-    "explain",
-    "measure_accuracy",
-    "open_voice",
-    "parse_scene",
-    "render",
-    "textures",
-]
+__all__ = [*_MODULES]
 
 
 def __getattr__(name: str) -> Any:

@@ -50,24 +50,24 @@ class Metrics:
     """The metrics of one process. Each method counts one kind of event."""
 
     def __init__(self) -> None:
-        self._registry = registry = CollectorRegistry()
+        self._registry = CollectorRegistry()
         self._lock = threading.Lock()
         self._largest_reduction_db = 0.0
+        self._add_streams()
+        self._add_lateness()
+        self._add_limiter()
+        self._add_work()
+        self._add_live_messages()
+        self._add_process()
 
-        def counter(name: str, sentence: str, *labels: str) -> Counter:
-            return Counter(f"ridgewave_{name}", sentence, labels, registry=registry)
-
-        def gauge(name: str, sentence: str, *labels: str) -> Gauge:
-            return Gauge(f"ridgewave_{name}", sentence, labels, registry=registry)
-
-        def histogram(name: str, sentence: str, *labels: str, bounds: Sequence[float]) -> Histogram:
-            return Histogram(f"ridgewave_{name}", sentence, labels, registry=registry, buckets=bounds)
-
-        self._streams = _each(gauge("streams", "Streams under way: HTTP, live, and plays.", "kind"), STREAM_KINDS)
-        self._opened = _each(counter("streams_opened_total", "Streams opened.", "kind"), STREAM_KINDS)
-        frames = counter("frames_sent_total", "Frames sent or played, each of all channels.", "kind")
+    def _add_streams(self) -> None:
+        self._streams = _each(self._gauge("streams", "Streams under way: HTTP, live, and plays.", "kind"), STREAM_KINDS)
+        self._opened = _each(self._counter("streams_opened_total", "Streams opened.", "kind"), STREAM_KINDS)
+        frames = self._counter("frames_sent_total", "Frames sent or played, each of all channels.", "kind")
         self._frames = _each(frames, STREAM_KINDS)
-        lateness = histogram(
+
+    def _add_lateness(self) -> None:
+        lateness = self._histogram(
             "block_lateness_seconds",
             "Time from the moment at which a block was due to the moment at which it was handed to the connection. An "
             "HTTP stream has RIDGEWAVE_LEAD in reserve.",
@@ -75,50 +75,66 @@ class Metrics:
             bounds=LATENESS_BOUNDS,
         )
         self._lateness = _each(lateness, ("http", "live"))
-        skipped = counter(
+        skipped = self._counter(
             "skipped_seconds_total",
             "Time for which streams were silent because the service was late, not because a reader did not read.",
             "kind",
         )
         self._skipped = _each(skipped, ("http", "live"))
-        self._lag = histogram(
+        self._lag = self._histogram(
             "loop_lag_seconds", "Lateness of the event loop, measured 20 times per second.", bounds=LAG_BOUNDS
         )
-        self._underruns = counter("underruns_total", "Times that an audio device played silence for lack of samples.")
-        self._limited_blocks = counter("limited_blocks_total", "Blocks whose level the safety limiter reduced.")
-        self._limited_seconds = counter("limited_seconds_total", "Duration of the sound in these blocks.")
-        largest = gauge("limiter_largest_reduction_decibels", "Largest reduction by the limiter since the start.")
+        underruns = "Times that an audio device played silence for lack of samples."
+        self._underruns = self._counter("underruns_total", underruns)
+
+    def _add_limiter(self) -> None:
+        self._limited_blocks = self._counter("limited_blocks_total", "Blocks whose level the safety limiter reduced.")
+        self._limited_seconds = self._counter("limited_seconds_total", "Duration of the sound in these blocks.")
+        largest = self._gauge("limiter_largest_reduction_decibels", "Largest reduction by the limiter since the start.")
         largest.set_function(lambda: self._largest_reduction_db)
-        build = histogram(
+
+    def _add_work(self) -> None:
+        build = self._histogram(
             "build_seconds", "Time to open a voice, or to solve a change of a scene.", "what", bounds=BUILD_BOUNDS
         )
         self._build = _each(build, ("voice", "change"))
-        wait = histogram(
+        wait = self._histogram(
             "pool_wait_seconds",
             "Time that work waited to begin: renders, plans and pictures; solves of sessions; blocks of streams.",
             "pool",
             bounds=WAIT_BOUNDS,
         )
         self._wait = _each(wait, ("render", "solve", "block"))
-        self._renders = counter("renders_total", "Renders whose answer began.")
-        refusals = counter("problems_total", "Problem documents sent, by type.", "type")
+        self._renders = self._counter("renders_total", "Renders whose answer began.")
+        refusals = self._counter("problems_total", "Problem documents sent, by type.", "type")
         self._problems = _each(refusals, tuple(problems.TYPES))
-        self._closes = _each(
-            counter("live_closes_total", "Live connections closed, by close code.", "code"), CLOSE_CODES
-        )
-        self._received = counter("updates_received_total", "Contact updates received.")
-        self._applied = counter("updates_applied_total", "Contact updates used in a block.")
-        self._dropped = counter(
+
+    def _add_live_messages(self) -> None:
+        closes = self._counter("live_closes_total", "Live connections closed, by close code.", "code")
+        self._closes = _each(closes, CLOSE_CODES)
+        self._received = self._counter("updates_received_total", "Contact updates received.")
+        self._applied = self._counter("updates_applied_total", "Contact updates used in a block.")
+        self._dropped = self._counter(
             "updates_dropped_total", "Contact updates refused, or replaced by a newer one before the next block."
         )
-        gauge("workers", "Running workers. Below RIDGEWAVE_WORKERS, a worker has died or is starting.").set(1)
-        build_info = gauge(
-            "build_info", "Always 1; its labels are the versions of ridgewave and Python.", "version", "python"
-        )
-        build_info.labels(VERSION, PYTHON).set(1)
+
+    def _add_process(self) -> None:
+        workers = "Running workers. Below RIDGEWAVE_WORKERS, a worker has died or is starting."
+        self._gauge("workers", workers).set(1)
+        versions = "Always 1; its labels are the versions of ridgewave and Python."
+        self._gauge("build_info", versions, "version", "python").labels(VERSION, PYTHON).set(1)
         self.watch(CounterMetricFamily, "cpu_seconds_total", "Processor time of the workers.", time.process_time)
         memory = "Resident memory of the workers; 0 where it is unknown."
         self.watch(GaugeMetricFamily, "resident_memory_bytes", memory, _resident_bytes)
+
+    def _counter(self, name: str, sentence: str, *labels: str) -> Counter:
+        return Counter(f"ridgewave_{name}", sentence, labels, registry=self._registry)
+
+    def _gauge(self, name: str, sentence: str, *labels: str) -> Gauge:
+        return Gauge(f"ridgewave_{name}", sentence, labels, registry=self._registry)
+
+    def _histogram(self, name: str, sentence: str, *labels: str, bounds: Sequence[float]) -> Histogram:
+        return Histogram(f"ridgewave_{name}", sentence, labels, registry=self._registry, buckets=bounds)
 
     def watch(
         self,

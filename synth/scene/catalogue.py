@@ -93,6 +93,11 @@ def catalogue_names() -> tuple[str, ...]:
     return tuple(entry.name for entry in _entries())
 
 
+def catalogue_kinds() -> dict[str, str]:
+    """Return the kind of texture of every entry, by its name."""
+    return {entry.name: entry.document["texture"]["kind"] for entry in _entries()}
+
+
 def lookup(name: str) -> CatalogueEntry:
     """Return the entry called `name`. If there is none, raise SceneError with the nearest name."""
     for entry in _entries():

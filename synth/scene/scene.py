@@ -17,7 +17,7 @@ from typing import Annotated, Any, NoReturn
 from pydantic import Field, ValidationError
 
 from synth.errors import Fault, SceneError, shown
-from synth.scene.catalogue import catalogue_names, lookup
+from synth.scene.catalogue import catalogue_kinds, catalogue_names, lookup
 from synth.scene.effects_section import Effects, FrozenMapping, declaration, lowest_load, misplaced
 from synth.scene.finger_section import Finger
 from synth.scene.output_section import Accuracy, Channel, Output
@@ -47,8 +47,7 @@ class Scene(Section):
         """Refuse what needs another kind of texture or finger: a probe, a scan over an area, effects of the comb."""
         finger, texture = _kind(given, "finger", "comb"), _kind(given, "texture", DEFAULT)
         effects = given.get("effects")
-        if texture in catalogue_names():
-            texture = str(lookup(texture).document["texture"]["kind"])
+        texture = catalogue_kinds().get(texture, texture)
         of_area = texture in kinds() and kinds()[texture].of_area
         if finger == "probe" and of_area:
             hint = f'Write "fingertip" or "comb". The texture, of kind "{texture}", has heights over an area.'

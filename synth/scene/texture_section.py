@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field, create_model
 
-from synth.scene.catalogue import catalogue_names, lookup
+from synth.scene.catalogue import catalogue_kinds, catalogue_names, lookup
 from synth.scene.quantity import Dimension
 from synth.scene.rules import Choice, Fields, Quantity, Refusal, Rule, refusal, refused
 from synth.scene.section import Section, without
@@ -71,7 +71,7 @@ def amplitude_of(roughness: float) -> float:
 
 def with_named(owners: Sequence[str]) -> list[str]:
     """Return the kinds `owners`, and the catalogue names of textures of these kinds: values of `texture.kind`."""
-    return [*owners, *(name for name in catalogue_names() if lookup(name).document["texture"]["kind"] in owners)]
+    return [*owners, *(name for name, kind in catalogue_kinds().items() if kind in owners)]
 
 
 def textures_over_area() -> list[str]:

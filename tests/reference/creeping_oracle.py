@@ -44,7 +44,7 @@ class Solid:
     weights: tuple[float, ...] = ()
 
 
-@numba.njit
+@numba.njit(cache=True)
 def above(g, z, width):
     """Return area and length of the part above z of the line through the points `g`, `width` apart."""
     area = length = 0.0
@@ -61,7 +61,7 @@ def above(g, z, width):
     return area, length
 
 
-@numba.njit
+@numba.njit(cache=True)
 def balanced(g, z, width, full, load, heavy, before, velocity):
     """Return the z at which full times the area above it is the load and the force on the mass and the damper.
 
@@ -82,7 +82,7 @@ def balanced(g, z, width, full, load, heavy, before, velocity):
     return z
 
 
-@numba.njit
+@numba.njit(cache=True)
 def force_of(g, x, z, wave, angle, amplitude):
     """Return the sum of the part above z of the line through `g` times the texture's slope."""
     total, width = 0.0, x[1] - x[0]
@@ -100,7 +100,7 @@ def force_of(g, x, z, wave, angle, amplitude):
     return amplitude * wave * total
 
 
-@numba.njit
+@numba.njit(cache=True)
 def surface(waves, table, places, angle):
     """Return h from rows of ridges, cosine and sine, or with the texture from a `table` of one period at `places`."""
     if len(table) == 0:
@@ -113,7 +113,7 @@ def surface(waves, table, places, angle):
     return h
 
 
-@numba.njit
+@numba.njit(cache=True)
 def creep(x, shape, press, solid, pace, total, indentation, table):
     """Return z and the force on the slopes at every step, beginning with the elastic contact.
 

@@ -42,7 +42,7 @@ GAUSS = (
 )  # nodes and weights of five points
 
 
-@numba.njit
+@numba.njit(cache=True)
 def height_at(x, shape):
     """Return h, dh/dx and d2h/dx2; shape: a1, a2, 2 pi / lambda1, 2 pi / lambda2, angle of the texture."""
     a1, a2, wave1, wave2, angle = shape
@@ -52,7 +52,7 @@ def height_at(x, shape):
     return a2 * cos2 - a1 * cos1, slope, a1 * wave1**2 * cos1 - a2 * wave2**2 * cos2
 
 
-@numba.njit
+@numba.njit(cache=True)
 def crossing(low, high, level, shape, of_slope):
     """Return the place between `low` and `high` where h (or its slope) is `level`, by Newton's rule or bisection."""
     first = height_at(low, shape)[1 if of_slope else 0] > level
@@ -73,14 +73,14 @@ def crossing(low, high, level, shape, of_slope):
     return x
 
 
-@numba.njit
+@numba.njit(cache=True)
 def area_before(x, shape):
     """Return the integral of h from 0 to x, up to a constant."""
     a1, a2, wave1, wave2, angle = shape
     return a2 * math.sin(wave2 * x + angle) / wave2 - a1 * math.sin(wave1 * x) / wave1
 
 
-@numba.njit
+@numba.njit(cache=True)
 def ends_of(left, right, h_left, h_right, z, shape):
     """Return the ends of the part of a monotone stretch above z; twice the same place where no part is above z."""
     if h_left <= z and h_right <= z:
@@ -92,7 +92,7 @@ def ends_of(left, right, h_left, h_right, z, shape):
     return left, right
 
 
-@numba.njit
+@numba.njit(cache=True)
 def touching(z, shape, waves):
     """Return the integrals of h - z and of 1 over the part above z, and the largest h.
 
@@ -130,7 +130,7 @@ def touching(z, shape, waves):
     return area, length, top
 
 
-@numba.njit
+@numba.njit(cache=True)
 def driving(z, shape, places):
     """Return the integral of max(h - z, 0) dh_t/dx, by Gauss's rule of 5 points on every stretch."""
     _a1, a2, _wave1, wave2, angle = shape

@@ -37,7 +37,7 @@ SHARES = 65  # loads between which the share of a point is a cubic spline
 LONGEST_STEP = 1e-3  # s
 
 
-@numba.njit
+@numba.njit(cache=True)
 def pressed(z, finger, cosine, sine, angle, begin, end):
     """Return the sum of max(h - z, 0) over the cells from `begin` to `end`, and the number of those above z."""
     total = count = 0.0
@@ -51,7 +51,7 @@ def pressed(z, finger, cosine, sine, angle, begin, end):
     return total, count
 
 
-@numba.njit
+@numba.njit(cache=True)
 def balanced(target, finger, cosine, sine, angle, begin, end, top):
     """Return the z at which the sum of `pressed` is `target`; top: above every height."""
     z, drop = top, 1e-6

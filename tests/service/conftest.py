@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from fastapi import FastAPI
@@ -10,6 +11,12 @@ from fastapi import FastAPI
 from service.app import create_app
 from tests.service.harness import PATIENCE, Running, serving, settings_of
 from tests.service.plain_engine import PlainEngine, warmed_up
+
+MADE_UP = """
+import synth.accuracy.report
+from tests.accuracy_case import fake_measure
+synth.accuracy.report.measure_accuracy = fake_measure
+"""
 
 
 @pytest.fixture
@@ -40,3 +47,19 @@ def unhurried(monkeypatch: pytest.MonkeyPatch) -> None:
         "sessions.voice_stream.STOP_GRACE_SECONDS",
     ):
         monkeypatch.setattr(f"service.{name}", PATIENCE)
+
+
+@pytest.fixture
+def own_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Return what the measuring process runs before anything else; it keeps the usual priority beside other tests."""
+    begins = tmp_path / "sitecustomize.py"
+    begins.write_text("import os\nos.nice = lambda _: 0\n")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    return begins
+
+
+@pytest.fixture
+def made_up_measurement(own_process: Path) -> None:
+    """Have the measuring process return a made-up measurement at once, after it has read its scene."""
+    with own_process.open("a") as begins:
+        begins.write(MADE_UP)

@@ -6,7 +6,6 @@ import socket
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 
 import httpx
 import numpy as np
@@ -160,15 +159,6 @@ def test_a_measurement_that_nobody_waits_for_is_never_begun_or_is_ended() -> Non
         measure_apart(parse_scene({}), None, given_up)
 
 
-@pytest.fixture
-def own_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return what the measuring process runs before anything else; it keeps the usual priority beside other tests."""
-    begins = tmp_path / "sitecustomize.py"
-    begins.write_text("import os\nos.nice = lambda _: 0\n")
-    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
-    return begins
-
-
 @pytest.mark.usefixtures("own_process")
 def test_the_measuring_process_hands_on_refusals() -> None:
     with pytest.raises(InvalidRequest) as refused:
@@ -196,17 +186,8 @@ def test_a_measuring_process_that_the_system_kills_is_no_bug(monkeypatch: pytest
         measure_apart(parse_scene({}), None, threading.Event())
 
 
-FAKE = """
-import synth.accuracy.report
-from tests.accuracy_case import fake_measure
-synth.accuracy.report.measure_accuracy = fake_measure
-"""
-
-
-def test_the_engine_measures_over_the_wire(own_process: Path) -> None:
-    """In the process that measures; what it measures is made up, for time."""
-    with own_process.open("a") as begins:
-        begins.write(FAKE)
+@pytest.mark.usefixtures("made_up_measurement")
+def test_the_engine_measures_over_the_wire() -> None:
     with serving(kept_engine()) as running:
         answer = running.client.post("/v1/accuracy", json={"scan": {"load": 0.1}}, timeout=500.0)
     assert answer.status_code == 200, answer.text

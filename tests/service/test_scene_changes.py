@@ -43,7 +43,8 @@ def test_what_comes_while_one_is_applied_is_applied_together_and_in_order() -> N
 
         async def apply(batch: Sequence[Waiting]) -> None:
             batches.append([change.read() for change in batch])
-            await asyncio.sleep(0.01)
+            for _ in range(10):
+                await asyncio.sleep(0)
 
         changes = Changes(apply)
         for number in range(1000):

@@ -79,6 +79,7 @@ def test_the_wave_sounds_as_the_sinusoid_it_was_sampled_from(own: FastAPI) -> No
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("made_up_measurement")
 def test_processes_of_renders_measurements_and_live_sessions_find_the_surface(tmp_path: Path) -> None:
     import httpx
 

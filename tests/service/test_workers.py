@@ -216,7 +216,7 @@ def test_a_service_of_two_workers_stops_and_counts_and_ends_as_one(two_workers: 
         until(lambda: not _runs(killed))
         _counts_never_fall(url, frames)
     scene = {"output": {"duration": 0.1}}
-    assert all(httpx.post(f"{url}/v1/render", json=scene, timeout=PATIENCE).status_code == 200 for _ in range(4))
+    assert httpx.post(f"{url}/v1/render", json=scene, timeout=PATIENCE).status_code == 200
     child.process.send_signal(signal.SIGTERM)
     assert child.process.wait(60.0) == 0
     assert not folder.exists()

@@ -5,10 +5,8 @@ Model   sum of p dx = w, or m z'' + c z' + k_p (z - z_w) = sum of p dx - w with 
         Along the finger efree is smooth except for one kink, the front. Behind the front the skin has followed the
         surface, ahead of it the skin is still free. So each point has two states: `held`, as if the surface had held it
         since it began to touch, and `free`, as if it had been free since then. The true efree is the larger of the two,
-        because pressure only pushes. Straight lines join the points of each state, and each piece is cut where the two
-        lines cross. g = h - max(of the two lines) is then a polygon, whose area above z is exact.
-        The contact spans a part of the points, about their middle. Without memory that part may follow the load
-        (`skin_points.Span`); the pieces that its ends cut count in part.
+        because pressure only pushes. g = h - max(of both) is a polygon (`skin_profile`). Without memory the part of the
+        points that is in contact may follow the load (`skin_points.Span`).
         A step h that moves z by s balances (2 m / h^2 + c / h) s - 2 m v0 / h + k_p (z0 + s / 2 - z_w) + w = sum of p
         dx, with v1 = 2 s / h - v0. Relative to a1 + a2 this is base + alpha (z - z0) = mean over L of max(g - z, 0).
         The right side is convex and falls with z. Newton's method starts from an extrapolated z.
@@ -37,6 +35,19 @@ import numpy as np
 from synth.arrays import Array
 from synth.effects.simulation.pulp import NO_PULP, Pulp
 from synth.effects.simulation.skin_points import WHOLE, SkinPoints, Span, write_heights, write_rates
+from synth.effects.simulation.skin_profile import (
+    FREE_FREE,
+    HELD_FREE,
+    POINTS,
+    SURFACE,
+    ends_above,
+    modified_area,
+    modified_profile,
+    part_of,
+    slope_integral,
+    sum_of,
+    window_of,
+)
 from synth.effects.simulation.steps import (
     ATTACHED,
     EARLIER,
@@ -55,7 +66,7 @@ from synth.effects.simulation.steps import (
     Z,
 )
 from synth.effects.simulation.terms import DECAY, ELASTIC, FOLLOW, HARDNESS, KEEP, LOSE, Skin
-from synth.kernels import inner, signed_kernel, summing
+from synth.kernels import inner, signed_kernel
 from synth.response.phases import HALF_TURN
 
 AT_REST = 16 * 2.0**-52  # of 1 + |z|: smaller moves are rounding and count as none, so a finger at rest stays there
@@ -64,12 +75,8 @@ MOST_PASSES = 80  # never reached in the tests; bounds the time of a step
 BELOW = 1e-9  # of 1 + |z|: taken off the lower bound of z, so that rounding cannot put the bound above z
 TURNS = 0.5 / HALF_TURN  # turns per unit of a phase that is read as a signed number
 TINY = 1e-200  # of a1 + a2: rounds memories to multiples of 1e-216, so that none becomes a slow denormal number
-LEAST_PIECES = 3.0  # in a contact that shrinks; one whole piece at least bounds z
-FLAT = 1e-30  # of a1 + a2: least rise of a piece, so that a level piece is entirely above z or below
 
 HELD, FREE = 0, 1  # the two states of a point
-SURFACE, HELD_FREE, FREE_FREE, POINTS = 0, 1, 2, 3  # rows of `nodes`: h, efree of each state, g
-CUTS, PLACES, FIRST, SECOND = 0, 1, 2, 3  # rows of `pieces`: g and place (0 to 1) of the cut, 1 / |rise| of both sides
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,131 +178,6 @@ def free_indentations(elements, keep, terms, nodes):
             lose, memory = terms[LOSE, i], elements[state, 1 + i]
             for j in range(free.shape[0]):
                 free[j] -= lose * memory[j]
-
-
-@inner
-def part_of(span, load):
-    """Return the part of the length of the points that is in contact at `load` (N); span: see `Span`."""
-    return min(max(span[0] * load ** span[1], span[2]), 1.0) if span[1] > 0.0 else 1.0
-
-
-@inner
-def window_of(part, count):
-    """Return where the contact begins and ends, and the first and the one after the last of its whole pieces.
-
-    part: of the length of the points, about its middle.
-    count: pieces.
-    """
-    begin = 0.5 * count * (1.0 - max(part, LEAST_PIECES / count))
-    first = math.ceil(begin)
-    return begin, count - begin, first, count - first  # by symmetry: rounding would move the last where begin is tiny
-
-
-@summing
-def modified_profile(nodes, pieces):
-    """Write g at points and cuts."""
-    surface, held, free, points = nodes[SURFACE], nodes[HELD_FREE], nodes[FREE_FREE], nodes[POINTS]
-    for j in range(points.shape[0]):
-        points[j] = surface[j] - max(held[j], free[j])
-    surface1, held1, free1, points1 = surface[1:], held[1:], free[1:], points[1:]
-    cuts, places, first, second = pieces[CUTS], pieces[PLACES], pieces[FIRST], pieces[SECOND]
-    for j in range(points1.shape[0]):
-        apart = abs(held[j] - free[j])
-        place = apart / max(apart + abs(held1[j] - free1[j]), FLAT)  # any place will do if the lines do not cross
-        recovered = max(held[j] + place * (held1[j] - held[j]), free[j] + place * (free1[j] - free[j]))
-        cut = surface[j] + place * (surface1[j] - surface[j]) - recovered
-        rise, fall = max(abs(cut - points[j]), FLAT), max(abs(points1[j] - cut), FLAT)
-        both = 1.0 / (rise * fall)
-        cuts[j], places[j] = cut, place
-        first[j], second[j] = fall * both, rise * both
-
-
-@summing
-def sum_of(points):
-    """Return the integral of straight lines through `points`, in pieces."""
-    points1, total = points[1:], 0.0
-    for j in range(points1.shape[0]):
-        total += points[j] + points1[j]
-    return 0.5 * total
-
-
-@summing
-def area_of(nodes, pieces, z, begin, end):
-    """Return the integrals of max(g - z, 0) and of 1 where g is above z, from one piece to another, in pieces."""
-    points, points1 = nodes[POINTS, begin:end], nodes[POINTS, begin + 1 : end + 1]
-    cuts, places = pieces[CUTS, begin:end], pieces[PLACES, begin:end]
-    first, second = pieces[FIRST, begin:end], pieces[SECOND, begin:end]
-    area, length = 0.0, 0.0
-    for j in range(cuts.shape[0]):
-        middle = max(cuts[j] - z, 0.0)
-        left, right = max(points[j] - z, 0.0) + middle, middle + max(points1[j] - z, 0.0)
-        left_part = min(1.0, left * first[j]) * places[j]
-        right_part = min(1.0, right * second[j]) * (1.0 - places[j])
-        area += left_part * left + right_part * right
-        length += left_part + right_part
-    return 0.5 * area, length
-
-
-@summing
-def slope_integral(rates, nodes, pieces, z, begin, end):
-    """Return the integral of max(g - z, 0) times `rates`, from one piece to another, in pieces.
-
-    rates: minus the slope of the texture over its angle (1/rad) at the points. It is interpolated linearly between
-        them, so that work at the points equals the work done.
-    """
-    points, points1 = nodes[POINTS, begin:end], nodes[POINTS, begin + 1 : end + 1]
-    rates, rates1 = rates[begin:end], rates[begin + 1 : end + 1]
-    cuts, places = pieces[CUTS, begin:end], pieces[PLACES, begin:end]
-    first, second = pieces[FIRST, begin:end], pieces[SECOND, begin:end]
-    total = 0.0
-    for j in range(cuts.shape[0]):
-        left, middle, right = max(points[j] - z, 0.0), max(cuts[j] - z, 0.0), max(points1[j] - z, 0.0)
-        slope, slope1 = rates[j], rates1[j]
-        turn = slope + places[j] * (slope1 - slope)
-        part = min(1.0, (left + middle) * first[j])
-        area = left * ((3.0 - part) * slope + part * turn) + middle * ((3.0 - part) * turn + part * slope)
-        total += places[j] * part * area
-        part = min(1.0, (middle + right) * second[j])
-        area = middle * ((3.0 - part) * turn + part * slope1) + right * ((3.0 - part) * slope1 + part * turn)
-        total += (1.0 - places[j]) * part * area
-    return total / 6.0
-
-
-@inner
-def line_above(g0, g1, rate0, rate1, width):
-    """Return area, length and work (area times rate) of the part above 0 of a line from g0 to g1 over `width`."""
-    left, right = max(g0, 0.0), max(g1, 0.0)
-    part = min(1.0, (left + right) / max(abs(g1 - g0), FLAT))
-    work = left * ((3.0 - part) * rate0 + part * rate1) + right * ((3.0 - part) * rate1 + part * rate0)
-    return 0.5 * width * part * (left + right), width * part, width * part * work / 6.0
-
-
-@inner
-def ends_above(rates, points, z, window):
-    """Return area, length and work, as `line_above` does, of the pieces that the ends of the contact cut.
-
-    Only skin without memory has such ends, and its g is straight between points.
-    """
-    begin, end, first, last = window
-    left, right = first - begin, end - last
-    g0, rate0 = points[first], rates[first]
-    g1, rate1 = g0 + left * (points[first - 1] - g0), rate0 + left * (rates[first - 1] - rate0)
-    area, length, work = line_above(g0 - z, g1 - z, rate0, rate1, left)
-    g0, rate0 = points[last], rates[last]
-    g1, rate1 = g0 + right * (points[last + 1] - g0), rate0 + right * (rates[last + 1] - rate0)
-    other = line_above(g0 - z, g1 - z, rate0, rate1, right)
-    return area + other[0], length + other[1], work + other[2]
-
-
-@inner
-def modified_area(nodes, pieces, z, window):
-    """Return the mean over L of max(g - z, 0), and the part of L where g is above z."""
-    begin, end, first, last = window
-    area, length = area_of(nodes, pieces, z, first, last)
-    if begin > 0.0:
-        one = ends_above(nodes[SURFACE], nodes[POINTS], z, window)
-        area, length = area + one[0], length + one[1]
-    return area / (end - begin), length / (end - begin)
 
 
 @inner

@@ -22,7 +22,6 @@ from synth.errors import Fault, InvalidRequest, SceneError
 from synth.scene.quantity import Dimension, show_quantity
 from synth.surfaces.measurement.import_options import WRITTEN_UNITS, ImportOptions
 from synth.surfaces.measurement.levelling import levelled, tilt_of
-from synth.surfaces.measurement.missing_points import filled, largest_whole_part
 from synth.surfaces.measurement.roughness import roughness_of
 from synth.surfaces.readers.file_formats import read_surface_file
 from synth.surfaces.readers.surface_file import UNITS, Heights, Missing, SurfaceFile, check_shape
@@ -170,6 +169,8 @@ def _whole(heights: Heights, missing: Missing, rule: str) -> tuple[Heights, Miss
         share = f"{count} missing points ({100.0 * count / heights.size:.3g} %)"
         hint = "Write missing = fill to fill them from their neighbours, or crop for the largest part without them."
         raise InvalidRequest([_fault("missing", share, "no missing points", hint)])
+    from synth.surfaces.measurement.missing_points import filled, largest_whole_part  # with numba, a third of the start
+
     if rule == "fill":
         return filled(heights, missing), np.zeros_like(missing), told
     part = largest_whole_part(missing)

@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -150,7 +151,8 @@ def test_an_interrupted_render_leaves_nothing(
     tmp_path: Path, environment: dict[str, str], number: signal.Signals, code: int
 ) -> None:
     command = [sys.executable, "-m", "clients", "render", "grating-1mm-31um", "--duration", "20 h", "-o", "out.wav"]
-    process = subprocess.Popen(command, cwd=tmp_path, env=environment, stderr=subprocess.PIPE)
+    heeded = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)  # it is ignored below a job in the background
+    process = subprocess.Popen(command, cwd=tmp_path, env=environment, stderr=subprocess.PIPE, preexec_fn=heeded)
     deadline = time.monotonic() + 100
     while not any(path.stat().st_size > 100_000 for path in tmp_path.glob("*.part")):
         assert process.poll() is None, process.stderr

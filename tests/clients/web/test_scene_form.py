@@ -1,9 +1,7 @@
-"""Every field of a scene has a control with valid output; undo, redo, links and merges lose no change."""
+"""Every field of a scene has a control with valid output."""
 
 from __future__ import annotations
 
-import random
-import string
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -12,13 +10,13 @@ import pytest
 from synth.errors import SceneError
 from synth.scene.effects_section import declaration, effect_names
 from synth.scene.finger_section import FIELDS
-from synth.scene.merge import merge_patch
 from synth.scene.scan_section import LINE
 from synth.scene.scene import parse_scene
 from synth.scene.texture_registry import kinds, kinds_with
 from tests.clients.web.browser import watched
-from tests.clients.web.conftest import START_SCENE, loaded
-from tests.clients.web.random_scenes import Document, drawn_scene, fields, near_default, options
+from tests.clients.web.conftest import loaded
+from tests.clients.web.form import PERIOD, REFUSED, at, scene_of, written
+from tests.clients.web.random_scenes import fields, near_default, options
 from tests.service.harness import Running
 
 if TYPE_CHECKING:
@@ -26,19 +24,8 @@ if TYPE_CHECKING:
 
     from tests.clients.web.browser import Watch
 
-PERIOD = "#field-texture-period"
-SCENE = "() => ridgewave.state.scene"
-MANY = 50
 OF_THREE = {f"{name}_{what}" for name in ("short", "middle", "long") for what in ("time", "weight")}
 """Fields of "viscous_skin" that only one of its models has."""
-EXCLUSIVE = {
-    "finger": [{"ridge_amplitude"}, {"roughness"}],
-    "texture": [{"amplitude"}, {"roughness"}],
-    "scan": [{"speed", "load"}, {"stroke"}, {"trajectory"}],
-    "output": [{"quantity", "full_scale"}, {"channels"}],
-}
-"""Of each section, the sets of fields of which a scene has but one: docs/scene.md."""
-REFUSED = "status of 422"  # what Chromium logs of a scene that the service refuses
 
 WRITE = """([path, text, model]) => {
   const form = ridgewave.state;
@@ -87,19 +74,6 @@ def form_page(kept_form: Page) -> Page:
     return kept_form
 
 
-def scene_of(page: Page) -> Document:
-    """Return the scene of the form."""
-    scene: Document = page.evaluate(SCENE)
-    return scene
-
-
-def written(page: Page, field: str, text: str) -> None:
-    """Enter `text` into a field, after opening its section."""
-    page.evaluate("(field) => { document.querySelector(field).closest('details').open = true; }", field)
-    page.fill(field, text)
-    page.press(field, "Enter")
-
-
 def test_every_field_of_the_schema_has_a_control(form_page: Page) -> None:
     boxes = "document.querySelectorAll('[data-path]')"
     there = set(form_page.evaluate(f"() => [...{boxes}].map((field) => field.dataset.path)"))
@@ -124,7 +98,7 @@ def test_the_service_accepts_what_a_control_writes(form_page: Page, path: tuple[
     model = "three_time_constants" if path[-1] in OF_THREE else None
     answer = form_page.evaluate(WRITE, [list(path), None if number is None else shown(path, number), model])
     assert answer["faults"] == []
-    assert number is None or any(_at(scene, path) is not None for scene in answer["scenes"])
+    assert number is None or any(at(scene, path) is not None for scene in answer["scenes"])
     for scene in answer["scenes"]:
         parse_scene(of_its_kind(scene, path))
 
@@ -161,12 +135,6 @@ def shown(path: tuple[str, ...], number: float) -> str:
     """Return a number with its unit, as a person writes it."""
     unit = dict(fields())[path].get("x-unit") or ("m/s^2" if path == ("output", "full_scale") else "")
     return f"{number!r} {unit}".strip()
-
-
-def _at(scene: Any, path: tuple[str, ...]) -> Any:
-    for step in path:
-        scene = (scene or {}).get(step)
-    return scene
 
 
 READ = {"0.9 mm": "0.9 mm", "0.9mm": "0.9 mm", "900": "900 um", "900 \u00b5m": "900 um", "9e-4 m": "9e-4 m"}
@@ -302,108 +270,6 @@ def test_what_only_the_service_can_refuse_stands_beside_the_field(watched_page: 
     assert "duration" in touch_page.locator("#field-output-fade-fault").inner_text()
     written(touch_page, "#field-output-duration", "4 s")
     touch_page.locator("#field-output-fade-fault").wait_for(state="hidden")
-
-
-def test_all_changes_are_undone_and_redone(watched_page: tuple[Page, Watch]) -> None:
-    touch_page, watch = watched_page
-    watch.allow(REFUSED)
-    draw = random.Random(8)  # its scenes are rendered or invalid; one that this machine cannot render is a 503
-    scenes = [START_SCENE, *(drawn_scene(draw) for _ in range(5))]
-    for scene in scenes[1:]:
-        touch_page.evaluate("(scene) => ridgewave.state.take(scene)", scene)
-    for scene in reversed(scenes[:-1]):
-        touch_page.keyboard.press("Control+z")
-        assert scene_of(touch_page) == scene
-    assert touch_page.locator("#undo").is_disabled()
-    for scene in scenes[1:]:
-        touch_page.keyboard.press("Control+Shift+Z")
-        assert scene_of(touch_page) == scene
-    assert touch_page.locator("#redo").is_disabled()
-
-
-def test_a_slider_that_is_dragged_is_one_change(touch_page: Page) -> None:
-    touch_page.evaluate("() => { document.querySelector('#section-scan').open = true; }")
-    slider = touch_page.locator("[data-path='scan.speed'] input[type=range]")
-    box = slider.bounding_box()
-    assert box is not None
-    touch_page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
-    touch_page.mouse.down()
-    for part in (0.6, 0.7, 0.8):
-        touch_page.mouse.move(box["x"] + part * box["width"], box["y"] + box["height"] / 2)
-    touch_page.mouse.up()
-    assert parse_scene(scene_of(touch_page)).scan.speed > 0.08
-    touch_page.click("#undo")
-    assert scene_of(touch_page) == START_SCENE
-    assert touch_page.locator("#undo").is_disabled()
-
-
-def test_ctrl_z_in_a_text_field_is_the_texts_own(touch_page: Page) -> None:
-    written(touch_page, PERIOD, "1 mm")
-    touch_page.focus(PERIOD)
-    touch_page.keyboard.press("Control+z")
-    assert scene_of(touch_page) == START_SCENE | {"texture": {"period": "1 mm"}}
-
-
-def test_scenes_come_out_of_links_as_they_went_in(form_page: Page) -> None:
-    draw = random.Random(11)
-    scenes = [{}, {"texture": {"period": "800 \u00b5m"}}, *(drawn_scene(draw) for _ in range(MANY))]
-    back = form_page.evaluate(
-        """async (scenes) => { const {hashOf, sceneIn} = await import("/web/scene/link.js");
-             return scenes.map((scene) => [hashOf(scene), sceneIn(hashOf(scene))]); }""",
-        scenes,
-    )
-    for scene, (link, found) in zip(scenes, back, strict=True):
-        assert found == scene
-        assert set(link.removeprefix("#scene=")) <= {*string.ascii_letters, *string.digits, *"-_"}
-
-
-def test_an_opened_link_restores_the_scene(touch_page: Page, service: Running) -> None:
-    scene = {"texture": {"period": "1 mm"}, "effects": {"inertia": {"mass": "6 g"}}, "scan": {"stroke": {}}}
-    touch_page.evaluate("(scene) => ridgewave.state.take(scene)", scene)
-    touch_page.click("#share")
-    other = touch_page.context.new_page()
-    other.goto(touch_page.url)
-    other.wait_for_function("() => window.ridgewave !== undefined")
-    assert scene_of(other) == scene
-    assert other.locator("#field-effects-inertia-mass").input_value() == "6 g"
-    other.close()
-
-
-def test_a_broken_link_is_told_in_one_sentence(touch_page: Page) -> None:
-    touch_page.evaluate("() => { location.hash = '#scene=e30x!'; }")
-    told = "document.getElementById('notice').textContent"
-    touch_page.wait_for_function(f"() => {told}.startsWith('The scene in this link')")
-    assert scene_of(touch_page) == START_SCENE
-
-
-def test_the_part_that_is_told_makes_the_same_scene_at_the_service(form_page: Page) -> None:
-    draw = random.Random(13)
-    pairs = [(drawn_scene(draw), drawn_scene(draw)) for _ in range(MANY)]
-    parts = form_page.evaluate(
-        """async (pairs) => { const {partBetween} = await import("/web/scene/merge.js");
-             return pairs.map(([before, after]) => partBetween(before, after)); }""",
-        pairs,
-    )
-    for (before, after), part in zip(pairs, parts, strict=True):
-        reached = {name: section for name, section in merge_patch(before, part).items() if section}
-        assert reached == after
-
-
-def test_a_field_that_is_written_leaves_no_two_that_displace_each_other(form_page: Page) -> None:
-    draw = random.Random(17)
-    numbers = [(path, near_default(node)) for path, node in fields() if len(path) == 2]
-    choices = [(path, value) for path, value in numbers if value is not None]
-    cases = [(drawn_scene(draw), draw.choice(choices)) for _ in range(MANY)]
-    changed = form_page.evaluate(
-        """async (cases) => { const {withField} = await import("/web/scene/merge.js");
-             return cases.map(([scene, [path, value]]) => withField(scene, path, value)); }""",
-        cases,
-    )
-    for (scene, (path, value)), found in zip(cases, changed, strict=True):
-        assert _at(found, path) == value
-        for section, sets in EXCLUSIVE.items():
-            given = [names for names in sets if names & found.get(section, {}).keys()]
-            assert len(given) <= 1, (scene, path, given)
 
 
 def test_words_of_a_field_are_all_in_its_menu(form_page: Page) -> None:

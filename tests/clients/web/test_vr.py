@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,7 +12,7 @@ import pytest
 
 from tests.clients.web.browser import headless
 from tests.clients.web.headset import DRAWING, at_the_table, iwer_script, three_folder
-from tests.service.harness import Running
+from tests.service.harness import Running, until
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page, Playwright
@@ -170,11 +171,13 @@ def test_a_mouse_that_presses_and_strokes_sounds_and_is_silent_when_it_lets_go(t
     (first,) = table.evaluate("() => ridgewave.touches")
     assert first["index"] == 4 and 0.3 <= first["load"] < 3.0
     table.evaluate("() => { window.heard = tools.listen(); }")
-    for step in range(200):
-        table.mouse.move(x + 12 * (-1) ** step, y, steps=4)
-        if table.evaluate("() => heard.peak") > 0:
-            break
-    assert table.evaluate("() => heard.peak") > 0
+    turns = itertools.count()
+
+    def heard() -> bool:
+        table.mouse.move(x + 12 * (-1) ** next(turns), y, steps=4)
+        return bool(table.evaluate("() => heard.peak > 0"))
+
+    until(heard)
     table.wait_for_function("(load) => ridgewave.touches[0].load > load", arg=first["load"])  # held longer is deeper
     table.mouse.wheel(0, 100)
     table.wait_for_function("() => ridgewave.touches.length === 1")

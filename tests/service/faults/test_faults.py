@@ -17,7 +17,6 @@ import struct
 import threading
 import time
 from collections.abc import Callable, Iterator
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
@@ -42,10 +41,7 @@ CALM_SECONDS = 1.0
 SLOW_READER = 4408  # close code
 Fault = Callable[[], None]
 
-pytestmark = [
-    pytest.mark.alone,
-    pytest.mark.skipif(find_spec("service.live") is None, reason="this service has no live protocol"),
-]
+ALONE = pytest.mark.alone  # with witnesses, or with a proxy that must keep up with a stream
 
 
 class Served:
@@ -149,17 +145,20 @@ def slow(served: Served, proxy: Proxy, seconds: float, **treatment: object) -> N
         assert 0 <= end["frame"] - len(caller.sound) // 4 <= BLOCK, "more is lost than the block that waited last"
 
 
+@ALONE
 @pytest.mark.parametrize("seconds", [2.0, pytest.param(5.0, marks=pytest.mark.thorough)])
 def test_a_reader_that_stalls_delays_nobody_and_is_closed(served: Served, proxy: Proxy, seconds: float) -> None:
     suffered(served, lambda: slow(served, proxy, seconds, stalled=True))
 
 
+@ALONE
 @pytest.mark.thorough  # for the service it stalls, now and then
 @pytest.mark.parametrize("seconds", [2.0, 10.0])
 def test_a_reader_on_a_thin_line_delays_nobody_and_is_closed(served: Served, proxy: Proxy, seconds: float) -> None:
     suffered(served, lambda: slow(served, proxy, seconds, bytes_per_second=30_000.0))
 
 
+@ALONE
 def test_a_stall_within_the_bound_costs_no_sound(served: Served, proxy: Proxy) -> None:
     with Caller(proxy.port) as caller:
         caller.hello()
@@ -175,6 +174,7 @@ def test_a_stall_within_the_bound_costs_no_sound(served: Served, proxy: Proxy) -
     contiguous(caller)
 
 
+@ALONE
 def test_bytes_split_anywhere_are_the_same_stream(served: Served, proxy: Proxy) -> None:
     with Caller(proxy.port) as caller:
         until(lambda: len(proxy.links) == 1)
@@ -192,6 +192,7 @@ def test_bytes_split_anywhere_are_the_same_stream(served: Served, proxy: Proxy) 
     contiguous(caller)
 
 
+@ALONE
 @pytest.mark.thorough  # many of those that connect and leave anyhow are reset
 @pytest.mark.parametrize("count", [20, 200])
 def test_connections_that_are_reset_leave_nothing(served: Served, proxy: Proxy, count: int) -> None:
@@ -204,6 +205,7 @@ def test_connections_that_are_reset_leave_nothing(served: Served, proxy: Proxy, 
     suffered(served, fault)
 
 
+@ALONE
 def test_a_connection_whose_cable_is_pulled_ends_and_leaves_nothing(served: Served, proxy: Proxy) -> None:
     def fault() -> None:
         caller = Caller(proxy.port).hello()
@@ -214,6 +216,7 @@ def test_a_connection_whose_cable_is_pulled_ends_and_leaves_nothing(served: Serv
     suffered(served, fault, again=False)
 
 
+@ALONE
 def test_a_hand_whose_cable_was_pulled_picks_its_stream_up_again(served: Served, proxy: Proxy) -> None:
     with Caller(proxy.port) as before:
         before.hello()
@@ -255,6 +258,7 @@ def churn(served: Served, count: int, seed: int) -> None:
             caller.connection.close()
 
 
+@ALONE
 @pytest.mark.parametrize("count", [150, pytest.param(1000, marks=pytest.mark.thorough)])
 def test_many_that_connect_and_leave_anyhow_leave_nothing(served: Served, count: int) -> None:
     seeds = iter(range(100))
@@ -310,6 +314,7 @@ NO_UPDATES = [
 ]
 
 
+@ALONE
 def test_garbage_is_answered_with_a_close_and_disturbs_nobody(served: Served) -> None:
     def fault() -> None:
         for text in garbage(1):
@@ -360,6 +365,7 @@ def flood(served: Served, seconds: float, rate_hz: float = 10_000.0) -> None:
         contiguous(caller)
 
 
+@ALONE
 @pytest.mark.parametrize("seconds", [1.5, pytest.param(20.0, marks=pytest.mark.thorough)])
 def test_a_flood_of_updates_delays_nobody(served: Served, seconds: float) -> None:
     suffered(served, lambda: flood(served, seconds))

@@ -50,7 +50,7 @@ def test_a_peer_that_reads_nothing_is_owed_one_pong(running: Running) -> None:
 
 def test_a_peer_that_answers_no_ping_or_sends_half_a_frame_is_dropped(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(LIVE_OPTIONS, "ws_ping_interval", 1.0)
-    monkeypatch.setattr(websocket, "DOUBT_SECONDS", 0.5)
+    monkeypatch.setattr(websocket, "DOUBT_SECONDS", 1.5)
     with serving(PlainEngine()) as running:
         port = int(running.url.rpartition(":")[2])
         with Caller(port) as silent, Caller(port) as half, Caller(port) as well:

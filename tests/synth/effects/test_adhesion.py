@@ -15,7 +15,7 @@ from tests.reference.adhesion_oracle import Held, Path
 from tests.reference.moving_oracle import Harmonics
 from tests.reference.stiffness_oracle import Touch
 from tests.reference.synthesis_oracle import mean_approach
-from tests.synth.effects.whole_renders import below, check_quantities, kept_band, named, scene_of
+from tests.synth.effects.whole_renders import SHORT, below, check_quantities, kept_band, named, scene_of
 from tests.synth.engine_cases import QUANTITIES, Real, physical, touch_of
 
 PHASES = 1024
@@ -49,11 +49,12 @@ def oracle(scene: Scene) -> tuple[Harmonics, dict[str, float]]:
 
 @pytest.mark.parametrize("name", named("default"))
 def test_a_steady_render_errs_by_no_more_than_the_plan_says(name: str) -> None:
-    scene = scene_of(name, {"adhesion": {}})
+    scene = scene_of(name, {"adhesion": {}}, finger=SHORT)
     wanted, own = oracle(scene)
     check_quantities(scene, (wanted,), own)
 
 
+@pytest.mark.thorough
 def test_an_attraction_that_sinks_the_finger_far_is_within_the_table() -> None:
     """The pull is up to 2 N at a load of 0.3 N. A table down to the mean indentation of the pull erred by 9e-2."""
     scene = scene_of("default", {"adhesion": STRONG})

@@ -14,7 +14,7 @@ from tests.few import thorough
 from tests.reference.moving_oracle import Finger, Scan, steady_scan
 from tests.reference.spectral_checks import fit_harmonics
 from tests.reference.stiffness_oracle import contact_in_metres, stiffness
-from tests.synth.effects.whole_renders import SCENES, SHORT, check_quantities, kept_band, named, scene_of
+from tests.synth.effects.whole_renders import SHORT, WITH_BANDWIDTH, check_quantities, kept_band, named, scene_of
 from tests.synth.engine_cases import QUANTITIES, Real, physical, touch_of
 
 SETTLED = 0.03  # s, after which e^-9 of a start is left with 5 g and 3 N s/m; it is 1e-6 in the end
@@ -40,9 +40,8 @@ def test_a_steady_render_errs_by_no_more_than_the_plan_says(name: str, settings:
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("bandwidth", ["full", 1000.0])
 @pytest.mark.parametrize("settings", [{}, WHOLE], ids=["pulp", "whole finger"])
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize(("name", "bandwidth"), WITH_BANDWIDTH)
 def test_so_it_does_at_48_khz(name: str, settings: dict[str, Any], bandwidth: float | str) -> None:
     scene = scene_of(name, {"inertia": settings}, 48000, output={"bandwidth": bandwidth})
     check_quantities(scene, oracle(scene).harmonics, OWN_ERROR)

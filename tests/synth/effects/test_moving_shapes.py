@@ -19,7 +19,7 @@ from synth.effects.simulation.terms import ELASTIC
 from synth.errors import CannotRender
 from synth.response.phases import turns_to_phase
 from synth.scene.scene import Scene
-from tests.few import thorough
+from tests.few import few, thorough
 from tests.reference.moving_points_oracle import Pulp
 from tests.synth.effects.finger_points import points_of
 from tests.synth.effects.whole_renders import SHORT, below
@@ -108,7 +108,7 @@ def check(kind: str, path: Path, seconds: float, loads: tuple[float, float], mea
     assert error <= min(ALLOWED, told + OWN_ERROR), f"{kind} errs by {error:.2e}, reported {told:.2e}"
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", few(KINDS, 2))
 def test_a_mass_under_a_swinging_load_is_brute_force_over_the_points(kind: str) -> None:
     check(kind, swinging, 0.06, (0.2, 0.4), 25, tolerance=5e-3)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Any
 
 import numpy as np
@@ -30,6 +31,8 @@ SCENES: dict[str, dict[str, Any]] = {
     "backwards": {"scan": {"speed": "-80 mm/s"}},
 }
 """Scenes in which every effect is compared with its oracle."""
+WITH_BANDWIDTH = list(zip(SCENES, itertools.cycle(["full", 1000.0]), strict=False))
+"""The name of each scene, and one of two bandwidths."""
 
 
 def named(*quick: str) -> list[Any]:

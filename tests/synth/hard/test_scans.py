@@ -157,6 +157,7 @@ def test_the_slowest_scans_stand_where_the_oracle_says_and_move_with_its_slope(s
         assert not found[:, 1:].any()
 
 
+@pytest.mark.thorough
 def test_a_hundred_thousand_periods_in_the_contact() -> None:
     """The finest texture under the longest contact: 1.6 million cells a phase, more than there is time to solve well.
 

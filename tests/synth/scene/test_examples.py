@@ -65,7 +65,7 @@ def test_an_example_is_a_scene_that_reads_back(path: Path) -> None:
 
 @each_file
 def test_an_example_renders(path: Path) -> None:
-    values = open_voice(parse_scene_text(path.read_bytes())).render(24_000)
+    values = open_voice(parse_scene_text(path.read_bytes())).render(2400)
     assert np.all(np.isfinite(values))
     assert np.ptp(values) > 0.0
 

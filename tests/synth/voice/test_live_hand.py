@@ -222,9 +222,9 @@ SMALL = {"contact_length": "2 mm"}
 SCENES: dict[str, dict[str, Any]] = {
     "response": {},
     "stroke": {"scan": {"stroke": {}}, "output": {"channels": ["displacement", "velocity"]}},
-    "simulated": {"effects": {"inertia": {}, "tangential": {}}},
-    "viscous skin": {"effects": {"viscous_skin": {}}},
     "grating": {"texture": {"kind": "grating"}, "effects": {"tangential": {"pressure_exponent": 0.8}}},
+    "viscous skin": {"effects": {"viscous_skin": {}}},
+    "simulated": {"effects": {"inertia": {}, "tangential": {}}},
 }
 
 
