@@ -258,7 +258,8 @@ def _shaped(asked: Request, contact: Contact, tolerance: float) -> tuple[Contact
     if asked.live and asked.of_levels:
         tolerance = max(tolerance, OF_LEVELS)
     share = SERIES_SHARE if asked.moving else 1.0
-    demand = Demand(max(asked.highest if asked.load_varies else asked.reach, 1), asked.orders, share * spendable(tolerance))
+    harmonics = max(asked.highest if asked.load_varies else asked.reach, 1)
+    demand = Demand(harmonics, asked.orders, share * spendable(tolerance))
     long = asked.stretch is not None
     # tables refine themselves
     if any(asked_effects(scene, Kind.BALANCE)) or ((asked.load_varies or long) and not asked.live):

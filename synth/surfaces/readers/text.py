@@ -2,7 +2,8 @@
 
 Stage   SURFACES, from files.
 Model   The first line that holds only numbers begins the numbers; the lines before it are the header. Lines of missing
-        points just before it belong to the numbers. Later lines that begin with # or % are comments. The number of columns tells the layout:
+        points just before it belong to the numbers. Later lines that begin with # or % are comments. The number of
+        columns tells the layout:
         1       heights along a line, one a line
         2       x and height: the steps of x are equal
         3       x, y and height: the points lie on a lattice, in any order, and some may be missing
