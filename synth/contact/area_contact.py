@@ -21,12 +21,13 @@ import numpy as np
 from synth.arrays import Array
 from synth.contact.area_grid import AreaGrid
 from synth.contact.area_path import heights_along
-from synth.contact.area_texture import COARSE_WAVE, WAVE, stored_texture
+from synth.contact.area_texture import COARSE_WAVE, MOST_PLACES, WAVE, stored_texture
 from synth.contact.full_contact import FullContact
 from synth.contact.geometry import Geometry
 from synth.contact.line import MIDDLE, Line
 from synth.contact.load_balance import Contact
 from synth.contact.stiffness import Stiffness
+from synth.errors import CannotRender
 from synth.surfaces.height_field import HeightField
 from synth.surfaces.ridge_field import turned_back
 
@@ -34,6 +35,7 @@ POINTS_A_WAVE = 8  # of the texture; with twice as many the strongest line of ra
 POINTS_A_RIDGE = 64  # of a comb, along: its hard ends and steep flanks need more than a fingertip's
 MOST_POINTS = 1 << 20  # of a finger: 4 MB, 0.3 ms per solution
 FEWEST_ROWS = 16  # of a comb
+COARSEST = 4.0  # times as far apart the points may be to hold the texture in memory; on a fingertip 4 along a ridge
 
 Heights = Callable[[Array, Array], Array]
 
@@ -46,15 +48,26 @@ def lattice_step(
     size: of the finger, m.
     along, across: points per metre that its ridges need.
     coarser: factor on both distances.
+
+    A period across is whole steps, or a step whole periods: the mean over those does not vary across.
+    Raises CannotRender if the texture would take more than MOST_PLACES with points COARSEST times as far apart.
     """
     tall = math.pi * (texture.extent[1] - texture.extent[0])  # over the slope: the period of a sinusoid
     wanted = [
         max(own, POINTS_A_WAVE * slope / tall if tall > 0.0 else 0.0)
         for own, slope in ((along, texture.slope_bound), (across, texture.slope_across))
     ]
-    crowded = coarser * math.sqrt(max(1.0, wanted[0] * size[0] * wanted[1] * size[1] / MOST_POINTS))
-    rows = max(1, math.ceil(texture.across * wanted[1] / crowded))
-    return crowded / wanted[0], texture.across / rows
+    points = wanted[0] * size[0] * wanted[1] * size[1] / MOST_POINTS
+    places = wanted[0] * (texture.period + math.hypot(*size)) * max(1.0, wanted[1] * texture.across) / MOST_PLACES
+    if places > COARSEST**2:
+        raise CannotRender(
+            f"A finger whose points are {1e6 / wanted[0]:.3g} um by {1e6 / wanted[1]:.3g} um apart needs too much "
+            f"memory on a texture that repeats after {texture.period:.4g} m by {texture.across:.4g} m. Write a smaller "
+            "texture, a longer finger.contact_length or a longer finger.ridge_period."
+        )
+    crowded = coarser * math.sqrt(max(1.0, points, places))
+    rows, periods = math.ceil(texture.across * wanted[1] / crowded), math.floor(crowded / (texture.across * wanted[1]))
+    return crowded / wanted[0], texture.across * max(1, periods) / max(1, rows)
 
 
 def wave_places(coarser: float) -> int:

@@ -63,13 +63,13 @@ def stored_texture(
 ) -> StoredTexture:
     """Return `texture` on a lattice.
 
-    step: distance of its cells along and across, m. The period across is whole steps.
+    step: distance of its cells along and across, m. The period across is whole steps, or a step whole periods.
     columns: cells of the longest finger.
     scale: by which heights are divided, m.
     wave: places per shortest wave.
     """
     span = math.ceil(texture.period / step[0]) + -(-columns // WIDE) * WIDE + 1
-    whole = round(texture.across / step[1])
+    whole = max(1, round(texture.across / step[1]))
     finer = finer_places(texture, step, (span, whole), wave)
     heights = cell_means(texture, step, finer, (span, whole), scale)
     shape = np.array([whole, *finer, span * whole, span], dtype=np.int64)

@@ -86,7 +86,7 @@ class RecordedMotion:
         times, *places, loads = np.array(scene.scan.trajectory).T
         if len(places) > 1:  # a finger at x, y: the surface has moved the other way
             x, y, direction = places
-            places = [-x, -y, direction]
+            places = [-x, -y, np.unwrap(direction)]  # the short way round, as a hand is followed
         merged_times, merged = merged_places(times, np.stack(places))
         spaced = spaced_times(times)
         place, *area = (Curve.through(merged_times, row, level_ends=False) for row in merged)

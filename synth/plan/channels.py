@@ -97,7 +97,7 @@ class SteadyScan(Request):
         series = self.series(order)
         extent, peak = extent_and_peak(series)
         peak = peaks.get(order, peak)
-        if still:
+        if still and (self.by_hand or channel.quantity != APPROACH):
             peak = self.scene.texture.amplitude * (2.0 * math.pi * abs(self.turns)) ** order
         level = float(self.spectrum.harmonics[0].real) * self._gate if channel.quantity == APPROACH else 0.0
         if level:

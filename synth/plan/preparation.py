@@ -173,7 +173,7 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool) -> Preparati
     scene, geometry = asked.scene, Geometry.of_scene(asked.scene)
     tolerance = scene.accuracy.tolerance if isinstance(scene.accuracy.tolerance, float) else EXACT
     solved = Preparation(*asked.request, tolerance, ScanMotion(scene).warnings())
-    silence = _silence(asked, geometry)
+    silence = _silence(asked, geometry) or ("" if _has_approach(scene) else _above_band(asked))
     if silence:
         return _silent(solved, silence)
     contact = affordable(scene) if asked.area and not exact else None
@@ -189,10 +189,12 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool) -> Preparati
     solved = replace(solved, tolerance=tolerance, contact=contact, on_surface=on_surface)
     steady = SteadyScan(*asked.request, spectrum)
     mean, peaks = _own_motion(steady, contact, solved.whole, tolerance)
-    silence = steady.silence(peaks)
-    if silence and not asked.by_hand:
-        return _silent(solved, silence)
-    channels = tuple(steady.planned(one, peaks, still=bool(silence)) for one in scene.output.channel_list)
+    still = _above_band(asked) or steady.silence(peaks)
+    if still and not asked.by_hand:
+        if not _has_approach(scene):
+            return _silent(solved, still)
+        solved = replace(solved, warnings=(*solved.warnings, still))
+    channels = tuple(steady.planned(one, peaks, still=bool(still)) for one in scene.output.channel_list)
     missed = tuple(text for text in (steady.warning(channel, tolerance) for channel in channels) if text)
     if scene.accuracy.tolerance == "imperceptible" and tolerance <= TIGHTEST:
         missed += (f"A tolerance of {TIGHTEST:g}, the tightest allowed, may leave an error that is felt.",)
@@ -256,7 +258,8 @@ def _shaped(asked: Request, contact: Contact, tolerance: float) -> tuple[Contact
     if asked.live and asked.of_levels:
         tolerance = max(tolerance, OF_LEVELS)
     share = SERIES_SHARE if asked.moving else 1.0
-    demand = Demand(asked.highest if asked.load_varies else asked.reach, asked.orders, share * spendable(tolerance))
+    harmonics = max(asked.highest if asked.load_varies else asked.reach, 1)
+    demand = Demand(harmonics, asked.orders, share * spendable(tolerance))
     long = asked.stretch is not None
     # tables refine themselves
     if any(asked_effects(scene, Kind.BALANCE)) or ((asked.load_varies or long) and not asked.live):
@@ -331,7 +334,7 @@ def _own_motion(
     series: contact of one period of the series; `contact` is on the whole surface.
     """
     scene, listed = asked.scene, asked.scene.output.channel_list
-    approach, long = any(channel.quantity == APPROACH for channel in listed), asked.stretch is not None
+    approach, long = _has_approach(scene), asked.stretch is not None
     probed = np.arange(PLACES) / PLACES
     peaks = asked.peaks_over(contact.heights(probed, np.full(PLACES, _pressed(scene)))) if long else {}
     if asked.by_hand or not asked.moving or not (approach or long or differs_from_cruise(scene)):
@@ -352,13 +355,18 @@ def own_mean(asked: Request, contact: Any, tolerance: float) -> Mean:
 
 
 def _silence(asked: Request, geometry: Geometry) -> str:
-    output = asked.scene.output
     if geometry.texture_amplitude == 0.0:
         return "The texture has no height (texture.amplitude is 0 m), so the finger does not move."
     if asked.scene.scan.load == 0.0:
         return "The finger does not touch the texture (the load is 0 N), so it does not move."
+    return ""
+
+
+def _above_band(asked: Request) -> str:
+    """Return that every harmonic is above the band, or ""."""
     if asked.highest > 0:
         return ""
+    output = asked.scene.output
     text = (
         f"Every harmonic is above the band: u / lambda2 is {abs(asked.turns):.6g} Hz, "
         f"and only harmonics below {output.band_limit:.6g} Hz are rendered."
@@ -366,6 +374,11 @@ def _silence(asked: Request, geometry: Geometry) -> str:
     if abs(asked.turns) < BAND * output.sample_rate and output.bandwidth != FULL_BAND:
         text += ' Write output.bandwidth "full" for the whole band of the sample rate.'
     return text
+
+
+def _has_approach(scene: Scene) -> bool:
+    """Return whether a channel is z itself, which is not 0 where the finger does not move."""
+    return any(channel.quantity == APPROACH for channel in scene.output.channel_list)
 
 
 def _pressed(scene: Scene) -> float:

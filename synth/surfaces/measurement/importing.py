@@ -28,6 +28,7 @@ from synth.surfaces.readers.surface_file import UNITS, Heights, Missing, Surface
 from synth.surfaces.surface_data import SurfaceData, remember
 
 TILTED = 0.9  # of Rq, from which on the rms of a tilt is mentioned; one period of a sinusoid has 0.78
+CLOSEST, FARTHEST = 1e-12, 1e6  # m, between points, as a file states it: a hundredth of an atom, a planet
 STATED = "nothing here: the file states it"
 
 
@@ -119,8 +120,10 @@ def _spacing(found: SurfaceFile, options: ImportOptions, faults: list[Fault]) ->
     if unit is None:
         return found.spacing  # the unit is missing, and `_height_factor` says so
     spacing = tuple(float(value * UNITS[unit]) for value in found.spacing)
-    if not all(value > 0.0 for value in spacing):
-        faults.append(_fault("file", f"a spacing of {min(spacing):g} m", "a spacing above 0", "Correct the file."))
+    for value in spacing:
+        if not CLOSEST <= value <= FARTHEST:
+            allowed = f"a spacing from {CLOSEST:g} m to {FARTHEST:g} m"
+            faults.append(_fault("file", f"a spacing of {value:g} m", allowed, "Correct the file."))
     return spacing
 
 

@@ -32,14 +32,11 @@ def relief_picture(heights: Heights, spacing: tuple[float, ...]) -> bytes:
 
 
 def _relief(heights: Heights, spacing: tuple[float, ...]) -> Heights:
-    block = max(1, math.ceil(max(heights.shape) / WIDEST))
-    rows, columns = (count // block * block for count in heights.shape)
-    if min(rows, columns) < 2 * block:
-        means = heights[:: max(1, block), ::block]
-    else:
-        parts = heights[:rows, :columns].reshape(rows // block, block, columns // block, block)
-        means = parts.mean(axis=(1, 3))
-    down, across = (np.gradient(means, block * step, axis=axis) for axis, step in ((0, spacing[1]), (1, spacing[0])))
+    widest = max(1, math.ceil(max(heights.shape) / WIDEST))
+    block, wide = (min(widest, count // 2) for count in heights.shape)  # two blocks at least, for a slope
+    rows, columns = heights.shape[0] // block, heights.shape[1] // wide
+    means = heights[: rows * block, : columns * wide].reshape(rows, block, columns, wide).mean(axis=(1, 3))
+    down, across = np.gradient(means, block * spacing[1], wide * spacing[0])
     size = math.sqrt(float(np.mean(across**2 + down**2)))
     shown = RMS_SHOWN / size if size else 0.0
     normal = np.sqrt(1.0 + (shown * across) ** 2 + (shown * down) ** 2)

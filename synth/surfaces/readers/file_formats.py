@@ -17,7 +17,7 @@ from pathlib import Path
 
 from synth.errors import RidgewaveError
 from synth.surfaces.readers import npy, png, text, tiff, topography_package
-from synth.surfaces.readers.surface_file import LARGEST_FILE, SurfaceFile, check_shape, refuse_file
+from synth.surfaces.readers.surface_file import LARGEST_FILE, SurfaceFile, check_numbers, check_shape, refuse_file
 
 HEAD_BYTES = 4096  # read to tell the format; the header of a text file can be longer than a signature
 
@@ -73,4 +73,5 @@ def read_surface_file(path: Path, ending: str | None = None) -> SurfaceFile:
     except (*DAMAGED, struct.error, zlib.error, MemoryError) as error:
         refuse_file(f"a damaged {found.name} file", "a whole file", "Save or copy it again.", error)
     check_shape(contents.heights.shape)
+    check_numbers(contents.heights, "a height")
     return contents

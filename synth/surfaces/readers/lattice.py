@@ -13,7 +13,14 @@ from typing import Any
 
 import numpy as np
 
-from synth.surfaces.readers.surface_file import Heights, SurfaceFile, check_shape, finite_heights, refuse_file
+from synth.surfaces.readers.surface_file import (
+    Heights,
+    SurfaceFile,
+    check_numbers,
+    check_shape,
+    finite_heights,
+    refuse_file,
+)
 
 WITHIN = 0.01  # of a step: printed coordinates are rounded
 SAME = 1e-3  # of the greatest step: coordinates that are closer are equal, but for rounding
@@ -30,7 +37,7 @@ def profile_of_pairs(values: np.ndarray[Any, Any], layout: str, unit: str | None
 def surface_of_triples(values: np.ndarray[Any, Any], layout: str, unit: str | None) -> SurfaceFile:
     """Return the heights of three columns, x, y and height. Raises InvalidRequest if x and y are no lattice."""
     column, columns, along_x = _places(values[:, 0], "x")
-    if np.ptp(values[:, 1]) == 0.0:
+    if np.all(values[:, 1] == values[0, 1]):
         heights, missing = _placed(values[:, 2], column, columns)
         return SurfaceFile("text", f"{layout}, all on one line", heights, missing, unit, (along_x,))
     row, rows, along_y = _places(values[:, 1], "y")
@@ -51,6 +58,7 @@ def _places(coordinates: np.ndarray[Any, Any], name: str) -> tuple[np.ndarray[An
     hint = "Resample to equal steps first."
     if not np.all(np.isfinite(coordinates)):
         refuse_file(f"{name} that is not a number", f"{name} at every point", "Correct the column.")
+    check_numbers(coordinates, f"a value of {name}")
     levels = np.unique(coordinates)
     if len(levels) < 2:
         refuse_file(f"one value of {name} only", f"two or more values of {name}", "Are these three columns of a grid?")

@@ -23,6 +23,7 @@ Missing = np.ndarray[Any, np.dtype[np.bool_]]
 MOST_POINTS = 2**24  # 4096 x 4096: 64 MB as float32; the import of a larger one would take gigabytes
 LARGEST_FILE = 128 * 2**20  # bytes: MOST_POINTS points as 64-bit numbers
 FEWEST_POINTS = 2  # along each axis: one point has no spacing
+LARGEST_NUMBER = 1e12  # in the file's unit: nothing that is measured is larger, and its square could not be computed
 
 UNITS = {
     "km": 1e3,
@@ -93,6 +94,17 @@ def check_shape(shape: tuple[int, ...]) -> None:
         refuse_file(size, f"at most {MOST_POINTS} points", "Crop it, or keep every second point.")
     if min(shape) < FEWEST_POINTS:
         refuse_file(size, f"at least {FEWEST_POINTS} points along each axis", "Is this the file of the surface?")
+
+
+def check_numbers(values: np.ndarray[Any, Any], name: str) -> None:
+    """Raise InvalidRequest if one of `values` is too large to be a height or a coordinate.
+
+    name: of the values, for the fault.
+    """
+    largest = float(np.max(np.abs(values)))
+    if not largest <= LARGEST_NUMBER:
+        allowed = f"numbers up to {LARGEST_NUMBER:g}"
+        refuse_file(f"{name} of {largest:.3g}", allowed, "Correct the number, or mark the missing point by nan.")
 
 
 def finite_heights(values: np.ndarray[Any, Any]) -> tuple[Heights, Missing]:

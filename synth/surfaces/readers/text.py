@@ -1,8 +1,9 @@
 """Text (CSV, TXT, XYZ, ASC): a list of heights, two columns, triples, or a grid.
 
 Stage   SURFACES, from files.
-Model   The first line that holds only numbers begins the numbers; the lines before it are the header. Later lines that
-        begin with # or % are comments. The number of columns tells the layout:
+Model   The first line that holds only numbers begins the numbers; the lines before it are the header. Lines of missing
+        points just before it belong to the numbers. Later lines that begin with # or % are comments. The number of
+        columns tells the layout:
         1       heights along a line, one a line
         2       x and height: the steps of x are equal
         3       x, y and height: the points lie on a lattice, in any order, and some may be missing
@@ -43,6 +44,7 @@ MOST_HEADER = 300  # lines before the numbers
 SAMPLE = 100  # lines that decide the separator
 NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][+-]?[0-9]{1,4})?")
 NO_HEIGHT = re.compile(r"(?i:nan|bad|[+-]?inf)|-{2,}|\*+")
+MISSING_LINE = re.compile(r"(?i:nan)(?:[\s;,]+(?i:nan))*[;,]?")  # not of hyphens: those divide header and numbers
 COMMENT = ("#", "%")
 SEPARATORS = {"\t": "tabs", ";": "semicolons", ",": "commas", " ": "spaces"}
 _SIZE = r"\s*[:=]\s*([0-9.eE+-]+)\s*([^\W\d_]+|Å)?"
@@ -102,11 +104,11 @@ def read(path: Path, _ending: str) -> SurfaceFile:
 def _read(path: Path, encoding: str) -> SurfaceFile:
     with path.open(encoding=encoding) as file:
         header, first = _header(file)
-        sample = [first, *islice(_rows(file), SAMPLE - 1)]
+        sample = [*first, *islice(_rows(file), SAMPLE - 1)]
         form = _form(sample)
         lines, size = chain(sample, file), path.stat().st_size
         try:
-            values = _numbers(_with_points(lines) if form.comma else lines, form, form.columns(first), size)
+            values = _numbers(_with_points(lines) if form.comma else lines, form, form.columns(first[-1]), size)
         except UnicodeDecodeError:
             raise
         except ValueError:  # a comment, a missing point, or a fault: the careful way tells
@@ -136,10 +138,10 @@ def _with_points(lines: Iterator[str]) -> Iterator[str]:
 class _Counted:
     """The lines of numbers, counted, so that a fault can name its line."""
 
-    def __init__(self, first: str, file: Any, form: _Form) -> None:
-        self._lines, self.form = chain([first], _rows(file)), form
+    def __init__(self, first: list[str], file: Any, form: _Form) -> None:
+        self._lines, self.form = chain(first, _rows(file)), form
         self.number, self.line = 0, ""
-        self.columns = form.columns(first)
+        self.columns = form.columns(first[-1])
 
     def __iter__(self) -> Iterator[str]:
         for line in self._lines:
@@ -165,14 +167,18 @@ def _rows(file: Any) -> Iterator[str]:
             yield line
 
 
-def _header(file: Any) -> tuple[list[str], str]:
-    """Return the lines before the numbers, and the first line of numbers."""
+def _header(file: Any) -> tuple[list[str], list[str]]:
+    """Return the lines before the numbers, and the first line with a number, after the lines of missing points."""
     header: list[str] = []
+    missing: list[str] = []
     for line in file:
         if _is_numbers(line):
-            return header, line
-        if line.strip():
-            header.append(line[:1000])
+            return header, [*missing, line]
+        if MISSING_LINE.fullmatch(line.strip()):
+            missing.append(line)
+        elif line.strip():
+            header += [*missing, line[:1000]]
+            missing = []
         if len(header) > MOST_HEADER:
             break
     refuse_file(f"no numbers in the first {MOST_HEADER} lines", "a text file of numbers", "Is this the right file?")

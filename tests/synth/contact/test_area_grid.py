@@ -18,6 +18,7 @@ from synth.contact.geometry import Geometry
 from synth.contact.load_balance import Contact
 from synth.contact.scene_contact import contact_of
 from synth.contact.stiffness import Stiffness
+from synth.errors import CannotRender
 from synth.scene.scene import parse_scene
 from synth.surfaces import profile_of
 from synth.surfaces.height_field import HeightField
@@ -183,3 +184,21 @@ def test_a_crest_is_the_highest_place_that_a_block_can_meet() -> None:
     met = places.max(axis=(0, 1))
     for row, column in np.ndindex(7, 2 * WIDE):  # a place between two rows, or two columns, is a mixture of both
         assert crests[row, column] == met[[row, (row + 1) % 7], column : column + WIDE + 1].max()
+
+
+@pytest.mark.parametrize("kind", ["comb", "fingertip"])
+def test_rows_closer_than_the_points_may_be_are_felt_through_their_mean(kind: str) -> None:
+    rows = [[0.0, 1e-5, 0.0, 1e-5], [0.0, 1e-5, 0.0, 0.0]]
+    texture = {"kind": "heightmap", "rows": rows, "spacing": 1e-4, "spacing_across": 5e-7}
+    grid = contact_of(parse_scene({"finger": {"kind": kind, "contact_length": "30 mm"}, "texture": texture})).grid
+    assert isinstance(grid, AreaGrid) and grid.heights.size <= 2**21  # whole blocks
+    z = [grid.solve_places(np.array([0.2]), np.array([across]), 1e-5).height[0] for across in (0.0, 0.3, 0.7)]
+    np.testing.assert_allclose(z, z[0], rtol=1e-6)
+
+
+@pytest.mark.parametrize("finger", [{"contact_length": 1e-5}, {"kind": "fingertip", "ridge_period": 1e-5}])
+def test_a_texture_that_does_not_fit_into_memory_at_the_points_of_the_finger_is_refused(finger: Any) -> None:
+    large = {"kind": "dots", "period": "0.2 m", "row_distance": "0.1 m"}
+    texture = {**large, "dot_diameter": "20 um", "dot_height": "1 um"}
+    with pytest.raises(CannotRender, match=r"longer finger\.contact_length"):
+        contact_of(parse_scene({"finger": finger, "texture": texture}))

@@ -107,3 +107,13 @@ def test_the_load_comes_down_and_lifts_within_its_recorded_range() -> None:
     loads = ScanMotion(scene).at(0, 12000).samples[LOAD]
     assert loads.max() <= 4.0 and loads[: round(0.05 * 48000)].max() <= 3.0
     assert loads[0] == 0.0 and loads[-1] == 0.0
+
+
+def test_a_recorded_finger_turns_the_short_way_round() -> None:
+    turned = [3.1, -3.1, 3.0, 3.0 - 4.0 * np.pi]
+    points = [[0.1 * n, 0.0, 0.0, angle, 0.3] for n, angle in enumerate(turned)]
+    found = RecordedMotion.of(scene_of(texture={"kind": "dots"}, scan={"trajectory": points}))
+    assert found.area is not None
+    angles = found.area[1].value(np.array([0.0, 0.1, 0.2, 0.3]))
+    np.testing.assert_allclose(angles, [3.1, 2.0 * np.pi - 3.1, 3.0, 3.0], atol=1e-9)
+    assert np.ptp(found.area[1].value(np.linspace(0.0, 0.3, 100))) < 0.2

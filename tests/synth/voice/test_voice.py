@@ -172,6 +172,23 @@ def test_the_approach_is_z(scan: dict[str, Any]) -> None:
     assert np.max(np.abs(found - wanted)) <= 2e-3 * 2e-6  # of the peak-to-peak: the band cuts little
 
 
+@pytest.mark.parametrize(
+    ("speed", "ridges", "told"), [(0.4, 40e-6, "harmonic is above the band"), (0.1, 0.0, "less than 1 nm")]
+)
+def test_the_approach_of_a_finger_that_does_not_move_is_its_height(speed: float, ridges: float, told: str) -> None:
+    def scene(channels: list[str]) -> Scene:
+        output = {"channels": channels, "sample_rate": 8000, "bandwidth": 500.0}
+        scan = {"speed": speed, "load": 30.0}
+        return scene_of(finger={"ridge_amplitude": ridges}, texture={"period": 0.5e-3}, scan=scan, output=output)
+
+    both = scene(["approach", "acceleration"])
+    voice = open_voice(both)
+    mean = np.mean(contact_of(both).heights(np.arange(256) / 256, np.full(256, 30.0)))
+    np.testing.assert_allclose(voice.render(64) * voice.full_scale, np.tile([mean, 0.0], (64, 1)), rtol=1e-3)
+    assert any(told in warning for warning in voice.solved.warnings)
+    assert np.max(np.abs(open_voice(scene(["approach"])).render(64))) == pytest.approx(0.8, rel=1e-3)
+
+
 def test_pressing_moves_the_approach_and_not_the_displacement() -> None:
     found = sampled(approaching(scan={"trajectory": PRESSING}))
     assert found[100, 0] - found[-100, 0] == pytest.approx(33.7e-6, abs=0.1e-6)  # z falls as the finger is pressed

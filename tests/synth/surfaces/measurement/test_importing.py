@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from pathlib import Path
 from typing import Any
 
@@ -72,6 +73,14 @@ def test_what_is_unknown_or_wrong_is_asked_for_all_at_once(
     with pytest.raises(InvalidRequest) as refused:
         imported(npy(tmp_path, GRID), **options)
     assert {fault.pointer for fault in refused.value.faults} == pointers
+
+
+@pytest.mark.parametrize("step", [1e-20, 1e9])
+def test_a_spacing_that_nothing_has_is_refused(tmp_path: Path, step: float) -> None:
+    path = tmp_path / "scan.csv"
+    path.write_text(f"0 1\n{step} 2\n{2 * step} 3\n")
+    with pytest.raises(InvalidRequest, match=re.escape(f"a spacing of {step:g} m")):
+        imported(path, unit="m")
 
 
 def test_a_displacement_map_has_no_height_until_one_is_given(tmp_path: Path) -> None:
@@ -171,7 +180,7 @@ def test_a_tilt_is_mentioned_and_removed_on_request(tmp_path: Path) -> None:
     assert found.report["rq"] == pytest.approx(1e-6 / np.sqrt(2.0), rel=0.02) and not found.report["notes"]
 
 
-@pytest.mark.parametrize("shape", [(700,), (1000, 30), (900, 1300), (2, 2), (40, 1200)])
+@pytest.mark.parametrize("shape", [(700,), (1000, 30), (900, 1300), (2, 2), (40, 1200), (2, 5000), (3000, 2)])
 def test_the_picture_is_a_png_of_a_bounded_size(shape: tuple[int, ...]) -> None:
     heights = RNG.normal(size=shape) * 1e-6
     with Image.open(io.BytesIO(relief_picture(heights, (5e-6,) * len(shape)))) as picture:

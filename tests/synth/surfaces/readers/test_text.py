@@ -59,6 +59,14 @@ def test_empty_cells_and_words_for_missing_points(tmp_path: Path) -> None:
     np.testing.assert_array_equal(found.missing, [[0, 1, 0, 1], [0, 1, 0, 0], [0, 0, 1, 1]])
 
 
+@pytest.mark.parametrize("first", ["nan", "nan;NaN;nan;nan"])
+def test_points_that_are_missing_at_the_beginning_are_points(tmp_path: Path, first: str) -> None:
+    numbers = "1" + first[3:].lower().replace("nan", "2")
+    found = contents(tmp_path, f"height\n----\n{first}\n{first}\n{numbers}\n{numbers}\n")
+    np.testing.assert_array_equal(found.missing.reshape(4, -1).all(axis=1), [True, True, False, False])
+    assert "2 lines of header" in found.layout
+
+
 def test_comments_between_the_numbers_are_left_out(tmp_path: Path) -> None:
     np.testing.assert_array_equal(contents(tmp_path, "% made by hand\n1\n# half\n2\n\n3\n").heights, [1, 2, 3])
 
@@ -92,6 +100,8 @@ def test_sizes_without_a_unit_have_that_of_the_heights(tmp_path: Path) -> None:
         ("0 0 1\n0 0 2\n1 0 1\n1 1 1\n0 1 1\n", "2 points at one place"),
         ("nothing here\n" * 3, "no numbers"),
         ("1\n", "at least 2 points"),
+        ("1\n-1e300\n", "a height of 1e+300"),
+        ("-1e308 1\n0 1\n1e308 1\n", "a value of x of 1e+308"),
         ("0 0 1\n1000 0 1\n1000 1000 1\n1 1 1\n", "4 points on 1001 x 1001 places"),
     ],
 )
