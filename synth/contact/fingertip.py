@@ -21,6 +21,7 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
@@ -113,6 +114,7 @@ def area_grid(
     return finger_grid(heights, box, max(size), step, (0.0, line.y), area, texture, scale, wave_places(coarser))
 
 
+@lru_cache(GRIDS_KEPT)
 def fingertip_grid(
     field: RidgeField, footprint: Footprint, texture: Profile, scale: float, line: Line = MIDDLE, coarser: float = 1.0
 ) -> PhaseSolver:

@@ -57,7 +57,7 @@ MOST_TURNED = 0.3  # predicted s per second of a finger that is turned over an a
 COARSER = (1.0, 1.5, 2.0, 3.0, 4.0)  # factors on the distance of the points of an area
 MOST_MAKING, WORKERS = 3.0, 2  # predicted s of processor time for a layered table, and threads
 MEAN_TOLERANCE = 0.1  # of the mean of z over the load: its error is a thousandth of this, of the peak-to-peak
-AREA_MEAN_TOLERANCE = 2.0  # the same over an area, where the mean of PLACES places errs by more than these 0.2 %
+AREA_MEAN_TOLERANCE = 2.0  # over areas and long surfaces, where the mean of PLACES places errs by more than these 0.2 %
 PLACES, MEANS = 128, 9  # places and least loads of the mean of z: a fingertip takes 30 us for each of both
 SWING = 0.1  # s: a shorter swing passes less of the surface, a longer one delays the first sound
 PATH_SLOPE = 0.618033988749895  # of the path on which solutions per second are judged: it meets no line of points
@@ -220,7 +220,9 @@ def _along_line(
     heaviest: float,
     tolerance: float | None,
 ) -> DirectPlan:
-    mean = mean_curve(whole, (0.0, heaviest), loads[1], MEAN_TOLERANCE, PLACES, MEANS)
+    long = whole.geometry.texture_period > contact.geometry.texture_period
+    allowed = AREA_MEAN_TOLERANCE if long else MEAN_TOLERANCE
+    mean = mean_curve(whole, (0.0, heaviest), loads[1], allowed, PLACES, MEANS)
     swing = Swing(SOLUTIONS * band, band, fastest)
     folded, seconds = _folded(whole, swing, loads)
     coarse = _changed(contact, contact.refined(), swing, loads[1])
