@@ -75,8 +75,8 @@ class FingertipGrid:
         scale: m.
         """
         counts, columns = np.isfinite(heights).sum(axis=1), len(places)
-        ordered = -np.sort(-heights, axis=1) / scale
-        points = ordered[np.isfinite(ordered)].astype(np.float32)
+        ordered = -np.sort((heights / -scale).astype(np.float32), axis=1)
+        points = ordered[np.isfinite(ordered)]
         starts = np.concatenate([[0], np.cumsum(counts)])
         shape, sums = np.zeros(2 * columns), np.zeros(len(points) + columns)
         ranks = np.zeros(BINS * len(points) + columns, dtype=np.int32)

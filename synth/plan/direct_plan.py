@@ -145,12 +145,10 @@ def beyond_table(asked: Request, contact: Contact) -> bool:
     scene = asked.scene
     if asked.stretch is not None or over_area(asked):
         return True
-    if predicted_work(scene, contact) > MOST_WORK:
-        return False
-    if any(effect.has_table for effect, _settings in outputs_of(scene)):
-        return False
     most = bounds_for(scene).harmonics
-    return harmonics_in_band(scene, most + 1) > most
+    if harmonics_in_band(scene, most + 1) <= most or any(effect.has_table for effect, _settings in outputs_of(scene)):
+        return False
+    return predicted_work(scene, contact) <= MOST_WORK
 
 
 def predicted_work(scene: Scene, contact: Contact) -> float:
