@@ -81,7 +81,6 @@ def _prepare(entries: Sequence[CatalogueEntry | StoredTexture] | None, progress:
     from synth.response.kept_files import KeptFiles
     from synth.response.response_cache import ResponseCache
     from synth.scene.scene import parse_scene
-    from synth.scene.texture_registry import kinds
     from synth.voice.hand_voice import HandVoice
 
     every: list[CatalogueEntry | StoredTexture] = [*catalogue(), *own_store().textures("")]
@@ -91,12 +90,11 @@ def _prepare(entries: Sequence[CatalogueEntry | StoredTexture] | None, progress:
         for entry in chosen:
             scene = parse_scene(with_imported({"finger": FINGER, **entry.document}))
             try:
-                if not kinds()[scene.texture.kind].of_area:  # an area is solved along the path of the hand
-                    HandVoice(scene, cache=ResponseCache(files=KeptFiles(folder)))
+                HandVoice(scene, cache=ResponseCache(files=KeptFiles(folder)))
             except CannotRender as error:
                 say(f"{entry.name}: {error.reason}")
             bar.advance(1)
-    say(f"{folder} has what was solved for {len(chosen)} textures, apart from those over an area.")
+    say(f"{folder} has what was solved for {len(chosen)} textures.")
 
 
 def _change(arguments: argparse.Namespace, texture: StoredTexture | None) -> None:

@@ -65,6 +65,8 @@ class AreaContact(Protocol):
 
 def coarsened(contact: AreaContact, coarser: float) -> Any:
     """Return `contact`, a dataclass, with its points `coarser` times as far apart."""
+    if contact.coarser == coarser:
+        return contact
     return replace(contact, coarser=coarser)  # type: ignore[type-var]
 
 

@@ -176,7 +176,7 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool) -> Preparati
     silence = _silence(asked, geometry)
     if silence:
         return _silent(solved, silence)
-    contact = affordable(scene) if asked.area and not exact else None
+    contact = affordable(scene, cache) if asked.area and not exact else None
     contact = contact or contact_of(scene, None if asked.stretch is None else asked.stretch.profile)
     if scene.accuracy.tolerance == "imperceptible":
         tolerance = _imperceptible(contact, asked)
