@@ -28,6 +28,7 @@ from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily
 from service.compute.import_process import Imports
 from service.compute.measurements import Measurements
 from service.compute.renders import Renders
+from service.compute.texture_preparation import TexturePreparation
 from service.compute.threads import BlockThreads, Solves, ThreadWork
 from service.compute.work_places import Places
 from service.engine import Engine
@@ -41,6 +42,7 @@ from service.operations.worker_metrics import WorkerMetrics
 from service.sessions.session_registry import Sessions
 from service.sinks import Claims
 from service.sinks.player import Player
+from service.store.data_folder import data_folder
 from service.store.owned_textures import OwnedTextures
 from synth.scene.scene import parse_scene
 from synth.surfaces.surface_data import add_source
@@ -86,9 +88,10 @@ class Service:
         self.blocks = BlockThreads(BLOCK_THREADS, partial(self.metrics.waited, "block"))
         self.sessions = Sessions(engine, settings, self.solves, self.metrics)
         self.live = LiveConnections(self.sessions, settings, self.blocks)
-        self.freezes_heap = False
-        """Whether `warm_up` excludes the heap from garbage collection, where a full collection stops streams for 90 ms.
-        False where the process does other things too, as in tests."""
+        self.preparation = TexturePreparation(data_folder(settings.data_folder))
+        self.serves_only = False
+        """Whether `warm_up` excludes the heap from garbage collection, where a full collection stops streams for 90 ms,
+        and begins to prepare textures. False where the process does other things too, as in tests."""
         self.warm = False
         self.closing = False
         self.loop: asyncio.AbstractEventLoop | None = None  # None until it serves
@@ -125,6 +128,7 @@ class Service:
         self.closing = True
         self.measurements.close()
         self.imports.close()
+        self.preparation.close()
         self._players += self.sessions.close()
         self.live.end_all("shutting down")
 
@@ -144,11 +148,13 @@ class Service:
         except Exception:
             log.exception("our mistake: the default scene does not render; the service does not become ready")
             return
-        if self.freezes_heap:
+        if self.serves_only:
             gc.collect()
             gc.freeze()
         self.warm = True
         log.info("ready after %.1f s", time.perf_counter() - began)
+        if self.serves_only and self.settings.prepare_textures == "on":
+            self.preparation.begin()
 
     def finish(self) -> None:
         """Wait for plays to complete their files, then end threads and processes. Call it from a thread."""
@@ -157,6 +163,7 @@ class Service:
             if not player.wait(max(0.0, deadline - time.monotonic())):
                 log.warning("a play did not end in time")
         self.measurements.close()
+        self.preparation.finish()
         self.renders.close()
         self.blocks.shutdown()
         self.worker_metrics.write()

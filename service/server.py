@@ -126,7 +126,7 @@ def _serve(settings: Settings, listener: socket.socket, engine: Engine | None, w
 
     def app() -> FastAPI:
         made = create_app(settings, engine)
-        made.state.service.freezes_heap = True
+        made.state.service.serves_only = True
         return made
 
     config = uvicorn.Config(app, **options)

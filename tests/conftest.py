@@ -62,6 +62,7 @@ def repository() -> Path:
 def environment() -> dict[str, str]:
     """Return an environment for processes that are to import this checkout, without settings of the user's own."""
     kept = {name: value for name, value in os.environ.items() if not name.startswith("RIDGEWAVE_")}
+    kept["RIDGEWAVE_PREPARE_TEXTURES"] = "off"
     return {**kept, "PYTHONPATH": str(ROOT), "COLUMNS": "120"}
 
 

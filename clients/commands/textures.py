@@ -78,25 +78,21 @@ def _print_catalogue() -> None:
 
 def _prepare(entries: Sequence[CatalogueEntry | StoredTexture] | None, progress: bool | None) -> None:
     """Make the tables of `entries`, None for all, under the finger with which the page begins."""
-    from synth.response.kept_files import KeptFiles
-    from synth.response.response_cache import ResponseCache
+    from service.compute.texture_preparation import solve_ahead
     from synth.scene.scene import parse_scene
-    from synth.scene.texture_registry import kinds
-    from synth.voice.hand_voice import HandVoice
 
     every: list[CatalogueEntry | StoredTexture] = [*catalogue(), *own_store().textures("")]
     chosen = every if entries is None else entries
-    folder = tables_folder(folder_of_environment())
+    folder = folder_of_environment()
     with Progress("making tables", len(chosen), "textures", progress) as bar:
         for entry in chosen:
             scene = parse_scene(with_imported({"finger": FINGER, **entry.document}))
             try:
-                if not kinds()[scene.texture.kind].of_area:  # an area is solved along the path of the hand
-                    HandVoice(scene, cache=ResponseCache(files=KeptFiles(folder)))
+                solve_ahead(scene, folder)
             except CannotRender as error:
                 say(f"{entry.name}: {error.reason}")
             bar.advance(1)
-    say(f"{folder} has what was solved for {len(chosen)} textures, apart from those over an area.")
+    say(f"{tables_folder(folder)} has what was solved for {len(chosen)} textures.")
 
 
 def _change(arguments: argparse.Namespace, texture: StoredTexture | None) -> None:

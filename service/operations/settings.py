@@ -211,6 +211,12 @@ class Settings:
         "a folder",
         "The folder of imported textures, and of tables. Unset, it is the platform's folder of the user's data.",
     )
+    prepare_textures: str = _setting(
+        "on",
+        _matching("on|off"),
+        "on or off",
+        "Solve the textures of the catalogue ahead, after a start, in one process of the lowest priority.",
+    )
     max_import: int = _setting(
         134_217_728,
         _whole(1024, 134_217_728),

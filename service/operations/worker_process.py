@@ -35,7 +35,7 @@ def app(engine: Engine | None = None) -> FastAPI:
     set_up_log(settings.log_level, settings.log_format)
     folder = os.environ.get(FOLDER_VARIABLE)
     made = create_app(settings, engine, workers_folder=None if folder is None else Path(folder))
-    made.state.service.freezes_heap = True
+    made.state.service.serves_only = True
     made.router.lifespan_context = _with_parent(made.router.lifespan_context)
     return made
 

@@ -13,7 +13,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -25,8 +26,7 @@ from synth.contact.area_texture import COARSE_WAVE, MOST_PLACES, WAVE, stored_te
 from synth.contact.full_contact import FullContact
 from synth.contact.geometry import Geometry
 from synth.contact.line import MIDDLE, Line
-from synth.contact.load_balance import Contact
-from synth.contact.stiffness import Stiffness
+from synth.contact.load_balance import Contact, PhaseSolver
 from synth.errors import CannotRender
 from synth.surfaces.height_field import HeightField
 from synth.surfaces.ridge_field import turned_back
@@ -99,7 +99,7 @@ def finger_grid(
     return AreaGrid.of(points, begin, stored, step[0] * step[1] / area, scale)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class CombOnArea(Contact):
     """A comb of ridges on a height field.
 
@@ -113,19 +113,15 @@ class CombOnArea(Contact):
     line: Line = MIDDLE
     coarser: float = 1.0
 
-    @classmethod
-    def of(cls, geometry: Geometry, stiffness: Stiffness, line: Line = MIDDLE, coarser: float = 1.0) -> CombOnArea:
-        """Return the contact; the profile of `geometry` is a height field."""
-        return cls(geometry, stiffness, comb_grid(geometry, line, coarser), line, coarser)
-
-    def on(self, geometry: Geometry) -> Self:
-        """Return this contact on another height field."""
-        return replace(self, geometry=geometry, grid=comb_grid(geometry, self.line, self.coarser))
+    @cached_property
+    def grid(self) -> PhaseSolver:
+        """Its points; the profile of its geometry is a height field."""
+        return comb_grid(self.geometry, self.line, self.coarser)
 
     def heights(self, phases: Array, loads: Array, path: Array | None = None) -> Array:
         """Return z (m) on its line, or along a path; see `fingertip.FingertipContact.heights`."""
         if path is None:
-            return super(CombOnArea, self).heights(phases, loads)
+            return super().heights(phases, loads)
         return heights_along(self, phases, loads, path)
 
     def grid_at(self, direction: float) -> AreaGrid:

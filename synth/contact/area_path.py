@@ -65,15 +65,15 @@ class AreaContact(Protocol):
 
 def coarsened(contact: AreaContact, coarser: float) -> Any:
     """Return `contact`, a dataclass, with its points `coarser` times as far apart."""
-    found: Any = replace(contact, coarser=coarser)  # type: ignore[type-var]
-    return replace(found, grid=found.grid_at(contact.line.direction))
+    if contact.coarser == coarser:
+        return contact
+    return replace(contact, coarser=coarser)  # type: ignore[type-var]
 
 
 def turned(contact: AreaContact, angle: float) -> Any:
     """Return `contact`, a dataclass, with its finger turned by `angle` (rad)."""
     line = contact.line._replace(direction=contact.line.direction + angle)
-    found: Any = replace(contact, line=line)  # type: ignore[type-var]
-    return replace(found, grid=found.grid_at(line.direction))
+    return replace(contact, line=line)  # type: ignore[type-var]
 
 
 @dataclass(frozen=True, slots=True)

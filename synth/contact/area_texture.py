@@ -29,6 +29,7 @@ WAVE, COARSE_WAVE = (
 )  # places of the texture per shortest wave: a line between two errs by 0.2 or 2 % of that wave
 FINER = (1, 2, 4, 8)  # places per cell that are tried
 MOST_PLACES = 1 << 25  # of the texture: 128 MB
+PLACES_TOGETHER = 1 << 18  # that are computed together: 1 MB
 KEPT = 3  # stored textures: a scene, the one before a change, and a coarser lattice
 
 
@@ -110,24 +111,34 @@ def cell_means(
     The mean over a cell is that of the places in it, with half of each place on its edge.
     """
     along, rows = counts[0] * finer[0], counts[1] * finer[1]
-    edge = finer[0] // 2
-    x = np.asarray(np.arange(-edge, along + edge) * (step[0] / finer[0]), np.float64)
+    edges = finer[0] // 2, finer[1] // 2
+    x = np.asarray(np.arange(-edges[0], along + edges[0]) * (step[0] / finer[0]), np.float64)
     y = np.asarray(np.arange(rows) * (texture.across / rows), np.float64)
-    heights = texture.lattice(x, y)
-    heights /= np.float32(scale)
-    if finer[0] > 1:
-        total = 0.5 * (heights[:, :along] + heights[:, 2 * edge :])
-        for move in range(1, 2 * edge):
-            total += heights[:, move : move + along]
-        heights = total / np.float32(finer[0])
-    if finer[1] > 1:
-        half = finer[1] // 2
-        total = 0.5 * (np.roll(heights, half, 0) + np.roll(heights, -half, 0))
-        for move in range(1 - half, half):
-            total += np.roll(heights, move, 0)
-        heights = total / np.float32(finer[1])
-    split = heights.reshape(counts[1], finer[1], counts[0], finer[0]).transpose(1, 3, 0, 2)
-    return np.ascontiguousarray(split, dtype=np.float32).ravel()
+    means = np.empty((finer[1], finer[0], counts[1], counts[0]), np.float32)
+    together = max(1, PLACES_TOGETHER // (along * finer[1]))
+    for first in range(0, counts[1], together):
+        end = min(first + together, counts[1])
+        near = np.arange(first * finer[1] - edges[1], end * finer[1] + edges[1]) % rows
+        heights = texture.lattice(x, y[near])
+        heights /= np.float32(scale)
+        heights = running_mean(running_mean(heights.T, finer[0], along).T, finer[1], (end - first) * finer[1])
+        split = heights.reshape(end - first, finer[1], counts[0], finer[0])
+        means[:, :, first:end] = split.transpose(1, 3, 0, 2)
+    return means.ravel()
+
+
+def running_mean(heights: Floats, places: int, count: int) -> Floats:
+    """Return the means over `places` + 1 rows of `heights` from each of the first `count` rows on.
+
+    The first and the last row of each mean count half. One place is its own mean.
+    """
+    if places == 1:
+        return heights
+    total = 0.5 * (heights[:count] + heights[places : places + count])
+    for move in range(1, places):
+        total += heights[move : move + count]
+    total /= np.float32(places)
+    return np.asarray(total)
 
 
 def crests_of(stored: Floats) -> Floats:

@@ -23,7 +23,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -134,12 +134,11 @@ class RoundFinger:
         return float(load / self.foundation_at(load)) if load > 0.0 else 0.0
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class RoundContact(Contact):
     """A contact under a round finger.
 
     geometry, stiffness: of the nominal contact length.
-    grid: the solver at no load.
     finger: the finger without its ridges.
     least_span: load (N) whose length D lighter loads are solved over too; 0: each over its own.
     """
@@ -159,11 +158,13 @@ class RoundContact(Contact):
         reference_load: N.
         """
         finger, geometry = RoundFinger.of(stiffness, radius, reference_load), geometry.as_profile()
-        return cls(geometry, stiffness, solver_of(_spanned(geometry, finger, 0.0), 1.0 / finger.radius), finger)
+        _spanned(geometry, finger, 0.0)  # raises where it is too flat
+        return cls(geometry, stiffness, finger)
 
-    def on(self, geometry: Geometry) -> RoundContact:
-        """Return this contact on other surfaces."""
-        return replace(self, geometry=geometry, grid=solver_of(_spanned(geometry, self.finger, 0.0), self.dome))
+    @cached_property
+    def grid(self) -> PhaseSolver:
+        """The solver at no load."""
+        return solver_of(_spanned(self.geometry, self.finger, 0.0), self.dome)
 
     @property
     def dome(self) -> float:

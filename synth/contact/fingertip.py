@@ -21,6 +21,7 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable
 from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
@@ -113,10 +114,23 @@ def area_grid(
     return finger_grid(heights, box, max(size), step, (0.0, line.y), area, texture, scale, wave_places(coarser))
 
 
+def require_columns(footprint: Footprint, texture: Profile) -> None:
+    """Raise CannotRender where `texture` is too fine for a fingertip that meets it along one line."""
+    length = REACH * footprint.length
+    if not isinstance(texture, HeightField) and length * COLUMNS[1] / texture.period > MOST_COLUMNS:
+        shortest = COLUMNS[1] * length / MOST_COLUMNS
+        raise CannotRender(
+            f"A fingertip of {footprint.length:.4g} m has too few points for a texture of period {texture.period:.4g} "
+            f"m. Write texture.period {shortest:.3g} m or more, a shorter finger.contact_length, or finger.kind "
+            '"comb".'
+        )
+
+
+@lru_cache(GRIDS_KEPT)
 def fingertip_grid(
     field: RidgeField, footprint: Footprint, texture: Profile, scale: float, line: Line = MIDDLE, coarser: float = 1.0
 ) -> PhaseSolver:
-    """Return the points of `field` on `footprint` over `texture`; CannotRender where the texture is too fine.
+    """Return the points of `field` on `footprint` over `texture`.
 
     scale: of the heights in the solver, m.
     line, coarser: as of `area_grid`, on a height field.
@@ -124,14 +138,6 @@ def fingertip_grid(
     if isinstance(texture, HeightField):
         return area_grid(field, footprint, texture, scale, line, coarser)
     length, width = REACH * footprint.length, REACH * footprint.width
-    needed = length * COLUMNS[1] / texture.period
-    if needed > MOST_COLUMNS:
-        shortest = COLUMNS[1] * length / MOST_COLUMNS
-        raise CannotRender(
-            f"A fingertip of {footprint.length:.4g} m has too few points for a texture of period {texture.period:.4g} "
-            f"m. Write texture.period {shortest:.3g} m or more, a shorter finger.contact_length, or finger.kind "
-            '"comb".'
-        )
     steepest = max(texture.slope_bound, 1e-9)
     wave = math.pi * (texture.extent[1] - texture.extent[0]) / steepest  # the period of a sinusoid
     along = max(COLUMNS[0] / field.period, COLUMNS[1] / max(min(wave, texture.period), 1e-9))
@@ -150,13 +156,12 @@ def _middles(length: float, count: int) -> Array:
     return np.asarray((np.arange(count) + 0.5) * (length / count) - 0.5 * length)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class FingertipContact(Contact):
     """A contact of a fingertip: its points stay the same at every load.
 
     geometry: with the mean ridges, over the nominal length L0; the texture is a profile.
     stiffness: of eqs 4-5 at L0.
-    grid: the solver.
     field: the ridges.
     footprint: on a flat plate at 1 N.
     line: where the finger stands on a height field.
@@ -194,20 +199,20 @@ class FingertipContact(Contact):
             law = stiffness
         footprint = Footprint.of(geometry.contact_length, width, geometry.ridge_amplitude, law)
         assert geometry.profile is not None
-        grid = fingertip_grid(field, footprint, geometry.profile, geometry.height_scale, line, coarser)
-        return cls(geometry, stiffness, grid, field, footprint, line, coarser)
+        require_columns(footprint, geometry.profile)
+        return cls(geometry, stiffness, field, footprint, line, coarser)
+
+    @cached_property
+    def grid(self) -> PhaseSolver:
+        """Its points."""
+        texture, scale = self.geometry.profile, self.geometry.height_scale
+        assert texture is not None
+        return fingertip_grid(self.field, self.footprint, texture, scale, self.line, self.coarser)
 
     def middle_line(self, places: Array) -> Array:
         """Return the height of the fingertip (m) at x = `places` (m, from the middle) on the line y = 0."""
         row = np.zeros(1)
         return np.asarray(self.field.heights(places, row)[:, 0] - self.footprint.drop(places, row)[:, 0])
-
-    def on(self, geometry: Geometry) -> Self:
-        """Return this contact on another texture."""
-        assert geometry.profile is not None
-        scale, place = geometry.height_scale, (self.line, self.coarser)
-        grid = fingertip_grid(self.field, self.footprint, geometry.profile, scale, *place)
-        return replace(self, geometry=geometry, grid=grid)
 
     def refined(self) -> None:
         """Return None: the points are the model."""
@@ -235,7 +240,7 @@ class FingertipContact(Contact):
         path: how far the texture has moved across (m), and the direction of the finger (rad) [2, phases].
         """
         if path is None:
-            return super(FingertipContact, self).heights(phases, loads)
+            return super().heights(phases, loads)
         from synth.contact.area_path import heights_along
 
         return heights_along(self, phases, loads, path)

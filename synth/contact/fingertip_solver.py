@@ -75,8 +75,8 @@ class FingertipGrid:
         scale: m.
         """
         counts, columns = np.isfinite(heights).sum(axis=1), len(places)
-        ordered = -np.sort(-heights, axis=1) / scale
-        points = ordered[np.isfinite(ordered)].astype(np.float32)
+        ordered = -np.sort((heights / -scale).astype(np.float32), axis=1)
+        points = ordered[np.isfinite(ordered)]
         starts = np.concatenate([[0], np.cumsum(counts)])
         shape, sums = np.zeros(2 * columns), np.zeros(len(points) + columns)
         ranks = np.zeros(BINS * len(points) + columns, dtype=np.int32)
@@ -208,16 +208,20 @@ def solve_columns(
 ):
     """Write z, the number of points that touch and the number of steps, at each of `phases`.
 
-    guess: z that Newton's method starts from, or NaN: from the phase before.
+    guess: z that Newton's method starts from, or NaN: from the line through the two phases before.
     """
-    z, under = math.nan, np.empty(len(places))
+    z, last, under = math.nan, math.nan, np.empty(len(places))
     for p in range(len(phases)):
         top = place_texture(shape, places, texture, phases[p], under)
         if targets[p] < EMPTY:
-            height[p], touching[p], iterations[p], z = top, 0.0, 1, top
+            height[p], touching[p], iterations[p], z, last = top, 0.0, 1, top, math.nan
             continue
+        ahead = 2.0 * z - last
+        last = z
         if not math.isnan(guess[p]):
             z = guess[p]
+        elif not math.isnan(ahead):
+            z = ahead
         if not z < top:
             z = top - min(targets[p], FIRST)
         before, count = -1.0, 0.0

@@ -56,7 +56,7 @@ class Growth:
         return self.exponent if self.shortest < self.length(nominal, load) < self.longest else 0.0
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class GrowingContact(Contact):
     """A contact whose length follows `growth`; geometry, stiffness and grid are those of the nominal length."""
 
@@ -68,7 +68,7 @@ class GrowingContact(Contact):
     def of(cls, geometry: Geometry, stiffness: Stiffness, growth: Growth | None = None) -> GrowingContact:
         """Return the contact; geometry, stiffness: of the nominal length."""
         geometry = geometry.as_profile()
-        return cls(geometry, stiffness, solver_of(geometry), growth or Growth())
+        return cls(geometry, stiffness, growth or Growth())
 
     def length(self, load: float) -> float:
         """Return L (m) at `load` (N)."""

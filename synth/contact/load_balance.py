@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 from dataclasses import dataclass, fields, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import ClassVar, Protocol, Self
 
 import numpy as np
@@ -61,9 +61,9 @@ def solver_of(geometry: Geometry, dome: float = 0.0) -> PhaseSolver:
     return Grid.of_geometry(geometry) if geometry.profile is None else SegmentGrid.of_geometry(geometry, dome)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Contact:
-    """Geometry and stiffness of one scene, with their solver."""
+    """Geometry and stiffness of one scene. Their solver is prepared when it is first needed."""
 
     of_one_shape: ClassVar[bool] = True
     """True: solver, length and width are the same at every load."""
@@ -75,12 +75,16 @@ class Contact:
 
     geometry: Geometry
     stiffness: Stiffness
-    grid: PhaseSolver
 
-    @classmethod
-    def of(cls, geometry: Geometry, stiffness: Stiffness) -> Contact:
-        """Return the contact, with its solver prepared."""
-        return cls(geometry, stiffness, solver_of(geometry))
+    @cached_property
+    def grid(self) -> PhaseSolver:
+        """The solver; of a contact whose length depends on the load that of the nominal length."""
+        return solver_of(self.geometry)
+
+    @property
+    def grid_bytes(self) -> int:
+        """Memory of the solver, in bytes: 0 until it is prepared."""
+        return self.grid.nbytes if "grid" in self.__dict__ else 0
 
     def refined(self) -> Contact | None:
         """Return the contact on segments of half the length; None where that is not possible.
@@ -98,7 +102,7 @@ class Contact:
 
     def on(self, geometry: Geometry) -> Self:
         """Return this contact on other surfaces."""
-        return replace(self, geometry=geometry, grid=solver_of(geometry))
+        return replace(self, geometry=geometry)
 
     def as_profile(self) -> Contact:
         """Return this contact with its texture as a profile: the integrals of the pressure are sums over segments."""
@@ -112,7 +116,7 @@ class Contact:
     @property
     def key(self) -> Hashable:
         """Everything that z depends on, for a cache."""
-        return tuple(getattr(self, one.name) for one in fields(self) if one.name != "grid")
+        return tuple(getattr(self, one.name) for one in fields(self))
 
     @property
     def dome(self) -> float:

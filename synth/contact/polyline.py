@@ -86,5 +86,5 @@ def evenly_spaced(profile: Profile) -> bool:
     corners = len(profile.corners)
     if corners == 0:
         return False
-    turns = np.sort((profile.corners - profile.corners[0]) % profile.period) * (corners / profile.period)
+    turns = (profile.corners - profile.corners[0]) * (corners / profile.period)
     return bool(np.max(np.abs(turns - np.arange(corners))) < 1e-6)

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -26,6 +27,7 @@ from synth.contact.exact_solver import Approaches, angles_of_centres, first_gues
 from synth.contact.geometry import Geometry
 from synth.contact.polyline import first_segments, knots_of
 from synth.kernels import kernel, summing
+from synth.surfaces.profile import Profile
 
 BLOCK = 16  # segments; a smaller block costs more bounds, a larger one more sums where z crosses it
 POINTS_A_RIDGE = 128  # segments per ridge, to begin with
@@ -35,6 +37,7 @@ SETTLED = 1e-15  # of a1 + a2: Newton's method ends at a step this small
 LEFT = 1e-15  # of a1 + a2: largest second-order term at which Newton's method ends; passing a knot changes the term
 DOME_WORK = 1.6  # work of a block under a dome, relative to one without
 CHORD = 1.0 / 6.0  # mean height of the chords of x^2 above it, with x in segments; another value shifts the dome
+TEXTURES_KEPT = 4  # polylines of `SegmentGrid.texture`, about 10 MB each at their finest
 EMPTY = 1e-18  # of a1 + a2: smaller indentations count as none, and z is the highest point
 
 
@@ -44,7 +47,7 @@ class SegmentGrid:
 
     segments: per period.
     texture: float64 [4, knots]. Rows: heights; area (in segments), largest and smallest height of the 16 segments from
-        each knot. The knots cover a period and the length of the contact.
+        each knot. The knots cover a period and at least the length of the contact.
     finger: float64 [2, knots]: minus the cosine and minus the sine of the ridges at the knots.
     blocks: float64 [4, blocks]: the same at the middle of each block, and their areas.
     numbers: knots per period, segments over L, place of the first knot (in segments), radians of the ridges per
@@ -72,11 +75,10 @@ class SegmentGrid:
         length, ridge = geometry.contact_length, geometry.ridge_period
         least = max(FEWEST * period / length, 2.0 * BLOCK * period / ridge)
         count = wanted * max(1, math.ceil(least / wanted))
-        heights, first = knots_of(profile, count)
-        first -= geometry.texture_phase * period / (2.0 * math.pi)
+        first = knots_of(profile, count)[1] - geometry.texture_phase * period / (2.0 * math.pi)
         spanned = length * count / period
         window = math.ceil(spanned) + 2 + BLOCK
-        texture = _texture(heights / scale, window)
+        texture = _texture(profile, count, scale, 1 << (window - 1).bit_length())
         half = math.pi * period / (count * ridge)
         amplitude = geometry.ridge_amplitude / scale * math.tan(half) / half
         turns = window * period / (count * ridge)
@@ -147,11 +149,15 @@ class SegmentGrid:
         return self.texture, self.finger, self.blocks, self.numbers
 
 
-def _texture(heights: Array, window: int) -> Array:
-    """Return the rows of `SegmentGrid.texture` over a period and a window."""
-    count = len(heights)
+@lru_cache(TEXTURES_KEPT)
+def _texture(profile: Profile, count: int, scale: float, window: int) -> Array:
+    """Return the rows of `SegmentGrid.texture` over a period of `count` segments and a window, at a scale (m).
+
+    Contacts whose length changes a little with the load, and so does their window, share them: it is a power of two.
+    """
+    heights = knots_of(profile, count)[0] / scale
     starts = count + window
-    run = heights[np.arange(starts + BLOCK + 1) % count]
+    run = np.resize(heights, starts + BLOCK + 1)
     sums, highest, lowest, width = run, run, run, 1
     while width < BLOCK:  # of the knots from each on: twice as many at each step
         sums = sums[:-width] + sums[width:]

@@ -41,8 +41,8 @@ def contact_of(scene: Scene, profile: Profile | None = None, coarser: float = 1.
     if isinstance(geometry.profile, HeightField):
         from synth.contact.area_contact import CombOnArea
 
-        return CombOnArea.of(geometry, stiffness, line, coarser)
-    return Contact.of(geometry, stiffness)
+        return CombOnArea(geometry, stiffness, line, coarser)
+    return Contact(geometry, stiffness)
 
 
 @lru_cache(KEPT)

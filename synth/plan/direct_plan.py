@@ -1,4 +1,4 @@
-"""Choose between the response table and direct solutions for a live voice, and measure the error of the latter.
+"""Choose between the response table and direct solutions for a live voice, and plan the latter.
 
 Stage   2 (PLAN). `response.direct_reader` reads what is planned here.
 Model   The rule: a voice reads its table where the table holds every harmonic that is in the band at the scan's own
@@ -9,10 +9,8 @@ Model   The rule: a voice reads its table where the table holds every harmonic t
         other direction it is solved along its path. If that would take more than MOST_TURNED, its points are farther
         apart, as far as COARSER allows.
         The mean that displacement leaves out is that of PLACES places of the surface, at each load.
-        Error: a finger swings by a cosine, as fast as the fastest usual hand, at the lightest, the scan's and the
-        heaviest usual load. z over one swing is periodic, so its Fourier series gives the band exactly. It is solved at
-        twice the rate; what the usual rate folds into the band is the difference. To
-        this the errors of the filter and of the solver's segments, or of a layered table, are added.
+        Error: that of a swing (`swing`) at the lightest, the scan's and the heaviest usual load. To this the errors of
+        the filter and of the solver's segments, or of a layered table, are added.
 Source  design, sections 1 and 8.
 Limits  The error is that of one swing, at one place for each load. Effects that read a table of their own, over a
         period, keep the table of the contact too, so that all channels have one delay.
@@ -20,10 +18,8 @@ Limits  The error is that of one swing, at one place for each load. Effects that
 
 from __future__ import annotations
 
-import math
-from collections.abc import Hashable
-from dataclasses import dataclass, replace
-from time import thread_time
+from collections.abc import Callable, Hashable
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -38,8 +34,9 @@ from synth.plan.effect_choice import outputs_of
 from synth.plan.frame_solver import EXACT_CELL
 from synth.plan.request import HAND_LOADS, HAND_SPEEDS, Request, harmonics_in_band
 from synth.plan.scene_table import band_of, bounds_for, entry_of
+from synth.plan.swing import FOLD_POWER, Swing, changed_by, folded_errors, turning_errors
 from synth.response.band_filter import SOLUTIONS, band_filter
-from synth.response.kept_files import FileForm, json_form
+from synth.response.kept_files import FileEntry, FileForm, json_form
 from synth.response.mean_approach import Mean, MeanSpline, mean_curve, mean_over_area
 from synth.response.response_cache import ResponseCache
 from synth.response.table_error import QUANTITIES
@@ -57,16 +54,13 @@ MOST_TURNED = 0.3  # predicted s per second of a finger that is turned over an a
 COARSER = (1.0, 1.5, 2.0, 3.0, 4.0)  # factors on the distance of the points of an area
 MOST_MAKING, WORKERS = 3.0, 2  # predicted s of processor time for a layered table, and threads
 MEAN_TOLERANCE = 0.1  # of the mean of z over the load: its error is a thousandth of this, of the peak-to-peak
-AREA_MEAN_TOLERANCE = 2.0  # the same over an area, where the mean of PLACES places errs by more than these 0.2 %
+AREA_MEAN_TOLERANCE = 2.0  # over areas and long surfaces, where the mean of PLACES places errs by more than these 0.2 %
 PLACES, MEANS = 128, 9  # places and least loads of the mean of z: a fingertip takes 30 us for each of both
-SWING = 0.1  # s: a shorter swing passes less of the surface, a longer one delays the first sound
 PATH_SLOPE = 0.618033988749895  # of the path on which solutions per second are judged: it meets no line of points
 TURNED = 0.03  # s of the swing on which the error of a finger that turns is measured
-FOLD_POWER = 1.5  # of the rate, by which the folded error falls at least: kinks of order 3/2 give 2.5
-MORE_FOLDS = 1.0 / (1.0 - 2.0**-FOLD_POWER)  # what folds at the usual rate, over what no longer folds at twice it
 
 PLAIN = ("heaviest", "band", "finer", "rate", "fastest", "loads", "errors", "solution_seconds")
-"""Fields of a DirectPlan along a line that are numbers."""
+"""Fields of a DirectPlan that are numbers."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,12 +139,10 @@ def beyond_table(asked: Request, contact: Contact) -> bool:
     scene = asked.scene
     if asked.stretch is not None or over_area(asked):
         return True
-    if predicted_work(scene, contact) > MOST_WORK:
-        return False
-    if any(effect.has_table for effect, _settings in outputs_of(scene)):
-        return False
     most = bounds_for(scene).harmonics
-    return harmonics_in_band(scene, most + 1) > most
+    if harmonics_in_band(scene, most + 1) <= most or any(effect.has_table for effect, _settings in outputs_of(scene)):
+        return False
+    return predicted_work(scene, contact) <= MOST_WORK
 
 
 def predicted_work(scene: Scene, contact: Contact) -> float:
@@ -160,12 +152,28 @@ def predicted_work(scene: Scene, contact: Contact) -> float:
     return 1e-9 * cell * contact.grid.cells * rate
 
 
-def affordable(scene: Scene) -> Contact:
+@dataclass(frozen=True)
+class Spread:
+    """How far apart the points of a finger are over an area: the factor that `affordable` has chosen."""
+
+    coarser: float
+    memory_bytes = 8
+
+
+SPREAD_FORM = json_form(asdict, lambda told: Spread(told["coarser"]))
+
+
+def affordable(scene: Scene, cache: ResponseCache) -> Contact:
     """Return the contact of `scene` over an area, with points so far apart that solving it takes MOST_TURNED."""
     fine = contact_of(scene)
-    work = predicted_work(scene, fine)
-    coarser = next((one for one in COARSER if work <= MOST_TURNED * one**2), COARSER[-1])
-    return fine if coarser == 1.0 else contact_of(scene, coarser=coarser)
+
+    def chosen() -> Spread:
+        work = predicted_work(scene, fine)
+        return Spread(next((one for one in COARSER if work <= MOST_TURNED * one**2), COARSER[-1]))
+
+    told = scene.output.sample_rate, band_of(scene)
+    spread = cache.get(("spread", fine.key, told), chosen, lambda: entry_of(scene, fine, told, SPREAD_FORM))
+    return fine if spread.coarser == 1.0 else contact_of(scene, coarser=spread.coarser)
 
 
 def direct_plan(
@@ -183,31 +191,57 @@ def direct_plan(
     fastest = max(ScanMotion(scene).fastest(), HAND_SPEEDS[1])
     told = (scene.output.sample_rate, band_of(scene), fastest, judged, heaviest, tolerance)
     key: Hashable = ("direct plan", contact.key, whole.key, over_area(asked), *told)
-    if over_area(asked):
-        return cache.get(key, lambda: _over_area(whole, cache, *told))
-    return cache.get(
-        key,
-        lambda: _along_line(contact, whole, *told),
-        lambda: entry_of(scene, whole, (contact.geometry.texture_period, *told), _form_on(whole)),
-    )
+    if not over_area(asked):
+        return cache.get(
+            key,
+            lambda: _along_line(contact, whole, *told),
+            lambda: entry_of(scene, whole, (contact.geometry.texture_period, *told), _form_along(whole)),
+        )
+
+    def source() -> AreaSource:
+        return _area_source(scene, whole, cache, heaviest)
+
+    def file() -> FileEntry[DirectPlan] | None:
+        return entry_of(scene, whole, told, _form_over(source)) if tolerance is None else None
+
+    return cache.get(key, lambda: _over_area(whole, source, *told), file)
 
 
-def _form_on(whole: Contact) -> FileForm[DirectPlan]:
+def _form_along(whole: Contact) -> FileForm[DirectPlan]:
     """Return the form of the file of a plan along a line on `whole`, which is made again from the scene."""
 
     def document(plan: DirectPlan) -> dict[str, Any]:
         assert isinstance(plan.mean, MeanSpline), "loads from 0 N"
-        told = {name: getattr(plan, name) for name in PLAIN}
-        return told | {"mean": [plan.mean.roots.tolist(), plan.mean.values.tolist()]}
+        return _numbers(plan) | {"mean": [plan.mean.roots.tolist(), plan.mean.values.tolist()]}
 
     def plan_of(told: dict[str, Any]) -> DirectPlan:
-        mean = MeanSpline(*(np.array(values, dtype=float) for values in told.pop("mean")))
-        plain: dict[str, Any] = {
-            name: tuple(value) if isinstance(value, list) else value for name, value in told.items()
-        }
-        return DirectPlan(whole, mean, **plain)
+        mean = MeanSpline(*(np.array(values, dtype=float) for values in told["mean"]))
+        return DirectPlan(whole, mean, **_plain(told))
 
     return json_form(document, plan_of)
+
+
+def _form_over(source: Callable[[], AreaSource]) -> FileForm[DirectPlan]:
+    """Return the form of the file of a plan over an area, whose layered table has a file of its own."""
+
+    def document(plan: DirectPlan) -> dict[str, Any]:
+        assert plan.turning is not None
+        return _numbers(plan) | {"turned": plan.turning.errors, "work": plan.turning.work}
+
+    def plan_of(told: dict[str, Any]) -> DirectPlan:
+        turning, found = Turning(tuple(told["turned"]), told["work"]), source()
+        return DirectPlan(found, found.mean, **_plain(told), turning=turning)
+
+    return json_form(document, plan_of)
+
+
+def _numbers(plan: DirectPlan) -> dict[str, Any]:
+    return {name: getattr(plan, name) for name in PLAIN}
+
+
+def _plain(told: dict[str, Any]) -> dict[str, Any]:
+    """Return the PLAIN fields of a document."""
+    return {name: tuple(told[name]) if isinstance(told[name], list) else told[name] for name in PLAIN}
 
 
 def _along_line(
@@ -220,17 +254,36 @@ def _along_line(
     heaviest: float,
     tolerance: float | None,
 ) -> DirectPlan:
-    mean = mean_curve(whole, (0.0, heaviest), loads[1], MEAN_TOLERANCE, PLACES, MEANS)
+    long = whole.geometry.texture_period > contact.geometry.texture_period
+    allowed = AREA_MEAN_TOLERANCE if long else MEAN_TOLERANCE
+    mean = mean_curve(whole, (0.0, heaviest), loads[1], allowed, PLACES, MEANS)
     swing = Swing(SOLUTIONS * band, band, fastest)
-    folded, seconds = _folded(whole, swing, loads)
-    coarse = _changed(contact, contact.refined(), swing, loads[1])
+    folded, seconds = folded_errors(whole, swing, loads)
+    coarse = changed_by(contact, contact.refined(), swing, loads[1])
     finer, steps, errors = _filtered(rate, band, folded, coarse, tolerance)
     return DirectPlan(whole, mean, heaviest, band, finer, steps, fastest, loads, errors, seconds)
 
 
+def _area_source(scene: Scene, coarse: Any, cache: ResponseCache, heaviest: float) -> AreaSource:
+    """Return the layered table of `scene`, and the contact on which a turned finger is solved."""
+    from synth.contact.area_path import coarsened
+    from synth.response.area_source import AreaSource
+    from synth.response.layered_cost import LayeredBounds
+    from synth.response.layered_file import LAYERED_FORM
+    from synth.response.layered_making import make_layered_table
+
+    fine, bounds = coarsened(coarse, 1.0), LayeredBounds(heaviest=heaviest, seconds=MOST_MAKING)
+    table = cache.get(
+        ("layered", fine.key, bounds),
+        lambda: make_layered_table(fine, bounds, workers=WORKERS),
+        lambda: entry_of(scene, fine, bounds, LAYERED_FORM),
+    )
+    return AreaSource(table, coarse)
+
+
 def _over_area(
     coarse: Any,
-    cache: ResponseCache,
+    table_source: Callable[[], AreaSource],
     rate: int,
     band: float,
     fastest: float,
@@ -239,27 +292,22 @@ def _over_area(
     tolerance: float | None,
 ) -> DirectPlan:
     from synth.contact.area_path import coarsened
-    from synth.response.area_source import AreaSource
-    from synth.response.layered_cost import LayeredBounds
-    from synth.response.layered_making import make_layered_table
 
-    fine = coarse if coarse.coarser == 1.0 else coarsened(coarse, 1.0)
+    fine = coarsened(coarse, 1.0)
     swing = Swing(SOLUTIONS * band, band, fastest, PATH_SLOPE)
     source: Contact | AreaSource = coarse
     if tolerance is None:
-        bounds = LayeredBounds(heaviest=heaviest, seconds=MOST_MAKING)
-        table = cache.get(("layered", fine.key, bounds), lambda: make_layered_table(fine, bounds, workers=WORKERS))
-        source = AreaSource(table, coarse)
+        source = table_source()
         mean: Mean = source.mean
     else:
         mean = mean_over_area(coarse, (0.0, heaviest), loads[1], AREA_MEAN_TOLERANCE, PLACES, MEANS)
-    folded, seconds = _folded(source, swing, loads)
-    missed = _changed(source, fine, swing, loads[1])
+    folded, seconds = folded_errors(source, swing, loads)
+    missed = changed_by(source, fine, swing, loads[1])
     short = replace(swing, seconds=TURNED)
-    turned_folded, turned_seconds = _folded(coarse, short, loads)
+    turned_folded, turned_seconds = folded_errors(coarse, short, loads)
     turning = turned_folded + turning_errors(coarse, short, loads[1])
     if fine is not coarse:
-        turning += _changed(coarse, fine, short, loads[1])
+        turning += changed_by(coarse, fine, short, loads[1])
     finer, steps, errors = _filtered(rate, band, folded, missed, tolerance)
     turns = Turning(tuple(turning.tolist()), 2.0 * steps * turned_seconds)
     return DirectPlan(source, mean, heaviest, band, finer, steps, fastest, loads, errors, seconds, turns)
@@ -283,88 +331,3 @@ def _filtered(
         if tolerance is None or max(errors) <= tolerance or filters[0].stride == 1:
             return finer, steps, errors
         finer *= 2
-
-
-@dataclass(frozen=True, slots=True)
-class Swing:
-    """A finger that swings by a cosine, solved at twice the usual rate.
-
-    rate: usual number of solutions per second.
-    band: Hz.
-    fastest: largest speed, m/s.
-    across: by how much farther than along x it swings across, on a path over an area.
-    seconds: duration of a swing, s.
-    """
-
-    rate: float
-    band: float
-    fastest: float
-    across: float = 0.0
-    seconds: float = SWING
-
-    @property
-    def steps(self) -> int:
-        """Number of solutions, even."""
-        return 2 * math.ceil(self.seconds * self.rate)
-
-    def heights(self, contact: Any, load: float, begin: float, turned_by: float = 0.0) -> Array:
-        """Return z (m) of `contact` at `load` (N) over a swing that begins at `begin` (turns).
-
-        turned_by: angle of the finger from its line, on a path over an area, rad.
-        """
-        reach = self.seconds * self.fastest / (2.0 * math.pi * math.hypot(1.0, self.across))
-        turned = np.asarray(reach * np.cos(2.0 * math.pi * np.arange(self.steps) / self.steps))
-        phases, loads = begin + turned / contact.geometry.texture_period, np.full(self.steps, load)
-        if not self.across:
-            return np.asarray(contact.heights(phases, loads))
-        direction = np.full(self.steps, contact.line.direction + turned_by)
-        return np.asarray(contact.heights(phases, loads, np.stack([self.across * turned, direction])))
-
-    def curves(self, z: Array) -> Array:
-        """Return z and its two time derivatives in the band, without the mean, SI [3, steps]."""
-        series = np.fft.rfft(z)
-        hertz = np.arange(len(series)) / self.seconds
-        series[hertz > self.band] = series[0] = 0.0
-        orders = np.arange(len(QUANTITIES))[:, np.newaxis]
-        return np.asarray(np.fft.irfft(series * (2j * math.pi * hertz) ** orders, len(z)))
-
-
-def _folded(contact: Any, swing: Swing, loads: tuple[float, ...]) -> tuple[Array, float]:
-    """Return what folds into the band of each quantity at the usual rate, and the time of a solution (s).
-
-    The first is relative to the peak-to-peak at the same load, or at the scan's own load where that is larger.
-    """
-    changed, extents, seconds = [], [], 0.0
-    for number, load in enumerate(loads):
-        contact.heights(np.zeros(1), np.full(1, load))  # what the first call prepares is no part of the time
-        started = thread_time()
-        z = swing.heights(contact, load, (number + 0.5) / len(loads))
-        seconds = max(seconds, (thread_time() - started) / swing.steps)
-        fine = swing.curves(z)
-        changed.append(np.max(np.abs(fine[:, ::2] - swing.curves(z[::2])), axis=1))
-        extents.append(np.ptp(fine, axis=1))
-    parts = relative(np.array(changed), np.maximum(extents, extents[1]))
-    return MORE_FOLDS * np.max(parts, axis=0), seconds
-
-
-def _changed(contact: Any, better: Any, swing: Swing, load: float) -> Array:
-    """Return the change of each quantity from `contact` to `better`, relative to its peak-to-peak; 0 without one."""
-    if better is None:
-        return np.zeros(len(QUANTITIES))
-    before, after = (swing.curves(swing.heights(one, load, 0.5)) for one in (contact, better))
-    return relative(np.max(np.abs(after - before), axis=1), np.ptp(after, axis=1))
-
-
-def turning_errors(contact: Any, swing: Swing, load: float) -> Array:
-    """Return the error of each quantity halfway between two directions of a finger, relative to its peak-to-peak."""
-    from synth.contact.area_path import turn_step, turned
-
-    half = 0.5 * turn_step(contact)
-    between = swing.curves(swing.heights(contact, load, 0.5, half))
-    exact = swing.curves(swing.heights(turned(contact, half), load, 0.5))
-    return relative(np.max(np.abs(between - exact), axis=1), np.ptp(exact, axis=1))
-
-
-def relative(change: Array, extent: Array) -> Array:
-    """Return `change` / `extent`, 0 where the extent is 0."""
-    return np.asarray(np.divide(change, extent, where=extent > 0.0, out=np.zeros_like(extent)))

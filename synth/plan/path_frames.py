@@ -1,7 +1,7 @@
 """How often a file along a path over an area is solved.
 
 Stage   2 (PLAN).
-Model   A finger swings over the area as `direct_plan.Swing` does, at the largest speed of the scan and at its load. The
+Model   A finger swings over the area as `swing.Swing` does, at the largest speed of the scan and at its load. The
         solutions per second are doubled until halving them changes each quantity in the band by FOLDED_SHARE of the
         tolerance. Where the finger turns, the error halfway between two of the directions of `area_path` is added.
 Source  design, section 4.
@@ -17,9 +17,10 @@ import numpy as np
 from synth.arrays import Array
 from synth.contact.load_balance import Contact
 from synth.motion.scan_motion import ScanMotion
-from synth.plan.direct_plan import MORE_FOLDS, PATH_SLOPE, Swing, relative, turning_errors
+from synth.plan.direct_plan import PATH_SLOPE
 from synth.plan.frame_solver import EXACT_CELL, FOLDED_SHARE, FramePlan, counted, stride_of
 from synth.plan.request import Request
+from synth.plan.swing import MORE_FOLDS, Swing, relative, turning_errors
 from synth.response.band_filter import SOLUTIONS
 
 SECONDS = 0.05  # of the swing: at 80 mm/s it covers 1.3 mm

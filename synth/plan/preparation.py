@@ -127,11 +127,11 @@ class Preparation(Request):
     @property
     def memory_bytes(self) -> int:
         """Memory of the preparation, in bytes, without its table, which is shared."""
-        held = 0 if self.on_surface is None else self.on_surface.grid.nbytes
+        held = 0 if self.on_surface is None else self.on_surface.grid_bytes
         held += 0 if self.spectrum is None else self.spectrum.memory_bytes
         held += sum(channel.reader.nbytes for channel in self.channels if channel.reader is not None)
         held += 0 if self.effects is None else self.effects.memory_bytes
-        return held + (0 if self.contact is None else self.contact.grid.nbytes) + 1024
+        return held + (0 if self.contact is None else self.contact.grid_bytes) + 1024
 
 
 def prepare(
@@ -176,7 +176,7 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool) -> Preparati
     silence = _silence(asked, geometry) or ("" if _has_approach(scene) else _above_band(asked))
     if silence:
         return _silent(solved, silence)
-    contact = affordable(scene) if asked.area and not exact else None
+    contact = affordable(scene, cache) if asked.area and not exact else None
     contact = contact or contact_of(scene, None if asked.stretch is None else asked.stretch.profile)
     if scene.accuracy.tolerance == "imperceptible":
         tolerance = _imperceptible(contact, asked)

@@ -19,6 +19,7 @@ from typing import Any, TypeVar
 
 from synth.contact.forces import Response
 from synth.contact.geometry import Geometry
+from synth.contact.line import MIDDLE, Line
 from synth.contact.scene_contact import contact_of
 from synth.errors import Fault, SceneError
 from synth.motion.scan_motion import ScanMotion
@@ -107,8 +108,8 @@ def _kept(response: Response, scene: Scene, cache: ResponseCache, bounds: TableB
 def entry_of(scene: Scene, response: Response, decided_by: Hashable, form: FileForm[T]) -> FileEntry[T] | None:
     """Return by what a result of `scene` is found among the files, None unless it is kept there.
 
-    Kept are results of an unchanged texture of the catalogue or of an imported profile, under an unchanged finger and
-    without effects. A slider would fill the folder with others. A texture over an area has points that depend on more.
+    Kept are results of an unchanged texture of the catalogue or of an imported surface, under an unchanged finger and
+    without effects; over an area, on its middle line. A slider would fill the folder with others.
 
     response: that of the result; one that is not the whole contact of the scene is not kept.
     decided_by: numbers that, beside finger and texture, decide the result.
@@ -116,7 +117,10 @@ def entry_of(scene: Scene, response: Response, decided_by: Hashable, form: FileF
     document = scene_document(scene)
     if scene.effects or document["finger"] != _finger_document(scene.finger.kind):
         return None
-    if kinds()[scene.texture.kind].of_area or response.key != contact_of(scene).key:
+    if kinds()[scene.texture.kind].of_area and Line(scene.scan.y, scene.scan.direction) != MIDDLE:
+        return None
+    coarser = getattr(response, "coarser", 1.0)
+    if response.key != contact_of(scene, coarser=coarser).key:
         return None
     texture = json.dumps(document["texture"], sort_keys=True)
     imported = {"kind": scene.texture.kind, "surface": scene.texture.surface}
@@ -124,7 +128,7 @@ def entry_of(scene: Scene, response: Response, decided_by: Hashable, form: FileF
         scene.texture.surface is None or document["texture"] != _texture_document(imported)
     ):
         return None
-    return FileEntry(f"{_told_text(scene)} {form.ending} {decided_by!r}", form)
+    return FileEntry(f"{_told_text(scene)} {form.ending} {coarser!r} {decided_by!r}", form)
 
 
 @cache

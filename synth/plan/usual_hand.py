@@ -33,7 +33,7 @@ from synth.plan.scene_table import entry_of
 from synth.response.band_filter import SOLUTIONS
 from synth.response.kept_files import json_form
 from synth.response.response_cache import SHARED, ResponseCache
-from synth.response.spectrum import Complex, Demand, curves, harmonics_of, points_for, solve_spectrum
+from synth.response.spectrum import Complex, Demand, Spectrum, curves, harmonics_of, points_for, solve_spectrum
 from synth.scene.output_section import Channel
 from synth.scene.scene import Scene
 
@@ -45,6 +45,7 @@ FEWEST_POINTS = 512  # of a period of an area whose levels are probed
 MOVING_BAND = 0.49 / 0.40  # of the band: mip levels fade from the band to 1.4 times it, which sounds as loud as this
 MOST_HARMONICS = 1024  # of those peaks: slow hands on coarse textures are not the loudest
 PROBE_TOLERANCE = 3e-2  # tolerance of the series of those peaks
+MOVED = 1e-3  # of the strongest harmonic: weaker ones below all others decide no peak
 OF_APPROACH = 3  # index of the approach among the peaks, after the three orders
 HAND_BAND = 0.1  # largest fundamental of a usual hand, as a part of the band, so that a fine texture is heard
 HAND_AMPLITUDE = 20e-6  # m, for the full scale of a stream that begins with a texture without height
@@ -100,7 +101,7 @@ def with_hand_scale(solved: Preparation, cache: ResponseCache | None = None) -> 
     if None not in asked:
         return solved
     scene = nominal_scene(solved.scene)
-    peaks = usual_peaks(scene, solved.contact, cache or SHARED)
+    peaks = usual_peaks(scene, solved.contact, cache or SHARED, solved.spectrum)
     channels, moved, effects = [], [], solved.effects
     for channel, scale in zip(solved.channels, asked, strict=False):
         place, room = OF_APPROACH if channel.is_approach else channel.order, channel.full_scale
@@ -116,11 +117,14 @@ def with_hand_scale(solved: Preparation, cache: ResponseCache | None = None) -> 
     return replace(solved, channels=tuple(channels), effects=effects)
 
 
-def usual_peaks(scene: Scene, contact: Contact | None, cache: ResponseCache) -> UsualPeaks:
+def usual_peaks(
+    scene: Scene, contact: Contact | None, cache: ResponseCache, spectrum: Spectrum | None = None
+) -> UsualPeaks:
     """Return the peaks over the usual loads and speeds of a hand.
 
     scene: a scene with a constant scan.
     contact: contact in the shape that the scene's effects give it; None for the contact without effects.
+    spectrum: series of the scene's own scan; None if it is silent.
     """
     solver = contact or contact_of(scene)
     own, speed = max(scene.scan.load, scene.scan.lift_load), scene.scan.speed
@@ -132,8 +136,9 @@ def usual_peaks(scene: Scene, contact: Contact | None, cache: ResponseCache) -> 
     loads = [own, *landing.tolist(), *usual.tolist()]
     speeds = np.array([speed, *np.geomspace(HAND_SPEEDS[0], max(HAND_SPEEDS[1], speed), PROBED_SPEEDS)])
     counts = [harmonics_below(float(one) / period, limit, MOST_HARMONICS) for one in speeds]
-    demand = Demand(max(min(filter(None, counts), default=1), 1), (0, 1, 2), PROBE_TOLERANCE)
-    key = ("usual peaks", solver.key, tuple(loads), tuple(speeds.tolist()), limit)
+    least = max(min(filter(None, counts), default=1), 1, 0 if spectrum is None else _first_moved(spectrum.harmonics))
+    demand = Demand(least, (0, 1, 2), PROBE_TOLERANCE)
+    key = ("usual peaks", solver.key, tuple(loads), tuple(speeds.tolist()), limit, least)
 
     def found() -> UsualPeaks:
         if long:
@@ -149,6 +154,15 @@ def usual_peaks(scene: Scene, contact: Contact | None, cache: ResponseCache) -> 
         return UsualPeaks(tuple(np.max(peaks, axis=(0, 1)).tolist()), tuple(peaks[0, 0].tolist()))
 
     return cache.get(key, found, partial(entry_of, scene, solver, key[2:], PEAKS_FORM))
+
+
+def _first_moved(series: Complex) -> int:
+    """Return the lowest harmonic that is not negligible; 0 if there is none.
+
+    A texture that repeats within its period has none below it, and no relative error of those could be met.
+    """
+    sizes = np.abs(series[1:])
+    return int(np.argmax(sizes >= MOVED * np.max(sizes))) + 1 if sizes.any() else 0
 
 
 def _coarse_series(contact: Contact, load: float, points: int, highest: int) -> Complex:

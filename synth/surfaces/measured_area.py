@@ -26,6 +26,7 @@ from synth.surfaces.surface_data import SurfaceData
 Indices = np.ndarray[Any, np.dtype[np.intp]]
 
 ENDS = ("mirror", "join")
+HEIGHTS_TOGETHER = 1 << 15  # that are summed together: 256 KB
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,10 +79,9 @@ class MeasuredArea(HeightField):
         middle = 0.5 * (self.data.heights.shape[0] - 1) * self.data.spacing[1]
         left, right, fx = _neighbours(np.asarray(x) + shift, self.data.spacing[0], columns)
         below, above, fy = _neighbours(np.asarray(y) + middle, self.data.spacing[1], rows)
-        lower, upper = (
-            (1.0 - fx) * self.data.heights[row][:, left] + fx * self.data.heights[row][:, right]
-            for row in (below, above)
-        )
+        read, at = np.unique(np.concatenate([below, above]), return_inverse=True)
+        lines = (1.0 - fx) * self.data.heights[read][:, left] + fx * self.data.heights[read][:, right]
+        lower, upper = lines[at[: len(fy)]], lines[at[len(fy) :]]
         return np.asarray((1.0 - fy)[:, np.newaxis] * lower + fy[:, np.newaxis] * upper - self._mean)
 
     @cached_property
@@ -109,23 +109,18 @@ class MeasuredArea(HeightField):
 
     @cached_property
     def rms(self) -> tuple[float, float]:
-        """Rq (m) and rms slope along x of the bilinear surface, in closed form, row by row."""
-        columns, rows = self._orders
+        """Rq (m) and rms slope along x of the bilinear surface, in closed form: those of its cells."""
+        heights = self.data.heights if self.ends == "mirror" else np.pad(self.data.heights, ((0, 1), (0, 1)), "wrap")
         square = slope = 0.0
-        first = before = self._row(rows[0], columns)
-        for row in [*rows[1:], None]:
-            now = first if row is None else self._row(row, columns)
-            for one, two in ((before, before), (before, now), (now, now)):
-                square += _product(one, two) / 3.0
-                slope += float(np.mean(np.diff(one) * np.diff(two))) / 3.0
-            before = now
-        count = len(rows)
-        return math.sqrt(max(square / count, 0.0)), math.sqrt(slope / count) / self.data.spacing[0]
-
-    def _row(self, row: int, columns: Indices) -> Array:
-        """Return the heights of a row of the map about the mean (m), over a period, with the first one again."""
-        heights = self.data.heights[row, columns].astype(float) - self._mean
-        return np.append(heights, heights[0])
+        step = max(1, HEIGHTS_TOGETHER // heights.shape[1])
+        for first in range(0, len(heights) - 1, step):
+            rows = heights[first : first + step + 1].astype(float) - self._mean
+            rises = np.diff(rows, axis=1)
+            for one, two in ((slice(-1), slice(-1)), (slice(-1), slice(1, None)), (slice(1, None), slice(1, None))):
+                square += _product(rows[one], rows[two])
+                slope += float(np.einsum("ij,ij->", rises[one], rises[two]))
+        cells = 3.0 * (heights.shape[0] - 1) * (heights.shape[1] - 1)
+        return math.sqrt(max(square / cells, 0.0)), math.sqrt(slope / cells) / self.data.spacing[0]
 
 
 def _neighbours(places: Array, spacing: float, order: Indices) -> tuple[Indices, Indices, Array]:
@@ -136,6 +131,9 @@ def _neighbours(places: Array, spacing: float, order: Indices) -> tuple[Indices,
 
 
 def _product(one: Array, two: Array) -> float:
-    """Return the mean of the product of two lines of straight pieces."""
-    a, b, c, d = one[:-1], one[1:], two[:-1], two[1:]
-    return float(np.mean(2.0 * a * c + a * d + b * c + 2.0 * b * d)) / 6.0
+    """Return the sum over all pieces of the mean product of two straight pieces [lines, ends]."""
+    a, b, c, d = one[:, :-1], one[:, 1:], two[:, :-1], two[:, 1:]
+    straight, crossed = (
+        np.einsum("ij,ij->", e, f) + np.einsum("ij,ij->", g, h) for e, f, g, h in ((a, c, b, d), (a, d, b, c))
+    )
+    return float(2.0 * straight + crossed) / 6.0

@@ -22,7 +22,7 @@ AGAINST_BASELINE = 1.0  # 1/1000: the exact solver is a thousand times faster th
 def figures(quick: bool) -> list[Figure]:
     """Return the lines of the solver, on one core."""
     scene = parse_scene({"output": {"bandwidth": "full"}})
-    contact = Contact.of(Geometry.of_scene(scene), Stiffness.of_scene(scene))
+    contact = Contact(Geometry.of_scene(scene), Stiffness.of_scene(scene))
     indentation = contact.stiffness.indentation(scene.scan.load)
     phases = np.arange(PHASES) / PHASES
     repeats = 3 if quick else 25

@@ -30,7 +30,7 @@ SECONDS, MEGABYTES = 0.3, 4.0
 def figures(quick: bool) -> list[Figure]:
     """Return the lines of making a table and of reading it; quick: few repeats."""
     scene = parse_scene({})
-    contact = Contact.of(Geometry.of_scene(scene), Stiffness.of_scene(scene))
+    contact = Contact(Geometry.of_scene(scene), Stiffness.of_scene(scene))
 
     def made() -> ResponseTable:
         return make_table(contact, period=scene.texture.period, band=BAND, lift_load=scene.scan.lift_load)

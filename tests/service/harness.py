@@ -64,7 +64,7 @@ def until(happened: Callable[[], bool], patience: float = PATIENCE) -> None:
 
 def settings_of(**changes: object) -> Settings:
     """Return the default settings with `changes`, whatever the environment of the test run says."""
-    return read_settings({}, **{"port": 0, **changes})
+    return read_settings({}, **{"port": 0, "prepare_textures": "off", **changes})
 
 
 def ask(app: FastAPI, method: str, path: str, *, base: str = LOCAL, **rest: Any) -> httpx.Response:
@@ -187,6 +187,7 @@ class Child:
         self.log = folder / "service.log"
         kept = {name: value for name, value in os.environ.items() if not name.startswith("RIDGEWAVE_")}
         places = {"RIDGEWAVE_PORT": "0", "RIDGEWAVE_FILE_FOLDER": str(folder / "recordings")}
+        places["RIDGEWAVE_PREPARE_TEXTURES"] = "off"
         with self.log.open("wb") as stderr:
             self.process = subprocess.Popen(
                 [sys.executable, "-m", module], cwd=ROOT, env={**kept, **places, **environment}, stderr=stderr

@@ -41,6 +41,7 @@ BAD = [
     ("slow_reader", "0.01"),
     ("file_folder", "a\0b"),
     ("data_folder", "a\0b"),
+    ("prepare_textures", "yes"),
     ("max_import", "134217729"),
     ("textures_per_key", "-1"),
     ("texture_bytes_per_key", "1e9"),

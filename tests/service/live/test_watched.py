@@ -242,7 +242,7 @@ def test_a_process_that_only_serves_takes_its_warm_heap_from_the_collector() -> 
     service = Service(settings_of(), PlainEngine())
     service.warm_up()
     assert gc.get_freeze_count() == before
-    service.freezes_heap = True
+    service.serves_only = True
     try:
         service.warm_up()
         assert gc.get_freeze_count() > before + 10_000

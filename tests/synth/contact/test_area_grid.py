@@ -77,7 +77,7 @@ def on_field(scene: Any, field: HeightField) -> Contact:
     contact, geometry = contact_of(scene), Geometry.of_surfaces(scene.finger, field)
     if isinstance(contact, FingertipContact):
         return contact.on(geometry)
-    return CombOnArea.of(geometry, Stiffness.of_contact(geometry, contact.stiffness.contact_modulus))
+    return CombOnArea(geometry, Stiffness.of_contact(geometry, contact.stiffness.contact_modulus))
 
 
 @pytest.mark.parametrize("seed", [*range(6), *(thorough(seed) for seed in range(6, 50))])

@@ -30,7 +30,7 @@ DEFAULT = contact_of(scene_of()).as_profile()
 
 
 def contact_with(geometry: Geometry) -> Contact:
-    return Contact.of(geometry, Stiffness.of_contact(geometry, 1.35e5)).as_profile()
+    return Contact(geometry, Stiffness.of_contact(geometry, 1.35e5)).as_profile()
 
 
 def growing(geometry: Geometry, exponent: float) -> GrowingContact:

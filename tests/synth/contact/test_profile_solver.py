@@ -78,7 +78,7 @@ def test_z_of_measured_heights_is_that_of_quadrature_on_them(flats: bool) -> Non
     rng = np.random.default_rng(8)
     for _ in range(2):
         profile = random_profile(rng, flats=flats)
-        contact = Contact.of(Geometry.of_surfaces(Scene().finger, profile), Stiffness.of_scene(Scene()))
+        contact = Contact(Geometry.of_surfaces(Scene().finger, profile), Stiffness.of_scene(Scene()))
         load = 10.0 ** rng.uniform(-1.5, 0.7)
         spectrum = solve_spectrum(contact, load, Demand(32, (0,), 1e-3))
         wanted = heights_by_quadrature(contact.geometry, PHASES[::8], contact.indentation(load))

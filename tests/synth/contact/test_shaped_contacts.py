@@ -274,8 +274,8 @@ def test_places_with_loads_of_their_own_are_solved_as_each_load_is() -> None:
     phases = random.uniform(0.0, 1.0, 60)
     geometry = Geometry(40e-6, 0.5e-3, 20e-6, 0.8e-3, 1.4, 10e-3)
     stiffness = Stiffness.of_contact(geometry, 1.35e5)
-    for kind in (Contact, GrowingContact, RoundContact):
-        contact = kind.of(geometry, stiffness)
+    surfaces = geometry, stiffness
+    for contact in (Contact(*surfaces), GrowingContact.of(*surfaces), RoundContact.of(*surfaces)):
         each = [contact.approach(phases[i : i + 1], float(load))[0][0] for i, load in enumerate(loads)]
         assert np.max(np.abs(contact.heights(phases, loads) - each)) < 2e-13 * geometry.height_scale
 

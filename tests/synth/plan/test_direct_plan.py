@@ -6,6 +6,7 @@ import pytest
 
 from synth.contact.scene_contact import contact_of
 from synth.plan.direct_plan import COARSER, MOST_TURNED, affordable, predicted_work
+from synth.response.response_cache import ResponseCache
 from synth.scene.scene import parse_scene
 
 
@@ -17,6 +18,6 @@ def test_the_points_of_an_area_are_as_close_as_the_bound_on_work_allows(length: 
     def work(coarser: float) -> float:
         return predicted_work(scene, contact_of(scene, coarser=coarser))
 
-    kept: float = affordable(scene).coarser  # type: ignore[attr-defined]
+    kept: float = affordable(scene, ResponseCache()).coarser  # type: ignore[attr-defined]
     assert work(kept) <= 1.1 * MOST_TURNED  # a lattice has whole numbers of points
     assert all(work(one) > 0.9 * MOST_TURNED for one in COARSER if one < kept)

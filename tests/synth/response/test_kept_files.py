@@ -12,8 +12,9 @@ import pytest
 from synth.contact.scene_contact import contact_of
 from synth.motion.motion import Update
 from synth.plan import direct_plan, preparation, scene_table, usual_hand
-from synth.response import kept_files
+from synth.response import kept_files, layered_making
 from synth.response.kept_files import FileEntry, FileForm, KeptFiles
+from synth.response.layered_file import LAYERED_FORM
 from synth.response.response_cache import ResponseCache
 from synth.response.spectrum import SPECTRUM_FORM, Spectrum
 from synth.scene.scene import parse_scene
@@ -124,10 +125,28 @@ def test_what_a_slider_passes_through_is_not_kept(tmp_path: Path, change: dict[s
     assert entry(USUAL | change) is None and entry(USUAL) is not None
 
 
-def test_a_part_of_a_contact_and_a_texture_over_an_area_are_not_kept() -> None:
+def test_a_texture_over_an_area_is_found_again_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    dots = {"finger": {"kind": "fingertip"}, "texture": {"kind": "golf-ball-dimples"}}
+    sound = stroked(opened(tmp_path, dots))
+    assert endings(tmp_path) == {".json": 5, ".npz": 1}, "two series, spread of points, peaks, plan; the table"
+    monkeypatch.setattr(direct_plan, "_over_area", lambda *_: pytest.fail("planned again"))
+    monkeypatch.setattr(layered_making, "make_layered_table", lambda *_, **__: pytest.fail("made again"))
+    monkeypatch.setattr(usual_hand, "_coarse_series", lambda *_: pytest.fail("probed again"))
+    forbid(monkeypatch)
+    np.testing.assert_array_equal(stroked(opened(tmp_path, dots)), sound)
+
+
+def test_a_damaged_layered_table_is_refused() -> None:
+    with pytest.raises(ValueError, match="layered"):
+        LAYERED_FORM.read(b"PK\x05\x06 cut")
+
+
+def test_a_part_of_a_contact_and_a_line_off_the_middle_of_an_area_are_not_kept() -> None:
     other = contact_of(parse_scene(USUAL | {"texture": {"kind": "corduroy-14-wale"}}))
     assert scene_table.entry_of(parse_scene(USUAL), other, (), TEXT) is None
-    assert entry(USUAL | {"texture": {"kind": "golf-ball-dimples"}}) is None
+    dots = USUAL | {"texture": {"kind": "golf-ball-dimples"}}
+    assert entry(dots) is not None
+    assert entry(dots | {"scan": {"y": "1 mm"}}) is None and entry(dots | {"scan": {"direction": 0.1}}) is None
 
 
 def test_an_imported_surface_is_kept_and_one_that_is_changed_is_not() -> None:

@@ -206,7 +206,7 @@ def test_work_against_the_slopes_is_what_the_damper_loses() -> None:
 def flat(pull: float, reach: float, **wanted: Any) -> TableStepper:
     """Return a contact of two surfaces of 1 nm, flat compared to the reach of adhesion: k = 1e5 N/m at every load."""
     geometry = Geometry(1e-9, 0.5e-3, 1e-9, 0.8e-3, 1.0, 10e-3)
-    contact = Contact.of(geometry, Stiffness.of_contact(geometry, 1.35e5))
+    contact = Contact(geometry, Stiffness.of_contact(geometry, 1.35e5))
     table = EnergyTable.of(contact, LOAD, 0.1 * LOAD, LOAD, reach, tolerance=1e-2)
     coefficients = {"mass": 0.0, "damping": 0.0, **wanted}
     return TableStepper(

@@ -1,0 +1,110 @@
+"""The error of solutions of eq. 1 along a motion, measured on a finger that swings.
+
+Stage   2 (PLAN). `direct_plan` tells it.
+Model   A finger swings by a cosine, as fast as the fastest usual hand. z over one swing is periodic, so its Fourier
+        series gives the band exactly. It is solved at twice the rate; what the usual rate folds into the band is the
+        difference.
+Source  design, section 8.
+Limits  The error is that of one swing, at one place for each load.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from time import thread_time
+from typing import Any
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.response.table_error import QUANTITIES
+
+SWING = 0.1  # s: a shorter swing passes less of the surface, a longer one delays the first sound
+FOLD_POWER = 1.5  # of the rate, by which the folded error falls at least: kinks of order 3/2 give 2.5
+MORE_FOLDS = 1.0 / (1.0 - 2.0**-FOLD_POWER)  # what folds at the usual rate, over what no longer folds at twice it
+
+
+@dataclass(frozen=True, slots=True)
+class Swing:
+    """A finger that swings by a cosine, solved at twice the usual rate.
+
+    rate: usual number of solutions per second.
+    band: Hz.
+    fastest: largest speed, m/s.
+    across: by how much farther than along x it swings across, on a path over an area.
+    seconds: duration of a swing, s.
+    """
+
+    rate: float
+    band: float
+    fastest: float
+    across: float = 0.0
+    seconds: float = SWING
+
+    @property
+    def steps(self) -> int:
+        """Number of solutions, even."""
+        return 2 * math.ceil(self.seconds * self.rate)
+
+    def heights(self, contact: Any, load: float, begin: float, turned_by: float = 0.0) -> Array:
+        """Return z (m) of `contact` at `load` (N) over a swing that begins at `begin` (turns).
+
+        turned_by: angle of the finger from its line, on a path over an area, rad.
+        """
+        reach = self.seconds * self.fastest / (2.0 * math.pi * math.hypot(1.0, self.across))
+        turned = np.asarray(reach * np.cos(2.0 * math.pi * np.arange(self.steps) / self.steps))
+        phases, loads = begin + turned / contact.geometry.texture_period, np.full(self.steps, load)
+        if not self.across:
+            return np.asarray(contact.heights(phases, loads))
+        direction = np.full(self.steps, contact.line.direction + turned_by)
+        return np.asarray(contact.heights(phases, loads, np.stack([self.across * turned, direction])))
+
+    def curves(self, z: Array) -> Array:
+        """Return z and its two time derivatives in the band, without the mean, SI [3, steps]."""
+        series = np.fft.rfft(z)
+        hertz = np.arange(len(series)) / self.seconds
+        series[hertz > self.band] = series[0] = 0.0
+        orders = np.arange(len(QUANTITIES))[:, np.newaxis]
+        return np.asarray(np.fft.irfft(series * (2j * math.pi * hertz) ** orders, len(z)))
+
+
+def folded_errors(contact: Any, swing: Swing, loads: tuple[float, ...]) -> tuple[Array, float]:
+    """Return what folds into the band of each quantity at the usual rate, and the time of a solution (s).
+
+    The first is relative to the peak-to-peak at the same load, or at the scan's own load where that is larger.
+    """
+    changed, extents, seconds = [], [], 0.0
+    for number, load in enumerate(loads):
+        contact.heights(np.zeros(1), np.full(1, load))  # what the first call prepares is no part of the time
+        started = thread_time()
+        z = swing.heights(contact, load, (number + 0.5) / len(loads))
+        seconds = max(seconds, (thread_time() - started) / swing.steps)
+        fine = swing.curves(z)
+        changed.append(np.max(np.abs(fine[:, ::2] - swing.curves(z[::2])), axis=1))
+        extents.append(np.ptp(fine, axis=1))
+    parts = relative(np.array(changed), np.maximum(extents, extents[1]))
+    return MORE_FOLDS * np.max(parts, axis=0), seconds
+
+
+def changed_by(contact: Any, better: Any, swing: Swing, load: float) -> Array:
+    """Return the change of each quantity from `contact` to `better`, relative to its peak-to-peak; 0 without one."""
+    if better is None:
+        return np.zeros(len(QUANTITIES))
+    before, after = (swing.curves(swing.heights(one, load, 0.5)) for one in (contact, better))
+    return relative(np.max(np.abs(after - before), axis=1), np.ptp(after, axis=1))
+
+
+def turning_errors(contact: Any, swing: Swing, load: float) -> Array:
+    """Return the error of each quantity halfway between two directions of a finger, relative to its peak-to-peak."""
+    from synth.contact.area_path import turn_step, turned
+
+    half = 0.5 * turn_step(contact)
+    between = swing.curves(swing.heights(contact, load, 0.5, half))
+    exact = swing.curves(swing.heights(turned(contact, half), load, 0.5))
+    return relative(np.max(np.abs(between - exact), axis=1), np.ptp(exact, axis=1))
+
+
+def relative(change: Array, extent: Array) -> Array:
+    """Return `change` / `extent`, 0 where the extent is 0."""
+    return np.asarray(np.divide(change, extent, where=extent > 0.0, out=np.zeros_like(extent)))
