@@ -3,13 +3,14 @@
 Model: a hand that strokes 40 mm and presses, in blocks of 480 frames at 48 kHz; processor time over the time of the
     block. The surfaces are `rough` with a period of 20 mm, and a random track of 1 m at 5 um, mirrored at its ends. The
     track is opened in a fresh process with kernels loaded: the processor time from the scene to the first block of a
-    hand, and the growth of the process.
+    hand, and the growth of the process. Linear algebra has one thread there, as in the service.
 Limits: the cost of a surface depends on how much of it touches.
 """
 
 from __future__ import annotations
 
 import math
+import os
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
@@ -43,6 +44,7 @@ def figures(quick: bool) -> list[Figure]:
             name = f"layered, {finger}, turned by {turned:g} rad" if turned else f"layered, {finger}"
             lines.append(figure(name, costs, "% core", most, f"{blocks} blocks of {BLOCK} frames on dots"))
     how = f"{HEIGHTS} heights, {1e6 * SPACING:g} um apart"
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # of the fresh processes, as of the service
     for finger in FINGERS:
         with ProcessPoolExecutor(1, get_context("spawn")) as fresh:  # caches of another track would hide its memory
             opened, grown, costs = fresh.submit(on_track, finger, blocks).result()
