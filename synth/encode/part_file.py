@@ -85,11 +85,14 @@ class PartFile:
 
 
 def write_whole(path: Path, content: bytes) -> None:
-    """Write `content` to the file `path`, which appears complete. Raises CannotRender and OSError."""
+    """Write `content` to the file `path`, which appears complete. Raises CannotRender."""
     part = PartFile(path)
     try:
         part.stream.write(content)
         part.commit()
+    except OSError as error:
+        part.discard()
+        raise cannot_write(path, error) from error
     except BaseException:
         part.discard()
         raise

@@ -337,10 +337,11 @@ def _own_motion(
     approach, long = _has_approach(scene), asked.stretch is not None
     probed = np.arange(PLACES) / PLACES
     peaks = asked.peaks_over(contact.heights(probed, np.full(PLACES, _pressed(scene)))) if long else {}
-    if asked.by_hand or not asked.moving or not (approach or long or differs_from_cruise(scene)):
+    differs = differs_from_cruise(scene) or bool(asked.silence(peaks))  # in the turns more harmonics are in the band
+    if asked.by_hand or not asked.moving or not (approach or long or differs):
         return None, peaks
     mean = own_mean(asked, contact, tolerance)
-    if all(channel.full_scale for channel in listed) or not (approach or differs_from_cruise(scene)):
+    if all(channel.full_scale for channel in listed) or not (approach or differs):
         return mean, peaks
     known = tuple(sorted({0, *asked.orders, *({WITH_MEAN} if approach else ())}))
     found = peaks_along(contact, scene, mean, known, series)

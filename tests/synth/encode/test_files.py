@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from synth.encode.formats import Block, Metadata, SoundFormat, block_bytes, encode_all, open_writer, stream_header
+from synth.encode.part_file import write_whole
 from synth.errors import CannotRender
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -181,6 +182,8 @@ def test_no_room_leaves_nothing_and_says_so(tmp_path: Path, sound_format: SoundF
 def test_a_full_disk_is_named() -> None:
     with pytest.raises(CannotRender, match="cannot write /dev/full: the disk is full"):
         open_writer("/dev/full", SoundFormat.WAV, 48000, 1).write(sound())
+    with pytest.raises(CannotRender, match="cannot write /dev/full: the disk is full"):
+        write_whole(Path("/dev/full"), bytes(100_000))
     assert os.path.exists("/dev/full")
 
 

@@ -195,3 +195,13 @@ def test_strokes_peak_at_four_fifths(length: str) -> None:
     scene = scene_of(scan={"stroke": stroke}, output={"channels": list(QUANTITIES), "duration": 0.8})
     found = peaks(scene)
     assert np.all(found <= 0.9) and np.all(found >= 0.6)
+
+
+def test_a_stroke_that_is_still_between_its_turns_is_heard_in_them() -> None:
+    # the ridges cancel every harmonic but each fourth, and at full speed the fourth is above the band
+    scan = {"stroke": {"length": "50 mm", "speed": "0.6 m/s"}}
+    output = {"sample_rate": 8000, "duration": 0.2, "bandwidth": 1000}
+    scene = scene_of(texture={"period": "2 mm"}, scan=scan, output=output)
+    heard = np.concatenate(list(blocks(open_voice(scene))))
+    assert np.max(np.abs(heard[:400])) == pytest.approx(0.8, rel=0.05), "the first half of a turn"
+    assert np.max(np.abs(heard[430:550])) < 0.05, "at full speed"
