@@ -37,7 +37,6 @@ SETTLED = 1e-15  # of a1 + a2: Newton's method ends at a step this small
 LEFT = 1e-15  # of a1 + a2: largest second-order term at which Newton's method ends; passing a knot changes the term
 DOME_WORK = 1.6  # work of a block under a dome, relative to one without
 CHORD = 1.0 / 6.0  # mean height of the chords of x^2 above it, with x in segments; another value shifts the dome
-TEXTURES_KEPT = 4  # polylines of `SegmentGrid.texture`, about 10 MB each at their finest
 EMPTY = 1e-18  # of a1 + a2: smaller indentations count as none, and z is the highest point
 
 
@@ -81,13 +80,11 @@ class SegmentGrid:
         texture = _texture(profile, count, scale, 1 << (window - 1).bit_length())
         half = math.pi * period / (count * ridge)
         amplitude = geometry.ridge_amplitude / scale * math.tan(half) / half
-        turns = window * period / (count * ridge)
-        angles = angles_of_centres(turns, window) - half
+        angles = angles_of_centres(window * period / (count * ridge), window) - half
         finger = np.stack([-amplitude * np.cos(angles), -amplitude * np.sin(angles)])
         blocks = _blocks(angles, half, amplitude)
-        offset = first * count / period
         bend = 0.5 * dome * (period / count) ** 2 / scale
-        numbers = np.array([count, spanned, offset, 2.0 * half, geometry.ridge_phase, bend])
+        numbers = np.array([count, spanned, first * count / period, 2.0 * half, geometry.ridge_phase, bend])
         return cls(count, texture, finger, blocks, numbers, scale)
 
     @property
@@ -149,12 +146,9 @@ class SegmentGrid:
         return self.texture, self.finger, self.blocks, self.numbers
 
 
-@lru_cache(TEXTURES_KEPT)
+@lru_cache(maxsize=4)  # contacts whose length follows the load share one: the window is a power of two
 def _texture(profile: Profile, count: int, scale: float, window: int) -> Array:
-    """Return the rows of `SegmentGrid.texture` over a period of `count` segments and a window, at a scale (m).
-
-    Contacts whose length changes a little with the load, and so does their window, share them: it is a power of two.
-    """
+    """Return the rows of `SegmentGrid.texture` over a period of `count` segments and a window, at a scale (m)."""
     heights = knots_of(profile, count)[0] / scale
     starts = count + window
     run = np.resize(heights, starts + BLOCK + 1)

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from synth.contact.exact_solver import Grid
 from synth.contact.full_contact import full_contact
 from synth.contact.load_balance import Contact
 from synth.contact.scene_contact import contact_of
@@ -234,7 +233,7 @@ def test_a_dome_is_taken_off_the_profile() -> None:
         dome = 2.0
 
     plain = contact()
-    domed = Domed(plain.geometry, plain.stiffness, Grid.of_geometry(plain.geometry))
+    domed = Domed(plain.geometry, plain.stiffness)
     flat = SkinPoints.of_contact(plain, LOAD, 101).rows[0]
     taken = (flat - SkinPoints.of_contact(domed, LOAD, 101).rows[0]) * SCALE
     x = plain.geometry.contact_length * np.linspace(-0.5, 0.5, 101)
