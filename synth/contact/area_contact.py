@@ -19,9 +19,10 @@ from typing import Self
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.area_grid import AreaGrid
+from synth.contact.area_grid import BESIDE, NOWHERE, AreaGrid
 from synth.contact.area_path import heights_along
-from synth.contact.area_texture import COARSE_WAVE, WAVE, stored_texture
+from synth.contact.area_solver import ROW
+from synth.contact.area_texture import Flags, stored_texture
 from synth.contact.full_contact import FullContact
 from synth.contact.geometry import Geometry
 from synth.contact.line import MIDDLE, Line
@@ -30,60 +31,58 @@ from synth.contact.stiffness import Stiffness
 from synth.surfaces.height_field import HeightField
 from synth.surfaces.ridge_field import turned_back
 
-POINTS_A_WAVE = 8  # of the texture; with twice as many the strongest line of random dots changes by less than 1 %
-POINTS_A_RIDGE = 64  # of a comb, along: its hard ends and steep flanks need more than a fingertip's
-MOST_POINTS = 1 << 20  # of a finger: 4 MB, 0.3 ms per solution
-FEWEST_ROWS = 16  # of a comb
+CELLS_A_WAVE = 8  # of the texture, along and across
+CELLS_A_RIDGE = 12  # the same of the ridges, which may lie in any direction
+FEWEST_CELLS = 24  # over the length of a finger
+MOST_CELLS = 1 << 20  # of a finger: 12 MB
 
 Heights = Callable[[Array, Array], Array]
+Inside = Callable[[Array, Array], Flags]
 
 
 def lattice_step(
-    texture: HeightField, size: tuple[float, float], along: float, across: float, coarser: float = 1.0
+    texture: HeightField, size: tuple[float, float], ridge: float, coarser: float = 1.0
 ) -> tuple[float, float]:
-    """Return the distance (m) of points along and across.
+    """Return the size of a cell (m) along and across.
 
     size: of the finger, m.
-    along, across: points per metre that its ridges need.
-    coarser: factor on both distances.
+    ridge: period of its ridges, m.
+    coarser: factor on both sizes.
     """
     tall = math.pi * (texture.extent[1] - texture.extent[0])  # over the slope: the period of a sinusoid
+    own = max(CELLS_A_RIDGE / ridge, FEWEST_CELLS / min(size))
     wanted = [
-        max(own, POINTS_A_WAVE * slope / tall if tall > 0.0 else 0.0)
-        for own, slope in ((along, texture.slope_bound), (across, texture.slope_across))
+        max(own, CELLS_A_WAVE * slope / tall if tall > 0.0 else 0.0)
+        for slope in (texture.slope_bound, texture.slope_across)
     ]
-    crowded = coarser * math.sqrt(max(1.0, wanted[0] * size[0] * wanted[1] * size[1] / MOST_POINTS))
+    crowded = coarser * math.sqrt(max(1.0, wanted[0] * size[0] * wanted[1] * size[1] / MOST_CELLS))
     rows = max(1, math.ceil(texture.across * wanted[1] / crowded))
     return crowded / wanted[0], texture.across / rows
 
 
-def wave_places(coarser: float) -> int:
-    """Return the places of the texture per shortest wave, for points that are `coarser` times as far apart."""
-    return WAVE if coarser == 1.0 else COARSE_WAVE
-
-
 def finger_grid(
-    heights: Heights, size: tuple[float, float], widest: float, step: tuple[float, float], middle: tuple[float, float],
-    area: float, texture: HeightField, scale: float, wave: int,
+    heights: Heights, inside: Inside, size: tuple[float, float], widest: float, step: tuple[float, float],
+    middle: tuple[float, float], area: float, texture: HeightField, scale: float,
 ) -> AreaGrid:  # fmt: skip
-    """Return the points of a finger.
+    """Return the cells of a finger.
 
-    heights: heights (m) at every pair of x and y (m) from its middle: [len(x), len(y)]; -inf: there is no finger.
+    heights: heights (m) at every pair of x and y (m) from its middle: [len(x), len(y)], also beyond its edge.
+    inside: whether there is a finger, at the same places.
     size: length and width of the lattice, m.
     widest: length of the lattice at any direction of the finger, m.
     step: as of `lattice_step`.
     middle: place of the middle of the finger, x and y, m.
     area: A0, m^2.
     scale: m.
-    wave: places of the texture per shortest wave.
     """
-    columns, rows = (max(1, round(whole / one)) for whole, one in zip(size, step, strict=True))
-    x = np.asarray((np.arange(columns) + 0.5 - 0.5 * columns) * step[0])
-    y = np.asarray((np.arange(rows) + 0.5 - 0.5 * rows) * step[1])
-    points = np.ascontiguousarray(heights(x, y).T)
-    begin = float(x[0]) + middle[0], float(y[0]) + middle[1]
-    stored = stored_texture(texture, step, math.ceil(widest / step[0]), scale, wave)
-    return AreaGrid.of(points, begin, stored, step[0] * step[1] / area, scale)
+    own = step[0], ROW * step[1]
+    columns, rows = (max(1, round(whole / one)) for whole, one in zip(size, own, strict=True))
+    x = np.asarray((np.arange(-BESIDE, columns + BESIDE) + 0.5 - 0.5 * columns) * own[0])
+    y = np.asarray((np.arange(-1, rows + 1) + 0.5 - 0.5 * rows) * own[1])
+    begin = float(x[BESIDE]) + middle[0], float(y[1]) + middle[1]
+    stored = stored_texture(texture, step, math.ceil(widest / step[0]), scale)
+    there = inside(x[BESIDE:-BESIDE], y[1:-1]).T
+    return AreaGrid.of(heights(x, y).T, there, begin, stored, own[0] * own[1] / area, scale)
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,19 +138,20 @@ def comb_grid(geometry: Geometry, line: Line = MIDDLE, coarser: float = 1.0) -> 
     """
     texture, length = geometry.profile, geometry.contact_length
     assert isinstance(texture, HeightField)
-    step = lattice_step(
-        texture, (length, length), POINTS_A_RIDGE / min(geometry.ridge_period, length), FEWEST_ROWS / length, coarser
-    )
+    step = lattice_step(texture, (length, length), geometry.ridge_period, coarser)
     along = length / max(1, math.ceil(length / step[0] - 1e-9))  # the ends of a comb are hard
-    width = max(1, round(length / step[1])) * step[1]
+    width = max(1, round(length / (ROW * step[1]))) * ROW * step[1]
 
     def heights(x: Array, y: Array) -> Array:
+        return np.asarray(geometry.finger(turned_back(x, y, line.direction)[0] + 0.5 * length))
+
+    def inside(x: Array, y: Array) -> Flags:
         u, v = turned_back(x, y, line.direction)
-        inside = (np.abs(u) < 0.5 * length) & (np.abs(v) < 0.5 * width)
-        return np.where(inside, geometry.finger(u + 0.5 * length), -np.inf)
+        return (np.abs(u) < 0.5 * length) & (np.abs(v) < 0.5 * width)
 
     c, s = abs(math.cos(line.direction)), abs(math.sin(line.direction))
     box, widest = (length * c + width * s, length * s + width * c), math.hypot(length, width)
     middle = 0.5 * length, line.y
-    scale, wave = geometry.height_scale, wave_places(coarser)
-    return finger_grid(heights, box, widest, (along, step[1]), middle, length * width, texture, scale, wave)
+    scale = geometry.height_scale
+    grid = finger_grid(heights, inside, box, widest, (along, step[1]), middle, length * width, texture, scale)
+    return replace(grid, cell=1.0 / int(np.sum(grid.finger[:, 0] > 0.5 * NOWHERE)))  # its edges are hard: A0 is kept

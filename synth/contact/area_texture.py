@@ -17,18 +17,15 @@ from typing import Any
 
 import numpy as np
 
-from synth.contact.area_solver import WIDE
+from synth.contact.area_solver import BEFORE, ROWS, WIDE, highest_tops
 from synth.surfaces.height_field import HeightField
 
 Floats = np.ndarray[Any, np.dtype[np.float32]]
+Flags = np.ndarray[Any, np.dtype[np.bool_]]
 Indices = np.ndarray[Any, np.dtype[np.int64]]
 
-WAVE, COARSE_WAVE = (
-    48,
-    16,
-)  # places of the texture per shortest wave: a line between two errs by 0.2 or 2 % of that wave
-FINER = (1, 2, 4, 8)  # places per cell that are tried
-MOST_PLACES = 1 << 25  # of the texture: 128 MB
+FINER = 8  # most places per cell: all cells read between places at once, and the errors of straight lines add up
+MOST_PLACES = 1 << 24  # of the texture: 64 MB
 KEPT = 3  # stored textures: a scene, the one before a change, and a coarser lattice
 
 
@@ -52,48 +49,40 @@ class StoredTexture:
     period: tuple[float, float]
 
     @property
+    def step(self) -> tuple[float, float]:
+        """Size of a cell along and across, m."""
+        return self.period[0] / self.columns, self.period[1] / int(self.shape[ROWS])
+
+    @property
     def nbytes(self) -> int:
         """Memory in bytes."""
         return self.heights.nbytes + self.crests.nbytes
 
 
 @lru_cache(KEPT)
-def stored_texture(
-    texture: HeightField, step: tuple[float, float], columns: int, scale: float, wave: int = WAVE
-) -> StoredTexture:
+def stored_texture(texture: HeightField, step: tuple[float, float], columns: int, scale: float) -> StoredTexture:
     """Return `texture` on a lattice.
 
     step: distance of its cells along and across, m. The period across is whole steps.
     columns: cells of the longest finger.
     scale: by which heights are divided, m.
-    wave: places per shortest wave.
     """
-    span = math.ceil(texture.period / step[0]) + -(-columns // WIDE) * WIDE + 1
+    span = math.ceil(texture.period / step[0]) + -(-columns // WIDE) * WIDE + 1 + 2 * BEFORE
     whole = round(texture.across / step[1])
-    finer = finer_places(texture, step, (span, whole), wave)
+    finer = finer_places(span * whole)
     heights = cell_means(texture, step, finer, (span, whole), scale)
     shape = np.array([whole, *finer, span * whole, span], dtype=np.int64)
-    crests = crests_of(heights.reshape(*finer[::-1], whole, span))
+    tops = np.empty((whole, span), np.float32)
+    highest_tops(heights, shape, tops)
     periods = texture.period, texture.across
-    return StoredTexture(heights, crests, shape, texture.period / step[0], float(heights.max()), periods)
+    return StoredTexture(heights, crests_of(tops), shape, texture.period / step[0], float(tops.max()), periods)
 
 
-def finer_places(
-    texture: HeightField, step: tuple[float, float], counts: tuple[int, int], places: int
-) -> tuple[int, int]:
-    """Return the places of the texture per cell, along and across, within MOST_PLACES.
-
-    step: distance of the points along and across, m.
-    counts: cells of the stored texture along and across.
-    places: per shortest wave.
-    """
-    tall = math.pi * (texture.extent[1] - texture.extent[0])  # over the slope: the period of a sinusoid
-    wanted = []
-    for slope, cell in zip((texture.slope_bound, texture.slope_across), step, strict=True):
-        wave = tall / max(slope, 1e-12)
-        wanted.append(next((one for one in FINER if one * wave >= places * cell), FINER[-1]))
-    while wanted[0] * wanted[1] * counts[0] * counts[1] > MOST_PLACES and max(wanted) > 1:
-        wanted[0 if wanted[0] >= wanted[1] else 1] //= 2
+def finer_places(cells: int) -> tuple[int, int]:
+    """Return the places of the texture per cell, along and across, for so many cells: powers of two."""
+    wanted = [FINER, FINER]
+    while wanted[0] * wanted[1] * cells > MOST_PLACES and wanted[0] > 1:
+        wanted[int(wanted[1] == wanted[0])] //= 2
     return wanted[0], wanted[1]
 
 
@@ -111,7 +100,8 @@ def cell_means(
     """
     along, rows = counts[0] * finer[0], counts[1] * finer[1]
     edge = finer[0] // 2
-    x = np.asarray(np.arange(-edge, along + edge) * (step[0] / finer[0]), np.float64)
+    first = BEFORE * finer[0]
+    x = np.asarray(np.arange(-first - edge, along + edge - first) * (step[0] / finer[0]), np.float64)
     y = np.asarray(np.arange(rows) * (texture.across / rows), np.float64)
     heights = texture.lattice(x, y)
     heights /= np.float32(scale)
@@ -130,16 +120,10 @@ def cell_means(
     return np.ascontiguousarray(split, dtype=np.float32).ravel()
 
 
-def crests_of(stored: Floats) -> Floats:
-    """Return the highest place of the texture over the WIDE cells from each cell on, and their neighbours.
-
-    stored: [place in a cell across, along, row, column].
-    """
-    cells = stored.max(axis=(0, 1))
-    cells = np.maximum(cells, np.roll(cells, -1, axis=0))  # a place between two rows is a mixture of both
-    reach, found = 1, np.pad(cells, ((0, 0), (0, WIDE)), "edge")
+def crests_of(tops: Floats) -> Floats:
+    """Return the highest of the WIDE cells from each cell on; tops: of each cell [rows, columns]."""
+    reach, found = 1, np.pad(tops, ((0, 0), (0, WIDE)), "edge")
     while reach < WIDE:
         found[:, :-reach] = np.maximum(found[:, :-reach], found[:, reach:])
         reach *= 2
-    found[:, :-1] = np.maximum(found[:, :-1], found[:, 1:])  # and one between two columns
-    return np.ascontiguousarray(found[:, : cells.shape[1]])
+    return np.ascontiguousarray(found[:, : tops.shape[1]])

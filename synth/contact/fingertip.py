@@ -39,6 +39,7 @@ from synth.surfaces.ridge_field import RidgeField, turned_back
 
 if TYPE_CHECKING:
     from synth.contact.area_grid import AreaGrid
+    from synth.contact.area_texture import Flags
 
 REFERENCE_LOAD = 1.0  # N: the load of the nominal footprint (the paper takes 1 cm^2 for 1 N); an unverified default
 REACH = 2.0  # the oval in which there are points, relative to the nominal footprint
@@ -93,24 +94,21 @@ def area_grid(
     line: where the finger stands across, and its direction.
     coarser: factor on the distance of the points.
     """
-    from synth.contact.area_contact import (
-        finger_grid,
-        lattice_step,
-        wave_places,
-    )  # only a height field needs its kernels
+    from synth.contact.area_contact import finger_grid, lattice_step  # only a height field needs its kernels
 
     size = REACH * footprint.length, REACH * footprint.width
-    step = lattice_step(texture, size, COLUMNS[0] / field.period, ROWS[0] / field.period, coarser)
+    step = lattice_step(texture, size, field.period, coarser)
 
     def heights(x: Array, y: Array) -> Array:
-        drop = footprint.drop(x, y, line.direction)
-        inside = drop < REACH**2 * footprint.depth
-        return np.where(inside, field.heights(x, y, line.direction) - drop, -np.inf)
+        return field.heights(x, y, line.direction) - footprint.drop(x, y, line.direction)
+
+    def inside(x: Array, y: Array) -> Flags:
+        return footprint.drop(x, y, line.direction) < REACH**2 * footprint.depth
 
     c, s = math.cos(line.direction), math.sin(line.direction)
     box = math.hypot(size[0] * c, size[1] * s), math.hypot(size[0] * s, size[1] * c)
     area = footprint.length * footprint.width
-    return finger_grid(heights, box, max(size), step, (0.0, line.y), area, texture, scale, wave_places(coarser))
+    return finger_grid(heights, inside, box, max(size), step, (0.0, line.y), area, texture, scale)
 
 
 def fingertip_grid(

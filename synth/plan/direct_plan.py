@@ -52,6 +52,8 @@ if TYPE_CHECKING:
     from synth.response.layered_table import LayeredTable
 
 OVER_AREA = 8.0  # time of a solution on a height field over that of its cells: 50 to 70 ns a cell at 1.8 N, a comb 100
+FEWER = 0.5  # factor on the usual number of solutions over an area, where z is smoother, if no more than FOLDED folds
+FOLDED = 0.01  # of the peak-to-peak
 MOST_WORK = 0.2  # predicted s of processor time per second; more would leave no room for other hands
 MOST_TURNED = 0.3  # predicted s per second of a finger that is turned over an area: rarer than MOST_WORK
 COARSER = (1.0, 1.5, 2.0, 3.0, 4.0)  # factors on the distance of the points of an area
@@ -102,7 +104,7 @@ class DirectPlan:
     mean: Mean
     heaviest: float
     band: float
-    finer: int
+    finer: float
     rate: float
     fastest: float
     loads: tuple[float, ...]
@@ -155,9 +157,9 @@ def beyond_table(asked: Request, contact: Contact) -> bool:
 
 def predicted_work(scene: Scene, contact: Contact) -> float:
     """Return the predicted processor time (s) of a second of a voice that solves `contact` along its motion."""
-    rate = min(SOLUTIONS * band_of(scene), scene.output.sample_rate)
-    cell = EXACT_CELL * (OVER_AREA if isinstance(contact.geometry.profile, HeightField) else 1.0)
-    return 1e-9 * cell * contact.grid.cells * rate
+    area = isinstance(contact.geometry.profile, HeightField)
+    rate = min(SOLUTIONS * band_of(scene) * (FEWER if area else 1.0), scene.output.sample_rate)
+    return 1e-9 * EXACT_CELL * (OVER_AREA if area else 1.0) * contact.grid.cells * rate
 
 
 def affordable(scene: Scene) -> Contact:
@@ -224,7 +226,7 @@ def _along_line(
     swing = Swing(SOLUTIONS * band, band, fastest)
     folded, seconds = _folded(whole, swing, loads)
     coarse = _changed(contact, contact.refined(), swing, loads[1])
-    finer, steps, errors = _filtered(rate, band, folded, coarse, tolerance)
+    finer, steps, errors = _filtered(rate, swing, folded, coarse, tolerance, 1.0)
     return DirectPlan(whole, mean, heaviest, band, finer, steps, fastest, loads, errors, seconds)
 
 
@@ -244,7 +246,7 @@ def _over_area(
     from synth.response.layered_making import make_layered_table
 
     fine = coarse if coarse.coarser == 1.0 else coarsened(coarse, 1.0)
-    swing = Swing(SOLUTIONS * band, band, fastest, PATH_SLOPE)
+    swing = Swing(FEWER * SOLUTIONS * band, band, fastest, PATH_SLOPE)
     source: Contact | AreaSource = coarse
     if tolerance is None:
         bounds = LayeredBounds(heaviest=heaviest, seconds=MOST_MAKING)
@@ -260,29 +262,29 @@ def _over_area(
     turning = turned_folded + turning_errors(coarse, short, loads[1])
     if fine is not coarse:
         turning += _changed(coarse, fine, short, loads[1])
-    finer, steps, errors = _filtered(rate, band, folded, missed, tolerance)
-    turns = Turning(tuple(turning.tolist()), 2.0 * steps * turned_seconds)
+    finer, steps, errors = _filtered(rate, swing, folded, missed, tolerance, FEWER)
+    turns = Turning(tuple(turning.tolist()), steps * turned_seconds)
     return DirectPlan(source, mean, heaviest, band, finer, steps, fastest, loads, errors, seconds, turns)
 
 
 def _filtered(
-    rate: int, band: float, folded: Array, others: Array, tolerance: float | None
-) -> tuple[int, float, tuple[float, ...]]:
+    rate: int, swing: Swing, folded: Array, others: Array, tolerance: float | None, finer: float
+) -> tuple[float, float, tuple[float, ...]]:
     """Return the factor on the usual number of solutions, the solutions per second, and the errors.
 
-    folded: what folds into the band at the usual number.
+    folded: what folds into the band at the rate of `swing`.
     others: further errors.
+    finer: the least factor.
     """
-    finer = 1
     while True:
-        filters = [band_filter(quantity, rate, band, finer) for quantity in QUANTITIES]
+        filters = [band_filter(quantity, rate, swing.band, finer) for quantity in QUANTITIES]
         steps = rate / filters[0].stride
-        left = (SOLUTIONS * band / steps) ** FOLD_POWER
-        parts = zip(folded, others, filters, strict=True)
-        errors = tuple(float(left * fold + other + one.error) for fold, other, one in parts)
-        if tolerance is None or max(errors) <= tolerance or filters[0].stride == 1:
-            return finer, steps, errors
-        finer *= 2
+        fold = (swing.rate / steps) ** FOLD_POWER * folded
+        errors = tuple(float(one.error) for one in filters) + fold + others
+        enough = finer >= 1.0 or np.max(fold) <= FOLDED if tolerance is None else np.max(errors) <= tolerance
+        if enough or filters[0].stride == 1:
+            return finer, steps, tuple(errors.tolist())
+        finer *= 2.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -357,9 +359,9 @@ def _changed(contact: Any, better: Any, swing: Swing, load: float) -> Array:
 
 def turning_errors(contact: Any, swing: Swing, load: float) -> Array:
     """Return the error of each quantity halfway between two directions of a finger, relative to its peak-to-peak."""
-    from synth.contact.area_path import turn_step, turned
+    from synth.contact.area_path import OVERLAP, TURN_STEP, turned
 
-    half = 0.5 * turn_step(contact)
+    half = 0.5 * (1.0 - OVERLAP) * TURN_STEP
     between = swing.curves(swing.heights(contact, load, 0.5, half))
     exact = swing.curves(swing.heights(turned(contact, half), load, 0.5))
     return relative(np.max(np.abs(between - exact), axis=1), np.ptp(exact, axis=1))
