@@ -21,7 +21,6 @@ Limits  The error is that of one swing, at one place for each load. Effects that
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable
 from dataclasses import dataclass, replace
 from time import thread_time
 from typing import TYPE_CHECKING, Any
@@ -51,12 +50,12 @@ if TYPE_CHECKING:
     from synth.response.area_source import AreaSource
     from synth.response.layered_table import LayeredTable
 
-OVER_AREA = 8.0  # time of a solution on a height field over that of its cells: 50 to 70 ns a cell at 1.8 N, a comb 100
+OVER_AREA = 8.0  # time of a solution on a height field over that of its cells
 FEWER = 0.5  # factor on the usual number of solutions over an area, where z is smoother, if no more than FOLDED folds
 FOLDED = 0.01  # of the peak-to-peak
 MOST_WORK = 0.2  # predicted s of processor time per second; more would leave no room for other hands
-MOST_TURNED = 0.3  # predicted s per second of a finger that is turned over an area: rarer than MOST_WORK
-COARSER = (1.0, 1.5, 2.0, 3.0, 4.0)  # factors on the distance of the points of an area
+MOST_TURNED = 0.16  # predicted s per second of a finger that is turned over an area, at 1.8 N; half of it at 0.3 N
+COARSER = (1.0, 1.5, 2.0, 3.0)  # factors on the size of the cells of an area
 MOST_MAKING, WORKERS = 3.0, 2  # predicted s of processor time for a layered table, and threads
 MEAN_TOLERANCE = 0.1  # of the mean of z over the load: its error is a thousandth of this, of the peak-to-peak
 AREA_MEAN_TOLERANCE = 2.0  # the same over an area, where the mean of PLACES places errs by more than these 0.2 %
@@ -157,9 +156,14 @@ def beyond_table(asked: Request, contact: Contact) -> bool:
 
 def predicted_work(scene: Scene, contact: Contact) -> float:
     """Return the predicted processor time (s) of a second of a voice that solves `contact` along its motion."""
-    area = isinstance(contact.geometry.profile, HeightField)
-    rate = min(SOLUTIONS * band_of(scene) * (FEWER if area else 1.0), scene.output.sample_rate)
-    return 1e-9 * EXACT_CELL * (OVER_AREA if area else 1.0) * contact.grid.cells * rate
+    rate = min(least_solutions(contact) * SOLUTIONS * band_of(scene), scene.output.sample_rate)
+    cell = EXACT_CELL * (OVER_AREA if isinstance(contact.geometry.profile, HeightField) else 1.0)
+    return 1e-9 * cell * contact.grid.cells * rate
+
+
+def least_solutions(contact: Contact) -> float:
+    """Return the least factor on the usual number of solutions."""
+    return FEWER if isinstance(contact.geometry.profile, HeightField) else 1.0
 
 
 def affordable(scene: Scene) -> Contact:
@@ -182,11 +186,12 @@ def direct_plan(
     scene, heaviest, (low, high) = asked.scene, bounds_for(asked.scene).heaviest, asked.told_loads
     loads = min(low, HAND_LOADS[0]), scene.scan.load, max(high, HAND_LOADS[1])
     judged = tuple(max(load, scene.scan.lift_load) for load in loads)
-    fastest = max(ScanMotion(scene).fastest(), HAND_SPEEDS[1])
+    own = ScanMotion(scene).fastest()
+    fastest = max(own, HAND_SPEEDS[1])
     told = (scene.output.sample_rate, band_of(scene), fastest, judged, heaviest, tolerance)
-    key: Hashable = ("direct plan", contact.key, whole.key, over_area(asked), *told)
+    key = ("direct plan", contact.key, whole.key, over_area(asked), *told)
     if over_area(asked):
-        return cache.get(key, lambda: _over_area(whole, cache, *told))
+        return cache.get((*key, own), lambda: _over_area(whole, cache, own, *told))
     return cache.get(
         key,
         lambda: _along_line(contact, whole, *told),
@@ -223,16 +228,18 @@ def _along_line(
     tolerance: float | None,
 ) -> DirectPlan:
     mean = mean_curve(whole, (0.0, heaviest), loads[1], MEAN_TOLERANCE, PLACES, MEANS)
-    swing = Swing(SOLUTIONS * band, band, fastest)
+    least = least_solutions(whole)
+    swing = Swing(least * SOLUTIONS * band, band, fastest)
     folded, seconds = _folded(whole, swing, loads)
     coarse = _changed(contact, contact.refined(), swing, loads[1])
-    finer, steps, errors = _filtered(rate, swing, folded, coarse, tolerance, 1.0)
+    finer, steps, errors = _filtered(rate, swing, folded, coarse, tolerance, least)
     return DirectPlan(whole, mean, heaviest, band, finer, steps, fastest, loads, errors, seconds)
 
 
 def _over_area(
     coarse: Any,
     cache: ResponseCache,
+    own: float,
     rate: int,
     band: float,
     fastest: float,
@@ -256,12 +263,11 @@ def _over_area(
     else:
         mean = mean_over_area(coarse, (0.0, heaviest), loads[1], AREA_MEAN_TOLERANCE, PLACES, MEANS)
     folded, seconds = _folded(source, swing, loads)
-    missed = _changed(source, fine, swing, loads[1])
-    short = replace(swing, seconds=TURNED)
+    slower = replace(swing, fastest=own or fastest)  # finer waves are then in the band
+    missed = np.maximum(_changed(source, fine, swing, loads[1]), _changed(source, fine, slower, loads[1]))
+    short = replace(slower, seconds=TURNED)
     turned_folded, turned_seconds = _folded(coarse, short, loads)
-    turning = turned_folded + turning_errors(coarse, short, loads[1])
-    if fine is not coarse:
-        turning += _changed(coarse, fine, short, loads[1])
+    turning = turned_folded + turning_errors(coarse, fine, short, loads[1])
     finer, steps, errors = _filtered(rate, swing, folded, missed, tolerance, FEWER)
     turns = Turning(tuple(turning.tolist()), steps * turned_seconds)
     return DirectPlan(source, mean, heaviest, band, finer, steps, fastest, loads, errors, seconds, turns)
@@ -357,13 +363,16 @@ def _changed(contact: Any, better: Any, swing: Swing, load: float) -> Array:
     return relative(np.max(np.abs(after - before), axis=1), np.ptp(after, axis=1))
 
 
-def turning_errors(contact: Any, swing: Swing, load: float) -> Array:
-    """Return the error of each quantity halfway between two directions of a finger, relative to its peak-to-peak."""
+def turning_errors(contact: Any, fine: Any, swing: Swing, load: float) -> Array:
+    """Return the error of each quantity of a finger between two of its directions, relative to its peak-to-peak.
+
+    fine: the same contact, in cells that are as small or smaller, against which the error is measured.
+    """
     from synth.contact.area_path import OVERLAP, TURN_STEP, turned
 
-    half = 0.5 * (1.0 - OVERLAP) * TURN_STEP
-    between = swing.curves(swing.heights(contact, load, 0.5, half))
-    exact = swing.curves(swing.heights(turned(contact, half), load, 0.5))
+    angle = 0.5 * (1.0 - OVERLAP) * TURN_STEP
+    between = swing.curves(swing.heights(contact, load, 0.5, angle))
+    exact = swing.curves(swing.heights(turned(fine, angle), load, 0.5))
     return relative(np.max(np.abs(between - exact), axis=1), np.ptp(exact, axis=1))
 
 
