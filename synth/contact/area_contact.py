@@ -1,12 +1,12 @@
-"""Fingers on a height field: which points they have, and the contact of a comb of ridges over an area.
+"""Fingers on a height field: which cells they have, and the contact of a comb of ridges over an area.
 
 Stage   CONTACT.
-Model   The points of a fingertip are those of `fingertip`. A comb is its ridges over a length L and, as eq. 4 takes it,
-        a width L: h1 = -a1 cos(2 pi x / lambda1), the same across. Both are sampled on one lattice with the texture,
-        and `area_grid` solves eq. 1 as a sum over the points, with k of eqs 4-5.
+Model   The heights of a fingertip are those of `fingertip`. A comb is its ridges over a length L and, as eq. 4 takes
+        it, a width L: h1 = -a1 cos(2 pi x / lambda1), the same across. Both are divided into cells of one size with
+        the texture, and `area_grid` solves eq. 1 as a sum over the cells, with k of eqs 4-5.
 Source  Fagiani & Barbieri (2016), eqs 1, 2, 4, 5. The lattice is this project's.
-Limits  The points are the model. Their distance follows from the ridges and from the shortest wave of the texture,
-        until there are MOST_POINTS; finer waves are then felt through their mean over a cell.
+Limits  The size of the cells follows from the ridges and from the shortest wave of the texture, until there are
+        MOST_CELLS; finer waves are then felt through their mean over a cell.
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ class CombOnArea(Contact):
     geometry: over the length L.
     stiffness: of eqs 4-5 at L.
     line: where the comb stands.
-    coarser: factor on the distance of the points.
+    coarser: factor on the size of the cells.
     """
 
     of_one_line = False
@@ -115,11 +115,11 @@ class CombOnArea(Contact):
         return heights_along(self, phases, loads, path)
 
     def grid_at(self, direction: float) -> AreaGrid:
-        """Return its points at another direction (rad)."""
+        """Return its cells at another direction (rad)."""
         return comb_grid(self.geometry, Line(self.line.y, direction), self.coarser)
 
     def refined(self) -> None:
-        """Return None: the points are the model."""
+        """Return None: the cells are the model."""
 
     def as_profile(self) -> Self:
         """Return the contact itself."""
@@ -131,10 +131,10 @@ class CombOnArea(Contact):
 
 
 def comb_grid(geometry: Geometry, line: Line = MIDDLE, coarser: float = 1.0) -> AreaGrid:
-    """Return the points of a comb on the height field of `geometry`, whose x begins where a comb along x begins.
+    """Return the cells of a comb on the height field of `geometry`, whose x begins where a comb along x begins.
 
     line: where its middle stands across, and its direction.
-    coarser: factor on the distance of the points.
+    coarser: factor on the size of the cells.
     """
     texture, length = geometry.profile, geometry.contact_length
     assert isinstance(texture, HeightField)

@@ -1,17 +1,24 @@
-"""The approach z of a finger on a height field, exact over the points of both.
+"""The approach z of a finger on a height field, as a sum over cells of both.
 
-Model   The points of the finger and those of the texture lie on one lattice. z solves
+Model   The finger is divided into square cells. z solves
 
-            F(z) = sum over the points of the finger of max(h1 + h2(x - p, y - q) - z, 0) dA / A0 = w / k
+            F(z) = sum over the cells of M(h1 + h2(x - p, y - q) - z, s) dA / A0 = w / k
 
-        h2 is the mean of the texture over the cell of a point, so that waves shorter than a cell do not move the
-        finger slowly. It is bilinear between the places of `area_texture`.
-        Points of the finger stand in blocks of WIDE along the scan, the highest blocks first. A block whose highest
-        point, on the highest place of the texture under it, is below z cannot touch, and is not read. F is piecewise
-        linear, convex and falling, so Newton's method from the left ends exactly.
-Source  Fagiani & Barbieri (2016), eq. 1; Newton's method here is Michelot's (1986) projection on the simplex.
-Limits  The steps are taken in float32, the last one in float64: |error of z| < 1e-6 of the scale against a sum over
-        all points. z does not depend on where the solver starts.
+        h1 and h2 are the means of finger and texture over a cell. h2 is bilinear between the places of `area_texture`.
+        Within a cell the gap is a plane: it takes all values from -s to s about its mean u equally often, where 2 s is
+        the length of the vector of its changes over the cell along and across, those of finger and texture added. So
+
+            M(u, s) = 0 for u < -s,   (u + s)^2 / (4 s) between,   u for u > s
+
+        is the mean of max(gap, 0) over a cell. Each row of cells is moved by a part of a cell against the one before,
+        and rows of the finger are not as far apart as those of the texture. The errors of the bilinear heights
+        therefore differ from row to row, and do not add up.
+        Cells stand in blocks of WIDE along the scan, the highest blocks first. A block whose highest cell, on the
+        highest place of the texture under it, is below z cannot touch, and is not read. As the finger turns by a part
+        of a degree, the blocks move about its middle, and the heights of their cells change with their slope.
+Source  Fagiani & Barbieri (2016), eq. 1. The cells are this project's.
+Limits  Against the integral, with 12 cells per ridge, at 100 mm/s and up to 1 kHz: acceleration errs by 1 to 8 % of its
+        peak-to-peak on dots and random maps, displacement by 0.2 to 3 %. z does not depend on where the solver starts.
 """
 
 from __future__ import annotations
@@ -29,12 +36,13 @@ from synth.contact.exact_solver import Approaches
 NOWHERE = -1e30  # height of a cell of a block at which there is no finger
 BESIDE = 4  # columns of heights beyond the finger, from which those of its cells are interpolated
 GOLDEN = 0.618033988749895  # by which each row is moved against the one before, cells
+FARTHEST = 600.0  # cells: blocks that would move farther as the finger turns by 0.01 rad would leave the stored texture
 CELLS_A_CELL = 30  # of A0, whose work is that of a cell of the exact solver: what lies beyond A0 hardly touches
 
 
 @dataclass(frozen=True, slots=True)
 class AreaGrid:
-    """The points of a finger over a texture; heights are relative to `height_scale`.
+    """The cells of a finger over a texture; heights are relative to `height_scale`.
 
     tops: float32 [blocks], the highest top of the cells of each block, falling.
     places: [blocks, 2], column and row of the first cell of each block on the lattice of the texture, which has
@@ -57,7 +65,7 @@ class AreaGrid:
     height_scale: float
     begin: tuple[float, float]
 
-    name = "points of the area"
+    name = "cells of the area"
 
     @classmethod
     def of(
@@ -86,7 +94,7 @@ class AreaGrid:
         places = np.stack([column + moved[row] + BEFORE, row * ROW], axis=1)
         x, y = column + 0.5 * (WIDE - columns), (row - 0.5 * (rows - 1)) * ROW  # from the middle of the finger
         flat = step[0] / step[1]
-        arms = np.stack([np.append(-y / flat, -flat / ROW), np.append(x * flat, 0.0)], axis=1)
+        arms = np.stack([np.clip(np.append(-y / flat, -flat / ROW), -FARTHEST, FARTHEST), np.append(x * flat, 0.0)], 1)
         return cls(
             tops=np.ascontiguousarray(tops[order]),
             places=np.ascontiguousarray(places),
@@ -152,7 +160,9 @@ class AreaGrid:
         return depth.reshape(heights.shape), touching.reshape(heights.shape) * self.cell
 
     def _corner(self, phases: Array, across: Array) -> tuple[Array, Array]:
-        """Return where the finger's first point meets the texture, in periods, 0 to 1."""
+        """Return where the first cell meets the texture, in periods, 0 to 1; ValueError where it is not finite."""
+        if not (np.isfinite(phases).all() and np.isfinite(across).all()):
+            raise ValueError("phases and across contain values that are not finite.")
         return (self.begin[0] - phases) % 1.0, (self.begin[1] - across) % 1.0
 
 

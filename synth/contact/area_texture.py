@@ -1,10 +1,9 @@
 """The heights of a texture as `area_grid` reads them: means over cells, at several places per cell.
 
 Stage   CONTACT.
-Model   h2 is the mean of the texture over the cell of a point of the finger. It is stored at FINER places per cell
-        along and across, in the order [place in a cell across, along, row, column], so that the neighbours of a point
-        are its neighbours in memory. The stored columns reach beyond a period by the length of the finger, so no
-        index wraps.
+Model   h2 is the mean of the texture over a cell of the finger. It is stored at up to FINER places per cell along and
+        across, in the order [place in a cell across, along, row, column], so that the neighbours of a cell are its
+        neighbours in memory. The stored columns reach beyond a period by the length of the finger, so no index wraps.
 Limits  A texture is stored once for all directions of a finger; the most recently used ones are kept.
 """
 

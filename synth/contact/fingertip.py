@@ -88,11 +88,11 @@ class Footprint:
 def area_grid(
     field: RidgeField, footprint: Footprint, texture: HeightField, scale: float, line: Line, coarser: float = 1.0
 ) -> AreaGrid:
-    """Return the points of `field` on `footprint` over a height field.
+    """Return the cells of `field` on `footprint` over a height field.
 
     scale: of the heights in the solver, m.
     line: where the finger stands across, and its direction.
-    coarser: factor on the distance of the points.
+    coarser: factor on the size of the cells.
     """
     from synth.contact.area_contact import finger_grid, lattice_step  # only a height field needs its kernels
 
@@ -158,7 +158,7 @@ class FingertipContact(Contact):
     field: the ridges.
     footprint: on a flat plate at 1 N.
     line: where the finger stands on a height field.
-    coarser: factor on the distance of the points on a height field.
+    coarser: factor on the size of the cells on a height field.
     """
 
     of_one_line = False
@@ -239,7 +239,7 @@ class FingertipContact(Contact):
         return heights_along(self, phases, loads, path)
 
     def grid_at(self, direction: float) -> AreaGrid:
-        """Return its points on a height field at another direction (rad)."""
+        """Return its cells on a height field at another direction (rad)."""
         texture, line = self.geometry.profile, Line(self.line.y, direction)
         assert isinstance(texture, HeightField)
         return area_grid(self.field, self.footprint, texture, self.geometry.height_scale, line, self.coarser)

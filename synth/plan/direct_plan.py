@@ -6,12 +6,13 @@ Model   The rule: a voice reads its table where the table holds every harmonic t
         periods up to 5.1 mm at 80 mm/s. A contact that would take more than MOST_WORK keeps its table, unless its
         surface is too long for one.
         A finger that may leave its line over an area reads a layered table of its own direction (`area_source`). In any
-        other direction it is solved along its path. If that would take more than MOST_TURNED, its points are farther
-        apart, as far as COARSER allows.
+        other direction it is solved along its path. If that would take more than MOST_TURNED, its cells are larger, as
+        far as COARSER allows.
         The mean that displacement leaves out is that of PLACES places of the surface, at each load.
         Error: a finger swings by a cosine, as fast as the fastest usual hand, at the lightest, the scan's and the
         heaviest usual load. z over one swing is periodic, so its Fourier series gives the band exactly. It is solved at
-        twice the rate; what the usual rate folds into the band is the difference. To
+        twice the rate; what the usual rate folds into the band is the difference. Over an area the usual rate is halved
+        where no more than FOLDED folds, and larger cells are told against the usual ones, at the scan's own speed. To
         this the errors of the filter and of the solver's segments, or of a layered table, are added.
 Source  design, sections 1 and 8.
 Limits  The error is that of one swing, at one place for each load. Effects that read a table of their own, over a
@@ -167,7 +168,7 @@ def least_solutions(contact: Contact) -> float:
 
 
 def affordable(scene: Scene) -> Contact:
-    """Return the contact of `scene` over an area, with points so far apart that solving it takes MOST_TURNED."""
+    """Return the contact of `scene` over an area, with cells so large that solving it takes MOST_TURNED."""
     fine = contact_of(scene)
     work = predicted_work(scene, fine)
     coarser = next((one for one in COARSER if work <= MOST_TURNED * one**2), COARSER[-1])
