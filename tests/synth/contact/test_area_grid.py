@@ -121,6 +121,16 @@ def test_z_does_not_depend_on_where_the_solver_starts() -> None:
     assert np.max(np.abs(there - far)) < 1e-11 * contact.scale_at(load)
 
 
+def test_a_place_that_is_not_finite_is_refused() -> None:
+    grid = random_case(1)[0].grid
+    assert isinstance(grid, AreaGrid)
+    for wrong in (math.nan, math.inf):
+        with pytest.raises(ValueError, match="finite"):
+            grid.solve_places(np.array([0.1, wrong]), np.zeros(2), 1e-6)
+        with pytest.raises(ValueError, match="finite"):
+            grid.solve_places(np.zeros(2), np.array([wrong, 0.1]), 1e-6)
+
+
 def test_the_measured_force_is_that_of_the_solution() -> None:
     contact, _field, _heights, load = random_case(1)
     phases = np.random.default_rng(5).uniform(0.0, 1.0, 20)

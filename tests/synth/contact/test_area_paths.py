@@ -10,15 +10,18 @@ import pytest
 
 from synth.contact.area_contact import CombOnArea
 from synth.contact.area_grid import AreaGrid
-from synth.contact.area_path import TURN_STEP, coarsened, heights_along
+from synth.contact.area_path import OVERLAP, TURN_STEP, coarsened, heights_along
 from synth.contact.area_solver import BEFORE, ROW, WIDE
 from synth.contact.fingertip import FingertipContact
 from synth.contact.scene_contact import contact_of
 from synth.scene.scene import parse_scene
 from synth.surfaces.dots import Dots
+from synth.surfaces.measured_area import MeasuredArea
+from synth.surfaces.surface_data import SurfaceData
 from tests.few import thorough
 from tests.reference import area_oracle
 from tests.reference.fingertip_oracle import Print
+from tests.synth.contact.test_area_grid import on_field
 
 SMALL = {"contact_length": "2.2 mm", "ridge_amplitude": "60 um"}
 DOTS = {
@@ -145,6 +148,18 @@ def test_between_two_directions_z_errs_by_little_of_its_peak_to_peak(kind: str) 
             assert isinstance(grid, AreaGrid)
             exact = grid.solve_places(phases, across / 1.5e-3, one.indentation(0.4)).height
             assert np.max(np.abs(between - exact)) < most * np.ptp(exact)
+
+
+def test_blocks_stay_on_the_stored_texture_as_a_finger_turns() -> None:
+    """Also where the cells are much shorter than they are wide: only the far ones are then clipped."""
+    heights = np.zeros((4, 512), np.float32)
+    heights[:, ::2] = 1e-6
+    scene = parse_scene({"finger": {"kind": "fingertip", "contact_length": "8 mm"}})
+    found = on_field(scene, MeasuredArea(SurfaceData(heights, (20e-6, 2e-3)), "join"))
+    assert isinstance(found, FingertipContact)
+    for grid in (found.grid_at(0.0), found.grid_at(1.0)):
+        moved = 0.5 * (1.0 + OVERLAP) * TURN_STEP * np.abs(grid.arms[:-1, 0])
+        assert np.max(moved) < BEFORE - 1
 
 
 def test_a_line_of_the_scan_is_a_place_of_the_path() -> None:
