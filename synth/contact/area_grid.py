@@ -1,41 +1,55 @@
-"""The approach z of a finger on a height field, exact over the points of both.
+"""The approach z of a finger on a height field, as a sum over cells of both.
 
-Model   The points of the finger and those of the texture lie on one lattice. z solves
+Model   The finger is divided into square cells. z solves
 
-            F(z) = sum over the points of the finger of max(h1 + h2(x - p, y - q) - z, 0) dA / A0 = w / k
+            F(z) = sum over the cells of M(h1 + h2(x - p, y - q) - z, s) dA / A0 = w / k
 
-        h2 is the mean of the texture over the cell of a point, so that waves shorter than a cell do not move the
-        finger slowly. It is bilinear between the places of `area_texture`.
-        Points of the finger stand in blocks of WIDE along the scan, the highest blocks first. A block whose highest
-        point, on the highest place of the texture under it, is below z cannot touch, and is not read. F is piecewise
-        linear, convex and falling, so Newton's method from the left ends exactly.
-Source  Fagiani & Barbieri (2016), eq. 1; Newton's method here is Michelot's (1986) projection on the simplex.
-Limits  The steps are taken in float32, the last one in float64: |error of z| < 1e-6 of the scale against a sum over
-        all points. z does not depend on where the solver starts.
+        h1 and h2 are the means of finger and texture over a cell. h2 is bilinear between the places of `area_texture`.
+        Within a cell the gap is a plane: it takes all values from -s to s about its mean u equally often, where 2 s is
+        the length of the vector of its changes over the cell along and across, those of finger and texture added. So
+
+            M(u, s) = 0 for u < -s,   (u + s)^2 / (4 s) between,   u for u > s
+
+        is the mean of max(gap, 0) over a cell. Each row of cells is moved by a part of a cell against the one before,
+        and rows of the finger are not as far apart as those of the texture. The errors of the bilinear heights
+        therefore differ from row to row, and do not add up.
+        Cells stand in blocks of WIDE along the scan, the highest blocks first. A block whose highest cell, on the
+        highest place of the texture under it, is below z cannot touch, and is not read. As the finger turns by a part
+        of a degree, the blocks move about its middle, and the heights of their cells change with their slope.
+Source  Fagiani & Barbieri (2016), eq. 1. The cells are this project's.
+Limits  Against the integral, with 12 cells per ridge, at 100 mm/s and up to 1 kHz: acceleration errs by 1 to 8 % of its
+        peak-to-peak on dots and random maps, displacement by 0.2 to 3 %. z does not depend on where the solver starts.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from synth.arrays import Array
-from synth.contact.area_solver import WIDE, measure_area, solve_area
-from synth.contact.area_texture import Floats, Indices, StoredTexture
+from synth.contact.area_solver import BEFORE, ROW, WIDE, measure_area, solve_area
+from synth.contact.area_texture import Flags, Floats, Indices, StoredTexture
 from synth.contact.exact_solver import Approaches
 
-NOWHERE = -1e30  # height of a place of a block at which the finger has no point
-POINTS_A_CELL = 100  # points of the finger whose work is that of a cell of the exact solver: most are not read
+NOWHERE = -1e30  # height of a cell of a block at which there is no finger
+BESIDE = 4  # columns of heights beyond the finger, from which those of its cells are interpolated
+GOLDEN = 0.618033988749895  # by which each row is moved against the one before, cells
+FARTHEST = 600.0  # cells: blocks that would move farther as the finger turns by 0.01 rad would leave the stored texture
+CELLS_A_CELL = 30  # of A0, whose work is that of a cell of the exact solver: what lies beyond A0 hardly touches
 
 
 @dataclass(frozen=True, slots=True)
 class AreaGrid:
-    """The points of a finger over a texture; heights are relative to `height_scale`.
+    """The cells of a finger over a texture; heights are relative to `height_scale`.
 
-    tops: float32 [blocks], the highest point of each block, falling.
-    starts: int64 [blocks, 2], row and first column of each block.
-    heights: float32 [blocks, WIDE].
+    tops: float32 [blocks], the highest top of the cells of each block, falling.
+    places: [blocks, 2], column and row of the first cell of each block on the lattice of the texture, which has
+        BEFORE columns before x = 0.
+    arms: [blocks + 1, 2], how far each block moves along and across as the finger turns, cells per rad; last: how far
+        the finger then moves across under a cell, against the one before.
+    finger: float32 [blocks, 3, WIDE], mean height of each cell, and its change over the cell along and across.
     texture: on the same lattice.
     cell: area of a point, relative to A0.
     height_scale: m.
@@ -43,40 +57,49 @@ class AreaGrid:
     """
 
     tops: Floats
-    starts: Indices
-    heights: Floats
+    places: Array
+    arms: Array
+    finger: Floats
     texture: StoredTexture
     cell: float
     height_scale: float
     begin: tuple[float, float]
 
-    name = "points of the area"
+    name = "cells of the area"
 
     @classmethod
     def of(
-        cls, finger: Array, begin: tuple[float, float], texture: StoredTexture, cell: float, scale: float
+        cls, finger: Array, inside: Flags, begin: tuple[float, float], texture: StoredTexture, cell: float, scale: float
     ) -> AreaGrid:
         """Return the grid.
 
-        finger: heights of its points, m [rows, columns]; -inf: there is no point.
-        begin: x and y of its first point, m.
-        texture: on the lattice of the finger, with the same scale.
-        cell: area of a point, relative to A0.
+        finger: heights at the middles of its cells, and of BESIDE more columns and one more row on each side, m.
+        inside: which of the cells there are [rows, columns].
+        begin: x and y of its first cell, m.
+        texture: with the same size of a cell and the same scale.
+        cell: area of a cell, relative to A0.
         scale: m.
         """
-        rows, columns = finger.shape
-        wide = -(-columns // WIDE)
-        padded = np.full((rows, wide * WIDE), NOWHERE, np.float32)
-        padded[:, :columns] = np.where(np.isfinite(finger), finger / scale, NOWHERE)
-        blocks = padded.reshape(rows * wide, WIDE)
-        tops = blocks.max(axis=1)
+        (rows, columns), step = inside.shape, texture.step
+        wide, moved = -(-columns // WIDE), np.arange(rows) * GOLDEN % 1.0 - 0.5
+        padded = np.zeros((3, rows, wide * WIDE), np.float32)
+        padded[0] = NOWHERE
+        found = shifted(means_and_slopes(finger / scale), moved)
+        padded[:, :, :columns] = np.where(inside, found, padded[:, :, :columns])
+        blocks = np.moveaxis(padded.reshape(3, rows * wide, WIDE), 0, 1)
+        tops = np.max(blocks[:, 0] + 0.5 * np.hypot(blocks[:, 1], blocks[:, 2]), axis=1)
         order = np.argsort(-tops, kind="stable")
         order = order[tops[order] > 0.5 * NOWHERE]
-        starts = np.stack([order // wide, order % wide * WIDE], axis=1).astype(np.int64)
+        row, column = order // wide, order % wide * WIDE
+        places = np.stack([column + moved[row] + BEFORE, row * ROW], axis=1)
+        x, y = column + 0.5 * (WIDE - columns), (row - 0.5 * (rows - 1)) * ROW  # from the middle of the finger
+        flat = step[0] / step[1]
+        arms = np.stack([np.clip(np.append(-y / flat, -flat / ROW), -FARTHEST, FARTHEST), np.append(x * flat, 0.0)], 1)
         return cls(
             tops=np.ascontiguousarray(tops[order]),
-            starts=starts,
-            heights=np.ascontiguousarray(blocks[order]),
+            places=np.ascontiguousarray(places),
+            arms=np.ascontiguousarray(arms),
+            finger=np.ascontiguousarray(blocks[order]),
             texture=texture,
             cell=cell,
             height_scale=scale,
@@ -86,18 +109,18 @@ class AreaGrid:
     @property
     def cells(self) -> int:
         """Work per place, in cells of the exact solver."""
-        return self.heights.size // POINTS_A_CELL + 1
+        return math.ceil(1.0 / (self.cell * CELLS_A_CELL))
 
     @property
     def nbytes(self) -> int:
         """Memory of the grid in bytes."""
-        return sum(one.nbytes for one in (self.tops, self.starts, self.heights, self.texture))
+        return sum(one.nbytes for one in (self.tops, self.places, self.arms, self.finger, self.texture))
 
     @property
-    def pieces(self) -> tuple[Floats, Indices, Floats, Floats, Floats, Indices, float, float]:
+    def pieces(self) -> tuple[Floats, Array, Array, Floats, Floats, Floats, Indices, float, float]:
         """What the kernels read."""
         under = self.texture
-        finger = self.tops, self.starts, self.heights
+        finger = self.tops, self.places, self.arms, self.finger.ravel()
         return *finger, under.heights, under.crests, under.shape, under.columns, under.highest
 
     def solve(self, phases: Array, indentation: float | Array, guess: Array | None = None) -> Approaches:
@@ -105,19 +128,26 @@ class AreaGrid:
         return self.solve_places(phases, np.zeros(len(phases)), indentation, guess)
 
     def solve_places(
-        self, phases: Array, across: Array, indentation: float | Array, guess: Array | None = None
+        self,
+        phases: Array,
+        across: Array,
+        indentation: float | Array,
+        guess: Array | None = None,
+        turns: Array | None = None,
     ) -> Approaches:
         """Return the approach at each place of a path.
 
         phases, across: how far the texture has moved along and across, in periods.
         indentation, guess: as in `solve`.
+        turns: by which the finger is turned from its direction, rad; None: it is not.
         """
         count = len(phases)
         height, touching, iterations = np.empty(count), np.empty(count), np.zeros(count, dtype=np.int64)
         begin = np.full(count, np.nan) if guess is None else np.asarray(guess / self.height_scale)
         targets = np.full(count, np.asarray(indentation, dtype=float) / (self.height_scale * self.cell))
         x, y = self._corner(phases, across)
-        solve_area(*self.pieces, x, y, targets, begin, height, touching, iterations)
+        angles = np.zeros(count) if turns is None else np.ascontiguousarray(turns)
+        solve_area(*self.pieces, x, y, angles, targets, begin, height, touching, iterations)
         return Approaches(height * self.height_scale, touching * self.cell, iterations)
 
     def measure(self, phases: Array, heights: Array) -> tuple[Array, Array]:
@@ -130,5 +160,34 @@ class AreaGrid:
         return depth.reshape(heights.shape), touching.reshape(heights.shape) * self.cell
 
     def _corner(self, phases: Array, across: Array) -> tuple[Array, Array]:
-        """Return where the finger's first point meets the texture, in periods, 0 to 1."""
+        """Return where the first cell meets the texture, in periods, 0 to 1; ValueError where it is not finite."""
+        if not (np.isfinite(phases).all() and np.isfinite(across).all()):
+            raise ValueError("phases and across contain values that are not finite.")
         return (self.begin[0] - phases) % 1.0, (self.begin[1] - across) % 1.0
+
+
+def means_and_slopes(heights: Array) -> Array:
+    """Return the mean over each cell, and its changes over it along and across [3, rows, columns].
+
+    heights: at the middles of the cells, and of one more on each side [rows + 2, columns + 2].
+    The mean is that of the parabolas through the neighbours in both directions.
+    """
+    middle, (left, right) = heights[1:-1, 1:-1], (heights[1:-1, :-2], heights[1:-1, 2:])
+    below, above = heights[:-2, 1:-1], heights[2:, 1:-1]
+    mean = middle + (left + right + below + above - 4.0 * middle) / 24.0
+    return np.stack([mean, 0.5 * (right - left), 0.5 * (above - below)])
+
+
+def shifted(values: Array, moved: Array) -> Array:
+    """Return rows of `values` at places `moved` columns on, by polynomials through 2 BESIDE - 1 neighbours.
+
+    values: [..., rows, columns + 2 (BESIDE - 1)].
+    moved: [rows], -0.5 to 0.5.
+    """
+    reach = BESIDE - 1
+    columns, found, taps = values.shape[-1] - 2 * reach, np.zeros(1), np.arange(-reach, reach + 1)
+    for tap in taps:
+        others = taps[taps != tap]
+        weight = np.prod((moved[:, np.newaxis] - others) / (tap - others), axis=1)
+        found = found + weight[:, np.newaxis] * values[..., tap + reach : tap + reach + columns]
+    return np.asarray(found)

@@ -30,7 +30,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.contact.area_grid import NOWHERE, AreaGrid
-from synth.contact.area_solver import ROWS, WIDE
+from synth.contact.area_solver import BEFORE, ROW, ROWS, WIDE
 from synth.contact.layer_sums import TAPS, fold, lay_texture, mix, share_points
 
 Floats = np.ndarray[Any, np.dtype[np.float32]]
@@ -39,6 +39,7 @@ Complex = np.ndarray[Any, np.dtype[np.complex64]]
 Work = Callable[[int, int], object]
 
 SAMPLES = 2  # of the texture per cell of the lattice or of the finger, in both directions; with 4 the error stays
+GAUSS = np.array([[-1.0, -1.0, 1.0, 1.0], [-1.0, 1.0, -1.0, 1.0]]) / math.sqrt(12.0)  # along and across, cells
 BATCH = 4  # levels that are computed together: the series are read from memory once for all of them
 AFRESH = 12  # work of adding a point again, over that of a place of the images in going down by a level
 SPREAD = 32  # depth below the top over the distance of two levels: F is nearly a power of the depth
@@ -247,13 +248,20 @@ class FingerImages:
 
 
 def finger_points(grid: AreaGrid) -> tuple[Array, Array, Array]:
-    """Return x and y (periods of the texture) and height of every point of the finger, the highest first."""
-    column, row = grid.starts[:, 1:] + np.arange(WIDE), np.broadcast_to(grid.starts[:, :1], grid.heights.shape)
-    there = grid.heights > 0.5 * NOWHERE
-    heights = grid.heights[there].astype(np.float64)
+    """Return x and y (periods of the texture) and height of points of the finger, the highest first.
+
+    Each cell has the four points of Gauss's rule: the variance of the gap over them is that over the cell.
+    """
+    there = grid.finger[:, 0] > 0.5 * NOWHERE
+    mean, along, across = (grid.finger[:, n][there].astype(np.float64) for n in range(3))
+    column = (grid.places[:, :1] - BEFORE + np.arange(WIDE))[there]
+    row = np.broadcast_to(grid.places[:, 1:], there.shape)[there]
+    u, v = (part[:, np.newaxis] for part in GAUSS)
+    x = grid.begin[0] + (column + u) / grid.texture.columns
+    y = grid.begin[1] + (row + ROW * v) / grid.texture.shape[ROWS]
+    heights = (mean + u * along + v * across).ravel()
     order = np.argsort(-heights, kind="stable")
-    x, y = grid.begin[0] + column[there] / grid.texture.columns, grid.begin[1] + row[there] / grid.texture.shape[ROWS]
-    return x[order], y[order], heights[order]
+    return x.ravel()[order], y.ravel()[order], heights[order]
 
 
 def layer_series(grid: AreaGrid, plan: LayerPlan, workers: int) -> Complex:
@@ -269,7 +277,7 @@ def layer_series(grid: AreaGrid, plan: LayerPlan, workers: int) -> Complex:
     told = grid.texture.heights, grid.texture.shape, grid.texture.columns, *fine, plan.step, plan.first, layers
     in_bands(partial(lay_texture, *told), rows, workers)
     series = rfft2(layers, workers=workers)
-    scale = plan.step * grid.cell * grid.height_scale
+    scale = plan.step * grid.cell / len(GAUSS[0]) * grid.height_scale
     along = passed(np.arange(columns // 2 + 1) / columns, fine[0])
     across = passed(np.asarray(np.fft.fftfreq(rows), np.float64), fine[1])
     np.conjugate(series, out=series)

@@ -1,9 +1,9 @@
-"""The kernels of `area_grid`: which blocks of a finger can touch, the sums over their points, and Newton's method.
+"""The kernels of `area_grid`: which blocks of a finger can touch, the sums over their cells, and Newton's method.
 
-Model   See `area_grid`. A block is WIDE points along the scan. `lay_blocks` writes h1 + h2 of the blocks that can be
-        above a height. From then on z only rises, so a block without a point above it is not read again. The steps are
-        taken in float32; the last ones, in float64, do not depend on where the first began.
-Source  Fagiani & Barbieri (2016), eq. 1; Newton's method here is Michelot's (1986) projection on the simplex.
+Model   See `area_grid`. A block is WIDE cells along the scan. `lay_blocks` writes the tops and the widths of the cells
+        of the blocks that can be above a height. From then on z only rises, so a block without a cell above it is not
+        read again. The steps are taken in float32; the last ones, in float64, do not depend on where the first began.
+Source  Fagiani & Barbieri (2016), eq. 1.
 Limits  MOST_STEPS was never reached in the tests.
 """
 
@@ -15,194 +15,280 @@ import numpy as np
 
 from synth.kernels import inlined, inner, signed_kernel, summing
 
-WIDE = 64  # points of a block, along the scan
-FIRST = 0.02  # of the scale below the highest point, or the last z: where Newton's method starts
-ROUGH, SETTLED = 1e-6, 1e-9  # of the scale: the steps in float32, and the last one, end after a change this small
-EMPTY = 1e-14  # of the scale, summed over the points: smaller targets count as none, and z is the highest point
+WIDE = 32  # cells of a block, along the scan
+BEFORE = 8  # columns of a texture before x = 0: a finger that turns about its lattice reaches beyond it
+ROW = 0.97  # distance of the rows of a finger, in rows of the texture; see `area_grid`
+FIRST = 0.02  # of the scale: how far below the highest place that could touch Newton's method first tries to start
+ROUGH, SETTLED = 1e-3, 1e-6  # of the scale: steps in float32 and in float64 end after one this small
+EMPTY = 1e-14  # of the scale, summed over the cells: smaller targets count as none, and z is the highest place
+LEAST = 1e-7  # of the scale: added to the range of a cell, so that it is never 0
 MOST_STEPS = 60  # never reached in the tests; limits the time per place
-PIECES = "f4[::1], i8[:,::1], f4[:,::1], f4[::1], f4[:,::1], i8[::1], f8, f8"  # types of `AreaGrid.pieces`
+PIECES = "f4[::1], f8[:,::1], f8[:,::1], f4[::1], f4[::1], f4[:,::1], i8[::1], f8, f8"  # `AreaGrid.pieces`
 ROWS, FINER_X, FINER_Y, STRIDE, SPAN = range(5)  # entries of `shape`
+Place = (
+    np.uint64
+)  # a place in an array: Numba asks of other numbers whether they are below 0, which takes five times as long
+BLOCK = Place(3 * WIDE)  # numbers of a block: three for each of WIDE cells
+SECOND, THIRD = Place(WIDE), Place(2 * WIDE)  # where the second and the third of these numbers begin
 
 
 @inlined
 def place_of(cells, finer):
-    """Return the cell, the place in the cell, and the distance from that place to the next, `cells` from the first."""
+    """Return the cell, the place in the cell, and the distance from that place to the next, `cells` from the first.
+
+    finer: places per cell, a power of two.
+    """
     at = cells * finer
-    whole = np.int64(math.floor(at))
-    return whole // finer, whole % finer, np.float32(at - whole)
+    whole = math.floor(at)
+    cell = math.floor(cells)
+    return np.int64(cell), np.int64(whole - cell * finer), np.float32(at - whole)
 
 
 @inlined
-def mix(a, b, c, d, w00, w10, w01, w11, height, under):
-    """Write the height of a block and the mixture of four rows of the texture."""
-    for i in range(WIDE):
-        under[i] = height[i] + (w00 * a[i] + w10 * b[i] + w01 * c[i] + w11 * d[i])
+def lay_block(texture, near, beside, far, across, fx, fy, per_x, per_y, lean, finger, own, laid, to):
+    """Write top, range and one over the range of the cells of a block.
+
+    near, beside, far, across: where the rows of the texture begin between which the cells lie.
+    lean: how far the finger under each cell of the block lies farther across than under the one before, cells.
+    own, to: where the block begins in `finger` and in `laid`.
+    """
+    one, half, middle = np.float32(1.0), np.float32(0.5), np.float32(0.5 * (WIDE - 1))
+    for number in range(WIDE):
+        i = Place(number)
+        a, c = texture[near + i], texture[far + i]
+        along, other = texture[beside + i] - a, texture[across + i] - c
+        below, above = a + fx * along, c + fx * other
+        slope_x = finger[own + SECOND + i] + per_x * (along + fy * (other - along))
+        rise = finger[own + THIRD + i]
+        slope_y = rise + per_y * (above - below)
+        moved = lean * (np.float32(number) - middle) * rise
+        width = math.sqrt(slope_x * slope_x + slope_y * slope_y) + np.float32(LEAST)
+        laid[to + i] = finger[own + i] + moved + (below + fy * (above - below)) + half * width
+        laid[to + SECOND + i] = width
+        laid[to + THIRD + i] = one / width
 
 
 @inner
-def lay_blocks(tops, starts, heights, texture, crests, shape, per, highest, x, y, floor, under):
-    """Write h1 + h2 of the blocks that can be above `floor`, and return how many there are."""
+def lay_blocks(tops, places, arms, finger, texture, crests, shape, per, highest, x, y, turn, floor, laid):
+    """Write the cells of the blocks that can be above `floor`, and return how many blocks there are."""
     rows, finer_x, finer_y, stride, span = shape[ROWS], shape[FINER_X], shape[FINER_Y], shape[STRIDE], shape[SPAN]
-    column, part_x, fx = place_of(x * per, finer_x)
-    row, part_y, fy = place_of(y * rows, finer_y)
-    next_part_x, next_column = (part_x + 1, column) if part_x + 1 < finer_x else (0, column + 1)
-    next_part_y, next_row = (part_y + 1, row) if part_y + 1 < finer_y else (0, row + 1)
-    one = np.float32(1.0)
-    w00, w10, w01, w11 = (one - fx) * (one - fy), fx * (one - fy), (one - fx) * fy, fx * fy
-    near, next_near = (part_y * finer_x + part_x) * stride + column, (part_y * finer_x + next_part_x) * stride
-    far, next_far = (next_part_y * finer_x + part_x) * stride + column, (next_part_y * finer_x + next_part_x) * stride
-    next_near, next_far = next_near + next_column, next_far + next_column
-    read = 0
+    per_x, per_y, read = np.float32(finer_x), np.float32(finer_y * ROW), 0
+    lean, a_row = np.float32(turn * arms[len(tops), 0]), 1.0 / rows
     for block in range(len(tops)):
         if tops[block] + highest <= floor:
             break
-        here, along = (row + starts[block, 0]) % rows, starts[block, 1]
-        if tops[block] + crests[here, column + along] <= floor:
+        at_y = y * rows + places[block, 1] + turn * arms[block, 1]
+        row, part_y, fy = place_of(max(at_y - rows * math.floor(at_y * a_row), 0.0), finer_y)
+        row = row if row < rows else 0
+        column, part_x, fx = place_of(x * per + places[block, 0] + turn * arms[block, 0], finer_x)
+        if tops[block] + crests[row, column] <= floor:
             continue
-        there = ((next_row + starts[block, 0]) % rows) * span + along
-        here = here * span + along
-        mix(
-            texture[near + here : near + here + WIDE], texture[next_near + here : next_near + here + WIDE],
-            texture[far + there : far + there + WIDE], texture[next_far + there : next_far + there + WIDE],
-            w00, w10, w01, w11, heights[block], under[read],
+        next_part_x, next_column = (part_x + 1, column) if part_x + 1 < finer_x else (0, column + 1)
+        next_part_y, next_row = (part_y + 1, row) if part_y + 1 < finer_y else (0, row + 1 if row + 1 < rows else 0)
+        near, far = row * span + part_y * finer_x * stride, next_row * span + next_part_y * finer_x * stride
+        here, there = part_x * stride + column, next_part_x * stride + next_column
+        lay_block(
+            texture, Place(near + here), Place(near + there), Place(far + here), Place(far + there),
+            fx, fy, per_x, per_y, lean, finger, Place(block) * BLOCK, laid, Place(read) * BLOCK,
         )  # fmt: skip
         read += 1
     return read
 
 
-@summing
-def block_sums(block, z):
-    """Return the sum of max(h - z, 0) over a block, and the number of points above z, in float32."""
-    area, count = np.float32(0.0), np.float32(0.0)
-    for i in range(WIDE):
-        depth = block[i] - z
-        area += max(depth, np.float32(0.0))
-        count += np.float32(1.0) if depth > np.float32(0.0) else np.float32(0.0)
-    return area, count
+@signed_kernel("void(f4[::1], i8[::1], f4[:,::1])")
+def highest_tops(texture, shape, tops):
+    """Write the highest top that a cell of the texture can have between each row and column and the next ones.
+
+    The top of a cell is its mean and half the range of its heights. The last column has no neighbour.
+    """
+    rows, finer_x, finer_y, stride, span = shape[ROWS], shape[FINER_X], shape[FINER_Y], shape[STRIDE], shape[SPAN]
+    per_x, per_y, half = np.float32(finer_x), np.float32(finer_y), np.float32(0.5)
+    tops[:] = -math.inf
+    for row in range(rows):
+        for part_y in range(finer_y):
+            next_row, next_y = (row, part_y + 1) if part_y + 1 < finer_y else ((row + 1) % rows, 0)
+            near, far = part_y * finer_x * stride + row * span, next_y * finer_x * stride + next_row * span
+            for part_x in range(finer_x):
+                next_x, moved = (part_x + 1, 0) if part_x + 1 < finer_x else (0, 1)
+                here, there = part_x * stride, next_x * stride + moved
+                for i in range(span - 1):
+                    a, b = texture[near + here + i], texture[near + there + i]
+                    c, d = texture[far + here + i], texture[far + there + i]
+                    slope_x, slope_y = per_x * max(abs(b - a), abs(d - c)), per_y * max(abs(c - a), abs(d - b))
+                    width = np.sqrt(slope_x * slope_x + slope_y * slope_y)
+                    tops[row, i] = max(tops[row, i], max(max(a, b), max(c, d)) + half * width)
+    tops[:, span - 1] = tops[:, span - 2]
 
 
 @summing
-def exact_block_sums(block, z):
-    """Return the same in float64; a block without a point above z adds exact zeros."""
-    area, count = 0.0, 0.0
-    for i in range(WIDE):
-        depth = np.float64(block[i]) - z
-        area += max(depth, 0.0)
-        count += 1.0 if depth > 0.0 else 0.0
-    return area, count
+def block_sums(laid, first, z):
+    """Return the sums over the cells of a block of the mean of max(h - z, 0), and of the part above z, in float32."""
+    zero, half = np.float32(0.0), np.float32(0.5)
+    area, part = zero, zero
+    for number in range(WIDE):
+        i = first + Place(number)
+        depth = laid[i] - z
+        within = min(max(depth, zero), laid[SECOND + i])
+        touching = within * laid[THIRD + i]
+        area += touching * (depth - half * within)
+        part += touching
+    return area, part
+
+
+@summing
+def exact_block_sums(laid, first, z):
+    """Return the same in float64; a block below z adds exact zeros."""
+    area, part = 0.0, 0.0
+    for number in range(WIDE):
+        i = first + Place(number)
+        depth = np.float64(laid[i]) - z
+        within = min(max(depth, 0.0), np.float64(laid[SECOND + i]))
+        touching = within * np.float64(laid[THIRD + i])
+        area += touching * (depth - 0.5 * within)
+        part += touching
+    return area, part
 
 
 @inner
-def sums_of(under, left, blocks, z):
-    """Return the sum of max(h - z, 0), and the number of points above z, roughly; and how many blocks have such points.
+def sums_of(laid, left, blocks, z):
+    """Return both sums over all blocks, roughly, and how many blocks are above z.
 
-    left: numbers of the blocks to read; those without a point above z are taken out, since z only rises.
+    left: numbers of the blocks to read; those below z are taken out, since z only rises.
     """
-    area, count, level, kept = 0.0, 0.0, np.float32(z), 0
+    area, part, level, kept = 0.0, 0.0, np.float32(z), 0
     for k in range(blocks):
-        some, number = block_sums(under[left[k]], level)
-        if number > 0.0:
+        some, touching = block_sums(laid, Place(left[k]) * BLOCK, level)
+        if touching > 0.0:
             area += some
-            count += number
+            part += touching
             left[kept] = left[k]
             kept += 1
-    return area, count, kept
+    return area, part, kept
 
 
 @inner
-def exact_sums(under, left, blocks, z):
-    """Return the same sums in float64."""
-    area, count = 0.0, 0.0
+def rough_sums(laid, blocks, z):
+    """Return both sums over all blocks, roughly."""
+    area, part, level = 0.0, 0.0, np.float32(z)
     for k in range(blocks):
-        some, number = exact_block_sums(under[left[k]], z)
+        some, touching = block_sums(laid, Place(k) * BLOCK, level)
         area += some
-        count += number
-    return area, count
+        part += touching
+    return area, part
 
 
 @inner
-def highest_point(tops, starts, heights, texture, crests, shape, per, highest, x, y, under):
-    """Return the highest point."""
+def exact_sums(laid, left, blocks, z):
+    """Return the same sums in float64."""
+    area, part = 0.0, 0.0
+    for k in range(blocks):
+        some, touching = exact_block_sums(laid, Place(left[k]) * BLOCK, z)
+        area += some
+        part += touching
+    return area, part
+
+
+@inner
+def highest_place(tops, places, arms, finger, texture, crests, shape, per, highest, x, y, turn, laid):
+    """Return the highest place of the cells."""
     margin = FIRST
     while True:
         floor = tops[0] + highest - margin
-        blocks = lay_blocks(tops, starts, heights, texture, crests, shape, per, highest, x, y, floor, under)
+        blocks = lay_blocks(tops, places, arms, finger, texture, crests, shape, per, highest, x, y, turn, floor, laid)
         top = -math.inf
         for block in range(blocks):
             for i in range(WIDE):
-                top = max(top, np.float64(under[block, i]))
+                top = max(top, np.float64(laid[block * 3 * WIDE + i]))
         if top >= floor:
             return top
         margin *= 2.0
 
 
 @inner
-def newton(under, left, blocks, level, area, count, target, steps):
-    """Return z, the points that touch and the steps, from a `level` at or below z with its sums."""
-    for _step in range(MOST_STEPS):
-        change = (area - target) / count
-        level += change
-        before = count
-        some, number, kept = sums_of(under, left, blocks, level)
+def newton(laid, left, blocks, level, change, target, steps):
+    """Return z, the part of the cells that touches, and the steps, from a `level` at or below z.
+
+    change: of the step that led there; Newton's method squares it.
+    """
+    while change > ROUGH and steps < MOST_STEPS:
+        area, part, blocks = sums_of(laid, left, blocks, level)
         steps += 1
-        if number == before or abs(change) < ROUGH or number == 0.0:
+        if part == 0.0:
             break
-        area, count, blocks = some, number, kept
+        change = (area - target) / part
+        level += change
+    part = 0.0
     for _step in range(MOST_STEPS):
-        area, count = exact_sums(under, left, blocks, level)
+        area, part = exact_sums(laid, left, blocks, level)
         steps += 1
-        if count == 0.0:  # rounded onto the highest point
+        if part == 0.0:  # rounded onto the highest place
             level -= ROUGH
             continue
-        change = (area - target) / count
+        change = (area - target) / part
         level += change
         if abs(change) < SETTLED:
             break
-    return level, count, steps
+    return level, part, steps
 
 
-@signed_kernel(f"void({PIECES}, f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], i8[::1])")
+@signed_kernel(f"void({PIECES}, f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], i8[::1])")
 def solve_area(
-    tops, starts, heights, texture, crests, shape, per, highest, x, y, targets, guess, height, touching, iterations
-):
-    """Write z, the number of points that touch and the number of steps, at each place.
+    tops, places, arms, finger, texture, crests, shape, per, highest,
+    x, y, turns, targets, guess, height, touching, iterations,
+):  # fmt: skip
+    """Write z, the part of the cells that touches and the number of steps, at each place.
 
-    x, y: where the first point of the finger meets the texture, in periods.
+    x, y: where the first cell of the finger meets the texture, in periods.
+    turns: by which the finger is turned from its lattice, rad.
     guess: a z that is near, or NaN: the z of the place before.
     """
-    under, left = np.empty(heights.shape, np.float32), np.empty(len(tops), np.int64)
+    laid, left = np.empty(len(finger), np.float32), np.empty(len(tops), np.int64)
     z, before, missed = math.nan, math.nan, FIRST
     for p in range(len(x)):
-        near = guess[p]
+        if targets[p] < EMPTY:
+            z = highest_place(
+                tops, places, arms, finger, texture, crests, shape, per, highest, x[p], y[p], turns[p], laid
+            )
+            height[p], touching[p], iterations[p] = z, 0.0, 1
+            continue
+        near, margin = guess[p], 2.0 * missed + 1e-4
         if math.isnan(near):  # continue the line through both places before
             near = z if math.isnan(before) else 2.0 * z - before
-        if targets[p] < EMPTY or math.isnan(near):
-            near = highest_point(tops, starts, heights, texture, crests, shape, per, highest, x[p], y[p], under)
-        level, count, steps = near, 0.0, 1
-        if targets[p] >= EMPTY:
-            margin, area, blocks = 2.0 * missed + 1e-4, -1.0, 0
-            while area < targets[p]:  # Newton's method starts at or below z
-                level = near - margin
-                read = lay_blocks(tops, starts, heights, texture, crests, shape, per, highest, x[p], y[p], level, under)
-                for k in range(read):
-                    left[k] = k
-                area, count, blocks = sums_of(under, left, read, level)
-                steps += 1
-                margin *= 4.0
-            level, count, steps = newton(under, left, blocks, level, area, count, targets[p], steps)
-            missed = 0.75 * missed + 0.25 * abs(level - near)
-        height[p], touching[p], iterations[p] = level, count, steps
+        if math.isnan(near):
+            near = tops[0] + highest
+        steps, level, blocks, change, first = 0, near, 0, 0.0, near
+        while True:
+            floor = level - margin
+            blocks = lay_blocks(
+                tops, places, arms, finger, texture, crests, shape, per, highest, x[p], y[p], turns[p], floor, laid
+            )
+            area, part = rough_sums(laid, blocks, level)
+            steps += 1
+            if part > 0.0:
+                change = (area - targets[p]) / part
+                if level + change >= floor:
+                    break
+            level = floor
+            margin *= 2.0
+        level += change
+        for k in range(blocks):
+            left[k] = k
+        level, part, steps = newton(laid, left, blocks, level, abs(change), targets[p], steps)
+        missed = 0.75 * missed + 0.25 * abs(level - first)
+        height[p], touching[p], iterations[p] = level, part, steps
         before, z = z, level
 
 
 @signed_kernel(f"void({PIECES}, f8[::1], f8[::1], f8[:,::1], f8[:,::1], f8[:,::1])")
-def measure_area(tops, starts, heights, texture, crests, shape, per, highest, x, y, z, depth, touching):
-    """Write the sum of max(h - z, 0) and the number of points above z, at each place and each of its z."""
-    under, left = np.empty(heights.shape, np.float32), np.arange(len(tops))
+def measure_area(tops, places, arms, finger, texture, crests, shape, per, highest, x, y, z, depth, touching):
+    """Write the sums over the cells of the mean of max(h - z, 0), and of the part above z, at each place and its z."""
+    laid, left = np.empty(len(finger), np.float32), np.arange(len(tops))
     for p in range(len(x)):
         floor = z[p, 0]
         for i in range(1, z.shape[1]):
             floor = min(floor, z[p, i])
-        blocks = lay_blocks(tops, starts, heights, texture, crests, shape, per, highest, x[p], y[p], floor, under)
+        blocks = lay_blocks(
+            tops, places, arms, finger, texture, crests, shape, per, highest, x[p], y[p], 0.0, floor, laid
+        )
         for i in range(z.shape[1]):
-            depth[p, i], touching[p, i] = exact_sums(under, left, blocks, z[p, i])
+            depth[p, i], touching[p, i] = exact_sums(laid, left, blocks, z[p, i])

@@ -40,6 +40,7 @@ from synth.surfaces.ridge_field import RidgeField, turned_back
 
 if TYPE_CHECKING:
     from synth.contact.area_grid import AreaGrid
+    from synth.contact.area_texture import Flags
 
 REFERENCE_LOAD = 1.0  # N: the load of the nominal footprint (the paper takes 1 cm^2 for 1 N); an unverified default
 REACH = 2.0  # the oval in which there are points, relative to the nominal footprint
@@ -88,30 +89,27 @@ class Footprint:
 def area_grid(
     field: RidgeField, footprint: Footprint, texture: HeightField, scale: float, line: Line, coarser: float = 1.0
 ) -> AreaGrid:
-    """Return the points of `field` on `footprint` over a height field.
+    """Return the cells of `field` on `footprint` over a height field.
 
     scale: of the heights in the solver, m.
     line: where the finger stands across, and its direction.
-    coarser: factor on the distance of the points.
+    coarser: factor on the size of the cells.
     """
-    from synth.contact.area_contact import (
-        finger_grid,
-        lattice_step,
-        wave_places,
-    )  # only a height field needs its kernels
+    from synth.contact.area_contact import finger_grid, lattice_step  # only a height field needs its kernels
 
     size = REACH * footprint.length, REACH * footprint.width
-    step = lattice_step(texture, size, COLUMNS[0] / field.period, ROWS[0] / field.period, coarser)
+    step = lattice_step(texture, size, field.period, coarser)
 
     def heights(x: Array, y: Array) -> Array:
-        drop = footprint.drop(x, y, line.direction)
-        inside = drop < REACH**2 * footprint.depth
-        return np.where(inside, field.heights(x, y, line.direction) - drop, -np.inf)
+        return field.heights(x, y, line.direction) - footprint.drop(x, y, line.direction)
+
+    def inside(x: Array, y: Array) -> Flags:
+        return footprint.drop(x, y, line.direction) < REACH**2 * footprint.depth
 
     c, s = math.cos(line.direction), math.sin(line.direction)
     box = math.hypot(size[0] * c, size[1] * s), math.hypot(size[0] * s, size[1] * c)
     area = footprint.length * footprint.width
-    return finger_grid(heights, box, max(size), step, (0.0, line.y), area, texture, scale, wave_places(coarser))
+    return finger_grid(heights, inside, box, max(size), step, (0.0, line.y), area, texture, scale)
 
 
 def require_columns(footprint: Footprint, texture: Profile) -> None:
@@ -165,7 +163,7 @@ class FingertipContact(Contact):
     field: the ridges.
     footprint: on a flat plate at 1 N.
     line: where the finger stands on a height field.
-    coarser: factor on the distance of the points on a height field.
+    coarser: factor on the size of the cells on a height field.
     """
 
     of_one_line = False
@@ -246,7 +244,7 @@ class FingertipContact(Contact):
         return heights_along(self, phases, loads, path)
 
     def grid_at(self, direction: float) -> AreaGrid:
-        """Return its points on a height field at another direction (rad)."""
+        """Return its cells on a height field at another direction (rad)."""
         texture, line = self.geometry.profile, Line(self.line.y, direction)
         assert isinstance(texture, HeightField)
         return area_grid(self.field, self.footprint, texture, self.geometry.height_scale, line, self.coarser)

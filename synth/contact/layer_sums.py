@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from synth.contact.area_solver import FINER_X, FINER_Y, ROWS, SPAN, STRIDE
+from synth.contact.area_solver import BEFORE, FINER_X, FINER_Y, ROWS, SPAN, STRIDE
 from synth.kernels import inlined, signed_kernel
 
 TAPS = 4  # places
@@ -33,8 +33,8 @@ def lay_texture(texture, shape, per, fine_x, fine_y, step, first, layers, one, e
     for i in range(samples):
         at = i / samples * per * finer_x
         whole = np.int64(at)
-        near[i] = whole % finer_x * stride + whole // finer_x
-        beyond[i] = (whole + 1) % finer_x * stride + (whole + 1) // finer_x
+        near[i] = whole % finer_x * stride + whole // finer_x + BEFORE
+        beyond[i] = (whole + 1) % finer_x * stride + (whole + 1) // finer_x + BEFORE
         part[i] = at - whole
     inverse = np.float32(1.0 / step)
     for row in range(one, end):

@@ -25,7 +25,7 @@ def contact_of(scene: Scene, profile: Profile | None = None, coarser: float = 1.
     """Return the contact of `scene`, without effects. One of its surfaces has a height.
 
     profile: a texture in place of that of the scene, whose stiffness stays.
-    coarser: factor on the distance of the points over an area.
+    coarser: factor on the size of the cells over an area.
 
     Raises CannotRender for a probe that is too flat, and for a fingertip whose texture is too fine.
     """

@@ -6,11 +6,12 @@ Model   The rule: a voice reads its table where the table holds every harmonic t
         periods up to 5.1 mm at 80 mm/s. A contact that would take more than MOST_WORK keeps its table, unless its
         surface is too long for one.
         A finger that may leave its line over an area reads a layered table of its own direction (`area_source`). In any
-        other direction it is solved along its path. If that would take more than MOST_TURNED, its points are farther
-        apart, as far as COARSER allows.
+        other direction it is solved along its path. If that would take more than MOST_TURNED, its cells are larger, as
+        far as COARSER allows.
         The mean that displacement leaves out is that of PLACES places of the surface, at each load.
-        Error: that of a swing (`swing`) at the lightest, the scan's and the heaviest usual load. To this the errors of
-        the filter and of the solver's segments, or of a layered table, are added.
+        Error: that of a swing (`swing`) at the lightest, the scan's and the heaviest usual load. Over an area the usual
+        rate is halved where no more than FOLDED folds, and larger cells are told against the usual ones, at the scan's
+        own speed. To this the errors of the filter and of the solver's segments, or of a layered table, are added.
 Source  design, sections 1 and 8.
 Limits  The error is that of one swing, at one place for each load. Effects that read a table of their own, over a
         period, keep the table of the contact too, so that all channels have one delay.
@@ -48,10 +49,12 @@ if TYPE_CHECKING:
     from synth.response.area_source import AreaSource
     from synth.response.layered_table import LayeredTable
 
-OVER_AREA = 8.0  # time of a solution on a height field over that of its cells: 50 to 70 ns a cell at 1.8 N, a comb 100
+OVER_AREA = 8.0  # time of a solution on a height field over that of its cells
+FEWER = 0.5  # factor on the usual number of solutions over an area, where z is smoother, if no more than FOLDED folds
+FOLDED = 0.01  # of the peak-to-peak
 MOST_WORK = 0.2  # predicted s of processor time per second; more would leave no room for other hands
-MOST_TURNED = 0.3  # predicted s per second of a finger that is turned over an area: rarer than MOST_WORK
-COARSER = (1.0, 1.5, 2.0, 3.0, 4.0)  # factors on the distance of the points of an area
+MOST_TURNED = 0.16  # predicted s per second of a finger that is turned over an area, at 1.8 N; half of it at 0.3 N
+COARSER = (1.0, 1.5, 2.0, 3.0)  # factors on the size of the cells of an area
 MOST_MAKING, WORKERS = 3.0, 2  # predicted s of processor time for a layered table, and threads
 MEAN_TOLERANCE = 0.1  # of the mean of z over the load: its error is a thousandth of this, of the peak-to-peak
 AREA_MEAN_TOLERANCE = 2.0  # over areas and long surfaces, where the mean of PLACES places errs by more than these 0.2 %
@@ -96,7 +99,7 @@ class DirectPlan:
     mean: Mean
     heaviest: float
     band: float
-    finer: int
+    finer: float
     rate: float
     fastest: float
     loads: tuple[float, ...]
@@ -147,14 +150,14 @@ def beyond_table(asked: Request, contact: Contact) -> bool:
 
 def predicted_work(scene: Scene, contact: Contact) -> float:
     """Return the predicted processor time (s) of a second of a voice that solves `contact` along its motion."""
-    rate = min(SOLUTIONS * band_of(scene), scene.output.sample_rate)
+    rate = min(least_solutions(contact) * SOLUTIONS * band_of(scene), scene.output.sample_rate)
     cell = EXACT_CELL * (OVER_AREA if isinstance(contact.geometry.profile, HeightField) else 1.0)
     return 1e-9 * cell * contact.grid.cells * rate
 
 
 @dataclass(frozen=True)
 class Spread:
-    """How far apart the points of a finger are over an area: the factor that `affordable` has chosen."""
+    """How large the cells of a finger are over an area: the factor that `affordable` has chosen."""
 
     coarser: float
     memory_bytes = 8
@@ -163,8 +166,13 @@ class Spread:
 SPREAD_FORM = json_form(asdict, lambda told: Spread(told["coarser"]))
 
 
+def least_solutions(contact: Contact) -> float:
+    """Return the least factor on the usual number of solutions."""
+    return FEWER if isinstance(contact.geometry.profile, HeightField) else 1.0
+
+
 def affordable(scene: Scene, cache: ResponseCache) -> Contact:
-    """Return the contact of `scene` over an area, with points so far apart that solving it takes MOST_TURNED."""
+    """Return the contact of `scene` over an area, with cells so large that solving it takes MOST_TURNED."""
     fine = contact_of(scene)
 
     def chosen() -> Spread:
@@ -188,9 +196,10 @@ def direct_plan(
     scene, heaviest, (low, high) = asked.scene, bounds_for(asked.scene).heaviest, asked.told_loads
     loads = min(low, HAND_LOADS[0]), scene.scan.load, max(high, HAND_LOADS[1])
     judged = tuple(max(load, scene.scan.lift_load) for load in loads)
-    fastest = max(ScanMotion(scene).fastest(), HAND_SPEEDS[1])
+    own = ScanMotion(scene).fastest()
+    fastest = max(own, HAND_SPEEDS[1])
     told = (scene.output.sample_rate, band_of(scene), fastest, judged, heaviest, tolerance)
-    key: Hashable = ("direct plan", contact.key, whole.key, over_area(asked), *told)
+    key: Hashable = ("direct plan", contact.key, whole.key, over_area(asked), own, *told)
     if not over_area(asked):
         return cache.get(
             key,
@@ -202,9 +211,9 @@ def direct_plan(
         return _area_source(scene, whole, cache, heaviest)
 
     def file() -> FileEntry[DirectPlan] | None:
-        return entry_of(scene, whole, told, _form_over(source)) if tolerance is None else None
+        return entry_of(scene, whole, (own, *told), _form_over(source)) if tolerance is None else None
 
-    return cache.get(key, lambda: _over_area(whole, source, *told), file)
+    return cache.get(key, lambda: _over_area(whole, source, own, *told), file)
 
 
 def _form_along(whole: Contact) -> FileForm[DirectPlan]:
@@ -257,10 +266,11 @@ def _along_line(
     long = whole.geometry.texture_period > contact.geometry.texture_period
     allowed = AREA_MEAN_TOLERANCE if long else MEAN_TOLERANCE
     mean = mean_curve(whole, (0.0, heaviest), loads[1], allowed, PLACES, MEANS)
-    swing = Swing(SOLUTIONS * band, band, fastest)
+    least = least_solutions(whole)
+    swing = Swing(least * SOLUTIONS * band, band, fastest)
     folded, seconds = folded_errors(whole, swing, loads)
     coarse = changed_by(contact, contact.refined(), swing, loads[1])
-    finer, steps, errors = _filtered(rate, band, folded, coarse, tolerance)
+    finer, steps, errors = _filtered(rate, swing, folded, coarse, tolerance, least)
     return DirectPlan(whole, mean, heaviest, band, finer, steps, fastest, loads, errors, seconds)
 
 
@@ -284,6 +294,7 @@ def _area_source(scene: Scene, coarse: Any, cache: ResponseCache, heaviest: floa
 def _over_area(
     coarse: Any,
     table_source: Callable[[], AreaSource],
+    own: float,
     rate: int,
     band: float,
     fastest: float,
@@ -294,7 +305,7 @@ def _over_area(
     from synth.contact.area_path import coarsened
 
     fine = coarsened(coarse, 1.0)
-    swing = Swing(SOLUTIONS * band, band, fastest, PATH_SLOPE)
+    swing = Swing(FEWER * SOLUTIONS * band, band, fastest, PATH_SLOPE)
     source: Contact | AreaSource = coarse
     if tolerance is None:
         source = table_source()
@@ -302,32 +313,31 @@ def _over_area(
     else:
         mean = mean_over_area(coarse, (0.0, heaviest), loads[1], AREA_MEAN_TOLERANCE, PLACES, MEANS)
     folded, seconds = folded_errors(source, swing, loads)
-    missed = changed_by(source, fine, swing, loads[1])
-    short = replace(swing, seconds=TURNED)
+    slower = replace(swing, fastest=own or fastest)  # finer waves are then in the band
+    missed = np.maximum(changed_by(source, fine, swing, loads[1]), changed_by(source, fine, slower, loads[1]))
+    short = replace(slower, seconds=TURNED)
     turned_folded, turned_seconds = folded_errors(coarse, short, loads)
-    turning = turned_folded + turning_errors(coarse, short, loads[1])
-    if fine is not coarse:
-        turning += changed_by(coarse, fine, short, loads[1])
-    finer, steps, errors = _filtered(rate, band, folded, missed, tolerance)
-    turns = Turning(tuple(turning.tolist()), 2.0 * steps * turned_seconds)
+    turning = turned_folded + turning_errors(coarse, fine, short, loads[1])
+    finer, steps, errors = _filtered(rate, swing, folded, missed, tolerance, FEWER)
+    turns = Turning(tuple(turning.tolist()), steps * turned_seconds)
     return DirectPlan(source, mean, heaviest, band, finer, steps, fastest, loads, errors, seconds, turns)
 
 
 def _filtered(
-    rate: int, band: float, folded: Array, others: Array, tolerance: float | None
-) -> tuple[int, float, tuple[float, ...]]:
+    rate: int, swing: Swing, folded: Array, others: Array, tolerance: float | None, finer: float
+) -> tuple[float, float, tuple[float, ...]]:
     """Return the factor on the usual number of solutions, the solutions per second, and the errors.
 
-    folded: what folds into the band at the usual number.
+    folded: what folds into the band at the rate of `swing`.
     others: further errors.
+    finer: the least factor.
     """
-    finer = 1
     while True:
-        filters = [band_filter(quantity, rate, band, finer) for quantity in QUANTITIES]
+        filters = [band_filter(quantity, rate, swing.band, finer) for quantity in QUANTITIES]
         steps = rate / filters[0].stride
-        left = (SOLUTIONS * band / steps) ** FOLD_POWER
-        parts = zip(folded, others, filters, strict=True)
-        errors = tuple(float(left * fold + other + one.error) for fold, other, one in parts)
-        if tolerance is None or max(errors) <= tolerance or filters[0].stride == 1:
-            return finer, steps, errors
-        finer *= 2
+        fold = (swing.rate / steps) ** FOLD_POWER * folded
+        errors = tuple(float(one.error) for one in filters) + fold + others
+        enough = finer >= 1.0 or np.max(fold) <= FOLDED if tolerance is None else np.max(errors) <= tolerance
+        if enough or filters[0].stride == 1:
+            return finer, steps, tuple(errors.tolist())
+        finer *= 2.0

@@ -47,7 +47,7 @@ def path_frames(asked: Request, contact: Contact, tolerance: float, scale: float
         count *= 2
     if scene.scan.turns:
         judged = Swing(SOLUTIONS * band, band, fastest, PATH_SLOPE, SECONDS)
-        folded = folded + turning_errors(contact, judged, load)[orders]
+        folded = folded + turning_errors(contact, contact, judged, load)[orders]
     solution = EXACT_CELL * contact.grid.cells
     return counted(scene, asked.orders, tolerance, scale, count, tuple(folded.tolist()), solution)
 

@@ -95,13 +95,16 @@ def changed_by(contact: Any, better: Any, swing: Swing, load: float) -> Array:
     return relative(np.max(np.abs(after - before), axis=1), np.ptp(after, axis=1))
 
 
-def turning_errors(contact: Any, swing: Swing, load: float) -> Array:
-    """Return the error of each quantity halfway between two directions of a finger, relative to its peak-to-peak."""
-    from synth.contact.area_path import turn_step, turned
+def turning_errors(contact: Any, fine: Any, swing: Swing, load: float) -> Array:
+    """Return the error of each quantity of a finger between two of its directions, relative to its peak-to-peak.
 
-    half = 0.5 * turn_step(contact)
-    between = swing.curves(swing.heights(contact, load, 0.5, half))
-    exact = swing.curves(swing.heights(turned(contact, half), load, 0.5))
+    fine: the same contact, in cells that are as small or smaller, against which the error is measured.
+    """
+    from synth.contact.area_path import OVERLAP, TURN_STEP, turned
+
+    angle = 0.5 * (1.0 - OVERLAP) * TURN_STEP
+    between = swing.curves(swing.heights(contact, load, 0.5, angle))
+    exact = swing.curves(swing.heights(turned(fine, angle), load, 0.5))
     return relative(np.max(np.abs(between - exact), axis=1), np.ptp(exact, axis=1))
 
 

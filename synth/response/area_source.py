@@ -2,8 +2,8 @@
 
 Stage   RESPONSE.
 Model   A layered table holds z at every place and load for one direction of the finger, that of its line. A finger that
-        is turned from it is solved on points that are farther apart (`area_path`). Over TURNED from the direction of
-        the table, one fades into the other, so that a finger that begins to turn does not step.
+        is turned from it is solved, in larger cells where that is needed (`area_path`). Over TURNED from the direction
+        of the table, one fades into the other, so that a finger that begins to turn does not step.
 Source  design, section 1.
 Limits  The errors of the table, and of the solutions where the finger is turned.
 """

@@ -31,7 +31,7 @@ POINTS = 64  # least number of frequencies in each part; more cost time, and lin
 
 
 @cache
-def band_filter(quantity: str, rate: int, band: float, finer: int = 1) -> ReadingFilter:
+def band_filter(quantity: str, rate: int, band: float, finer: float = 1.0) -> ReadingFilter:
     """Return the filter of `quantity` (one of `reading_filter.ORDERS`) at `rate` (Hz), for solutions at equal steps.
 
     band: Hz.
@@ -40,7 +40,7 @@ def band_filter(quantity: str, rate: int, band: float, finer: int = 1) -> Readin
     """
     order, usual = ORDERS[quantity], max(1, math.floor(rate / (SOLUTIONS * band)))
     late = max(2, math.ceil(REACH * rate / (band * usual))) * usual  # frames
-    stride = max(one for one in range(1, usual + 1) if (late % one == 0 and one * finer <= usual) or one == 1)
+    stride = max(one for one in range(1, late + 1) if (late % one == 0 and one * finer <= usual) or one == 1)
     taps = 2 * late // stride
     gone = min(EDGE * band * stride / rate, 0.5)
     kept = min(band * stride / rate, gone / math.sqrt(EDGE))

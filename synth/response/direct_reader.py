@@ -166,6 +166,8 @@ class DirectReader:
         return np.asarray(np.where(newest < 0, last, z[np.maximum(newest, 0)]))
 
 
-def direct_filters(quantities: tuple[str, ...], rate: int, band: float, finer: int = 1) -> tuple[ReadingFilter, ...]:
+def direct_filters(
+    quantities: tuple[str, ...], rate: int, band: float, finer: float = 1.0
+) -> tuple[ReadingFilter, ...]:
     """Return the filter of each of `quantities`; the other arguments are those of `band_filter`."""
     return tuple(band_filter(quantity, rate, band, finer) for quantity in quantities)

@@ -1,7 +1,6 @@
-"""Brute force of a finger on a surface over an area: every point of the finger, and SciPy for the load.
+"""Brute force of a finger on a surface over an area: many points in every cell of the finger, and SciPy for the load.
 
-It shares no code with the engine: the texture under a point is the mean of its heights over the cell of the point, as a
-sum over places in the cell, and z is found by bisection.
+It shares no code with the engine: max(h - z, 0) is summed over the points, and z is found by root finding.
 """
 
 from __future__ import annotations
@@ -15,28 +14,27 @@ from scipy.optimize import brentq
 Real = np.ndarray[Any, np.dtype[np.float64]]
 Heights = Callable[[Real, Real], Real]
 
-IN_A_CELL = 4  # places along and across over which the mean is taken
+IN_A_CELL = 12  # points along and across
 
 
-def approach(
-    x: Real, y: Real, h1: Real, cell: tuple[float, float], area: float, heights: Heights, path: Real, indentation: float
-) -> Real:
+def inside(cell: tuple[float, float]) -> tuple[Real, Real]:
+    """Return x and y of IN_A_CELL^2 points of a cell, from its middle; cell: its size along and across."""
+    parts = (np.arange(IN_A_CELL) + 0.5) / IN_A_CELL - 0.5
+    return np.repeat(parts * cell[0], IN_A_CELL), np.tile(parts * cell[1], IN_A_CELL)
+
+
+def approach(x: Real, y: Real, h1: Real, share: float, heights: Heights, path: Real, indentation: float) -> Real:
     """Return z (m) at each place of `path`.
 
-    x, y, h1: of every point of the finger (m), one dimension each.
-    cell: size of a cell along and across, m.
-    area: A0, m^2.
+    x, y, h1: of every point of the finger (m), of one shape.
+    share: area of a point over A0.
     heights: of the texture (m) at x and y (m) of the same shape.
     path: how far the finger has moved along and across (m): [places, 2].
     indentation: w / k (m).
     """
-    inside = (np.arange(IN_A_CELL) + 0.5) / IN_A_CELL - 0.5
-    found, share = [], cell[0] * cell[1] / area
+    found = []
     for along, across in path:
-        h = h1.copy()
-        for a in inside * cell[0]:
-            for b in inside * cell[1]:
-                h += heights(x - along + a, y - across + b) / IN_A_CELL**2
+        h = h1 + heights(x - along, y - across)
         top = float(h.max())
         found.append(
             brentq(

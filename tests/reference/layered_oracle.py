@@ -2,20 +2,29 @@
 
 from __future__ import annotations
 
+import itertools
+import math
 from typing import Any
 
 import numpy as np
 
 Real = np.ndarray[Any, np.dtype[np.float64]]
+QUARTER = 0.5 / math.sqrt(3.0)  # of a cell: points there have the variance of a plane over it
+ROW_DISTANCE = 0.97  # of the rows of a finger, in those of the texture
+COLUMNS_BEFORE = 8  # of the stored texture, before x = 0
 NO_POINT = -1e20  # heights below it are places without a point of the finger
 
 
 def points_of(grid: Any) -> tuple[Real, Real, Real]:
-    """Return x and y (periods of the texture) and height of every point of the finger of an `AreaGrid`."""
-    column = grid.starts[:, 1:] + np.arange(grid.heights.shape[1])
-    row, there = np.broadcast_to(grid.starts[:, :1], column.shape), grid.heights > NO_POINT
-    x, y = grid.begin[0] + column / grid.texture.columns, grid.begin[1] + row / grid.texture.shape[0]
-    return x[there], y[there], grid.heights[there].astype(float)
+    """Return x and y (periods of the texture) and height of four points in every cell of an `AreaGrid`."""
+    found, there = [], grid.finger[:, 0] > NO_POINT
+    for u, v in itertools.product((-QUARTER, QUARTER), repeat=2):
+        x = grid.begin[0] + (grid.places[:, :1] - COLUMNS_BEFORE + np.arange(there.shape[1]) + u) / grid.texture.columns
+        y = np.broadcast_to(grid.begin[1] + (grid.places[:, 1:] + ROW_DISTANCE * v) / grid.texture.shape[0], x.shape)
+        heights = grid.finger[:, 0] + u * grid.finger[:, 1] + v * grid.finger[:, 2]
+        found.append((x[there], y[there], heights[there].astype(float)))
+    x, y, heights = (np.concatenate(one) for one in zip(*found, strict=True))
+    return x, y, heights
 
 
 def heights_at(grid: Any, phase: float, across: float) -> Real:
@@ -26,7 +35,7 @@ def heights_at(grid: Any, phase: float, across: float) -> Real:
     )
     x, y, h1 = points_of(grid)
     x, y = (x - phase) % 1.0 * grid.texture.columns * finer_x, (y - across) % 1.0 * rows * finer_y
-    i, j = np.floor(x).astype(int), np.floor(y).astype(int) % len(texture)
+    i, j = np.floor(x).astype(int) + COLUMNS_BEFORE * finer_x, np.floor(y).astype(int) % len(texture)
     u, v, after = x - np.floor(x), y - np.floor(y), (j + 1) % len(texture)
     lower = (1.0 - u) * texture[j, i] + u * texture[j, i + 1]
     upper = (1.0 - u) * texture[after, i] + u * texture[after, i + 1]
@@ -36,7 +45,7 @@ def heights_at(grid: Any, phase: float, across: float) -> Real:
 def approach(grid: Any, phase: float, across: float, indentation: float) -> float:
     """Return z (m): the mean of max(h - z, 0) over A0 is `indentation` (m)."""
     h = -np.sort(-heights_at(grid, phase, across))
-    levels = (np.cumsum(h) - indentation / grid.cell) / np.arange(1, len(h) + 1)
+    levels = (np.cumsum(h) - 4.0 * indentation / grid.cell) / np.arange(1, len(h) + 1)
     return float(levels.max())  # with n points above z; too many or too few give a lower level
 
 

@@ -11,7 +11,7 @@ import pytest
 import ridgewave as rw
 from synth.contact.area_contact import CombOnArea
 from synth.contact.area_grid import AreaGrid
-from synth.contact.area_solver import WIDE
+from synth.contact.area_solver import BEFORE, ROW, WIDE, highest_tops
 from synth.contact.area_texture import crests_of
 from synth.contact.fingertip import FingertipContact, Footprint
 from synth.contact.geometry import Geometry
@@ -32,17 +32,17 @@ SMALL = {"contact_length": "1.5 mm"}
 LEVELS = 3e-3  # of the texture's height: the error of its mean over a cell, here and in the oracle, beside its level
 
 
-def points_of(contact: Contact, texture: HeightField) -> tuple[Any, Any, Any, tuple[float, float], float]:
-    """Return x, y and height (m) of every point of the solver, its cell (m) and A0 (m^2)."""
+def points_of(contact: Contact, texture: HeightField) -> tuple[Any, Any, Any, float]:
+    """Return x, y and height (m) of points in every cell of the solver, and the area of a point over A0."""
     grid = contact.grid
     assert isinstance(grid, AreaGrid)
-    step = texture.period / grid.texture.columns, texture.across / grid.texture.shape[0]
-    column = grid.starts[:, 1:] + np.arange(grid.heights.shape[1])
-    row = np.repeat(grid.starts[:, :1], grid.heights.shape[1], axis=1)
-    there = grid.heights > -1e20
-    heights = grid.heights[there].astype(float) * grid.height_scale
-    x, y = grid.begin[0] * texture.period + column * step[0], grid.begin[1] * texture.across + row * step[1]
-    return x[there], y[there], heights, step, step[0] * step[1] / grid.cell
+    step, there = grid.texture.step, grid.finger[:, 0] > -1e20
+    mean, along, across = (grid.finger[:, n][there, np.newaxis] * grid.height_scale for n in range(3))
+    x = grid.begin[0] * texture.period + (grid.places[:, :1] - BEFORE + np.arange(WIDE)) * step[0]
+    y = np.broadcast_to(grid.begin[1] * texture.across + grid.places[:, 1:] * step[1], x.shape)
+    u, v = area_oracle.inside((1.0, 1.0))
+    points = x[there][:, np.newaxis] + u * step[0], y[there][:, np.newaxis] + v * ROW * step[1]
+    return *points, mean + u * along + v * across, grid.cell / len(u)
 
 
 def random_case(seed: int) -> tuple[Contact, HeightField, Any, float]:
@@ -83,10 +83,10 @@ def on_field(scene: Any, field: HeightField) -> Contact:
 @pytest.mark.parametrize("seed", [*range(6), *(thorough(seed) for seed in range(6, 50))])
 def test_z_is_that_of_brute_force_over_the_points(seed: int) -> None:
     contact, field, heights, load = random_case(seed)
-    x, y, h1, cell, area = points_of(contact, field)
+    x, y, h1, share = points_of(contact, field)
     random = np.random.default_rng(seed)
     path = np.stack([random.uniform(0.0, 2.0 * field.period, 4), np.zeros(4)], axis=1)
-    z = area_oracle.approach(x, y, h1, cell, area, heights, path, contact.indentation(load))
+    z = area_oracle.approach(x, y, h1, share, heights, path, contact.indentation(load))
     found = contact.approach(path[:, 0] / field.period, load)[0]
     level = float(np.mean(found - z))  # the oracle's heights are about another level
     tall = field.extent[1] - field.extent[0]
@@ -99,15 +99,15 @@ def test_z_at_any_place_of_the_area_and_at_no_load() -> None:
     contact, field, heights, load = random_case(1)
     grid = contact.grid
     assert isinstance(grid, AreaGrid)
-    x, y, h1, cell, area = points_of(contact, field)
+    x, y, h1, share = points_of(contact, field)
     path = np.random.default_rng(3).uniform(-2.0, 2.0, (8, 2)) * [field.period, field.across]
     turns = path / [field.period, field.across]
-    wanted = area_oracle.approach(x, y, h1, cell, area, heights, path, contact.indentation(load))
+    wanted = area_oracle.approach(x, y, h1, share, heights, path, contact.indentation(load))
     found = grid.solve_places(turns[:, 0], turns[:, 1], contact.indentation(load)).height
     tall = field.extent[1] - field.extent[0]
     assert np.ptp(found - wanted) < LEVELS * tall
     lifted = grid.solve_places(turns[:, 0], turns[:, 1], 0.0)
-    light = grid.solve_places(turns[:, 0], turns[:, 1], 1e-12)
+    light = grid.solve_places(turns[:, 0], turns[:, 1], 1e-16)
     assert np.all(lifted.touching == 0.0) and np.all(lifted.height >= light.height)
     assert np.max(lifted.height - light.height) < 2e-3 * grid.height_scale
 
@@ -120,6 +120,16 @@ def test_z_does_not_depend_on_where_the_solver_starts() -> None:
     far = contact.approach(phases, load, np.full(200, field.extent[0] - 1e-3))[0]
     assert np.max(np.abs(there - back)) < 1e-11 * contact.scale_at(load)
     assert np.max(np.abs(there - far)) < 1e-11 * contact.scale_at(load)
+
+
+def test_a_place_that_is_not_finite_is_refused() -> None:
+    grid = random_case(1)[0].grid
+    assert isinstance(grid, AreaGrid)
+    for wrong in (math.nan, math.inf):
+        with pytest.raises(ValueError, match="finite"):
+            grid.solve_places(np.array([0.1, wrong]), np.zeros(2), 1e-6)
+        with pytest.raises(ValueError, match="finite"):
+            grid.solve_places(np.zeros(2), np.array([wrong, 0.1]), 1e-6)
 
 
 def test_the_measured_force_is_that_of_the_solution() -> None:
@@ -178,12 +188,25 @@ def test_the_footprint_of_a_fingertip_is_the_same_on_a_line_and_on_an_area() -> 
     assert isinstance(line.footprint, Footprint) and line.footprint == area.footprint
 
 
-def test_a_crest_is_the_highest_place_that_a_block_can_meet() -> None:
-    places = np.random.default_rng(3).normal(size=(2, 4, 7, 3 * WIDE)).astype(np.float32)
-    crests = crests_of(places)
-    met = places.max(axis=(0, 1))
-    for row, column in np.ndindex(7, 2 * WIDE):  # a place between two rows, or two columns, is a mixture of both
-        assert crests[row, column] == met[[row, (row + 1) % 7], column : column + WIDE + 1].max()
+@pytest.mark.parametrize("places", [(1, 1), (4, 2)])
+def test_a_crest_is_at_least_the_highest_top_that_a_block_can_meet(places: tuple[int, int]) -> None:
+    """Against the mean and the slopes of the bilinear surface, at random places."""
+    random, (finer_x, finer_y), (rows, span) = np.random.default_rng(3), places, (7, 3 * WIDE)
+    stored = random.normal(size=(finer_y, finer_x, rows, span)).astype(np.float32)
+    shape = np.array([rows, finer_x, finer_y, rows * span, span], dtype=np.int64)
+    tops = np.empty((rows, span), np.float32)
+    highest_tops(stored.ravel(), shape, tops)
+    crests, fine = crests_of(tops), stored.transpose(2, 0, 3, 1).reshape(rows * finer_y, span * finer_x).astype(float)
+    for _ in range(300):
+        y, x = float(random.uniform(0.0, rows * finer_y)), float(random.uniform(0.0, (2 * WIDE - 2) * finer_x))
+        i, j, met = int(x), int(y), []
+        for column in i + finer_x * np.arange(WIDE):
+            (a, b), (c, d) = (fine[row, column : column + 2] for row in (j, (j + 1) % len(fine)))
+            u, v = x - i, y - j
+            below, above = a + u * (b - a), c + u * (d - c)
+            slopes = finer_x * ((1 - v) * (b - a) + v * (d - c)), finer_y * (above - below)
+            met.append(below + v * (above - below) + 0.5 * np.hypot(*slopes))
+        assert max(met) <= crests[j // finer_y, i // finer_x] + 1e-5
 
 
 @pytest.mark.parametrize("kind", ["comb", "fingertip"])
@@ -191,7 +214,7 @@ def test_rows_closer_than_the_points_may_be_are_felt_through_their_mean(kind: st
     rows = [[0.0, 1e-5, 0.0, 1e-5], [0.0, 1e-5, 0.0, 0.0]]
     texture = {"kind": "heightmap", "rows": rows, "spacing": 1e-4, "spacing_across": 5e-7}
     grid = contact_of(parse_scene({"finger": {"kind": kind, "contact_length": "30 mm"}, "texture": texture})).grid
-    assert isinstance(grid, AreaGrid) and grid.heights.size <= 2**21  # whole blocks
+    assert isinstance(grid, AreaGrid) and len(grid.tops) * WIDE <= 2**21  # whole blocks
     z = [grid.solve_places(np.array([0.2]), np.array([across]), 1e-5).height[0] for across in (0.0, 0.3, 0.7)]
     np.testing.assert_allclose(z, z[0], rtol=1e-6)
 

@@ -34,7 +34,7 @@ def sums(grid: AreaGrid, places: Any, z: float) -> Any:
     found = []
     for column, row in places:
         heights = layered_oracle.heights_at(grid, column / SIZE[0], row / SIZE[1])
-        found.append(grid.cell * float(np.sum(np.maximum(heights - z, 0.0))))
+        found.append(0.25 * grid.cell * float(np.sum(np.maximum(heights - z, 0.0))))
     return np.array(found)
 
 
@@ -69,7 +69,7 @@ def test_levels_are_wider_apart_the_deeper_they_are_and_reach_any_depth() -> Non
 
 def test_below_all_points_f_falls_in_a_straight_line() -> None:
     grid, layers, _lowest = grid_and_layers(8.0)
-    deep = float(grid.texture.heights.min()) + float(grid.heights[grid.heights > -1e20].min()) - 1.0
+    deep = float(grid.texture.heights.min()) + float(grid.finger[:, 0][grid.finger[:, 0] > -1e20].min()) - 1.0
     line = []
     for numbers, batch in layers.batches():
         if numbers[0] * layers.plan.step < deep:
@@ -77,7 +77,7 @@ def test_below_all_points_f_falls_in_a_straight_line() -> None:
         if len(line) == 2:
             break
     numbers, found = (np.concatenate(one).astype(float) for one in zip(*line, strict=True))
-    points = int(np.sum(grid.heights > -1e20))
+    points = int(np.sum(grid.finger[:, 0] > -1e20))
     wanted = points * grid.cell * layers.plan.step * grid.height_scale
     assert np.diff(found) / -np.diff(numbers) == pytest.approx(wanted, rel=1e-3)
 
