@@ -27,7 +27,7 @@ from synth.errors import CannotRender
 from synth.motion.motion import LARGEST_LOAD
 from synth.motion.scan_motion import ScanMotion
 from synth.perception.threshold import imperceptible_tolerance
-from synth.plan.channels import APPROACH, NEARLY, ChannelPlan, SteadyScan, spendable
+from synth.plan.channels import APPROACH, NEARLY, SMALLEST_MOTION, ChannelPlan, SteadyScan, spendable
 from synth.plan.direct_plan import (
     AREA_MEAN_TOLERANCE,
     DirectPlan,
@@ -259,7 +259,9 @@ def _shaped(asked: Request, contact: Contact, tolerance: float) -> tuple[Contact
         tolerance = max(tolerance, OF_LEVELS)
     share = SERIES_SHARE if asked.moving else 1.0
     harmonics = max(asked.highest if asked.load_varies else asked.reach, 1)
-    demand = Demand(harmonics, asked.orders, share * spendable(tolerance))
+    silent = not asked.by_hand and not all(one.full_scale for one in scene.output.channel_list)
+    still = SMALLEST_MOTION if silent and not asked.moving else 0.0
+    demand = Demand(harmonics, asked.orders, share * spendable(tolerance), still)
     long = asked.stretch is not None
     # tables refine themselves
     if any(asked_effects(scene, Kind.BALANCE)) or ((asked.load_varies or long) and not asked.live):

@@ -26,6 +26,7 @@ from synth.response.kept_files import json_form
 
 Complex = np.ndarray[Any, np.dtype[np.complex128]]
 
+STILL_PHASES = 1024  # at which a finger that is still is told from one that is not
 FEWEST_PHASES = 8  # doubled at least once; with fewer there is no second change to estimate the error from
 MOST_PHASES = 1 << 21  # 4 s of work on the default scene; where it is too few, the error is larger than the tolerance
 MOST_WORK = 1 << 29  # phases times cells of the response: 1 to 10 s; where it is too little, the error is larger
@@ -53,11 +54,20 @@ class Demand:
     highest: highest harmonic, at least 1.
     orders: time derivatives (0 displacement, 1 velocity, 2 acceleration).
     tolerance: largest error of each, relative to its own peak-to-peak.
+    still: peak of these harmonics of z (m) below which the series is not refined: the finger counts as still.
     """
 
     highest: int
     orders: tuple[int, ...]
     tolerance: float
+    still: float = 0.0
+
+    def is_still(self, height: Array) -> bool:
+        """Return whether z at equal steps of a period (m), enough of them to judge, moves by less than `still`."""
+        if not self.still or len(height) < max(STILL_PHASES, 4 * self.highest):
+            return False
+        moved = curves(harmonics_of(height, self.highest), 0, points_for(self.highest))
+        return float(np.max(np.abs(moved))) < self.still
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,17 +144,18 @@ def _refined(coarse: Response, finer: Response, load: float, demand: Demand, kee
     the last two, and the change is added to its error. This is a bound where the error at least halves with the
     segments, as it does for every continuous profile.
     """
-    rest = Demand(demand.highest, demand.orders, (1.0 - DISCRETE_SHARE) * demand.tolerance)
+    rest = replace(demand, tolerance=(1.0 - DISCRETE_SHARE) * demand.tolerance)
     most = min(MOST_PHASES, max(256, MOST_WORK // (FINER_WORK * finer.work_at(load))))
     found = _grown(coarse, load, rest, keep, most)
     phases = np.arange(found.phases) / found.phases
     while True:
-        series = harmonics_of(finer.approach(phases, load)[0], keep)
+        height = finer.approach(phases, load)[0]
+        series = harmonics_of(height, keep)
         changed, good = changes(found.harmonics, series, demand, finer.scale_at(load))
         errors = tuple(one + change for one, change in zip(found.errors, changed, strict=True))
         finest = finer.work_at(load) * found.phases * FINER_WORK > MOST_WORK
         found = Spectrum(series, errors, found.phases, False, finer.solver(load).name)
-        following = None if good or finest else finer.refined()
+        following = None if good or finest or demand.is_still(height) else finer.refined()
         if following is None:
             return found
         found = replace(found, errors=tuple(one - change for one, change in zip(errors, changed, strict=True)))
@@ -206,7 +217,8 @@ def _grown(response: Response, load: float, demand: Demand, keep: int, most: int
         height = np.stack([height, more], axis=1).ravel()
         phases *= 2
         errors, good = _errors(height, demand, scale)
-        if (good and _probed(response, load, height, unseen, scale)) or 2 * phases > most:
+        settled = (good and _probed(response, load, height, unseen, scale)) or demand.is_still(height)
+        if settled or 2 * phases > most:
             return Spectrum(harmonics_of(height, keep), errors, phases, False, response.solver(load).name)
 
 

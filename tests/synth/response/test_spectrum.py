@@ -18,6 +18,7 @@ from synth.contact.load_balance import Contact
 from synth.contact.scene_contact import contact_of
 from synth.plan.preparation import Preparation, prepare
 from synth.response.spectrum import Demand, curves, error_floor, harmonics_of, points_for, solve_spectrum
+from synth.scene.scene import parse_scene
 from tests.synth.engine_cases import QUANTITIES, RATES, Real, random_document, scene_of, spread
 
 ORDERS = (0, 1, 2)
@@ -169,3 +170,12 @@ def test_the_error_is_below_what_the_plan_tells_and_that_below_what_was_asked(qu
         counted += 1
     assert counted > 0.7 * scenes
     assert wasted <= MOST_WASTED * counted
+
+
+def test_a_finger_that_is_still_is_not_solved_any_further() -> None:
+    """All of a comb touches, and its motion cancels: a relative error could be met with two million solutions only."""
+    scene = parse_scene({"finger": {"contact_length": "2 mm"}, "texture": {"kind": "dots"}})
+    found = solve_spectrum(contact_of(scene), 300.0, Demand(8, (2,), 1e-3, still=1e-9))
+    assert found.phases <= 2048 and np.max(np.abs(found.harmonics[1:])) < 1e-9
+    moving = solve_spectrum(contact_of(scene), 0.3, Demand(8, (2,), 1e-3, still=1e-9))
+    assert np.max(np.abs(moving.harmonics[1:])) > 1e-9
