@@ -4,7 +4,8 @@ Stage   2, the part that computes. `plan` describes the result for people.
 Model   Harmonics below 0.40 of the rate, and below the bandwidth, are kept at the speed of the scan. A constant scan is
         read from the series of these harmonics. The series is solved to the tolerance, minus the rounding to float32.
         A moving scan is solved along its motion (`frame_solver`). A hand, and a moving scan whose blocks have
-        deadlines, read the response table instead, or are solved directly where it is too coarse (`direct_plan`).
+        deadlines, read the response table instead, or are solved directly where it is too coarse; over an area they
+        read a layered table (`direct_plan`).
         A surface whose period is too long for a series has that of a stretch (`stretch`), for its levels only.
 Source  design, section 4.
 Limits  The number of harmonics is that of `request`.
@@ -48,6 +49,7 @@ from synth.plan.path_frames import path_frames
 from synth.plan.process_start import begun
 from synth.plan.request import N_MAX, Request, harmonics_in_band
 from synth.plan.scene_table import entry_of, kept_table, read_error
+from synth.plan.silence import above_band, silence_of
 from synth.plan.stretch import Stretch, on_whole, stretch_of
 from synth.response.mean_approach import Mean, mean_curve, mean_over_area
 from synth.response.reading_filter import ORDERS
@@ -56,7 +58,7 @@ from synth.response.spectrum import SPECTRUM_FORM, Demand, Spectrum, curves, fin
 from synth.response.table import ResponseTable
 from synth.response.table_error import QUANTITIES
 from synth.response.table_making import HEAVIEST
-from synth.scene.output_section import BAND, FULL_BAND
+from synth.scene.output_section import BAND
 from synth.scene.scene import Scene
 
 SERIES_SHARE = 0.7  # part of a moving scan's tolerance for its series; the folded error of a landing uses the rest
@@ -173,7 +175,7 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool) -> Preparati
     scene, geometry = asked.scene, Geometry.of_scene(asked.scene)
     tolerance = scene.accuracy.tolerance if isinstance(scene.accuracy.tolerance, float) else EXACT
     solved = Preparation(*asked.request, tolerance, ScanMotion(scene).warnings())
-    silence = _silence(asked, geometry) or ("" if _has_approach(scene) else _above_band(asked))
+    silence = silence_of(asked, geometry) or ("" if _has_approach(scene) else above_band(asked))
     if silence:
         return _silent(solved, silence)
     contact = affordable(scene, cache) if asked.area and not exact else None
@@ -189,7 +191,7 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool) -> Preparati
     solved = replace(solved, tolerance=tolerance, contact=contact, on_surface=on_surface)
     steady = SteadyScan(*asked.request, spectrum)
     mean, peaks = _own_motion(steady, contact, solved.whole, tolerance)
-    still = _above_band(asked) or steady.silence(peaks)
+    still = above_band(asked) or steady.silence(peaks)
     if still and not asked.by_hand:
         if not _has_approach(scene):
             return _silent(solved, still)
@@ -355,28 +357,6 @@ def own_mean(asked: Request, contact: Any, tolerance: float) -> Mean:
     if over_area(asked):
         return mean_over_area(contact, asked.loads, _pressed(asked.scene), AREA_MEAN_TOLERANCE, AREA_PLACES, AREA_MEANS)
     return mean_curve(contact, asked.loads, _pressed(asked.scene), tolerance)
-
-
-def _silence(asked: Request, geometry: Geometry) -> str:
-    if geometry.texture_amplitude == 0.0:
-        return "The texture has no height (texture.amplitude is 0 m), so the finger does not move."
-    if asked.scene.scan.load == 0.0:
-        return "The finger does not touch the texture (the load is 0 N), so it does not move."
-    return ""
-
-
-def _above_band(asked: Request) -> str:
-    """Return that every harmonic is above the band, or ""."""
-    if asked.highest > 0:
-        return ""
-    output = asked.scene.output
-    text = (
-        f"Every harmonic is above the band: u / lambda2 is {abs(asked.turns):.6g} Hz, "
-        f"and only harmonics below {output.band_limit:.6g} Hz are rendered."
-    )
-    if abs(asked.turns) < BAND * output.sample_rate and output.bandwidth != FULL_BAND:
-        text += ' Write output.bandwidth "full" for the whole band of the sample rate.'
-    return text
 
 
 def _has_approach(scene: Scene) -> bool:

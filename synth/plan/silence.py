@@ -1,0 +1,35 @@
+"""Say why a scene is silent, before anything is solved.
+
+Stage   2 (PLAN), used by `preparation`. What is silent because it moves too little is found later (`channels`).
+"""
+
+from __future__ import annotations
+
+from synth.contact.geometry import Geometry
+from synth.plan.request import Request
+from synth.scene.output_section import BAND, FULL_BAND
+from synth.scene.texture_registry import DEFAULT
+
+
+def silence_of(asked: Request, geometry: Geometry) -> str:
+    """Return why the finger of the request does not move at all, or ""."""
+    if geometry.texture_amplitude == 0.0:
+        named = " (texture.amplitude is 0 m)" if asked.scene.texture.kind == DEFAULT else ""
+        return f"The texture has no height{named}, so the finger does not move."
+    if asked.scene.scan.load == 0.0:
+        return "The finger does not touch the texture (the load is 0 N), so it does not move."
+    return ""
+
+
+def above_band(asked: Request) -> str:
+    """Return that every harmonic is above the band, or ""."""
+    if asked.highest > 0:
+        return ""
+    output = asked.scene.output
+    text = (
+        f"Every harmonic is above the band: u / lambda2 is {abs(asked.turns):.6g} Hz, "
+        f"and only harmonics below {output.band_limit:.6g} Hz are rendered."
+    )
+    if abs(asked.turns) < BAND * output.sample_rate and output.bandwidth != FULL_BAND:
+        text += ' Write output.bandwidth "full" for the whole band of the sample rate.'
+    return text
