@@ -183,10 +183,9 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool) -> Preparati
     if scene.accuracy.tolerance == "imperceptible":
         tolerance = _imperceptible(contact, asked)
     contact, shapes, demand = _shaped(asked, contact, tolerance)
-    key = ("spectrum", contact.key, _pressed(scene), demand, asked.reach)
-    solve = partial(solve_spectrum, contact, _pressed(scene), demand, asked.reach)
-    file = partial(entry_of, scene, contact, (_pressed(scene), demand, asked.reach), SPECTRUM_FORM)
-    spectrum = cache.get(key, solve, file)
+    spectrum = _series(asked, contact, demand, cache)
+    if all(one.full_scale for one in scene.output.channel_list) and demand.of_still(spectrum.harmonics):
+        spectrum = _series(asked, contact, replace(demand, still=0.0), cache)  # it is heard at its own full scale
     on_surface = None if asked.stretch is None else on_whole(contact, scene)
     solved = replace(solved, tolerance=tolerance, contact=contact, on_surface=on_surface)
     steady = SteadyScan(*asked.request, spectrum)
@@ -261,8 +260,7 @@ def _shaped(asked: Request, contact: Contact, tolerance: float) -> tuple[Contact
         tolerance = max(tolerance, OF_LEVELS)
     share = SERIES_SHARE if asked.moving else 1.0
     harmonics = max(asked.highest if asked.load_varies else asked.reach, 1)
-    silent = not asked.by_hand and not all(one.full_scale for one in scene.output.channel_list)
-    still = SMALLEST_MOTION if silent and not asked.moving else 0.0
+    still = 0.0 if asked.by_hand or asked.moving else SMALLEST_MOTION
     demand = Demand(harmonics, asked.orders, share * spendable(tolerance), still)
     long = asked.stretch is not None
     # tables refine themselves
@@ -271,6 +269,15 @@ def _shaped(asked: Request, contact: Contact, tolerance: float) -> tuple[Contact
         judged = tuple(sorted({max(load, scene.scan.lift_load) for load in (*ends, pressed)}))
         contact = fine_enough(contact, judged, pressed, demand)
     return contact, shapes, demand
+
+
+def _series(asked: Request, contact: Contact, demand: Demand, cache: ResponseCache) -> Spectrum:
+    """Return the series of z that meets `demand`, at the load of the request."""
+    what = _pressed(asked.scene), demand, asked.reach
+    solve = partial(solve_spectrum, contact, *what)
+    return cache.get(
+        ("spectrum", contact.key, *what), solve, partial(entry_of, asked.scene, contact, what, SPECTRUM_FORM)
+    )
 
 
 def _with_motion(solved: Preparation, cache: ResponseCache, *, exact: bool) -> Preparation:

@@ -1,7 +1,7 @@
 """Solves eq. 1 along any motion: position and load at every frame in, the channels of a voice at every frame out.
 
-Stage   RESPONSE: without a response table, for a surface whose period is long against the waves that matter, and over an
-        area, where z may come from a layered table (`area_source`).
+Stage   RESPONSE: without a response table, for a surface whose period is long against the waves that matter. Over an
+        area z may come from a layered table (`area_source`).
 Model   y = gate(w) (z(p / lambda2, w) - mean(w)) is solved at every few frames; the approach is gate(w) z. The filter
         of `band_filter` limits the band, takes the derivatives and makes the frames. All channels share the solutions.
         A solution starts from those before it, and Newton's method ends at a different last digit from another start.

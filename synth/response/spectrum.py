@@ -64,9 +64,12 @@ class Demand:
 
     def is_still(self, height: Array) -> bool:
         """Return whether z at equal steps of a period (m), enough of them to judge, moves by less than `still`."""
-        if not self.still or len(height) < max(STILL_PHASES, 4 * self.highest):
-            return False
-        moved = curves(harmonics_of(height, self.highest), 0, points_for(self.highest))
+        enough = len(height) >= max(STILL_PHASES, 4 * self.highest)
+        return self.still > 0.0 and enough and self.of_still(harmonics_of(height, self.highest))
+
+    def of_still(self, harmonics: Complex) -> bool:
+        """Return whether the harmonics of the demand, of z (m), have a peak below `still`."""
+        moved = curves(harmonics[: self.highest + 1], 0, points_for(self.highest))
         return float(np.max(np.abs(moved))) < self.still
 
 
