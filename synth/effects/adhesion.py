@@ -56,11 +56,12 @@ class AdhesionEffect(BalanceEffect):
 
     def reason(self, scene: Scene, settings: AdhesionSettings) -> str:
         """See `Effect`."""
-        most = settings.stress * scene.finger.contact_length**2
-        return (
-            f"Surfaces attract each other with {settings.stress:.4g} Pa up to a gap of {1e6 * settings.reach:.4g} um: "
-            f"{most:.3g} N in full contact."
-        )
+        law = f"Surfaces attract each other with {settings.stress:.4g} Pa up to a gap of {1e6 * settings.reach:.4g} um"
+        finger = scene.finger
+        if finger.kind == "probe":  # its area follows the load
+            return f"{law}."
+        width = finger.width if finger.kind == "fingertip" else finger.contact_length
+        return f"{law}: {settings.stress * finger.contact_length * width:.3g} N where the whole contact touches."
 
     def balanced(self, terms: Terms, settings: AdhesionSettings) -> Terms:
         """See `BalanceEffect`."""

@@ -127,6 +127,14 @@ def test_an_attraction_pulls_as_brute_force_does(kind: str) -> None:
     check_quantities(scene, (wanted,), 1e-3)
 
 
+@pytest.mark.parametrize(("finger", "said"), [({}, ": 0.5 N where"), ({"contact_width": "5 mm"}, ": 0.25 N where")])
+def test_the_plan_says_how_hard_the_whole_contact_attracts(finger: dict[str, Any], said: str) -> None:
+    kind = "fingertip" if finger else "comb"
+    scene = parse_scene({"finger": {"kind": kind, "contact_length": "10 mm", **finger}, "effects": {"adhesion": {}}})
+    plan = open_voice(scene).plan
+    assert any(said in one.reason for one in plan.simulated if one.name == "adhesion")
+
+
 REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "adhesion of a probe under a load that varies": (
         {"finger": {"kind": "probe"}, "effects": {"adhesion": {}}},
