@@ -26,6 +26,7 @@ from clients.client_errors import ClientError, ConnectionLost, Problem, Protocol
 from clients.live_client import wire_messages as wire
 from clients.live_client.credit import Credit, UnderrunCounter
 from clients.live_client.pending_changes import Changes
+from clients.live_client.pending_contact import PendingContact
 from clients.live_client.reconnection import POLICY_CODE, RETRY_AFTER, Backoff, Closure
 from clients.live_client.wire_messages import Applied, Ready
 from clients.pcm_buffer import Block, PcmBuffer
@@ -99,8 +100,7 @@ class LiveProtocol:
         self._offset = 0  # number of a frame in the stream, less its number in the session
         self._closure: Closure | None = None
         self._last_problem: Problem | None = None  # on this connection
-        self._contact: wire.Contact | wire.Place | None = None
-        self._contact_unsent = self._contact_first = False
+        self._contact = PendingContact()
         self._seq = 0
         self._wanted = 0
         self._stopping = self._stop_unsent = False
@@ -183,15 +183,15 @@ class LiveProtocol:
         if self._stop_unsent:
             self._stop_unsent = False
             return wire.stop()
-        if self._contact_unsent and self._contact_first:
-            return self._contact_message()
+        if self._contact.first:
+            return self._contact.message()
         change = self._changes.next_to_send()
         if change is not None:
             return wire.scene_change(change)
         granted = self._credit.grant(self._missing) if self.request.pacing == "pull" else 0
         if granted:
             return wire.more(granted)
-        return self._contact_message() if self._contact_unsent else None
+        return self._contact.message() if self._contact.unsent else None
 
     @property
     def congested(self) -> bool:
@@ -215,13 +215,13 @@ class LiveProtocol:
         return self._update(update)
 
     def _update(self, update: wire.Contact | wire.Place) -> int:
-        self._contact, self._contact_unsent = update, True
+        self._contact.put(update)
         self._seq += 1
         return update.seq
 
     def lift(self) -> int:
         """Lift the finger where it is."""
-        last = self._contact
+        last = self._contact.newest
         if last is None:
             return self.update_contact(0.0, True, 0.0)
         return self._update(replace(last, seq=self._seq, time=self.clock(), load=0.0))
@@ -240,7 +240,7 @@ class LiveProtocol:
     def want(self, frames: int) -> None:
         """Request `frames` for the next read. Raises InvalidRequest unless it is a whole number from 0."""
         self._wanted = _whole("frames", frames)
-        self._contact_first = self._contact_unsent
+        self._contact.first = self._contact.unsent
 
     def may_take(self, frames: int) -> bool:
         """Return whether `take` would return or raise now."""
@@ -292,11 +292,6 @@ class LiveProtocol:
         rest = self._buffer.take(self._buffer.frames)
         raise StreamEnded(self.over.reason, self.over.frame, self.over.problem, rest)
 
-    def _contact_message(self) -> bytes:
-        assert self._contact is not None
-        self._contact_unsent = self._contact_first = False
-        return self._contact.message()
-
     def _receive_samples(self, samples: bytes) -> None:
         if not self._attached or len(samples) % self._buffer.frame_bytes:
             raise ProtocolError("the service sent samples before `ready`, or not in whole frames")
@@ -346,21 +341,14 @@ class LiveProtocol:
                 raise ProtocolError(f"asked to resume at frame {self.received - self._offset}, got {ready.frame}")
             else:
                 self._changes.resume()
-            self._choose_contact(ready)
-        if isinstance(self._contact, wire.Place) and ready.protocol == wire.FIRST:
-            self._contact_unsent = False  # this service cannot read it; the next place is refused
+            applied = None if self.applied is None else self.applied.seq
+            self._contact.connect_again(applied, self.clock() - ready.max_silence)
+        if isinstance(self._contact.newest, wire.Place) and ready.protocol == wire.FIRST:
+            self._contact.drop()  # this service cannot read it; the next place is refused
         self.ready, self.plan, self.over_area = ready, ready.plan, ready.over_area
         self._credit.reset()
         self._stop_unsent = self._stopping
         self._attached, self._new_session, self._last_problem = True, False, None
-
-    def _choose_contact(self, ready: Ready) -> None:
-        """Decide after a break whether to send the newest contact update (again)."""
-        last = self._contact
-        applied = self.applied is not None and last is not None and self.applied.seq >= last.seq
-        fresh = last is not None and self.clock() - last.time <= ready.max_silence
-        self._contact_unsent = fresh and not applied
-        self._contact_first = self._contact_unsent
 
     def _note(self, problem: Problem) -> None:
         log.warning("live stream: %s: %s", problem.title, problem.sentence())

@@ -14,7 +14,7 @@ import json
 import math
 import struct
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 from clients.client_errors import ProtocolError
@@ -62,6 +62,10 @@ class Contact:
         load = 0.0 if self.load is None else self.load
         return CONTACT.pack(CONTACT_VERSION, flags, 0, self.seq, self.time, self.value, load)
 
+    def completed(self, load: float | None, direction: float | None) -> Contact:
+        """Return the update with `load` if it has none; it never has a direction."""
+        return self if self.load is not None else replace(self, load=load)
+
 
 @dataclass(frozen=True, slots=True)
 class Place:
@@ -83,6 +87,11 @@ class Place:
         flags = NO_LOAD * (self.load is None) | NO_DIRECTION * (self.direction is None)
         direction, load = (0.0 if value is None else value for value in (self.direction, self.load))
         return PLACE.pack(PLACE_VERSION, flags, 0, self.seq, self.time, self.x, self.y, direction, load)
+
+    def completed(self, load: float | None, direction: float | None) -> Place:
+        """Return the update with `load` and `direction` where it has none."""
+        load = load if self.load is None else self.load
+        return replace(self, load=load, direction=direction if self.direction is None else self.direction)
 
 
 def contact(seq: int, time: float, value: float, is_speed: bool, load: float | None) -> Contact:

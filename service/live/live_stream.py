@@ -104,9 +104,10 @@ class LiveStream(VoiceStream):
             raise refused("/resume/frame", str(frame), allowed, "Begin a new session.", "not-found")
 
     def take(self, update: Update, now: float) -> None:
-        """Keep `update` for the next block, unless a newer one has arrived."""
+        """Keep `update` for the next block, unless a newer one has arrived. It replaces the one that waits."""
         if update.seq > self._newest:
-            self._newest, self._waiting = update.seq, update
+            waiting = self._waiting
+            self._newest, self._waiting = update.seq, update if waiting is None else update.after(waiting)
             self._watchdog.heard(now)
 
     def begin(self, now: float, late: float = 0.0) -> None:

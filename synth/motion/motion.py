@@ -20,6 +20,7 @@ SPEED, SPEED_RATE, LOAD, LOAD_RATE, LOAD_BEND = range(5)
 NOWHERE: Array = np.empty(0)
 NO_PATH: Array = np.empty((2, 0))
 ACROSS, DIRECTION = range(2)  # rows of `path`
+KEPT = ("load", "across", "direction")  # fields of an update that remain until a later update has them
 
 
 class Update(NamedTuple):
@@ -40,6 +41,11 @@ class Update(NamedTuple):
     load: float | None
     across: float | None = None
     direction: float | None = None
+
+    def after(self, skipped: Update) -> Update:
+        """Return this update with what it keeps of `skipped`, the update before it, which was not applied."""
+        kept = {name: getattr(skipped, name) for name in KEPT if getattr(self, name) is None}
+        return self._replace(**kept)
 
 
 @dataclass(frozen=True, slots=True)

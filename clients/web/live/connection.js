@@ -41,6 +41,8 @@ export class LiveConnection extends EventTarget {
   #opensSession = true; // the next hello opens a new session
   #changes = new SceneChanges();
   #contact = null; // the newest update, and whether it was sent
+  #load; // the last of `move`, N: the service misses updates that are replaced, and those of a break
+  #direction; // the last of `move`, rad
   #seq = 0;
   #sentAt = 0;
   #receivedAt = 0;
@@ -70,8 +72,10 @@ export class LiveConnection extends EventTarget {
    *  load: N; absent: unchanged. time: s, that of the device's report. */
   move({ load, time = performance.now() / 1e3, ...place }) {
     if (this.state === "ended") return null;
-    const unsent = this.#contact && !this.#contact.sent ? this.#contact.load : undefined;
-    this.#contact = { ...place, seq: this.#seq, time, load: load ?? unsent, at: now(), sent: false };
+    this.#load = load ?? this.#load;
+    this.#direction = place.direction ?? this.#direction;
+    const direction = "y" in place ? this.#direction : undefined;
+    this.#contact = { ...place, direction, load: this.#load, seq: this.#seq, time, at: now(), sent: false };
     this.#seq += 1;
     if (this.state === "live" && (load === 0 || now() - this.#sentAt >= SPACING)) this.#sendContact();
     return this.#contact.seq;

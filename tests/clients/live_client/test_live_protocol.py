@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from typing import Any
 
 import numpy as np
 import pytest
@@ -95,119 +94,6 @@ def test_the_default_hello_has_only_the_required_fields() -> None:
 def test_a_key_is_offered_in_base64url_without_padding() -> None:
     assert subprotocols(None) == ("ridgewave.v2", "ridgewave.v1")
     assert subprotocols("k?>~") == ("ridgewave.v2", "ridgewave.v1", "ridgewave.key.az8-fg")
-
-
-# The hand
-
-
-def test_only_the_newest_unsent_update_is_sent() -> None:
-    protocol = opened()
-    for step in range(100):
-        protocol.update_contact(0.001 * step, False, 0.1)
-    (message,) = sent(protocol)
-    assert fake_live.CONTACT.unpack(message)[3] == 99  # type: ignore[arg-type]
-
-
-def test_an_update_is_sent_before_the_credit_of_the_next_read() -> None:
-    protocol = opened()
-    protocol.update_contact(0.1, False, 0.1)
-    protocol.want(80)
-    assert [isinstance(message, bytes) for message in sent(protocol)] == [True, False]
-
-
-def test_a_flood_of_updates_does_not_delay_the_credit() -> None:
-    protocol = opened()
-    protocol.update_contact(0.1, False, 0.1)
-    protocol.want(80)
-    kinds = []
-    for step in range(3):
-        message = protocol.next_message()
-        kinds.append(isinstance(message, bytes))
-        protocol.update_contact(0.1 * step, False, 0.1)
-    assert kinds == [True, False, True]
-
-
-@pytest.mark.parametrize(
-    ("value", "load", "field"),
-    [
-        (float("nan"), 0.1, "/position"),
-        (float("inf"), 0.1, "/position"),
-        (1001.0, 0.1, "/position"),
-        ("1 mm", 0.1, "/position"),
-        (0.0, float("nan"), "/load"),
-        (0.0, 1e4, "/load"),
-    ],
-)
-def test_an_invalid_update_is_refused_with_its_field(value: Any, load: Any, field: str) -> None:
-    with pytest.raises(InvalidRequest) as refused:
-        opened().update_contact(value, False, load)
-    assert [fault.pointer for fault in refused.value.faults] == [field]
-
-
-@pytest.mark.parametrize(
-    ("x", "y", "direction", "load", "field"),
-    [
-        (float("nan"), 0.0, None, None, "/x"),
-        (0.0, 1000.1, None, None, "/y"),
-        (0.0, "1 mm", None, None, "/y"),
-        (0.0, 0.0, 1000.1, None, "/direction"),
-        (0.0, 0.0, float("inf"), None, "/direction"),
-        (0.0, 0.0, 0.0, 1e4, "/load"),
-    ],
-)
-def test_an_invalid_place_is_refused_with_its_field(x: Any, y: Any, direction: Any, load: Any, field: str) -> None:
-    protocol = opened()
-    with pytest.raises(InvalidRequest) as refused:
-        protocol.update_place((x, y), direction, load)
-    assert [fault.pointer for fault in refused.value.faults] == [field]
-    assert sent(protocol) == []
-
-
-def test_a_place_is_refused_where_the_service_speaks_version_1_only() -> None:
-    protocol = protocol_of()
-    protocol.hello()
-    protocol.receive(ready(protocol="ridgewave.v1"))
-    with pytest.raises(InvalidRequest, match=r"this service speaks ridgewave\.v1 only"):
-        protocol.update_place((0.1, 0.2), None, None)
-    assert sent(protocol) == []
-    protocol.update_contact(-0.1, False, 0.5)
-    assert len(sent(protocol)) == 1
-
-
-def test_a_place_that_waits_is_not_sent_to_a_service_of_version_1() -> None:
-    """It was made before the first `ready`, or while the connection was broken."""
-    protocol = protocol_of()
-    protocol.update_place((0.1, 0.2), None, None)
-    protocol.hello()
-    protocol.receive(ready(protocol="ridgewave.v1"))
-    assert sent(protocol) == []
-    protocol = opened()
-    protocol.lost(BROKEN)
-    protocol.update_place((0.1, 0.2), None, None)
-    protocol.hello()
-    protocol.receive(ready(protocol="ridgewave.v1"))
-    assert sent(protocol) == []
-
-
-def test_a_place_is_sent_again_after_a_break() -> None:
-    protocol = opened()
-    protocol.update_place((0.125, -0.25), None, None)
-    first = sent(protocol)
-    protocol.lost(BROKEN)
-    protocol.hello()
-    protocol.receive(ready())
-    assert sent(protocol) == first and len(first) == 1
-
-
-def test_whether_the_texture_is_over_an_area_is_told_by_ready_and_by_scene() -> None:
-    protocol = protocol_of()
-    protocol.hello()
-    protocol.receive(ready(over_area=True))
-    assert protocol.over_area
-    protocol.receive('{"type":"scene","frame":80,"plan":{},"over_area":false}')
-    assert not protocol.over_area
-    protocol.receive('{"type":"scene","frame":160,"plan":{},"over_area":true}')
-    assert protocol.over_area
 
 
 def test_a_scene_that_is_not_json_is_refused_before_anything_is_sent() -> None:

@@ -125,6 +125,50 @@ def test_a_place_is_sent_where_the_texture_is_over_an_area_and_else_its_position
     assert said == [line[0], line[1], area[2], line[3], area[4]]
 
 
+WITHOUT_LOAD = """async ({ready, places, wait}) => {
+  const sockets = [];
+  const open = () => {
+    const socket = {readyState: WebSocket.OPEN, sent: [], send: (message) => socket.sent.push(message), close() {}};
+    sockets.push(socket);
+    return socket;
+  };
+  const connection = new modules.LiveConnection({url: "/v1/live", open});
+  connection.start();
+  const [first] = sockets;
+  first.onmessage({data: JSON.stringify(ready)});
+  for (const place of places) connection.move({time: 2, ...place});
+  connection.grant(480);
+  first.onclose({code: 1006});
+  while (sockets.length < 2) await modules.pause(10);
+  await modules.pause(wait);
+  const [, second] = sockets;
+  second.onmessage({data: JSON.stringify(ready)});
+  connection.move({time: 2, x: 0.75, y: 0.5});
+  connection.grant(480);
+  connection.stop();
+  const updates = ({sent}) => sent.filter((message) => message instanceof ArrayBuffer);
+  return sockets.map((socket) => updates(socket).map((bytes) => [...new Uint8Array(bytes)]));
+}"""
+
+
+def test_a_place_without_load_and_direction_is_sent_with_the_last_ones(modules: Page) -> None:
+    """The service may miss those of a place that is replaced, or of one before a break."""
+    ready = {
+        "type": "ready",
+        "session": "s",
+        "resume_url": "",
+        "channels": 1,
+        "frame": 0,
+        "plan": {},
+        "over_area": True,
+    }
+    places = [{"x": 0.5, "y": 0.25, "direction": 1.5, "load": 0.5}, {"x": 0.25, "y": 0.25}, {"x": 0.125, "y": 0.25}]
+    found = modules.evaluate(WITHOUT_LOAD, {"ready": ready, "places": places, "wait": 50})
+    before, after = ([struct.unpack("<BBHIdddff", bytes(one))[3:] for one in updates] for updates in found)
+    assert before == [(0, 2.0, 0.5, 0.25, 1.5, 0.5), (2, 2.0, 0.125, 0.25, 1.5, 0.5)]
+    assert after == [(3, 2.0, 0.75, 0.5, 1.5, 0.5)]
+
+
 STROKE = """async (scene) => {
   const player = await modules.Player.open({sampleRate: 48000});
   const finger = new modules.Finger({player, scene});

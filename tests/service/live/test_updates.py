@@ -7,9 +7,10 @@ import itertools
 import numpy as np
 import pytest
 
+from service.live.messages import V2
 from service.live.silence_watchdog import SilenceWatchdog
 from synth.scene.scene import parse_scene
-from tests.service.live.driver import RATE, SILENCE, contact, started
+from tests.service.live.driver import RATE, SILENCE, contact, place, started
 from tests.service.plain_hand import Applied, expected
 
 SCENE = parse_scene({})
@@ -41,6 +42,22 @@ def test_of_many_updates_between_two_blocks_the_newest_is_applied_once() -> None
     driver.run(0.1)
     assert [message["seq"] for message in driver.texts("applied")] == [9]
     assert [update.load for _, update in driver.hand.applied.updates] == [pytest.approx(0.9)]
+
+
+def test_an_update_that_replaces_another_keeps_the_load_and_the_direction_that_it_lacks() -> None:
+    driver = started(version=V2, scene={"texture": {"kind": "dots"}})
+    driver.run(0.015)
+    driver.binary(place(1, 0.1, 0.2, direction=0.5, load=0.75))
+    driver.binary(place(2, 0.3, 0.4, load=None))
+    driver.binary(contact(3, position=-0.5, load=None))
+    driver.run(0.02)
+    driver.binary(contact(4, load=0.25))
+    driver.binary(contact(5, load=None))
+    driver.binary(contact(6, load=0.5))
+    driver.run(0.02)
+    first, second = (update for _, update in driver.hand.applied.updates)
+    assert (first.seq, first.position, first.across, first.direction, first.load) == (3, -0.5, -0.4, 0.5, 0.75)
+    assert (second.seq, second.across, second.direction, second.load) == (6, None, None, 0.5)
 
 
 def test_applied_comes_at_most_once_a_block_in_any_schedule() -> None:
