@@ -20,7 +20,7 @@ SPEED, SPEED_RATE, LOAD, LOAD_RATE, LOAD_BEND = range(5)
 NOWHERE: Array = np.empty(0)
 NO_PATH: Array = np.empty((2, 0))
 ACROSS, DIRECTION = range(2)  # rows of `path`
-KEPT = ("load", "across", "direction")  # fields of an update that remain until a later update has them
+KEPT = ("load", "direction")  # fields of an update that remain until a later update has them
 
 
 class Update(NamedTuple):
