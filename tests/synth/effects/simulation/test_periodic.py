@@ -44,7 +44,7 @@ def drawn(kind: str, seed: int) -> tuple[Scene, int]:
     }
     rate, period = int(random.choice([8000, 11025, 44100, 48000, 96000])), spread(random, 1e-4, 5e-3)
     frames = 3 * max(4, round(rate / spread(random, 20.0, 600.0))) + 1  # a period is not a whole number of frames
-    scene = {
+    scene: dict[str, Any] = {
         "finger": {"contact_length": "3 mm"},
         "texture": {"period": period, "amplitude": spread(random, 4e-6, 6e-5)},
         "scan": {"speed": 3.0 * period * rate / frames, "load": spread(random, 0.05, 3.0)},
