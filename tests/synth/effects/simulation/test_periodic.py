@@ -28,7 +28,7 @@ KINDS: dict[str, tuple[str, ...]] = {
 }
 NAMES = {"kelvin_voigt": "viscous_skin", "three_time_constants": "viscous_skin", "pulp": "inertia"}
 QUICK = [("inertia", 0), ("pulp", 0), ("adhesion", 0), ("kelvin_voigt", 4)]
-OTHERS = [(kind, seed) for kind in KINDS for seed in range(8) if (kind, seed) not in QUICK]
+OTHERS = [(kind, seed) for kind in KINDS for seed in range(4) if (kind, seed) not in QUICK]
 ROUNDING = 4e-7  # of the largest value, by float32
 
 
