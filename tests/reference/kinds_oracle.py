@@ -81,7 +81,7 @@ def level(heights: npt.NDArray[np.float64], indentation: float, start: float = -
     """
     weights = np.full(len(heights), 1.0 / (len(heights) - 1))
     weights[[0, -1]] *= 0.5
-    z, last = start, 0
+    z, last = start, -1
     while True:
         above = heights > z
         count = int(np.count_nonzero(above))

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -47,6 +48,11 @@ def settled_series(z: Callable[[Real], Real], highest: int) -> Complex:
             return kept
 
 
+def z_at(finger: Any, profile: Tabled, pressed: float, turns: Real) -> Real:
+    """Return the quadrature's z (m) at phases in turns; pressed: w / k, m."""
+    return approach(finger, profile, turns, pressed)
+
+
 def lines(z: Real, highest: int) -> Complex:
     """Return the lines 0 to `highest` of z at equal phases of a period, without the mean."""
     kept = np.fft.rfft(z)[: highest + 1] / len(z)
@@ -69,8 +75,8 @@ def test_a_file_is_the_quadrature_on_the_true_heights(kind: str, seeds: range) -
         scene = rw.parse_scene(sound.scene)
         profile = profile_of(scene)
         highest = max(1, math.ceil(1000.0 / (speed / profile.period)) - 1)
-        pressed, heights = load / Stiffness.of_scene(scene).stiffness(load), Tabled(profile)
-        kept = settled_series(lambda turns, on=(scene.finger, heights), w=pressed: approach(*on, turns, w), highest)
+        pressed = load / Stiffness.of_scene(scene).stiffness(load)
+        kept = settled_series(partial(z_at, scene.finger, Tabled(profile), pressed), highest)
         extent = float(np.ptp(curves(kept, 0, 1 << (4 * highest).bit_length())))
         places = speed / profile.period * np.arange(len(sound.values)) / RATE
         n = np.arange(1, len(kept))
