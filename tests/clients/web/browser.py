@@ -1,19 +1,16 @@
 """Headless Chromium for the tests of the web page, and what watches a page: no error is logged, no other host asked.
 
-Limits: playwright's blocking interface leaves its event loop marked as running in the thread that started it, where
-    `asyncio.run` of other tests would fail. One playwright and one Chromium serve all modules of a process; the mark is
-    set while a test module calls them, and taken away between modules.
+Limits: playwright's blocking interface keeps an event loop running in the thread that started it, in which
+    `asyncio.run` of other tests would fail: playwright and its browsers are for one module, and end with it.
 """
 
 from __future__ import annotations
 
-import asyncio
 import os
 import re
 import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NoReturn
 from urllib.parse import urlsplit
 
@@ -70,33 +67,6 @@ def headless(playwright: Playwright, *flags: str, waits_for_a_gesture: bool = Fa
         yield browser
     finally:
         browser.close()
-
-
-@dataclass(frozen=True)
-class Driven:
-    """Playwright, the Chromium that it started, and the event loop that every call of them needs."""
-
-    playwright: Playwright
-    chromium: Browser
-    loop: asyncio.AbstractEventLoop
-
-
-@contextmanager
-def driven() -> Iterator[Driven]:
-    """Yield playwright with a Chromium."""
-    with driving() as playwright, headless(playwright) as chromium:
-        yield Driven(playwright, chromium, asyncio.get_running_loop())
-
-
-@contextmanager
-def marked(loop: asyncio.AbstractEventLoop | None) -> Iterator[None]:
-    """Mark `loop`, or none, as the event loop that runs in this thread."""
-    before = asyncio._get_running_loop()
-    asyncio._set_running_loop(loop)
-    try:
-        yield
-    finally:
-        asyncio._set_running_loop(before)
 
 
 def chromium_path() -> str:

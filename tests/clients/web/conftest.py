@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from tests.clients.web.browser import Driven, driven, kept_page, marked, visited, watched
+from tests.clients.web.browser import driving, headless, kept_page, visited, watched
 from tests.clients.web.drawn_views import drawable, opened
 from tests.clients.web.page_service import serving_pages
 from tests.service.harness import START, Running, kept_engine, roomy_settings, until
@@ -30,30 +30,18 @@ def link_to(scene: Mapping[str, object]) -> str:
     return "/#scene=" + base64.urlsafe_b64encode(json.dumps(scene).encode()).decode().rstrip("=")
 
 
-@pytest.fixture(scope="session")
-def kept_browser() -> Iterator[Driven]:
-    """Yield playwright and its Chromium, started once for all modules and hidden from the tests between them."""
-    with driven() as one, marked(None):
+@pytest.fixture(scope="module")
+def playwright() -> Iterator[Playwright]:
+    """Yield playwright."""
+    with driving() as one:
         yield one
 
 
 @pytest.fixture(scope="module")
-def driven_browser(kept_browser: Driven) -> Iterator[Driven]:
-    """Yield playwright and Chromium, ready to be called by the tests of a module."""
-    with marked(kept_browser.loop):
-        yield kept_browser
-
-
-@pytest.fixture(scope="module")
-def playwright(driven_browser: Driven) -> Playwright:
-    """Return playwright."""
-    return driven_browser.playwright
-
-
-@pytest.fixture(scope="module")
-def chromium(driven_browser: Driven) -> Browser:
-    """Return headless Chromium."""
-    return driven_browser.chromium
+def chromium(playwright: Playwright) -> Iterator[Browser]:
+    """Yield headless Chromium."""
+    with headless(playwright) as browser:
+        yield browser
 
 
 @pytest.fixture(scope="session")
