@@ -40,7 +40,7 @@ def render(scene: SceneLike, **fields: Any) -> Sound:
     scene: a Scene, a mapping as in docs/scene.md, the path of a JSON file, or a name of the catalogue.
     fields: sections of a partial scene, such as scan={"load": "0.5 N"}.
     Returns a Sound: float32 frames, their full scale, and `values` in SI units.
-    Raises SceneError for an invalid scene, CannotRender if it cannot be rendered.
+    Raises SceneError for an invalid scene, and for one whose contact cannot be solved.
     Source: Fagiani & Barbieri (2016), eqs 1-5.
 
     Example: rw.render("grating-1mm-31um", output={"duration": "1 s"}).save("coarse.wav")

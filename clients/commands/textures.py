@@ -19,7 +19,7 @@ from service.store.data_folder import folder_of_environment, tables_folder
 from service.store.own_textures import own_store, with_imported
 from service.store.store import GROUP, StoredTexture
 from synth.encode.part_file import write_whole
-from synth.errors import CannotRender
+from synth.errors import RidgewaveError
 from synth.scene.catalogue import FINGER, CatalogueEntry, catalogue, lookup
 
 
@@ -89,8 +89,8 @@ def _prepare(entries: Sequence[CatalogueEntry | StoredTexture] | None, progress:
             scene = parse_scene(with_imported({"finger": FINGER, **entry.document}))
             try:
                 solve_ahead(scene, folder)
-            except CannotRender as error:
-                say(f"{entry.name}: {error.reason}")
+            except RidgewaveError as error:
+                say(f"{entry.name}: {error}")
             bar.advance(1)
     say(f"{tables_folder(folder)} has what was solved for {len(chosen)} textures.")
 

@@ -27,7 +27,7 @@ def contact_of(scene: Scene, profile: Profile | None = None, coarser: float = 1.
     profile: a texture in place of that of the scene, whose stiffness stays.
     coarser: factor on the size of the cells over an area.
 
-    Raises CannotRender for a probe that is too flat, and for a fingertip whose texture is too fine.
+    Raises SceneError for a probe that is too flat, and for a fingertip whose texture is too fine.
     """
     finger, stiffness = scene.finger, Stiffness.of_scene(scene)
     geometry = Geometry.of_scene(scene) if profile is None else Geometry.of_surfaces(finger, profile)

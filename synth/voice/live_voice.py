@@ -50,7 +50,7 @@ class Change:
 
 
 class LiveVoice:
-    """An endless voice for one listener. Raises CannotRender and SceneError as `synth.plan.preparation.prepare` does.
+    """An endless voice for one listener. Raises SceneError as `synth.plan.preparation.prepare` does.
 
     scene: the first scene.
     cache: responses shared with other voices.

@@ -103,6 +103,41 @@ def test_the_faults_of_a_scene_point_into_the_body(app: FastAPI, engine: PlainEn
     assert engine.opened == []
 
 
+UNSOLVABLE: dict[str, tuple[dict[str, Any], str]] = {
+    "a finger too flat": ({"effects": {"curvature": {"radius": 1000}}}, "/finger"),
+    "a texture too fine for a fingertip": (
+        {"finger": {"kind": "fingertip"}, "texture": {"period": "10 um", "amplitude": "1 um"}, "scan": {"speed": 1e-3}},
+        "/texture",
+    ),
+    "a texture too large for its finger": (
+        {
+            "finger": {"contact_length": "10 um"},
+            "texture": {
+                "kind": "dots",
+                "period": "0.2 m",
+                "row_distance": "0.1 m",
+                "dot_diameter": "20 um",
+                "dot_height": "1 um",
+            },
+        },
+        "/texture",
+    ),
+}
+
+
+@pytest.mark.parametrize("route", ["render", "explain", "sessions", "picture"])
+@pytest.mark.parametrize("name", UNSOLVABLE)
+def test_a_scene_whose_contact_cannot_be_solved_is_refused_with_its_field(route: str, name: str) -> None:
+    scene, pointer = UNSOLVABLE[name]
+    within = route == "picture"
+    answer = ask(
+        create_app(settings_of(), SynthEngine(0)), "POST", f"/v1/{route}", json={"scene": scene} if within else scene
+    )
+    (fault,) = problem(answer, 422, "scene-refused")["errors"]
+    assert fault["pointer"] == ("/scene" if within else "") + pointer
+    assert " m" in fault["value"] and fault["allowed"] and fault["hint"].startswith("Write ")
+
+
 def test_the_document_has_the_ranges_of_the_engine() -> None:
     points, phases = BODY["properties"]["points"], BODY["properties"]["phases"]  # type: ignore[index]
     assert (points["minimum"], points["maximum"]) == (picture.FEWEST_POINTS, picture.MOST_POINTS)
