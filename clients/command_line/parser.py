@@ -157,7 +157,7 @@ def _add_scene(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--everyday",
         action="store_true",
-        help="of a name from the catalogue: its everyday scan by a fingertip, in place of the texture alone",
+        help="of a texture's name: its everyday scan by a fingertip, in place of the texture alone",
     )
     parser.add_argument("--duration", metavar="TIME", help="seconds, or with a unit, as in 2min; sets output.duration")
 
