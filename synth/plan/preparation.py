@@ -345,7 +345,8 @@ def _own_motion(
     approach, long = _has_approach(scene), asked.stretch is not None
     probed = np.arange(PLACES) / PLACES
     peaks = asked.peaks_over(contact.heights(probed, np.full(PLACES, _pressed(scene)))) if long else {}
-    differs = differs_from_cruise(scene) or bool(asked.silence(peaks))  # in the turns more harmonics are in the band
+    still = bool(asked.silence(peaks)) or not harmonics_in_band(scene, 1)
+    differs = still or differs_from_cruise(scene)  # in the turns more harmonics are in the band
     if asked.by_hand or not asked.moving or not (approach or long or differs):
         return None, peaks
     mean = own_mean(asked, contact, tolerance)
