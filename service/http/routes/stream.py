@@ -82,6 +82,7 @@ async def stream(request: Request, session_id: str, parameters: Annotated[Stream
     service.metrics.stream_opened("http")
 
     def released() -> None:
+        """Give back what the stream holds: its place as the reader, and its part of the limits."""
         _release(session, reader)
         ticket.release()
         service.metrics.stream_closed("http")
