@@ -62,14 +62,16 @@ def _print_catalogue() -> None:
     for group, entries in groupby(catalogue(), lambda entry: entry.group):
         rows += [None] if rows else []
         rows.append((group.upper(), "", ""))
-        for entry in entries:
-            scan = entry.everyday["scan"]
-            rows.append((entry.name, entry.title, f"{scan['speed']}, {scan['load']}"))
+        rows += map(_row, entries)
     imported = own_store().textures("")
     if imported:
-        rows += [None, (GROUP.upper(), "", "")]
-        rows += [(texture.name, texture.title, "") for texture in imported]
+        rows += [None, (GROUP.upper(), "", ""), *map(_row, imported)]
     print_table("", ("name", "what it is", "everyday scan"), rows)
+
+
+def _row(entry: CatalogueEntry | StoredTexture) -> tuple[str, str, str]:
+    scan = entry.everyday["scan"]
+    return entry.name, entry.title, f"{scan['speed']}, {scan['load']}"
 
 
 def _prepare(entries: Sequence[CatalogueEntry | StoredTexture] | None, progress: bool | None) -> None:
