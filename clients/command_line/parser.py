@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from typing import Any
 
 WIDTH = 100  # characters per line of a description
-SCENE_HELP = "a JSON file, - for standard input, or a name from the catalogue (see `ridgewave textures`)"
+SCENE_HELP = "a JSON file, - for standard input, or a texture's name (see `ridgewave textures`)"
 EXIT_CODES = "Exit codes: 0 done, 1 cannot be done, 2 invalid request, 130 interrupted."
 EXAMPLES = {
     "": (

@@ -108,7 +108,7 @@ def lookup(name: str, others: Sequence[str] = ()) -> CatalogueEntry:
             return deepcopy(entry)
     near = difflib.get_close_matches(name[:64], [*catalogue_names(), *others], n=1, cutoff=0.0)
     allowed = f"one of the {len(catalogue_names())} names of the catalogue"
-    allowed += f", or of the {len(others)} imported textures" if others else ""
+    allowed += ", or the name of an imported texture" if others else ""
     raise SceneError([Fault("", shown(name), allowed, f'The nearest name is "{near[0]}".')])
 
 
