@@ -225,7 +225,7 @@ def _steady(scene: Scene) -> Scene:
     silence = prepare(scene).silence
     if silence:
         raise InvalidRequest(
-            [Fault("", "a silent scene", "a scene that moves", f"{silence} So there is nothing to measure.")]
+            [Fault("", "a silent scene", "a scene that moves", f"{silence} There is nothing to measure.")]
         )
     return scene
 

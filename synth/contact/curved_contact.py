@@ -231,7 +231,7 @@ def _spanned(geometry: Geometry, finger: RoundFinger, load: float) -> Geometry:
     room = geometry.extent[1] - lowest_approach(geometry, finger.radius, finger.area(load))
     span = 2.0 * math.sqrt(2.0 * finger.radius * room)
     if not span <= LONGEST_SPAN:
-        value = f"a radius of {finger.radius:.3g} m, which touches within {span:.3g} m at a load of {load:.3g} N"
+        value = f"a radius of {finger.radius:.4g} m, which touches within {span:.3g} m at a load of {load:.3g} N"
         hint = "Write a smaller radius, a lighter load, a shorter contact or lower ridges, or leave curvature out."
         raise SceneError([Fault("/finger", value, f"a contact within {LONGEST_SPAN:g} m", hint)])
     return geometry.part(0.5 * (geometry.contact_length - span), span)

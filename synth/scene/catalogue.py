@@ -109,7 +109,7 @@ def lookup(name: str, others: Sequence[str] = ()) -> CatalogueEntry:
     near = difflib.get_close_matches(name[:64], [*catalogue_names(), *others], n=1, cutoff=0.0)
     allowed = f"one of the {len(catalogue_names())} names of the catalogue"
     allowed += ", or the name of an imported texture" if others else ""
-    raise SceneError([Fault("", shown(name), allowed, f'The nearest name is "{near[0]}".')])
+    raise SceneError([Fault("/name", shown(name), allowed, f'The nearest name is "{near[0]}".')])
 
 
 @cache

@@ -208,3 +208,22 @@ def test_every_curve_is_available(app: FastAPI) -> None:
 def test_an_invalid_threshold_is_refused(app: FastAPI, query: str, pointer: str) -> None:
     document = problem(ask(app, "GET", f"/v1/threshold?{query}"), 422, "request-refused")
     assert document["errors"][0]["pointer"] == pointer
+
+
+@pytest.mark.parametrize(
+    ("query", "allowed", "hint"),
+    [
+        ("threshold?low=0", "0.1 to 100000 Hz", "Write a number without its unit, such as 0.1."),
+        ("threshold?points=1e9", "a whole number, 2 to 10000", "Write a number, such as 2."),
+        ("threshold?name=fingertop", "fingertip, probe, pen", "Write fingertip."),
+        ("threshold?colour=red", "the parameters name, low, high, points", "Leave it out."),
+        ("threshold?lo=1", "the parameters name, low, high, points", 'The nearest known parameter is "low".'),
+        ("sessions/none/stream?duration=1s", "0.001 s or more", "Write a number without its unit, such as 0.001."),
+        ("textures/none/surface?format=x3", "npy, x3p", "Write x3p."),
+    ],
+)
+def test_a_fault_of_a_query_has_the_range_with_its_unit_and_what_to_write(
+    app: FastAPI, query: str, allowed: str, hint: str
+) -> None:
+    (fault,) = problem(ask(app, "GET", f"/v1/{query}"), 422, "request-refused")["errors"]
+    assert (fault["allowed"], fault["hint"]) == (allowed, hint)

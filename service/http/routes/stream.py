@@ -35,7 +35,11 @@ class StreamParameters(BaseModel):
         default=None, description="Sound format; wins over Accept. FLAC does not stream."
     )
     duration: float | None = Field(
-        default=None, ge=0.001, allow_inf_nan=False, description="Seconds; without it, the stream is endless."
+        default=None,
+        ge=0.001,
+        allow_inf_nan=False,
+        description="Seconds; without it, the stream is endless.",
+        json_schema_extra={"x-unit": "s"},
     )
 
 
