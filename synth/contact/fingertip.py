@@ -117,9 +117,11 @@ def require_columns(footprint: Footprint, texture: Profile) -> None:
     length = REACH * footprint.length
     if not isinstance(texture, HeightField) and length * COLUMNS[1] / texture.period > MOST_COLUMNS:
         shortest = COLUMNS[1] * length / MOST_COLUMNS
-        allowed = f"a period of {shortest:.3g} m or more under a fingertip of {footprint.length:.4g} m"
+        allowed = (
+            f"a period of {math.ceil(1e6 * shortest)} um or more under a fingertip of {1e3 * footprint.length:.4g} mm"
+        )
         hint = 'Write a longer period, a shorter finger.contact_length, or finger.kind "comb".'
-        raise SceneError([Fault("/texture", f"a period of {texture.period:.4g} m", allowed, hint)])
+        raise SceneError([Fault("/texture", f"a period of {1e6 * texture.period:.4g} um", allowed, hint)])
 
 
 @lru_cache(GRIDS_KEPT)
