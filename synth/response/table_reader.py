@@ -144,7 +144,7 @@ def sample(pool, levels, rows, rules, phases, motion, first, stride, values):
     levels: float64 [levels, 5]: fade begin and end, begin in `pool`, places, 1 / length of the fade.
     rows: float64 [3, rows]: loads (N), mean of z (m), its slope (m/N).
     rules: float64 [11], see the entries above.
-    phases: uint64 fractions of a turn at these frames.
+    phases: uint64 fractions of a turn at every frame.
     motion: float64 [5, frames], as in `motion.Motion`.
     """
     loads = rows[0]
@@ -166,7 +166,7 @@ def sample(pool, levels, rows, rules, phases, motion, first, stride, values):
             if level < len(levels):
                 fast, fade = levels[level, SILENT], levels[level, FADE]
         a, b, c, d = load_weights(held - low, high - low)
-        turn = np.float64(np.int64(phases[k] >> np.uint64(11))) * PLACE
+        turn = np.float64(np.int64(phases[i] >> np.uint64(11))) * PLACE
         value = 0.0
         if level < len(levels):
             value = swing_of(pool, levels, level, interval, turn, a, b, c, d)
@@ -274,8 +274,8 @@ def read_block(pool, levels, rows, weights, rules, motion, position, phase, stat
     count = np.int64(state[COUNT])
     first = (stride - count) % stride
     due = max(0, (frames - first + stride - 1) // stride)
-    phases, z = np.empty(due, dtype=np.uint64), np.empty(taps + due)
-    after = fill_phases(motion, position, phase, rules[RATE], rules[PERIOD], first, stride, phases)
+    phases, z = np.empty(frames, dtype=np.uint64), np.empty(taps + due)
+    after = fill_phases(motion, position, phase, rules[RATE], rules[PERIOD], phases)
     fresh = z[taps:]
     sample(pool, levels, rows, rules, phases, motion, first, stride, fresh)
     if rules[WITH_MEAN] > 0.0:
