@@ -79,6 +79,11 @@ class ForceOfContact(ABC):
     def _steepest(self, phases: Array, heights: Array, load: float) -> float:
         """Return the largest dF/dz (N/m) over `phases` and `heights` at `load` (N)."""
 
+    @property
+    def settles(self) -> float:
+        """As of its contact."""
+        return self.contact.settles
+
     def refined(self) -> Self | None:
         """Return the force on a finer discretisation of its contact; None where the contact has none."""
         contact = self.contact.refined()

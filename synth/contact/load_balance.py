@@ -70,6 +70,8 @@ class Contact:
     of_one_surface: ClassVar[bool] = True
     """True: the surfaces that touch at a given phase and z are the same at every load."""
 
+    settles: ClassVar[float] = 0.5
+    """Largest part of the error of the solver that remains where its segments are halved."""
     of_one_line: ClassVar[bool] = True
     """True: the finger is heights along one line, and not over an area."""
 

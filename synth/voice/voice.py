@@ -207,8 +207,8 @@ class Voice:
             if speed_unknown:  # the first frame is silent: the speed is known from the second position on
                 out[0] = 0.0
                 motion, out = motion.part(1), out[1:]
-        if not len(out):
-            return
+            if not len(out):
+                return
         if self._hand is not None:
             self._hand.read(motion, out)
         if self._hand_effects is not None:
