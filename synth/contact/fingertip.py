@@ -223,10 +223,12 @@ class FingertipContact(Contact):
 
     def refined(self) -> Self | None:
         """Return the contact with cells half as large, if it refines; along a line None: the points are the model."""
-        return self.halved() if self.refines and isinstance(self.geometry.profile, HeightField) else None
+        return self.halved() if self.refines else None
 
     def halved(self) -> Self | None:
-        """Return the contact with cells half as large on a height field; None where they would be too many."""
+        """Return the contact with cells half as large; None where they would be too many, and along a line."""
+        if not isinstance(self.geometry.profile, HeightField):
+            return None
         from synth.contact.area_contact import smaller_cells
 
         return smaller_cells(self, self.footprint.reach, self.field.period)

