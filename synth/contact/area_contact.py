@@ -28,7 +28,7 @@ from synth.contact.full_contact import FullContact
 from synth.contact.geometry import Geometry
 from synth.contact.line import MIDDLE, Line
 from synth.contact.load_balance import Contact, PhaseSolver
-from synth.errors import CannotRender
+from synth.errors import Fault, SceneError
 from synth.surfaces.height_field import HeightField
 from synth.surfaces.ridge_field import turned_back
 
@@ -58,7 +58,7 @@ def lattice_step(
     coarser: factor on both sizes.
 
     A period across is whole steps, or a step whole periods: the mean over those does not vary across.
-    Raises CannotRender if the texture would take more than MOST_PLACES with cells COARSEST times as large.
+    Raises SceneError if the texture would take more than MOST_PLACES with cells COARSEST times as large.
     """
     tall = math.pi * (texture.extent[1] - texture.extent[0])  # over the slope: the period of a sinusoid
     own = max(CELLS_A_RIDGE / ridge, FEWEST_CELLS / min(size))
@@ -69,11 +69,11 @@ def lattice_step(
     cells = wanted[0] * size[0] * wanted[1] * size[1] / MOST_CELLS
     places = wanted[0] * (texture.period + math.hypot(*size)) * max(1.0, wanted[1] * texture.across) / MOST_PLACES
     if places > COARSEST**2:
-        raise CannotRender(
-            f"A finger whose cells are {1e6 / wanted[0]:.3g} um by {1e6 / wanted[1]:.3g} um large needs too much "
-            f"memory on a texture that repeats after {texture.period:.4g} m by {texture.across:.4g} m. Write a smaller "
-            "texture, a longer finger.contact_length or a longer finger.ridge_period."
-        )
+        cell = f"{1e6 / wanted[0]:.3g} um by {1e6 / wanted[1]:.3g} um"
+        value = f"a surface that repeats after {texture.period:.4g} m by {texture.across:.4g} m"
+        allowed = f"{COARSEST**2 * MOST_PLACES:.2g} cells of this finger, {cell} each; the surface has {{}}"
+        hint = "Write a smaller texture, a longer finger.contact_length or a longer finger.ridge_period."
+        raise SceneError([Fault("/texture", value, allowed.format(f"{places * MOST_PLACES:.2g}"), hint)])
     crowded = coarser * math.sqrt(max(1.0, cells, places))
     rows, periods = math.ceil(texture.across * wanted[1] / crowded), math.floor(crowded / (texture.across * wanted[1]))
     return crowded / wanted[0], texture.across * max(1, periods) / max(1, rows)

@@ -33,7 +33,7 @@ from synth.contact.geometry import Geometry
 from synth.contact.line import MIDDLE, Line
 from synth.contact.load_balance import Contact, PhaseSolver
 from synth.contact.stiffness import Stiffness
-from synth.errors import CannotRender
+from synth.errors import Fault, SceneError
 from synth.surfaces.height_field import HeightField
 from synth.surfaces.profile import Profile
 from synth.surfaces.ridge_field import RidgeField, turned_back
@@ -118,15 +118,15 @@ def area_grid(
 
 
 def require_columns(footprint: Footprint, texture: Profile) -> None:
-    """Raise CannotRender where `texture` is too fine for a fingertip that meets it along one line."""
+    """Raise SceneError where `texture` is too fine for a fingertip that meets it along one line."""
     length = REACH * footprint.length
     if not isinstance(texture, HeightField) and length * COLUMNS[1] / texture.period > MOST_COLUMNS:
         shortest = COLUMNS[1] * length / MOST_COLUMNS
-        raise CannotRender(
-            f"A fingertip of {footprint.length:.4g} m has too few points for a texture of period {texture.period:.4g} "
-            f"m. Write texture.period {shortest:.3g} m or more, a shorter finger.contact_length, or finger.kind "
-            '"comb".'
+        allowed = (
+            f"a period of {math.ceil(1e6 * shortest)} um or more under a fingertip of {1e3 * footprint.length:.4g} mm"
         )
+        hint = 'Write a longer period, a shorter finger.contact_length, or finger.kind "comb".'
+        raise SceneError([Fault("/texture", f"a period of {1e6 * texture.period:.4g} um", allowed, hint)])
 
 
 @lru_cache(GRIDS_KEPT)
@@ -191,7 +191,7 @@ class FingertipContact(Contact):
         coarser: float = 1.0,
         refines: bool = False,
     ) -> FingertipContact:
-        """Return the contact; CannotRender where its texture is too fine.
+        """Return the contact; SceneError where its texture is too fine.
 
         geometry, stiffness: over the nominal length.
         width: of the footprint at 1 N, m.

@@ -28,7 +28,7 @@ def contact_of(scene: Scene, profile: Profile | None = None, coarser: float = 1.
     coarser: factor on the size of the cells over an area.
     refines: whether these cells become smaller where a tolerance needs it, as the segments along a line always do.
 
-    Raises CannotRender for a probe that is too flat, and for a fingertip whose texture is too fine.
+    Raises SceneError for a probe that is too flat, and for a fingertip whose texture is too fine.
     """
     finger, stiffness = scene.finger, Stiffness.of_scene(scene)
     geometry = Geometry.of_scene(scene) if profile is None else Geometry.of_surfaces(finger, profile)

@@ -177,6 +177,7 @@ def affordable(scene: Scene, cache: ResponseCache) -> Contact:
     fine = contact_of(scene)
 
     def chosen() -> Spread:
+        """Return the finest cells that can be solved in time, as a factor on the usual size."""
         work = predicted_work(scene, fine)
         return Spread(next((one for one in COARSER if work <= MOST_TURNED * one**2), COARSER[-1]))
 

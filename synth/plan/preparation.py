@@ -24,7 +24,7 @@ from synth.contact.geometry import Geometry
 from synth.contact.load_balance import Contact
 from synth.contact.scene_contact import contact_of
 from synth.effects.effect import AddedChannel, Kind
-from synth.errors import CannotRender
+from synth.errors import Fault, SceneError
 from synth.motion.motion import LARGEST_LOAD
 from synth.motion.scan_motion import ScanMotion
 from synth.perception.threshold import imperceptible_tolerance
@@ -221,21 +221,18 @@ def _prepared(asked: Request, cache: ResponseCache, *, exact: bool, file: bool) 
 
 
 def _stretch(scene: Scene) -> Stretch | None:
-    """Return the stretch of a long surface, or None. Raises CannotRender where an effect needs a shorter period."""
+    """Return the stretch of a long surface, or None. Raises SceneError where an effect needs a shorter period."""
     needing = [effect.name for effect, *_settings in asked_effects(scene, Kind.BALANCE)]
     if needing and not scene.scan.along_x:
-        raise CannotRender(
-            f"The effect {needing[0]} is solved along one line of the surface, along x. Leave {needing[0]} out, or "
-            "write a scan along x: without scan.heading, and with recorded points [t, position, load]."
-        )
+        hint = f"Leave {needing[0]} out, or write no scan.heading, and recorded points as [t, position, load]."
+        raise SceneError([Fault(f"/effects/{needing[0]}", "a scan that leaves x", "a scan along x", hint)])
     needing += [effect.name for effect, _settings in outputs_of(scene) if effect.has_table]
     if not needing:
         return stretch_of(scene, harmonics_in_band(scene, N_MAX + 1), N_MAX)
     if scene.texture.period > LONGEST_WHOLE:
-        raise CannotRender(
-            f"The effect {needing[0]} is solved over a whole period of the surface. It is {scene.texture.period:.4g} m "
-            f"here and may be {LONGEST_WHOLE:g} m. Leave {needing[0]} out, or write a shorter texture."
-        )
+        allowed = f"{LONGEST_WHOLE:g} m or less, because {needing[0]} is solved over a whole period"
+        hint = f"Write a shorter texture, or leave {needing[0]} out."
+        raise SceneError([Fault("/texture", f"a period of {scene.texture.period:.4g} m", allowed, hint)])
     return None
 
 
@@ -353,7 +350,8 @@ def _own_motion(
     approach, long = _has_approach(scene), asked.stretch is not None
     probed = np.arange(PLACES) / PLACES
     peaks = asked.peaks_over(contact.heights(probed, np.full(PLACES, _pressed(scene)))) if long else {}
-    differs = differs_from_cruise(scene) or bool(asked.silence(peaks))  # in the turns more harmonics are in the band
+    still = bool(asked.silence(peaks)) or not harmonics_in_band(scene, 1)
+    differs = still or differs_from_cruise(scene)  # in the turns more harmonics are in the band
     if asked.by_hand or not asked.moving or not (approach or long or differs):
         return None, peaks
     mean = own_mean(asked, contact, tolerance)

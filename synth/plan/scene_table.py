@@ -57,8 +57,8 @@ def table_of_scene(
 
     bounds: limits on the table's cost; None for those of `bounds_for`.
     cache: cache from which the table is taken if it is there, and in which a new one is kept.
-    Raises SceneError if neither surface has a height and for a surface that is too long for a table, and CannotRender
-    for a shape that cannot be solved.
+    Raises SceneError if neither surface has a height and for a surface that is too long for a table, and for a
+    shape that cannot be solved.
     """
     geometry = Geometry.of_scene(scene)
     if geometry.height_scale == 0.0:

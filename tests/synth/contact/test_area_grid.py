@@ -17,7 +17,7 @@ from synth.contact.fingertip import FingertipContact, Footprint
 from synth.contact.geometry import Geometry
 from synth.contact.scene_contact import contact_of
 from synth.contact.stiffness import Stiffness
-from synth.errors import CannotRender
+from synth.errors import SceneError
 from synth.scene.scene import parse_scene
 from synth.surfaces import profile_of
 from synth.surfaces.height_field import HeightField
@@ -215,5 +215,5 @@ def test_rows_closer_than_the_points_may_be_are_felt_through_their_mean(kind: st
 def test_a_texture_that_does_not_fit_into_memory_at_the_points_of_the_finger_is_refused(finger: Any) -> None:
     large = {"kind": "dots", "period": "0.2 m", "row_distance": "0.1 m"}
     texture = {**large, "dot_diameter": "20 um", "dot_height": "1 um"}
-    with pytest.raises(CannotRender, match=r"longer finger\.contact_length"):
+    with pytest.raises(SceneError, match=r"longer finger\.contact_length"):
         _ = contact_of(parse_scene({"finger": finger, "texture": texture})).grid
