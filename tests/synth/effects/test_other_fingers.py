@@ -166,7 +166,8 @@ def test_an_attraction_over_an_area_is_that_of_the_depths_over_it(kind: str) -> 
     """The attraction of a gap up to d0 is a difference of the mean depths at z and d0 lower."""
     finger = {"kind": kind, "contact_length": "2.3 mm"}
     scene = scene_of("default", {"adhesion": {"stress": "20 kPa"}}, finger=finger, texture={"kind": "dots"})
-    contact = contact_of(scene)
+    contact: Any = contact_of(scene)
+    contact = contact.halved().halved()  # as a file has
     k, area = contact.stiffness_at(LOAD), scene.finger.contact_length * contact.width_at(LOAD)
 
     def excess(z: float, phase: float) -> float:
